@@ -1,0 +1,29 @@
+"""Predicted paths: what prediction hands to planning.
+
+S paths of K+1 points each. Several paths belong to one vehicle: the members of its predicted set.
+"""
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Float, Int
+
+
+class PredictedPaths(eqx.Module):
+    """Where every surrounding vehicle may be at every step of the plan."""
+
+    points: Float[np.ndarray, "S K+1 2"]
+    """[m] centre (lon, lat) at the times k·dt"""
+    vehicle: Int[np.ndarray, " S"]
+    """slot of the vehicle in the scene the prediction was made from"""
+    half_sizes: Float[np.ndarray, "S K+1 2"]
+    """[m] half extent along lon and lat of a box around the point that holds the turned body and the tube"""
+    dt: float
+    """[s] between two points"""
+
+    def __len__(self) -> int:
+        """Number of paths S."""
+        return self.points.shape[0]
+
+    def of(self, keep: "np.ndarray") -> "PredictedPaths":
+        """The paths selected by an index or boolean array over S."""
+        return PredictedPaths(self.points[keep], self.vehicle[keep], self.half_sizes[keep], self.dt)

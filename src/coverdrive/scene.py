@@ -1,0 +1,40 @@
+"""The vehicles on a road at one moment, as a struct of arrays with any leading batch axes.
+
+Positions are vehicle centres in the road frame (see `coverdrive.road`). A is the number of vehicle slots; slots
+that hold no vehicle have ``valid`` False and arbitrary finite values.
+"""
+
+import equinox as eqx
+import numpy as np
+from jax import Array
+from jaxtyping import Bool, Float
+
+Values = Float[Array | np.ndarray, "*batch A"]
+
+
+class Scene(eqx.Module):
+    """Where every vehicle is, how fast it drives and how large it is."""
+
+    lon: Values
+    """[m] centre along the road"""
+    lat: Values
+    """[m] centre to the left"""
+    speed: Values
+    """[m/s] along the heading"""
+    heading: Values
+    """[rad] counter-clockwise from the road's direction"""
+    length: Values
+    """[m]"""
+    width: Values
+    """[m]"""
+    valid: Bool[Array | np.ndarray, "*batch A"]
+    """whether the slot holds a vehicle"""
+
+    @property
+    def vehicles(self) -> int:
+        """Number of slots A, valid or not."""
+        return self.lon.shape[-1]
+
+    def mirrored(self) -> "Scene":
+        """The same scene with left and right exchanged (lat → −lat)."""
+        return Scene(self.lon, -self.lat, self.speed, -self.heading, self.length, self.width, self.valid)
