@@ -5,6 +5,7 @@ that hold no vehicle have ``valid`` False and arbitrary finite values.
 """
 
 import equinox as eqx
+import jax
 import numpy as np
 from jax import Array
 from jaxtyping import Bool, Float
@@ -38,3 +39,12 @@ class Scene(eqx.Module):
     def mirrored(self) -> "Scene":
         """The same scene with left and right exchanged (lat → −lat)."""
         return Scene(self.lon, -self.lat, self.speed, -self.heading, self.length, self.width, self.valid)
+
+    def padded(self, multiple: int) -> "Scene":
+        """The same scene with invalid slots appended until their number is a multiple of ``multiple``.
+
+        Compiled functions are specialised to array shapes; padding keeps the number of different shapes small.
+        """
+        missing = -self.vehicles % multiple
+        widths = [(0, 0)] * (self.lon.ndim - 1) + [(0, missing)]
+        return jax.tree.map(lambda values: np.pad(values, widths), self)

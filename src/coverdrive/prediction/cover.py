@@ -1,0 +1,92 @@
+"""Greedy set cover: few base trajectories such that every segment is ε-close to one of them (paper §2.1).
+
+The number of segments that a set of bases covers is submodular, so that greedy choice needs at most ln N + 1 times
+as many bases as the optimum. It is done lazily (Minoux 1978): counts can only fall, so that a candidate whose
+recounted gain still leads is the best. Candidates are the segments themselves: first a seeded random sample, then,
+for the few that no candidate covers, those that are still uncovered.
+"""
+
+from collections.abc import Callable, Iterator
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from jaxtyping import Bool, Float, Int, UInt64
+
+_CHUNK = 256
+_WORD = 64
+
+
+def greedy_cover(
+    scaled: Float[np.ndarray, "N T 2"],
+    epsilon: float,
+    candidates: int = 4096,
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+) -> Int[np.ndarray, " M"]:
+    """Choose segments such that every segment is within ε of a chosen one.
+
+    Args:
+        scaled: segments in coordinates in which the norm is the maximum over t of the Euclidean length.
+        epsilon: radius of the cover.
+        candidates: number of segments that greedy choice picks from at a time.
+        seed: of the random sample of candidates.
+        progress: called with the share of segments covered so far, in [0, 1].
+
+    Returns:
+        Indices of the chosen segments, in the order of choice.
+    """
+    points = jnp.asarray(scaled, dtype=jnp.float32)
+    radius = epsilon * (1 - 1e-5)  # so that single precision never claims a cover that double precision denies
+    random = np.random.default_rng(seed)
+    remaining = np.arange(len(scaled))
+    chosen: list[int] = []
+    while len(remaining):
+        pool = np.sort(random.permutation(remaining)[:candidates])
+        covers = _coverage(points[pool], points[remaining], radius)
+        uncovered = _pack(np.ones((1, len(remaining)), dtype=bool))[0]
+        for index in _lazy_greedy(covers, uncovered):
+            chosen.append(int(pool[index]))
+            if progress is not None:
+                progress(1 - int(np.bitwise_count(uncovered).sum()) / len(scaled))
+        remaining = remaining[np.unpackbits(uncovered.view(np.uint8), count=len(remaining)).astype(bool)]
+    return np.array(chosen, dtype=np.int64)
+
+
+def _lazy_greedy(covers: UInt64[np.ndarray, "C words"], uncovered: UInt64[np.ndarray, " words"]) -> Iterator[int]:
+    """Yield candidates by marginal gain until none has any; clears what they cover from ``uncovered`` in place."""
+    gains = np.array([np.bitwise_count(row & uncovered).sum() for row in covers], dtype=np.int64)
+    while True:
+        best = int(gains.argmax())
+        if gains[best] == 0:
+            return
+        gain = np.bitwise_count(covers[best] & uncovered).sum()
+        if gain == gains[best]:
+            uncovered &= ~covers[best]
+            gain = 0
+            yield best
+        gains[best] = gain
+
+
+def _coverage(
+    pool: Float[Array, "C T 2"], segments: Float[Array, "R T 2"], radius: float
+) -> UInt64[np.ndarray, "C words"]:
+    rows = [_pack(np.asarray(_within(pool[i : i + _CHUNK], segments, radius))) for i in range(0, len(pool), _CHUNK)]
+    return np.concatenate(rows)
+
+
+@jax.jit
+def _within(
+    pool: Float[Array, "C T 2"], segments: Float[Array, "R T 2"], radius: Float[Array, ""]
+) -> Bool[Array, "C R"]:
+    inside = jnp.ones((pool.shape[0], segments.shape[0]), dtype=bool)
+    for t in range(pool.shape[1]):
+        apart = pool[:, None, t] - segments[None, :, t]
+        inside &= apart[..., 0] ** 2 + apart[..., 1] ** 2 <= radius**2
+    return inside
+
+
+def _pack(flags: Bool[np.ndarray, "C R"]) -> UInt64[np.ndarray, "C words"]:
+    padding = -flags.shape[1] % _WORD
+    return np.packbits(np.pad(flags, ((0, 0), (0, padding))), axis=1).view(np.uint64)

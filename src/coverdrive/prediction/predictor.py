@@ -1,0 +1,147 @@
+"""The predictor: basis, network, rule and certificate in one object and one file.
+
+The file is a safetensors file: arrays by name, everything else as JSON in its header. Nothing in it can be executed.
+"""
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import jax
+import numpy as np
+from jax import Array
+from jaxtyping import Bool, Float, Int
+from safetensors import SafetensorError, safe_open
+from safetensors.numpy import save
+
+from coverdrive.certificates.certificate import Certificate
+from coverdrive.certificates.rule import Thresholds
+from coverdrive.errors import DataError
+from coverdrive.files import write_atomically
+from coverdrive.geometry import turned_half_extents
+from coverdrive.paths import PredictedPaths
+from coverdrive.prediction.affordance import affordance
+from coverdrive.prediction.basis import Basis
+from coverdrive.prediction.network import Network
+from coverdrive.road import Road
+from coverdrive.scene import Scene
+
+CREEP = 1.0
+"""[m/s] below this speed the direction of motion says little about where a vehicle points"""
+
+_FORMAT = "coverdrive predictor 1"
+_BASIS_SETTINGS = ("epsilon", "aspect", "growth", "step")
+_SLOTS = 8
+
+
+@dataclass(frozen=True)
+class Predictor:
+    """Says what every vehicle of a scene may do next."""
+
+    basis: Basis
+    network: Network
+    rule: Thresholds
+    certificate: Certificate
+    trained_on: Int[np.ndarray, " V"]
+    """keys of the vehicles that trained the network"""
+
+    def scores(self, features: Float[np.ndarray, "*batch F"]) -> Float[np.ndarray, "*batch M"]:
+        """Score of every base for given affordances."""
+        return np.asarray(_scores(self.network, features))
+
+    def possible(self, scene: Scene, road: Road) -> Bool[np.ndarray, "A M"]:
+        """The bases that the rule calls possible for every slot of one scene; none for slots without a vehicle."""
+        scores = np.asarray(_scene_scores(self.network, scene.padded(_SLOTS), road))[: scene.vehicles]
+        return self.rule.possible(scores) & np.asarray(scene.valid)[:, None]
+
+    def predict(self, scene: Scene, road: Road, own: int, dt: float, steps: int) -> PredictedPaths:
+        """All paths that the other vehicles may take.
+
+        Args:
+            scene: one scene.
+            road: its road.
+            own: slot of the vehicle that asks; no paths are predicted for it.
+            dt: [s] between two points of the paths; ``dt · steps`` must not exceed the basis' horizon.
+            steps: K; the paths have K + 1 points.
+        """
+        times = dt * np.arange(steps + 1)
+        possible = self.possible(scene, road)
+        possible[own] = False
+        vehicle, base = np.nonzero(possible)
+        deviation, rate = self.basis.rollout(times)
+        speed = (scene.speed * np.cos(scene.heading))[vehicle, None]
+        forward = np.maximum.accumulate(speed * times + deviation[base, :, 0], axis=1)  # nobody drives backwards
+        lon = scene.lon[vehicle, None] + forward
+        lat = scene.lat[vehicle, None] + deviation[base, :, 1]
+        heading = np.arctan2(rate[base, :, 1], np.maximum(speed + rate[base, :, 0], CREEP))
+        half_sizes = np.stack([scene.length, scene.width], axis=-1)[vehicle, None] / 2
+        half_sizes = turned_half_extents(half_sizes, heading) + self.rule.tube[base, None, None] * self._tube(times)
+        return PredictedPaths(np.stack([lon, lat], axis=-1), vehicle, half_sizes, dt)
+
+    def _tube(self, times: Float[np.ndarray, " n"]) -> Float[np.ndarray, "n 2"]:
+        """Half axes of the tube of radius 1. All paths start at the same point, so that it begins at zero."""
+        begun = np.minimum(times / self.basis.step, 1)
+        return self.basis.tolerance(1.0, np.maximum(times, self.basis.step)) * begun[:, None]
+
+    def save(self, path: Path) -> None:
+        """Write the predictor to a file; an interrupted write leaves no file behind."""
+        arrays = {
+            "basis": self.basis.points,
+            "thresholds": self.rule.values,
+            "tube": self.rule.tube,
+            "trained_on": self.trained_on,
+            "feature_mean": np.asarray(self.network.mean),
+            "feature_scale": np.asarray(self.network.scale),
+        }
+        for layer, (weight, bias) in enumerate(zip(self.network.weights, self.network.biases, strict=True)):
+            arrays |= {f"weight_{layer}": np.asarray(weight), f"bias_{layer}": np.asarray(bias)}
+        basis = {name: getattr(self.basis, name) for name in _BASIS_SETTINGS}
+        header = {
+            "format": _FORMAT,
+            "basis": json.dumps(basis),
+            "certificate": json.dumps(asdict(self.certificate)),
+        }
+        contiguous = {name: np.ascontiguousarray(values) for name, values in arrays.items()}
+        write_atomically(path, lambda file: file.write_bytes(save(contiguous, metadata=header)))
+
+    @staticmethod
+    def load(path: Path) -> "Predictor":
+        """Read a predictor.
+
+        Raises:
+            DataError: the file is missing, or not one that `save` wrote.
+        """
+        try:
+            with safe_open(path, framework="numpy") as file:
+                header = file.metadata() or {}
+                arrays = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 (not a mapping)
+        except (OSError, SafetensorError) as error:
+            raise DataError(f"{path}: not a predictor file ({error}); make one with `coverdrive fit`") from error
+        if header.get("format") != _FORMAT:
+            raise DataError(
+                f"{path}: expected the format {_FORMAT!r}, got {header.get('format')!r}; make one with `coverdrive fit`"
+            )
+        layers = range(sum(name.startswith("weight_") for name in arrays))
+        network = Network(
+            mean=arrays["feature_mean"],
+            scale=arrays["feature_scale"],
+            weights=tuple(arrays[f"weight_{layer}"] for layer in layers),
+            biases=tuple(arrays[f"bias_{layer}"] for layer in layers),
+        )
+        return Predictor(
+            basis=Basis(arrays["basis"], **json.loads(header["basis"])),
+            network=network,
+            rule=Thresholds(arrays["thresholds"], arrays["tube"]),
+            certificate=Certificate(**json.loads(header["certificate"])),
+            trained_on=arrays["trained_on"],
+        )
+
+
+@jax.jit
+def _scores(network: Network, features: Float[Array, "*batch F"]) -> Float[Array, "*batch M"]:
+    return network.scores(features)
+
+
+@jax.jit
+def _scene_scores(network: Network, scene: Scene, road: Road) -> Float[Array, "A M"]:
+    return network.scores(affordance(scene, road))

@@ -1,0 +1,126 @@
+"""Trajectory segments: what vehicles did in the three seconds after a moment (paper §2.1).
+
+A segment is stored as its *deviation from constant velocity* (paper, Remark 1): with v₀ the speed along the road at
+its start, point t is (lon(t) − lon(0) − v₀·t, lat(t) − lat(0)). N segments of T = 7 points.
+"""
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+from pydantic import PositiveFloat
+
+from coverdrive.errors import DataError, SettingError
+from coverdrive.recordings.recording import Recording
+from coverdrive.settings import Settings
+
+
+class SegmentSettings(Settings):
+    """How recordings are cut into segments."""
+
+    horizon: PositiveFloat = 3.0
+    """[s] length of a segment (paper §2.1)"""
+    step: PositiveFloat = 0.5
+    """[s] between two points of a segment (authors' scripts)"""
+    stride: PositiveFloat = 0.5
+    """[s] between the starts of two segments of one vehicle; overlapping segments are strongly dependent"""
+
+    @property
+    def points(self) -> int:
+        """Number of points T of a segment."""
+        return round(self.horizon / self.step) + 1
+
+
+@dataclass(frozen=True)
+class Segments:
+    """N segments, with keys back to where they came from."""
+
+    points: Float[np.ndarray, "N T 2"]
+    """[m] deviation from constant velocity along lon and lat; the first point is zero"""
+    speed: Float[np.ndarray, " N"]
+    """[m/s] along the road at the start"""
+    step: float
+    """[s] between two points"""
+    vehicle: Int[np.ndarray, " N"]
+    """key of the vehicle, unique over all recordings and equal in every session"""
+    group: Int[np.ndarray, " N"]
+    """group of scenes that may share vehicles"""
+    recording: Int[np.ndarray, " N"]
+    """index of the recording"""
+    row: Int[np.ndarray, " N"]
+    """row of the start in the recording's table"""
+
+    def __len__(self) -> int:
+        """Number of segments N."""
+        return self.points.shape[0]
+
+
+def cut_segments(recordings: Sequence[Recording], settings: SegmentSettings | None = None) -> Segments:
+    """Cut every track of every recording into overlapping segments.
+
+    Args:
+        recordings: tracks on a uniform time grid.
+        settings: horizon, step and stride; the step and the stride must be multiples of each recording's time step.
+
+    Raises:
+        SettingError: the step is not a multiple of a recording's time step.
+        DataError: no track is as long as the horizon.
+    """
+    settings = settings or SegmentSettings()
+    parts = [_cut(recording, index, settings) for index, recording in enumerate(recordings)]
+    total = sum(len(part) for part in parts)
+    if total == 0:
+        raise DataError(
+            f"no vehicle in {len(recordings)} recordings was seen for {settings.horizon} s without a gap; "
+            "give longer recordings or a shorter horizon"
+        )
+    joined = (np.concatenate([getattr(part, name) for part in parts]) for name in _PER_SEGMENT)
+    return Segments(step=settings.step, **dict(zip(_PER_SEGMENT, joined, strict=True)))
+
+
+_PER_SEGMENT = ("points", "speed", "vehicle", "group", "recording", "row")
+
+
+def _cut(recording: Recording, index: int, settings: SegmentSettings) -> Segments:
+    step = _samples(settings.step, recording, "step")
+    stride = _samples(settings.stride, recording, "stride")
+    reach = step * (settings.points - 1)
+    column = {name: recording.table[name].to_numpy() for name in ("vehicle", "group", "lon", "lat", "speed", "heading")}
+    vehicle = column["vehicle"]
+    first = np.flatnonzero(np.r_[True, vehicle[1:] != vehicle[:-1]][: len(vehicle)])
+    since_first = np.arange(len(vehicle)) - np.repeat(first, np.diff(np.r_[first, len(vehicle)]))
+    starts = np.flatnonzero(since_first[: max(len(vehicle) - reach, 0)] % stride == 0)
+    starts = starts[vehicle[starts] == vehicle[starts + reach]]
+    rows = starts[:, None] + step * np.arange(settings.points)
+    speed = column["speed"][starts] * np.cos(column["heading"][starts])
+    elapsed = settings.step * np.arange(settings.points)
+    lon = column["lon"][rows] - column["lon"][starts, None] - speed[:, None] * elapsed
+    lat = column["lat"][rows] - column["lat"][starts, None]
+    return Segments(
+        points=np.stack([lon, lat], axis=-1),
+        speed=speed,
+        step=settings.step,
+        vehicle=_vehicle_keys(recording.name, vehicle)[starts],
+        group=column["group"][starts],
+        recording=np.full(len(starts), index),
+        row=starts,
+    )
+
+
+def _samples(duration: float, recording: Recording, name: str) -> int:
+    count = round(duration / recording.dt)
+    if count < 1 or abs(count * recording.dt - duration) > 1e-6:
+        raise SettingError(
+            f"the segment {name} must be a multiple of the time step {recording.dt} s of recording "
+            f"{recording.name!r}, got {duration} s"
+        )
+    return count
+
+
+def _vehicle_keys(recording: str, vehicle: Int[np.ndarray, " rows"]) -> Int[np.ndarray, " rows"]:
+    distinct, inverse = np.unique(vehicle, return_inverse=True)
+    digests = (hashlib.blake2b(f"{recording}/{number}".encode(), digest_size=8).digest() for number in distinct)
+    keys = np.array([int.from_bytes(digest, "big") >> 1 for digest in digests], dtype=np.int64)
+    return keys[inverse]

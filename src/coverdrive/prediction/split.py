@@ -1,0 +1,103 @@
+"""Splitting samples into training, calibration and test, disjoint by vehicle *and* by group of scenes.
+
+Windows of one vehicle overlap, and vehicles of one scene react to each other: samples that share a vehicle or a scene
+never stand on two sides. Groups that share a vehicle (blocks of one long recording) stay in their order, so that each
+side is a contiguous stretch of time; a vehicle that still crosses a border keeps only its side with most samples.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Int
+from pydantic import Field, model_validator
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from coverdrive.errors import DataError
+from coverdrive.settings import Settings
+
+
+class SplitSettings(Settings):
+    """Shares of the samples; what is left is the test split."""
+
+    train: float = Field(default=0.5, gt=0, lt=1)
+    """share of the samples that the basis and the network are made from (Ω₁)"""
+    calibration: float = Field(default=0.25, gt=0, lt=1)
+    """share of the samples that the certificate is computed from (Ω₂)"""
+
+    @model_validator(mode="after")
+    def _leaves_a_test_split(self) -> "SplitSettings":
+        if self.train + self.calibration >= 1:
+            raise ValueError(f"train + calibration must be less than 1, got {self.train} + {self.calibration}")
+        return self
+
+
+@dataclass(frozen=True)
+class Split:
+    """Indices of the samples of each side."""
+
+    train: Int[np.ndarray, " n1"]
+    calibration: Int[np.ndarray, " n2"]
+    test: Int[np.ndarray, " n3"]
+    dropped: int
+    """samples left out because their vehicle stands on another side"""
+
+
+def split(
+    vehicle: Int[np.ndarray, " N"],
+    group: Int[np.ndarray, " N"],
+    settings: SplitSettings | None = None,
+    seed: int = 0,
+) -> Split:
+    """Deal whole groups out to the three sides in a seeded order until each has its share.
+
+    Args:
+        vehicle: key of the vehicle of each sample.
+        group: group of scenes of each sample; ascending in time within one recording.
+        settings: the shares.
+        seed: of the order of unconnected groups.
+
+    Raises:
+        DataError: fewer than three groups, or a side stays empty.
+    """
+    settings = settings or SplitSettings()
+    _, vehicles = np.unique(vehicle, return_inverse=True)
+    names, groups = np.unique(group, return_inverse=True)
+    if len(names) < 3:
+        raise DataError(
+            f"a split by scenes needs at least three independent groups of scenes, got {len(names)}; "
+            "give more scenes, or a recording of at least three minutes"
+        )
+    side = _side_of_group(vehicles, groups, settings, seed)[groups]
+    counts = np.zeros((vehicles.max() + 1, 3), dtype=np.int64)
+    np.add.at(counts, (vehicles, side), 1)
+    kept = counts.argmax(1)[vehicles] == side
+    sides = [np.flatnonzero(kept & (side == number)) for number in range(3)]
+    if min(map(len, sides)) == 0:
+        raise DataError(
+            f"the split leaves a side empty ({', '.join(str(len(s)) for s in sides)} samples for training, "
+            "calibration and test); give more scenes, or change the shares"
+        )
+    return Split(*sides, dropped=int((~kept).sum()))
+
+
+def _side_of_group(
+    vehicles: Int[np.ndarray, " N"], groups: Int[np.ndarray, " N"], settings: SplitSettings, seed: int
+) -> Int[np.ndarray, " G"]:
+    """0, 1 or 2 for each group: groups in order, cut where their running share of the samples passes the shares."""
+    component = _components(vehicles, groups)
+    position = np.random.default_rng(seed).permutation(component.max() + 1)
+    order = np.argsort(position[component], kind="stable")
+    sizes = np.bincount(groups)[order]
+    middle = (np.cumsum(sizes) - sizes / 2) / sizes.sum()
+    side = np.empty(len(order), dtype=np.int64)
+    side[order] = np.searchsorted([settings.train, settings.train + settings.calibration], middle, side="right")
+    return side
+
+
+def _components(vehicles: Int[np.ndarray, " N"], groups: Int[np.ndarray, " N"]) -> Int[np.ndarray, " G"]:
+    """Number of the connected component of each group, where groups that share a vehicle are connected."""
+    count = groups.max() + 1
+    size = count + vehicles.max() + 1
+    links = coo_array((np.ones(len(groups)), (groups, count + vehicles)), shape=(size, size))
+    return connected_components(links, directed=False)[1][:count]

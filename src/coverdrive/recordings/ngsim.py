@@ -1,0 +1,96 @@
+"""NGSIM recordings in feet: the US DOT portal's CSV (25 columns) and the original text (18 columns)."""
+
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+
+from coverdrive.errors import RecordingError
+from coverdrive.recordings.delimited import Layout, read_columns
+from coverdrive.recordings.local_frame import check_unit, recordings_from_local
+from coverdrive.recordings.recording import Progress, Recording
+from coverdrive.recordings.smoothing import SmoothingSettings
+
+FOOT = 0.3048
+"""[m]"""
+
+TEXT_COLUMNS = (
+    "vehicle_id frame_id total_frames global_time local_x local_y global_x global_y v_length v_width v_class "
+    "v_vel v_acc lane_id preceding following space_headway time_headway"
+)
+REQUIRED = ("vehicle_id", "frame_id", "global_time", "local_x", "local_y", "v_length", "v_width", "v_vel")
+OPTIONAL = ("lane_id",)
+
+
+def read_ngsim(
+    file: Path,
+    location: str | None = None,
+    settings: SmoothingSettings | None = None,
+    progress: Progress | None = None,
+) -> tuple[Recording, ...]:
+    """Read one site of an NGSIM file, one recording for each recording period.
+
+    Args:
+        file: the portal's CSV or the original text.
+        location: the site, such as ``us-101``; needed where the file holds several.
+        settings: how positions are smoothed.
+        progress: called with the fraction of the file that is read.
+
+    Raises:
+        RecordingError: when the file is not what it claims to be.
+
+    """
+    layout = _layout(file)
+    missing = [name for name in REQUIRED if name not in layout.columns]
+    if missing:
+        raise RecordingError(
+            file, f"the file has no column {missing[0]}; expected the columns {', '.join(REQUIRED)}", 1
+        )
+    wanted = [name for name in (*REQUIRED, *OPTIONAL) if name in layout.columns]
+    repairs: Counter[str] = Counter()
+    feet = read_columns(layout, wanted, location, repairs, progress)
+    _check_feet(file, feet)
+    metres = feet.select(
+        vehicle=pl.col("vehicle_id"),
+        frame=pl.col("frame_id"),
+        clock=pl.col("global_time") / 1000,
+        right=pl.col("local_x") * FOOT,
+        front=pl.col("local_y") * FOOT,
+        length=pl.col("v_length") * FOOT,
+        width=pl.col("v_width") * FOOT,
+        **({"lane": pl.col("lane_id").cast(pl.Int64)} if "lane_id" in wanted else {}),
+    )
+    return recordings_from_local(file, metres, repairs, settings or SmoothingSettings())
+
+
+def _layout(file: Path) -> Layout:
+    """Tell the two formats apart by the first line."""
+    with file.open("rb") as stream:
+        first = stream.readline(100_000).decode("utf-8", errors="replace").lstrip("\ufeff")
+    if not first.strip():
+        raise RecordingError(file, "the file is empty; check that it was copied whole")
+    if "," in first:
+        columns = tuple(name.strip().strip('"').lower() for name in first.split(","))
+        return Layout(file, columns, ",", header_lines=1)
+    columns = tuple(TEXT_COLUMNS.split())
+    if len(first.split()) != len(columns):
+        raise RecordingError(
+            file,
+            f"the first line has {len(first.split())} columns and no comma; expected a header with "
+            f"commas, as the NGSIM portal writes it, or the {len(columns)} columns of the original NGSIM text",
+            1,
+        )
+    return Layout(file, columns, " ", header_lines=0)
+
+
+def _check_feet(file: Path, table: pl.DataFrame) -> None:
+    """Refuse metres: the median vehicle is about 15 ft long, and the speeds must agree with the positions."""
+    check_unit(file, "vehicle length", table["v_length"].to_numpy(), 8.0, 60.0, "feet")
+    same = np.diff(table["vehicle_id"].to_numpy()) == 0
+    seconds = np.diff(table["global_time"].to_numpy()) / 1000
+    speed = table["v_vel"].to_numpy()[1:]
+    usable = same & (seconds > 0) & (seconds < 1) & (speed > 10)
+    if usable.sum() >= 100:
+        ratio = np.diff(table["local_y"].to_numpy())[usable] / seconds[usable] / speed[usable]
+        check_unit(file, "ratio of Local_Y's change to v_Vel", ratio, 0.5, 2.0, "feet for both")

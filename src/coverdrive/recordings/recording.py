@@ -1,0 +1,105 @@
+"""Recorded traffic on one straight road, as every reader yields it: SI units, road frame, vehicle centres.
+
+Input of the trajectory basis (paper §2.1) and of the affordances (§2.2). F is the number of moments (frames), A
+the largest number of vehicles seen at one moment.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import polars as pl
+from jaxtyping import Float, Int
+
+from coverdrive.errors import DataError
+from coverdrive.road import Road
+from coverdrive.scene import Scene
+
+Progress = Callable[[float], None]
+"""Called with the fraction of the work that is done, from 0 to 1."""
+
+MEASURES = ("lon", "lat", "speed", "heading", "length", "width")
+"""The columns of a recording's table that `Scene` holds, in its order."""
+
+SCHEMA = pl.Schema({"vehicle": pl.Int64, "group": pl.Int64, "time": pl.Float64} | dict.fromkeys(MEASURES, pl.Float64))
+"""Columns and types of a recording's table."""
+
+
+@dataclass(frozen=True)
+class Frames:
+    """All moments of a recording at once; a vehicle keeps its slot only within a frame."""
+
+    time: Float[np.ndarray, " F"]
+    """[s] ascending"""
+    vehicle: Int[np.ndarray, "F A"]
+    """vehicle in every slot, −1 where the slot is empty"""
+    scene: Scene
+    """all measures in float32, with leading axis F; empty slots are zero and not valid"""
+    frame: Int[np.ndarray, " rows"]
+    """frame of every row of the recording's table"""
+    slot: Int[np.ndarray, " rows"]
+    """slot of every row of the recording's table"""
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """Tracks of vehicles on one road."""
+
+    name: str
+    """what it is called in reports, from the file's name"""
+    table: pl.DataFrame
+    """columns vehicle, group, time [s], lon, lat [m], speed [m/s], heading [rad], length, width [m] as in
+    `SCHEMA`; sorted by vehicle and time; the times are whole multiples of ``dt``; no track has a gap"""
+    dt: float
+    """[s] between two rows of a track"""
+    road: Road
+    """its right edge is at lat = 0"""
+    repairs: dict[str, int]
+    """how often each kind of repair was made when the recording was read"""
+
+    def __post_init__(self) -> None:
+        """Refuse a table of other columns or types."""
+        if self.table.schema != SCHEMA:
+            raise DataError(f"the table of a recording has the columns {dict(SCHEMA)}; got {dict(self.table.schema)}")
+
+    @cached_property
+    def _moment(self) -> Int[np.ndarray, " rows"]:
+        """Time of every row in units of dt."""
+        return np.rint(self.table["time"].to_numpy() / self.dt).astype(np.int64)
+
+    def scene_at(self, time: float) -> Scene:
+        """The vehicles present at a time [s], rounded to the time grid; A = vehicles present.
+
+        Raises:
+            DataError: when the time is before the first or after the last row.
+
+        """
+        moment = round(time / self.dt)
+        first, last = int(self._moment.min()), int(self._moment.max())
+        if not first <= moment <= last:
+            raise DataError(
+                f"{self.name} lasts from {first * self.dt:g} s to {last * self.dt:g} s; "
+                f"got the time {time:g} s, choose one between them"
+            )
+        present = self.table.filter(pl.Series(self._moment == moment))
+        values = {name: present[name].to_numpy() for name in MEASURES}
+        return Scene(**values, valid=np.ones(len(present), dtype=bool))
+
+    def frames(self) -> Frames:
+        """All moments of the recording in arrays, for vectorised work."""
+        moments, frame = np.unique(self._moment, return_inverse=True)
+        order = np.argsort(frame, kind="stable")
+        count = np.bincount(frame)
+        slot = np.empty_like(frame)
+        slot[order] = np.arange(len(frame)) - np.repeat(np.cumsum(count) - count, count)
+        shape = (len(moments), int(count.max()))
+
+        vehicle = np.full(shape, -1, dtype=np.int64)
+        vehicle[frame, slot] = self.table["vehicle"].to_numpy()
+        values: dict[str, np.ndarray] = {}
+        for name in MEASURES:
+            values[name] = np.zeros(shape, dtype=np.float32)
+            values[name][frame, slot] = self.table[name].to_numpy()
+        scene = Scene(**values, valid=vehicle >= 0)
+        return Frames(moments * self.dt, vehicle, scene, frame, slot)

@@ -1,0 +1,94 @@
+"""Savitzky–Golay smoothing of recorded tracks: raw NGSIM positions are too noisy to differentiate.
+
+Speed and heading are the derivative of the polynomial that is fitted to the positions around each sample
+(Savitzky & Golay 1964). Many tracks of different lengths lie one after the other in flat arrays of R rows and
+are smoothed together.
+"""
+
+from functools import cache
+
+import numpy as np
+from jaxtyping import Float, Int
+from pydantic import Field
+from scipy.signal import savgol_coeffs
+
+from coverdrive.settings import Settings
+
+
+class SmoothingSettings(Settings):
+    """How recorded positions are smoothed."""
+
+    window: float = Field(default=1.7, gt=0, allow_inf_nan=False)
+    """[s] length of the fitted window, taken to the nearest odd number of samples; the noise of NGSIM positions
+    is mostly faster than 1 s (Thiemann, Treiber & Kesting 2008), real manoeuvres are slower than 2 s"""
+    order: int = Field(default=3, ge=1, le=5)
+    """order of the fitted polynomial"""
+    stand_still: float = Field(default=1.0, ge=0, allow_inf_nan=False)
+    """[m/s] below this speed the direction of motion is noise and the heading is set to 0"""
+
+    def samples(self, dt: float) -> int:
+        """The window as an odd number of samples, at least 3 and more than the order of the polynomial."""
+        half = max(1, round((self.window / dt - 1) / 2), (self.order + 1) // 2)
+        return 2 * half + 1
+
+
+def smooth(
+    values: Float[np.ndarray, " R"],
+    starts: Int[np.ndarray, " tracks"],
+    dt: float,
+    settings: SmoothingSettings,
+) -> tuple[Float[np.ndarray, " R"], Float[np.ndarray, " R"]]:
+    """Smoothed values and their time derivative.
+
+    Args:
+        values: samples of all tracks, one track after the other, each on a uniform time grid.
+        starts: first row of every track, ascending, the first one 0; every track has at least two rows.
+        dt: [s] between two samples.
+        settings: window and order.
+
+    """
+    window = settings.samples(dt)
+    half = window // 2
+    counts = np.diff(np.append(starts, len(values)))
+    smoothed, slope = np.empty_like(values), np.empty_like(values)
+
+    if len(values) >= window:
+        inner = slice(half, len(values) - half)
+        for result, derivative in ((smoothed, 0), (slope, 1)):
+            kernel = savgol_coeffs(window, settings.order, deriv=derivative, delta=dt)
+            result[inner] = np.convolve(values, kernel, mode="valid")
+    fit, fit_slope = _fit(window, settings.order, dt)
+    whole = starts[counts >= window]
+    ends = whole + counts[counts >= window] - window
+    for rows, kept in ((whole, slice(0, half)), (ends, slice(window - half, window))):
+        index = rows[:, None] + np.arange(window)
+        smoothed[index[:, kept]] = values[index] @ fit[kept].T
+        slope[index[:, kept]] = values[index] @ fit_slope[kept].T
+    for count in np.unique(counts[counts < window]):
+        order = max(1, min(settings.order, (int(count) - 1) // 2))
+        fit, fit_slope = _fit(int(count), order, dt)
+        index = starts[counts == count][:, None] + np.arange(count)
+        smoothed[index] = values[index] @ fit.T
+        slope[index] = values[index] @ fit_slope.T
+    return smoothed, slope
+
+
+def motion(
+    lon_rate: Float[np.ndarray, " R"], lat_rate: Float[np.ndarray, " R"], settings: SmoothingSettings
+) -> tuple[Float[np.ndarray, " R"], Float[np.ndarray, " R"]]:
+    """Speed [m/s] and heading [rad] of velocities [m/s] along and across the road."""
+    speed = np.hypot(lon_rate, lat_rate)
+    heading = np.where(speed < settings.stand_still, 0.0, np.arctan2(lat_rate, lon_rate))
+    return speed, heading
+
+
+@cache
+def _fit(count: int, order: int, dt: float) -> tuple[np.ndarray, np.ndarray]:
+    """Matrices (count, count) from samples to the fitted polynomial's values and slopes at the samples."""
+    powers = np.arange(order + 1)
+    position = (np.arange(count) - (count - 1) / 2) * dt
+    design = position[:, None] ** powers
+    solve = np.linalg.pinv(design)
+    rate = np.zeros_like(design)
+    rate[:, 1:] = powers[1:] * position[:, None] ** powers[:-1]
+    return design @ solve, rate @ solve

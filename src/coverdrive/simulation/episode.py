@@ -1,0 +1,118 @@
+"""One episode: the own car predicts, plans and drives among uncontrolled vehicles, step by step (paper §5).
+
+Every step, all from the same scene: the uncontrolled vehicles' possible paths are predicted, the own car's motion
+is planned against them and its first input applied; meanwhile the traffic moves.
+"""
+
+import time
+
+import numpy as np
+from pydantic import PositiveFloat, PositiveInt
+
+from coverdrive.planning.plan import Planner
+from coverdrive.planning.vehicle import step as vehicle_step
+from coverdrive.road import Road
+from coverdrive.scene import Scene
+from coverdrive.settings import Settings
+from coverdrive.simulation.initial import OWN, InitialSettings, initial_scene
+from coverdrive.simulation.motion import states_of, with_states
+from coverdrive.simulation.outcome import Fault, Kind, Outcome, judge
+from coverdrive.simulation.predictor import Predictor
+from coverdrive.simulation.trace import Step, Trace, make_trace
+from coverdrive.simulation.traffic import Traffic
+
+
+class EpisodeSettings(Settings):
+    """Length and time steps of an episode."""
+
+    initial: InitialSettings = InitialSettings()
+    """road and traffic at the start"""
+    duration: PositiveFloat = 20.0
+    """[s] of an episode without a collision (paper §5)"""
+    step: PositiveFloat = 0.1
+    """[s] of simulation, and between two plans (own choice; the authors' scripts plan every 0.05 s)"""
+    plan_step: PositiveFloat = 0.25
+    """[s] between two points of the predicted paths, which is the planner's step (authors' scripts)"""
+    plan_steps: PositiveInt = 12
+    """number of steps of the predicted paths, which is the planner's: a horizon of 3 s (paper §4)"""
+
+    @property
+    def steps(self) -> int:
+        """Number of simulation steps of an episode without a collision."""
+        return max(1, round(self.duration / self.step))
+
+
+def run_episode(
+    predictor: Predictor,
+    planner: Planner,
+    traffic: Traffic,
+    settings: EpisodeSettings,
+    vehicles: int,
+    seed: int | np.random.SeedSequence,
+) -> Trace:
+    """Drive until the duration is over or the own car collides.
+
+    The same seed gives the same trace, wall times excepted.
+
+    Args:
+        predictor: gives the possible paths of the uncontrolled vehicles.
+        planner: plans the own car's motion; it is reset first.
+        traffic: moves the uncontrolled vehicles; it is reset first.
+        settings: start, length and time steps.
+        vehicles: number of uncontrolled vehicles.
+        seed: of the start and of the traffic.
+
+    Raises:
+        SettingError: the vehicles cannot be placed.
+    """
+    start_seed, traffic_seed = _children(seed)
+    road = settings.initial.road()
+    scene = initial_scene(settings.initial, vehicles, np.random.default_rng(start_seed))
+    planner.reset()
+    traffic.reset(scene, road, np.random.default_rng(traffic_seed))
+    predictor.predict(scene, road, OWN, settings.plan_step, settings.plan_steps)  # compiles before time is taken
+    scenes, steps = [scene], list[Step]()
+    outcome = Outcome(Kind.FINISHED, settings.steps * settings.step, None, Fault.NONE)
+    for k in range(1, settings.steps + 1):
+        taken = _step(predictor, planner, traffic, settings, scenes[-1], road)
+        steps.append(taken)
+        scenes.append(taken.scene)
+        collision = judge(scenes[-2], scenes[-1], k * settings.step)
+        if collision is not None:
+            outcome = collision
+            break
+    return make_trace(scene, road, steps, settings.step, outcome)
+
+
+def _step(
+    predictor: Predictor, planner: Planner, traffic: Traffic, settings: EpisodeSettings, scene: Scene, road: Road
+) -> Step:
+    """Predict, plan, and move everybody by one simulation step."""
+    own = states_of(scene)[OWN]
+    begin = time.perf_counter()
+    paths = predictor.predict(scene, road, OWN, settings.plan_step, settings.plan_steps)
+    predicted = time.perf_counter()
+    plan = planner.plan(own, paths, road)
+    planned = time.perf_counter()
+    moved = traffic.step(scene, settings.step)
+    states = states_of(moved.scene)
+    states[OWN] = vehicle_step(own, plan.inputs[0], settings.step)
+    return Step(
+        scene=with_states(scene, states),
+        paths=paths,
+        plan=plan,
+        base=moved.base,
+        stuck=moved.stuck,
+        missed=moved.missed,
+        prediction_seconds=predicted - begin,
+        planning_seconds=planned - begin,
+    )
+
+
+def _children(seed: int | np.random.SeedSequence) -> tuple[np.random.SeedSequence, np.random.SeedSequence]:
+    """Two seeds from one; unlike ``SeedSequence.spawn``, the same two every time."""
+    root = seed if isinstance(seed, np.random.SeedSequence) else np.random.SeedSequence(seed)
+    first, second = (
+        np.random.SeedSequence(root.entropy, spawn_key=(*root.spawn_key, child)) for child in range(2)
+    )
+    return first, second

@@ -1,0 +1,102 @@
+"""Where a trial begins: the own car among uncontrolled vehicles, all at the same speed (paper §5).
+
+The own car is slot 0 of the scene, at lon = 0 in the rightmost lane; the uncontrolled vehicles follow in random
+order of place.
+"""
+
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field, PositiveFloat, PositiveInt
+
+from coverdrive.errors import SettingError
+from coverdrive.road import Road
+from coverdrive.scene import Scene
+from coverdrive.settings import Settings
+
+OWN = 0
+"""slot of the own car in every scene of the simulation"""
+
+_ATTEMPTS = 10_000
+
+
+class InitialSettings(Settings):
+    """The road and the traffic at the start of a trial."""
+
+    lanes: PositiveInt = 3
+    """number of lanes (authors' scripts)"""
+    lane_width: PositiveFloat = 3.6
+    """[m] (authors' scripts; US freeway standard, AASHTO)"""
+    road_length: PositiveFloat = 1000.0
+    """[m] 20 s at the reference speed of 40 m/s, and some more"""
+    own_speed: PositiveFloat = 20.0
+    """[m/s] of the own car (authors' scripts)"""
+    traffic_speed: PositiveFloat = 20.0
+    """[m/s] of the uncontrolled vehicles (authors' scripts)"""
+    behind: float = -10.0
+    """[m] lon of the rearmost uncontrolled vehicle's centre, relative to the own car (authors' scripts)"""
+    ahead: float = 30.0
+    """[m] lon of the foremost uncontrolled vehicle's centre, relative to the own car (authors' scripts)"""
+    gap: float = Field(default=2.0, ge=0)
+    """[m] least bumper-to-bumper distance in a lane; the paper asks only that vehicles do not overlap"""
+    length: PositiveFloat = 4.8
+    """[m] of a vehicle; a mid-size car (the paper gives no sizes)"""
+    width: PositiveFloat = 1.9
+    """[m] of a vehicle; a mid-size car (the paper gives no sizes)"""
+    size_variation: Annotated[float, Field(ge=0, lt=1)] = 0.05
+    """sizes of uncontrolled vehicles are drawn uniformly from 1 ± this, times the above (own choice)"""
+
+    def road(self) -> Road:
+        """The road of every trial."""
+        return Road.straight(self.lanes, self.lane_width, self.road_length)
+
+
+def initial_scene(settings: InitialSettings, vehicles: int, rng: np.random.Generator) -> Scene:
+    """Draw the start of a trial by rejection: all vehicles anew until none is too close to another.
+
+    Args:
+        settings: road, speeds, places and sizes.
+        vehicles: number of uncontrolled vehicles, at least 0.
+        rng: source of every random choice.
+
+    Returns:
+        A scene of ``vehicles`` + 1 valid slots, the own car in slot 0.
+
+    Raises:
+        SettingError: the vehicles cannot be placed.
+    """
+    for _ in range(_ATTEMPTS):
+        scene = _draw(settings, vehicles, rng)
+        if scene is not None:
+            return scene
+    raise SettingError(
+        f"{vehicles} uncontrolled vehicles of {settings.length} m could not be placed on {settings.lanes} lanes "
+        f"between lon {settings.behind} and {settings.ahead} m with gaps of {settings.gap} m in {_ATTEMPTS} attempts; "
+        "use fewer vehicles, a longer stretch or a smaller gap"
+    )
+
+
+def _draw(settings: InitialSettings, vehicles: int, rng: np.random.Generator) -> Scene | None:
+    """One draw of all vehicles, or None if two of one lane are too close to each other."""
+    slots = vehicles + 1
+    scale = rng.uniform(1 - settings.size_variation, 1 + settings.size_variation, (2, slots))
+    lane = rng.integers(settings.lanes, size=slots)
+    lon = rng.uniform(settings.behind, settings.ahead, slots)
+    scale[:, OWN], lane[OWN], lon[OWN] = 1.0, 0, 0.0
+    length, width = settings.length * scale[0], settings.width * scale[1]
+    too_close = (lane[:, None] == lane) & (
+        np.abs(lon[:, None] - lon) < (length[:, None] + length) / 2 + settings.gap
+    )
+    if np.triu(too_close, 1).any():
+        return None
+    speed = np.full(slots, settings.traffic_speed)
+    speed[OWN] = settings.own_speed
+    return Scene(
+        lon=lon,
+        lat=np.asarray(settings.road().centres)[lane],
+        speed=speed,
+        heading=np.zeros(slots),
+        length=length,
+        width=width,
+        valid=np.ones(slots, dtype=bool),
+    )

@@ -1,0 +1,98 @@
+"""How an episode ends: without a contact of the own car, or with a frontal, side or rear-end collision (paper §5).
+
+Decided from the last moment before the contact: the other vehicle ahead in the own car's way → frontal; behind in
+its way → rear-end (the own car was hit from behind); else → side.
+"""
+
+import enum
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool
+
+from coverdrive.geometry import axis_gap, boxes_overlap
+from coverdrive.scene import Scene
+from coverdrive.simulation.initial import OWN
+from coverdrive.simulation.motion import half_sizes_of, states_of
+
+
+class Kind(enum.StrEnum):
+    """How an episode ended for the own car."""
+
+    FINISHED = "finished"
+    """no contact"""
+    FRONTAL = "frontal"
+    """the own car ran into a vehicle ahead"""
+    SIDE = "side"
+    """contact from the side"""
+    REAR_END = "rear-end"
+    """a vehicle behind ran into the own car"""
+
+
+class Fault(enum.StrEnum):
+    """Whose driving led to the contact."""
+
+    OWN = "own"
+    """the own car ran into the other, or moved towards it sideways, faster than the other towards it"""
+    OTHER = "other"
+    """the reverse"""
+    NONE = "none"
+    """no contact, or a contact from the side that nobody moved towards"""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How an episode ended."""
+
+    kind: Kind
+    time: float
+    """[s] of the end"""
+    partner: int | None
+    """slot of the vehicle in contact with the own car; the first one, if several are"""
+    at_fault: Fault
+
+
+def judge(before: Scene, after: Scene, time: float) -> Outcome | None:
+    """The collision of the own car between two successive moments, or None if there is none.
+
+    Args:
+        before: all vehicles one step earlier, the own car in slot 0.
+        after: all vehicles now.
+        time: now [s].
+    """
+    contact = contacts(after)[OWN]
+    if not contact.any():
+        return None
+    partner = int(np.flatnonzero(contact)[0])
+    kind = _kind(before, partner)
+    fault = {Kind.FRONTAL: Fault.OWN, Kind.REAR_END: Fault.OTHER}.get(kind) or _side_fault(before, partner)
+    return Outcome(kind, time, partner, fault)
+
+
+def contacts(scene: Scene) -> Bool[np.ndarray, "*batch A A"]:
+    """Whether the bodies of two different valid vehicles overlap, for every pair of slots."""
+    states, half_sizes = states_of(scene), half_sizes_of(scene)
+    first, second = states[..., :, None, :], states[..., None, :, :]
+    overlap = boxes_overlap(
+        first[..., :2], first[..., 3], half_sizes[..., :, None, :], second[..., :2], second[..., 3],
+        half_sizes[..., None, :, :],
+    )  # fmt: skip
+    different = ~np.eye(scene.vehicles, dtype=bool)
+    return overlap & different & scene.valid[..., :, None] & scene.valid[..., None, :]
+
+
+def _kind(before: Scene, partner: int) -> Kind:
+    position, half_sizes = states_of(before)[:, :2], half_sizes_of(before)
+    gap_lon, gap_lat = axis_gap(position[partner], position[OWN], half_sizes[partner], half_sizes[OWN])
+    if gap_lon < 0 or gap_lat >= 0:
+        return Kind.SIDE
+    return Kind.FRONTAL if position[partner, 0] > position[OWN, 0] else Kind.REAR_END
+
+
+def _side_fault(before: Scene, partner: int) -> Fault:
+    lateral_speed = before.speed * np.sin(before.heading)
+    to_partner = np.sign(before.lat[partner] - before.lat[OWN])
+    own, other = to_partner * lateral_speed[OWN], -to_partner * lateral_speed[partner]
+    if max(own, other) <= 0 or own == other:
+        return Fault.NONE
+    return Fault.OWN if own > other else Fault.OTHER

@@ -1,0 +1,122 @@
+"""The paper's traffic: every vehicle drives a random member of its own predicted set (paper §5).
+
+Every 0.3 s the uncontrolled vehicles choose anew, one after the other in random order: uniformly among the base
+trajectories that the predictor calls possible and that pass the collision check, over the whole horizon, against
+the other uncontrolled vehicles' chosen paths. Those that have not chosen yet are taken on their previous choice. The
+own car is taken into account at constant velocity, and only by a vehicle that has it directly in front.
+
+A slots, M base trajectories, n times from now to the end of the horizon.
+"""
+
+import numpy as np
+from jaxtyping import Bool, Float
+from pydantic import PositiveFloat
+
+from coverdrive.errors import SettingError
+from coverdrive.road import Road
+from coverdrive.scene import Scene
+from coverdrive.settings import Settings
+from coverdrive.simulation.clearance import clearance, directly_in_front, road_clearance
+from coverdrive.simulation.initial import OWN
+from coverdrive.simulation.motion import constant_velocity, follow, half_sizes_of, states_of, with_states
+from coverdrive.simulation.predictor import Predictor
+from coverdrive.simulation.traffic import TrafficStep
+
+
+class SetSamplingSettings(Settings):
+    """How often the vehicles choose."""
+
+    interval: PositiveFloat = 0.3
+    """[s] between two choices of a vehicle (authors' scripts)"""
+
+
+class SetSamplingTraffic:
+    """Uncontrolled vehicles that follow base trajectories drawn from their predicted sets."""
+
+    def __init__(self, predictor: Predictor, settings: SetSamplingSettings | None = None):
+        """Take the sets from ``predictor``; call `reset` before the first step."""
+        self._predictor = predictor
+        self._settings = settings or SetSamplingSettings()
+
+    def reset(self, scene: Scene, road: Road, rng: np.random.Generator) -> None:
+        """Begin with every vehicle at constant velocity; all choose in the first step."""
+        self._road, self._rng = road, rng
+        self._age = 0
+        self._paths = states_of(scene)[:, None]
+        self._base = np.full(scene.vehicles, -1)
+
+    def step(self, scene: Scene, dt: float) -> TrafficStep:
+        """Choose if it is time to, then move every vehicle along its chosen path.
+
+        Raises:
+            SettingError: ``dt`` does not divide the interval between two choices.
+        """
+        steps = round(self._settings.interval / dt)
+        if steps < 1 or not np.isclose(steps * dt, self._settings.interval):
+            raise SettingError(
+                f"vehicles choose every {self._settings.interval} s, which is not a multiple of the simulation step "
+                f"of {dt} s; change one of the two"
+            )
+        stuck, missed = np.zeros((2, scene.vehicles), dtype=bool)
+        if self._age % steps == 0:
+            stuck, missed = self._choose(scene, dt)
+        self._age += 1
+        states = self._paths[:, self._age].copy()
+        states[OWN] = states_of(scene)[OWN]
+        return TrafficStep(with_states(scene, states), self._base.copy(), stuck, missed)
+
+    def _choose(self, scene: Scene, dt: float) -> tuple[Bool[np.ndarray, " A"], Bool[np.ndarray, " A"]]:
+        """Give every valid vehicle a new base trajectory; tell who was stuck, and who left its predicted set."""
+        basis = self._predictor.basis
+        times = dt * np.arange(round(basis.horizon / dt) + 1)
+        deviation, rate = basis.rollout(times)
+        possible = np.asarray(self._predictor.possible(scene, self._road))
+        heeds_own = directly_in_front(scene, self._road)
+        self._begin_choice(scene, times)
+        stuck, missed = np.zeros((2, scene.vehicles), dtype=bool)
+        for slot in self._rng.permutation(np.flatnonzero(scene.valid)):
+            if slot == OWN:
+                continue
+            paths = follow(self._paths[slot, 0], times, deviation, rate)
+            others = scene.valid & (np.arange(scene.vehicles) != slot)
+            others[OWN] &= heeds_own[slot]
+            clear = self._clearance(scene, slot, paths, others)
+            base, stuck[slot] = self._pick(possible[slot], clear, deviation)
+            missed[slot] = not possible[slot, base]
+            self._base[slot] = base
+            self._paths[slot] = paths[base]
+        return stuck, missed
+
+    def _begin_choice(self, scene: Scene, times: Float[np.ndarray, " n"]) -> None:
+        """Let the paths begin now: previous choices go on at constant velocity, and so does the own car."""
+        left = self._paths[:, self._age :]
+        missing = len(times) - left.shape[1]
+        beyond = constant_velocity(left[:, -1], times[1 : missing + 1])
+        self._paths = np.concatenate([left, beyond], axis=1)
+        self._paths[OWN] = constant_velocity(states_of(scene)[OWN], times)
+        self._age = 0
+
+    def _clearance(
+        self, scene: Scene, slot: int, paths: Float[np.ndarray, "M n 4"], others: Bool[np.ndarray, " A"]
+    ) -> Float[np.ndarray, " M"]:
+        """Clearance [m] of a vehicle's paths to the other vehicles and to the edges of the road, after now."""
+        half_sizes = half_sizes_of(scene)
+        apart = clearance(paths[:, 1:], half_sizes[slot], self._paths[others, 1:], half_sizes[others])
+        return np.minimum(apart, road_clearance(paths, half_sizes[slot], self._road))
+
+    def _pick(
+        self,
+        possible: Bool[np.ndarray, " M"],
+        clear: Float[np.ndarray, " M"],
+        deviation: Float[np.ndarray, "M n 2"],
+    ) -> tuple[int, bool]:
+        """A random base trajectory that is possible and passes the check; else the least bad one, and True.
+
+        The least bad one is the possible one of largest clearance; if none is possible, the hardest braking.
+        """
+        passing = np.flatnonzero(possible & (clear > 0))
+        if len(passing) > 0:
+            return int(self._rng.choice(passing)), False
+        if possible.any():
+            return int(np.argmax(np.where(possible, clear, -np.inf))), True
+        return int(np.argmin(deviation[:, -1, 0])), True

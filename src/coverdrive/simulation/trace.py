@@ -1,0 +1,83 @@
+"""One episode from start to end: enough to redraw every picture of it, or to replay it.
+
+n steps, A vehicle slots (the own car's is 0). Step k leads from moment k to moment k + 1.
+"""
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from coverdrive.paths import PredictedPaths
+from coverdrive.planning.plan import Plan
+from coverdrive.road import Road
+from coverdrive.scene import Scene
+from coverdrive.simulation.outcome import Outcome
+
+
+class Step(eqx.Module):
+    """What happened in one step."""
+
+    scene: Scene
+    """all vehicles after the step"""
+    paths: PredictedPaths
+    """what was predicted at the start of the step"""
+    plan: Plan
+    """what the own car planned against it"""
+    base: Int[np.ndarray, " A"]
+    """index of the base trajectory that each vehicle follows during the step; −1: none"""
+    stuck: Bool[np.ndarray, " A"]
+    """whether a vehicle chose at the start of the step and found no choice that passes its check"""
+    missed: Bool[np.ndarray, " A"]
+    """whether a vehicle chose a base trajectory that the predictor calls impossible"""
+    prediction_seconds: float
+    """[s] wall time of the prediction"""
+    planning_seconds: float
+    """[s] wall time of prediction and planning together"""
+
+
+class Trace(eqx.Module):
+    """One episode."""
+
+    time: Float[np.ndarray, " n+1"]
+    """[s]"""
+    scene: Scene
+    """all vehicles at every moment, leading axis n + 1"""
+    road: Road
+    paths: tuple[PredictedPaths, ...]
+    """what was predicted at the start of each step"""
+    plans: tuple[Plan, ...]
+    """what the own car planned at the start of each step"""
+    base: Int[np.ndarray, "n A"]
+    """index of the base trajectory that each vehicle follows; −1: none"""
+    stuck: Bool[np.ndarray, "n A"]
+    """whether a vehicle chose at the start of the step and found no choice that passes its check"""
+    missed: Bool[np.ndarray, "n A"]
+    """whether a vehicle chose a base trajectory that the predictor calls impossible"""
+    prediction_seconds: Float[np.ndarray, " n"]
+    """[s] wall time of the prediction"""
+    planning_seconds: Float[np.ndarray, " n"]
+    """[s] wall time of prediction and planning together"""
+    outcome: Outcome
+
+    def __len__(self) -> int:
+        """Number of steps n."""
+        return len(self.plans)
+
+
+def make_trace(start: Scene, road: Road, steps: list[Step], dt: float, outcome: Outcome) -> Trace:
+    """Put the steps of an episode, at least one, of ``dt`` [s] each behind one another."""
+    scenes = [start, *(step.scene for step in steps)]
+    fields = ("lon", "lat", "speed", "heading", "length", "width", "valid")
+    return Trace(
+        time=dt * np.arange(len(scenes)),
+        scene=Scene(**{field: np.stack([getattr(scene, field) for scene in scenes]) for field in fields}),
+        road=road,
+        paths=tuple(step.paths for step in steps),
+        plans=tuple(step.plan for step in steps),
+        base=np.stack([step.base for step in steps]),
+        stuck=np.stack([step.stuck for step in steps]),
+        missed=np.stack([step.missed for step in steps]),
+        prediction_seconds=np.array([step.prediction_seconds for step in steps]),
+        planning_seconds=np.array([step.planning_seconds for step in steps]),
+        outcome=outcome,
+    )

@@ -1,0 +1,38 @@
+"""What the simulation asks of a traffic model; bring your own by writing these two methods.
+
+A vehicle slots, the own car's included (slot 0), which a traffic model never moves.
+"""
+
+from typing import Protocol
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Bool, Int
+
+from coverdrive.road import Road
+from coverdrive.scene import Scene
+
+
+class TrafficStep(eqx.Module):
+    """What the uncontrolled vehicles did in one step."""
+
+    scene: Scene
+    """the vehicles after the step; the own car's slot is as it was"""
+    base: Int[np.ndarray, " A"]
+    """index of the base trajectory that each vehicle follows; −1 where it follows none"""
+    stuck: Bool[np.ndarray, " A"]
+    """whether a vehicle had to choose at the start of the step and found no choice that passes its check"""
+    missed: Bool[np.ndarray, " A"]
+    """whether a vehicle chose, at the start of the step, a base trajectory that the predictor calls impossible"""
+
+
+class Traffic(Protocol):
+    """Anything that moves the uncontrolled vehicles."""
+
+    def reset(self, scene: Scene, road: Road, rng: np.random.Generator) -> None:
+        """Begin an episode from ``scene``; all random choices of the episode come from ``rng``."""
+        ...
+
+    def step(self, scene: Scene, dt: float) -> TrafficStep:
+        """Move every uncontrolled vehicle by ``dt`` [s] from ``scene``, which shows the own car as it is now."""
+        ...

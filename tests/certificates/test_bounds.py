@@ -1,0 +1,85 @@
+"""The exact tails against the paper's table (with its erratum), SciPy and a direct sum."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import stats
+
+from coverdrive.certificates.bounds import binomial_tail, clopper_pearson, violation_bound
+from coverdrive.errors import CertificateError
+
+SIZES = (15946, 23919, 31893, 39866, 47839, 55813, 63786)
+BASES = 17
+
+
+def as_percent(values: list[float], digits: int) -> list[float]:
+    return [round(100 * value, digits) for value in values]
+
+
+def test_paper_table_1_at_99_percent() -> None:
+    # The paper prints 0.19, 0.103, 0.077, 0.062, 0.052, 0.044, 0.039: only the first is the 99 % bound.
+    bounds = [violation_bound(0.99, BASES + 2, size) for size in SIZES]
+    assert as_percent(bounds, 4) == [0.1917, 0.1278, 0.0959, 0.0767, 0.0639, 0.0548, 0.0479]
+
+
+def test_paper_table_1_rows_2_to_7_are_the_90_percent_bound() -> None:
+    bounds = [violation_bound(0.90, BASES + 2, size) for size in SIZES[1:]]
+    printed = [0.103, 0.077, 0.062, 0.052, 0.044, 0.039]
+    assert as_percent(bounds, 3) == pytest.approx(printed, abs=0.0011)
+
+
+def test_tight_bound_with_one_constraint_per_threshold() -> None:
+    bounds = [violation_bound(0.99, BASES, size) for size in SIZES]
+    assert as_percent(bounds, 4) == [0.1757, 0.1172, 0.0879, 0.0703, 0.0586, 0.0502, 0.0439]
+
+
+def test_one_parameter_family() -> None:
+    assert round(100 * violation_bound(0.99, 1, SIZES[0]), 4) == 0.0289
+    assert violation_bound(0.99, 1, 100) == pytest.approx(1 - 0.01 ** (1 / 100))
+
+
+@given(st.floats(0, 1), st.integers(0, 12), st.integers(1, 12))
+def test_tail_is_the_sum_of_the_paper(epsilon: float, successes: int, samples: int) -> None:
+    direct = sum(
+        math.comb(samples, j) * epsilon**j * (1 - epsilon) ** (samples - j)
+        for j in range(min(successes, samples) + 1)
+    )
+    assert binomial_tail(epsilon, successes, samples) == pytest.approx(direct, abs=1e-12)
+
+
+@given(st.floats(0.01, 0.999), st.integers(1, 40), st.integers(0, 3000))
+def test_bound_inverts_the_tail(confidence: float, support: int, more: int) -> None:
+    samples = support + more
+    epsilon = violation_bound(confidence, support, samples)
+    assert binomial_tail(epsilon, support - 1, samples) == pytest.approx(1 - confidence, abs=1e-9)
+    assert epsilon == pytest.approx(stats.beta.ppf(confidence, support, samples - support + 1), rel=1e-9)
+
+
+def test_intervals_of_the_papers_collisions() -> None:
+    assert as_percent(list(clopper_pearson(7, 1000)), 2) == [0.28, 1.44]
+    assert as_percent(list(clopper_pearson(20, 1000)), 2) == [1.23, 3.07]
+
+
+@given(st.integers(0, 200), st.integers(0, 200), st.floats(0.5, 0.999))
+def test_interval_agrees_with_scipy(successes: int, failures: int, confidence: float) -> None:
+    trials = successes + failures
+    if trials == 0:
+        assert clopper_pearson(0, 0, confidence) == (0, 1)
+        return
+    expected = stats.binomtest(successes, trials).proportion_ci(confidence, method="exact")
+    assert clopper_pearson(successes, trials, confidence) == pytest.approx((expected.low, expected.high), abs=1e-9)
+
+
+@pytest.mark.parametrize("confidence", [0, 1, -0.1, 1.5, math.nan])
+def test_confidence_outside_the_unit_interval_is_refused(confidence: float) -> None:
+    with pytest.raises(CertificateError, match="strictly between 0 and 1"):
+        violation_bound(confidence, 1, 10)
+    with pytest.raises(CertificateError, match="strictly between 0 and 1"):
+        clopper_pearson(1, 10, confidence)
+
+
+def test_too_few_samples_are_refused() -> None:
+    with pytest.raises(CertificateError, match="10 calibration samples cannot support a bound with 11"):
+        violation_bound(0.99, 11, 10)

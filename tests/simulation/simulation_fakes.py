@@ -1,0 +1,89 @@
+"""Small stand-ins for a predictor and planners, and hand-made scenes."""
+
+import equinox as eqx
+import numpy as np
+from coverdrive.paths import PredictedPaths
+from coverdrive.planning.plan import Plan, Status
+from coverdrive.planning.vehicle import rollout
+from coverdrive.scene import Scene
+
+
+class FakeBasis(eqx.Module):
+    """Constant acceleration with a smooth shift across the road; every combination is one base trajectory."""
+
+    acceleration: np.ndarray
+    shift: np.ndarray
+    horizon: float = 3.0
+
+    @staticmethod
+    def make(accelerations=(0.0, 1.0, -1.0, -3.0), shifts=(0.0, 3.6, -3.6)) -> "FakeBasis":
+        grid = np.stack(np.meshgrid(accelerations, shifts, indexing="ij"), -1).reshape(-1, 2)
+        return FakeBasis(grid[:, 0], grid[:, 1])
+
+    def rollout(self, times):
+        s = times / self.horizon
+        lon = 0.5 * self.acceleration[:, None] * times**2
+        lat = self.shift[:, None] * (3 * s**2 - 2 * s**3)
+        rate = np.stack(
+            [self.acceleration[:, None] * times, self.shift[:, None] * 6 * (s - s**2) / self.horizon], -1
+        )
+        return np.stack([lon, lat], -1), rate
+
+
+class FakePredictor(eqx.Module):
+    """Every vehicle may follow every base trajectory, except those named impossible."""
+
+    basis: FakeBasis
+    impossible: tuple[int, ...] = ()
+
+    def possible(self, scene, road):
+        verdict = np.ones((scene.vehicles, len(self.basis.shift)), dtype=bool)
+        verdict[:, list(self.impossible)] = False
+        return verdict
+
+    def predict(self, scene, road, own, dt, steps):
+        times = dt * np.arange(steps + 1)
+        deviation, _ = self.basis.rollout(times)
+        slots = [slot for slot in np.flatnonzero(scene.valid) if slot != own]
+        points, vehicle = [], []
+        for slot in slots:
+            for base in np.flatnonzero(self.possible(scene, road)[slot]):
+                straight = np.stack([scene.lon[slot] + scene.speed[slot] * times, np.full(len(times), scene.lat[slot])])
+                points.append(straight.T + deviation[base])
+                vehicle.append(slot)
+        shape = (len(points), steps + 1, 2)
+        sizes = np.stack([scene.length, scene.width], -1)[vehicle] / 2
+        return PredictedPaths(
+            np.reshape(points, shape), np.array(vehicle, dtype=int),
+            np.broadcast_to(sizes.reshape(-1, 1, 2), shape).copy(), dt,
+        )  # fmt: skip
+
+
+class ConstantPlanner:
+    """Applies the same input always."""
+
+    def __init__(self, acceleration=0.0, yaw_rate=0.0):
+        self.inputs = np.tile([acceleration, yaw_rate], (12, 1))
+        self.resets = 0
+
+    def reset(self):
+        self.resets += 1
+
+    def plan(self, state, paths, road):
+        return Plan(
+            rollout(state, self.inputs, 0.25), self.inputs, np.zeros(12), Status.SOLVED, cost=1.0, seconds=0.0, dt=0.25
+        )
+
+
+def make_scene(lon, lat, speed=None, heading=None) -> Scene:
+    """Vehicles of 4.8 m × 1.9 m."""
+    lon, lat = np.asarray(lon, dtype=float), np.asarray(lat, dtype=float)
+    return Scene(
+        lon=lon,
+        lat=lat,
+        speed=np.full(lon.shape, 20.0) if speed is None else np.asarray(speed, dtype=float),
+        heading=np.zeros(lon.shape) if heading is None else np.asarray(heading, dtype=float),
+        length=np.full(lon.shape, 4.8),
+        width=np.full(lon.shape, 1.9),
+        valid=np.ones(lon.shape, dtype=bool),
+    )
