@@ -103,8 +103,12 @@ def test_bound_holds_on_new_samples_and_fails_without_calibration() -> None:
         rule, certificate = post_bloat(calibration, NOBODY, confidence=0.9)
         new = drawn(20_000, 4, seed=10_000 + repeat, first_vehicle=1000)
         broken += evaluate(rule, new).windows.value > certificate.epsilon
-        optimist, _ = post_bloat(ScoredSamples(1 - (1 - calibration.scores) / 2, calibration.base,
-                                               calibration.distance, calibration.vehicle), NOBODY)
+        optimist, _ = post_bloat(
+            ScoredSamples(
+                1 - (1 - calibration.scores) / 2, calibration.base, calibration.distance, calibration.vehicle
+            ),
+            NOBODY,
+        )
         broken_by_optimist += evaluate(optimist, new).windows.value > certificate.epsilon
     assert broken <= 400 * 0.1
     assert broken_by_optimist > 400 * 0.9

@@ -43,8 +43,7 @@ def test_one_parameter_family() -> None:
 @given(st.floats(0, 1), st.integers(0, 12), st.integers(1, 12))
 def test_tail_is_the_sum_of_the_paper(epsilon: float, successes: int, samples: int) -> None:
     direct = sum(
-        math.comb(samples, j) * epsilon**j * (1 - epsilon) ** (samples - j)
-        for j in range(min(successes, samples) + 1)
+        math.comb(samples, j) * epsilon**j * (1 - epsilon) ** (samples - j) for j in range(min(successes, samples) + 1)
     )
     assert binomial_tail(epsilon, successes, samples) == pytest.approx(direct, abs=1e-12)
 

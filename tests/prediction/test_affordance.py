@@ -77,8 +77,10 @@ def test_vehicle_two_lanes_away_is_no_neighbour() -> None:
 
 def test_empty_slots_do_not_count() -> None:
     scene = scene_of((0, 5.4, 20, 4, 2), (20, 5.4, 10, 4, 2))
-    hidden = Scene(*(getattr(scene, name) for name in ("lon", "lat", "speed", "heading", "length", "width")),
-                   valid=np.array([True, False]))
+    hidden = Scene(
+        *(getattr(scene, name) for name in ("lon", "lat", "speed", "heading", "length", "width")),
+        valid=np.array([True, False]),
+    )
     expect(named(hidden), front_clearance=50, front_relative_speed=0)
 
 
@@ -94,8 +96,13 @@ def traffic(draw: st.DrawFn) -> Scene:
     lane = st.sampled_from([1.8, 5.4, 9.0])
     offset = st.floats(-1.5, 1.5, width=32)
     rows = [
-        (draw(lon), draw(lane) + draw(offset), draw(st.floats(0, 40, width=32)), draw(st.floats(3, 15, width=32)),
-         draw(st.floats(1.5, 2.5, width=32)))
+        (
+            draw(lon),
+            draw(lane) + draw(offset),
+            draw(st.floats(0, 40, width=32)),
+            draw(st.floats(3, 15, width=32)),
+            draw(st.floats(1.5, 2.5, width=32)),
+        )
         for _ in range(count)
     ]
     scene = scene_of(*rows)
@@ -166,7 +173,8 @@ def plain_affordance(scene: Scene, road: Road, own: int) -> list[float]:
 def test_agrees_with_the_plain_loop(scene: Scene) -> None:
     if len(set(scene.lon.tolist())) < scene.vehicles:
         return  # ties are tested above
-    batch = Scene(**{name: getattr(scene, name)[None] for name in
-                     ("lon", "lat", "speed", "heading", "length", "width", "valid")})
+    batch = Scene(
+        **{name: getattr(scene, name)[None] for name in ("lon", "lat", "speed", "heading", "length", "width", "valid")}
+    )
     expected = [plain_affordance(scene, ROAD, own) for own in range(scene.vehicles)]
     assert np.asarray(affordance(batch, ROAD))[0] == pytest.approx(np.array(expected), abs=1e-3)

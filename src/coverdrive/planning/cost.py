@@ -114,8 +114,6 @@ def plan_cost(
     weight = np.ones(steps)
     weight[-1] = settings.terminal
     cost = weight * state_cost(lat_error, states[..., 1:, 2], states[..., 1:, 3], settings)
-    cost = cost + input_cost(
-        inputs[..., 0], inputs[..., 1], changes[..., 0], changes[..., 1], settings
-    )
+    cost = cost + input_cost(inputs[..., 0], inputs[..., 1], changes[..., 0], changes[..., 1], settings)
     cost = cost + settings.slack_weights(steps) * slack**2 + settings.off_road * off_road**2
     return cost.sum(axis=-1)

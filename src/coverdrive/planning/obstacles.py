@@ -91,13 +91,13 @@ def clearance(
     return ahead**settings.order + aside**settings.order
 
 
-def obstacle_slack(
-    states: Float[np.ndarray, "*n K+1 4"],
+def clearances(
+    states: Float[np.ndarray, "*m K+1 4"],
     obstacles: Obstacles,
     vehicle: VehicleSettings,
     settings: ObstacleSettings,
-) -> Float[np.ndarray, "*n K"]:
-    """The smallest slack γ_k with which the states meet the obstacle constraints of the steps k = 1 … K.
+) -> Float[np.ndarray, "*m K n"]:
+    """Left-hand sides of all obstacle constraints, without their slacks, at the steps k = 1 … K.
 
     Args:
         states: lon [m], lat [m], speed [m/s], heading [rad].
@@ -108,17 +108,20 @@ def obstacle_slack(
     lon, lat, heading = (states[..., 1:, i, None] for i in (0, 1, 3))
     offset = (lon - obstacles.centres[..., 0], lat - obstacles.centres[..., 1])
     half_sizes = (obstacles.half_sizes[..., 0], obstacles.half_sizes[..., 1])
-    values = clearance(offset, half_sizes, own_half_sizes(heading, vehicle), settings)
+    return clearance(offset, half_sizes, own_half_sizes(heading, vehicle), settings)
+
+
+def smallest_slack(values: Float[np.ndarray, "*m K n"]) -> Float[np.ndarray, "*m K"]:
+    """The smallest slack γ_k of every step with which constraints of these left-hand sides hold."""
     return np.maximum(0.0, 1.0 - values.min(axis=-1, initial=1.0))
 
 
 def reachable_obstacles(
     state: Float[np.ndarray, " 4"], paths: PredictedPaths, vehicle: VehicleSettings, settings: ObstacleSettings
 ) -> Obstacles:
-    """The predicted boxes that the own car could violate at all, step by step, in a number that is a power of two.
+    """The paths that the own car could meet at all within the horizon, as obstacles.
 
-    Leaving out what is out of reach loses nothing: those constraints hold whatever the car does. Free slots are
-    filled with boxes out of reach, so that few sizes of the optimisation problem serve every scene.
+    Leaving out the others loses nothing: their constraints hold whatever the car does.
 
     Args:
         state: lon [m], lat [m], speed [m/s], heading [rad] now.
@@ -128,37 +131,33 @@ def reachable_obstacles(
     """
     centres = np.moveaxis(paths.points[:, 1:], 0, 1)
     half_sizes = np.moveaxis(paths.half_sizes[:, 1:], 0, 1)
-    steps = centres.shape[0]
-    reach_centres, reach_half_sizes = reachable_boxes(state, steps, paths.dt, vehicle)
+    reach_centres, reach_half_sizes = reachable_boxes(state, centres.shape[0], paths.dt, vehicle)
     own = np.array(own_half_sizes(max(abs(state[3]), vehicle.max_heading), vehicle))
     inflation = np.array([settings.longitudinal_inflation, settings.lateral_inflation])
     distance = np.abs(centres - reach_centres[:, None]) - reach_half_sizes[:, None]
-    reachable = np.all(distance < inflation * (half_sizes + own), axis=-1)
-    slots = _slots(int(reachable.sum(axis=1).max(initial=0)))
-    return _packed(centres, half_sizes, reachable, slots, far=np.array([state[0] + _FAR, state[1]]))
+    meets = np.all(distance < inflation * (half_sizes + own), axis=-1).any(axis=0)
+    return Obstacles(centres[:, meets], half_sizes[:, meets])
 
 
-def _slots(needed: int) -> int:
-    """The number of slots that is provided for a number of boxes: a power of two, at least 8."""
-    return max(8, 1 << (needed - 1).bit_length())
+def chosen_obstacles(obstacles: Obstacles, chosen: Bool[np.ndarray, "K n"], lon: float) -> Obstacles:
+    """The chosen boxes of every step, in a number of slots that is a power of two and at least 8.
 
+    Few sizes of the optimisation problem thus serve every scene; free slots hold boxes that are out of reach.
 
-def _packed(
-    centres: Float[np.ndarray, "K S 2"],
-    half_sizes: Float[np.ndarray, "K S 2"],
-    reachable: Bool[np.ndarray, "K S"],
-    slots: int,
-    far: Float[np.ndarray, " 2"],
-) -> Obstacles:
-    """The reachable boxes of every step in the first slots, boxes far away in the others."""
-    steps = centres.shape[0]
-    packed_centres = np.broadcast_to(far, (steps, slots, 2)).copy()
-    packed_half_sizes = np.full((steps, slots, 2), _FAR / 10)
-    step, path = np.nonzero(reachable)
-    slot = (np.cumsum(reachable, axis=1) - 1)[step, path]
-    packed_centres[step, slot] = centres[step, path]
-    packed_half_sizes[step, slot] = half_sizes[step, path]
-    return Obstacles(packed_centres, packed_half_sizes)
+    Args:
+        obstacles: the boxes to choose from.
+        chosen: which of them, step by step.
+        lon: [m] where the own car is.
+    """
+    steps = chosen.shape[0]
+    slots = max(8, 1 << (int(chosen.sum(axis=1).max(initial=1)) - 1).bit_length())
+    centres = np.tile([lon + _FAR, 0.0], (steps, slots, 1))
+    half_sizes = np.full((steps, slots, 2), _FAR / 10)
+    step, box = np.nonzero(chosen)
+    slot = (np.cumsum(chosen, axis=1) - 1)[step, box]
+    centres[step, slot] = obstacles.centres[step, box]
+    half_sizes[step, slot] = obstacles.half_sizes[step, box]
+    return Obstacles(centres, half_sizes)
 
 
 def without_rear(state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> PredictedPaths:

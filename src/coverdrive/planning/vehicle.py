@@ -92,11 +92,7 @@ def feasible_inputs(
     speed, heading = state[..., 2], state[..., 3]
     lowest = np.maximum(-settings.max_deceleration, np.minimum(0.0, -speed / dt))
     highest = np.minimum(settings.max_acceleration, np.maximum(0.0, (settings.max_speed - speed) / dt))
-    yaw_bound = np.minimum(
-        settings.max_yaw_rate, settings.max_lateral_acceleration / np.maximum(np.abs(speed), 1e-9)
-    )
+    yaw_bound = np.minimum(settings.max_yaw_rate, settings.max_lateral_acceleration / np.maximum(np.abs(speed), 1e-9))
     rightmost = np.maximum(-yaw_bound, np.minimum(0.0, (-settings.max_heading - heading) / dt))
     leftmost = np.minimum(yaw_bound, np.maximum(0.0, (settings.max_heading - heading) / dt))
-    return np.stack(
-        [np.clip(inputs[..., 0], lowest, highest), np.clip(inputs[..., 1], rightmost, leftmost)], axis=-1
-    )
+    return np.stack([np.clip(inputs[..., 0], lowest, highest), np.clip(inputs[..., 1], rightmost, leftmost)], axis=-1)

@@ -78,7 +78,9 @@ class Basis(eqx.Module):
         the speed at that moment.
         """
         knots = self.step * np.arange(self.points.shape[1])
-        lon = CubicSpline(knots, self.points[..., 0], axis=1, bc_type=((1, 0.0), (2, 0.0)))  # pyright: ignore[reportArgumentType]
+        still = np.zeros(len(self))
+        ends = ((1, still), (2, still))
+        lon = CubicSpline(knots, self.points[..., 0], axis=1, bc_type=ends)  # pyright: ignore[reportArgumentType]
         lat = CubicSpline(knots, self.points[..., 1], axis=1, bc_type="natural")
         deviation = np.stack([lon(times), lat(times)], axis=-1)
         rate = np.stack([lon(times, 1), lat(times, 1)], axis=-1)

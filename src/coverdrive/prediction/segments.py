@@ -6,7 +6,7 @@ its start, point t is (lon(t) − lon(0) − v₀·t, lat(t) − lat(0)). N segm
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -55,6 +55,10 @@ class Segments:
     def __len__(self) -> int:
         """Number of segments N."""
         return self.points.shape[0]
+
+    def of(self, keep: np.ndarray) -> "Segments":
+        """The segments selected by an index or boolean array."""
+        return replace(self, **{name: getattr(self, name)[keep] for name in _PER_SEGMENT})
 
 
 def cut_segments(recordings: Sequence[Recording], settings: SegmentSettings | None = None) -> Segments:

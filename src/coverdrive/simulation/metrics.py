@@ -52,22 +52,72 @@ def road_departure(trace: Trace) -> float:
 
 def minimum_gap(trace: Trace) -> float:
     """Least distance [m] of the own car's body to another, as boxes along the road; infinite without another."""
-    gap, _ = _apart(trace)
-    return float(np.hypot(*np.moveaxis(np.maximum(gap, 0.0), -1, 0)).min(initial=np.inf))
+    separation, _, reach = _relative(trace)
+    return float(np.linalg.norm(np.maximum(np.abs(separation) - reach, 0.0), axis=-1).min(initial=np.inf))
 
 
 def minimum_time_to_collision(trace: Trace) -> float:
     """Least time [s] to contact of the own car, at any moment, if all kept their velocity; infinite if never.
 
-    Bodies are boxes along the road; the velocities are vectors, so that contact from the side counts as well.
+    Bodies are boxes along the road; velocities have two components, so that contact from the side counts as well.
     """
-    gap, separation = _apart(trace)
-    states = states_of(trace.scene)
-    velocity = states[..., [2]] * np.stack([np.cos(states[..., 3]), np.sin(states[..., 3])], axis=-1)
-    closing = -np.sign(separation) * (velocity - velocity[:, [OWN]])[_others(trace)]
-    reach = 2 * np.abs(separation) - gap
+    separation, velocity, reach = _relative(trace)
+    inside = np.abs(separation) < reach
     with np.errstate(divide="ignore", invalid="ignore"):
-        enter = np.where(gap < 0, -np.inf, np.where(closing > 0, gap / closing, np.inf))
-        leave = np.where(closing == 0, np.where(gap < 0, np.inf, -np.inf), reach / closing)
-    del leave
-    return float(enter.max(-1).min(initial=np.inf))
+        crossings = np.stack([(-reach - separation) / velocity, (reach - separation) / velocity])
+    enter = np.where(velocity == 0, np.where(inside, -np.inf, np.inf), crossings.min(0)).max(-1)
+    leave = np.where(velocity == 0, np.where(inside, np.inf, -np.inf), crossings.max(0)).min(-1)
+    enter = np.maximum(enter, 0.0)
+    return float(np.where(enter < leave, enter, np.inf).min(initial=np.inf))
+
+
+def maximum_slack(trace: Trace) -> float:
+    """Largest slack of an obstacle constraint in any plan; 0 if all plans kept clear."""
+    return float(max(plan.slack.max(initial=0.0) for plan in trace.plans))
+
+
+def planning_time(trace: Trace, quantile: float) -> float:
+    """Quantile in [0, 1] of the wall time [s] of a step's prediction and planning."""
+    return float(np.quantile(trace.planning_seconds, quantile))
+
+
+def status_share(trace: Trace, status: Status) -> float:
+    """Share of the plans that were found in this way."""
+    return sum(plan.status is status for plan in trace.plans) / len(trace)
+
+
+def traffic_stuck(trace: Trace) -> int:
+    """How often an uncontrolled vehicle found no choice that passes its check."""
+    return int(trace.stuck.sum())
+
+
+def traffic_collisions(trace: Trace) -> int:
+    """Number of pairs of uncontrolled vehicles that overlap at any moment."""
+    touched = contacts(trace.scene).any(0)
+    touched[OWN] = touched[:, OWN] = False
+    return int(np.triu(touched).sum())
+
+
+def prediction_misses(trace: Trace) -> int:
+    """How often an uncontrolled vehicle chose a base trajectory that the predictor calls impossible."""
+    return int(trace.missed.sum())
+
+
+def _relative(
+    trace: Trace,
+) -> tuple[Float[np.ndarray, "n+1 B 2"], Float[np.ndarray, "n+1 B 2"], Float[np.ndarray, "n+1 B 2"]]:
+    """Place [m] and velocity [m/s] of the other valid vehicles as seen from the own car, and sum of half extents [m].
+
+    All along lon and lat.
+    """
+    states = states_of(trace.scene)
+    speed, heading = states[..., 2], states[..., 3]
+    velocity = np.stack([speed * np.cos(heading), speed * np.sin(heading)], axis=-1)
+    extent = turned_half_extents(half_sizes_of(trace.scene), heading)
+    others = np.flatnonzero(trace.scene.valid[0])
+    others = others[others != OWN]
+    return (
+        states[:, others, :2] - states[:, [OWN], :2],
+        velocity[:, others] - velocity[:, [OWN]],
+        extent[:, others] + extent[:, [OWN]],
+    )

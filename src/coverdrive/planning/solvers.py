@@ -1,0 +1,101 @@
+"""Solving the nonlinear program: fatrop, which exploits the stages, and IPOPT, which is slower and more robust.
+
+Solvers are compiled once per process for every size of the problem. They neither pickle nor may be used by two
+threads at a time.
+"""
+
+import functools
+from typing import Any, Literal
+
+import casadi as ca
+import numpy as np
+from jaxtyping import Float
+from pydantic import Field
+
+from coverdrive.planning.motion import Motion
+from coverdrive.planning.problem import (
+    ProblemSettings,
+    Situation,
+    build_program,
+    pack,
+    parameter_values,
+    variable_bounds,
+)
+from coverdrive.settings import Settings
+
+Solver = Literal["fatrop", "ipopt"]
+
+
+class SolverSettings(Settings):
+    """When a solver is done, and when it gives up."""
+
+    tolerance: float = Field(1e-3, gt=0)
+    """largest violation of the optimality conditions"""
+    barrier: float = Field(0.1, gt=0)
+    """barrier parameter that the interior point methods start with"""
+    max_iterations: int = Field(100, ge=0)
+    """of either solver"""
+
+
+@functools.lru_cache(maxsize=64)
+def compiled_solver(problem: ProblemSettings, slots: int, solver: Solver, settings: SolverSettings) -> Any:
+    """The solver of a problem size, compiled when first asked for in a process.
+
+    Args:
+        problem: horizon, car, weights and shape of the obstacles.
+        slots: boxes at every step.
+        solver: which one.
+        settings: tolerance and limits.
+    """
+    program = build_program(problem, slots)
+    limits = {"max_iter": settings.max_iterations, "mu_init": settings.barrier, "print_level": 0}
+    options: dict[str, Any] = {"print_time": False, "error_on_fail": False, "show_eval_warnings": False}
+    if solver == "ipopt":
+        options["ipopt"] = limits | {"tol": settings.tolerance, "sb": "yes"}
+    else:
+        states, inputs, constraints = (list(column) for column in zip(*program.stages, strict=True))
+        options |= {"structure_detection": "manual", "equality": program.equality, "N": problem.steps}
+        options |= {"nx": states, "nu": inputs, "ng": constraints}
+        options["fatrop"] = limits | {"tolerance": settings.tolerance}
+    return ca.nlpsol("plan", solver, program.nlp, options)
+
+
+def solve(
+    situation: Situation,
+    target_lat: float,
+    start: Motion,
+    solver: Solver,
+    problem: ProblemSettings,
+    settings: SolverSettings,
+) -> Float[np.ndarray, "K 6"] | None:
+    """The states and inputs that a solver converges to, or None.
+
+    Args:
+        situation: what the plan is made for.
+        target_lat: [m] centre of the target lane.
+        start: the motion that the solver starts from.
+        solver: which one.
+        problem: horizon, car, weights and shape of the obstacles.
+        settings: tolerance and limits.
+
+    Returns:
+        lon [m], lat [m], speed [m/s], heading [rad] at the steps k = 1 … K, and the acceleration [m/s²] and yaw rate
+        [rad/s] that led there.
+    """
+    slots = situation.obstacles.slots
+    program = build_program(problem, slots)
+    low, high = variable_bounds(program, situation.state, problem.vehicle)
+    run = compiled_solver(problem, slots, solver, settings)
+    result = run(
+        x0=pack(program, start.states, start.inputs, start.slack, start.off_road),
+        p=parameter_values(situation, target_lat),
+        lbx=low,
+        ubx=high,
+        lbg=0.0,
+        ubg=np.where(program.equality, 0.0, np.inf),
+    )
+    if not run.stats()["success"]:
+        return None
+    values = np.asarray(result["x"]).ravel()[program.state_index]
+    values[:, 0] += situation.state[0]
+    return values

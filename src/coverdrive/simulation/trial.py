@@ -1,0 +1,143 @@
+"""One trial of a study: an episode from a numbered seed, and its measures in one flat row."""
+
+import typing
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, fields
+from typing import NamedTuple
+
+import numpy as np
+import polars as pl
+
+from coverdrive.planning.plan import Planner, Status
+from coverdrive.simulation import metrics
+from coverdrive.simulation.episode import EpisodeSettings, run_episode
+from coverdrive.simulation.predictor import Predictor
+from coverdrive.simulation.trace import Trace
+from coverdrive.simulation.traffic import Traffic
+
+
+class Participants(NamedTuple):
+    """Who takes part in an episode; built once per process, because solvers cannot move between processes."""
+
+    predictor: Predictor
+    planner: Planner
+    traffic: Traffic
+
+
+Build = Callable[[], Participants]
+"""builds the participants of a study; sent to other processes, so its parts must be picklable"""
+
+
+@dataclass(frozen=True)
+class TrialResult:
+    """The measures of one trial."""
+
+    trial: int
+    """number of the trial in its study, from 0"""
+    seed: int
+    """of the study; with the trial's number it gives the trial's random choices"""
+    vehicles: int
+    """number of uncontrolled vehicles"""
+    kind: str
+    """how the trial ended: a value of `coverdrive.simulation.outcome.Kind`"""
+    time: float
+    """[s] of the end"""
+    partner: int | None
+    """slot of the vehicle in contact with the own car"""
+    at_fault: str
+    """whose driving led to the contact: a value of `coverdrive.simulation.outcome.Fault`"""
+    mean_speed: float
+    """[m/s] of the own car"""
+    distance: float
+    """[m] that the own car came along the road"""
+    lane_changes: int
+    """of the own car"""
+    overtakes: int
+    """vehicles that were ahead of the own car at the start and behind it at the end"""
+    road_departure: float
+    """[m] that the own car's body got beyond the edges of the road"""
+    minimum_gap: float
+    """[m] least distance of the own car to another vehicle"""
+    minimum_time_to_collision: float
+    """[s] least time to contact of the own car, had all kept their velocity"""
+    maximum_slack: float
+    """largest slack of an obstacle constraint in any plan"""
+    planning_median: float
+    """[s] wall time of a step's prediction and planning"""
+    planning_p99: float
+    """[s] wall time of a step's prediction and planning that 99 % of the steps stay below"""
+    planning_maximum: float
+    """[s] wall time of the slowest step's prediction and planning"""
+    share_solved: float
+    """of the plans that the fast solver found"""
+    share_retried: float
+    """of the plans that the robust solver found after the fast one had failed"""
+    share_fallback: float
+    """of the plans that no solver found"""
+    traffic_stuck: int
+    """how often an uncontrolled vehicle found no choice that passes its check"""
+    traffic_collisions: int
+    """pairs of uncontrolled vehicles that overlapped"""
+    prediction_misses: int
+    """how often an uncontrolled vehicle chose a base trajectory that the predictor calls impossible"""
+
+
+_COLUMN_TYPES = {int: pl.Int64(), float: pl.Float64(), str: pl.String(), int | None: pl.Int64()}
+
+SCHEMA = {
+    field.name: _COLUMN_TYPES[typing.get_type_hints(TrialResult)[field.name]] for field in fields(TrialResult)
+}
+"""columns of a table of trial results"""
+
+WALL_TIMES = ("planning_median", "planning_p99", "planning_maximum")
+"""columns that depend on the machine, not only on the seed"""
+
+
+def run_trial(
+    participants: Participants, settings: EpisodeSettings, vehicles: int, seed: int, trial: int
+) -> Trace:
+    """The episode of one trial, alone; the same as within a study.
+
+    Args:
+        participants: predictor, planner and traffic.
+        settings: of the episode.
+        vehicles: number of uncontrolled vehicles.
+        seed: of the study.
+        trial: number of the trial in its study.
+    """
+    return run_episode(*participants, settings, vehicles, np.random.SeedSequence(seed, spawn_key=(trial,)))
+
+
+def measure(trace: Trace, seed: int, trial: int) -> TrialResult:
+    """All measures of one trial's trace."""
+    return TrialResult(
+        trial=trial,
+        seed=seed,
+        vehicles=int(trace.scene.valid[0].sum()) - 1,
+        kind=trace.outcome.kind.value,
+        time=trace.outcome.time,
+        partner=trace.outcome.partner,
+        at_fault=trace.outcome.at_fault.value,
+        mean_speed=metrics.mean_speed(trace),
+        distance=metrics.distance(trace),
+        lane_changes=metrics.lane_changes(trace),
+        overtakes=metrics.overtakes(trace),
+        road_departure=metrics.road_departure(trace),
+        minimum_gap=metrics.minimum_gap(trace),
+        minimum_time_to_collision=metrics.minimum_time_to_collision(trace),
+        maximum_slack=metrics.maximum_slack(trace),
+        planning_median=metrics.planning_time(trace, 0.5),
+        planning_p99=metrics.planning_time(trace, 0.99),
+        planning_maximum=metrics.planning_time(trace, 1.0),
+        share_solved=metrics.status_share(trace, Status.SOLVED),
+        share_retried=metrics.status_share(trace, Status.RETRIED),
+        share_fallback=metrics.status_share(trace, Status.FALLBACK),
+        traffic_stuck=metrics.traffic_stuck(trace),
+        traffic_collisions=metrics.traffic_collisions(trace),
+        prediction_misses=metrics.prediction_misses(trace),
+    )
+
+
+def table_of(results: list[TrialResult]) -> pl.DataFrame:
+    """Trial results as a table, one row each."""
+    return pl.DataFrame([asdict(result) for result in results], schema=SCHEMA)

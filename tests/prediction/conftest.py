@@ -1,0 +1,44 @@
+"""Small recordings for the prediction tests."""
+
+import numpy as np
+import polars as pl
+import pytest
+
+from coverdrive.recordings.recording import SCHEMA, Recording
+from coverdrive.road import Road
+
+
+def recording_of(tracks: list[dict[str, object]], name: str = "made", dt: float = 0.1) -> Recording:
+    """A recording from tracks given as dicts of columns; scalars are repeated over the track."""
+    defaults = {"group": 0, "speed": 20.0, "heading": 0.0, "length": 4.8, "width": 1.9}
+    frames = []
+    for number, track in enumerate(tracks):
+        lon = np.asarray(track["lon"], dtype=float)
+        columns = {"vehicle": number, "time": dt * np.arange(len(lon))} | defaults | track
+        frames.append(
+            pl.DataFrame({key: np.broadcast_to(columns[key], lon.shape) for key in SCHEMA}).cast(dict(SCHEMA))
+        )
+    return Recording(name, pl.concat(frames), dt, Road.straight(), {})
+
+
+@pytest.fixture(scope="session")
+def scenes() -> tuple[Recording, ...]:
+    """Six independent scenes of eight vehicles: some brake, some drift to the left, some keep going."""
+    recordings = []
+    for group in range(6):
+        random = np.random.default_rng(group)
+        time = 0.1 * np.arange(81)
+        tracks = []
+        for number in range(8):
+            speed, acceleration = random.uniform(15, 25), random.choice([-2.0, 0.0, 0.5])
+            drift = random.choice([0.0, 0.0, 0.6])
+            tracks.append(
+                {
+                    "lon": 40.0 * number + speed * time + acceleration * time**2 / 2,
+                    "lat": 1.8 + 3.6 * (number % 3) + drift * np.sin(time / 2),
+                    "speed": np.maximum(speed + acceleration * time, 0),
+                    "group": group,
+                }
+            )
+        recordings.append(recording_of(tracks, name=f"scene {group}"))
+    return tuple(recordings)

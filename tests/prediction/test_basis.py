@@ -1,0 +1,103 @@
+"""The norm, the greedy cover and the interpolation."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from coverdrive.errors import DataError
+from coverdrive.prediction.basis import Basis, BasisSettings, make_basis
+from coverdrive.prediction.cover import greedy_cover
+from coverdrive.prediction.segments import Segments
+
+
+def segments_of(points: np.ndarray) -> Segments:
+    keys = np.arange(len(points))
+    return Segments(points, np.full(len(points), 20.0), 0.5, keys, keys, np.zeros_like(keys), keys)
+
+
+def random_segments(count: int, seed: int, scale: float = 1.0) -> Segments:
+    """Smooth manoeuvres: constant acceleration and a lateral move."""
+    random = np.random.default_rng(seed)
+    time = 0.5 * np.arange(7)
+    lon = random.normal(0, scale, (count, 1)) * time**2
+    lat = random.normal(0, scale / 2, (count, 1)) * (1 - np.cos(np.pi * time / 3))
+    return segments_of(np.stack([lon, lat], axis=-1))
+
+
+def basis_of(points: np.ndarray, epsilon: float = 0.5) -> Basis:
+    return Basis(points, epsilon=epsilon, aspect=4.0, growth=1.0, step=0.5)
+
+
+def test_papers_tolerance() -> None:
+    basis = basis_of(np.zeros((1, 7, 2)))
+    assert basis.tolerance(0.5, np.array([0.0, 3.0])) == pytest.approx(np.array([[2.0, 0.5], [4.0, 1.0]]))
+
+
+def test_distance_by_hand() -> None:
+    point = np.zeros((3, 7, 2))
+    point[0, 6] = [4.0, 0.0]  # at the end the tolerance of 0.5 is 4 m × 1 m
+    point[1, 6] = [0.0, 2.0]
+    point[2, 3] = [3.0, 0.75]  # half-way s = 6/9; (3/4, 0.75)·2/3 = (0.5, 0.5)
+    assert basis_of(np.zeros((1, 7, 2))).distance(point)[:, 0] == pytest.approx([0.5, 1.0, np.sqrt(0.5)])
+
+
+def test_distance_agrees_with_the_formula_of_the_paper() -> None:
+    first, second = random_segments(5, 1).points, random_segments(4, 2).points
+    expected = np.empty((5, 4))
+    for i in range(5):
+        for j in range(4):
+            s = [6 / (6 + t) for t in range(7)]
+            apart = first[i] - second[j]
+            expected[i, j] = max(np.hypot(apart[t, 0] * s[t] / 4, apart[t, 1] * s[t]) for t in range(7))
+    assert basis_of(second).distance(first) == pytest.approx(expected, rel=1e-5)
+
+
+@settings(deadline=None, max_examples=20)
+@given(st.integers(1, 300), st.integers(0, 1000), st.sampled_from([0.2, 0.5, 1.0]), st.sampled_from([8, 64, 4096]))
+def test_every_segment_is_covered(count: int, seed: int, epsilon: float, candidates: int) -> None:
+    segments = random_segments(count, seed, scale=2.0)
+    basis = make_basis(segments, BasisSettings(epsilon=epsilon, candidates=candidates), seed)
+    assert (basis.distance(segments.points).min(1) <= epsilon).all()
+    assert len(basis) <= count
+
+
+def test_greedy_choice_equals_the_plain_algorithm() -> None:
+    segments = random_segments(200, seed=5)
+    basis = basis_of(segments.points)
+    near = basis.distance(segments.points) <= 0.5
+    uncovered, expected = np.ones(200, dtype=bool), []
+    while uncovered.any():
+        gains = (near & uncovered[:, None]).sum(0)
+        expected.append(int(gains.max()))
+        uncovered &= ~near[:, gains.argmax()]
+    chosen = greedy_cover(basis.scaled(segments.points), 0.5)
+    uncovered, gains = np.ones(200, dtype=bool), []
+    for index in chosen:
+        gains.append(int((near[:, index] & uncovered).sum()))
+        uncovered &= ~near[:, index]
+    assert gains == expected
+
+
+def test_same_seed_same_basis() -> None:
+    segments = random_segments(500, seed=1)
+    few = BasisSettings(candidates=50)
+    assert np.array_equal(make_basis(segments, few, seed=4).points, make_basis(segments, few, seed=4).points)
+
+
+def test_rollout_goes_through_the_points_and_starts_at_the_own_speed() -> None:
+    time = 0.5 * np.arange(7)
+    points = np.stack([-(time**2), 0.3 * time], axis=-1)[None]
+    deviation, rate = basis_of(points).rollout(time)
+    assert deviation == pytest.approx(points, abs=1e-9)
+    assert rate[0, 0] == pytest.approx([0.0, 0.3], abs=1e-9)
+    between, slope = basis_of(points).rollout(np.array([1.25]))
+    assert between[0, 0] == pytest.approx([-(1.25**2), 0.375], abs=0.02)
+    assert slope[0, 0] == pytest.approx([-2.5, 0.3], abs=0.05)
+
+
+def test_nothing_or_nonsense_is_refused() -> None:
+    with pytest.raises(DataError, match="got 0 segments"):
+        make_basis(segments_of(np.zeros((0, 7, 2))))
+    with pytest.raises(DataError, match="finite"):
+        make_basis(segments_of(np.full((2, 7, 2), np.nan)))

@@ -1,0 +1,124 @@
+"""The whole line from recordings to a certified predictor, and its file."""
+
+import numpy as np
+import pytest
+
+from coverdrive.errors import CertificateError, DataError
+from coverdrive.prediction.basis import BasisSettings
+from coverdrive.prediction.fit import CertificateSettings, Fit, PredictionSettings, certify, fit
+from coverdrive.prediction.predictor import Predictor
+from coverdrive.prediction.samples import make_samples
+from coverdrive.prediction.segments import SegmentSettings, cut_segments
+from coverdrive.prediction.training import TrainingSettings
+from coverdrive.recordings.recording import Recording
+from coverdrive.road import Road
+from coverdrive.scene import Scene
+
+SETTINGS = PredictionSettings(
+    segments=SegmentSettings(stride=0.5),
+    basis=BasisSettings(epsilon=1.0),
+    training=TrainingSettings(epochs=5),
+    certificate=CertificateSettings(confidence=0.9),
+)
+
+
+@pytest.fixture(scope="module")
+def fitted(scenes: tuple[Recording, ...]) -> Fit:
+    return fit(scenes, SETTINGS, seed=1)
+
+
+def test_every_segment_is_accounted_for(fitted: Fit) -> None:
+    sides = fitted.split
+    assert len(sides.train) + len(sides.calibration) + len(sides.test) + sides.dropped == fitted.segments == 8 * 11 * 6
+    assert fitted.evaluation.windows.total == fitted.uncovered.total == len(sides.test)
+    assert fitted.base_share.sum() == pytest.approx(1)
+
+
+def test_certificates_in_both_units(fitted: Fit, scenes: tuple[Recording, ...]) -> None:
+    windows = fitted.certificates[0]
+    assert (windows.unit, windows.samples) == ("window", len(fitted.split.calibration))
+    assert fitted.predictor.certificate == windows
+    segments = cut_segments(scenes, SETTINGS.segments)
+    vehicles = len(np.unique(segments.vehicle[fitted.split.calibration]))
+    assert [c.samples for c in fitted.certificates[1:]] in ([vehicles], [])
+
+
+def test_same_seed_same_predictor(fitted: Fit, scenes: tuple[Recording, ...]) -> None:
+    again = fit(scenes, SETTINGS, seed=1).predictor
+    assert np.array_equal(again.basis.points, fitted.predictor.basis.points)
+    assert np.array_equal(again.rule.values, fitted.predictor.rule.values)
+
+
+def test_calibrating_on_training_samples_is_refused(fitted: Fit, scenes: tuple[Recording, ...]) -> None:
+    segments = cut_segments(scenes, SETTINGS.segments)
+    predictor = fitted.predictor
+    training = make_samples(scenes, segments, predictor.basis).of(fitted.split.train)
+    with pytest.raises(CertificateError, match="also trained the network"):
+        certify(predictor.basis, predictor.network, predictor.trained_on, training, SETTINGS.certificate)
+
+
+def test_file_round_trip(fitted: Fit, tmp_path) -> None:
+    path = tmp_path / "deep" / "predictor.safetensors"
+    fitted.predictor.save(path)
+    loaded = Predictor.load(path)
+    assert loaded.certificate == fitted.predictor.certificate
+    features = np.random.default_rng(0).normal(10, 5, (50, 21)).astype(np.float32)
+    assert np.array_equal(loaded.scores(features), fitted.predictor.scores(features))
+    assert np.array_equal(loaded.rule.values, fitted.predictor.rule.values)
+    assert np.array_equal(loaded.trained_on, fitted.predictor.trained_on)
+    assert (
+        loaded.basis.tolerance(1.0, np.ones(1)).tolist() == fitted.predictor.basis.tolerance(1.0, np.ones(1)).tolist()
+    )
+    assert [file.name for file in path.parent.iterdir()] == [path.name]
+
+
+def test_other_files_are_refused(tmp_path) -> None:
+    with pytest.raises(DataError, match="not a predictor file"):
+        Predictor.load(tmp_path / "missing.safetensors")
+    (tmp_path / "text").write_text("hello, this is no tensor")
+    with pytest.raises(DataError, match="not a predictor file"):
+        Predictor.load(tmp_path / "text")
+
+
+def three_vehicles() -> Scene:
+    size = np.ones(3)
+    return Scene(
+        np.array([0.0, 30.0, 10.0]),
+        np.array([1.8, 1.8, 5.4]),
+        np.array([20.0, 15.0, 0.0]),
+        np.zeros(3),
+        4.8 * size,
+        1.9 * size,
+        np.array([True, True, True]),
+    )
+
+
+def test_predicted_paths(fitted: Fit) -> None:
+    predictor, scene, road = fitted.predictor, three_vehicles(), Road.straight()
+    possible = predictor.possible(scene, road)
+    paths = predictor.predict(scene, road, own=0, dt=0.25, steps=12)
+    assert len(paths) == possible[1:].sum() > 0
+    assert paths.points.shape == paths.half_sizes.shape == (len(paths), 13, 2)
+    assert 0 not in paths.vehicle
+    first = paths.points[:, 0]
+    assert first[:, 0] == pytest.approx(scene.lon[paths.vehicle])
+    assert first[:, 1] == pytest.approx(scene.lat[paths.vehicle])
+    assert (np.diff(paths.points[..., 0], axis=1) >= 0).all()
+
+
+def test_half_sizes_hold_body_and_tube(fitted: Fit) -> None:
+    predictor = fitted.predictor
+    paths = predictor.predict(three_vehicles(), Road.straight(), own=0, dt=0.5, steps=6)
+    base = np.nonzero(predictor.possible(three_vehicles(), Road.straight())[1:])[1]
+    tube = predictor.basis.tolerance(1.0, np.array([3.0])) * predictor.rule.tube[base, None]
+    assert (paths.half_sizes[:, 6] >= np.array([2.4, 0.95]) * np.cos(0.3) + tube - 1e-9).all()
+    heading_free = np.abs(predictor.basis.points[base][:, -1, 1]) < 1e-9
+    assert paths.half_sizes[heading_free, 6] == pytest.approx(np.array([2.4, 0.95]) + tube[heading_free], abs=1e-6)
+
+
+def test_empty_slots_have_no_paths(fitted: Fit) -> None:
+    scene = three_vehicles()
+    hidden = Scene(
+        scene.lon, scene.lat, scene.speed, scene.heading, scene.length, scene.width, np.array([True, False, False])
+    )
+    assert len(fitted.predictor.predict(hidden, Road.straight(), own=0, dt=0.25, steps=12)) == 0

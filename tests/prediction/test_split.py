@@ -1,0 +1,61 @@
+"""No vehicle and no scene on two sides."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pydantic import ValidationError
+
+from coverdrive.errors import DataError
+from coverdrive.prediction.split import SplitSettings, split
+
+
+def sides_of(values: np.ndarray, sides: list[np.ndarray]) -> list[set[int]]:
+    return [set(values[side].tolist()) for side in sides]
+
+
+@given(st.lists(st.tuples(st.integers(0, 40), st.integers(0, 12)), min_size=30, max_size=300), st.integers(0, 99))
+def test_sides_share_neither_vehicles_nor_groups(rows: list[tuple[int, int]], seed: int) -> None:
+    vehicle, group = np.array(rows).T
+    try:
+        result = split(vehicle, group, seed=seed)
+    except DataError:
+        return
+    sides = [result.train, result.calibration, result.test]
+    for values in (vehicle, group):
+        first, second, third = sides_of(values, sides)
+        assert not first & second and not second & third and not first & third
+    assert sum(map(len, sides)) + result.dropped == len(rows)
+
+
+def test_independent_scenes_are_dealt_out_whole_in_the_given_shares() -> None:
+    group = np.repeat(np.arange(20), 50)
+    vehicle = np.arange(1000)
+    result = split(vehicle, group, SplitSettings(train=0.5, calibration=0.25), seed=1)
+    assert (len(result.train), len(result.calibration), len(result.test), result.dropped) == (500, 250, 250, 0)
+    other = split(vehicle, group, seed=2)
+    assert not np.array_equal(result.train, other.train)
+    assert np.array_equal(other.train, split(vehicle, group, seed=2).train)
+
+
+def test_one_long_recording_is_cut_in_time() -> None:
+    """Blocks of a minute; every vehicle is seen for half a minute and may cross a border."""
+    start = np.sort(np.random.default_rng(0).uniform(0, 600, 400))
+    time = start[:, None] + np.linspace(0, 30, 10)
+    vehicle = np.repeat(np.arange(400), 10)
+    group = (time // 60).astype(int).ravel()
+    result = split(vehicle, group, seed=3)
+    last = [time.ravel()[side].max() for side in (result.train, result.calibration)]
+    first = [time.ravel()[side].min() for side in (result.calibration, result.test)]
+    assert last[0] <= first[0] and last[1] <= first[1]
+    assert 0 < result.dropped < 0.1 * len(vehicle)
+
+
+def test_too_few_groups_are_refused() -> None:
+    with pytest.raises(DataError, match="at least three independent groups of scenes, got 2"):
+        split(np.arange(10), np.arange(10) % 2)
+
+
+def test_shares_must_leave_a_test_split() -> None:
+    with pytest.raises(ValidationError, match="less than 1"):
+        SplitSettings(train=0.7, calibration=0.3)
