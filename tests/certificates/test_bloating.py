@@ -5,11 +5,12 @@ import pytest
 from scipy import stats
 
 from coverdrive.certificates.bloating import post_bloat
-from coverdrive.certificates.bounds import violation_bound
+from coverdrive.certificates.bounds import rate_limit, violation_bound
 from coverdrive.certificates.calibration import ScoredSamples
 from coverdrive.certificates.evaluation import evaluate
 from coverdrive.errors import CertificateError
 
+TUBE = 0.5
 NOBODY = np.array([], dtype=np.int64)
 
 
@@ -30,22 +31,23 @@ def drawn(count: int, bases: int, seed: int, first_vehicle: int = 0) -> ScoredSa
 
 def test_thresholds_by_hand() -> None:
     samples = scored([[0.9, 0.1], [0.6, 0.3], [0.2, 0.7]], [0, 0, 1], [0.1, 0.4, 0.2], [1, 1, 2])
-    rule, certificate = post_bloat(samples, NOBODY, confidence=0.5, unit="window")
+    rule, certificate = post_bloat(samples, TUBE, NOBODY, confidence=0.5, unit="window")
     assert rule.values == pytest.approx([0.6, 0.7], abs=2e-6)
-    assert rule.tube == pytest.approx([0.4, 0.4], abs=1e-6)
-    assert (certificate.samples, certificate.dimension, certificate.unseen_bases) == (3, 3, 0)
-    assert certificate.epsilon == violation_bound(0.5, 3, 3)
+    assert rule.tube.tolist() == [0.5, 0.5]
+    assert (certificate.samples, certificate.bases, certificate.unseen_bases, certificate.uncovered) == (3, 2, 0, 0)
+    assert certificate.prediction_epsilon == violation_bound(0.5, 2, 3)
+    assert certificate.epsilon == violation_bound(0.75, 2, 3) + rate_limit(0.75, 0, 3)
 
 
 def test_no_calibration_sample_is_missed() -> None:
     samples = drawn(500, 7, seed=3)
-    rule, _ = post_bloat(samples, NOBODY)
+    rule, _ = post_bloat(samples, TUBE, NOBODY)
     assert evaluate(rule, samples).windows.count == 0
 
 
 def test_base_without_samples_is_always_possible() -> None:
-    samples = scored([[0.9, 0.0]] * 3, [0, 0, 0], [0, 0, 0], [1, 2, 3])
-    rule, certificate = post_bloat(samples, NOBODY, confidence=0.5, unit="window")
+    samples = scored([[0.9, 0.0]] * 4, [0] * 4, [0.0] * 4, [1, 2, 3, 4])
+    rule, certificate = post_bloat(samples, TUBE, NOBODY, confidence=0.5, unit="window")
     assert certificate.unseen_bases == 1
     assert rule.possible(np.zeros((1, 2))).tolist() == [[False, True]]
 
@@ -53,26 +55,31 @@ def test_base_without_samples_is_always_possible() -> None:
 def test_vehicle_unit_counts_vehicles() -> None:
     samples = drawn(400, 3, seed=0)
     paired = ScoredSamples(samples.scores, samples.base, samples.distance, samples.vehicle // 2)
-    windows, by_window = post_bloat(paired, NOBODY, unit="window")
-    vehicles, by_vehicle = post_bloat(paired, NOBODY, unit="vehicle")
+    windows, by_window = post_bloat(paired, TUBE, NOBODY, unit="window")
+    vehicles, by_vehicle = post_bloat(paired, TUBE, NOBODY, unit="vehicle")
     assert np.array_equal(windows.values, vehicles.values)
     assert (by_window.samples, by_vehicle.samples) == (400, 200)
-    assert by_vehicle.epsilon == violation_bound(0.99, 4, 200)
+    assert by_vehicle.prediction_epsilon == violation_bound(0.99, 3, 200)
     assert "200 calibration vehicles" in by_vehicle.sentence
 
 
-def test_uncovered_segments_widen_the_tube_or_are_missed() -> None:
-    calibration = scored([[0.5]] * 4, [0] * 4, [0.1, 0.2, 0.3, 0.9], [1, 2, 3, 4])
-    rule, _ = post_bloat(calibration, NOBODY, confidence=0.5)
-    new = scored([[0.5], [0.5]], [0, 0], [0.89, 0.95], [5, 6])
+def test_uncovered_samples_are_misses_and_no_constraints() -> None:
+    calibration = scored([[0.5], [0.6], [0.7], [0.1]], [0] * 4, [0.1, 0.2, 0.3, 0.9], [1, 2, 3, 3])
+    rule, windows = post_bloat(calibration, TUBE, NOBODY, confidence=0.5)
+    assert rule.values == pytest.approx([0.5], abs=2e-6)
+    assert (windows.uncovered, windows.samples) == (1, 4)
+    assert windows.epsilon == rate_limit(0.75, 1, 4) + violation_bound(0.75, 1, 4)
+    _, vehicles = post_bloat(calibration, TUBE, NOBODY, confidence=0.5, unit="vehicle")
+    assert (vehicles.uncovered, vehicles.samples) == (1, 3)
+    new = scored([[0.5], [0.5], [0.4]], [0] * 3, [0.49, 0.51, 0.0], [5, 6, 7])
     evaluation = evaluate(rule, new)
-    assert (evaluation.windows.count, evaluation.outside_tube, evaluation.not_predicted) == (1, 1, 0)
+    assert (evaluation.windows.count, evaluation.outside_tube, evaluation.not_predicted) == (2, 1, 1)
 
 
 def test_training_vehicles_are_refused() -> None:
     samples = drawn(100, 2, seed=1)
     with pytest.raises(CertificateError, match="1 of 100 calibration vehicles also trained"):
-        post_bloat(samples, np.array([42]))
+        post_bloat(samples, TUBE, np.array([42]))
 
 
 @pytest.mark.parametrize("bad", [-0.1, 1.1, np.nan])
@@ -87,7 +94,7 @@ def test_violation_probability_follows_its_law() -> None:
     bases, count, repeats = 5, 300, 1500
     violation = np.empty(repeats)
     for repeat in range(repeats):
-        rule, _ = post_bloat(drawn(count, bases, seed=repeat), NOBODY)
+        rule, _ = post_bloat(drawn(count, bases, seed=repeat), TUBE, NOBODY)
         violation[repeat] = rule.values.mean()  # P(score < c_j), averaged over equally likely bases
     assert stats.kstest(violation, stats.beta(bases, count - bases + 1).cdf).pvalue > 0.001
     # Negative control: the law of one constraint fewer is rejected.
@@ -100,7 +107,7 @@ def test_bound_holds_on_new_samples_and_fails_without_calibration() -> None:
     broken = broken_by_optimist = 0
     for repeat in range(400):
         calibration = drawn(200, 4, seed=repeat)
-        rule, certificate = post_bloat(calibration, NOBODY, confidence=0.9)
+        rule, certificate = post_bloat(calibration, TUBE, NOBODY, confidence=0.9)
         new = drawn(20_000, 4, seed=10_000 + repeat, first_vehicle=1000)
         broken += evaluate(rule, new).windows.value > certificate.epsilon
         optimist, _ = post_bloat(

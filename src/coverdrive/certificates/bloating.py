@@ -1,16 +1,16 @@
-"""Post-bloating: thresholds so low that no calibration sample is missed (paper §3.2).
+"""Post-bloating: thresholds so low that no covered calibration sample is missed (paper §3.2).
 
-Decision variables are the threshold c_j of each of the M bases and one radius ρ of the tube around all of them:
-c_j is the smallest score of base j among the calibration samples that drove it, ρ the largest distance of a sample
-to its base. Both are convex programs, and every calibration sample is one constraint on a single c_j and on ρ, so
-that at most M + 1 samples support the solution, whether samples are windows or whole vehicles. A new sample is
-missed if its base is not possible or if it leaves the tube; segments that no base covers are in the tube or missed.
+c_j is the smallest score of base j among the calibration samples that drove it and stayed within its tube. This is a
+convex program with M decision variables in which every calibration sample bounds at most one threshold (a vehicle:
+several), so that at most M samples support the solution. A new sample is missed if no base covers it, or if its
+base is not possible. The first is bounded by the one-sided Clopper–Pearson limit of the uncovered calibration
+samples, the second by the scenario bound; each takes half of the allowed error probability, and ε is their sum.
 """
 
 import numpy as np
 from jaxtyping import Int
 
-from coverdrive.certificates.bounds import violation_bound
+from coverdrive.certificates.bounds import rate_limit, violation_bound
 from coverdrive.certificates.calibration import ScoredSamples, refuse_trained
 from coverdrive.certificates.certificate import Certificate, Unit, fingerprint
 from coverdrive.certificates.rule import Thresholds
@@ -21,14 +21,17 @@ ROUNDING = 1e-6
 
 def post_bloat(
     samples: ScoredSamples,
+    tube: float,
     trained_on: Int[np.ndarray, " V"],
     confidence: float = 0.99,
     unit: Unit = "window",
 ) -> tuple[Thresholds, Certificate]:
-    """Thresholds and tube that miss no calibration sample, and the bound on missing a new one.
+    """Thresholds that miss no covered calibration sample, and the bound on missing a new one.
 
     Args:
         samples: the calibration split Ω₂.
+        tube: radius ρ around every base within which a path is covered, fixed before the calibration samples are
+            seen (the ε of the cover).
         trained_on: keys of the vehicles that trained the network.
         confidence: of the bound, in (0, 1).
         unit: what the bound counts. The rule is the same for both.
@@ -38,25 +41,27 @@ def post_bloat(
     """
     refuse_trained(samples, trained_on)
     bases = samples.scores.shape[1]
+    covered = samples.distance <= tube
     lowest = np.full(bases, np.inf)
-    np.minimum.at(lowest, samples.base, samples.score_of_base)
+    np.minimum.at(lowest, samples.base[covered], samples.score_of_base[covered])
     seen = np.isfinite(lowest)
     values = np.where(seen, np.maximum(lowest - ROUNDING, 0), 0)
-    radius = float(samples.distance.max()) * (1 + ROUNDING)
-    count = len(samples) if unit == "window" else len(np.unique(samples.vehicle))
-    variables = bases + 1
+    key = np.arange(len(samples)) if unit == "window" else samples.vehicle
+    count, uncovered = len(np.unique(key)), len(np.unique(key[~covered]))
+    shared_confidence = (1 + confidence) / 2
     certificate = Certificate(
         method="post-bloating",
-        epsilon=violation_bound(confidence, variables, count),
+        epsilon=rate_limit(shared_confidence, uncovered, count) + violation_bound(shared_confidence, bases, count),
         confidence=confidence,
         samples=count,
         unit=unit,
-        dimension=variables,
-        paper_epsilon=violation_bound(confidence, variables + 2, count) if variables + 2 <= count else 1.0,
         bases=bases,
+        uncovered=uncovered,
+        prediction_epsilon=violation_bound(confidence, bases, count),
+        paper_epsilon=rate_limit(confidence, bases + 1, count),
         unseen_bases=int((~seen).sum()),
         discarded=0,
-        tube=radius,
+        tube=tube,
         fingerprint=fingerprint(samples.scores, samples.base, samples.distance),
     )
-    return Thresholds(values, np.full(bases, radius)), certificate
+    return Thresholds(values, np.full(bases, tube)), certificate

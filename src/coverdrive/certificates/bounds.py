@@ -37,13 +37,24 @@ def violation_bound(confidence: float, support: int, samples: int) -> float:
     Raises:
         CertificateError: confidence outside (0, 1), or fewer samples than supporting constraints.
     """
-    check_confidence(confidence)
     if not 1 <= support <= samples:
         raise CertificateError(
             f"{samples} calibration samples cannot support a bound with {support} supporting constraints; "
             "calibrate on more data, or use fewer base trajectories (a larger cover ε)"
         )
-    return float(special.betaincinv(support, samples - support + 1, confidence))
+    return rate_limit(confidence, support - 1, samples)
+
+
+def rate_limit(confidence: float, successes: int, trials: int) -> float:
+    """The smallest ε with Φ(ε, k, N) ≤ 1 − confidence: the one-sided Clopper–Pearson upper limit of a rate.
+
+    Args:
+        confidence: in (0, 1).
+        successes: observed number k of successes.
+        trials: number N of independent trials.
+    """
+    check_confidence(confidence)
+    return float(special.betaincinv(successes + 1, trials - successes, confidence)) if successes < trials else 1.0
 
 
 def clopper_pearson(successes: int, trials: int, confidence: float = 0.95) -> tuple[float, float]:

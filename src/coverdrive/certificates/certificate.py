@@ -22,18 +22,20 @@ class Certificate:
     samples: int
     """number N₂ of calibration samples, counted in ``unit``"""
     unit: Unit
-    dimension: int
-    """greatest number of calibration samples that can determine the rule"""
-    paper_epsilon: float
-    """the bound by the paper's Theorem 1, Φ(ε, n + 1, N₂) for n decision variables: valid and looser"""
     bases: int
-    """number M of base trajectories"""
+    """number M of base trajectories: the greatest number of samples that can determine the rule"""
+    uncovered: int
+    """calibration samples that no base covers; they count as misses"""
+    prediction_epsilon: float
+    """bound on missing a covered sample alone, Φ(ε, M − 1, N₂)"""
+    paper_epsilon: float
+    """the same by the paper's Theorem 1, Φ(ε, M + 1, N₂): valid and looser"""
     unseen_bases: int
-    """bases without a calibration sample; they are always possible"""
+    """bases without a covered calibration sample; they are always possible"""
     discarded: int
-    """calibration samples that the rule is allowed to miss"""
+    """covered calibration samples that the rule is allowed to miss"""
     tube: float
-    """greatest radius around a base, in the norm of the basis, within which a vehicle has to stay"""
+    """radius around a base, in the norm of the basis, within which a vehicle has to stay"""
     fingerprint: str
     """of the calibration samples"""
 
@@ -46,7 +48,7 @@ class Certificate:
         }[self.unit]
         return (
             f"With confidence {self.confidence:.4g}, the probability that {what} is at most {self.epsilon:.3%} "
-            f"({self.method}, {self.samples} calibration {self.unit}s, {self.dimension} supporting samples at most), "
+            f"({self.method}, {self.samples} calibration {self.unit}s, {self.uncovered} of them uncovered, {self.bases} bases), "
             f"if new {self.unit}s are independent draws from the same traffic as the calibration {self.unit}s."
         )
 

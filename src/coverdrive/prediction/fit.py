@@ -5,8 +5,8 @@ evaluation only the test split. Every segment counts, whatever it does.
 """
 
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Generator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -141,13 +141,11 @@ def certify(
         CertificateError: a calibration vehicle trained the network, or there are too few for the chosen unit.
     """
     scored = score(network, calibration)
-    rule, certificate = post_bloat(scored, trained_on, settings.confidence, settings.unit)
+    rule, certificate = post_bloat(scored, basis.epsilon, trained_on, settings.confidence, settings.unit)
     certificates = [certificate]
     other: Unit = "vehicle" if settings.unit == "window" else "window"
-    try:
-        certificates.append(post_bloat(scored, trained_on, settings.confidence, other)[1])
-    except CertificateError:
-        pass  # the rule stands; it only supports no claim in the other unit
+    with suppress(CertificateError):  # the rule stands; with too few samples it supports no claim in the other unit
+        certificates.append(post_bloat(scored, basis.epsilon, trained_on, settings.confidence, other)[1])
     return Predictor(basis, network, rule, certificate, trained_on), tuple(certificates)
 
 
@@ -158,7 +156,7 @@ def score(network: Network, samples: Samples) -> ScoredSamples:
 
 
 @contextmanager
-def _stage(name: str, seconds: dict[str, float], report: StageProgress) -> Iterator[Callable[[float], None]]:
+def _stage(name: str, seconds: dict[str, float], report: StageProgress) -> Generator[Callable[[float], None]]:
     start = time.perf_counter()
     report(name, 0.0)
     yield lambda share: report(name, share)

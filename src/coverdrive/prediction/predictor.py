@@ -14,7 +14,7 @@ from jaxtyping import Bool, Float, Int
 from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save
 
-from coverdrive.certificates.certificate import Certificate
+from coverdrive.certificates.certificate import Certificate, fingerprint
 from coverdrive.certificates.rule import Thresholds
 from coverdrive.errors import DataError
 from coverdrive.files import write_atomically
@@ -44,6 +44,12 @@ class Predictor:
     certificate: Certificate
     trained_on: Int[np.ndarray, " V"]
     """keys of the vehicles that trained the network"""
+
+    @property
+    def fingerprint(self) -> str:
+        """A short hash of everything that the verdicts depend on."""
+        arrays = (*jax.tree.leaves(self.network), self.basis.points, self.rule.values, self.rule.tube)
+        return fingerprint(*map(np.asarray, arrays))
 
     def scores(self, features: Float[np.ndarray, "*batch F"]) -> Float[np.ndarray, "*batch M"]:
         """Score of every base for given affordances."""

@@ -32,6 +32,9 @@ class SplitSettings(Settings):
         return self
 
 
+_DRAWS = 100
+
+
 @dataclass(frozen=True)
 class Split:
     """Indices of the samples of each side."""
@@ -49,13 +52,13 @@ def split(
     settings: SplitSettings | None = None,
     seed: int = 0,
 ) -> Split:
-    """Deal whole groups out to the three sides in a seeded order until each has its share.
+    """Deal whole groups out to the three sides, as near to the shares as a seeded search finds.
 
     Args:
         vehicle: key of the vehicle of each sample.
         group: group of scenes of each sample; ascending in time within one recording.
         settings: the shares.
-        seed: of the order of unconnected groups.
+        seed: of the search.
 
     Raises:
         DataError: fewer than three groups, or a side stays empty.
@@ -84,15 +87,24 @@ def split(
 def _side_of_group(
     vehicles: Int[np.ndarray, " N"], groups: Int[np.ndarray, " N"], settings: SplitSettings, seed: int
 ) -> Int[np.ndarray, " G"]:
-    """0, 1 or 2 for each group: groups in order, cut where their running share of the samples passes the shares."""
+    """0, 1 or 2 for each group: of several random orders the one that comes nearest to the shares."""
     component = _components(vehicles, groups)
-    position = np.random.default_rng(seed).permutation(component.max() + 1)
-    order = np.argsort(position[component], kind="stable")
-    sizes = np.bincount(groups)[order]
-    middle = (np.cumsum(sizes) - sizes / 2) / sizes.sum()
-    side = np.empty(len(order), dtype=np.int64)
-    side[order] = np.searchsorted([settings.train, settings.train + settings.calibration], middle, side="right")
-    return side
+    sizes = np.bincount(groups)
+    borders = np.cumsum([settings.train, settings.calibration])
+    shares = np.diff([0, *borders, 1])
+    random = np.random.default_rng(seed)
+
+    def draw() -> Int[np.ndarray, " G"]:
+        order = np.argsort(random.permutation(component.max() + 1)[component], kind="stable")
+        middle = (np.cumsum(sizes[order]) - sizes[order] / 2) / sizes.sum()
+        side = np.empty(len(order), dtype=np.int64)
+        side[order] = np.searchsorted(borders, middle, side="right")
+        return side
+
+    def imbalance(side: Int[np.ndarray, " G"]) -> float:
+        return float(np.abs(np.bincount(side, sizes, minlength=3) / sizes.sum() - shares).max())
+
+    return min((draw() for _ in range(_DRAWS)), key=imbalance)
 
 
 def _components(vehicles: Int[np.ndarray, " N"], groups: Int[np.ndarray, " N"]) -> Int[np.ndarray, " G"]:

@@ -90,7 +90,7 @@ def train(
             progress((epoch + 1) / settings.epochs)
     if not np.isfinite(losses[-1]):
         raise DataError(f"training diverged (loss {losses[-1]}); use a smaller learning rate")
-    return network, np.array(losses)
+    return jax.tree.map(np.asarray, network), np.array(losses)
 
 
 @eqx.filter_jit

@@ -1,0 +1,99 @@
+"""One experiment: one frozen model, one TOML file.
+
+Every table of the file belongs to one part of the package, which documents its keys. A file names only what differs
+from the defaults; unknown keys are errors.
+"""
+
+import tomllib
+from pathlib import Path
+from typing import Any, cast
+
+import tomli_w
+from pydantic import Field, PositiveInt, ValidationError
+
+from coverdrive.errors import SettingError
+from coverdrive.files import write_atomically
+from coverdrive.planning.planner import PlannerSettings
+from coverdrive.prediction.fit import PredictionSettings
+from coverdrive.recordings.generated import GeneratedSettings
+from coverdrive.settings import Settings
+from coverdrive.simulation.episode import EpisodeSettings
+from coverdrive.simulation.set_sampling import SetSamplingSettings
+
+
+class StudySettings(Settings):
+    """Size of the closed-loop study."""
+
+    trials: PositiveInt = 20
+    """number of trials; the paper has 1000"""
+    vehicles: tuple[PositiveInt, ...] = (3, 4, 5, 6, 7)
+    """numbers of uncontrolled vehicles, taken in turn by the trials (paper §5)"""
+    workers: int = Field(default=0, ge=0)
+    """processes; 0: one for each processor"""
+
+
+class Experiment(Settings):
+    """Everything that a result depends on, recordings apart."""
+
+    seed: int = Field(default=0, ge=0)
+    """of every random choice"""
+    location: str | None = None
+    """site to take from an NGSIM file that holds several"""
+    generated: GeneratedSettings = GeneratedSettings()
+    """traffic that is made up when no recording is given"""
+    prediction: PredictionSettings = PredictionSettings()
+    """segments, basis, network and certificate"""
+    planner: PlannerSettings = PlannerSettings()
+    """own car, horizon and weights"""
+    episode: EpisodeSettings = EpisodeSettings()
+    """length and start of a trial"""
+    traffic: SetSamplingSettings = SetSamplingSettings()
+    """behaviour of the uncontrolled vehicles"""
+    study: StudySettings = StudySettings()
+    """number of trials"""
+
+    @staticmethod
+    def load(path: Path) -> "Experiment":
+        """Read an experiment from a TOML file.
+
+        Raises:
+            SettingError: the file is missing, is not TOML, or holds an unknown key or a bad value.
+        """
+        try:
+            return Experiment.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
+        except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+            raise SettingError(f"{path}: not a readable TOML file ({error})") from error
+        except ValidationError as error:
+            first = error.errors()[0]
+            place = ".".join(map(str, first["loc"])) or "the file as a whole"
+            raise SettingError(
+                f"{path}: {place}: {first['msg']}, got {first['input']!r} ({error.error_count()} problems in all); "
+                "the resolved config.toml of any result shows all keys"
+            ) from error
+
+    def overridden(self, **changes: Any) -> "Experiment":
+        """The same experiment with other values; nested dicts name settings of a part, None leaves a value as it is.
+
+        Raises:
+            SettingError: a value is not allowed.
+        """
+        try:
+            return Experiment.model_validate(_merged(self.model_dump(), changes))
+        except ValidationError as error:
+            first = error.errors()[0]
+            raise SettingError(f"{'.'.join(map(str, first['loc']))}: {first['msg']}, got {first['input']!r}") from error
+
+    def save(self, path: Path) -> None:
+        """Write all settings, defaults included, to a TOML file."""
+        text = tomli_w.dumps(self.model_dump(mode="json", exclude_none=True))
+        write_atomically(path, lambda file: file.write_text(text, encoding="utf-8"))
+
+
+def _merged(values: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
+    merged = dict(values)
+    for name, change in changes.items():
+        if isinstance(change, dict):
+            merged[name] = _merged(values[name], cast(dict[str, Any], change))
+        elif change is not None:
+            merged[name] = change
+    return merged

@@ -1,0 +1,197 @@
+"""Human drivers: car following by IDM, lane changes by MOBIL.
+
+The Intelligent Driver Model (Treiber, Hennecke & Helbing, *Congested traffic states in empirical observations and
+microscopic simulations*, 2000) gives the acceleration behind a leader; MOBIL (Kesting, Treiber & Helbing, *General
+lane-changing model MOBIL for car-following models*, 2007) weighs the accelerations that a lane change brings for the
+driver and for the vehicles behind. Everything is vectorised over vehicles (A) and any leading axes; a lane change to
+the left and to the right are the same code.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from pydantic import Field
+
+from coverdrive.settings import Settings
+
+Values = Float[np.ndarray, "*batch A"]
+
+FREE = 1e6
+"""[m] gap to a leader that does not exist"""
+
+
+class DriverSettings(Settings):
+    """A usual driver, and how far drivers differ from it."""
+
+    desired_speed: float = Field(default=30.0, gt=0)
+    """[m/s] on the free road; 108 km/h"""
+    time_gap: float = Field(default=1.4, gt=0)
+    """[s] time gap to the leader (Kesting, Treiber & Helbing 2010: 1.0 to 1.5 s)"""
+    minimum_gap: float = Field(default=2.0, gt=0)
+    """[m] bumper to bumper at standstill (Treiber et al. 2000)"""
+    acceleration: float = Field(default=1.4, gt=0, le=4)
+    """[m/s²] largest acceleration (Kesting et al. 2010)"""
+    deceleration: float = Field(default=2.0, gt=0)
+    """[m/s²] comfortable deceleration (Kesting et al. 2010)"""
+    politeness: float = Field(default=0.3, ge=0)
+    """weight of the accelerations of the vehicles behind (Kesting et al. 2007: 0 to 0.5 is realistic)"""
+    threshold: float = Field(default=0.1, ge=0)
+    """[m/s²] advantage below which no driver changes lanes (Kesting et al. 2007)"""
+    safe_deceleration: float = Field(default=4.0, gt=0)
+    """[m/s²] hardest braking that a lane change may demand of the new follower (Kesting et al. 2007)"""
+    spread: float = Field(default=0.12, ge=0, lt=0.3)
+    """relative standard deviation of the drivers' desired speed and time gap, cut off at two of them"""
+
+
+@dataclass(frozen=True)
+class Drivers:
+    """What each driver wants and accepts."""
+
+    desired_speed: Values
+    """[m/s]"""
+    time_gap: Values
+    """[s]"""
+    minimum_gap: Values
+    """[m]"""
+    acceleration: Values
+    """[m/s²]"""
+    deceleration: Values
+    """[m/s²] comfortable, positive"""
+    politeness: Values
+    threshold: Values
+    """[m/s²]"""
+    safe_deceleration: Values
+    """[m/s²] positive"""
+
+    def __getitem__(self, index: tuple[np.ndarray | slice, ...]) -> "Drivers":
+        """The drivers at an index."""
+        return Drivers(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
+
+
+def draw_drivers(settings: DriverSettings, random: np.random.Generator, shape: tuple[int, ...]) -> Drivers:
+    """Mixed drivers: desired speed and time gap are spread around the usual ones, politeness up to twice it."""
+    desired, gap = 1 + settings.spread * np.clip(random.standard_normal((2, *shape)), -2, 2)
+    return Drivers(
+        desired_speed=settings.desired_speed * desired,
+        time_gap=settings.time_gap * gap,
+        minimum_gap=np.full(shape, settings.minimum_gap),
+        acceleration=settings.acceleration * random.uniform(0.8, 1.2, shape),
+        deceleration=np.full(shape, settings.deceleration),
+        politeness=settings.politeness * random.uniform(0, 2, shape),
+        threshold=np.full(shape, settings.threshold),
+        safe_deceleration=np.full(shape, settings.safe_deceleration),
+    )
+
+
+def follow(drivers: Drivers, speed: Values, gap: Values, leader_speed: Values) -> Values:
+    """Acceleration [m/s²] of the Intelligent Driver Model (Treiber et al. 2000, eqs. 2 and 3, exponent 4).
+
+    A driver above the desired speed slows down no harder than comfortably, as in the improved model (Treiber &
+    Kesting, *Traffic Flow Dynamics*, 2013, eq. 11.22); below it this is the original model.
+
+    Args:
+        drivers: who drives.
+        speed: [m/s] own speed.
+        gap: [m] bumper to bumper to the leader; `FREE` or more without one. Overlaps count as 0.1 m.
+        leader_speed: [m/s] arbitrary without a leader.
+
+    """
+    brake = 2 * np.sqrt(drivers.acceleration * drivers.deceleration)
+    dynamic = speed * drivers.time_gap + speed * (speed - leader_speed) / brake
+    desired_gap = drivers.minimum_gap + np.maximum(0.0, dynamic)
+    interaction = np.where(gap < FREE, desired_gap / np.maximum(gap, 0.1), 0.0)
+    ratio = speed / drivers.desired_speed
+    exponent = 4 * drivers.acceleration / drivers.deceleration
+    slow_down = -drivers.deceleration * (1 - np.maximum(ratio, 1.0) ** -exponent)
+    free = np.where(ratio > 1, slow_down, drivers.acceleration * (1 - ratio**4))
+    return free - drivers.acceleration * interaction**2
+
+
+@dataclass(frozen=True)
+class Neighbours:
+    """The vehicle ahead and the one behind in some lane; the index of one that does not exist is arbitrary."""
+
+    leader: Int[np.ndarray, "*batch A"]
+    """slot of the vehicle ahead"""
+    gap: Values
+    """[m] bumper to bumper to it, negative when overlapping; `FREE` without one"""
+    follower: Int[np.ndarray, "*batch A"]
+    """slot of the vehicle behind"""
+    rear_gap: Values
+    """[m] bumper to bumper to it, negative when overlapping; `FREE` without one"""
+
+
+def neighbours(lon: Values, length: Values, there: Bool[np.ndarray, "*batch A A"]) -> Neighbours:
+    """The nearest vehicles ahead and behind; of two at the same place the one in the higher slot is ahead.
+
+    Args:
+        lon: [m] centres.
+        length: [m]
+        there: whether vehicle j (last axis) is in the lane that vehicle i looks at; itself is never looked at.
+
+    """
+    slots = np.arange(lon.shape[-1])
+    distance = lon[..., None, :] - lon[..., :, None]
+    ahead = (distance > 0) | ((distance == 0) & (slots > slots[:, None]))
+    there = there & (slots != slots[:, None])
+    front = np.where(there & ahead, distance, np.inf)
+    rear = np.where(there & ~ahead, -distance, np.inf)
+    leader, follower = front.argmin(-1), rear.argmin(-1)
+    bumper = (length[..., None, :] + length[..., :, None]) / 2
+
+    def gap(to: np.ndarray, distances: np.ndarray) -> np.ndarray:
+        nearest = np.take_along_axis(distances - bumper, to[..., None], -1)[..., 0]
+        return np.where(np.isfinite(nearest), nearest, FREE)
+
+    return Neighbours(leader, gap(leader, front), follower, gap(follower, rear))
+
+
+def lane_change_advantage(
+    drivers: Drivers,
+    speed: Values,
+    length: Values,
+    current: Neighbours,
+    target: Neighbours,
+) -> Values:
+    """Advantage [m/s²] of changing to a lane by MOBIL; −inf where the change is unsafe.
+
+    A driver changes lanes when the advantage is positive: own gain plus politeness times the gain of the new and
+    the old follower, less the threshold (Kesting et al. 2007, eqs. 2 and 3, symmetric rules).
+
+    Args:
+        drivers: who drives, in the slots of the vehicles.
+        speed: [m/s]
+        length: [m]
+        current: neighbours in the own lane.
+        target: neighbours in the lane to change to.
+
+    """
+
+    def of(slot: np.ndarray, values: np.ndarray) -> np.ndarray:
+        return np.take_along_axis(values, slot, -1)
+
+    def drivers_of(slot: np.ndarray) -> Drivers:
+        return Drivers(*(of(slot, getattr(drivers, name)) for name in drivers.__dataclass_fields__))
+
+    def joined(neighbour: Neighbours) -> np.ndarray:
+        exists = (neighbour.gap < FREE) & (neighbour.rear_gap < FREE)
+        return np.where(exists, neighbour.gap + neighbour.rear_gap + length, FREE)
+
+    own_gain = follow(drivers, speed, target.gap, of(target.leader, speed)) - follow(
+        drivers, speed, current.gap, of(current.leader, speed)
+    )
+    new, old = drivers_of(target.follower), drivers_of(current.follower)
+    new_speed, old_speed = of(target.follower, speed), of(current.follower, speed)
+    new_after = follow(new, new_speed, target.rear_gap, speed)
+    new_gain = new_after - follow(new, new_speed, joined(target), of(target.leader, speed))
+    old_gain = follow(old, old_speed, joined(current), of(current.leader, speed)) - follow(
+        old, old_speed, current.rear_gap, speed
+    )
+    has_new, has_old = target.rear_gap < FREE, current.rear_gap < FREE
+    others = np.where(has_new, new_gain, 0.0) + np.where(has_old, old_gain, 0.0)
+    own_after = follow(drivers, speed, target.gap, of(target.leader, speed))
+    safe = (~has_new | (new_after >= -new.safe_deceleration)) & (own_after >= -drivers.safe_deceleration)
+    safe &= (target.gap > drivers.minimum_gap) & (target.rear_gap > drivers.minimum_gap)
+    advantage = own_gain + drivers.politeness * others - drivers.threshold
+    return np.where(safe, advantage, -np.inf)

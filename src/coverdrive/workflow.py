@@ -1,0 +1,145 @@
+"""What the commands do: each stage reads and writes one results folder.
+
+``config.toml`` (all settings) · ``run.json`` (versions, data, times) · ``predictor.safetensors`` ·
+``certificate.json`` · ``study/trials.parquet`` (one row per trial) · ``figures/`` · ``drive.mp4``.
+"""
+
+import json
+import os
+import platform
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from functools import partial
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import polars as pl
+
+import coverdrive
+from coverdrive.certificates.certificate import fingerprint
+from coverdrive.config import Experiment
+from coverdrive.files import write_atomically
+from coverdrive.planning.planner import MpcPlanner
+from coverdrive.prediction.fit import Fit, StageProgress, fit
+from coverdrive.prediction.predictor import Predictor
+from coverdrive.recordings.generated import generate
+from coverdrive.recordings.read import read
+from coverdrive.recordings.recording import Recording
+from coverdrive.simulation.set_sampling import SetSamplingTraffic
+from coverdrive.simulation.study import run_study
+from coverdrive.simulation.trace import Trace
+from coverdrive.simulation.trial import Participants, run_trial
+
+PREDICTOR = "predictor.safetensors"
+
+
+def load_recordings(
+    experiment: Experiment, paths: Sequence[Path], progress: Callable[[float], None] | None = None
+) -> tuple[Recording, ...]:
+    """The given recordings, or generated traffic where none is given."""
+    if paths:
+        return read(paths, location=experiment.location, progress=progress)
+    return generate(experiment.generated, experiment.seed, progress=progress)
+
+
+def fit_predictor(
+    experiment: Experiment, recordings: Sequence[Recording], folder: Path, progress: StageProgress | None = None
+) -> Fit:
+    """Learn, certify and test a predictor; write it, its certificates and the settings."""
+    result = fit(recordings, experiment.prediction, experiment.seed, progress)
+    experiment.save(folder / "config.toml")
+    result.predictor.save(folder / PREDICTOR)
+    write_json(folder / "certificate.json", _certificate_record(result))
+    write_json(folder / "run.json", _provenance(experiment, recordings) | {"seconds": result.seconds})
+    return result
+
+
+def study(
+    experiment: Experiment,
+    predictor: Predictor,
+    folder: Path,
+    progress: Callable[[int, int], None] | None = None,
+) -> pl.DataFrame:
+    """Run the trials of the closed-loop study that the folder does not hold yet."""
+    settings = experiment.model_dump(mode="json", include={"planner", "traffic"})
+    return run_study(
+        partial(participants, experiment, predictor),
+        experiment.episode,
+        folder / "study",
+        trials=experiment.study.trials,
+        seed=experiment.seed,
+        vehicles=experiment.study.vehicles,
+        workers=experiment.study.workers or os.cpu_count() or 1,
+        configuration={"predictor": predictor.fingerprint} | settings,
+        progress=progress,
+    )
+
+
+def load_predictor(folder: Path) -> Predictor:
+    """The predictor of a results folder."""
+    return Predictor.load(folder / PREDICTOR)
+
+
+def load_trials(folder: Path) -> pl.DataFrame:
+    """One row for each trial of the study of a results folder."""
+    return pl.read_parquet(folder / "study" / "trials.parquet")
+
+
+def liveliest(trials: pl.DataFrame) -> tuple[int, int]:
+    """Number of vehicles and of trial of the longest drive with most lane changes and overtakes."""
+    order = trials.sort("time", pl.col("lane_changes") + pl.col("overtakes"), "trial", descending=[True, True, False])
+    return order["vehicles"][0], order["trial"][0]
+
+
+def drive(experiment: Experiment, predictor: Predictor, vehicles: int, trial: int) -> Trace:
+    """One trial of the study, with everything that happened in it."""
+    return run_trial(participants(experiment, predictor), experiment.episode, vehicles, experiment.seed, trial)
+
+
+def participants(experiment: Experiment, predictor: Predictor) -> Participants:
+    """Who takes part in a trial: the predictor, the planner that uses it, and the paper's traffic."""
+    return Participants(predictor, MpcPlanner(experiment.planner), SetSamplingTraffic(predictor, experiment.traffic))
+
+
+def write_json(path: Path, content: Any) -> None:
+    """Write JSON atomically."""
+    text = json.dumps(content, indent=2)
+    write_atomically(path, lambda file: file.write_text(text + "\n", encoding="utf-8"))
+
+
+_PACKAGES = ("jax", "equinox", "numpy", "scipy", "casadi", "polars")
+
+
+def _provenance(experiment: Experiment, recordings: Sequence[Recording]) -> dict[str, Any]:
+    """What a result was made from."""
+    return {
+        "coverdrive": coverdrive.__version__,
+        "python": platform.python_version(),
+        "packages": {name: version(name) for name in _PACKAGES},
+        "seed": experiment.seed,
+        "recordings": [
+            {"name": recording.name, "rows": len(recording.table), "fingerprint": _fingerprint(recording)}
+            for recording in recordings
+        ],
+    }
+
+
+def _fingerprint(recording: Recording) -> str:
+    return fingerprint(*(recording.table[name].to_numpy() for name in recording.table.columns))
+
+
+def _certificate_record(result: Fit) -> dict[str, Any]:
+    """Certificates, and how they did on the test split, as JSON values."""
+    return {
+        "certificates": [asdict(certificate) | {"sentence": certificate.sentence} for certificate in result.certificates],
+        "test": asdict(result.evaluation),
+        "uncovered": asdict(result.uncovered),
+        "samples": {
+            "segments": result.segments,
+            "train": len(result.split.train),
+            "calibration": len(result.split.calibration),
+            "test": len(result.split.test),
+            "dropped": result.split.dropped,
+        },
+    }
