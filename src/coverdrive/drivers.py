@@ -64,9 +64,10 @@ class Drivers:
     safe_deceleration: Values
     """[m/s²] positive"""
 
-    def __getitem__(self, index: tuple[np.ndarray | slice, ...]) -> "Drivers":
-        """The drivers at an index."""
-        return Drivers(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
+    def at(self, slot: Int[np.ndarray, "*batch A"]) -> "Drivers":
+        """The drivers in other slots of the same scene."""
+        fields = (getattr(self, name) for name in self.__dataclass_fields__)
+        return Drivers(*(np.take_along_axis(values, slot, -1) for values in fields))
 
 
 def draw_drivers(settings: DriverSettings, random: np.random.Generator, shape: tuple[int, ...]) -> Drivers:
@@ -171,17 +172,13 @@ def lane_change_advantage(
     def of(slot: np.ndarray, values: np.ndarray) -> np.ndarray:
         return np.take_along_axis(values, slot, -1)
 
-    def drivers_of(slot: np.ndarray) -> Drivers:
-        return Drivers(*(of(slot, getattr(drivers, name)) for name in drivers.__dataclass_fields__))
-
     def joined(neighbour: Neighbours) -> np.ndarray:
         exists = (neighbour.gap < FREE) & (neighbour.rear_gap < FREE)
         return np.where(exists, neighbour.gap + neighbour.rear_gap + length, FREE)
 
-    own_gain = follow(drivers, speed, target.gap, of(target.leader, speed)) - follow(
-        drivers, speed, current.gap, of(current.leader, speed)
-    )
-    new, old = drivers_of(target.follower), drivers_of(current.follower)
+    own_after = follow(drivers, speed, target.gap, of(target.leader, speed))
+    own_gain = own_after - follow(drivers, speed, current.gap, of(current.leader, speed))
+    new, old = drivers.at(target.follower), drivers.at(current.follower)
     new_speed, old_speed = of(target.follower, speed), of(current.follower, speed)
     new_after = follow(new, new_speed, target.rear_gap, speed)
     new_gain = new_after - follow(new, new_speed, joined(target), of(target.leader, speed))
@@ -190,7 +187,6 @@ def lane_change_advantage(
     )
     has_new, has_old = target.rear_gap < FREE, current.rear_gap < FREE
     others = np.where(has_new, new_gain, 0.0) + np.where(has_old, old_gain, 0.0)
-    own_after = follow(drivers, speed, target.gap, of(target.leader, speed))
     safe = (~has_new | (new_after >= -new.safe_deceleration)) & (own_after >= -drivers.safe_deceleration)
     safe &= (target.gap > drivers.minimum_gap) & (target.rear_gap > drivers.minimum_gap)
     advantage = own_gain + drivers.politeness * others - drivers.threshold

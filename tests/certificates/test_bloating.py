@@ -114,6 +114,7 @@ def test_bound_holds_on_new_samples_and_fails_without_calibration() -> None:
             ScoredSamples(
                 1 - (1 - calibration.scores) / 2, calibration.base, calibration.distance, calibration.vehicle
             ),
+            TUBE,
             NOBODY,
         )
         broken_by_optimist += evaluate(optimist, new).windows.value > certificate.epsilon

@@ -2,10 +2,14 @@
 
 import equinox as eqx
 import numpy as np
+
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.vehicle import rollout
 from coverdrive.scene import Scene
+from coverdrive.simulation.episode import EpisodeSettings
+from coverdrive.simulation.set_sampling import SetSamplingTraffic
+from coverdrive.simulation.trial import Participants
 
 
 class FakeBasis(eqx.Module):
@@ -24,9 +28,7 @@ class FakeBasis(eqx.Module):
         s = times / self.horizon
         lon = 0.5 * self.acceleration[:, None] * times**2
         lat = self.shift[:, None] * (3 * s**2 - 2 * s**3)
-        rate = np.stack(
-            [self.acceleration[:, None] * times, self.shift[:, None] * 6 * (s - s**2) / self.horizon], -1
-        )
+        rate = np.stack([self.acceleration[:, None] * times, self.shift[:, None] * 6 * (s - s**2) / self.horizon], -1)
         return np.stack([lon, lat], -1), rate
 
 
@@ -87,3 +89,13 @@ def make_scene(lon, lat, speed=None, heading=None) -> Scene:
         width=np.full(lon.shape, 1.9),
         valid=np.ones(lon.shape, dtype=bool),
     )
+
+
+FAST = EpisodeSettings(duration=2.0)
+"""a short episode"""
+
+
+def build_fakes() -> Participants:
+    """The participants of a study with stand-ins."""
+    predictor = FakePredictor(FakeBasis.make())
+    return Participants(predictor, ConstantPlanner(), SetSamplingTraffic(predictor))

@@ -28,9 +28,9 @@ class CandidateSettings(Settings):
 
     solver: SolverSettings = SolverSettings()
     """when a solver is done, and when it gives up"""
-    boxes: int = Field(16, ge=1)
+    boxes: int = Field(default=8, ge=1)
     """number of boxes of every step that a solver sees at first"""
-    rounds: int = Field(4, ge=1)
+    rounds: int = Field(default=4, ge=1)
     """how often violated boxes are added before all are"""
 
 
@@ -71,7 +71,7 @@ def cheapest_start(
     motions = len(targets) + len(former)
     states, inputs = drive(situation.state, wanted, motions, problem.steps, problem.dt, vehicle)
     starts = judged(states, inputs, target_lat, situation, problem)
-    return starts.at(int(np.argmin(starts.cost)))
+    return starts.at(int(np.argmin(starts.lasting_cost)))
 
 
 def solve_lane(

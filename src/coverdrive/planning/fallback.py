@@ -41,4 +41,5 @@ def blind_motion(state: Float[np.ndarray, " 4"], problem: ProblemSettings) -> Mo
         slack=np.ones(steps),
         off_road=np.zeros(steps),
         cost=np.array(np.inf),
+        lasting_cost=np.array(np.inf),
     )

@@ -36,6 +36,9 @@ class Motion(NamedTuple):
     """[m] by which the body leaves the road at the steps k = 1 … K"""
     cost: Float[np.ndarray, "*m"]
     """value of the objective"""
+    lasting_cost: Float[np.ndarray, "*m"]
+    """the objective with every slack held until the end, because a contact cannot be undone; motions are compared
+    by it, so that passing through a vehicle does not look better than stopping at it"""
 
     def at(self, index: int) -> "Motion":
         """One of several motions."""
@@ -106,8 +109,12 @@ def judged(
     right, left = situation.road_edges
     lat = states[..., 1:, 1]
     off_road = np.maximum(0.0, np.maximum(right - (lat - half_width), lat + half_width - left))
-    cost = plan_cost(states, inputs, slack, off_road, situation.previous_input, target_lat, problem.cost)
-    return Motion(states, inputs, slack, off_road, cost)
+    lasting_slack = np.maximum.accumulate(slack, axis=-1)
+    cost, lasting_cost = (
+        plan_cost(states, inputs, each, off_road, situation.previous_input, target_lat, problem.cost)
+        for each in (slack, lasting_slack)
+    )
+    return Motion(states, inputs, slack, off_road, cost, lasting_cost)
 
 
 def shifted_inputs(inputs: Float[np.ndarray, "K 2"], elapsed: float, dt: float) -> Float[np.ndarray, "K 2"]:

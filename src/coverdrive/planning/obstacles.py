@@ -31,7 +31,7 @@ class ObstacleSettings(Settings):
 
     order: Literal[2, 4] = 4
     """p of the superellipse (paper: 2)"""
-    lateral_inflation: float = Field(1.1, gt=1)
+    lateral_inflation: float = Field(default=1.1, gt=1)
     """β: factor on the summed half widths; 2^(1/p) inflates length and width alike"""
     ignore_rear: bool = False
     """whether the vehicle directly behind in the own lane is no obstacle (paper, Remark 2)"""

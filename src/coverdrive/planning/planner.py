@@ -30,9 +30,9 @@ class PlannerSettings(Settings):
     """horizon, own car, weights and obstacles"""
     candidate: CandidateSettings = CandidateSettings()
     """how the plan to one lane is found"""
-    period: float = Field(0.1, gt=0)
+    period: float = Field(default=0.1, gt=0)
     """[s] between two calls of the planner"""
-    lane_change: float = Field(10.0, ge=0)
+    lane_change: float = Field(default=10.0, ge=0)
     """cost of aiming at another lane than the last plan, against dithering"""
 
 
@@ -97,7 +97,8 @@ class MpcPlanner:
     def _decide(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> tuple[Motion, Status]:
         """The cheapest candidate, or the fallback; remembers what the next call needs."""
         problem = self.settings.problem
-        known = np.isfinite(paths.points).all(axis=(1, 2)) & np.isfinite(paths.half_sizes).all(axis=(1, 2))
+        finite = np.isfinite(np.concatenate([paths.points, paths.half_sizes], axis=-1))
+        known = np.asarray(finite.all(axis=(1, 2)))
         situation = self._situation(state, paths.of(known), road)
         lane = int(road.lane_of(state[1]))
         candidates = self._candidates(situation, road, lane) if known.all() else {}
@@ -143,7 +144,7 @@ class MpcPlanner:
         """The lane of the cheapest candidate; a lane other than the held one costs extra."""
         return min(
             candidates,
-            key=lambda lane: candidates[lane].motion.cost + self.settings.lane_change * (lane != held),
+            key=lambda lane: candidates[lane].motion.lasting_cost + self.settings.lane_change * (lane != held),
         )
 
 

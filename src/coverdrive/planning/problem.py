@@ -7,7 +7,6 @@ parameter. Constraints, stage by stage: x_{k+1} − f(x_k, u_k) = 0, then latera
 obstacle constraint per slot. Longitudinal positions are relative to the current one.
 """
 
-import functools
 from typing import Any, NamedTuple
 
 import casadi as ca
@@ -31,9 +30,9 @@ PARAMETERS = 9
 class ProblemSettings(Settings):
     """Everything that the compiled problem depends on, but for the number of obstacle slots."""
 
-    steps: int = Field(12, ge=2)
+    steps: int = Field(default=12, ge=2)
     """K (authors' scripts: 3 s in steps of 0.25 s)"""
-    dt: float = Field(0.25, gt=0)
+    dt: float = Field(default=0.25, gt=0)
     """[s] between two steps (authors' scripts)"""
     vehicle: VehicleSettings = VehicleSettings()
     """size and limits of the own car"""
@@ -73,7 +72,6 @@ class Program(NamedTuple):
     """(K, 2): places of the slacks of k = 1 … K"""
 
 
-@functools.lru_cache(maxsize=64)
 def build_program(settings: ProblemSettings, slots: int) -> Program:
     """The nonlinear program for a number of obstacle slots.
 
@@ -133,14 +131,14 @@ def _places(steps: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def _successor(state: Any, inputs: Any, settings: ProblemSettings) -> Any:
     """The state one step later, with the inputs that led to it."""
-    moved = euler_step(*ca.vertsplit(state[:4]), *ca.vertsplit(inputs), settings.dt, ca)
-    return ca.vertcat(*moved, inputs)
+    lon, lat, speed, heading = ca.vertsplit(state[:4])
+    return ca.vertcat(*euler_step(lon, lat, speed, heading, inputs[0], inputs[1], settings.dt, ca), inputs)
 
 
 def _cost_of_input(state: Any, inputs: Any, settings: CostSettings) -> Any:
     """Cost of the inputs of a step and of their changes; the state holds those of the step before."""
     changes = inputs - state[4:]
-    return input_cost(*ca.vertsplit(inputs), *ca.vertsplit(changes), settings)
+    return input_cost(inputs[0], inputs[1], changes[0], changes[1], settings)
 
 
 def _lateral_acceleration_rows(state: Any, inputs: Any, vehicle: VehicleSettings) -> list[Any]:

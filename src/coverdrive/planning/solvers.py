@@ -4,8 +4,7 @@ Solvers are compiled once per process for every size of the problem. They neithe
 threads at a time.
 """
 
-import functools
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -15,6 +14,7 @@ from pydantic import Field
 from coverdrive.planning.motion import Motion
 from coverdrive.planning.problem import (
     ProblemSettings,
+    Program,
     Situation,
     build_program,
     pack,
@@ -29,16 +29,27 @@ Solver = Literal["fatrop", "ipopt"]
 class SolverSettings(Settings):
     """When a solver is done, and when it gives up."""
 
-    tolerance: float = Field(1e-3, gt=0)
+    tolerance: float = Field(default=1e-3, gt=0)
     """largest violation of the optimality conditions"""
-    barrier: float = Field(0.1, gt=0)
+    barrier: float = Field(default=0.1, gt=0)
     """barrier parameter that the interior point methods start with"""
-    max_iterations: int = Field(100, ge=0)
+    max_iterations: int = Field(default=100, ge=0)
     """of either solver"""
 
 
-@functools.lru_cache(maxsize=64)
-def compiled_solver(problem: ProblemSettings, slots: int, solver: Solver, settings: SolverSettings) -> Any:
+class Compiled(NamedTuple):
+    """A solver and the program that it solves."""
+
+    program: Program
+    """says where the variables are"""
+    run: Any
+    """the `casadi.nlpsol` object"""
+
+
+_COMPILED: dict[tuple[Any, ...], Compiled] = {}
+
+
+def compiled_solver(problem: ProblemSettings, slots: int, solver: Solver, settings: SolverSettings) -> Compiled:
     """The solver of a problem size, compiled when first asked for in a process.
 
     Args:
@@ -47,17 +58,26 @@ def compiled_solver(problem: ProblemSettings, slots: int, solver: Solver, settin
         solver: which one.
         settings: tolerance and limits.
     """
-    program = build_program(problem, slots)
+    key = (problem, slots, solver, settings)
+    if key not in _COMPILED:
+        program = build_program(problem, slots)
+        options = _options(program, problem.steps, solver, settings)
+        _COMPILED[key] = Compiled(program, ca.nlpsol("plan", solver, program.nlp, options))
+    return _COMPILED[key]
+
+
+def _options(program: Program, steps: int, solver: Solver, settings: SolverSettings) -> dict[str, Any]:
+    """The options of `casadi.nlpsol`; fatrop is told the stages."""
     limits = {"max_iter": settings.max_iterations, "mu_init": settings.barrier, "print_level": 0}
     options: dict[str, Any] = {"print_time": False, "error_on_fail": False, "show_eval_warnings": False}
     if solver == "ipopt":
         options["ipopt"] = limits | {"tol": settings.tolerance, "sb": "yes"}
     else:
         states, inputs, constraints = (list(column) for column in zip(*program.stages, strict=True))
-        options |= {"structure_detection": "manual", "equality": program.equality, "N": problem.steps}
+        options |= {"structure_detection": "manual", "equality": program.equality, "N": steps}
         options |= {"nx": states, "nu": inputs, "ng": constraints}
         options["fatrop"] = limits | {"tolerance": settings.tolerance}
-    return ca.nlpsol("plan", solver, program.nlp, options)
+    return options
 
 
 def solve(
@@ -83,9 +103,8 @@ def solve(
         [rad/s] that led there.
     """
     slots = situation.obstacles.slots
-    program = build_program(problem, slots)
+    program, run = compiled_solver(problem, slots, solver, settings)
     low, high = variable_bounds(program, situation.state, problem.vehicle)
-    run = compiled_solver(problem, slots, solver, settings)
     result = run(
         x0=pack(program, start.states, start.inputs, start.slack, start.off_road),
         p=parameter_values(situation, target_lat),

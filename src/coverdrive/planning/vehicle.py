@@ -17,21 +17,21 @@ from coverdrive.settings import Settings
 class VehicleSettings(Settings):
     """Size and limits of the own car."""
 
-    length: float = Field(4.8, gt=0)
+    length: float = Field(default=4.8, gt=0)
     """[m] a mid-size sedan (AASHTO Green Book 2018, passenger car: 5.8 m at the most; NGSIM US-101 median: 4.6 m)"""
-    width: float = Field(1.9, gt=0)
+    width: float = Field(default=1.9, gt=0)
     """[m] a mid-size sedan without mirrors"""
-    max_acceleration: float = Field(3.0, gt=0)
+    max_acceleration: float = Field(default=3.0, gt=0)
     """[m/s²] brisk but ordinary (CommonRoad vehicle parameters: up to 11.5; the authors' scripts allow 2000)"""
-    max_deceleration: float = Field(8.0, gt=0)
+    max_deceleration: float = Field(default=8.0, gt=0)
     """[m/s²] full braking on dry asphalt (0.8 g; UN R13-H asks for at least 6.43 m/s²)"""
-    max_yaw_rate: float = Field(0.5, gt=0)
+    max_yaw_rate: float = Field(default=0.5, gt=0)
     """[rad/s] bound at low speed; at speed `max_lateral_acceleration` is the tighter one"""
-    max_lateral_acceleration: float = Field(4.0, gt=0)
+    max_lateral_acceleration: float = Field(default=4.0, gt=0)
     """[m/s²] bound of speed · yaw rate, half of what dry asphalt gives"""
-    max_speed: float = Field(45.0, gt=0)
+    max_speed: float = Field(default=45.0, gt=0)
     """[m/s] a little above the reference speed of 40 m/s"""
-    max_heading: float = Field(0.35, gt=0, lt=np.pi / 2)
+    max_heading: float = Field(default=0.35, gt=0, lt=np.pi / 2)
     """[rad] largest angle between the car and the road"""
 
     @property
@@ -68,8 +68,8 @@ def euler_step(
 
 def step(state: Float[np.ndarray, "*n 4"], inputs: Float[np.ndarray, "*n 2"], dt: float) -> Float[np.ndarray, "*n 4"]:
     """One Euler step of states (lon, lat, speed, heading) under inputs (acceleration, yaw rate) held for dt [s]."""
-    moved = euler_step(*np.moveaxis(state, -1, 0), *np.moveaxis(inputs, -1, 0), dt)
-    return np.stack(moved, axis=-1)
+    lon, lat, speed, heading = (state[..., i] for i in range(4))
+    return np.stack(euler_step(lon, lat, speed, heading, inputs[..., 0], inputs[..., 1], dt), axis=-1)
 
 
 def rollout(

@@ -16,14 +16,14 @@ from coverdrive.errors import RecordingError
 from coverdrive.recordings.recording import Recording
 from coverdrive.recordings.reference_line import ReferenceLine, reference_line
 from coverdrive.recordings.smoothing import SmoothingSettings
-from coverdrive.recordings.tracks import RawTracks, drop_off_road, regular_table
+from coverdrive.recordings.tracks import RawTracks, Reading, drop_off_road, regular_table
 from coverdrive.road import Road
 
 ACCOMPANY = 0.5
 """Smallest share of the road's length that a lane must run beside it to be part of it"""
 
 
-def read_commonroad(file: Path, settings: SmoothingSettings | None = None) -> Recording:
+def read_commonroad(file: Path, settings: SmoothingSettings | None = None) -> Reading:
     """Read the recorded vehicles of one scenario; obstacles of a single state have no track and are dropped.
 
     Args:
@@ -43,9 +43,8 @@ def read_commonroad(file: Path, settings: SmoothingSettings | None = None) -> Re
     raw = _tracks(file, scenario.dynamic_obstacles, line, edges[-1])
     raw = drop_off_road(raw, road, repairs)
     dt = float(scenario.dt)
-    return Recording(
-        file.stem, regular_table(raw, dt, settings or SmoothingSettings(), repairs), dt, road, dict(repairs)
-    )
+    table = regular_table(raw, dt, settings or SmoothingSettings(), repairs)
+    return Reading(Recording(file.stem, table, dt, road, dict(repairs)), raw)
 
 
 def _open(file: Path) -> Any:
@@ -84,7 +83,7 @@ def _lanes(file: Path, network: Any) -> list[list[Any]]:
 
 
 def _length(lane: list[Any]) -> float:
-    """[m]"""
+    """Length of a lane [m]."""
     return sum(float(part.distance[-1]) for part in lane)
 
 
@@ -131,7 +130,7 @@ def _tracks(file: Path, obstacles: list[Any], line: ReferenceLine, right: float)
     vehicle: list[int] = []
     moment: list[int] = []
     position: list[Float[np.ndarray, " 2"]] = []
-    size: list[tuple[float, float]] = []
+    measures: list[tuple[float, float, float]] = []
     for obstacle in obstacles:
         shape = obstacle.obstacle_shape
         if not hasattr(shape, "width"):
@@ -145,9 +144,10 @@ def _tracks(file: Path, obstacles: list[Any], line: ReferenceLine, right: float)
         vehicle += [obstacle.obstacle_id] * len(states)
         moment += [state.time_step for state in states]
         position += [state.position for state in states]
-        size += [(shape.length, shape.width)] * len(states)
+        measures += [(shape.length, shape.width, state.velocity) for state in states]
     if not vehicle:
         raise RecordingError(file, "the scenario has no recorded vehicles; choose another file")
     lon, lat = line.project(np.array(position)).T
-    length, width = np.array(size, dtype=np.float64).T
-    return RawTracks(np.array(vehicle), np.array(moment), lon, lat - right, length, width)
+    length, width, speed = np.array(measures, dtype=np.float64).T
+    group = np.zeros(len(vehicle), dtype=np.int64)
+    return RawTracks(np.array(vehicle), np.array(moment), lon, lat - right, length, width, speed, group)

@@ -15,7 +15,7 @@ from coverdrive.errors import RecordingError
 from coverdrive.recordings.lanes import edges_from_lanes, edges_from_width
 from coverdrive.recordings.recording import Recording
 from coverdrive.recordings.smoothing import SmoothingSettings
-from coverdrive.recordings.tracks import RawTracks, drop_off_road, regular_table
+from coverdrive.recordings.tracks import RawTracks, Reading, drop_off_road, regular_table
 from coverdrive.road import Road
 
 PAUSE = 60.0
@@ -30,14 +30,14 @@ FASTEST = 60.0
 
 def recordings_from_local(
     file: Path, table: pl.DataFrame, repairs: Counter[str], settings: SmoothingSettings
-) -> tuple[Recording, ...]:
+) -> tuple[Reading, ...]:
     """One recording for each period; their times count from the first row of the file.
 
     Args:
         file: names the recordings, and is named in errors.
         table: columns ``vehicle``, ``clock`` [s], ``right`` [m] (Local_X), ``front`` [m] (Local_Y),
-            ``length`` and ``width`` [m], and if known ``lane`` and ``frame`` (the period's frame counter);
-            all numbers finite.
+            ``length`` and ``width`` [m], ``speed`` [m/s], and if known ``lane`` and ``frame`` (the period's
+            frame counter); all numbers finite.
         repairs: what has been repaired in the file so far.
         settings: how positions are smoothed.
 
@@ -61,18 +61,20 @@ def recordings_from_local(
         lat=edges[-1] - right,
         length=length,
         width=table["width"].to_numpy(),
+        speed=table["speed"].to_numpy(),
+        group=np.zeros_like(vehicle),
     )
     road = Road(edges=(edges[-1] - edges)[::-1], length=float(table["front"].to_numpy().max()))
 
-    found: list[Recording] = []
+    found: list[Reading] = []
     periods = np.unique(period)
     for number in periods:
         name = file.stem if len(periods) == 1 else f"{file.stem} period {number + 1}"
         own = repairs.copy() if number == 0 else Counter[str]()
-        rows = raw if len(periods) == 1 else raw.take(period == number)
-        smooth = regular_table(drop_off_road(rows, road, own), dt, settings, own)
+        rows = drop_off_road(raw if len(periods) == 1 else raw.take(period == number), road, own)
+        smooth = regular_table(rows, dt, settings, own)
         _check_motion(file, smooth)
-        found.append(Recording(name, smooth, dt, road, dict(own)))
+        found.append(Reading(Recording(name, smooth, dt, road, dict(own)), rows))
     return tuple(found)
 
 

@@ -10,13 +10,13 @@ import polars as pl
 
 from coverdrive.errors import RecordingError
 from coverdrive.recordings.local_frame import recordings_from_local
-from coverdrive.recordings.recording import Recording
 from coverdrive.recordings.smoothing import SmoothingSettings
+from coverdrive.recordings.tracks import Reading
 
 LENGTH, WIDTH = 4.5, 1.8
 """[m] of a car, where the file does not tell"""
 
-COLUMNS = ("Vehicle_ID", "Frame_ID", "Global_Time", "local_x_m", "local_y_m")
+COLUMNS = ("Vehicle_ID", "Frame_ID", "Global_Time", "local_x_m", "local_y_m", "v_vel_mps")
 
 
 def is_metric(columns: list[str]) -> bool:
@@ -24,7 +24,7 @@ def is_metric(columns: list[str]) -> bool:
     return {"Vehicle_ID", "local_x_m", "local_y_m"} <= set(columns)
 
 
-def read_metric(file: Path, settings: SmoothingSettings | None = None) -> tuple[Recording, ...]:
+def read_metric(file: Path, settings: SmoothingSettings | None = None) -> tuple[Reading, ...]:
     """Read metric NGSIM tracks, one recording for each recording period.
 
     Args:
@@ -54,6 +54,7 @@ def read_metric(file: Path, settings: SmoothingSettings | None = None) -> tuple[
         front=pl.col("local_y_m").cast(number),
         length=pl.lit(LENGTH),
         width=pl.lit(WIDTH),
+        speed=pl.col("v_vel_mps").cast(number),
     )
     repairs = Counter({"assumed sizes": metres["vehicle"].n_unique()})
     return recordings_from_local(file, metres, repairs, settings or SmoothingSettings())

@@ -9,8 +9,9 @@ import polars as pl
 from coverdrive.errors import RecordingError
 from coverdrive.recordings.delimited import Layout, read_columns
 from coverdrive.recordings.local_frame import check_unit, recordings_from_local
-from coverdrive.recordings.recording import Progress, Recording
+from coverdrive.recordings.recording import Progress
 from coverdrive.recordings.smoothing import SmoothingSettings
+from coverdrive.recordings.tracks import Reading
 
 FOOT = 0.3048
 """[m]"""
@@ -28,7 +29,7 @@ def read_ngsim(
     location: str | None = None,
     settings: SmoothingSettings | None = None,
     progress: Progress | None = None,
-) -> tuple[Recording, ...]:
+) -> tuple[Reading, ...]:
     """Read one site of an NGSIM file, one recording for each recording period.
 
     Args:
@@ -59,6 +60,7 @@ def read_ngsim(
         front=pl.col("local_y") * FOOT,
         length=pl.col("v_length") * FOOT,
         width=pl.col("v_width") * FOOT,
+        speed=pl.col("v_vel") * FOOT,
         **({"lane": pl.col("lane_id").cast(pl.Int64)} if "lane_id" in wanted else {}),
     )
     return recordings_from_local(file, metres, repairs, settings or SmoothingSettings())

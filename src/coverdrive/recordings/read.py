@@ -1,7 +1,163 @@
 """Reads recordings of any known kind, and puts those into one group that show the same vehicles."""
 
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+from jaxtyping import Int
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from coverdrive.errors import RecordingError
+from coverdrive.recordings.commonroad import read_commonroad
+from coverdrive.recordings.metric import is_metric, read_metric
+from coverdrive.recordings.ngsim import read_ngsim
+from coverdrive.recordings.overlap import overlapping_groups
+from coverdrive.recordings.parquet import is_own, read_parquet
+from coverdrive.recordings.recording import Progress, Recording
+from coverdrive.recordings.smoothing import SmoothingSettings
+from coverdrive.recordings.tracks import Reading
+
+SUFFIXES = (".csv", ".txt", ".xml", ".parquet")
+"""Kinds of files that a folder is searched for"""
+
 BLOCK = 60.0
 """[s] a long recording is cut into groups of this length"""
 
 LONG = 120.0
 """[s] recordings that last longer are cut into groups"""
+
+
+def read(
+    paths: Sequence[Path],
+    location: str | None = None,
+    progress: Progress | None = None,
+    smoothing: SmoothingSettings | None = None,
+) -> tuple[Recording, ...]:
+    """Read recordings and number their groups.
+
+    A group holds what must stay on one side of a split: recordings that share vehicles at the same time, and
+    1 min of a recording that is longer than 2 min. Groups are numbered from 0, in the order of the files and of
+    time; those of the package's own Parquet files stay as they are, unless other files share their vehicles.
+
+    Args:
+        paths: files, or folders whose files of a known kind are read in natural order (2 before 10).
+        location: the site to read from NGSIM files that hold several.
+        progress: called with the fraction that is done.
+        smoothing: how positions are smoothed.
+
+    Raises:
+        RecordingError: when a file cannot be read as what it claims to be.
+
+    """
+    settings = smoothing or SmoothingSettings()
+    readings: list[Reading] = []
+    origin: list[int] = []
+    files = [file for path in paths for file in _files(Path(path))]
+    if not files:
+        raise RecordingError("no file", "there is nothing to read; name at least one file or folder")
+    for number, file in enumerate(files):
+
+        def of_all(fraction: float, number: int = number) -> None:
+            if progress:
+                progress((number + fraction) / len(files))
+
+        found = _read_file(file, location, settings, of_all)
+        readings += found
+        origin += [number] * len(found)
+        of_all(1.0)
+    return _grouped(readings, origin)
+
+
+def _files(path: Path) -> list[Path]:
+    """The file itself, or those of a known kind in a folder, in natural order."""
+    if path.is_file():
+        return [path]
+    if not path.is_dir():
+        raise RecordingError(path, "there is no such file or folder; check the path")
+    files = [file for file in path.iterdir() if file.suffix.lower() in SUFFIXES and file.is_file()]
+    if not files:
+        raise RecordingError(path, f"the folder holds no recording; expected files {', '.join(SUFFIXES)}")
+    return sorted(files, key=lambda file: [(int(part or -1), text) for text, part in _parts(file.name)])
+
+
+def _parts(name: str) -> list[tuple[str, str]]:
+    """A name cut into pairs of text and the digits after it."""
+    return [(text, digits) for text, digits in re.findall(r"(\D*)(\d*)", name.lower())]
+
+
+def _read_file(
+    file: Path, location: str | None, settings: SmoothingSettings, progress: Progress
+) -> tuple[Reading, ...]:
+    """The recordings of one file, with groups from 0 on."""
+    suffix = file.suffix.lower()
+    if suffix == ".xml":
+        return _cut((read_commonroad(file, settings),))
+    if suffix in (".csv", ".txt"):
+        return _cut(read_ngsim(file, location, settings, progress))
+    if suffix != ".parquet":
+        raise RecordingError(file, f"unknown kind of file {suffix!r}; expected {', '.join(SUFFIXES)}")
+    try:
+        own, columns = is_own(file), pl.read_parquet_schema(file)
+    except pl.exceptions.PolarsError as error:
+        raise RecordingError(file, f"not a Parquet file ({error}); check that it was copied whole") from error
+    if own:
+        return read_parquet(file)
+    if is_metric(list(columns)):
+        return _cut(read_metric(file, settings))
+    raise RecordingError(
+        file, f"unknown columns {', '.join(columns)}; expected NGSIM tracks in metres or own recordings"
+    )
+
+
+def _cut(readings: tuple[Reading, ...]) -> tuple[Reading, ...]:
+    """The recordings of one file, whose times are of one clock, in groups of 1 min if they last long."""
+    times = [reading.recording.table["time"].to_numpy() for reading in readings]
+    if max(time.max() for time in times) - min(time.min() for time in times) <= LONG:
+        return readings
+    cut: list[Reading] = []
+    for reading in readings:
+        dt = reading.recording.dt
+        samples = round(BLOCK / dt)
+        block = (pl.col("time") / dt).round().cast(pl.Int64) // samples
+        table = reading.recording.table.with_columns(group=block)
+        raw = replace(reading.raw, group=reading.raw.moment // samples)
+        cut.append(Reading(replace(reading.recording, table=table), raw))
+    return tuple(cut)
+
+
+def _grouped(readings: list[Reading], origin: list[int]) -> tuple[Recording, ...]:
+    """The recordings with groups numbered through all files; groups that share vehicles become one."""
+    raw, tables = _numbered(readings, origin)
+    count = max(int(numbers.max()) for numbers in (*raw, *tables)) + 1
+    pairs = overlapping_groups([reading.raw for reading in readings], raw, origin)
+    first, second = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
+    links = coo_array((np.ones(len(pairs)), (first, second)), shape=(count, count))
+    component = connected_components(links, directed=False)[1]
+    used = np.unique(np.concatenate([component[numbers] for numbers in tables]))
+    grouped: list[Recording] = []
+    for reading, numbers in zip(readings, tables, strict=True):
+        group = pl.Series(np.searchsorted(used, component[numbers]), dtype=pl.Int64)
+        table = reading.recording.table.with_columns(group=group)
+        grouped.append(replace(reading.recording, table=table))
+    return tuple(grouped)
+
+
+def _numbered(
+    readings: list[Reading], origin: list[int]
+) -> tuple[list[Int[np.ndarray, " R"]], list[Int[np.ndarray, " R"]]]:
+    """The groups of the rows of all raw tracks and of all tables, numbered through all files."""
+    raw = [reading.raw.group for reading in readings]
+    tables = [reading.recording.table["group"].to_numpy() for reading in readings]
+    base = 0
+    for file in range(max(origin) + 1):
+        own = [index for index, number in enumerate(origin) if number == file]
+        groups = np.unique(np.concatenate([part[index] for part in (raw, tables) for index in own]))
+        for index in own:
+            raw[index] = base + np.searchsorted(groups, raw[index])
+            tables[index] = base + np.searchsorted(groups, tables[index])
+        base += len(groups)
+    return raw, tables

@@ -11,7 +11,7 @@ import numpy as np
 import polars as pl
 from jaxtyping import Float, Int
 
-from coverdrive.recordings.recording import SCHEMA
+from coverdrive.recordings.recording import SCHEMA, Recording
 from coverdrive.recordings.smoothing import SmoothingSettings, motion, smooth
 from coverdrive.road import Road
 
@@ -23,7 +23,7 @@ VERGE = 1.8
 """[m] half a lane: vehicles whose centre is farther beside the road than this do not drive on it"""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class RawTracks:
     """Positions as measured, of all vehicles."""
 
@@ -38,14 +38,27 @@ class RawTracks:
     """[m]"""
     width: Float[np.ndarray, " R"]
     """[m]"""
+    speed: Float[np.ndarray, " R"]
+    """[m/s] as the file states it: too rough to use, but it shows which vehicles of two files are the same"""
+    group: Int[np.ndarray, " R"]
+    """which rows must stay together in a split"""
 
     def take(self, rows: np.ndarray) -> "RawTracks":
         """The rows selected by an index or boolean array."""
         return RawTracks(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
 
 
+@dataclass(frozen=True, eq=False)
+class Reading:
+    """A recording together with what it was made from."""
+
+    recording: Recording
+    raw: RawTracks
+    """the tracks on the road as the file holds them"""
+
+
 def regular_table(raw: RawTracks, dt: float, settings: SmoothingSettings, repairs: Counter[str]) -> pl.DataFrame:
-    """The table of a recording, all rows in group 0; what had to be repaired is counted into ``repairs``.
+    """The table of a recording; what had to be repaired is counted into ``repairs``.
 
     Args:
         raw: positions on the time grid, at least one row.
@@ -63,7 +76,7 @@ def regular_table(raw: RawTracks, dt: float, settings: SmoothingSettings, repair
     return pl.DataFrame(
         {
             "vehicle": tracks.vehicle,
-            "group": np.zeros(len(tracks.vehicle), dtype=np.int64),
+            "group": tracks.group,
             "time": tracks.moment * dt,
             "lon": lon,
             "lat": lat,

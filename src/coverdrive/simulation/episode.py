@@ -112,7 +112,5 @@ def _step(
 def _children(seed: int | np.random.SeedSequence) -> tuple[np.random.SeedSequence, np.random.SeedSequence]:
     """Two seeds from one; unlike ``SeedSequence.spawn``, the same two every time."""
     root = seed if isinstance(seed, np.random.SeedSequence) else np.random.SeedSequence(seed)
-    first, second = (
-        np.random.SeedSequence(root.entropy, spawn_key=(*root.spawn_key, child)) for child in range(2)
-    )
+    first, second = (np.random.SeedSequence(root.entropy, spawn_key=(*root.spawn_key, child)) for child in range(2))
     return first, second

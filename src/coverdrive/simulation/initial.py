@@ -84,9 +84,7 @@ def _draw(settings: InitialSettings, vehicles: int, rng: np.random.Generator) ->
     lon = rng.uniform(settings.behind, settings.ahead, slots)
     scale[:, OWN], lane[OWN], lon[OWN] = 1.0, 0, 0.0
     length, width = settings.length * scale[0], settings.width * scale[1]
-    too_close = (lane[:, None] == lane) & (
-        np.abs(lon[:, None] - lon) < (length[:, None] + length) / 2 + settings.gap
-    )
+    too_close = (lane[:, None] == lane) & (np.abs(lon[:, None] - lon) < (length[:, None] + length) / 2 + settings.gap)
     if np.triu(too_close, 1).any():
         return None
     speed = np.full(slots, settings.traffic_speed)

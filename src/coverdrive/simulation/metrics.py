@@ -6,7 +6,7 @@ n steps, A vehicle slots.
 import numpy as np
 from jaxtyping import Float
 
-from coverdrive.geometry import axis_gap, turned_half_extents
+from coverdrive.geometry import turned_half_extents
 from coverdrive.planning.plan import Status
 from coverdrive.simulation.initial import OWN
 from coverdrive.simulation.motion import half_sizes_of, states_of
@@ -45,7 +45,7 @@ def overtakes(trace: Trace) -> int:
 def road_departure(trace: Trace) -> float:
     """How far the own car's body got beyond the edges of the road [m]; 0 if it stayed on it."""
     lat = trace.scene.lat[:, OWN]
-    extent = turned_half_extents(half_sizes_of(trace.scene)[:, OWN], trace.scene.heading[:, OWN])[:, 1]
+    extent = turned_half_extents(half_sizes_of(trace.scene)[:, OWN], np.asarray(trace.scene.heading)[:, OWN])[:, 1]
     beyond = np.maximum(trace.road.edges[0] - (lat - extent), lat + extent - trace.road.edges[-1])
     return float(max(0.0, beyond.max()))
 
@@ -93,7 +93,7 @@ def traffic_stuck(trace: Trace) -> int:
 
 def traffic_collisions(trace: Trace) -> int:
     """Number of pairs of uncontrolled vehicles that overlap at any moment."""
-    touched = contacts(trace.scene).any(0)
+    touched = np.any(contacts(trace.scene), axis=0)
     touched[OWN] = touched[:, OWN] = False
     return int(np.triu(touched).sum())
 

@@ -7,10 +7,8 @@ M base trajectories, n times.
 import numpy as np
 from jaxtyping import Float
 
+from coverdrive.prediction.predictor import CREEP
 from coverdrive.scene import Scene
-
-_BACKWARDS = -1e-6
-"""[m/s] a longitudinal speed below this counts as going backwards; rounding stays above it"""
 
 
 def states_of(scene: Scene) -> Float[np.ndarray, "*batch A 4"]:
@@ -54,7 +52,9 @@ def follow(
 ) -> Float[np.ndarray, "M n 4"]:
     """Every base trajectory put on a vehicle's position and longitudinal speed (Remark 1).
 
-    A vehicle that would go backwards stops instead, and stays where it is for the rest of the base trajectory.
+    A vehicle that would go backwards stands still along the road instead. This is the motion that
+    `coverdrive.prediction.predictor.Predictor.predict` predicts. The speed is such that its component along the road
+    is exact.
 
     Args:
         state: of the vehicle at time 0.
@@ -62,12 +62,10 @@ def follow(
         deviation: of the base trajectories from constant velocity, along lon and lat [m].
         rate: of that deviation [m/s].
     """
-    speed_lon = state[2] * np.cos(state[3])
-    velocity = rate + np.array([speed_lon, 0.0])
-    position = state[:2] + deviation + speed_lon * times[:, None] * np.array([1.0, 0.0])
-    stopped = np.logical_or.accumulate(velocity[..., 0] < _BACKWARDS, axis=1)
-    last = np.maximum.accumulate(np.where(stopped, 0, np.arange(len(times))), axis=1)
-    position, velocity = (np.take_along_axis(array, last[..., None], axis=1) for array in (position, velocity))
-    speed = np.where(stopped, 0.0, np.hypot(velocity[..., 0], velocity[..., 1]))
-    heading = np.arctan2(velocity[..., 1], np.maximum(velocity[..., 0], 0.0))
-    return np.concatenate([position, speed[..., None], heading[..., None]], axis=-1)
+    initial_speed = state[2] * np.cos(state[3])
+    unbounded = initial_speed * times + deviation[..., 0]
+    forward = np.maximum.accumulate(unbounded, axis=1)
+    speed_lon = np.where(forward > unbounded, 0.0, np.maximum(initial_speed + rate[..., 0], 0.0))
+    heading = np.arctan2(rate[..., 1], np.maximum(speed_lon, CREEP))
+    lon, lat = state[0] + forward, state[1] + deviation[..., 1]
+    return np.stack([lon, lat, speed_lon / np.cos(heading), heading], axis=-1)

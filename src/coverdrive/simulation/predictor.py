@@ -21,9 +21,7 @@ class Basis(Protocol):
         """[s] length of every base trajectory."""
         ...
 
-    def rollout(
-        self, times: Float[np.ndarray, " n"]
-    ) -> tuple[Float[np.ndarray, "M n 2"], Float[np.ndarray, "M n 2"]]:
+    def rollout(self, times: Float[np.ndarray, " n"]) -> tuple[Float[np.ndarray, "M n 2"], Float[np.ndarray, "M n 2"]]:
         """Deviation [m] along lon and lat of every base trajectory at any times [s], and its rate [m/s]."""
         ...
 

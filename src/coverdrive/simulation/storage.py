@@ -4,17 +4,18 @@ The predicted paths of all steps lie behind one another; ``paths.count`` says ho
 """
 
 import zipfile
+import zlib
 from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
 from coverdrive.errors import DataError
+from coverdrive.files import write_atomically
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.road import Road
 from coverdrive.scene import Scene
-from coverdrive.simulation.files import write_atomically
 from coverdrive.simulation.outcome import Fault, Kind, Outcome
 from coverdrive.simulation.trace import Trace
 
@@ -31,7 +32,7 @@ def save_trace(trace: Trace, path: Path) -> None:
 
     def write(temporary: Path) -> None:
         with temporary.open("wb") as file:
-            np.savez_compressed(file, **arrays)
+            np.savez_compressed(file, allow_pickle=False, **arrays)
 
     write_atomically(path, write)
 
@@ -42,12 +43,14 @@ def load_trace(path: Path) -> Trace:
     Raises:
         DataError: the file is missing or is not a trace.
     """
+    if not path.is_file():
+        raise DataError(f"there is no trace at {path}; check the path")
+    if not zipfile.is_zipfile(path):
+        raise DataError(f"{path} is not a trace, but some other file or half of one; check the path")
     try:
         with np.load(path, allow_pickle=False) as file:
             return _trace({name: file[name] for name in file.files})
-    except FileNotFoundError:
-        raise DataError(f"there is no trace at {path}; check the path") from None
-    except (KeyError, ValueError, AttributeError, EOFError, zipfile.BadZipFile) as error:
+    except (KeyError, ValueError, EOFError, zipfile.BadZipFile, zlib.error) as error:
         raise DataError(f"{path} is not a trace written by this version ({error}); simulate it again") from error
 
 

@@ -84,18 +84,14 @@ class TrialResult:
 
 _COLUMN_TYPES = {int: pl.Int64(), float: pl.Float64(), str: pl.String(), int | None: pl.Int64()}
 
-SCHEMA = {
-    field.name: _COLUMN_TYPES[typing.get_type_hints(TrialResult)[field.name]] for field in fields(TrialResult)
-}
+SCHEMA = {field.name: _COLUMN_TYPES[typing.get_type_hints(TrialResult)[field.name]] for field in fields(TrialResult)}
 """columns of a table of trial results"""
 
 WALL_TIMES = ("planning_median", "planning_p99", "planning_maximum")
 """columns that depend on the machine, not only on the seed"""
 
 
-def run_trial(
-    participants: Participants, settings: EpisodeSettings, vehicles: int, seed: int, trial: int
-) -> Trace:
+def run_trial(participants: Participants, settings: EpisodeSettings, vehicles: int, seed: int, trial: int) -> Trace:
     """The episode of one trial, alone; the same as within a study.
 
     Args:

@@ -1,0 +1,173 @@
+"""Generated traffic on a straight freeway, for trying everything out without recorded data.
+
+Seeded scenes of IDM and MOBIL drivers (`coverdrive.drivers`): cars and trucks, free flow to stop-and-go.
+"""
+
+from collections import Counter
+
+import numpy as np
+import polars as pl
+from pydantic import Field
+
+from coverdrive.drivers import DriverSettings, draw_drivers
+from coverdrive.recordings.recording import MEASURES, SCHEMA, Progress, Recording
+from coverdrive.recordings.smoothing import SmoothingSettings
+from coverdrive.recordings.tracks import RawTracks, regular_table
+from coverdrive.recordings.traffic import DECISION, Traffic
+from coverdrive.road import Road
+from coverdrive.settings import Settings
+
+BATCH = 24
+"""Scenes that are driven at once"""
+
+WARM_UP = 10.0
+"""[s] that each scene is driven before it is recorded"""
+
+
+class GeneratedSettings(Settings):
+    """How much traffic is generated, and of which kind."""
+
+    scenes: int = Field(default=24, ge=1)
+    """number of independent scenes; 24 of them hold over 200,000 windows of 3 s at a stride of 0.1 s"""
+    duration: float = Field(default=40.0, ge=1)
+    """[s] of each scene"""
+    dt: float = Field(default=0.1, gt=0, le=0.2)
+    """[s] as in NGSIM"""
+    lanes: int = Field(default=3, ge=1)
+    """number of lanes"""
+    lane_width: float = Field(default=3.6, ge=3)
+    """[m] the US freeway standard (AASHTO)"""
+    vehicles: tuple[int, int] = (20, 30)
+    """fewest and most vehicles of a scene"""
+    speed: tuple[float, float] = (14.0, 32.0)
+    """[m/s] lowest and highest speed at which the vehicles of a scene start"""
+    truck_share: float = Field(default=0.1, ge=0, le=1)
+    """share of trucks; about 3 % in NGSIM US-101"""
+    drivers: DriverSettings = DriverSettings()
+    """how people drive"""
+    moody_share: float = Field(default=0.15, ge=0, le=1)
+    """share of drivers, besides those in front, who slow down now and then without a reason"""
+    mood_pause: float = Field(default=12.0, gt=0)
+    """[s] between two such whims on average"""
+    wander: float = Field(default=0.15, ge=0, le=0.3)
+    """[m] largest amplitude of the lateral motion within the lane"""
+    noise: float = Field(default=0.0, ge=0)
+    """[m] standard deviation of the measured positions; if positive, they are smoothed like recorded ones"""
+    smoothing: SmoothingSettings = SmoothingSettings()
+    """how noisy positions are smoothed"""
+
+
+def generate(
+    settings: GeneratedSettings | None = None, seed: int = 0, progress: Progress | None = None
+) -> tuple[Recording, ...]:
+    """Generate scenes; each is a recording and a group of its own, and no vehicle number occurs twice.
+
+    Args:
+        settings: how much of what.
+        seed: the same settings and seed give the same traffic.
+        progress: called with the fraction that is done.
+
+    """
+    chosen = settings or GeneratedSettings()
+    counts = [min(BATCH, chosen.scenes - first) for first in range(0, chosen.scenes, BATCH)]
+    streams = np.random.default_rng(seed).spawn(len(counts))
+    recordings: list[Recording] = []
+    for scenes, random in zip(counts, streams, strict=True):
+        recordings += _batch(chosen, random, scenes, len(recordings))
+        if progress:
+            progress(len(recordings) / chosen.scenes)
+    return tuple(recordings)
+
+
+def _batch(settings: GeneratedSettings, random: np.random.Generator, scenes: int, first: int) -> list[Recording]:
+    """Drive some scenes at once and cut them into recordings, numbered from ``first``."""
+    traffic = _start(settings, random, scenes)
+    dt = settings.dt
+    warm_up, steps = round(WARM_UP / dt), round(settings.duration / dt) + 1
+    decide = max(1, round(DECISION / dt))
+    track = np.empty((scenes, traffic.lon.shape[1], steps, len(MEASURES)))
+    for step in range(warm_up + steps):
+        if step >= warm_up:
+            lat, lat_rate = traffic.lateral(settings.lane_width)
+            speed, heading = np.hypot(traffic.speed, lat_rate), np.arctan2(lat_rate, traffic.speed)
+            values = (traffic.lon, lat, speed, heading, traffic.length, traffic.width)
+            track[:, :, step - warm_up] = np.stack(values, axis=-1)
+        traffic.change_desires(random, dt, settings.mood_pause)
+        if step % decide == 0:
+            traffic.change_lanes(settings.lanes)
+        traffic.advance(dt)
+    most = settings.vehicles[1]
+    return [
+        _recording(settings, random, track[scene, traffic.valid[scene]], first + scene, (first + scene) * most)
+        for scene in range(scenes)
+    ]
+
+
+def _start(settings: GeneratedSettings, random: np.random.Generator, scenes: int) -> Traffic:
+    """Vehicles in lanes at gaps that suit their speed, the frontmost of every lane without a leader."""
+    fewest, most = settings.vehicles
+    shape = (scenes, most)
+    valid = np.arange(most) < random.integers(fewest, most, scenes, endpoint=True)[:, None]
+    truck = random.random(shape) < settings.truck_share
+    length = np.where(truck, random.uniform(8, 16, shape), random.normal(4.7, 0.35, shape).clip(3.7, 5.7))
+    width = np.where(truck, 2.5, random.normal(1.85, 0.08, shape).clip(1.6, 2.1))
+    lane = random.permuted(np.broadcast_to(np.arange(most) % settings.lanes, shape), axis=1)
+    drivers = draw_drivers(settings.drivers, random, shape)
+    drivers.desired_speed[truck] *= 0.8
+
+    pace = random.uniform(*settings.speed, (scenes, 1))
+    speed = np.minimum(pace, 0.95 * drivers.desired_speed) * random.uniform(0.97, 1.0, shape)
+    gap = (drivers.minimum_gap + speed * drivers.time_gap) * random.uniform(1.1, 2.2, shape)
+    lon = np.zeros(shape)
+    front = np.zeros(shape, dtype=bool)
+    for number in range(settings.lanes):
+        inside = (lane == number) & valid
+        room = np.where(inside, gap + length, 0.0)
+        lon = np.where(inside, length / 2 - np.cumsum(room, axis=1), lon)
+        front |= inside & (np.cumsum(inside, axis=1) == 1)
+    drivers.desired_speed[front] = (pace * random.uniform(0.85, 1.1, shape))[front]
+    wander = np.stack(
+        [
+            random.uniform(0, settings.wander, shape),
+            random.uniform(150, 400, shape),
+            random.uniform(0, 2 * np.pi, shape),
+        ],
+        axis=-1,
+    )
+    return Traffic(
+        drivers=drivers,
+        usual_speed=drivers.desired_speed.copy(),
+        moody=front | (random.random(shape) < settings.moody_share),
+        length=length,
+        width=width,
+        valid=valid,
+        lon=lon - np.where(valid, lon, 0.0).min(axis=1, keepdims=True) + 20.0,
+        speed=speed,
+        lane=lane,
+        target=lane.copy(),
+        change_duration=random.uniform(4, 6, shape),
+        wander=wander,
+    )
+
+
+def _recording(
+    settings: GeneratedSettings, random: np.random.Generator, track: np.ndarray, scene: int, first_vehicle: int
+) -> Recording:
+    """The recording of one scene from the measures of all its vehicles at all times."""
+    vehicles, steps, _ = track.shape
+    values = dict(zip(MEASURES, track.reshape(-1, len(MEASURES)).T.copy(), strict=True))
+    vehicle = np.repeat(first_vehicle + np.arange(vehicles), steps)
+    group = np.full_like(vehicle, scene)
+    moment = np.tile(np.arange(steps), vehicles)
+    road = Road.straight(settings.lanes, settings.lane_width, length=float(np.ceil(values["lon"].max() + 20)))
+    if settings.noise:
+        for name in ("lon", "lat"):
+            values[name] += settings.noise * random.standard_normal(len(moment))
+        raw = RawTracks(
+            vehicle=vehicle, moment=moment, group=group, **{k: values[k] for k in MEASURES if k != "heading"}
+        )
+        table = regular_table(raw, settings.dt, settings.smoothing, Counter())
+    else:
+        head = {"vehicle": vehicle, "group": group, "time": moment * settings.dt}
+        table = pl.DataFrame(head | values, schema=SCHEMA)
+    return Recording(f"generated {scene + 1}", table, settings.dt, road, {})

@@ -1,0 +1,103 @@
+"""Finds recordings that show the same vehicles at the same time: a split must not put them on two sides.
+
+Several published scenarios are cut from the same original. Their clocks, coordinates and vehicle numbers differ, but
+the speeds that the files state are copies. Two tracks belong to one vehicle if their stated speeds agree wherever, at
+some time offset, both exist. R is the number of rows.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+import polars as pl
+from jaxtyping import Int
+
+from coverdrive.recordings.tracks import RawTracks
+
+RUN = 8
+"""Samples of a run of speeds that is looked up in the other recordings"""
+
+STEP = 0.05
+"""[m/s] resolution of the look-up; copies that differ by rounding are found by those of their runs that do not"""
+
+LARGEST_DIFFERENCE = 0.02
+"""[m/s] between two copies of a stated speed"""
+
+LONE = 30
+"""Samples for which two tracks must agree to prove an overlap alone; shorter ones must be at least two"""
+
+COMMON = 50
+"""Runs that occur more often are not telling"""
+
+
+def overlapping_groups(
+    tracks: Sequence[RawTracks], groups: Sequence[Int[np.ndarray, " R"]], files: Sequence[int]
+) -> list[tuple[int, int]]:
+    """Pairs of groups that share vehicles at the same time.
+
+    Args:
+        tracks: of every recording, with the speeds that the files state.
+        groups: the group of every row of each of the tracks, numbered through all of them.
+        files: number of the file that each recording is from; those of one file are not compared.
+
+    """
+    if len(set(files)) < 2:
+        return []
+    ordered = [_ordered(track, group) for track, group in zip(tracks, groups, strict=True)]
+    runs = pl.concat([_runs(table, number) for number, table in enumerate(ordered)])
+    runs = runs.join(pl.DataFrame({"recording": range(len(files)), "file": files}), on="recording")
+    runs = runs.filter(pl.len().over("key") <= COMMON)
+    matches = (
+        runs.join(runs, on="key", suffix="_b")
+        .filter(pl.col("file") < pl.col("file_b"))
+        .with_columns(offset=pl.col("moment_b") - pl.col("moment"))
+        .group_by("recording", "recording_b", "offset", "vehicle", "vehicle_b")
+        .len()
+        .sort("recording", "recording_b", "offset", "vehicle", "vehicle_b")
+    )
+    pairs: set[tuple[int, int]] = set()
+    for (a, b, offset), found in matches.group_by("recording", "recording_b", "offset", maintain_order=True):
+        pairs |= _shared(ordered[int(a)], ordered[int(b)], int(offset), found)
+    return sorted(pairs)
+
+
+def _ordered(track: RawTracks, group: Int[np.ndarray, " R"]) -> pl.DataFrame:
+    """One row per vehicle and moment, sorted."""
+    table = pl.DataFrame({"vehicle": track.vehicle, "moment": track.moment, "speed": track.speed, "group": group})
+    return table.unique(["vehicle", "moment"], keep="first", maintain_order=True).sort("vehicle", "moment")
+
+
+def _runs(table: pl.DataFrame, number: int) -> pl.DataFrame:
+    """A key of every run of successive, mostly different speeds, with its vehicle and first moment."""
+    vehicle, moment = table["vehicle"].to_numpy(), table["moment"].to_numpy()
+    rounded = np.rint(table["speed"].to_numpy() / STEP).astype(np.int64)
+    count = max(0, len(rounded) - RUN + 1)
+    factors = np.random.default_rng(0).integers(1, 2**62, RUN)
+    key = np.zeros(count, dtype=np.int64)
+    changes = np.zeros(count, dtype=np.int64)
+    for lag in range(RUN):
+        part = rounded[lag : lag + count]
+        key += part * factors[lag]
+        if lag:
+            changes += part != rounded[lag - 1 : lag - 1 + count]
+    end = slice(RUN - 1, RUN - 1 + count)
+    telling = (vehicle[:count] == vehicle[end]) & (moment[end] - moment[:count] == RUN - 1)
+    telling &= changes > RUN // 2
+    return pl.DataFrame({"key": key, "vehicle": vehicle[:count], "moment": moment[:count], "recording": number}).filter(
+        telling
+    )
+
+
+def _shared(a: pl.DataFrame, b: pl.DataFrame, offset: int, found: pl.DataFrame) -> set[tuple[int, int]]:
+    """Pairs of groups of the rows that vehicles share, if they prove that two recordings overlap."""
+    shared = (
+        found.select("vehicle", "vehicle_b")
+        .join(a, on="vehicle")
+        .with_columns(moment_b=pl.col("moment") + offset)
+        .join(b, left_on=("vehicle_b", "moment_b"), right_on=("vehicle", "moment"), suffix="_b")
+    )
+    agree = (pl.col("speed") - pl.col("speed_b")).abs().max().over("vehicle", "vehicle_b")
+    shared = shared.filter(agree <= LARGEST_DIFFERENCE)
+    longest = shared.group_by("vehicle", "vehicle_b").len()["len"].to_numpy()
+    if len(longest) >= 2 or (len(longest) == 1 and longest[0] >= LONE):
+        return set(shared.select("group", "group_b").unique().iter_rows())
+    return set()

@@ -1,0 +1,53 @@
+"""What is in recordings, for people: one line for each."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from coverdrive.recordings.recording import Recording
+
+
+@dataclass(frozen=True)
+class Summary:
+    """One recording in a few numbers."""
+
+    name: str
+    groups: tuple[int, ...]
+    """groups that its rows belong to, ascending"""
+    vehicles: int
+    """number of tracks"""
+    minutes: float
+    """[min] from the first to the last row"""
+    rows: int
+    lanes: int
+    mean_speed: float
+    """[m/s] over all rows"""
+    max_speed: float
+    """[m/s]"""
+    dt: float
+    """[s]"""
+    repairs: dict[str, int]
+    """how often each kind of repair was made"""
+
+
+def summarise(recordings: Sequence[Recording]) -> list[Summary]:
+    """The summary of every recording, in their order."""
+    return [_summary(recording) for recording in recordings]
+
+
+def _summary(recording: Recording) -> Summary:
+    table = recording.table
+    time, speed = table["time"].to_numpy(), table["speed"].to_numpy()
+    return Summary(
+        name=recording.name,
+        groups=tuple(np.unique(table["group"].to_numpy()).tolist()),
+        vehicles=table["vehicle"].n_unique(),
+        minutes=float(np.ptp(time)) / 60,
+        rows=len(table),
+        lanes=recording.road.lanes,
+        mean_speed=float(speed.mean()),
+        max_speed=float(speed.max()),
+        dt=recording.dt,
+        repairs=recording.repairs,
+    )

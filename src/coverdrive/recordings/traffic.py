@@ -1,0 +1,141 @@
+"""A seeded straight freeway of IDM and MOBIL drivers: the state of many scenes and how it goes on.
+
+S scenes of A vehicle slots are driven at once. A vehicle that changes lanes is in both lanes until it has arrived; its
+lateral motion is a polynomial of fifth order in its progress, slowed down with the vehicle at low speed.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from coverdrive.drivers import Drivers, Neighbours, follow, lane_change_advantage, neighbours
+
+HARDEST, STRONGEST = -7.5, 4.0
+"""[m/s²] limits of every acceleration: emergency braking on a dry road, a strong car"""
+
+FLUENT = 10.0
+"""[m/s] speed below which lane changes slow down with the vehicle"""
+
+SLOWEST_CHANGE = 5.0
+"""[m/s] no lane change begins below this speed"""
+
+PAUSE = 5.0
+"""[s] a driver stays in a lane at least"""
+
+DECISION = 0.5
+"""[s] between two moments at which lane changes are decided, at most one in each scene"""
+
+EASE, PICK_UP = 3.0, 1.5
+"""[m/s²] how fast a desired speed falls and rises"""
+
+SLOWING = 0.8
+"""Largest share by which a driver slows down; small ones are more frequent"""
+
+CRAWL = 1.0
+"""[m/s] smallest desired speed of a driver who slows down"""
+
+Values = Float[np.ndarray, "S A"]
+
+
+@dataclass
+class Traffic:
+    """The moving state of S scenes; the only mutable struct of the package's generator."""
+
+    drivers: Drivers
+    """their desired speed is that of the moment"""
+    usual_speed: Values
+    """[m/s] desired speed when nothing slows the driver down"""
+    moody: Bool[np.ndarray, "S A"]
+    """whether the driver changes the desired speed now and then"""
+    length: Values
+    """[m]"""
+    width: Values
+    """[m]"""
+    valid: Bool[np.ndarray, "S A"]
+    lon: Values
+    """[m] centre"""
+    speed: Values
+    """[m/s] along the road"""
+    lane: Int[np.ndarray, "S A"]
+    """lane, or the one that is being left"""
+    target: Int[np.ndarray, "S A"]
+    """lane, or the one that is being entered"""
+    change_duration: Values
+    """[s] of a lane change at full speed"""
+    wander: Float[np.ndarray, "S A 3"]
+    """amplitude [m], wave length [m] and phase [rad] of the motion within the lane"""
+    progress: Values = field(init=False)
+    """of the lane change, 0 to 1"""
+    wait: Values = field(init=False)
+    """[s] until the driver thinks of a lane change again"""
+    goal: Values = field(init=False)
+    """[m/s] that the desired speed moves to"""
+
+    def __post_init__(self) -> None:
+        """Start without lane changes and with usual desires."""
+        self.progress = np.zeros_like(self.lon)
+        self.wait = np.zeros_like(self.lon)
+        self.goal = self.usual_speed.copy()
+
+    def lateral(self, lane_width: float) -> tuple[Values, Values]:
+        """Lateral position [m] and velocity [m/s]."""
+        s = self.progress
+        way = (self.target - self.lane) * lane_width
+        amplitude, wave, phase = np.moveaxis(self.wander, -1, 0)
+        angle = 2 * np.pi * self.lon / wave + phase
+        lat = (self.lane + 0.5) * lane_width + way * s**3 * (10 - 15 * s + 6 * s**2) + amplitude * np.sin(angle)
+        pace = way * 30 * s**2 * (1 - s) ** 2 * self._progress_rate()
+        return lat, pace + amplitude * np.cos(angle) * 2 * np.pi / wave * self.speed
+
+    def advance(self, dt: float) -> None:
+        """Drive for dt [s] behind the vehicle ahead in all lanes that are used."""
+        ahead = self._neighbours(self._shares_lane())
+        acceleration = follow(self.drivers, self.speed, ahead.gap, np.take_along_axis(self.speed, ahead.leader, 1))
+        faster = self.speed + np.clip(acceleration, HARDEST, STRONGEST) * dt
+        self.progress = np.minimum(1.0, self.progress + self._progress_rate() * dt)
+        arrived = self.progress >= 1
+        self.lane = np.where(arrived, self.target, self.lane)
+        self.progress = np.where(arrived, 0.0, self.progress)
+        self.wait = np.where(arrived, PAUSE, np.maximum(0.0, self.wait - dt))
+        self.lon = self.lon + (self.speed + np.maximum(0.0, faster)) / 2 * dt
+        self.speed = np.maximum(0.0, faster)
+
+    def change_desires(self, random: np.random.Generator, dt: float, pause: float) -> None:
+        """Let moody drivers pick another desired speed every ``pause`` [s] on average, and move towards it."""
+        picks = self.moody & (random.random(self.lon.shape) < dt / pause)
+        picked = np.maximum(CRAWL, self.usual_speed * (1 - SLOWING * random.random(self.lon.shape) ** 2))
+        self.goal = np.where(picks, picked, self.goal)
+        desired = self.drivers.desired_speed
+        desired += np.clip(self.goal - desired, -EASE * dt, PICK_UP * dt)
+
+    def change_lanes(self, lanes: int) -> None:
+        """Begin the most advantageous lane change of every scene, if there is any."""
+        current = self._neighbours(self._shares_lane())
+        free = self.valid & (self.lane == self.target) & (self.wait <= 0) & (self.speed > SLOWEST_CHANGE)
+        best = np.full(self.lon.shape, -np.inf)
+        side = np.zeros_like(self.lane)
+        for step in (-1, 1):
+            to = self.lane + step
+            there = (self.lane[:, None] == to[..., None]) | (self.target[:, None] == to[..., None])
+            target = self._neighbours(there)
+            advantage = lane_change_advantage(self.drivers, self.speed, self.length, current, target)
+            advantage = np.where(free & (to >= 0) & (to < lanes), advantage, -np.inf)
+            side = np.where(advantage > best, step, side)
+            best = np.maximum(best, advantage)
+        scenes = np.flatnonzero(best.max(1) > 0)
+        who = best.argmax(1)[scenes]
+        self.target[scenes, who] += side[scenes, who]
+
+    def _progress_rate(self) -> Values:
+        """[1/s] of the lane changes that are going on."""
+        pace = np.minimum(1.0, self.speed / FLUENT) / self.change_duration
+        return np.where(self.lane == self.target, 0.0, pace)
+
+    def _shares_lane(self) -> Bool[np.ndarray, "S A A"]:
+        """Whether vehicle j is in a lane that vehicle i uses."""
+        pairs = [(a[:, None], b[..., None]) for a in (self.lane, self.target) for b in (self.lane, self.target)]
+        return np.logical_or.reduce([a == b for a, b in pairs])
+
+    def _neighbours(self, there: Bool[np.ndarray, "S A A"]) -> Neighbours:
+        return neighbours(self.lon, self.length, there & self.valid[:, None])

@@ -1,0 +1,163 @@
+"""The trajectory basis as a figure (paper, Fig. 1).
+
+All base trajectories as deviations from constant velocity, the darker and thicker the more common; one of them with
+its uncertainty ellipses of radius ε at every sample, and a recorded segment that stays within all of them.
+M base trajectories of T points.
+"""
+
+import numpy as np
+from jaxtyping import Float
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.collections import EllipseCollection, LineCollection
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from matplotlib.ticker import LogLocator
+
+from coverdrive.errors import DataError
+from coverdrive.prediction.basis import Basis
+from coverdrive.report import style
+
+_THINNEST, _THICKEST = 0.7, 2.6
+"""[point] line widths of the rarest and the most common base trajectory"""
+
+_CURVE = 31
+"""points of a drawn trajectory: the spline that the vehicles follow, not only the samples"""
+
+
+def basis_figure(
+    basis: Basis,
+    share: Float[np.ndarray, " M"],
+    segments: Float[np.ndarray, "N T 2"] | None = None,
+    highlighted: int | None = None,
+) -> Figure:
+    """Draw a basis.
+
+    Args:
+        basis: M base trajectories.
+        share: of the data that is nearest to each of them.
+        segments: recorded segments [m]; of those within ε of the highlighted base trajectory, the farthest from it
+            is drawn.
+        highlighted: index of the base trajectory that is drawn with its ellipses; if left out, the most common one
+            that ends more than twice its own tolerance away from constant velocity.
+
+    Raises:
+        DataError: the shares or the index do not belong to the basis.
+    """
+    if share.shape != (len(basis),) or not (highlighted is None or 0 <= highlighted < len(basis)):
+        raise DataError(
+            f"a basis of {len(basis)} trajectories needs as many shares, and an index from 0 to {len(basis) - 1}; "
+            f"got shares of shape {share.shape} and the index {highlighted}"
+        )
+    base = most_telling(basis, share) if highlighted is None else highlighted
+    example = None if segments is None else farthest_inside(basis, base, segments)
+    with style.style():
+        figure = style.new_figure(10.5, 6.6)
+        grid = figure.add_gridspec(2, 2, height_ratios=(1.25, 1))
+        plane = figure.add_subplot(grid[0, :])
+        over_time = figure.add_subplot(grid[1, 0]), figure.add_subplot(grid[1, 1])
+        lines = _draw_plane(plane, basis, share)
+        handles = _draw_highlighted(plane, basis, base, float(share[base]), example)
+        for component, axes in enumerate(over_time):
+            _draw_over_time(axes, basis, share, base, example, component)
+        bar = figure.colorbar(lines, ax=[plane, *over_time], aspect=40, pad=0.015)
+        bar.set_label("share of the training segments")
+        bar.ax.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5), numticks=8))
+        bar.ax.yaxis.set_major_formatter(lambda share, _: f"{100 * share:g} %")
+        bar.ax.minorticks_off()
+        figure.legend(handles=handles, loc="outside upper left", ncols=3)
+    return figure
+
+
+def most_telling(basis: Basis, share: Float[np.ndarray, " M"]) -> int:
+    """The most common base trajectory that ends over twice its tolerance away; if none does, the most common."""
+    last = np.linalg.norm(basis.scaled(basis.points)[:, -1], axis=-1)
+    moves = last > 2 * basis.epsilon
+    return int(np.argmax(share + moves))
+
+
+def farthest_inside(basis: Basis, base: int, segments: Float[np.ndarray, "N T 2"]) -> Float[np.ndarray, "T 2"] | None:
+    """The segment farthest from a base trajectory among those that it covers, or None if it covers none."""
+    scaled = basis.scaled(segments) - basis.scaled(basis.points[base])
+    distance = np.linalg.norm(scaled, axis=-1).max(-1)
+    covered = distance <= basis.epsilon
+    return segments[np.argmax(np.where(covered, distance, -1))] if covered.any() else None
+
+
+def _draw_plane(axes: Axes, basis: Basis, share: Float[np.ndarray, " M"]) -> LineCollection:
+    """All base trajectories, lon against lat."""
+    times = np.linspace(0, basis.horizon, _CURVE)
+    lines = axes.add_collection(_trajectories(basis.rollout(times)[0], share))
+    axes.set(
+        xlabel="deviation from constant velocity along the road [m]",
+        ylabel="across the road, to the left [m]",
+    )
+    axes.set_title(f"{len(basis)} base trajectories of {basis.horizon:g} s", loc="right")
+    axes.grid(True)
+    return lines
+
+
+def _draw_highlighted(
+    axes: Axes, basis: Basis, base: int, share: float, example: Float[np.ndarray, "T 2"] | None
+) -> list[Artist]:
+    """One base trajectory with its ellipses and an example inside them; returns what the legend explains."""
+    times = basis.step * np.arange(basis.points.shape[1])
+    widths, heights = 2 * basis.tolerance(basis.epsilon, times).T
+    points = basis.points[base]
+    colours = {"facecolor": style.SKY + "22", "edgecolor": style.BLUE, "linewidth": 1.0}
+    axes.add_collection(
+        EllipseCollection(
+            widths, heights, np.zeros(len(times)), units="xy", offsets=points, offset_transform=axes.transData,
+            zorder=4, **colours,
+        )
+    )  # fmt: skip
+    curve = basis.rollout(np.linspace(0, basis.horizon, _CURVE))[0][base]
+    label = f"base trajectory {base} ({100 * share:.2g} % of the segments)"
+    handles: list[Artist] = axes.plot(*curve.T, color=style.BLUE, linewidth=2.4, zorder=5, label=label)
+    axes.plot(*points.T, color=style.BLUE, marker="o", markersize=4, linestyle="none", zorder=5)
+    handles.append(Patch(label=f"its tolerance (ε = {basis.epsilon:g}) every {basis.step:g} s", **colours))
+    if example is not None:
+        look = {"color": style.VERMILION, "linestyle": "--", "linewidth": 2.0}
+        handles += axes.plot(*example.T, zorder=6, label="a recorded segment that it stands for", **look)
+    reach = np.stack([widths, heights], axis=-1) / 2
+    axes.update_datalim(np.concatenate([points - reach, points + reach]))
+    axes.autoscale_view()
+    return handles
+
+
+def _draw_over_time(
+    axes: Axes,
+    basis: Basis,
+    share: Float[np.ndarray, " M"],
+    base: int,
+    example: Float[np.ndarray, "T 2"] | None,
+    component: int,
+) -> None:
+    """One component of all base trajectories over time; the highlighted one with its tolerance as a band."""
+    times = np.linspace(0, basis.horizon, _CURVE)
+    values = basis.rollout(times)[0][..., component]
+    axes.add_collection(_trajectories(np.stack(np.broadcast_arrays(times, values), axis=-1), share))
+    tolerance = basis.tolerance(basis.epsilon, times)[:, component]
+    axes.fill_between(
+        times, values[base] - tolerance, values[base] + tolerance, color=style.SKY, alpha=0.25, linewidth=0, zorder=4
+    )
+    axes.plot(times, values[base], color=style.BLUE, linewidth=2.4, zorder=5)
+    if example is not None:
+        samples = basis.step * np.arange(len(example))
+        axes.plot(samples, example[:, component], color=style.VERMILION, linestyle="--", linewidth=2, zorder=6)
+    axes.set(xlabel="time [s]", ylabel=("along the road [m]", "to the left [m]")[component])
+    axes.set_xlim(0, basis.horizon)
+    axes.grid(True)
+
+
+def _trajectories(curves: Float[np.ndarray, "M n 2"], share: Float[np.ndarray, " M"]) -> LineCollection:
+    """Lines coloured by share, the most common on top."""
+    rare_first = np.argsort(share)
+    lowest = share[share > 0].min(initial=1.0)
+    norm = LogNorm(lowest, max(share.max(), 1.001 * lowest), clip=True)
+    shown = np.maximum(share[rare_first], lowest)
+    widths = _THINNEST + (_THICKEST - _THINNEST) * np.asarray(norm(shown))
+    lines = LineCollection(list(curves[rare_first]), cmap=style.SHARES, norm=norm, linewidths=widths.tolist(), zorder=2)
+    lines.set_array(shown)
+    return lines

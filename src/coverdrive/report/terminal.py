@@ -1,0 +1,103 @@
+"""Summary tables for the terminal."""
+
+from collections.abc import Sequence
+
+import polars as pl
+from rich.table import Table
+
+from coverdrive.prediction.fit import Fit
+from coverdrive.recordings.summary import Summary
+from coverdrive.simulation.statistics import collision_table
+
+
+def recordings_table(summaries: Sequence[Summary]) -> Table:
+    """What is in each recording."""
+    table = Table(title="Recordings")
+    for name in ("recording", "groups", "vehicles", "minutes", "rows", "lanes", "mean m/s", "max m/s", "Δt s", "repairs"):
+        table.add_column(name, justify="left" if name in ("recording", "repairs") else "right")
+    for summary in summaries:
+        table.add_row(
+            summary.name,
+            ", ".join(map(str, summary.groups)),
+            str(summary.vehicles),
+            f"{summary.minutes:.2f}",
+            str(summary.rows),
+            str(summary.lanes),
+            f"{summary.mean_speed:.1f}",
+            f"{summary.max_speed:.1f}",
+            f"{summary.dt:g}",
+            ", ".join(f"{count} {kind}" for kind, count in summary.repairs.items()) or "none",
+        )
+    return table
+
+
+def fit_table(result: Fit) -> Table:
+    """The predictor, its guarantee, and how it did on scenes that it never saw."""
+    evaluation, basis = result.evaluation, result.predictor.basis
+    table = _facts("Predictor")
+    table.add_row("segments", f"{result.segments} of {basis.horizon:g} s")
+    table.add_row(
+        "split by vehicle and scene",
+        f"{len(result.split.train)} training, {len(result.split.calibration)} calibration, "
+        f"{len(result.split.test)} test; {result.split.dropped} left out",
+    )
+    table.add_row("base trajectories", f"{len(basis)} (ε = {basis.epsilon:g}, all training segments covered)")
+    for certificate in result.certificates:
+        table.add_row(
+            f"bound on missed {certificate.unit}s",
+            f"{certificate.epsilon:.3%} with confidence {certificate.confidence:.4g} "
+            f"({certificate.samples} {certificate.unit}s; by the paper's theorem {certificate.paper_epsilon:.3%})",
+        )
+    table.add_row("missed test windows", str(evaluation.windows))
+    table.add_row("missed test vehicles", str(evaluation.vehicles))
+    table.add_row("  not predicted / outside the tube", f"{evaluation.not_predicted} / {evaluation.outside_tube} windows")
+    table.add_row("test windows that no base covers", str(result.uncovered))
+    table.add_row(
+        "set size on test windows",
+        f"mean {evaluation.mean_set_size:.1f}, median {evaluation.median_set_size:g} of {len(basis)}",
+    )
+    for stage, seconds in result.seconds.items():
+        table.add_row(f"time for {stage}", f"{seconds:.1f} s")
+    return table
+
+
+def collisions_table(trials: pl.DataFrame) -> Table:
+    """Collisions of the own car by number of uncontrolled vehicles, with 95 % intervals."""
+    table = Table(title="Collisions (95 % Clopper–Pearson intervals)")
+    for name in ("vehicles", "trials", "frontal or side", "rear-end"):
+        table.add_column(name, justify="right")
+    for row in collision_table(trials).iter_rows(named=True):
+        cells = (
+            f"{row[kind]}  ({row[f'{kind}_low']:.1%}–{row[f'{kind}_high']:.1%})" for kind in ("frontal_or_side", "rear_end")
+        )
+        table.add_row(str(row["vehicles"] or "all"), str(row["trials"]), *cells)
+    return table
+
+
+def drives_table(trials: pl.DataFrame) -> Table:
+    """How the own car drove, and how long planning took."""
+    table = _facts("Drives")
+    plans = pl.col("time")
+    steps = trials.select(
+        *((pl.col(f"share_{status}") * plans).sum() / plans.sum() for status in ("solved", "retried", "fallback"))
+    ).row(0)
+    table.add_row("mean speed", f"{trials['mean_speed'].mean():.1f} m/s")
+    table.add_row("lane changes, overtakes per trial", f"{trials['lane_changes'].mean():.2f}, {trials['overtakes'].mean():.2f}")
+    table.add_row("plans solved / retried / fallback", " / ".join(f"{share:.2%}" for share in steps))
+    table.add_row(
+        "prediction and planning per step",
+        f"median {1e3 * trials['planning_median'].median():.1f} ms, "
+        f"99th percentile of the median trial {1e3 * trials['planning_p99'].median():.1f} ms, "
+        f"slowest {1e3 * trials['planning_maximum'].max():.1f} ms",
+    )
+    table.add_row("traffic found no free choice", f"{trials['traffic_stuck'].sum()} times")
+    table.add_row("uncontrolled vehicles that overlapped", f"{trials['traffic_collisions'].sum()} pairs")
+    table.add_row("prediction misses", str(trials["prediction_misses"].sum()))
+    return table
+
+
+def _facts(title: str) -> Table:
+    table = Table(title=title, show_header=False)
+    table.add_column(style="dim")
+    table.add_column()
+    return table

@@ -1,0 +1,59 @@
+"""Motions within the limits, and plans shifted in time."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from coverdrive.planning.motion import drive, judged, lane_seeking_inputs, shifted_inputs
+from coverdrive.planning.obstacles import Obstacles
+from coverdrive.planning.problem import ProblemSettings, Situation
+from coverdrive.planning.vehicle import VehicleSettings, rollout
+
+CAR = VehicleSettings()
+
+
+def test_driven_states_are_the_rollout_of_the_inputs() -> None:
+    state = np.array([0.0, 1.8, 20.0, 0.05])
+    rng = np.random.default_rng(0)
+    wishes = rng.normal(scale=5, size=(12, 4, 2))
+    states, inputs = drive(state, lambda k, _: wishes[k], 4, 12, 0.25, CAR)
+    np.testing.assert_array_equal(states, rollout(np.tile(state, (4, 1)), inputs, 0.25))
+
+
+@pytest.mark.parametrize("speed", [3.0, 20.0, 40.0])
+@pytest.mark.parametrize("target", [1.8, 5.4])
+def test_lane_seeking_reaches_the_lane(speed: float, target: float) -> None:
+    state, steps = np.array([0.0, 1.8, speed, 0.0]), 40
+    states, _ = drive(
+        state,
+        lambda _, x: lane_seeking_inputs(x, np.array([target]), np.zeros(1)),
+        1,
+        steps,
+        0.25,
+        CAR,
+    )
+    assert states[0, -1, 1] == pytest.approx(target, abs=0.1)
+    assert states[0, :, 1].max() < target + 0.3
+
+
+def test_shift_by_part_of_a_step_by_hand() -> None:
+    inputs = np.array([[1.0, 0.0], [2.0, 10.0], [5.0, 20.0]])
+    np.testing.assert_allclose(shifted_inputs(inputs, 0.1, 0.25), [[1.4, 4], [3.2, 14], [5, 20]])
+    np.testing.assert_allclose(shifted_inputs(inputs, 0.5, 0.25), [[5, 20]] * 3)
+
+
+@given(st.floats(0, 2))
+def test_shift_of_constant_inputs_changes_nothing(elapsed: float) -> None:
+    inputs = np.tile([1.5, -0.1], (12, 1))
+    np.testing.assert_allclose(shifted_inputs(inputs, elapsed, 0.25), inputs)
+
+
+def test_distance_off_the_road_by_hand() -> None:
+    nothing = Obstacles(np.zeros((2, 0, 2)), np.zeros((2, 0, 2)))
+    situation = Situation(np.zeros(4), np.zeros(2), (0.0, 10.8), nothing)
+    states = np.array([[0.0, 5, 9, 0], [0.0, 0.5, 9, 0], [0.0, 10.7, 9, 0]])
+    motion = judged(states, np.zeros((2, 2)), 1.8, situation, ProblemSettings(steps=2))
+    half_width = 0.95 + 0.024
+    np.testing.assert_allclose(motion.off_road, [half_width - 0.5, half_width - 0.1])
+    np.testing.assert_array_equal(motion.slack, 0.0)

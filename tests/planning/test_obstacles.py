@@ -1,0 +1,125 @@
+"""The obstacle constraint contains the boxes; culling and choosing change nothing."""
+
+from typing import Literal
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from coverdrive.geometry import boxes_overlap
+from coverdrive.paths import PredictedPaths
+from coverdrive.planning.obstacles import (
+    Obstacles,
+    ObstacleSettings,
+    chosen_obstacles,
+    clearances,
+    reachable_obstacles,
+    smallest_slack,
+    without_rear,
+)
+from coverdrive.planning.vehicle import VehicleSettings
+from coverdrive.road import Road
+
+CAR = VehicleSettings()
+SHAPES = [
+    ObstacleSettings(),
+    ObstacleSettings(order=2, lateral_inflation=2**0.5),
+    ObstacleSettings(order=2, lateral_inflation=1.05),
+    ObstacleSettings(order=4, lateral_inflation=2**0.25),
+]
+
+
+def one_step(lon: float, lat: float, half_length: float, half_width: float) -> Obstacles:
+    return Obstacles(np.array([[[lon, lat]]]), np.array([[[half_length, half_width]]]))
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@given(st.floats(-8, 8), st.floats(-5, 5), st.floats(-np.pi, np.pi), st.floats(0.1, 4), st.floats(0.1, 2))
+def test_overlapping_boxes_violate_the_constraint(
+    shape: ObstacleSettings, lon: float, lat: float, heading: float, half_length: float, half_width: float
+) -> None:
+    states = np.array([[0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 20.0, heading]])
+    value = clearances(states, one_step(lon, lat, half_length, half_width), CAR, shape)[0, 0]
+    overlap = boxes_overlap(
+        np.zeros(2),
+        np.array(heading),
+        CAR.half_sizes,
+        np.array([lon, lat]),
+        np.array(0.0),
+        np.array([half_length, half_width]),
+    )
+    assert not overlap or value < 1
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_constraint_is_tight_at_the_corner(shape: ObstacleSettings) -> None:
+    """Boxes whose corners touch are just allowed, but for the 2 cm that smooth the turned half width."""
+    states = np.zeros((2, 4))
+    half = np.array([3.0, 1.0]) + CAR.half_sizes
+    touching = clearances(states, one_step(half[0], half[1], 3.0, 1.0), CAR, shape)[0, 0]
+    apart = clearances(states, one_step(half[0] + 0.01, half[1] + 0.024, 3.0, 1.0), CAR, shape)[0, 0]
+    assert touching < 1 <= apart
+
+
+@pytest.mark.parametrize(("order", "expected"), [(2, 2**0.5), (4, 2**0.25)])
+def test_equal_inflation(order: Literal[2, 4], expected: float) -> None:
+    shape = ObstacleSettings(order=order, lateral_inflation=2 ** (1 / order))
+    assert shape.longitudinal_inflation == pytest.approx(expected)
+
+
+def test_summed_semi_axes_do_not_contain_the_boxes() -> None:
+    """The paper's ellipse, without inflation, allows two cars to overlap by their corners: why there is one."""
+    offset = np.array([4.0, 1.5])
+    assert boxes_overlap(np.zeros(2), np.array(0.0), CAR.half_sizes, offset, np.array(0.0), CAR.half_sizes)
+    assert ((offset / (2 * CAR.half_sizes)) ** 2).sum() > 1
+
+
+def test_slack_is_that_of_the_worst_box() -> None:
+    values = np.array([[0.7, 1.4, 0.9], [1.1, 1.0, 5.0]])
+    np.testing.assert_allclose(smallest_slack(values), [0.3, 0.0])
+    np.testing.assert_array_equal(smallest_slack(np.zeros((2, 0))), [0.0, 0.0])
+
+
+def test_culling_keeps_all_that_can_be_met(straight_paths) -> None:
+    state = np.array([100.0, 5.4, 20.0, 0.0])
+    rows = [(100 + d, 1.8 + 3.6 * (i % 3), 20.0 + i % 5) for i, d in enumerate(range(-300, 300, 7))]
+    paths = straight_paths(*rows)
+    kept = reachable_obstacles(state, paths, CAR, ObstacleSettings())
+    everything = Obstacles(np.moveaxis(paths.points[:, 1:], 0, 1), np.moveaxis(paths.half_sizes[:, 1:], 0, 1))
+    assert 0 < kept.slots < everything.slots
+    rng = np.random.default_rng(0)
+    from coverdrive.planning.motion import drive
+
+    wishes = rng.choice([-8.0, -0.2, 0.0, 0.2, 3.0], size=(12, 200, 2))
+    states, _ = drive(state, lambda k, _: wishes[k], 200, 12, 0.25, CAR)
+    with_all = smallest_slack(clearances(states, everything, CAR, ObstacleSettings()))
+    np.testing.assert_array_equal(smallest_slack(clearances(states, kept, CAR, ObstacleSettings())), with_all)
+    assert with_all.max() > 0.1
+
+
+def test_chosen_boxes_fill_powers_of_two() -> None:
+    rng = np.random.default_rng(0)
+    obstacles = Obstacles(rng.normal(size=(3, 20, 2)), rng.uniform(1, 2, size=(3, 20, 2)))
+    chosen = np.zeros((3, 20), dtype=bool)
+    chosen[0, [3, 7]] = True
+    chosen[2, :9] = True
+    got = chosen_obstacles(obstacles, chosen, lon=50.0)
+    assert got.slots == 16
+    np.testing.assert_array_equal(got.centres[0, :2], obstacles.centres[0, [3, 7]])
+    np.testing.assert_array_equal(got.half_sizes[2, :9], obstacles.half_sizes[2, :9])
+    states = np.tile([50.0, 0.0, 20.0, 0.0], (4, 1))
+    assert (clearances(states, got, CAR, ObstacleSettings())[1] > 1).all()
+    assert chosen_obstacles(obstacles, np.zeros((3, 20), dtype=bool), lon=50.0).slots == 8
+
+
+def test_without_rear_drops_the_nearest_behind_in_the_lane(straight_paths) -> None:
+    state = np.array([0.0, 5.4, 20.0, 0.0])
+    paths = straight_paths((-30, 5.0, 20), (-10, 5.8, 20), (-5, 1.8, 20), (20, 5.4, 20))
+    two_each = PredictedPaths(
+        np.repeat(paths.points, 2, axis=0), np.repeat(paths.vehicle, 2), np.repeat(paths.half_sizes, 2, 0), 0.25
+    )
+    kept = without_rear(state, two_each, Road.straight())
+    np.testing.assert_array_equal(kept.vehicle, [0, 0, 2, 2, 3, 3])
+    nobody = straight_paths((-5, 1.8, 20), (20, 5.4, 20))
+    assert len(without_rear(state, nobody, Road.straight())) == 2

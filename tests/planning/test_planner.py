@@ -1,0 +1,180 @@
+"""The planner in single calls and in closed loop."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+import coverdrive.planning.candidates as candidates
+from coverdrive.errors import SettingError
+from coverdrive.geometry import boxes_overlap
+from coverdrive.paths import PredictedPaths
+from coverdrive.planning.obstacles import ObstacleSettings
+from coverdrive.planning.plan import Plan, Status
+from coverdrive.planning.planner import MpcPlanner, PlannerSettings
+from coverdrive.planning.problem import ProblemSettings
+from coverdrive.planning.vehicle import VehicleSettings, step
+from coverdrive.road import Road
+
+ROAD = Road.straight()
+CAR = VehicleSettings()
+PERIOD = 0.1
+
+
+def drive(planner, state, cars, straight_paths, steps: int) -> tuple[np.ndarray, list[Plan], bool]:
+    """States, plans, and whether the own car touched another; the cars (lon, lat, speed) keep speed and lane."""
+    cars = np.array(cars, dtype=float).reshape(-1, 3)
+    states, plans, contact = [np.array(state, dtype=float)], [], False
+    for _ in range(steps):
+        plans.append(planner.plan(states[-1], straight_paths(*cars), ROAD))
+        states.append(step(states[-1], plans[-1].inputs[0], PERIOD))
+        cars = cars + [PERIOD, 0.0, 0.0] * cars[:, [2, 2, 2]]
+        own = (states[-1][:2], states[-1][3], CAR.half_sizes)
+        contact |= bool(boxes_overlap(*own, cars[:, :2], np.zeros(len(cars)), CAR.half_sizes).any())
+    return np.array(states), plans, contact
+
+
+def test_empty_road_reaches_the_reference_speed_in_its_lane(straight_paths) -> None:
+    states, plans, _ = drive(MpcPlanner(), [0, 1.8, 20, 0], [], straight_paths, 120)
+    assert states[-1, 2] == pytest.approx(40.0, abs=1.0)
+    np.testing.assert_allclose(states[:, 1], 1.8, atol=0.01)
+    assert {plan.status for plan in plans} == {Status.SOLVED}
+    assert max(plan.slack.max() for plan in plans) == 0
+
+
+def test_returns_to_the_centre_of_the_lane(straight_paths) -> None:
+    states, _, _ = drive(MpcPlanner(), [0, 2.8, 20, 0.05], [], straight_paths, 60)
+    assert states[-1, 1] == pytest.approx(1.8, abs=0.05)
+
+
+def test_overtakes_a_slower_car(straight_paths) -> None:
+    states, plans, contact = drive(MpcPlanner(), [0, 1.8, 20, 0], [(40, 1.8, 15)], straight_paths, 120)
+    assert not contact
+    assert states[-1, 0] > 40 + 15 * 12 + 10
+    assert states[-1, 2] > 30
+    assert {plan.status for plan in plans} <= {Status.SOLVED, Status.RETRIED}
+
+
+def test_mirrored_scene_gives_the_mirrored_plan(straight_paths) -> None:
+    cars = [(25, 5.4, 16), (10, 9.0, 22)]
+    mirrored = [(lon, 10.8 - lat, speed) for lon, lat, speed in cars]
+    plan = MpcPlanner().plan(np.array([0, 5.6, 20, 0.02]), straight_paths(*cars), ROAD)
+    other = MpcPlanner().plan(np.array([0, 10.8 - 5.6, 20, -0.02]), straight_paths(*mirrored), ROAD)
+    np.testing.assert_allclose(other.states, plan.states * [1, -1, 1, -1] + [0, 10.8, 0, 0], atol=0.02)
+
+
+def test_follows_where_both_sides_are_blocked(straight_paths) -> None:
+    cars = [(25, 5.4, 14), (22, 1.8, 14), (28, 9.0, 14)]
+    states, plans, contact = drive(MpcPlanner(), [0, 5.4, 20, 0], cars, straight_paths, 120)
+    assert not contact
+    assert states[-1, 2] == pytest.approx(14, abs=0.5)
+    assert max(plan.slack.max() for plan in plans) < 0.05
+
+
+def test_stops_before_a_wall(straight_paths) -> None:
+    wall = [(80, 1.8, 0), (80, 5.4, 0), (80, 9.0, 0)]
+    states, _, contact = drive(MpcPlanner(), [0, 5.4, 20, 0], wall, straight_paths, 120)
+    assert not contact
+    assert states[-1, 2] == pytest.approx(0, abs=0.2)
+    assert states[-1, 0] < 80 - 4.8
+
+
+def test_wall_too_near_to_stop_shows_in_the_slack(straight_paths) -> None:
+    wall = straight_paths((18, 1.8, 0), (18, 5.4, 0), (18, 9.0, 0))
+    plan = MpcPlanner().plan(np.array([0, 5.4, 20, 0.0]), wall, ROAD)
+    assert plan.slack.max() > 0.1
+    assert plan.inputs[0, 0] < -5
+
+
+def test_does_not_dither_between_equal_lanes(straight_paths) -> None:
+    states, _, contact = drive(MpcPlanner(), [0, 5.4, 20, 0], [(35, 5.4, 14)], straight_paths, 80)
+    assert not contact
+    sideways = np.sign(np.round(np.diff(states[states[:, 0] < 35, 1]), 2))
+    assert len(set(sideways[sideways != 0])) == 1
+
+
+def test_far_cars_change_nothing(straight_paths) -> None:
+    near = [(30, 1.8, 15), (20, 5.4, 18)]
+    far = [(900, 1.8, 10), (-700, 5.4, 30), (400, 9.0, 20)]
+    state = np.array([0, 1.8, 20, 0.0])
+    alone = MpcPlanner().plan(state, straight_paths(*near), ROAD)
+    together = MpcPlanner().plan(state, straight_paths(*far, *near), ROAD)
+    np.testing.assert_allclose(together.states, alone.states, atol=1e-9)
+    assert together.cost == pytest.approx(alone.cost)
+
+
+def test_same_calls_give_the_same_plans(straight_paths) -> None:
+    cars = [(25, 1.8, 15), (10, 5.4, 18)]
+    planner = MpcPlanner()
+    first, _, _ = drive(planner, [0, 1.8, 20, 0], cars, straight_paths, 10)
+    planner.reset()
+    second, _, _ = drive(planner, [0, 1.8, 20, 0], cars, straight_paths, 10)
+    np.testing.assert_array_equal(first, second)
+
+
+def test_rear_vehicle_can_be_ignored(straight_paths) -> None:
+    problem = ProblemSettings(obstacles=ObstacleSettings(ignore_rear=True))
+    state, paths = np.array([0, 1.8, 15, 0.0]), straight_paths((-9, 1.8, 25), (30, 1.8, 15))
+    ignoring = MpcPlanner(PlannerSettings(problem=problem)).plan(state, paths, ROAD)
+    without = MpcPlanner().plan(state, paths.of(np.array([False, True])), ROAD)
+    considering = MpcPlanner().plan(state, paths, ROAD)
+    np.testing.assert_allclose(ignoring.states, without.states, atol=1e-9)
+    assert considering.cost > ignoring.cost + 1
+
+
+def test_brakes_where_no_solver_converges(straight_paths, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(candidates, "solve", lambda *_: None)
+    plan = MpcPlanner().plan(np.array([0, 1.8, 20, 0.0]), straight_paths((12, 1.8, 0)), ROAD)
+    assert plan.status is Status.FALLBACK
+    np.testing.assert_allclose(plan.inputs[:10, 0], -8.0)
+    assert plan.slack.max() > 0.9
+
+
+@pytest.mark.parametrize("index", range(4))
+def test_unknown_state_brakes_and_promises_nothing(straight_paths, index: int) -> None:
+    state = np.array([0, 1.8, 20, 0.0])
+    state[index] = np.nan
+    plan = MpcPlanner().plan(state, straight_paths((30, 1.8, 15)), ROAD)
+    assert plan.status is Status.FALLBACK
+    np.testing.assert_array_equal(plan.slack, 1.0)
+    assert np.isfinite(plan.inputs).all()
+
+
+def test_unknown_path_brakes_and_promises_nothing(straight_paths) -> None:
+    paths = straight_paths((30, 1.8, 15), (20, 5.4, 15))
+    paths.points[1, 4, 0] = np.inf
+    planner = MpcPlanner()
+    plan = planner.plan(np.array([0, 1.8, 20, 0.0]), paths, ROAD)
+    assert plan.status is Status.FALLBACK
+    np.testing.assert_array_equal(plan.slack, 1.0)
+    assert np.isfinite(plan.states).all()
+    again = planner.plan(plan.states[1], straight_paths((30, 1.8, 15)), ROAD)
+    assert again.status is Status.SOLVED
+
+
+def test_paths_at_other_times_are_refused(straight_paths) -> None:
+    paths = straight_paths((30, 1.8, 15))
+    state = np.array([0, 1.8, 20, 0.0])
+    slower = PredictedPaths(paths.points, paths.vehicle, paths.half_sizes, 0.5)
+    with pytest.raises(SettingError, match=r"13 points every 0\.5 s"):
+        MpcPlanner().plan(state, slower, ROAD)
+    shorter = PredictedPaths(paths.points[:, :7], paths.vehicle, paths.half_sizes[:, :7], 0.25)
+    with pytest.raises(SettingError, match="7 points"):
+        MpcPlanner().plan(state, shorter, ROAD)
+
+
+def test_a_pickled_planner_goes_on_as_before(straight_paths) -> None:
+    cars = straight_paths((25, 1.8, 15), (10, 5.4, 18))
+    planner, state = MpcPlanner(), np.array([0, 1.8, 20, 0.0])
+    first = planner.plan(state, cars, ROAD)
+    copy = pickle.loads(pickle.dumps(planner))
+    state = step(state, first.inputs[0], PERIOD)
+    np.testing.assert_array_equal(copy.plan(state, cars, ROAD).states, planner.plan(state, cars, ROAD).states)
+
+
+def test_a_car_off_its_limits_still_gets_a_plan(straight_paths) -> None:
+    """Off the road, turned too far and too fast: every bound gives way, none makes the problem infeasible."""
+    plan = MpcPlanner().plan(np.array([0, -1.0, 50, -0.5]), straight_paths((40, 1.8, 20)), ROAD)
+    assert plan.status in (Status.SOLVED, Status.RETRIED)
+    assert plan.states[-1, 3] > -0.3
+    assert plan.states[-1, 2] < 50

@@ -1,0 +1,85 @@
+"""The nonlinear program against the same quantities computed from states with NumPy."""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from coverdrive.planning.motion import Motion, drive, judged
+from coverdrive.planning.obstacles import Obstacles, clearances
+from coverdrive.planning.problem import (
+    ProblemSettings,
+    Program,
+    Situation,
+    build_program,
+    pack,
+    parameter_values,
+    variable_bounds,
+)
+
+PROBLEM = ProblemSettings()
+TARGET = 5.4
+
+
+@pytest.fixture
+def situation() -> Situation:
+    rng = np.random.default_rng(3)
+    centres = rng.uniform([100, 0], [180, 11], size=(12, 8, 2))
+    half_sizes = rng.uniform([2, 1], [4, 2], size=(12, 8, 2))
+    state = np.array([100.0, 2.0, 22.0, 0.04])
+    return Situation(state, np.array([-0.5, 0.02]), (0.0, 10.8), Obstacles(centres, half_sizes))
+
+
+@pytest.fixture
+def motion(situation: Situation) -> Motion:
+    wishes = np.random.default_rng(5).normal(scale=[2.0, 0.1], size=(12, 2))
+    states, inputs = drive(situation.state, lambda k, _: wishes[None, k], 1, 12, 0.25, PROBLEM.vehicle)
+    return judged(states[0], inputs[0], TARGET, situation, PROBLEM)
+
+
+def evaluate(program: Program, situation: Situation, motion: Motion) -> tuple[float, np.ndarray]:
+    values = pack(program, motion.states, motion.inputs, motion.slack, motion.off_road)
+    nlp = program.nlp
+    both = ca.Function("both", [nlp["x"], nlp["p"]], [nlp["f"], nlp["g"]])
+    objective, constraints = both(values, parameter_values(situation, TARGET))
+    return float(objective), np.asarray(constraints).ravel()
+
+
+def test_objective_is_the_cost_of_the_plan(situation: Situation, motion: Motion) -> None:
+    assert motion.slack.max() > 0 and motion.off_road.max() >= 0
+    objective, _ = evaluate(build_program(PROBLEM, 8), situation, motion)
+    assert objective == pytest.approx(float(motion.cost), rel=1e-12)
+
+
+def test_a_driven_motion_meets_the_constraints(situation: Situation, motion: Motion) -> None:
+    program = build_program(PROBLEM, 8)
+    _, constraints = evaluate(program, situation, motion)
+    equality = np.array(program.equality)
+    np.testing.assert_allclose(constraints[equality], 0.0, atol=1e-9)
+    assert constraints[~equality].min() > -1e-9
+
+
+def test_obstacle_rows_are_the_clearances(situation: Situation, motion: Motion) -> None:
+    free = motion._replace(slack=np.zeros(12), off_road=np.zeros(12))
+    program = build_program(PROBLEM, 8)
+    _, constraints = evaluate(program, situation, free)
+    expected = clearances(motion.states, situation.obstacles, PROBLEM.vehicle, PROBLEM.obstacles) - 1
+    last_stage = constraints[-8:]
+    np.testing.assert_allclose(last_stage, expected[-1], rtol=1e-9)
+
+
+def test_stages_add_up() -> None:
+    program = build_program(PROBLEM, 8)
+    states, inputs, paths = np.array(program.stages).T
+    assert states.sum() + inputs.sum() == program.nlp["x"].numel()
+    assert states.sum() + paths.sum() == program.nlp["g"].numel() == len(program.equality)
+    places = np.concatenate([program.state_index.ravel(), program.input_index.ravel(), program.slack_index.ravel()])
+    np.testing.assert_array_equal(np.sort(places), np.arange(program.nlp["x"].numel()))
+
+
+def test_bounds_give_way_to_the_current_state() -> None:
+    program = build_program(PROBLEM, 8)
+    low, high = variable_bounds(program, np.array([0.0, 2.0, 50.0, -0.6]), PROBLEM.vehicle)
+    np.testing.assert_array_equal(high[program.state_index[:, 2]], 50.0)
+    np.testing.assert_array_equal(low[program.state_index[:, 3]], -0.6)
+    np.testing.assert_array_equal(high[program.state_index[:, 3]], PROBLEM.vehicle.max_heading)
+    np.testing.assert_array_equal(low[program.input_index], np.tile([-8.0, -0.5], (12, 1)))

@@ -1,0 +1,139 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from simulation_fakes import ConstantPlanner, make_scene
+
+from coverdrive.geometry import turned_half_extents
+from coverdrive.paths import PredictedPaths
+from coverdrive.planning.plan import Status
+from coverdrive.road import Road
+from coverdrive.simulation import metrics
+from coverdrive.simulation.motion import constant_velocity, states_of
+from coverdrive.simulation.outcome import Fault, Kind, Outcome
+from coverdrive.simulation.trace import Step, Trace, make_trace
+
+NOBODY = PredictedPaths(np.zeros((0, 13, 2)), np.zeros(0, dtype=int), np.zeros((0, 13, 2)), 0.25)
+
+
+def trace_of(scenes, statuses=None, slacks=None, seconds=None, stuck=None, missed=None) -> Trace:
+    """A trace through hand-made scenes."""
+    road = Road.straight()
+    steps = []
+    for k, scene in enumerate(scenes[1:]):
+        plan = ConstantPlanner().plan(np.zeros(4), NOBODY, road)
+        status = statuses[k] if statuses else Status.SOLVED
+        slack = np.full(12, slacks[k] if slacks else 0.0)
+        plan = type(plan)(**{**vars(plan), "status": status, "slack": slack})
+        nobody = np.zeros(scene.vehicles, dtype=bool)
+        steps.append(
+            Step(
+                scene, NOBODY, plan, np.full(scene.vehicles, -1),
+                stuck[k] if stuck else nobody, missed[k] if missed else nobody,
+                0.0, seconds[k] if seconds else 0.1,
+            )
+        )  # fmt: skip
+    return make_trace(scenes[0], road, steps, 0.1, Outcome(Kind.FINISHED, 1.0, None, Fault.NONE))
+
+
+def test_speed_and_distance_of_the_own_car():
+    trace = trace_of([make_scene([0, 50], [1.8, 1.8], [20, 0]), make_scene([3, 50], [1.8, 1.8], [40, 0])])
+    assert metrics.mean_speed(trace) == 30
+    assert metrics.distance(trace) == 3
+
+
+def test_a_lane_change_counts_when_the_other_lane_is_reached():
+    def changes(*lats):
+        return metrics.lane_changes(trace_of([make_scene([0], [lat]) for lat in lats]))
+
+    assert changes(1.8, 3.0, 4.2, 5.4) == 1
+    assert changes(1.8, 3.5, 3.7, 3.5, 3.7, 1.8) == 0  # dithering on the line
+    assert changes(1.8, 5.4, 9.0, 5.4) == 3
+    assert changes(1.8, 1.9, 1.7) == 0
+
+
+def test_overtakes_count_who_was_ahead_and_is_behind():
+    start, end = make_scene([0, 10, 20, -5], [1.8] * 4), make_scene([50, 40, 70, 55], [1.8] * 4)
+    assert metrics.overtakes(trace_of([start, end])) == 1
+    assert metrics.overtakes(trace_of([end, start])) == 1
+
+
+def test_road_departure_counts_the_body():
+    assert metrics.road_departure(trace_of([make_scene([0], [1.8]), make_scene([0], [0.95])])) == 0
+    assert metrics.road_departure(trace_of([make_scene([0], [1.8]), make_scene([0], [0.5])])) == pytest.approx(0.45)
+    assert metrics.road_departure(trace_of([make_scene([0], [10.8]), make_scene([0], [5])])) == pytest.approx(0.95)
+
+
+def test_minimum_gap_is_between_bodies():
+    trace = trace_of([make_scene([0, 20], [1.8, 1.8]), make_scene([0, 7.8], [1.8, 1.8 + 1.9 + 4.0])])
+    assert metrics.minimum_gap(trace) == pytest.approx(5.0)  # 3 m along, 4 m across
+    touching = trace_of([make_scene([0, 20], [1.8, 1.8]), make_scene([0, 4], [1.8, 1.8])])
+    assert metrics.minimum_gap(touching) == 0
+    alone = trace_of([make_scene([0], [1.8])] * 2)
+    assert metrics.minimum_gap(alone) == np.inf
+    assert metrics.minimum_time_to_collision(alone) == np.inf
+
+
+@pytest.mark.parametrize(
+    ("lon", "lat", "speed", "heading", "expected"),
+    [
+        (24.8, 1.8, 10.0, 0.0, 2.0),  # closing 20 m at 10 m/s
+        (24.8, 1.8, 20.0, 0.0, np.inf),
+        (24.8, 1.8, 30.0, 0.0, np.inf),
+        (-24.8, 1.8, 30.0, 0.0, 2.0),
+        (24.8, 5.4, 10.0, 0.0, np.inf),  # passes in the other lane
+        (2.0, 1.8, 20.0, 0.0, 0.0),  # in contact
+    ],
+)
+def test_time_to_collision_by_hand(lon, lat, speed, heading, expected):
+    scene = make_scene([0, lon], [1.8, lat], [20.0, speed], [0.0, heading])
+    assert metrics.minimum_time_to_collision(trace_of([scene, scene])) == pytest.approx(expected)
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.floats(-40, 40), st.floats(-8, 8), st.floats(5, 35), st.floats(-0.3, 0.3))
+def test_time_to_collision_agrees_with_stepping_through_time(lon, lat, speed, heading):
+    scene = make_scene([0, lon], [1.8, lat], [20.0, speed], [0.0, heading])
+    found = metrics.minimum_time_to_collision(trace_of([scene, scene]))
+    times = np.arange(0.0, 10.0, 0.002)
+    states = constant_velocity(states_of(scene), times)
+    extent = turned_half_extents(np.array([2.4, 0.95]), states[..., 3]).sum(0)
+    overlap = (np.abs(states[1, :, :2] - states[0, :, :2]) < extent).all(-1)
+    if overlap.any():
+        assert found == pytest.approx(times[overlap.argmax()], abs=0.0021)
+    elif found < 10:  # a brush shorter than the time step
+        middle = constant_velocity(states_of(scene), np.array([found]))[:, 0]
+        assert (np.abs(middle[1, :2] - middle[0, :2]) <= extent[0] + 1e-6).all()
+
+
+def test_slack_planning_time_and_status():
+    scene = make_scene([0], [1.8])
+    trace = trace_of(
+        [scene] * 5,
+        statuses=[Status.SOLVED, Status.SOLVED, Status.RETRIED, Status.FALLBACK],
+        slacks=[0.0, 0.3, 0.1, 0.2],
+        seconds=[0.1, 0.2, 0.3, 0.4],
+    )
+    assert metrics.maximum_slack(trace) == 0.3
+    assert metrics.planning_time(trace, 0.5) == pytest.approx(0.25)
+    assert metrics.planning_time(trace, 1.0) == pytest.approx(0.4)
+    assert [metrics.status_share(trace, status) for status in Status] == [0.5, 0.25, 0.25]
+
+
+def test_stuck_moments_and_misses_are_counted_one_by_one():
+    scene = make_scene([0, 10, 20], [1.8] * 3)
+    trace = trace_of(
+        [scene] * 3,
+        stuck=[np.array([False, True, True]), np.array([False, True, False])],
+        missed=[np.array([False, False, True]), np.array([False, False, False])],
+    )
+    assert metrics.traffic_stuck(trace) == 3
+    assert metrics.prediction_misses(trace) == 1
+
+
+def test_collisions_of_the_traffic_count_pairs_once_and_leave_the_own_car_out():
+    apart = make_scene([0, 20, 40, 60], [1.8] * 4)
+    pair, own_and_pair = make_scene([0, 20, 22, 60], [1.8] * 4), make_scene([19, 20, 22, 60], [1.8] * 4)
+    assert metrics.traffic_collisions(trace_of([apart, apart])) == 0
+    assert metrics.traffic_collisions(trace_of([apart, pair, pair, own_and_pair])) == 1
+    assert metrics.traffic_collisions(trace_of([pair, make_scene([0, 20, 40, 41], [1.8] * 4)])) == 2
