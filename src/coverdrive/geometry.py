@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float
 
-Array = np.ndarray
+Array = Any
+"""NumPy arrays and scalars"""
 
 
-def turned_half_extents(half_sizes: Float[Array, "*n 2"], heading: Float[Array, "*n"]) -> Float[Array, "*n 2"]:
+def turned_half_extents(half_sizes: Float[Array, "*#n 2"], heading: Float[Array, "*#n"]) -> Float[Array, "*#n 2"]:
     """Half extents along the road's axes of the smallest upright box around a turned box.
 
     Args:
@@ -34,11 +35,11 @@ def turned_half_extents(half_sizes: Float[Array, "*n 2"], heading: Float[Array, 
 
 
 def axis_gap(
-    first: Float[Array, "*n"],
-    second: Float[Array, "*n"],
-    first_half: Float[Array, "*n"] | float,
-    second_half: Float[Array, "*n"] | float,
-) -> Float[Array, "*n"]:
+    first: Float[Array, "*#n"],
+    second: Float[Array, "*#n"],
+    first_half: Float[Array, "*#n"] | float,
+    second_half: Float[Array, "*#n"] | float,
+) -> Float[Array, "*#n"]:
     """Gap between two intervals of one axis: bumper to bumper along lon, side to side along lat.
 
     Args:
@@ -54,11 +55,11 @@ def axis_gap(
 
 
 def upright_boxes_overlap(
-    centre: Float[Array, "*n 2"],
-    half_sizes: Float[Array, "*n 2"],
-    other_centre: Float[Array, "*n 2"],
-    other_half_sizes: Float[Array, "*n 2"],
-) -> Bool[Array, "*n"]:
+    centre: Float[Array, "*#n 2"],
+    half_sizes: Float[Array, "*#n 2"],
+    other_centre: Float[Array, "*#n 2"],
+    other_half_sizes: Float[Array, "*#n 2"],
+) -> Bool[Array, "*#n"]:
     """Whether boxes that are aligned with the road overlap.
 
     Args:
@@ -74,13 +75,13 @@ def upright_boxes_overlap(
 
 
 def boxes_overlap(
-    centre: Float[Array, "*n 2"],
-    heading: Float[Array, "*n"],
-    half_sizes: Float[Array, "*n 2"],
-    other_centre: Float[Array, "*n 2"],
-    other_heading: Float[Array, "*n"],
-    other_half_sizes: Float[Array, "*n 2"],
-) -> Bool[Array, "*n"]:
+    centre: Float[Array, "*#n 2"],
+    heading: Float[Array, "*#n"],
+    half_sizes: Float[Array, "*#n 2"],
+    other_centre: Float[Array, "*#n 2"],
+    other_heading: Float[Array, "*#n"],
+    other_half_sizes: Float[Array, "*#n 2"],
+) -> Bool[Array, "*#n"]:
     """Whether turned boxes overlap, by the separating axis theorem (Gottschalk, Lin, Manocha, SIGGRAPH 1996).
 
     Two rectangles are apart exactly if their projections onto one of their four side directions are apart.
@@ -105,7 +106,7 @@ def boxes_overlap(
     return np.all(meets_first & meets_second, axis=-1)
 
 
-def _turned_into(offset: Float[Array, "*n 2"], heading: Any) -> Float[Array, "*n 2"]:
+def _turned_into(offset: Float[Array, "*#n 2"], heading: Any) -> Float[Array, "*#n 2"]:
     """The offset [m] as seen from a body with the heading [rad]: how far ahead, how far to the left."""
     cosine, sine = np.cos(heading), np.sin(heading)
     lon, lat = offset[..., 0], offset[..., 1]

@@ -32,6 +32,12 @@ class Stages:
 @contextmanager
 def stages() -> Generator[Stages]:
     """Show bars while the block runs."""
-    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn(), TimeRemainingColumn())
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TaskProgressColumn(),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+    )
     with Progress(*columns) as bars:
         yield Stages(bars)

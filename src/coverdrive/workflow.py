@@ -1,7 +1,7 @@
 """What the commands do: each stage reads and writes one results folder.
 
 ``config.toml`` (all settings) · ``run.json`` (versions, data, times) · ``predictor.safetensors`` ·
-``certificate.json`` · ``study/trials.parquet`` (one row per trial) · ``figures/`` · ``drive.mp4``.
+``certificate.json`` · ``study/trials.parquet`` (one row per trial) · ``figures/``.
 """
 
 import json
@@ -132,11 +132,13 @@ def _fingerprint(recording: Recording) -> str:
 def _certificate_record(result: Fit) -> dict[str, Any]:
     """Certificates, and how they did on the test split, as JSON values."""
     return {
-        "certificates": [asdict(certificate) | {"sentence": certificate.sentence} for certificate in result.certificates],
+        "certificates": [
+            asdict(certificate) | {"sentence": certificate.sentence} for certificate in result.certificates
+        ],
         "test": asdict(result.evaluation),
         "uncovered": asdict(result.uncovered),
         "samples": {
-            "segments": result.segments,
+            "segments": len(result.segments),
             "train": len(result.split.train),
             "calibration": len(result.split.calibration),
             "test": len(result.split.test),

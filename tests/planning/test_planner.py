@@ -86,6 +86,14 @@ def test_wall_too_near_to_stop_shows_in_the_slack(straight_paths) -> None:
     assert plan.inputs[0, 0] < -5
 
 
+def test_hardly_avoidable_contact_is_braked_for(straight_paths) -> None:
+    """It stops at the wall instead of squeezing through between two of its cars."""
+    wall = [(30, 1.8, 0), (30, 5.4, 0), (30, 9.0, 0)]
+    states, plans, _ = drive(MpcPlanner(), [0, 5.4, 20, 0], wall, straight_paths, 15)
+    np.testing.assert_allclose([plan.inputs[0, 0] for plan in plans], -8.0, atol=0.1)
+    assert states[-1, 2] == pytest.approx(20 - 8 * 1.5, abs=0.2)
+
+
 def test_does_not_dither_between_equal_lanes(straight_paths) -> None:
     states, _, contact = drive(MpcPlanner(), [0, 5.4, 20, 0], [(35, 5.4, 14)], straight_paths, 80)
     assert not contact
@@ -128,6 +136,16 @@ def test_brakes_where_no_solver_converges(straight_paths, monkeypatch: pytest.Mo
     assert plan.status is Status.FALLBACK
     np.testing.assert_allclose(plan.inputs[:10, 0], -8.0)
     assert plan.slack.max() > 0.9
+
+
+def test_robust_solver_takes_over(straight_paths, monkeypatch: pytest.MonkeyPatch) -> None:
+    solve = candidates.solve
+    state, paths = np.array([0, 5.4, 20, 0.0]), straight_paths((30, 5.4, 15))
+    expected = MpcPlanner().plan(state, paths, ROAD)
+    monkeypatch.setattr(candidates, "solve", lambda *args: None if args[3] == "fatrop" else solve(*args))
+    plan = MpcPlanner().plan(state, paths, ROAD)
+    assert plan.status is Status.RETRIED
+    assert plan.cost <= expected.cost * 1.01 + MpcPlanner().settings.lane_change
 
 
 @pytest.mark.parametrize("index", range(4))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from coverdrive.planning.candidates import cheapest_start
+from coverdrive.planning.candidates import cheapest_starts
 from coverdrive.planning.motion import Motion
 from coverdrive.planning.obstacles import chosen_obstacles, reachable_obstacles
 from coverdrive.planning.problem import ProblemSettings, Situation
@@ -21,7 +21,7 @@ def made(paths) -> Situation:
 
 
 def start_for(situation: Situation, target: float) -> Motion:
-    return cheapest_start(situation, target, [], PROBLEM)
+    return cheapest_starts(situation, [target], [], PROBLEM)[0]
 
 
 @pytest.mark.parametrize("target", [1.8, 5.4])
@@ -44,9 +44,9 @@ def test_failure_is_none(straight_paths, solver) -> None:
 
 
 def test_compiled_once() -> None:
-    first = compiled_solver(ProblemSettings(), 8, "fatrop", SolverSettings())
-    assert compiled_solver(ProblemSettings(), 8, "fatrop", SolverSettings()) is first
-    assert compiled_solver(ProblemSettings(), 16, "fatrop", SolverSettings()) is not first
+    first = compiled_solver(ProblemSettings(), 8, "fatrop", SolverSettings(), 0.1)
+    assert compiled_solver(ProblemSettings(), 8, "fatrop", SolverSettings(), 0.1) is first
+    assert compiled_solver(ProblemSettings(), 16, "fatrop", SolverSettings(), 0.1) is not first
 
 
 def test_solution_does_not_depend_on_where_the_road_starts(straight_paths) -> None:

@@ -8,11 +8,33 @@ import polars as pl
 import pytest
 
 FOOT = 0.3048
-COLUMNS = (
-    "Vehicle_ID,Frame_ID,Total_Frames,Global_Time,Local_X,Local_Y,Global_X,Global_Y,v_length,v_Width,v_Class,v_Vel,"
-    "v_Acc,Lane_ID,O_Zone,D_Zone,Int_ID,Section_ID,Direction,Movement,Preceding,Following,Space_Headway,Time_Headway,"
-    "Location"
-).split(",")
+COLUMNS = [
+    "Vehicle_ID",
+    "Frame_ID",
+    "Total_Frames",
+    "Global_Time",
+    "Local_X",
+    "Local_Y",
+    "Global_X",
+    "Global_Y",
+    "v_length",
+    "v_Width",
+    "v_Class",
+    "v_Vel",
+    "v_Acc",
+    "Lane_ID",
+    "O_Zone",
+    "D_Zone",
+    "Int_ID",
+    "Section_ID",
+    "Direction",
+    "Movement",
+    "Preceding",
+    "Following",
+    "Space_Headway",
+    "Time_Headway",
+    "Location",
+]
 TEXT_COLUMNS = COLUMNS[:14] + COLUMNS[20:24]
 
 
@@ -29,7 +51,7 @@ def ngsim_table(
     vehicle = np.repeat(np.arange(1, vehicles + 1), rows)
     frame = np.tile(np.arange(rows), vehicles)
     lane = (vehicle - 1) % 3 + 1
-    columns: dict[str, object] = dict.fromkeys(COLUMNS, "")
+    columns: dict[str, object] = dict.fromkeys(COLUMNS)
     columns |= {
         "Vehicle_ID": vehicle,
         "Frame_ID": first_frame + frame,

@@ -52,7 +52,24 @@ def test_another_seed_is_another_drive():
     assert not same_drive(run(1), run(2))
 
 
-def test_start_and_traffic_have_independent_seeds():
+def test_start_and_traffic_have_different_random_numbers(monkeypatch):
+    drawn = []
+
+    def start(initial, vehicles, rng):
+        drawn.append(rng.random())
+        return make_scene([0, -200], [1.8, 9.0])
+
+    class Traffic(SetSamplingTraffic):
+        def reset(self, scene, road, rng):
+            drawn.append(rng.random())
+            super().reset(scene, road, rng)
+
+    monkeypatch.setattr(episode, "initial_scene", start)
+    run_episode(PREDICTOR, ConstantPlanner(), Traffic(PREDICTOR), EpisodeSettings(duration=0.1), 1, 7)
+    assert len(set(drawn)) == 2
+
+
+def test_the_start_does_not_depend_on_the_planner():
     assert np.array_equal(run(1).scene.lon[0], run(1, ConstantPlanner(acceleration=1.0)).scene.lon[0])
 
 

@@ -83,6 +83,7 @@ def test_minimum_gap_is_between_bodies():
         (-24.8, 1.8, 30.0, 0.0, 2.0),
         (24.8, 5.4, 10.0, 0.0, np.inf),  # passes in the other lane
         (2.0, 1.8, 20.0, 0.0, 0.0),  # in contact
+        (24.8, 1.8, 20.0, 5e-324, np.inf),  # a relative velocity that overflows the quotient
     ],
 )
 def test_time_to_collision_by_hand(lon, lat, speed, heading, expected):

@@ -51,6 +51,12 @@ def test_contact_out_of_a_diagonal_is_from_the_side():
     assert judged(before, after) == Outcome(Kind.SIDE, 7.0, 1, Fault.OWN)
 
 
+def test_contact_of_turned_bodies_side_by_side_is_from_the_side():
+    before = [(0, 4.0, 20, 0.2), (4.5, 2.9, 20, 0.2)]  # 1.97 m beside each other, seen along their common heading
+    after = [(2, 4.2, 20, 0.2), (6.5, 3.3, 20, 0.2)]
+    assert judged(before, after).kind is Kind.SIDE
+
+
 def test_no_contact_and_contact_among_others_is_no_collision():
     apart = make_scene([0, 20, 22], [1.8, 1.8, 1.8])
     assert judge(apart, apart, 1.0) is None

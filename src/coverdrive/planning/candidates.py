@@ -5,17 +5,15 @@ the previous plan. It sees the boxes with the least clearance only; as long as i
 added and it goes on from there. What is returned solves the problem with all boxes.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 from jaxtyping import Float
 from pydantic import Field
 
 from coverdrive.planning.motion import Motion, drive, judged, lane_seeking_inputs
 from coverdrive.planning.obstacles import chosen_obstacles, clearances
-from coverdrive.planning.plan import Status
 from coverdrive.planning.problem import ProblemSettings, Situation
 from coverdrive.planning.solvers import Solver, SolverSettings, solve
+from coverdrive.planning.vehicle import VehicleSettings
 from coverdrive.settings import Settings
 
 _STATE_TOLERANCE = 0.02
@@ -34,81 +32,79 @@ class CandidateSettings(Settings):
     """how often violated boxes are added before all are"""
 
 
-class Candidate(NamedTuple):
-    """A motion to a lane, and how it was found."""
-
-    motion: Motion
-    """with slack and cost against all obstacles"""
-    status: Status
-    """SOLVED or RETRIED"""
-
-
-def cheapest_start(
+def cheapest_starts(
     situation: Situation,
-    target_lat: float,
+    target_lats: list[float],
     previous_inputs: list[Float[np.ndarray, "K 2"]],
     problem: ProblemSettings,
-) -> Motion:
-    """The motion to a lane that a solver starts from.
+) -> list[Motion]:
+    """The motion to each lane that a solver starts from.
 
     Args:
         situation: what the plan is made for.
-        target_lat: [m] centre of the lane.
-        previous_inputs: inputs of former plans, shifted to now.
+        target_lats: [m] centres of the lanes.
+        previous_inputs: inputs of former plans, shifted to now; each is a start for every lane.
         problem: horizon, car and weights.
     """
-    vehicle = problem.vehicle
-    accelerations = np.concatenate(
-        [np.linspace(-vehicle.max_deceleration, 0.0, 5), [vehicle.max_acceleration / 2, vehicle.max_acceleration]]
-    )
-    targets = np.full(len(accelerations), target_lat)
+    accelerations = _start_accelerations(problem.vehicle)
+    targets = np.repeat(target_lats, len(accelerations))
+    repeated = np.tile(accelerations, len(target_lats))
     former = np.reshape(previous_inputs, (len(previous_inputs), problem.steps, 2))
 
     def wanted(k: int, states: Float[np.ndarray, "m 4"]) -> Float[np.ndarray, "m 2"]:
-        seeking = lane_seeking_inputs(states[: len(targets)], targets, accelerations)
+        seeking = lane_seeking_inputs(states[: len(targets)], targets, repeated)
         return np.concatenate([seeking, former[:, k]])
 
     motions = len(targets) + len(former)
-    states, inputs = drive(situation.state, wanted, motions, problem.steps, problem.dt, vehicle)
-    starts = judged(states, inputs, target_lat, situation, problem)
-    return starts.at(int(np.argmin(starts.lasting_cost)))
+    states, inputs = drive(situation.state, wanted, motions, problem.steps, problem.dt, problem.vehicle)
+    to_any = np.arange(len(targets), motions)
+    starts: list[Motion] = []
+    for lane, target_lat in enumerate(target_lats):
+        to_lane = np.arange(len(accelerations)) + lane * len(accelerations)
+        own = np.concatenate([to_lane, to_any])
+        judgement = judged(states[own], inputs[own], target_lat, situation, problem)
+        starts.append(judgement.at(int(np.argmin(judgement.lasting_cost))))
+    return starts
+
+
+def _start_accelerations(vehicle: VehicleSettings) -> Float[np.ndarray, " n"]:
+    """The constant accelerations [m/s²] that are tried: from full braking to full throttle."""
+    braking = np.linspace(-vehicle.max_deceleration, 0.0, 5)
+    return np.concatenate([braking, [vehicle.max_acceleration / 2, vehicle.max_acceleration]])
 
 
 def solve_lane(
     situation: Situation,
     target_lat: float,
     start: Motion,
+    solver: Solver,
     problem: ProblemSettings,
     settings: CandidateSettings,
-) -> Candidate | None:
-    """The plan to a lane, or None if no solver converges.
+) -> Motion | None:
+    """The plan to a lane, or None if the solver does not converge to one.
 
     Args:
         situation: what the plan is made for.
         target_lat: [m] centre of the lane.
         start: the motion that the solver starts from.
+        solver: which one.
         problem: horizon, car and weights.
         settings: how the candidate is found.
     """
     values = clearances(start.states, situation.obstacles, problem.vehicle, problem.obstacles)
-    rank = np.argsort(np.argsort(values, axis=1), axis=1)
-    chosen = rank < settings.boxes
-    status, guess = Status.SOLVED, start
+    chosen = np.argsort(np.argsort(values, axis=1), axis=1) < settings.boxes
     for attempt in range(settings.rounds + 1):
         seen = chosen_obstacles(situation.obstacles, chosen, situation.state[0])
         reduced = situation._replace(obstacles=seen)
-        found = _solved(reduced, target_lat, guess, "fatrop", problem, settings)
-        if found is None:
-            status = Status.RETRIED
-            found = _solved(reduced, target_lat, start, "ipopt", problem, settings)
+        found = _solved(reduced, target_lat, start, solver, problem, settings)
         if found is None:
             return None
         values = clearances(found.states, situation.obstacles, problem.vehicle, problem.obstacles)
         missing = (values + found.slack[:, None] < 1 - _SLACK_TOLERANCE) & ~chosen
+        start = judged(found.states, found.inputs, target_lat, situation, problem)
         if not missing.any():
-            return Candidate(judged(found.states, found.inputs, target_lat, situation, problem), status)
+            return start
         chosen |= missing | (attempt + 1 == settings.rounds)
-        guess = judged(found.states, found.inputs, target_lat, situation, problem)
     return None
 
 

@@ -3,6 +3,7 @@
 The cost of a plan is the sum over the steps of lane, speed and heading errors, inputs and changes of the inputs, a
 terminal cost, and penalties of the slacks. The error of the current state is left out: no plan changes it.
 `state_cost` and `input_cost` are plain arithmetic, so that the optimisation problem uses them with symbols.
+P = K + 1 is the number of states.
 """
 
 from typing import Any
@@ -85,14 +86,14 @@ def input_cost(
 
 
 def plan_cost(
-    states: Float[np.ndarray, "*n K+1 4"],
+    states: Float[np.ndarray, "*n P 4"],
     inputs: Float[np.ndarray, "*n K 2"],
     slack: Float[np.ndarray, "*n K"],
     off_road: Float[np.ndarray, "*n K"],
     previous_input: Float[np.ndarray, " 2"],
-    target_lat: Float[np.ndarray, "*n"] | float,
+    target_lat: Float[Any, "*n"] | float,
     settings: CostSettings,
-) -> Float[np.ndarray, "*n"]:
+) -> Float[Any, "*n"]:
     """The objective of the optimal control problem for given plans.
 
     Args:

@@ -1,11 +1,12 @@
 """Motions of the own car within its limits, and what they violate and cost.
 
 Whatever proposes a motion — a rule, the previous plan, a solver — proposes inputs; the states follow from the vehicle
-model, and slack and cost from the states. Nothing here trusts what a solver says about its result.
+model, and slack and cost from the states. Nothing here trusts what a solver says about its result. P = K + 1 is the
+number of states.
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -26,7 +27,7 @@ _HEADING_TIME = 0.4
 class Motion(NamedTuple):
     """Motions over the horizon; m stands for any leading axes."""
 
-    states: Float[np.ndarray, "*m K+1 4"]
+    states: Float[np.ndarray, "*m P 4"]
     """lon [m], lat [m], speed [m/s], heading [rad]"""
     inputs: Float[np.ndarray, "*m K 2"]
     """acceleration [m/s²], yaw rate [rad/s]"""
@@ -34,9 +35,9 @@ class Motion(NamedTuple):
     """smallest γ_k with which the obstacle constraints of the steps k = 1 … K hold"""
     off_road: Float[np.ndarray, "*m K"]
     """[m] by which the body leaves the road at the steps k = 1 … K"""
-    cost: Float[np.ndarray, "*m"]
+    cost: Float[Any, "*m"]
     """value of the objective"""
-    lasting_cost: Float[np.ndarray, "*m"]
+    lasting_cost: Float[Any, "*m"]
     """the objective with every slack held until the end, because a contact cannot be undone; motions are compared
     by it, so that passing through a vehicle does not look better than stopping at it"""
 
@@ -52,7 +53,7 @@ def drive(
     steps: int,
     dt: float,
     vehicle: VehicleSettings,
-) -> tuple[Float[np.ndarray, "m K+1 4"], Float[np.ndarray, "m K 2"]]:
+) -> tuple[Float[np.ndarray, "m P 4"], Float[np.ndarray, "m K 2"]]:
     """States and inputs of cars that follow wanted inputs as far as their limits allow.
 
     Args:
@@ -89,9 +90,9 @@ def lane_seeking_inputs(
 
 
 def judged(
-    states: Float[np.ndarray, "*m K+1 4"],
+    states: Float[np.ndarray, "*m P 4"],
     inputs: Float[np.ndarray, "*m K 2"],
-    target_lat: Float[np.ndarray, "*m"] | float,
+    target_lat: Float[Any, "*m"] | float,
     situation: Situation,
     problem: ProblemSettings,
 ) -> Motion:

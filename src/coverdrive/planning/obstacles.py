@@ -4,7 +4,7 @@ At step k the own centre (lon, lat) must stay out of a superellipse around every
 (|Δlon|/A)^p + (|Δlat|/B)^p + γ_k ≥ 1. The paper has p = 2 and A, B the sums of the semi-axes; such an ellipse does
 not contain the corners of the two boxes. Here A = α·(a_i + a) and B = β·(b_i + b), a_i and b_i being half sizes of
 the predicted box, a and b of the turned own box, and α^(−p) + β^(−p) = 1: the superellipse passes through the
-corners, so that every pair of overlapping boxes violates the constraint.
+corners, so that every pair of overlapping boxes violates the constraint. P = K + 1 is the number of states.
 """
 
 from typing import Any, Literal
@@ -31,7 +31,7 @@ class ObstacleSettings(Settings):
 
     order: Literal[2, 4] = 4
     """p of the superellipse (paper: 2)"""
-    lateral_inflation: float = Field(default=1.1, gt=1)
+    lateral_inflation: float = Field(default=1.19, gt=1)
     """β: factor on the summed half widths; 2^(1/p) inflates length and width alike"""
     ignore_rear: bool = False
     """whether the vehicle directly behind in the own lane is no obstacle (paper, Remark 2)"""
@@ -92,7 +92,7 @@ def clearance(
 
 
 def clearances(
-    states: Float[np.ndarray, "*m K+1 4"],
+    states: Float[np.ndarray, "*m P 4"],
     obstacles: Obstacles,
     vehicle: VehicleSettings,
     settings: ObstacleSettings,

@@ -13,12 +13,13 @@ from pydantic import Field
 
 from coverdrive.errors import SettingError
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.candidates import Candidate, CandidateSettings, cheapest_start, solve_lane
+from coverdrive.planning.candidates import CandidateSettings, cheapest_starts, solve_lane
 from coverdrive.planning.fallback import blind_motion, braking_motion
 from coverdrive.planning.motion import Motion, shifted_inputs
 from coverdrive.planning.obstacles import reachable_obstacles, without_rear
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.problem import ProblemSettings, Situation
+from coverdrive.planning.solvers import Solver
 from coverdrive.road import Road
 from coverdrive.settings import Settings
 
@@ -45,6 +46,15 @@ class _Memory(NamedTuple):
     """acceleration [m/s²] and yaw rate [rad/s] applied since"""
     inputs: list[Float[np.ndarray, "K 2"]]
     """inputs of the candidates of all lanes, shifted to the time of the next call"""
+
+
+class Candidate(NamedTuple):
+    """The plan to one lane."""
+
+    motion: Motion
+    """with slack and cost against all obstacles"""
+    status: Status
+    """SOLVED or RETRIED"""
 
 
 class MpcPlanner:
@@ -128,16 +138,28 @@ class MpcPlanner:
         )
 
     def _candidates(self, situation: Situation, road: Road, lane: int) -> dict[int, Candidate]:
-        """The candidates to the own lane and to those beside it, by lane; without those that no solver finds."""
+        """The candidates to the own lane and to those beside it, by lane; without those that no solver finds.
+
+        The robust solver is called for the lane of the last plan, and for all lanes if the fast one solves none.
+        """
         problem, settings = self.settings.problem, self.settings.candidate
-        former = self._memory.inputs if self._memory else []
+        former, held = (self._memory.inputs, self._memory.lane) if self._memory else ([], lane)
+        targets = range(max(lane - 1, 0), min(lane + 2, road.lanes))
+        centres = {target: float(road.centres[target]) for target in targets}
+        found = cheapest_starts(situation, list(centres.values()), former, problem)
+        starts = dict(zip(targets, found, strict=True))
         candidates: dict[int, Candidate] = {}
-        for target in range(max(lane - 1, 0), min(lane + 2, road.lanes)):
-            target_lat = float(road.centres[target])
-            start = cheapest_start(situation, target_lat, former, problem)
-            candidate = solve_lane(situation, target_lat, start, problem, settings)
-            if candidate is not None:
-                candidates[target] = candidate
+
+        def attempt(target: int, solver: Solver, status: Status) -> None:
+            motion = solve_lane(situation, centres[target], starts[target], solver, problem, settings)
+            if motion is not None:
+                candidates[target] = Candidate(motion, status)
+
+        for target in targets:
+            attempt(target, "fatrop", Status.SOLVED)
+        for target in targets:
+            if target not in candidates and (target == held or not candidates):
+                attempt(target, "ipopt", Status.RETRIED)
         return candidates
 
     def _cheapest(self, candidates: dict[int, Candidate], held: int) -> int:

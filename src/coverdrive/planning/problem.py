@@ -121,12 +121,10 @@ def build_program(settings: ProblemSettings, slots: int) -> Program:
 def _places(steps: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Where the states, inputs and slacks are among the variables."""
     start = INPUTS + (STATES + INPUTS + SLACKS) * np.arange(steps)[:, None]
-    states = start + np.arange(STATES)
-    inputs = np.concatenate([[[-INPUTS]], start[:-1]]) * 0
-    inputs[1:] = start[:-1] + STATES
-    slacks = start + STATES + INPUTS + np.arange(SLACKS)
-    slacks[-1] -= INPUTS
-    return states, inputs + np.arange(INPUTS), slacks
+    first_input = np.concatenate([[[0]], start[:-1] + STATES])
+    first_slack = start + STATES + INPUTS
+    first_slack[-1] -= INPUTS  # the last stage has no inputs
+    return start + np.arange(STATES), first_input + np.arange(INPUTS), first_slack + np.arange(SLACKS)
 
 
 def _successor(state: Any, inputs: Any, settings: ProblemSettings) -> Any:
@@ -198,7 +196,7 @@ def variable_bounds(
 
 def pack(
     program: Program,
-    states: Float[np.ndarray, "K+1 4"],
+    states: Float[np.ndarray, "P 4"],
     inputs: Float[np.ndarray, "K 2"],
     slack: Float[np.ndarray, " K"],
     off_road: Float[np.ndarray, " K"],

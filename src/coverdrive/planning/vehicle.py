@@ -3,6 +3,7 @@
 State: lon [m], lat [m], speed [m/s], heading [rad]. Input: acceleration [m/s²], yaw rate [rad/s], held for dt.
 `euler_step` is the one definition of the motion. It knows no array library: the optimisation problem calls it with
 CasADi symbols and `casadi`, everything else through `step` and `rollout` with NumPy arrays.
+P = K + 1 is the number of states.
 """
 
 from typing import Any
@@ -74,7 +75,7 @@ def step(state: Float[np.ndarray, "*n 4"], inputs: Float[np.ndarray, "*n 2"], dt
 
 def rollout(
     state: Float[np.ndarray, "*n 4"], inputs: Float[np.ndarray, "*n K 2"], dt: float
-) -> Float[np.ndarray, "*n K+1 4"]:
+) -> Float[np.ndarray, "*n P 4"]:
     """The states that K inputs, each held for dt [s], lead to; the first is the given one."""
     states = [np.asarray(state, dtype=float)]
     for k in range(inputs.shape[-2]):

@@ -22,7 +22,7 @@ from coverdrive.prediction.basis import Basis, BasisSettings, make_basis
 from coverdrive.prediction.network import Network
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.prediction.samples import Samples, make_samples
-from coverdrive.prediction.segments import SegmentSettings, cut_segments
+from coverdrive.prediction.segments import Segments, SegmentSettings, cut_segments
 from coverdrive.prediction.split import Split, SplitSettings, split
 from coverdrive.prediction.training import TrainingSettings, train
 from coverdrive.recordings.recording import Recording
@@ -62,8 +62,8 @@ class Fit:
     """on the test split"""
     uncovered: Rate
     """test windows that no base covers within the basis' ε"""
-    segments: int
-    """number of segments cut from the recordings"""
+    segments: Segments
+    """all segments cut from the recordings"""
     split: Split
     base_share: Float[np.ndarray, " M"]
     """share of the training windows that are nearest to each base"""
@@ -116,7 +116,7 @@ def fit(
         certificates=certificates,
         evaluation=evaluation,
         uncovered=Rate.of(test.distance > basis.epsilon),
-        segments=len(segments),
+        segments=segments,
         split=sides,
         base_share=np.bincount(training.base, minlength=len(basis)) / len(training),
         losses=losses,

@@ -13,10 +13,9 @@ import numpy as np
 from jaxtyping import Float
 
 from coverdrive.errors import RecordingError
-from coverdrive.recordings.recording import Recording
 from coverdrive.recordings.reference_line import ReferenceLine, reference_line
 from coverdrive.recordings.smoothing import SmoothingSettings
-from coverdrive.recordings.tracks import RawTracks, Reading, drop_off_road, regular_table
+from coverdrive.recordings.tracks import RawTracks, Reading, make_reading
 from coverdrive.road import Road
 
 ACCOMPANY = 0.5
@@ -36,15 +35,12 @@ def read_commonroad(file: Path, settings: SmoothingSettings | None = None) -> Re
     """
     scenario = _open(file)
     lanes = _lanes(file, scenario.lanelet_network)
-    line = reference_line(_distinct(np.concatenate([part.left_vertices for part in lanes[0]])))
+    line = reference_line(np.concatenate([part.left_vertices for part in lanes[0]]))
     edges = _edges(lanes, line)
     road = Road(edges=(edges - edges[-1])[::-1].copy(), length=line.length)
-    repairs: Counter[str] = Counter()
     raw = _tracks(file, scenario.dynamic_obstacles, line, edges[-1])
-    raw = drop_off_road(raw, road, repairs)
-    dt = float(scenario.dt)
-    table = regular_table(raw, dt, settings or SmoothingSettings(), repairs)
-    return Reading(Recording(file.stem, table, dt, road, dict(repairs)), raw)
+    dt, chosen = float(scenario.dt), settings or SmoothingSettings()
+    return make_reading(file, file.stem, raw, dt, road, chosen, Counter())
 
 
 def _open(file: Path) -> Any:
@@ -107,12 +103,7 @@ def _beside(network: Any, lane: list[Any], side: str) -> list[Any]:
     ]
 
 
-def _distinct(points: Float[np.ndarray, "P 2"]) -> Float[np.ndarray, "P 2"]:
-    """The points without immediate repetitions."""
-    return points[np.append(True, np.any(np.diff(points, axis=0) != 0, axis=1))]
-
-
-def _edges(lanes: list[list[Any]], line: ReferenceLine) -> Float[np.ndarray, " L+1"]:
+def _edges(lanes: list[list[Any]], line: ReferenceLine) -> Float[np.ndarray, " edges"]:
     """Median lateral offsets [m] from the line of the lane boundaries, from left to right."""
     offsets: list[float] = []
     bounds = [[part.left_vertices for part in lanes[0]]]
@@ -136,11 +127,15 @@ def _tracks(file: Path, obstacles: list[Any], line: ReferenceLine, right: float)
         if not hasattr(shape, "width"):
             raise RecordingError(
                 file,
-                f"obstacle {obstacle.obstacle_id} has the shape {type(shape).__name__}; expected a Rectangle",
+                f"obstacle {obstacle.obstacle_id} has the shape {type(shape).__name__}; expected a rectangle",
             )
         states = [obstacle.initial_state]
         if obstacle.prediction is not None:
             states += obstacle.prediction.trajectory.state_list
+        if not all(_is_exact(state) for state in states):
+            raise RecordingError(
+                file, f"obstacle {obstacle.obstacle_id} has uncertain states; expected exact, recorded ones"
+            )
         vehicle += [obstacle.obstacle_id] * len(states)
         moment += [state.time_step for state in states]
         position += [state.position for state in states]
@@ -151,3 +146,8 @@ def _tracks(file: Path, obstacles: list[Any], line: ReferenceLine, right: float)
     length, width, speed = np.array(measures, dtype=np.float64).T
     group = np.zeros(len(vehicle), dtype=np.int64)
     return RawTracks(np.array(vehicle), np.array(moment), lon, lat - right, length, width, speed, group)
+
+
+def _is_exact(state: Any) -> bool:
+    """Whether position and speed of a state are known, and not sets of possible ones."""
+    return isinstance(state.position, np.ndarray) and isinstance(state.velocity, int | float)

@@ -101,52 +101,58 @@ def _parse(text: bytes, layout: Layout, names: list[str], row: int) -> pl.DataFr
     """The named columns of one block whose first line is line ``row`` of the file."""
     if layout.separator == " ":
         text = re.sub(rb"[ \t\r]*\n[ \t]*", b"\n", re.sub(rb"[ \t]+", b" ", text)).lstrip()
-    types = {name: pl.Float64 if name in names and name != SITE else pl.String for name in layout.columns}
+    _check_columns(text, layout, row)
+    numbers = [name for name in names if name != SITE]
     try:
-        block = pl.read_csv(
-            text,
-            has_header=False,
-            separator=layout.separator,
-            schema=types,
-            columns=[layout.columns.index(name) for name in names],
-        ).select(names)
-        if sum(block.null_count().row(0)):
-            raise pl.exceptions.ComputeError
+        block = _read_block(text, layout, names, as_text=False)
     except pl.exceptions.PolarsError:
-        block = _parse_carefully(text, layout, names, row)
+        block = None
+    if block is None or not all(block[name].is_finite().all(ignore_nulls=False) for name in numbers):
+        cells = _read_block(text, layout, names, as_text=True)
+        block = cells.with_columns(pl.col(numbers).str.strip_chars(' "').cast(pl.Float64, strict=False))
+        _check_cells(cells, block, layout, numbers, row)
     return block.with_columns(pl.col(SITE).str.strip_chars().str.to_lowercase()) if SITE in names else block
 
 
-def _parse_carefully(text: bytes, layout: Layout, names: list[str], row: int) -> pl.DataFrame:
-    """Like `_parse`, but tolerates blanks and quotes, and names the cell that is no number."""
-    types = dict.fromkeys(layout.columns, pl.String)
-    try:
-        cells = pl.read_csv(text, has_header=False, separator=layout.separator, schema=types)
-    except pl.exceptions.PolarsError:
-        lines = text.split(b"\n")
-        separator = layout.separator.encode()
-        broken = next(index for index, line in enumerate(lines) if line.count(separator) >= len(layout.columns))
-        found = lines[broken].count(separator) + 1
-        raise RecordingError(
-            layout.file,
-            f"the line has {found} columns, expected {len(layout.columns)}; put the line right or remove it",
-            row + broken,
-        ) from None
-    cells = cells.select(names)
-    numbers = [name for name in names if name != SITE]
-    block = cells.with_columns(pl.col(numbers).str.strip_chars(' "').cast(pl.Float64, strict=False))
-    for name in names:
-        wrong = block[name].is_null() | (block[name].is_nan() if name != SITE else False)
-        if wrong.any():
-            index = int(wrong.arg_max() or 0)
+def _read_block(text: bytes, layout: Layout, names: list[str], as_text: bool) -> pl.DataFrame:
+    """The named columns; the numbers as they are written, or as float64."""
+    kind = pl.String if as_text else pl.Float64
+    types = {name: kind if name in names and name != SITE else pl.String for name in layout.columns}
+    wanted = [layout.columns.index(name) for name in names]
+    block = pl.read_csv(text, has_header=False, separator=layout.separator, schema=types, columns=wanted)
+    return block.select(names)
+
+
+def _check_columns(text: bytes, layout: Layout, row: int) -> None:
+    """Refuse lines of another number of columns; quoted text may hold separators and is not checked."""
+    separator, expected = layout.separator.encode(), len(layout.columns) - 1
+    lines = text.count(b"\n") + (not text.endswith(b"\n"))
+    if text.count(separator) == lines * expected or b'"' in text:
+        return
+    for index, line in enumerate(text.split(b"\n")):
+        found = line.count(separator)
+        if line.strip() and found != expected:
             raise RecordingError(
                 layout.file,
-                f"expected a number, got {cells[name][index] or 'an empty cell'!r}; put the cell right or "
-                "remove the row",
+                f"the line has {found + 1} columns, expected {expected + 1}; put the line right or remove it",
+                row + index,
+            )
+
+
+def _check_cells(cells: pl.DataFrame, block: pl.DataFrame, layout: Layout, numbers: list[str], row: int) -> None:
+    """Refuse cells that are no finite numbers."""
+    for name in numbers:
+        wrong = ~block[name].is_finite().fill_null(False)
+        if wrong.any():
+            index = int(wrong.arg_max() or 0)
+            cell = cells[name][index]
+            found = repr(cell) if cell else "an empty cell"
+            raise RecordingError(
+                layout.file,
+                f"expected a number, got {found}; put the cell right or remove the row",
                 row + index,
                 name,
             )
-    return block
 
 
 def _check_sites(layout: Layout, sites: Counter[str], chosen: str | None) -> None:

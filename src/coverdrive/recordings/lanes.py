@@ -10,7 +10,7 @@ RARE = 0.02
 """A lane with a smaller share of the rows is a ramp and not part of the road"""
 
 
-def edges_from_lanes(right: Float[np.ndarray, " R"], lane: Int[np.ndarray, " R"]) -> Float[np.ndarray, " L+1"]:
+def edges_from_lanes(right: Float[np.ndarray, " R"], lane: Int[np.ndarray, " R"]) -> Float[np.ndarray, " edges"]:
     """Edges half-way between the median positions of neighbouring lanes.
 
     Lanes that are rare, or so close to a more frequent one that they cannot lie beside it, are left out.
@@ -35,7 +35,7 @@ def edges_from_lanes(right: Float[np.ndarray, " R"], lane: Int[np.ndarray, " R"]
     return np.concatenate([[inner[0] - widths[0] / 2], middles, [inner[-1] + widths[-1] / 2]])
 
 
-def edges_from_width(right: Float[np.ndarray, " R"]) -> Float[np.ndarray, " L+1"]:
+def edges_from_width(right: Float[np.ndarray, " R"]) -> Float[np.ndarray, " edges"]:
     """Edges of 12 ft lanes from the left edge on, as many as are needed to hold all but 2 % of the rows.
 
     Args:

@@ -13,9 +13,8 @@ from jaxtyping import Float, Int
 
 from coverdrive.errors import RecordingError
 from coverdrive.recordings.lanes import edges_from_lanes, edges_from_width
-from coverdrive.recordings.recording import Recording
 from coverdrive.recordings.smoothing import SmoothingSettings
-from coverdrive.recordings.tracks import RawTracks, Reading, drop_off_road, regular_table
+from coverdrive.recordings.tracks import RawTracks, Reading, make_reading
 from coverdrive.road import Road
 
 PAUSE = 60.0
@@ -71,20 +70,26 @@ def recordings_from_local(
     for number in periods:
         name = file.stem if len(periods) == 1 else f"{file.stem} period {number + 1}"
         own = repairs.copy() if number == 0 else Counter[str]()
-        rows = drop_off_road(raw if len(periods) == 1 else raw.take(period == number), road, own)
-        smooth = regular_table(rows, dt, settings, own)
-        _check_motion(file, smooth)
-        found.append(Reading(Recording(name, smooth, dt, road, dict(own)), rows))
+        rows = raw if len(periods) == 1 else raw.take(period == number)
+        reading = make_reading(file, name, rows, dt, road, settings, own)
+        _check_motion(file, reading.recording.table)
+        found.append(reading)
     return tuple(found)
+
+
+def some_tracks(table: pl.DataFrame, vehicle: str, clock: str) -> pl.DataFrame:
+    """The rows of a hundred vehicles, sorted by vehicle and time: enough to judge units and time steps by."""
+    some = table[vehicle].unique(maintain_order=True).head(100)
+    return table.filter(pl.col(vehicle).is_in(some.implode())).sort(vehicle, clock)
 
 
 def _time_step(file: Path, table: pl.DataFrame) -> float:
     """[s] the usual time between two rows of a vehicle."""
-    steps = table.select(pl.col("clock").diff().filter(pl.col("vehicle").diff() == 0).abs())["clock"]
-    dt = steps.filter(steps > 0).median()
-    if not isinstance(dt, float):
+    tracks = some_tracks(table.select("vehicle", "clock"), "vehicle", "clock")
+    steps = np.diff(tracks["clock"].to_numpy())[np.diff(tracks["vehicle"].to_numpy()) == 0]
+    if not np.any(steps > 0):
         raise RecordingError(file, "no vehicle was seen at two times; check that the file was copied whole")
-    return round(dt, 6)
+    return round(float(np.median(steps[steps > 0])), 6)
 
 
 def _periods(

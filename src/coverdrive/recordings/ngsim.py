@@ -8,7 +8,7 @@ import polars as pl
 
 from coverdrive.errors import RecordingError
 from coverdrive.recordings.delimited import Layout, read_columns
-from coverdrive.recordings.local_frame import check_unit, recordings_from_local
+from coverdrive.recordings.local_frame import check_unit, recordings_from_local, some_tracks
 from coverdrive.recordings.recording import Progress
 from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.recordings.tracks import Reading
@@ -34,7 +34,8 @@ def read_ngsim(
 
     Args:
         file: the portal's CSV or the original text.
-        location: the site, such as ``us-101``; needed where the file holds several.
+        location: the site, such as ``us-101``; needed where the file holds several, and left aside for the
+            original text, which cannot.
         settings: how positions are smoothed.
         progress: called with the fraction of the file that is read.
 
@@ -50,7 +51,8 @@ def read_ngsim(
         )
     wanted = [name for name in (*REQUIRED, *OPTIONAL) if name in layout.columns]
     repairs: Counter[str] = Counter()
-    feet = read_columns(layout, wanted, location, repairs, progress)
+    site = location if layout.header_lines else None  # the original text holds a single site
+    feet = read_columns(layout, wanted, site, repairs, progress)
     _check_feet(file, feet)
     metres = feet.select(
         vehicle=pl.col("vehicle_id"),
@@ -63,6 +65,7 @@ def read_ngsim(
         speed=pl.col("v_vel") * FOOT,
         **({"lane": pl.col("lane_id").cast(pl.Int64)} if "lane_id" in wanted else {}),
     )
+    del feet  # a third of the memory
     return recordings_from_local(file, metres, repairs, settings or SmoothingSettings())
 
 
@@ -89,10 +92,11 @@ def _layout(file: Path) -> Layout:
 def _check_feet(file: Path, table: pl.DataFrame) -> None:
     """Refuse metres: the median vehicle is about 15 ft long, and the speeds must agree with the positions."""
     check_unit(file, "vehicle length", table["v_length"].to_numpy(), 8.0, 60.0, "feet")
-    same = np.diff(table["vehicle_id"].to_numpy()) == 0
-    seconds = np.diff(table["global_time"].to_numpy()) / 1000
-    speed = table["v_vel"].to_numpy()[1:]
+    tracks = some_tracks(table, "vehicle_id", "global_time")
+    same = np.diff(tracks["vehicle_id"].to_numpy()) == 0
+    seconds = np.diff(tracks["global_time"].to_numpy()) / 1000
+    speed = tracks["v_vel"].to_numpy()[1:]
     usable = same & (seconds > 0) & (seconds < 1) & (speed > 10)
     if usable.sum() >= 100:
-        ratio = np.diff(table["local_y"].to_numpy())[usable] / seconds[usable] / speed[usable]
+        ratio = np.diff(tracks["local_y"].to_numpy())[usable] / seconds[usable] / speed[usable]
         check_unit(file, "ratio of Local_Y's change to v_Vel", ratio, 0.5, 2.0, "feet for both")

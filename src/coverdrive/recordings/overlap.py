@@ -30,7 +30,7 @@ COMMON = 50
 
 
 def overlapping_groups(
-    tracks: Sequence[RawTracks], groups: Sequence[Int[np.ndarray, " R"]], files: Sequence[int]
+    tracks: Sequence[RawTracks], groups: Sequence[Int[np.ndarray, "..."]], files: Sequence[int]
 ) -> list[tuple[int, int]]:
     """Pairs of groups that share vehicles at the same time.
 
@@ -45,7 +45,7 @@ def overlapping_groups(
     ordered = [_ordered(track, group) for track, group in zip(tracks, groups, strict=True)]
     runs = pl.concat([_runs(table, number) for number, table in enumerate(ordered)])
     runs = runs.join(pl.DataFrame({"recording": range(len(files)), "file": files}), on="recording")
-    runs = runs.filter(pl.len().over("key") <= COMMON)
+    runs = runs.filter(pl.len().over("key") <= COMMON, pl.col("file").n_unique().over("key") > 1)
     matches = (
         runs.join(runs, on="key", suffix="_b")
         .filter(pl.col("file") < pl.col("file_b"))

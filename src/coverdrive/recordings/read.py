@@ -148,7 +148,7 @@ def _grouped(readings: list[Reading], origin: list[int]) -> tuple[Recording, ...
 
 def _numbered(
     readings: list[Reading], origin: list[int]
-) -> tuple[list[Int[np.ndarray, " R"]], list[Int[np.ndarray, " R"]]]:
+) -> tuple[list[Int[np.ndarray, "..."]], list[Int[np.ndarray, "..."]]]:
     """The groups of the rows of all raw tracks and of all tables, numbered through all files."""
     raw = [reading.raw.group for reading in readings]
     tables = [reading.recording.table["group"].to_numpy() for reading in readings]

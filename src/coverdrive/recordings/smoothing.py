@@ -10,7 +10,6 @@ from functools import cache
 import numpy as np
 from jaxtyping import Float, Int
 from pydantic import Field
-from scipy.signal import savgol_coeffs
 
 from coverdrive.settings import Settings
 
@@ -52,12 +51,11 @@ def smooth(
     counts = np.diff(np.append(starts, len(values)))
     smoothed, slope = np.empty_like(values), np.empty_like(values)
 
+    fit, fit_slope = _fit(window, settings.order, dt)
     if len(values) >= window:
         inner = slice(half, len(values) - half)
-        for result, derivative in ((smoothed, 0), (slope, 1)):
-            kernel = savgol_coeffs(window, settings.order, deriv=derivative, delta=dt)
-            result[inner] = np.convolve(values, kernel, mode="valid")
-    fit, fit_slope = _fit(window, settings.order, dt)
+        smoothed[inner] = np.convolve(values, fit[half, ::-1], mode="valid")
+        slope[inner] = np.convolve(values, fit_slope[half, ::-1], mode="valid")
     whole = starts[counts >= window]
     ends = whole + counts[counts >= window] - window
     for rows, kept in ((whole, slice(0, half)), (ends, slice(window - half, window))):

@@ -6,11 +6,13 @@ per vehicle and moment, without gaps, smoothed (`coverdrive.recordings.smoothing
 
 from collections import Counter
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 import polars as pl
 from jaxtyping import Float, Int
 
+from coverdrive.errors import RecordingError
 from coverdrive.recordings.recording import SCHEMA, Recording
 from coverdrive.recordings.smoothing import SmoothingSettings, motion, smooth
 from coverdrive.road import Road
@@ -44,7 +46,9 @@ class RawTracks:
     """which rows must stay together in a split"""
 
     def take(self, rows: np.ndarray) -> "RawTracks":
-        """The rows selected by an index or boolean array."""
+        """The rows selected by an index or boolean array; nothing is copied where all rows are."""
+        if rows.dtype == np.bool_ and rows.all():
+            return self
         return RawTracks(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
 
 
@@ -89,6 +93,31 @@ def regular_table(raw: RawTracks, dt: float, settings: SmoothingSettings, repair
     )
 
 
+def make_reading(
+    file: Path, name: str, raw: RawTracks, dt: float, road: Road, settings: SmoothingSettings, repairs: Counter[str]
+) -> Reading:
+    """A recording from raw positions, repaired and smoothed.
+
+    Args:
+        file: named in errors.
+        name: of the recording.
+        raw: positions on the time grid.
+        dt: [s] between two moments.
+        road: whose right edge is at lat = 0.
+        settings: how positions are smoothed.
+        repairs: what has been repaired so far; gains ``rows off the road`` and what `regular_table` repairs.
+
+    Raises:
+        RecordingError: when no vehicle is left.
+
+    """
+    kept = drop_off_road(raw, road, repairs)
+    table = regular_table(kept, dt, settings, repairs)
+    if table.is_empty():
+        raise RecordingError(file, "no vehicle is on the road at two successive times; choose another file")
+    return Reading(Recording(name, table, dt, road, dict(repairs)), kept)
+
+
 def drop_off_road(raw: RawTracks, road: Road, repairs: Counter[str]) -> RawTracks:
     """Without the rows more than `VERGE` beside the road, which are on ramps; counted as ``rows off the road``."""
     on_road = (raw.lat >= road.edges[0] - VERGE) & (raw.lat <= road.edges[-1] + VERGE)
@@ -105,6 +134,8 @@ def _sort(raw: RawTracks, repairs: Counter[str]) -> RawTracks:
     """Sorted by vehicle and moment; rows whose time runs backwards within a vehicle are counted."""
     backwards = (np.diff(raw.vehicle) == 0) & (np.diff(raw.moment) < 0)
     _count(repairs, "rows out of order", int(backwards.sum()))
+    if np.all(np.diff(raw.vehicle) >= 0) and not backwards.any():
+        return raw
     return raw.take(np.lexsort((raw.moment, raw.vehicle)))
 
 
@@ -123,6 +154,8 @@ def _fill_gaps(raw: RawTracks, dt: float, repairs: Counter[str]) -> RawTracks:
     """Short gaps filled by linear interpolation; after a long one the vehicle goes on under a new number."""
     same = np.diff(raw.vehicle) == 0
     step = np.diff(raw.moment)
+    if not np.any(same & (step > 1)):
+        return raw
     split = same & (step * dt > LONGEST_GAP + dt / 2)
     part = np.concatenate([[0], np.cumsum(split)])
     renamed = part - np.maximum.accumulate(np.concatenate([[0], np.where(same, 0, part[1:])])) > 0

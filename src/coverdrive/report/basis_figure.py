@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import EllipseCollection, LineCollection
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator
 
@@ -24,6 +25,10 @@ _THINNEST, _THICKEST = 0.7, 2.6
 
 _CURVE = 31
 """points of a drawn trajectory: the spline that the vehicles follow, not only the samples"""
+
+
+_INSIDE = style.SKY + "22"
+"""colour of the ellipses, which overlap"""
 
 
 def basis_figure(
@@ -58,7 +63,7 @@ def basis_figure(
         plane = figure.add_subplot(grid[0, :])
         over_time = figure.add_subplot(grid[1, 0]), figure.add_subplot(grid[1, 1])
         lines = _draw_plane(plane, basis, share)
-        handles = _draw_highlighted(plane, basis, base, float(share[base]), example)
+        _draw_highlighted(plane, basis, base, example)
         for component, axes in enumerate(over_time):
             _draw_over_time(axes, basis, share, base, example, component)
         bar = figure.colorbar(lines, ax=[plane, *over_time], aspect=40, pad=0.015)
@@ -66,7 +71,7 @@ def basis_figure(
         bar.ax.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5), numticks=8))
         bar.ax.yaxis.set_major_formatter(lambda share, _: f"{100 * share:g} %")
         bar.ax.minorticks_off()
-        figure.legend(handles=handles, loc="outside upper left", ncols=3)
+        _explain(figure, basis, base, float(share[base]), example is not None)
     return figure
 
 
@@ -88,7 +93,8 @@ def farthest_inside(basis: Basis, base: int, segments: Float[np.ndarray, "N T 2"
 def _draw_plane(axes: Axes, basis: Basis, share: Float[np.ndarray, " M"]) -> LineCollection:
     """All base trajectories, lon against lat."""
     times = np.linspace(0, basis.horizon, _CURVE)
-    lines = axes.add_collection(_trajectories(basis.rollout(times)[0], share))
+    lines = _trajectories(basis.rollout(times)[0], share)
+    axes.add_collection(lines)
     axes.set(
         xlabel="deviation from constant velocity along the road [m]",
         ylabel="across the road, to the left [m]",
@@ -98,32 +104,37 @@ def _draw_plane(axes: Axes, basis: Basis, share: Float[np.ndarray, " M"]) -> Lin
     return lines
 
 
-def _draw_highlighted(
-    axes: Axes, basis: Basis, base: int, share: float, example: Float[np.ndarray, "T 2"] | None
-) -> list[Artist]:
-    """One base trajectory with its ellipses and an example inside them; returns what the legend explains."""
+def _draw_highlighted(axes: Axes, basis: Basis, base: int, example: Float[np.ndarray, "T 2"] | None) -> None:
+    """One base trajectory with its ellipses and an example inside them."""
     times = basis.step * np.arange(basis.points.shape[1])
     widths, heights = 2 * basis.tolerance(basis.epsilon, times).T
     points = basis.points[base]
-    colours = {"facecolor": style.SKY + "22", "edgecolor": style.BLUE, "linewidth": 1.0}
     axes.add_collection(
         EllipseCollection(
             widths, heights, np.zeros(len(times)), units="xy", offsets=points, offset_transform=axes.transData,
-            zorder=4, **colours,
+            facecolor=_INSIDE, edgecolor=style.BLUE, linewidth=1.0, zorder=4,
         )
     )  # fmt: skip
     curve = basis.rollout(np.linspace(0, basis.horizon, _CURVE))[0][base]
-    label = f"base trajectory {base} ({100 * share:.2g} % of the segments)"
-    handles: list[Artist] = axes.plot(*curve.T, color=style.BLUE, linewidth=2.4, zorder=5, label=label)
+    axes.plot(*curve.T, color=style.BLUE, linewidth=2.4, zorder=5)
     axes.plot(*points.T, color=style.BLUE, marker="o", markersize=4, linestyle="none", zorder=5)
-    handles.append(Patch(label=f"its tolerance (ε = {basis.epsilon:g}) every {basis.step:g} s", **colours))
     if example is not None:
-        look = {"color": style.VERMILION, "linestyle": "--", "linewidth": 2.0}
-        handles += axes.plot(*example.T, zorder=6, label="a recorded segment that it stands for", **look)
+        axes.plot(*example.T, color=style.VERMILION, linestyle="--", linewidth=2, zorder=6)
     reach = np.stack([widths, heights], axis=-1) / 2
     axes.update_datalim(np.concatenate([points - reach, points + reach]))
     axes.autoscale_view()
-    return handles
+
+
+def _explain(figure: Figure, basis: Basis, base: int, share: float, has_example: bool) -> None:
+    """The legend."""
+    label = f"base trajectory {base} ({100 * share:.2g} % of the segments)"
+    handles: list[Artist] = [Line2D([], [], color=style.BLUE, linewidth=2.4, label=label)]
+    label = f"its tolerance (ε = {basis.epsilon:g}) every {basis.step:g} s"
+    handles.append(Patch(facecolor=_INSIDE, edgecolor=style.BLUE, label=label))
+    if has_example:
+        label = "a recorded segment that it stands for"
+        handles.append(Line2D([], [], color=style.VERMILION, linestyle="--", linewidth=2, label=label))
+    figure.legend(handles=handles, loc="outside upper left", ncols=len(handles))
 
 
 def _draw_over_time(

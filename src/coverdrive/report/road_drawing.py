@@ -1,18 +1,20 @@
 """One moment of a drive as seen from above, in the coordinates of the own car: what snapshots and animation share.
 
 Vehicles are turned boxes with their speed in them. The predicted sets are the union of all boxes of all paths, the
-paler the later; the own plan is a line with the outline of the body at every full second.
+paler the later, with a thin line for every path. The own plan is a line with the body's outline at every full second.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
+import jax
 import numpy as np
 from jaxtyping import Float
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.collections import LineCollection, PathCollection, PolyCollection
 from matplotlib.colors import to_rgba
 from matplotlib.lines import Line2D
+from matplotlib.path import Path
 from matplotlib.text import Text
 
 from coverdrive.paths import PredictedPaths
@@ -22,6 +24,7 @@ from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.simulation.initial import OWN
 from coverdrive.simulation.motion import half_sizes_of, states_of
+from coverdrive.simulation.trace import Trace
 
 VERGE = 0.8
 """[m] shown beyond the edges of the road"""
@@ -48,13 +51,18 @@ class RoadDrawing:
 
     road: Road
     window: Window
+    sets: PathCollection
+    """where the other vehicles may be: one union of boxes for every moment of the prediction"""
     dashes: LineCollection
-    sets: PolyCollection
+    members: LineCollection
+    """one line for every predicted path"""
+    edges: tuple[Line2D, ...]
+    bodies: PolyCollection
+    """the own body at every full second of the plan"""
     plan: Line2D
-    planned_bodies: PolyCollection
     vehicles: PolyCollection
-    speeds: tuple[Text, ...] = field(repr=False)
-    """one per vehicle slot"""
+    speeds: tuple[Text, ...]
+    """one for every vehicle slot"""
 
     @staticmethod
     def on(axes: Axes, road: Road, slots: int, window: Window | None = None) -> "RoadDrawing":
@@ -69,38 +77,43 @@ class RoadDrawing:
         window = window or Window()
         edges = np.asarray(road.edges)
         axes.set(xlim=(-window.behind, window.ahead), ylim=(edges[0] - VERGE, edges[-1] + VERGE), aspect="equal")
-        axes.set(yticks=np.asarray(road.centres), yticklabels=[f"lane {lane + 1}" for lane in range(road.lanes)])
+        axes.set(yticks=np.asarray(road.centres), yticklabels=[f"lane {lane}" for lane in range(road.lanes)])
         axes.tick_params(axis="y", length=0)
         axes.spines[["left", "bottom"]].set_visible(False)
         axes.axhspan(edges[0], edges[-1], facecolor=style.ROAD, zorder=0)
-        for edge in edges[[0, -1]]:
-            axes.axhline(edge, color=style.MARKING, linewidth=1.5, zorder=3)
+        sets = PathCollection([], linewidths=0, rasterized=True, zorder=1)
+        dashes = LineCollection([], colors=style.MARKING, linewidths=1.2, capstyle="butt", zorder=2)
+        members = LineCollection([], colors=style.OTHER, linewidths=0.6, zorder=2)
+        bodies = PolyCollection([], facecolors="none", edgecolors=style.OWN, linewidths=1.0, zorder=4)
+        vehicles = PolyCollection([], edgecolors="white", linewidths=0.8, zorder=6)
+        for collection in (sets, dashes, members, bodies, vehicles):
+            axes.add_collection(collection, autolim=False)
+        text = {"color": "white", "fontsize": 8, "ha": "center", "va": "center_baseline", "clip_on": True, "zorder": 7}
         return RoadDrawing(
             road=road,
             window=window,
-            sets=axes.add_collection(PolyCollection([], linewidths=0, rasterized=True, zorder=1), autolim=False),
-            dashes=axes.add_collection(
-                LineCollection([], colors=style.MARKING, linewidths=1.2, capstyle="butt", zorder=2), autolim=False
-            ),
-            planned_bodies=axes.add_collection(
-                PolyCollection([], facecolors="none", edgecolors=style.OWN, linewidths=1.0, zorder=4), autolim=False
-            ),
+            sets=sets,
+            dashes=dashes,
+            members=members,
+            edges=tuple(axes.axhline(edge, color=style.MARKING, linewidth=1.5, zorder=3) for edge in edges[[0, -1]]),
+            bodies=bodies,
             plan=axes.plot([], [], color=style.OWN, marker="o", markersize=2.5, linewidth=1.4, zorder=5)[0],
-            vehicles=axes.add_collection(
-                PolyCollection([], edgecolors="white", linewidths=0.8, zorder=6), autolim=False
-            ),
-            speeds=tuple(
-                axes.text(
-                    0, 0, "", color="white", fontsize=8, ha="center", va="center_baseline", clip_on=True, zorder=7
-                )
-                for _ in range(slots)
-            ),
+            vehicles=vehicles,
+            speeds=tuple(axes.text(0, 0, "", **text) for _ in range(slots)),  # pyright: ignore[reportArgumentType]
         )
 
     @property
     def artists(self) -> tuple[Artist, ...]:
-        """All that `show` changes, from back to front."""
-        return (self.sets, self.dashes, self.planned_bodies, self.plan, self.vehicles, *self.speeds)
+        """All that changes, or lies on top of what changes, from back to front."""
+        below = (self.sets, self.dashes, self.members, *self.edges)
+        return (*below, self.bodies, self.plan, self.vehicles, *self.speeds)
+
+    def show_moment(self, trace: Trace, moment: int) -> Scene:
+        """Show moment 0 … n of a trace of n steps, and return its scene; at moment n there is no prediction or plan."""
+        scene: Scene = jax.tree.map(lambda values: values[moment], trace.scene)
+        known = moment < len(trace)
+        self.show(scene, trace.paths[moment] if known else None, trace.plans[moment] if known else None)
+        return scene
 
     def show(self, scene: Scene, paths: PredictedPaths | None = None, plan: Plan | None = None) -> None:
         """Show a moment.
@@ -114,17 +127,18 @@ class RoadDrawing:
         self._show_sets(paths, origin)
         self._show_plan(plan, origin, half_sizes_of(scene)[OWN])
         self._show_vehicles(scene, origin)
-        self.dashes.set_segments(self._dashes(origin[0]))
+        self.dashes.set_segments(list(self._dashes(origin[0])))
 
     def _show_sets(self, paths: PredictedPaths | None, origin: Float[np.ndarray, " 2"]) -> None:
-        if paths is None:
-            self.sets.set_verts([])
+        if paths is None or len(paths) == 0:
+            self.sets.set_paths([])
+            self.members.set_segments([])
             return
-        boxes, age = set_boxes(paths)
-        boxes = boxes - origin
-        seen = (boxes[..., 0].max(-1) > -self.window.behind) & (boxes[..., 0].min(-1) < self.window.ahead)
-        self.sets.set_verts(boxes[seen])  # pyright: ignore[reportArgumentType]
-        self.sets.set_facecolor(style.SETS(age[seen]))
+        boxes = set_boxes(paths) - origin
+        self.sets.set_paths([Path.make_compound_path_from_polys(moment) for moment in boxes[::-1]])
+        self.sets.set_facecolor(style.SETS(np.linspace(1, 0, len(boxes))).tolist())
+        self.members.set_segments(list(paths.points - origin))
+        self.members.set_alpha(min(0.4, 30 / len(paths)))
 
     def _show_plan(
         self, plan: Plan | None, origin: Float[np.ndarray, " 2"], half_sizes: Float[np.ndarray, " 2"]
@@ -133,13 +147,13 @@ class RoadDrawing:
         self.plan.set_data(*(states[:, :2] - origin).T)
         times = np.zeros(0) if plan is None else plan.dt * np.arange(len(states))
         full = np.isclose(times, np.round(times)) & (times > 0.5)
-        self.planned_bodies.set_verts(body_corners(states[full], half_sizes) - origin)  # pyright: ignore[reportArgumentType]
+        self.bodies.set_verts(list(body_corners(states[full], half_sizes) - origin))
 
     def _show_vehicles(self, scene: Scene, origin: Float[np.ndarray, " 2"]) -> None:
         corners = body_corners(states_of(scene), half_sizes_of(scene)) - origin
         valid = np.asarray(scene.valid)
         colours = [to_rgba(style.OWN if slot == OWN else style.OTHER) for slot in np.flatnonzero(valid)]
-        self.vehicles.set_verts(corners[valid])  # pyright: ignore[reportArgumentType]
+        self.vehicles.set_verts(list(corners[valid]))
         self.vehicles.set_facecolor(colours)
         for slot, text in enumerate(self.speeds):
             text.set_position(tuple(corners[slot].mean(0)))
@@ -156,20 +170,13 @@ class RoadDrawing:
         return np.stack([lon, lat], axis=-1).reshape(-1, 2, 2)
 
 
-def set_boxes(paths: PredictedPaths) -> tuple[Float[np.ndarray, "n 4 2"], Float[np.ndarray, " n"]]:
-    """Corners [m] of all boxes of all paths, the latest first, and the share of the horizon at which each is.
+def set_boxes(paths: PredictedPaths) -> Float[np.ndarray, "2K+1 S 4 2"]:
+    """Corners [m] of the boxes of all paths, all turning the same way.
 
-    Boxes are added halfway between two points, so that fast vehicles leave no gaps: 2K + 1 boxes for each path.
+    Halfway between two points there is one more, so that fast vehicles leave no gaps.
     """
     points, half_sizes = _with_midpoints(paths.points), _with_midpoints(paths.half_sizes)
-    count = points.shape[1]
-    boxes = points[:, :, None] + _CORNERS * half_sizes[:, :, None]
-    age = np.broadcast_to(np.linspace(0, 1, count), boxes.shape[:2])
-    latest_first = np.s_[:, ::-1]
-    return (
-        boxes[latest_first].swapaxes(0, 1).reshape(-1, 4, 2),
-        age[latest_first].swapaxes(0, 1).reshape(-1),
-    )
+    return np.swapaxes(points[:, :, None] + _CORNERS * half_sizes[:, :, None], 0, 1)
 
 
 def body_corners(

@@ -4,14 +4,15 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Bool, Int
 from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from matplotlib.legend_handler import HandlerTuple
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from coverdrive.errors import DataError
+from coverdrive.paths import PredictedPaths
 from coverdrive.report import style
 from coverdrive.report.road_drawing import RoadDrawing, Window
 from coverdrive.simulation.initial import OWN
@@ -45,90 +46,84 @@ def snapshots(trace: Trace, steps: Sequence[int] | None = None, window: Window |
     moments = interesting_moments(trace) if steps is None else [Moment(step, "") for step in steps]
     window = window or Window()
     with style.style():
-        figure = style.new_figure(12, 1.0 + 1.75 * len(moments))
+        figure = style.new_figure(12, 0.9 + 1.4 * len(moments))
         panels = figure.subplots(len(moments), 1, sharex=True, squeeze=False)[:, 0]
         for letter, (axes, moment) in enumerate(zip(panels, moments, strict=True)):
             _draw_moment(axes, trace, moment, window, chr(ord("a") + letter))
         panels[-1].set_xlabel("distance ahead of the own car [m]")
-        add_legend(figure, trace, panels)
+        add_legend(figure, trace.paths[0])
     return figure
 
 
-def add_legend(figure: Figure, trace: Trace, panels: Sequence[Axes]) -> None:
-    """Explain the drawing, above the panels."""
-    handles = [
-        Patch(color=style.OWN, label="own car"),
-        Line2D([], [], color=style.OWN, marker="o", markersize=3, label="its plan, body at every second"),
-        Patch(color=style.OTHER, label="other vehicles (numbers: speed in m/s)"),
-    ]
-    figure.legend(handles=handles, loc="outside upper left", ncols=len(handles))
-    horizon = trace.paths[0].dt * (trace.paths[0].points.shape[1] - 1)
-    scale = ScalarMappable(Normalize(0, horizon), style.SETS)
-    bar = figure.colorbar(scale, ax=list(panels), aspect=30, pad=0.01, fraction=0.02)
-    bar.set_label("predicted set: time ahead [s]")
-    bar.ax.invert_yaxis()
+def add_legend(figure: Figure, paths: PredictedPaths) -> None:
+    """Explain a drawing of the road, above all panels; the horizon is that of ``paths``."""
+    horizon = paths.dt * (paths.points.shape[1] - 1)
+    shades = tuple(Patch(color=style.SETS(age)) for age in (0.0, 0.5, 1.0))
+    explained = {
+        "own car": Patch(color=style.OWN),
+        "its plan, body at every second": Line2D([], [], color=style.OWN, marker="o", markersize=3),
+        "other vehicles, speed in m/s": Patch(color=style.OTHER),
+        f"predicted set, now … {horizon:g} s ahead": shades,
+    }
+    figure.legend(
+        list(explained.values()),  # pyright: ignore[reportArgumentType]  (Matplotlib takes tuples too)
+        list(explained),
+        loc="outside upper left",
+        ncols=len(explained),
+        handler_map={tuple: HandlerTuple(ndivide=None, pad=0)},
+    )
 
 
 def interesting_moments(trace: Trace, count: int = 4) -> list[Moment]:
-    """The moments at which most happens, spread over the drive.
+    """The moment at which most happens in each of ``count`` equal parts of the drive, in the order of time.
 
-    The collision comes first, then lane changes and overtaking, then dense traffic.
-
-    Args:
-        trace: one episode.
-        count: how many, at most.
-
-    Returns:
-        Moments in the order of time.
+    A collision comes first, then lane changes, then overtaking, then dense traffic. Two moments are at least half a
+    part from each other.
     """
     near, changes, passes = _near(trace), _changes(trace), _passes(trace)
-    interest = near + 10.0 * changes + 5.0 * passes
-    collided = trace.outcome.kind is not Kind.FINISHED
-    interest[-1] += 1000.0 * collided
-    apart = max(1, len(trace) // (2 * count))
-    chosen: list[int] = []
-    while len(chosen) < count and np.isfinite(interest).any():
-        step = int(np.argmax(interest))
-        chosen.append(step)
-        interest[max(0, step - apart + 1) : step + apart] = -np.inf
+    collision = np.arange(len(trace)) == (len(trace) - 1 if trace.outcome.kind is not Kind.FINISHED else -1)
+    interest = near + 100 * passes + 1000 * changes + 10_000 * collision
+    parts = [part for part in np.array_split(np.arange(len(trace)), count) if len(part)]
+    steps: list[int] = []
+    for part in parts:
+        apart = part[part >= steps[-1] + len(part) // 2] if steps else part
+        steps.append(int(apart[np.argmax(interest[apart])]))
     remarks = {
         "changes lane": changes,
         "overtakes": passes,
-        f"just before a {trace.outcome.kind.value} collision": collided & (np.arange(len(trace)) == len(trace) - 1),
+        f"just before a {trace.outcome.kind.value} collision": collision,
     }
     return [
         Moment(
             step,
-            ", ".join(
-                [remark for remark, applies in remarks.items() if applies[step]]
-                or [f"{near[step]} vehicles within {NEAR:.0f} m"]
-            ),
+            ", ".join(remark for remark, applies in remarks.items() if applies[step])
+            or f"vehicles within {NEAR:.0f} m: {near[step]}",
         )
-        for step in sorted(chosen)
+        for step in steps
     ]
 
 
-def _near(trace: Trace) -> np.ndarray:
+def _near(trace: Trace) -> Int[np.ndarray, " n"]:
     """Number of vehicles around the own car at the start of every step."""
     scene = trace.scene
     distance = np.abs(np.asarray(scene.lon) - np.asarray(scene.lon)[:, [OWN]])
     return ((distance < NEAR) & scene.valid)[:-1].sum(1) - 1
 
 
-def _changes(trace: Trace) -> np.ndarray:
+def _changes(trace: Trace) -> Bool[np.ndarray, " n"]:
     """Whether the own car crosses into another lane in each step."""
-    return np.diff(np.asarray(trace.road.lane_of(np.asarray(trace.scene.lat[:, OWN])))) != 0
+    lane = np.asarray(trace.road.lane_of(np.asarray(trace.scene.lat[:, OWN])))
+    return np.asarray(lane[1:] != lane[:-1])
 
 
-def _passes(trace: Trace) -> np.ndarray:
+def _passes(trace: Trace) -> Bool[np.ndarray, " n"]:
     """Whether the own car passes another vehicle in each step, centre by centre."""
     ahead = np.asarray(trace.scene.lon) > np.asarray(trace.scene.lon)[:, [OWN]]
-    return (ahead[:-1] & ~ahead[1:] & trace.scene.valid[1:]).any(1)
+    return np.asarray((ahead[:-1] & ~ahead[1:] & trace.scene.valid[1:]).any(1))
 
 
 def _draw_moment(axes: Axes, trace: Trace, moment: Moment, window: Window, letter: str) -> None:
-    scene = trace.scene_at(moment.step)
-    drawing = RoadDrawing.on(axes, trace.road, scene.vehicles, window)
-    drawing.show(scene, trace.paths[moment.step], trace.plans[moment.step])
-    title = f"({letter})  {trace.time[moment.step]:.1f} s,  own car {scene.speed[OWN]:.1f} m/s"
+    drawing = RoadDrawing.on(axes, trace.road, trace.scene.vehicles, window)
+    scene = drawing.show_moment(trace, moment.step)
+    title = f"({letter})  {trace.time[moment.step]:.1f} s, own car {scene.speed[OWN]:.1f} m/s"
     axes.set_title(title + (f":  {moment.remark}" if moment.remark else ""), loc="left")

@@ -25,7 +25,7 @@ OWN, OTHER = BLUE, VERMILION
 ROAD, MARKING = "#EFEFEF", "#A0A0A0"
 """surface and lane markings"""
 
-SETS = LinearSegmentedColormap.from_list("predicted sets", ["#EFA579", "#FBE6DA"])
+SETS = LinearSegmentedColormap.from_list("predicted sets", ["#F6BF9C", "#FDEFE6"])
 """light vermilion, from now (0) to the end of the prediction (1)"""
 
 SHARES = LinearSegmentedColormap.from_list("shares", ["#BDBDBD", "#1A1A1A"])
@@ -60,7 +60,7 @@ _SETTINGS: Mapping[str, Any] = MappingProxyType(
 
 def style() -> AbstractContextManager[None]:
     """A context in which figures are made and drawn in the common look; settings outside it stay as they are."""
-    return mpl.rc_context(dict(_SETTINGS))
+    return mpl.rc_context({**_SETTINGS})  # pyright: ignore[reportArgumentType]
 
 
 def new_figure(width: float, height: float) -> Figure:

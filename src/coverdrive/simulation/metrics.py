@@ -1,6 +1,6 @@
 """How well an episode went: one function per measure, each from a trace alone.
 
-n steps, A vehicle slots.
+m moments, B vehicles other than the own car.
 """
 
 import numpy as np
@@ -63,7 +63,7 @@ def minimum_time_to_collision(trace: Trace) -> float:
     """
     separation, velocity, reach = _relative(trace)
     inside = np.abs(separation) < reach
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         crossings = np.stack([(-reach - separation) / velocity, (reach - separation) / velocity])
     enter = np.where(velocity == 0, np.where(inside, -np.inf, np.inf), crossings.min(0)).max(-1)
     leave = np.where(velocity == 0, np.where(inside, np.inf, -np.inf), crossings.max(0)).min(-1)
@@ -105,7 +105,7 @@ def prediction_misses(trace: Trace) -> int:
 
 def _relative(
     trace: Trace,
-) -> tuple[Float[np.ndarray, "n+1 B 2"], Float[np.ndarray, "n+1 B 2"], Float[np.ndarray, "n+1 B 2"]]:
+) -> tuple[Float[np.ndarray, "m B 2"], Float[np.ndarray, "m B 2"], Float[np.ndarray, "m B 2"]]:
     """Place [m] and velocity [m/s] of the other valid vehicles as seen from the own car, and sum of half extents [m].
 
     All along lon and lat.

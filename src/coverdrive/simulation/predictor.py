@@ -3,7 +3,7 @@
 M base trajectories, A vehicle slots, n times.
 """
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -13,6 +13,7 @@ from coverdrive.road import Road
 from coverdrive.scene import Scene
 
 
+@runtime_checkable
 class Basis(Protocol):
     """The base trajectories (paper §2.1), as deviations from constant velocity."""
 
@@ -26,6 +27,7 @@ class Basis(Protocol):
         ...
 
 
+@runtime_checkable
 class Predictor(Protocol):
     """Anything that says which base trajectories a vehicle may follow."""
 

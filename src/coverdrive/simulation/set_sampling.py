@@ -74,7 +74,7 @@ class SetSamplingTraffic:
         heeds_own = directly_in_front(scene, self._road)
         self._begin_choice(scene, times)
         stuck, missed = np.zeros((2, scene.vehicles), dtype=bool)
-        for slot in self._rng.permutation(np.flatnonzero(scene.valid)):
+        for slot in self._rng.permutation(np.flatnonzero(scene.valid)).tolist():
             if slot == OWN:
                 continue
             paths = follow(self._paths[slot, 0], times, deviation, rate)

@@ -7,6 +7,7 @@ import zipfile
 import zlib
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -96,7 +97,7 @@ def _paths(arrays: Mapping[str, np.ndarray]) -> tuple[PredictedPaths, ...]:
 
 
 def _plan(arrays: Mapping[str, np.ndarray], k: int) -> Plan:
-    def at(name: str) -> np.ndarray:
+    def at(name: str) -> Any:
         return arrays[f"plan.{name}"][k]
 
     return Plan(

@@ -8,7 +8,7 @@ trial, ``trials.parquet`` all rows together.
 import json
 import os
 import uuid
-from collections.abc import Callable, Generator, Iterable, Mapping
+from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -84,12 +84,14 @@ def run_study(
 Task = tuple[EpisodeSettings, int, int, int, Path]
 
 
-def _run_all(build: Build, tasks: list[Task], workers: int) -> Iterable[None]:
+def _run_all(build: Build, tasks: list[Task], workers: int) -> Generator[None]:
     """Run the tasks in any order, yielding after each that is done."""
-    if workers == 1 or len(tasks) <= 1:
-        participants = build() if tasks else None
-        return (_run_task(participants, *task) for task in tasks if participants is not None)
-    return _run_parallel(build, tasks, workers)
+    if workers > 1 and len(tasks) > 1:
+        yield from _run_parallel(build, tasks, workers)
+    elif tasks:
+        participants = build()
+        for task in tasks:
+            yield _run_task(participants, *task)
 
 
 def _run_parallel(build: Build, tasks: list[Task], workers: int) -> Generator[None]:

@@ -1,6 +1,6 @@
 """One episode from start to end: enough to redraw every picture of it, or to replay it.
 
-n steps, A vehicle slots (the own car's is 0). Step k leads from moment k to moment k + 1.
+n steps, m = n + 1 moments, A vehicle slots (the own car's is 0). Step k leads from moment k to moment k + 1.
 """
 
 import equinox as eqx
@@ -38,10 +38,10 @@ class Step(eqx.Module):
 class Trace(eqx.Module):
     """One episode."""
 
-    time: Float[np.ndarray, " n+1"]
+    time: Float[np.ndarray, " m"]
     """[s]"""
     scene: Scene
-    """all vehicles at every moment, leading axis n + 1"""
+    """all vehicles at every moment, leading axis m"""
     road: Road
     paths: tuple[PredictedPaths, ...]
     """what was predicted at the start of each step"""

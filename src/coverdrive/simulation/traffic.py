@@ -3,7 +3,7 @@
 A vehicle slots, the own car's included (slot 0), which a traffic model never moves.
 """
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import equinox as eqx
 import numpy as np
@@ -26,6 +26,7 @@ class TrafficStep(eqx.Module):
     """whether a vehicle chose, at the start of the step, a base trajectory that the predictor calls impossible"""
 
 
+@runtime_checkable
 class Traffic(Protocol):
     """Anything that moves the uncontrolled vehicles."""
 

@@ -1,0 +1,5 @@
+"""``python -m coverdrive`` is the command ``coverdrive``."""
+
+from coverdrive.cli import main
+
+main()

@@ -1,0 +1,158 @@
+"""One drive as a video (H.264 in MP4) that plays in real time.
+
+Above the road as in the snapshots, below it what the own car did so far: its speed, how long each plan took and
+how it was found. The still parts are drawn once; every frame draws only what moves.
+"""
+
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from imageio_ffmpeg import write_frames
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from coverdrive.errors import SettingError
+from coverdrive.files import write_atomically
+from coverdrive.planning.plan import Status
+from coverdrive.report import style
+from coverdrive.report.road_drawing import RoadDrawing, Window
+from coverdrive.report.snapshots import add_legend
+from coverdrive.simulation.initial import OWN
+from coverdrive.simulation.outcome import Kind
+from coverdrive.simulation.trace import Trace
+
+HOLD = 1.0
+"""[s] that the last moment is shown"""
+
+_SIZE = 1600, 528
+"""[pixel] multiples of 16, so that no player has to scale"""
+
+_DPI = 125
+
+_STATUS_LOOK = {
+    Status.SOLVED: (style.GREEN, "o"),
+    Status.RETRIED: (style.ORANGE, "s"),
+    Status.FALLBACK: (style.PURPLE, "X"),
+}
+
+
+def animate(trace: Trace, path: Path, progress: Callable[[float], None] | None = None) -> None:
+    """Write a video of a trace: one frame for every moment, and the last one held for a second.
+
+    Args:
+        trace: one episode.
+        path: of the video, ending in ``.mp4``; the folder is made if need be.
+        progress: called with the share of the frames that are written.
+
+    Raises:
+        SettingError: the path has another suffix.
+    """
+    if path.suffix != ".mp4":
+        raise SettingError(f"a video is written as MP4, got the file name {path.name!r}; let it end in .mp4")
+    rate = 1 / float(trace.time[1] - trace.time[0])
+    moments = [*range(len(trace) + 1), *[len(trace)] * round(HOLD * rate)]
+
+    def write(temporary: Path) -> None:
+        video = write_frames(
+            temporary,
+            _SIZE,
+            pix_fmt_in="rgba",
+            fps=rate,  # pyright: ignore[reportArgumentType]  (it need not be whole)
+            codec="libx264",
+            quality=6,
+            output_params=["-preset", "fast", "-movflags", "+faststart"],
+        )
+        with closing(video), style.style():
+            with warnings.catch_warnings():  # JAX warns of every fork; this one does nothing but start ffmpeg
+                warnings.filterwarnings("ignore", r"os\.fork\(\) was called", RuntimeWarning)
+                video.send(None)
+            for count, frame in enumerate(_frames(trace, moments), start=1):
+                video.send(frame)
+                if progress:
+                    progress(count / len(moments))
+
+    write_atomically(path, write)
+
+
+def _frames(trace: Trace, moments: list[int]) -> Iterator[memoryview]:
+    """The picture of every moment as RGBA pixels, valid until the next one is asked for."""
+    figure = style.new_figure(_SIZE[0] / _DPI, _SIZE[1] / _DPI)
+    figure.set_dpi(_DPI)
+    canvas = FigureCanvasAgg(figure)
+    picture = _Picture(figure, trace)
+    canvas.draw()
+    still = canvas.copy_from_bbox(figure.bbox)  # pyright: ignore[reportAttributeAccessIssue]
+    for moment in moments:
+        picture.show(moment)
+        canvas.restore_region(still)
+        for artist in picture.moving:
+            artist.draw(canvas.get_renderer())
+        yield canvas.buffer_rgba()
+
+
+class _Picture:
+    """The artists of the video's frames."""
+
+    def __init__(self, figure: Figure, trace: Trace):
+        self._trace = trace
+        self._speed = np.asarray(trace.scene.speed[:, OWN])
+        self._milliseconds = 1000 * trace.planning_seconds
+        grid = figure.add_gridspec(2, 2, height_ratios=(1, 1))
+        road = figure.add_subplot(grid[0, :])
+        road.set_xlabel("distance ahead of the own car [m]")
+        road.set_title(" ", loc="left")
+        self._drawing = RoadDrawing.on(road, trace.road, trace.scene.vehicles, Window())
+        self._title = road.text(0, 1.04, "", transform=road.transAxes, fontsize=12)
+        add_legend(figure, trace.paths[0])
+        self._speed_line = _speed_panel(figure.add_subplot(grid[1, 0]), trace.time, self._speed)
+        self._status_dots = _planning_panel(figure.add_subplot(grid[1, 1]), trace, self._milliseconds)
+        self.moving: tuple[Artist, ...] = (
+            *self._drawing.artists, self._title, self._speed_line, *self._status_dots.values()
+        )  # fmt: skip
+        for artist in self.moving:
+            artist.set_animated(True)
+
+    def show(self, moment: int) -> None:
+        """Move the artists to one moment of the trace."""
+        trace = self._trace
+        self._drawing.show_moment(trace, moment)
+        title = f"{trace.time[moment]:.1f} s, own car {self._speed[moment]:.1f} m/s"
+        if moment < len(trace) and trace.plans[moment].status is not Status.SOLVED:
+            title += f", plan {trace.plans[moment].status.value}"
+        if moment == len(trace) and trace.outcome.kind is not Kind.FINISHED:
+            title += f": {trace.outcome.kind.value} collision"
+        self._title.set_text(title)
+        self._speed_line.set_data(trace.time[: moment + 1], self._speed[: moment + 1])
+        statuses = [plan.status for plan in trace.plans[: moment + 1]]
+        for status, dots in self._status_dots.items():
+            steps = [step for step, other in enumerate(statuses) if other is status]
+            dots.set_data(trace.time[steps], self._milliseconds[steps])
+
+
+def _speed_panel(axes: Axes, time: np.ndarray, speed: np.ndarray) -> Line2D:
+    axes.set(xlim=(0, time[-1]), ylim=(0, 1.1 * max(speed.max(), 1.0)), xlabel="time [s]", ylabel="own speed [m/s]")
+    axes.grid(True)
+    return axes.plot([], [], color=style.OWN)[0]
+
+
+def _planning_panel(axes: Axes, trace: Trace, milliseconds: np.ndarray) -> dict[Status, Line2D]:
+    """One set of dots for every way in which a plan was found, and the time there is for a plan."""
+    period = 1000 * float(trace.time[1] - trace.time[0])
+    axes.set(xlim=(0, trace.time[-1]), ylim=(0, 1.1 * max(milliseconds.max(), period)))
+    axes.set(xlabel="time [s]", ylabel="planning [ms]")
+    axes.axhline(period, color=style.GREY, linestyle="--", linewidth=1.2, label="next plan due")
+    axes.grid(True)
+    look: dict[str, Any] = {"linestyle": "none", "markersize": 4}
+    dots = {
+        status: axes.plot([], [], color=colour, marker=marker, label=status.value, **look)[0]
+        for status, (colour, marker) in _STATUS_LOOK.items()
+    }
+    axes.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=1 + len(dots), borderaxespad=0, handletextpad=0.3)
+    return dots

@@ -1,0 +1,190 @@
+"""CommonRoad scenarios: drawn ones of known content, and the recorded ones of US-101."""
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+
+from coverdrive.errors import RecordingError
+from coverdrive.recordings.commonroad import read_commonroad
+
+RADIUS, ANGLE, TURN = 1500.0, 0.12, 0.7
+"""A bend to the left of 180 m, the whole map turned"""
+
+
+def on_map(at: np.ndarray, left: float) -> np.ndarray:
+    """Map coordinates at a distance [m] along the road's left edge and an offset [m] to the left of it."""
+    bend = at / RADIUS
+    x, y = (RADIUS - left) * np.sin(bend), RADIUS - (RADIUS - left) * np.cos(bend)
+    return np.stack([x * np.cos(TURN) - y * np.sin(TURN), x * np.sin(TURN) + y * np.cos(TURN)], axis=-1)
+
+
+def points(at: np.ndarray, left: float) -> str:
+    return "".join(f"<point><x>{x:.4f}</x><y>{y:.4f}</y></point>" for x, y in on_map(at, left))
+
+
+def lanelet(number: int, start: float, end: float, left: float, width: float, links: str) -> str:
+    at = np.linspace(start, end, 30)
+    return (
+        f'<lanelet id="{number}"><leftBound>{points(at, left)}</leftBound>'
+        f"<rightBound>{points(at, left - width)}</rightBound>{links}</lanelet>"
+    )
+
+
+def state(at: float, left: float, speed: float, moment: int, tag: str = "state") -> str:
+    x, y = on_map(np.array([at]), left)[0]
+    return (
+        f"<{tag}><time><exact>{moment}</exact></time>"
+        f"<position><point><x>{x:.5f}</x><y>{y:.5f}</y></point></position>"
+        f"<orientation><exact>{TURN + at / RADIUS:.4f}</exact></orientation>"
+        f"<velocity><exact>{speed}</exact></velocity></{tag}>"
+    )
+
+
+def vehicle(number: int, states: list[str]) -> str:
+    following = f"<trajectory>{''.join(states[1:])}</trajectory>" if len(states) > 1 else ""
+    return (
+        f'<dynamicObstacle id="{number}"><type>car</type><shape><rectangle><length>4.6</length>'
+        f"<width>1.9</width></rectangle></shape>{states[0]}{following}</dynamicObstacle>"
+    )
+
+
+def scenario(lanelets: str, vehicles: str) -> str:
+    return (
+        '<?xml version="1.0" encoding="utf-8"?><commonRoad commonRoadVersion="2020a" benchmarkID="USA_Test-1_1_T-1" '
+        'date="2020-01-01" author="a" affiliation="b" source="c" timeStepSize="0.1"><location><geoNameId>1</geoNameId>'
+        "<gpsLatitude>0</gpsLatitude><gpsLongitude>0</gpsLongitude></location><scenarioTags><highway/></scenarioTags>"
+        f"{lanelets}{vehicles}</commonRoad>"
+    )
+
+
+def three_lanes() -> str:
+    """Lanes 3.5, 3.5 and 4 m wide, each of two lanelets; beside the last 40 m runs a ramp."""
+    found, left = "", 0.0
+    for lane, width in enumerate((3.5, 3.5, 4.0)):
+        for part, (start, end) in enumerate(((0.0, 110.0), (110.0, 180.0))):
+            number = 10 * (lane + 1) + part
+            links = f'<predecessor ref="{number - 1}"/>' if part else f'<successor ref="{number + 1}"/>'
+            if lane > 0:
+                links += f'<adjacentLeft ref="{number - 10}" drivingDir="same"/>'
+            if lane < 2:
+                links += f'<adjacentRight ref="{number + 10}" drivingDir="same"/>'
+            found += lanelet(number, start, end, left, width, links)
+        left -= width
+    return found + lanelet(90, 140.0, 180.0, left - 2.0, 3.5, "")
+
+
+def driving(number: int, start: float, left: float, speed: float, count: int) -> str:
+    states = [
+        state(start + speed * moment / 10, left, speed, moment, "initialState" if moment == 0 else "state")
+        for moment in range(count)
+    ]
+    return vehicle(number, states)
+
+
+@pytest.fixture
+def bend(tmp_path: Path) -> Path:
+    path = tmp_path / "bend.xml"
+    vehicles = driving(100, 20.0, -1.75, 20.0, 40) + driving(101, 60.0, -9.0, 10.0, 30)
+    path.write_text(
+        scenario(three_lanes(), vehicles + driving(102, 150.0, -15.0, 10.0, 20) + driving(103, 5, -5, 9, 1))
+    )
+    return path
+
+
+def test_a_bend_becomes_a_straight_road(bend: Path):
+    recording = read_commonroad(bend).recording
+    assert recording.name == "bend"
+    assert recording.dt == pytest.approx(0.1)
+    assert recording.road.edges == pytest.approx([0, 4.0, 7.5, 11.0], abs=0.05)
+    assert recording.road.length == pytest.approx(180.0, abs=0.1)
+    first = recording.table.filter(pl.col("vehicle") == 100)
+    assert first["lon"].to_numpy() == pytest.approx(20 + 2.0 * np.arange(40), abs=0.15)
+    assert first["lat"].to_numpy() == pytest.approx(11 - 1.75, abs=0.05)
+    # On the outer side of the left edge 1.75 m are 0.1 % longer.
+    assert first["speed"].to_numpy() == pytest.approx(20.0, abs=0.05)
+    assert first["heading"].to_numpy() == pytest.approx(0.0, abs=0.005)
+    assert (first["length"][0], first["width"][0]) == (4.6, 1.9)
+    second = recording.table.filter(pl.col("vehicle") == 101)
+    assert second["lat"].to_numpy() == pytest.approx(2.0, abs=0.05)
+
+
+def test_ramps_and_single_states_are_left_out_and_counted(bend: Path):
+    recording = read_commonroad(bend).recording
+    assert recording.repairs == {"rows off the road": 20, "dropped tracks": 1}
+    assert set(recording.table["vehicle"]) == {100, 101}
+
+
+def test_stated_speeds_are_kept_to_find_the_same_vehicles(bend: Path):
+    raw = read_commonroad(bend).raw
+    assert set(raw.speed[raw.vehicle == 100]) == {20.0}
+
+
+@pytest.mark.parametrize(
+    ("content", "problem"),
+    [
+        ("", "not a CommonRoad file: it is no XML"),
+        ("lon,lat\n1,2\n", "not a CommonRoad file: it is no XML"),
+        ("<html></html>", "expected the root element commonRoad, got html"),
+        (scenario("", ""), "no lanes"),
+        (scenario(three_lanes(), ""), "no recorded vehicles"),
+        (scenario(three_lanes(), driving(100, 20.0, -1.75, 20.0, 5))[:-200], "commonroad-io cannot read it"),
+        (scenario(three_lanes(), driving(100, 20.0, -1.75, 20.0, 1)), "no vehicle is on the road at two"),
+        (
+            scenario(three_lanes(), driving(100, 20.0, -1.75, 20.0, 5)).replace(
+                "<rectangle><length>4.6</length><width>1.9</width></rectangle>", "<circle><radius>1</radius></circle>"
+            ),
+            "obstacle 100 has the shape Circle.*; expected a rectangle",
+        ),
+        (
+            scenario(three_lanes(), driving(100, 20.0, -1.75, 20.0, 5)).replace(
+                "<velocity><exact>20.0</exact></velocity>",
+                "<velocity><intervalStart>1</intervalStart><intervalEnd>2</intervalEnd></velocity>",
+            ),
+            "obstacle 100 has uncertain states",
+        ),
+    ],
+)
+def test_other_files_are_refused(tmp_path: Path, content: str, problem: str):
+    path = tmp_path / "other.xml"
+    path.write_text(content)
+    with pytest.raises(RecordingError, match=problem):
+        read_commonroad(path)
+
+
+@pytest.mark.real_data
+@pytest.mark.slow
+def test_recorded_scenarios_are_plausible(us101: Path):
+    files = sorted((us101 / "commonroad").glob("*.xml"))
+    assert len(files) == 25
+    rows = 0
+    for file in files:
+        reading = read_commonroad(file)
+        table, road = reading.recording.table, reading.recording.road
+        rows += len(table)
+        assert road.lanes in (5, 6), file
+        assert np.all((np.diff(road.edges) > 3.2) & (np.diff(road.edges) < 4.0)), file
+        lat, heading = table["lat"].to_numpy(), table["heading"].to_numpy()
+        assert np.median(np.abs(lat - road.centres[road.lane_of(lat)])) < 0.8, file
+        assert abs(np.median(heading)) < 0.01, file
+        assert np.quantile(np.abs(heading), 0.95) < 0.1, file
+        assert table["speed"].max() < 30, file
+        stated = pl.DataFrame(
+            {"vehicle": reading.raw.vehicle, "moment": reading.raw.moment, "stated": reading.raw.speed}
+        )
+        moment = (pl.col("time") / reading.recording.dt).round().cast(pl.Int64)
+        both = table.with_columns(moment=moment).join(stated, on=["vehicle", "moment"]).filter(pl.col("stated") > 2)
+        ratio = both["speed"].to_numpy() / both["stated"].to_numpy()
+        assert np.median(ratio) == pytest.approx(1.0, abs=0.03), file
+        assert np.median(np.abs(ratio - 1)) < 0.03, file
+    assert rows > 45_000
+
+
+@pytest.mark.real_data
+def test_commonroad_io_is_read_without_warnings(us101: Path):
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        read_commonroad(us101 / "commonroad" / "USA_US101-30_1_T-1.xml")
+    assert [str(warning.message) for warning in caught] == []

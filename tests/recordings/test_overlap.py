@@ -1,0 +1,90 @@
+"""Shared vehicles are found at any offset of clocks and numbers, and only they."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from coverdrive.recordings.overlap import overlapping_groups
+from coverdrive.recordings.read import read
+from coverdrive.recordings.tracks import RawTracks
+
+
+def speeds(seed: int, vehicles: int = 8, moments: int = 120) -> np.ndarray:
+    """Speeds (vehicles, moments) [m/s] that change smoothly, as stated by a file."""
+    random = np.random.default_rng(seed)
+    jerk = np.cumsum(random.normal(0, 0.05, (vehicles, moments)), axis=1)
+    return 15 + random.normal(0, 2, (vehicles, 1)) + np.cumsum(0.1 * jerk, axis=1)
+
+
+def raw_of(values: np.ndarray, first_vehicle: int = 0, first_moment: int = 0) -> RawTracks:
+    vehicles, moments = values.shape
+    vehicle = np.repeat(first_vehicle + np.arange(vehicles), moments)
+    moment = np.tile(first_moment + np.arange(moments), vehicles)
+    zero = np.zeros(values.size)
+    return RawTracks(vehicle, moment, zero, zero, zero, zero, values.ravel(), 0 * vehicle)
+
+
+def pairs_of(*tracks: RawTracks, files: list[int] | None = None) -> list[tuple[int, int]]:
+    groups = [np.full(len(track.vehicle), number) for number, track in enumerate(tracks)]
+    return overlapping_groups(tracks, groups, files or list(range(len(tracks))))
+
+
+def test_cuts_of_one_original_are_found():
+    original = speeds(0)
+    early, late = raw_of(original[:6, :70]), raw_of(original[2:, 40:], first_vehicle=500, first_moment=3)
+    assert pairs_of(early, late, raw_of(speeds(1))) == [(0, 1)]
+
+
+def test_rounded_copies_are_found():
+    original = speeds(0)
+    assert pairs_of(raw_of(original), raw_of(np.round(original, 2))) == [(0, 1)]
+
+
+def test_different_traffic_is_kept_apart():
+    assert pairs_of(*(raw_of(speeds(seed, vehicles=20)) for seed in range(6))) == []
+
+
+def test_equal_parts_of_different_tracks_are_no_proof():
+    first, second = speeds(0), speeds(1)
+    second[:3, 50:65] = first[:3, 50:65]
+    assert pairs_of(raw_of(first), raw_of(second)) == []
+
+
+def test_one_vehicle_proves_an_overlap_only_when_it_is_seen_for_long():
+    original = 15 + 3 * (speeds(0, vehicles=1) - 15)
+    assert pairs_of(raw_of(original[:, :60]), raw_of(original[:, 20:])) == [(0, 1)]
+    assert pairs_of(raw_of(original[:, :60]), raw_of(original[:, 40:])) == []
+
+
+def test_constant_speeds_are_no_proof():
+    assert pairs_of(raw_of(np.full((5, 100), 15.0)), raw_of(np.full((5, 100), 15.0))) == []
+
+
+def test_recordings_of_one_file_are_not_compared():
+    original = raw_of(speeds(0))
+    assert pairs_of(original, original, files=[0, 0]) == []
+
+
+def test_only_the_groups_that_overlap_are_paired():
+    original = speeds(0, moments=200)
+    long, short = raw_of(original), raw_of(original[:, 130:170])
+    groups = [np.where(long.moment < 100, 0, 1), np.full(len(short.vehicle), 2)]
+    assert overlapping_groups([long, short], groups, [0, 1]) == [(1, 2)]
+
+
+@pytest.mark.real_data
+@pytest.mark.slow
+def test_recorded_scenarios_of_us101(us101: Path):
+    groups: dict[int, set[int]] = {}
+    for recording in read([us101 / "commonroad"]):
+        (group,) = recording.table["group"].unique()
+        groups.setdefault(group, set()).add(int(recording.name.split("-")[1].split("_")[0]))
+    # {6, 7} and {9, 19, 20, 25, 28} are linked by seven vehicles that 7 and 20 share for 1.8 s, and 12 and 17
+    # share nine vehicles for 1.4 s; the vehicles' numbers in the files, which are not used to find them, agree.
+    assert [sorted(found) for found in groups.values() if len(found) > 1] == [
+        [1, 13, 14, 23, 24],
+        [6, 7, 9, 19, 20, 25, 28],
+        [12, 17],
+    ]
+    assert list(groups) == list(range(len(groups)))

@@ -1,0 +1,109 @@
+"""Reading any kind of file, folders, and the numbering of groups."""
+
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+
+from coverdrive.errors import RecordingError
+from coverdrive.recordings.generated import GeneratedSettings, generate
+from coverdrive.recordings.parquet import write_parquet
+from coverdrive.recordings.read import read
+
+
+def test_folders_are_read_in_natural_order(make_ngsim, tmp_path: Path):
+    for number in (10, 2, 1):
+        make_ngsim(vehicles=3, seconds=2).write_csv(tmp_path / f"part {number}.csv")
+    (tmp_path / "notes.md").write_text("not a recording")
+    (tmp_path / "folder.csv").mkdir()
+    assert [recording.name for recording in read([tmp_path])] == ["part 1", "part 2", "part 10"]
+
+
+def test_short_recordings_are_a_group_each(make_ngsim, write_csv):
+    slow, fast = make_ngsim(speed=10.0), make_ngsim(speed=20.0)
+    recordings = read([write_csv(slow, "slow.csv"), write_csv(fast, "fast.csv")])
+    assert [recording.table["group"].unique().to_list() for recording in recordings] == [[0], [1]]
+
+
+def test_long_recordings_are_cut_in_minutes(make_ngsim, write_csv):
+    long = make_ngsim(vehicles=3, seconds=130.0)
+    before, recording = read([write_csv(make_ngsim(), "before.csv"), write_csv(long, "long.csv")])
+    assert before.table["group"].unique().to_list() == [0]
+    expected = 1 + np.floor(recording.table["time"].to_numpy() / 60 + 1e-9)
+    assert np.array_equal(recording.table["group"].to_numpy(), expected)
+
+
+def test_the_same_file_twice_is_one_group(make_ngsim, write_csv):
+    wavy = make_ngsim().with_columns(v_Vel=49.2 + 3 * (pl.col("Frame_ID") / 7 + pl.col("Vehicle_ID")).sin())
+    recordings = read([write_csv(wavy, "one.csv"), write_csv(wavy, "two.csv")])
+    assert [recording.table["group"].unique().to_list() for recording in recordings] == [[0], [0]]
+
+
+def test_own_files_keep_their_groups(tmp_path: Path):
+    recordings = generate(GeneratedSettings(scenes=3, duration=3.0))
+    write_parquet(recordings, tmp_path / "own.parquet")
+    again = read([tmp_path / "own.parquet"])
+    assert all(left.table.equals(right.table) for left, right in zip(recordings, again, strict=True))
+
+
+def test_groups_of_several_own_files_are_told_apart(tmp_path: Path):
+    write_parquet(generate(GeneratedSettings(scenes=2, duration=3.0), seed=1), tmp_path / "1.parquet")
+    write_parquet(generate(GeneratedSettings(scenes=2, duration=3.0), seed=2), tmp_path / "2.parquet")
+    recordings = read([tmp_path])
+    assert [recording.table["group"].unique().to_list() for recording in recordings] == [[0], [1], [2], [3]]
+
+
+def test_progress_rises_to_one(make_ngsim, write_csv):
+    seen: list[float] = []
+    read([write_csv(make_ngsim(), "one.csv"), write_csv(make_ngsim(), "two.csv")], progress=seen.append)
+    assert seen == sorted(seen)
+    assert seen[-1] == 1.0
+    assert 0.5 in seen
+
+
+@pytest.mark.parametrize(
+    ("name", "problem"),
+    [
+        ("missing.csv", "no such file or folder"),
+        ("empty", "the folder holds no recording"),
+        ("a.json", "unknown kind of file '.json'"),
+    ],
+)
+def test_paths_to_nothing_are_refused(tmp_path: Path, name: str, problem: str):
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "a.json").write_text("{}")
+    with pytest.raises(RecordingError, match=problem):
+        read([tmp_path / name])
+
+
+def test_no_paths_are_refused():
+    with pytest.raises(RecordingError, match="nothing to read"):
+        read([])
+
+
+def test_other_parquet_files_are_refused(tmp_path: Path):
+    path = tmp_path / "other.parquet"
+    pl.DataFrame({"a": [1]}).write_parquet(path)
+    with pytest.raises(RecordingError, match="unknown columns a"):
+        read([path])
+    path.write_text("no parquet")
+    with pytest.raises(RecordingError, match="not a Parquet file"):
+        read([path])
+
+
+@pytest.mark.real_data
+def test_all_kinds_of_recorded_files_together(us101: Path):
+    scenario = us101 / "commonroad" / "USA_US101-30_1_T-1.xml"
+    recordings = read([scenario, us101 / "ngsim", us101 / "tracks"])
+    assert [recording.name for recording in recordings][:3] == [
+        "USA_US101-30_1_T-1",
+        "us101_around_vehicle_320",
+        "us101_around_vehicle_888",
+    ]
+    assert len(recordings) == 6
+    groups = [set(recording.table["group"]) for recording in recordings]
+    assert groups[:3] == [{0}, {1}, {2}]
+    assert set().union(*groups[3:]) == set(range(3, 3 + len(set().union(*groups[3:]))))
+    for recording in recordings:
+        assert np.all(np.isfinite(recording.table.to_numpy()))

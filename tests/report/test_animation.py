@@ -1,0 +1,74 @@
+"""Videos have the right frames, play in real time, and are complete or absent."""
+
+import subprocess
+
+import imageio_ffmpeg
+import numpy as np
+import pytest
+from report_fakes import STEPS, make_trace
+
+from coverdrive.errors import SettingError
+from coverdrive.report.animation import animate
+from coverdrive.simulation.outcome import Kind
+
+pytestmark = pytest.mark.usefixtures("no_global_change")
+
+HELD = 10
+"""frames in which the last moment is held: 1 s at 10 frames per second"""
+
+
+def frames_of(path) -> np.ndarray:
+    """All frames, at half the size."""
+    command = [imageio_ffmpeg.get_ffmpeg_exe(), "-v", "error", "-i", str(path), "-vf", "scale=800:264"]
+    command += ["-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
+    pixels = subprocess.run(command, capture_output=True, check=True).stdout
+    return np.frombuffer(pixels, np.uint8).reshape(-1, 264, 800, 3)
+
+
+def test_one_frame_for_every_moment_in_real_time(trace, tmp_path):
+    shares = []
+    path = tmp_path / "new" / "drive.mp4"
+    animate(trace, path, shares.append)
+    frames, seconds = imageio_ffmpeg.count_frames_and_secs(path)
+    assert frames == STEPS + 1 + HELD
+    assert seconds == pytest.approx(frames * 0.1, abs=0.05)
+    assert shares == pytest.approx(np.arange(1, frames + 1) / frames)
+    assert [file.name for file in path.parent.iterdir()] == ["drive.mp4"]
+
+
+def test_players_understand_the_format(trace, tmp_path):
+    animate(trace, tmp_path / "drive.mp4")
+    command = [imageio_ffmpeg.get_ffmpeg_exe(), "-i", str(tmp_path / "drive.mp4")]
+    about = subprocess.run(command, capture_output=True, text=True, check=False).stderr
+    assert "Video: h264" in about
+    assert "yuv420p" in about
+    assert "1600x528" in about
+    assert "10 fps" in about
+
+
+def test_frames_show_the_drive(tmp_path):
+    animate(make_trace(kind=Kind.SIDE), tmp_path / "drive.mp4")
+    frames = frames_of(tmp_path / "drive.mp4").astype(np.int16)
+    blue = (frames[..., 2] - frames[..., 0] > 100).sum(axis=(1, 2))
+    assert (blue > 100).all()  # the own car is in every frame
+    change = np.abs(np.diff(frames, axis=0)).max(axis=(1, 2, 3))
+    assert (change[:STEPS] > 100).all()  # it moves in every step,
+    assert (change[STEPS + 1 :] < 60).all()  # and stands still at the end
+    vermilion = (frames[..., 0] - frames[..., 2] > 120).sum(axis=(1, 2))
+    assert (vermilion > 100).all()
+    light = ((frames[..., 0] > 230) & (np.ptp(frames, axis=-1) > 15)).sum(axis=(1, 2))
+    assert light[0] > 3 * light[-1]  # the last moment has no predicted sets
+
+
+def test_a_failure_leaves_no_file(trace, tmp_path):
+    def fail(share):
+        raise RuntimeError("stop")
+
+    with pytest.raises(RuntimeError, match="stop"):
+        animate(trace, tmp_path / "drive.mp4", fail)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_other_formats_are_refused(trace, tmp_path):
+    with pytest.raises(SettingError, match=r"\.mp4"):
+        animate(trace, tmp_path / "drive.gif")

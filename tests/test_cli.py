@@ -1,0 +1,139 @@
+"""The command from end to end, as a user calls it."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import polars as pl
+import pytest
+
+from coverdrive.config import Experiment
+from coverdrive.simulation.storage import load_trace
+
+QUICK = """
+seed = 3
+
+[generated]
+scenes = 6
+duration = 20.0
+vehicles = [10, 12]
+
+[prediction.basis]
+epsilon = 1.0
+
+[prediction.training]
+epochs = 4
+
+[prediction.certificate]
+confidence = 0.9
+
+[episode]
+duration = 1.0
+"""
+
+
+def coverdrive(*arguments: str | Path, status: int = 0) -> str:
+    """Call the command and return what it printed; a hint of a traceback is a failure whatever the status."""
+    result = subprocess.run(
+        [sys.executable, "-m", "coverdrive", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        check=False,
+        env={"PATH": "/usr/bin:/bin", "COLUMNS": "200", "PYTHONWARNINGS": "error", "JAX_PLATFORMS": "cpu"},
+    )
+    assert result.returncode == status, result.stderr
+    assert "Traceback" not in result.stderr
+    return result.stdout + result.stderr
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of one quick run, with the settings in ``quick.toml`` beside it."""
+    folder = tmp_path_factory.mktemp("run")
+    (folder / "quick.toml").write_text(QUICK)
+    printed = coverdrive("run", "--config", folder / "quick.toml", "--trials", "4", "--out", folder / "out")
+    (folder / "printed.txt").write_text(printed)
+    return folder / "out"
+
+
+@pytest.mark.slow
+def test_run_prints_certificate_misses_sets_collisions_and_times(results: Path) -> None:
+    printed = (results.parent / "printed.txt").read_text()
+    for text in (
+        "With confidence 0.9, the probability",
+        "missed test windows",
+        "set size",
+        "frontal or side",
+        "median",
+    ):
+        assert text in printed
+
+
+@pytest.mark.slow
+def test_run_writes_everything(results: Path) -> None:
+    assert Experiment.load(results / "config.toml").seed == 3
+    certificates = json.loads((results / "certificate.json").read_text())
+    assert certificates["certificates"][0]["unit"] == "window"
+    assert json.loads((results / "run.json").read_text())["recordings"][0]["fingerprint"]
+    assert pl.read_parquet(results / "study" / "trials.parquet")["vehicles"].to_list() == [3, 4, 5, 6]
+    for name in ("basis", "collisions", "snapshots"):
+        assert (results / "figures" / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+        assert (results / "figures" / f"{name}.pdf").read_bytes().startswith(b"%PDF")
+    assert (results / "figures" / "drive.mp4").stat().st_size > 10_000
+
+
+@pytest.mark.slow
+def test_study_goes_on_and_other_settings_are_refused(results: Path) -> None:
+    before = pl.read_parquet(results / "study" / "trials.parquet")
+    coverdrive("study", "--trials", "5", "--out", results)
+    after = pl.read_parquet(results / "study" / "trials.parquet")
+    assert after[:4].equals(before) and after.height == 5
+    assert "another configuration" in coverdrive("study", "--seed", "4", "--out", results, status=2)
+
+
+@pytest.mark.slow
+def test_drive_repeats_a_trial_of_the_study(results: Path) -> None:
+    coverdrive("drive", "--trial", "1", "--out", results)
+    trace = load_trace(results / "drive_1_4" / "trace.npz")
+    row = pl.read_parquet(results / "study" / "trials.parquet").row(1, named=True)
+    assert trace.outcome.kind.value == row["kind"]
+    assert float(trace.scene.speed[:, 0].mean()) == row["mean_speed"]
+
+
+@pytest.mark.slow
+@pytest.mark.real_data
+def test_inspect_reads_all_real_recordings(us101: Path) -> None:
+    printed = coverdrive("inspect", us101 / "ngsim", us101 / "commonroad")
+    for name in ("us101_around_vehicle_320", "us101_around_vehicle_888", "USA_US101-33_1_T-1"):
+        assert name in printed
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (["study", "--out", "nowhere"], "make one with `coverdrive fit`"),
+        (["inspect"], "nothing to inspect"),
+        (["inspect", "missing.csv"], "missing.csv"),
+        (["run", "--config", "missing.toml"], "not a readable TOML file"),
+        (["run", "--trials", "0"], "study.trials"),
+        (["run", "--trails", "3"], "--trials"),
+    ],
+)
+def test_mistakes_are_explained(arguments: list[str], complaint: str, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    status = 1 if "--trails" in arguments else 2
+    assert complaint in coverdrive(*arguments, status=status)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_unknown_keys_are_named(tmp_path: Path) -> None:
+    config = tmp_path / "typo.toml"
+    config.write_text("[prediction.basis]\nepsilom = 0.5\n")
+    assert "prediction.basis.epsilom" in coverdrive("fit", "--config", config, "--out", tmp_path / "out", status=2)
+
+
+@pytest.mark.parametrize("subcommand", ["run", "fit", "study", "drive", "inspect"])
+def test_help_teaches(subcommand: str) -> None:
+    printed = coverdrive(subcommand, "--help")
+    assert "Usage" in printed and len(printed.splitlines()) > 8

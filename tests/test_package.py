@@ -1,0 +1,34 @@
+"""What the package promises as a whole: light imports, and a README that is true."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+HEAVY = ("jax", "equinox", "casadi", "polars", "scipy", "matplotlib", "pydantic", "numpy", "commonroad", "joblib")
+README = Path(__file__).parents[1] / "README.md"
+
+
+@pytest.mark.parametrize(
+    ("module", "heavy"),
+    [("coverdrive", HEAVY), ("coverdrive.cli", tuple(name for name in HEAVY if name not in ("numpy", "pydantic")))],
+)
+def test_importing_loads_nothing_heavy(module: str, heavy: tuple[str, ...]) -> None:
+    code = f"import sys, {module}; print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    assert not set(heavy) & set(loaded)
+
+
+@pytest.mark.slow
+def test_python_example_of_the_readme_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (example,) = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL)
+    exec(compile(example, "README.md", "exec"), {})
+
+
+def test_readme_has_the_two_commands() -> None:
+    commands = re.findall(r"```sh\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL)
+    assert len(commands) == 2
+    assert "coverdrive run" in commands[0] and commands[1].rstrip().endswith("pytest")
