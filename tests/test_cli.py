@@ -122,8 +122,7 @@ def test_inspect_reads_all_real_recordings(us101: Path) -> None:
 )
 def test_mistakes_are_explained(arguments: list[str], complaint: str, tmp_path: Path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
-    status = 1 if "--trails" in arguments else 2
-    assert complaint in coverdrive(*arguments, status=status)
+    assert complaint in coverdrive(*arguments, status=2)
     assert list(tmp_path.iterdir()) == []
 
 

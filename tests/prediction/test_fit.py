@@ -29,7 +29,11 @@ def fitted(scenes: tuple[Recording, ...]) -> Fit:
 
 def test_every_segment_is_accounted_for(fitted: Fit) -> None:
     sides = fitted.split
-    assert len(sides.train) + len(sides.calibration) + len(sides.test) + sides.dropped == len(fitted.segments) == 8 * 11 * 6
+    assert (
+        len(sides.train) + len(sides.calibration) + len(sides.test) + sides.dropped
+        == len(fitted.segments)
+        == 8 * 11 * 6
+    )
     assert fitted.evaluation.windows.total == fitted.uncovered.total == len(sides.test)
     assert fitted.base_share.sum() == pytest.approx(1)
 
