@@ -4,6 +4,12 @@ import os
 from pathlib import Path
 
 import pytest
+from jaxtyping import install_import_hook
+
+_CHECKER = "beartype.beartype(conf=beartype.BeartypeConf(is_pep484_tower=True))"
+"""Shapes are types, which the tests check; an int is good for a float."""
+
+install_import_hook("coverdrive", _CHECKER)
 
 
 @pytest.fixture(scope="session")

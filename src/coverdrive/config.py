@@ -9,13 +9,14 @@ from pathlib import Path
 from typing import Any, cast
 
 import tomli_w
-from pydantic import Field, PositiveInt, ValidationError
+from pydantic import Field, PositiveInt, ValidationError, model_validator
 
 from coverdrive.errors import SettingError
 from coverdrive.files import write_atomically
 from coverdrive.planning.planner import PlannerSettings
 from coverdrive.prediction.fit import PredictionSettings
 from coverdrive.recordings.generated import GeneratedSettings
+from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.settings import Settings
 from coverdrive.simulation.episode import EpisodeSettings
 from coverdrive.simulation.set_sampling import SetSamplingSettings
@@ -39,6 +40,8 @@ class Experiment(Settings):
     """of every random choice"""
     location: str | None = None
     """site to take from an NGSIM file that holds several"""
+    smoothing: SmoothingSettings = SmoothingSettings()
+    """of recorded positions"""
     generated: GeneratedSettings = GeneratedSettings()
     """traffic that is made up when no recording is given"""
     prediction: PredictionSettings = PredictionSettings()
@@ -51,6 +54,16 @@ class Experiment(Settings):
     """behaviour of the uncontrolled vehicles"""
     study: StudySettings = StudySettings()
     """number of trials"""
+
+    @model_validator(mode="after")
+    def _has_one_own_car(self) -> "Experiment":
+        start, car = self.episode.initial, self.planner.problem.vehicle
+        if (start.length, start.width) != (car.length, car.width):
+            raise ValueError(
+                f"the own car is {start.length} m × {start.width} m in episode.initial, but {car.length} m × "
+                f"{car.width} m in planner.problem.vehicle; change both alike"
+            )
+        return self
 
     @staticmethod
     def load(path: Path) -> "Experiment":

@@ -1,6 +1,6 @@
 """Predicted paths: what prediction hands to planning.
 
-S paths of K+1 points each. Several paths belong to one vehicle: the members of its predicted set.
+S paths of P = K + 1 points each, one for every step of the plan and its start. Several paths belong to one vehicle: the members of its predicted set.
 """
 
 import equinox as eqx
@@ -11,11 +11,11 @@ from jaxtyping import Float, Int
 class PredictedPaths(eqx.Module):
     """Where every surrounding vehicle may be at every step of the plan."""
 
-    points: Float[np.ndarray, "S K+1 2"]
+    points: Float[np.ndarray, "S P 2"]
     """[m] centre (lon, lat) at the times k·dt"""
     vehicle: Int[np.ndarray, " S"]
     """slot of the vehicle in the scene the prediction was made from"""
-    half_sizes: Float[np.ndarray, "S K+1 2"]
+    half_sizes: Float[np.ndarray, "S P 2"]
     """[m] half extent along lon and lat of a box around the point that holds the turned body and the tube"""
     dt: float
     """[s] between two points"""

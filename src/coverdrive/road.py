@@ -15,11 +15,11 @@ from coverdrive.errors import SettingError
 
 
 class Road(eqx.Module):
-    """Lane edges and length of a road; L lanes."""
+    """Lane edges and length of a road; L lanes have E = L + 1 edges."""
 
-    edges: Float[Array | np.ndarray, " L+1"]
+    edges: Float[Array | np.ndarray, " E"]
     """lat [m] of the lane edges, from the right edge of the road to the left, strictly ascending"""
-    length: float
+    length: float | Float[Array, ""]
     """[m]"""
 
     @property

@@ -39,7 +39,7 @@ def load_recordings(
 ) -> tuple[Recording, ...]:
     """The given recordings, or generated traffic where none is given."""
     if paths:
-        return read(paths, location=experiment.location, progress=progress)
+        return read(paths, experiment.location, progress, experiment.smoothing)
     return generate(experiment.generated, experiment.seed, progress=progress)
 
 

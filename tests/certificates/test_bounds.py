@@ -71,7 +71,7 @@ def test_interval_agrees_with_scipy(successes: int, failures: int, confidence: f
     assert clopper_pearson(successes, trials, confidence) == pytest.approx((expected.low, expected.high), abs=1e-9)
 
 
-@pytest.mark.parametrize("confidence", [0, 1, -0.1, 1.5, math.nan])
+@pytest.mark.parametrize("confidence", [0.0, 1.0, -0.1, 1.5, math.nan])
 def test_confidence_outside_the_unit_interval_is_refused(confidence: float) -> None:
     with pytest.raises(CertificateError, match="strictly between 0 and 1"):
         violation_bound(confidence, 1, 10)

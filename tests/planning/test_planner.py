@@ -25,6 +25,7 @@ def drive(planner, state, cars, straight_paths, steps: int) -> tuple[np.ndarray,
     """States, plans, and whether the own car touched another; the cars (lon, lat, speed) keep speed and lane."""
     cars = np.array(cars, dtype=float).reshape(-1, 3)
     states, plans, contact = [np.array(state, dtype=float)], [], False
+    planner.reset(PERIOD)
     for _ in range(steps):
         plans.append(planner.plan(states[-1], straight_paths(*cars), ROAD))
         states.append(step(states[-1], plans[-1].inputs[0], PERIOD))
@@ -115,7 +116,6 @@ def test_same_calls_give_the_same_plans(straight_paths) -> None:
     cars = [(25, 1.8, 15), (10, 5.4, 18)]
     planner = MpcPlanner()
     first, _, _ = drive(planner, [0, 1.8, 20, 0], cars, straight_paths, 10)
-    planner.reset()
     second, _, _ = drive(planner, [0, 1.8, 20, 0], cars, straight_paths, 10)
     np.testing.assert_array_equal(first, second)
 

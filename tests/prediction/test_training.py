@@ -1,5 +1,6 @@
 """The paper's loss, and that training learns and is reproducible."""
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -21,14 +22,14 @@ def toy_samples(count: int, seed: int) -> Samples:
 
 
 def test_loss_by_hand() -> None:
-    scores = np.array([[0.5, 0.5, 0.5], [0.9, 0.1, 0.2]], dtype=np.float32)
-    labels = np.array([[1, 0, -1], [1, 0, -1]], dtype=np.int8)
+    scores = jnp.array([[0.5, 0.5, 0.5], [0.9, 0.1, 0.2]], dtype=jnp.float32)
+    labels = jnp.array([[1, 0, -1], [1, 0, -1]], dtype=jnp.int8)
     first = 100 * (0.8 - 0.5) + 0.1 * (0.5 - 0.2) + 5 * (0.5 - 0.2)
     assert float(margin_loss(scores, labels, TrainingSettings())) == pytest.approx(first / 2)
 
 
 def test_loss_weights_margins_apart() -> None:
-    scores, labels = np.array([[0.7, 0.3]], dtype=np.float32), np.array([[1, -1]], dtype=np.int8)
+    scores, labels = jnp.array([[0.7, 0.3]], dtype=jnp.float32), jnp.array([[1, -1]], dtype=jnp.int8)
     loose = TrainingSettings(margin_possible=0.6, margin_other=0.4)
     assert float(margin_loss(scores, labels, loose)) == 0
 

@@ -68,7 +68,9 @@ class ConstantPlanner:
         self.inputs = np.tile([acceleration, yaw_rate], (12, 1))
         self.resets = 0
 
-    def reset(self):
+    dt, steps = 0.25, 12
+
+    def reset(self, period):
         self.resets += 1
 
     def plan(self, state, paths, road):

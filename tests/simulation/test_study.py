@@ -86,7 +86,9 @@ def test_a_failing_trial_leaves_the_finished_ones(tmp_path):
         def __init__(self, planner):
             self.planner, self.episodes = planner, 0
 
-        def reset(self):
+        dt, steps = 0.25, 12
+
+        def reset(self, period):
             self.episodes += 1
 
         def plan(self, *arguments):

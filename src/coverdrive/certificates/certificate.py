@@ -48,8 +48,9 @@ class Certificate:
         }[self.unit]
         return (
             f"With confidence {self.confidence:.4g}, the probability that {what} is at most {self.epsilon:.3%} "
-            f"({self.method}, {self.samples} calibration {self.unit}s, {self.uncovered} of them uncovered, {self.bases} bases), "
-            f"if new {self.unit}s are independent draws from the same traffic as the calibration {self.unit}s."
+            f"({self.method}, {self.samples} calibration {self.unit}s, {self.uncovered} of them uncovered, "
+            f"{self.bases} bases), if new {self.unit}s are independent draws from the same traffic as the calibration "
+            f"{self.unit}s."
         )
 
 

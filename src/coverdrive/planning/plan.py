@@ -1,7 +1,7 @@
-"""What a planner returns: K steps of K+1 states, and how it came by them."""
+"""What a planner returns: K steps between P = K + 1 states, and how it came by them."""
 
 import enum
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import equinox as eqx
 import numpy as np
@@ -25,7 +25,7 @@ class Status(enum.Enum):
 class Plan(eqx.Module):
     """One planned motion of the own car."""
 
-    states: Float[np.ndarray, "K+1 4"]
+    states: Float[np.ndarray, "P 4"]
     """lon [m], lat [m], speed [m/s], heading [rad] at the times k·dt"""
     inputs: Float[np.ndarray, "K 2"]
     """acceleration [m/s²], yaw rate [rad/s], each held for dt"""
@@ -40,11 +40,22 @@ class Plan(eqx.Module):
     """[s]"""
 
 
+@runtime_checkable
 class Planner(Protocol):
-    """Anything that plans: bring your own by writing these two methods."""
+    """Anything that plans: bring your own by writing these four members."""
 
-    def reset(self) -> None:
-        """Forget the previous plan; called before every episode."""
+    @property
+    def dt(self) -> float:
+        """[s] between two points of the paths that it plans against."""
+        ...
+
+    @property
+    def steps(self) -> int:
+        """Number K of its steps; it plans against paths of K + 1 points."""
+        ...
+
+    def reset(self, period: float) -> None:
+        """Forget the previous plan; called before every episode with the time [s] between two plans."""
         ...
 
     def plan(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> Plan:

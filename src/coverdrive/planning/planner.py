@@ -31,8 +31,6 @@ class PlannerSettings(Settings):
     """horizon, own car, weights and obstacles"""
     candidate: CandidateSettings = CandidateSettings()
     """how the plan to one lane is found"""
-    period: float = Field(default=0.1, gt=0)
-    """[s] between two calls of the planner"""
     lane_change: float = Field(default=10.0, ge=0)
     """cost of aiming at another lane than the last plan, against dithering"""
 
@@ -71,11 +69,26 @@ class MpcPlanner:
             settings: horizon, car, weights; the defaults if left out.
         """
         self.settings = settings or PlannerSettings()
-        self._memory: _Memory | None = None
+        self.reset(self.dt)
 
-    def reset(self) -> None:
-        """Forget the previous plan; called before every episode."""
-        self._memory = None
+    @property
+    def dt(self) -> float:
+        """[s] between two points of the paths that it plans against."""
+        return self.settings.problem.dt
+
+    @property
+    def steps(self) -> int:
+        """Number K of its steps; it plans against paths of K + 1 points."""
+        return self.settings.problem.steps
+
+    def reset(self, period: float) -> None:
+        """Forget the previous plan; called before every episode.
+
+        Args:
+            period: [s] from one call to the next, by which the last plans are shifted to start the search.
+        """
+        self._period = period
+        self._memory: _Memory | None = None
 
     def plan(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> Plan:
         """Plan from a state against every predicted path.
@@ -121,7 +134,7 @@ class MpcPlanner:
             if not known.all():
                 motion = motion._replace(slack=np.ones(problem.steps))
         inputs = [candidate.motion.inputs for candidate in candidates.values()]
-        later = [shifted_inputs(each, self.settings.period, problem.dt) for each in inputs]
+        later = [shifted_inputs(each, self._period, problem.dt) for each in inputs]
         self._memory = _Memory(target, motion.inputs[0], later)
         return motion, status
 

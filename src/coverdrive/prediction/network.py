@@ -17,10 +17,10 @@ class Network(eqx.Module):
     """mean of the features over the training samples"""
     scale: Float[Array | np.ndarray, " F"]
     """standard deviation of the features over the training samples; 1 for constant features"""
-    weights: tuple[Float[Array | np.ndarray, "outputs inputs"], ...]
-    """of each layer"""
-    biases: tuple[Float[Array | np.ndarray, " outputs"], ...]
-    """of each layer"""
+    weights: tuple[Float[Array | np.ndarray, "_ _"], ...]
+    """of each layer, outputs × inputs"""
+    biases: tuple[Float[Array | np.ndarray, " _"], ...]
+    """of each layer, one for each output"""
 
     @staticmethod
     def create(features: Float[np.ndarray, "N F"], hidden: Sequence[int], outputs: int, key: PRNGKeyArray) -> "Network":

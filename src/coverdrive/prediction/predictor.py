@@ -22,12 +22,10 @@ from coverdrive.geometry import turned_half_extents
 from coverdrive.paths import PredictedPaths
 from coverdrive.prediction.affordance import affordance
 from coverdrive.prediction.basis import Basis
+from coverdrive.prediction.motion import follow
 from coverdrive.prediction.network import Network
 from coverdrive.road import Road
 from coverdrive.scene import Scene
-
-CREEP = 1.0
-"""[m/s] below this speed the direction of motion says little about where a vehicle points"""
 
 _FORMAT = "coverdrive predictor 1"
 _BASIS_SETTINGS = ("epsilon", "aspect", "growth", "step")
@@ -75,14 +73,11 @@ class Predictor:
         possible[own] = False
         vehicle, base = np.nonzero(possible)
         deviation, rate = self.basis.rollout(times)
-        speed = (scene.speed * np.cos(scene.heading))[vehicle, None]
-        forward = np.maximum.accumulate(speed * times + deviation[base, :, 0], axis=1)  # nobody drives backwards
-        lon = scene.lon[vehicle, None] + forward
-        lat = scene.lat[vehicle, None] + deviation[base, :, 1]
-        heading = np.arctan2(rate[base, :, 1], np.maximum(speed + rate[base, :, 0], CREEP))
-        half_sizes = np.stack([scene.length, scene.width], axis=-1)[vehicle, None] / 2
-        half_sizes = turned_half_extents(half_sizes, heading) + self.rule.tube[base, None, None] * self._tube(times)
-        return PredictedPaths(np.stack([lon, lat], axis=-1), vehicle, half_sizes, dt)
+        states = np.stack([scene.lon, scene.lat, scene.speed, scene.heading], axis=-1)[vehicle]
+        motion = follow(states, times, deviation[base], rate[base])
+        body = np.stack([scene.length, scene.width], axis=-1)[vehicle, None] / 2
+        half_sizes = turned_half_extents(body, motion[..., 3]) + self.rule.tube[base, None, None] * self._tube(times)
+        return PredictedPaths(motion[..., :2], vehicle, half_sizes, dt)
 
     def _tube(self, times: Float[np.ndarray, " n"]) -> Float[np.ndarray, "n 2"]:
         """Half axes of the tube of radius 1. All paths start at the same point, so that it begins at zero."""

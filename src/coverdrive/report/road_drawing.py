@@ -170,7 +170,7 @@ class RoadDrawing:
         return np.stack([lon, lat], axis=-1).reshape(-1, 2, 2)
 
 
-def set_boxes(paths: PredictedPaths) -> Float[np.ndarray, "2K+1 S 4 2"]:
+def set_boxes(paths: PredictedPaths) -> Float[np.ndarray, "_ S 4 2"]:
     """Corners [m] of the boxes of all paths, all turning the same way.
 
     Halfway between two points there is one more, so that fast vehicles leave no gaps.
@@ -194,7 +194,7 @@ def body_corners(
     return states[..., None, :2] + turned
 
 
-def _with_midpoints(values: Float[np.ndarray, "S K+1 2"]) -> Float[np.ndarray, "S 2K+1 2"]:
+def _with_midpoints(values: Float[np.ndarray, "S P 2"]) -> Float[np.ndarray, "S _ 2"]:
     """The values at twice the rate, by linear interpolation."""
     result = np.repeat(values, 2, axis=1)[:, :-1]
     result[:, 1::2] = (values[:, :-1] + values[:, 1:]) / 2

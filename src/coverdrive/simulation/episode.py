@@ -7,7 +7,7 @@ is planned against them and its first input applied; meanwhile the traffic moves
 import time
 
 import numpy as np
-from pydantic import PositiveFloat, PositiveInt
+from pydantic import PositiveFloat
 
 from coverdrive.planning.plan import Planner
 from coverdrive.planning.vehicle import step as vehicle_step
@@ -31,10 +31,6 @@ class EpisodeSettings(Settings):
     """[s] of an episode without a collision (paper §5)"""
     step: PositiveFloat = 0.1
     """[s] of simulation, and between two plans (own choice; the authors' scripts plan every 0.05 s)"""
-    plan_step: PositiveFloat = 0.25
-    """[s] between two points of the predicted paths, which is the planner's step (authors' scripts)"""
-    plan_steps: PositiveInt = 12
-    """number of steps of the predicted paths, which is the planner's: a horizon of 3 s (paper §4)"""
 
     @property
     def steps(self) -> int:
@@ -68,9 +64,9 @@ def run_episode(
     start_seed, traffic_seed = _children(seed)
     road = settings.initial.road()
     scene = initial_scene(settings.initial, vehicles, np.random.default_rng(start_seed))
-    planner.reset()
+    planner.reset(settings.step)
     traffic.reset(scene, road, np.random.default_rng(traffic_seed))
-    predictor.predict(scene, road, OWN, settings.plan_step, settings.plan_steps)  # compiles before time is taken
+    predictor.predict(scene, road, OWN, planner.dt, planner.steps)  # compiles before time is taken
     scenes, steps = [scene], list[Step]()
     outcome = Outcome(Kind.FINISHED, settings.steps * settings.step, None, Fault.NONE)
     for k in range(1, settings.steps + 1):
@@ -90,7 +86,7 @@ def _step(
     """Predict, plan, and move everybody by one simulation step."""
     own = states_of(scene)[OWN]
     begin = time.perf_counter()
-    paths = predictor.predict(scene, road, OWN, settings.plan_step, settings.plan_steps)
+    paths = predictor.predict(scene, road, OWN, planner.dt, planner.steps)
     predicted = time.perf_counter()
     plan = planner.plan(own, paths, road)
     planned = time.perf_counter()

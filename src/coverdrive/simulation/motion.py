@@ -7,7 +7,6 @@ M base trajectories, n times.
 import numpy as np
 from jaxtyping import Float
 
-from coverdrive.prediction.predictor import CREEP
 from coverdrive.scene import Scene
 
 
@@ -42,30 +41,3 @@ def constant_velocity(
         ],
         axis=-1,
     )
-
-
-def follow(
-    state: Float[np.ndarray, " 4"],
-    times: Float[np.ndarray, " n"],
-    deviation: Float[np.ndarray, "M n 2"],
-    rate: Float[np.ndarray, "M n 2"],
-) -> Float[np.ndarray, "M n 4"]:
-    """Every base trajectory put on a vehicle's position and longitudinal speed (Remark 1).
-
-    A vehicle that would go backwards stands still along the road instead. This is the motion that
-    `coverdrive.prediction.predictor.Predictor.predict` predicts. The speed is such that its component along the road
-    is exact.
-
-    Args:
-        state: of the vehicle at time 0.
-        times: ascending, from 0 [s].
-        deviation: of the base trajectories from constant velocity, along lon and lat [m].
-        rate: of that deviation [m/s].
-    """
-    initial_speed = state[2] * np.cos(state[3])
-    unbounded = initial_speed * times + deviation[..., 0]
-    forward = np.maximum.accumulate(unbounded, axis=1)
-    speed_lon = np.where(forward > unbounded, 0.0, np.maximum(initial_speed + rate[..., 0], 0.0))
-    heading = np.arctan2(rate[..., 1], np.maximum(speed_lon, CREEP))
-    lon, lat = state[0] + forward, state[1] + deviation[..., 1]
-    return np.stack([lon, lat, speed_lon / np.cos(heading), heading], axis=-1)

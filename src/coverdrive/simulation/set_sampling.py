@@ -13,12 +13,13 @@ from jaxtyping import Bool, Float
 from pydantic import PositiveFloat
 
 from coverdrive.errors import SettingError
+from coverdrive.prediction.motion import follow
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.settings import Settings
 from coverdrive.simulation.clearance import clearance, directly_in_front, road_clearance
 from coverdrive.simulation.initial import OWN
-from coverdrive.simulation.motion import constant_velocity, follow, half_sizes_of, states_of, with_states
+from coverdrive.simulation.motion import constant_velocity, half_sizes_of, states_of, with_states
 from coverdrive.simulation.predictor import Predictor
 from coverdrive.simulation.traffic import TrafficStep
 
