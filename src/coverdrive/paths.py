@@ -1,6 +1,7 @@
 """Predicted paths: what prediction hands to planning.
 
-S paths of P = K + 1 points each, one for every step of the plan and its start. Several paths belong to one vehicle: the members of its predicted set.
+S paths of P = K + 1 points each: the start and the K steps of the plan. Several paths belong to one vehicle, the
+members of its predicted set.
 """
 
 import equinox as eqx

@@ -36,6 +36,16 @@ class Scene(eqx.Module):
         """Number of slots A, valid or not."""
         return self.lon.shape[-1]
 
+    @property
+    def states(self) -> Float[np.ndarray, "*batch A 4"]:
+        """The state (lon, lat, speed, heading) of every slot."""
+        return np.stack([self.lon, self.lat, self.speed, self.heading], axis=-1)
+
+    @property
+    def half_sizes(self) -> Float[np.ndarray, "*batch A 2"]:
+        """Half length and half width [m] of every slot."""
+        return np.stack([self.length, self.width], axis=-1) / 2
+
     def mirrored(self) -> "Scene":
         """The same scene with left and right exchanged (lat → −lat)."""
         return Scene(self.lon, -self.lat, self.speed, -self.heading, self.length, self.width, self.valid)

@@ -6,7 +6,6 @@ import coverdrive.simulation.episode as episode
 from coverdrive.planning.vehicle import step as vehicle_step
 from coverdrive.simulation.episode import EpisodeSettings, run_episode
 from coverdrive.simulation.initial import OWN, InitialSettings
-from coverdrive.simulation.motion import states_of
 from coverdrive.simulation.outcome import Fault, Kind, contacts
 from coverdrive.simulation.set_sampling import SetSamplingTraffic
 from coverdrive.simulation.trace import Trace
@@ -75,7 +74,7 @@ def test_the_start_does_not_depend_on_the_planner():
 
 def test_own_car_moves_by_the_first_input_of_every_plan():
     trace = run(0, ConstantPlanner(acceleration=-1.0, yaw_rate=0.01))
-    own = states_of(trace.scene)[:, OWN]
+    own = trace.scene.states[:, OWN]
     for k, plan in enumerate(trace.plans):
         assert own[k + 1] == pytest.approx(vehicle_step(own[k], plan.inputs[0], 0.1))
 
@@ -87,7 +86,7 @@ def test_every_plan_starts_from_the_state_and_paths_of_its_moment(monkeypatch):
     assert len(trace) == len(trace.paths) == 20
     assert trace.time == pytest.approx(0.1 * np.arange(21))
     for k in range(len(trace)):
-        assert np.array_equal(trace.plans[k].states[0], states_of(trace.scene)[k, OWN])
+        assert np.array_equal(trace.plans[k].states[0], trace.scene.states[k, OWN])
         first = trace.paths[k]
         assert first.points.shape[1] == 13
         assert first.dt == 0.25

@@ -9,7 +9,7 @@ from coverdrive.paths import PredictedPaths
 from coverdrive.planning.plan import Status
 from coverdrive.road import Road
 from coverdrive.simulation import metrics
-from coverdrive.simulation.motion import constant_velocity, states_of
+from coverdrive.simulation.motion import constant_velocity
 from coverdrive.simulation.outcome import Fault, Kind, Outcome
 from coverdrive.simulation.trace import Step, Trace, make_trace
 
@@ -97,13 +97,13 @@ def test_time_to_collision_agrees_with_stepping_through_time(lon, lat, speed, he
     scene = make_scene([0, lon], [1.8, lat], [20.0, speed], [0.0, heading])
     found = metrics.minimum_time_to_collision(trace_of([scene, scene]))
     times = np.arange(0.0, 10.0, 0.002)
-    states = constant_velocity(states_of(scene), times)
+    states = constant_velocity(scene.states, times)
     extent = turned_half_extents(np.array([2.4, 0.95]), states[..., 3]).sum(0)
     overlap = (np.abs(states[1, :, :2] - states[0, :, :2]) < extent).all(-1)
     if overlap.any():
         assert found == pytest.approx(times[overlap.argmax()], abs=0.0021)
     elif found < 10:  # a brush shorter than the time step
-        middle = constant_velocity(states_of(scene), np.array([found]))[:, 0]
+        middle = constant_velocity(scene.states, np.array([found]))[:, 0]
         assert (np.abs(middle[1, :2] - middle[0, :2]) <= extent[0] + 1e-6).all()
 
 

@@ -5,7 +5,7 @@ from simulation_fakes import FakeBasis, FakePredictor, make_scene
 from coverdrive.errors import SettingError
 from coverdrive.road import Road
 from coverdrive.simulation.initial import OWN, InitialSettings, initial_scene
-from coverdrive.simulation.motion import states_of, with_states
+from coverdrive.simulation.motion import with_states
 from coverdrive.simulation.outcome import contacts
 from coverdrive.simulation.set_sampling import SetSamplingTraffic
 
@@ -18,7 +18,7 @@ def drive(traffic, scene, seed, steps, dt=0.1):
     taken = []
     for _ in range(steps):
         step = traffic.step(scene, dt)
-        states = states_of(step.scene)
+        states = step.scene.states
         states[OWN, 0] += dt * states[OWN, 2]
         scene = with_states(step.scene, states)
         taken.append(step)

@@ -73,10 +73,9 @@ class Predictor:
         possible[own] = False
         vehicle, base = np.nonzero(possible)
         deviation, rate = self.basis.rollout(times)
-        states = np.stack([scene.lon, scene.lat, scene.speed, scene.heading], axis=-1)[vehicle]
-        motion = follow(states, times, deviation[base], rate[base])
-        body = np.stack([scene.length, scene.width], axis=-1)[vehicle, None] / 2
-        half_sizes = turned_half_extents(body, motion[..., 3]) + self.rule.tube[base, None, None] * self._tube(times)
+        motion = follow(scene.states[vehicle], times, deviation[base], rate[base])
+        body = turned_half_extents(scene.half_sizes[vehicle, None], motion[..., 3])
+        half_sizes = body + self.rule.tube[base, None, None] * self._tube(times)
         return PredictedPaths(motion[..., :2], vehicle, half_sizes, dt)
 
     def _tube(self, times: Float[np.ndarray, " n"]) -> Float[np.ndarray, "n 2"]:

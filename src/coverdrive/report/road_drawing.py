@@ -23,7 +23,6 @@ from coverdrive.report import style
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.simulation.initial import OWN
-from coverdrive.simulation.motion import half_sizes_of, states_of
 from coverdrive.simulation.trace import Trace
 
 VERGE = 0.8
@@ -125,7 +124,7 @@ class RoadDrawing:
         """
         origin = np.array([float(scene.lon[OWN]), 0.0])
         self._show_sets(paths, origin)
-        self._show_plan(plan, origin, half_sizes_of(scene)[OWN])
+        self._show_plan(plan, origin, scene.half_sizes[OWN])
         self._show_vehicles(scene, origin)
         self.dashes.set_segments(list(self._dashes(origin[0])))
 
@@ -150,7 +149,7 @@ class RoadDrawing:
         self.bodies.set_verts(list(body_corners(states[full], half_sizes) - origin))
 
     def _show_vehicles(self, scene: Scene, origin: Float[np.ndarray, " 2"]) -> None:
-        corners = body_corners(states_of(scene), half_sizes_of(scene)) - origin
+        corners = body_corners(scene.states, scene.half_sizes) - origin
         valid = np.asarray(scene.valid)
         colours = [to_rgba(style.OWN if slot == OWN else style.OTHER) for slot in np.flatnonzero(valid)]
         self.vehicles.set_verts(list(corners[valid]))

@@ -15,7 +15,7 @@ from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.settings import Settings
 from coverdrive.simulation.initial import OWN, InitialSettings, initial_scene
-from coverdrive.simulation.motion import states_of, with_states
+from coverdrive.simulation.motion import with_states
 from coverdrive.simulation.outcome import Fault, Kind, Outcome, judge
 from coverdrive.simulation.predictor import Predictor
 from coverdrive.simulation.trace import Step, Trace, make_trace
@@ -84,14 +84,14 @@ def _step(
     predictor: Predictor, planner: Planner, traffic: Traffic, settings: EpisodeSettings, scene: Scene, road: Road
 ) -> Step:
     """Predict, plan, and move everybody by one simulation step."""
-    own = states_of(scene)[OWN]
+    own = scene.states[OWN]
     begin = time.perf_counter()
     paths = predictor.predict(scene, road, OWN, planner.dt, planner.steps)
     predicted = time.perf_counter()
     plan = planner.plan(own, paths, road)
     planned = time.perf_counter()
     moved = traffic.step(scene, settings.step)
-    states = states_of(moved.scene)
+    states = moved.scene.states
     states[OWN] = vehicle_step(own, plan.inputs[0], settings.step)
     return Step(
         scene=with_states(scene, states),

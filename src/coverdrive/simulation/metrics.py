@@ -9,7 +9,6 @@ from jaxtyping import Float
 from coverdrive.geometry import turned_half_extents
 from coverdrive.planning.plan import Status
 from coverdrive.simulation.initial import OWN
-from coverdrive.simulation.motion import half_sizes_of, states_of
 from coverdrive.simulation.outcome import contacts
 from coverdrive.simulation.trace import Trace
 
@@ -45,7 +44,7 @@ def overtakes(trace: Trace) -> int:
 def road_departure(trace: Trace) -> float:
     """How far the own car's body got beyond the edges of the road [m]; 0 if it stayed on it."""
     lat = trace.scene.lat[:, OWN]
-    extent = turned_half_extents(half_sizes_of(trace.scene)[:, OWN], np.asarray(trace.scene.heading)[:, OWN])[:, 1]
+    extent = turned_half_extents(trace.scene.half_sizes[:, OWN], np.asarray(trace.scene.heading)[:, OWN])[:, 1]
     beyond = np.maximum(trace.road.edges[0] - (lat - extent), lat + extent - trace.road.edges[-1])
     return float(max(0.0, beyond.max()))
 
@@ -110,10 +109,10 @@ def _relative(
 
     All along lon and lat.
     """
-    states = states_of(trace.scene)
+    states = trace.scene.states
     speed, heading = states[..., 2], states[..., 3]
     velocity = np.stack([speed * np.cos(heading), speed * np.sin(heading)], axis=-1)
-    extent = turned_half_extents(half_sizes_of(trace.scene), heading)
+    extent = turned_half_extents(trace.scene.half_sizes, heading)
     others = np.flatnonzero(trace.scene.valid[0])
     others = others[others != OWN]
     return (

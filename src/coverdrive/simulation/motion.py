@@ -10,16 +10,6 @@ from jaxtyping import Float
 from coverdrive.scene import Scene
 
 
-def states_of(scene: Scene) -> Float[np.ndarray, "*batch A 4"]:
-    """The states of all slots of a scene."""
-    return np.stack([scene.lon, scene.lat, scene.speed, scene.heading], axis=-1)
-
-
-def half_sizes_of(scene: Scene) -> Float[np.ndarray, "*batch A 2"]:
-    """Half length and half width [m] of all slots of a scene."""
-    return np.stack([scene.length, scene.width], axis=-1) / 2
-
-
 def with_states(scene: Scene, states: Float[np.ndarray, "*batch A 4"]) -> Scene:
     """The same vehicles in other states."""
     lon, lat, speed, heading = np.moveaxis(states, -1, 0)

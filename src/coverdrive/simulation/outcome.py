@@ -13,7 +13,6 @@ from jaxtyping import Bool
 from coverdrive.geometry import axis_gap, boxes_overlap
 from coverdrive.scene import Scene
 from coverdrive.simulation.initial import OWN
-from coverdrive.simulation.motion import half_sizes_of, states_of
 
 
 class Kind(enum.StrEnum):
@@ -71,7 +70,7 @@ def judge(before: Scene, after: Scene, time: float) -> Outcome | None:
 
 def contacts(scene: Scene) -> Bool[np.ndarray, "*batch A A"]:
     """Whether the bodies of two different valid vehicles overlap, for every pair of slots."""
-    states, half_sizes = states_of(scene), half_sizes_of(scene)
+    states, half_sizes = scene.states, scene.half_sizes
     first, second = states[..., :, None, :], states[..., None, :, :]
     overlap = boxes_overlap(
         first[..., :2], first[..., 3], half_sizes[..., :, None, :], second[..., :2], second[..., 3],
@@ -82,7 +81,7 @@ def contacts(scene: Scene) -> Bool[np.ndarray, "*batch A A"]:
 
 
 def _kind(before: Scene, partner: int) -> Kind:
-    position, half_sizes = states_of(before)[:, :2], half_sizes_of(before)
+    position, half_sizes = before.states[:, :2], before.half_sizes
     gap_lon, gap_lat = axis_gap(position[partner], position[OWN], half_sizes[partner], half_sizes[OWN])
     if gap_lon < 0 or gap_lat >= 0:
         return Kind.SIDE

@@ -19,7 +19,7 @@ from coverdrive.scene import Scene
 from coverdrive.settings import Settings
 from coverdrive.simulation.clearance import clearance, directly_in_front, road_clearance
 from coverdrive.simulation.initial import OWN
-from coverdrive.simulation.motion import constant_velocity, half_sizes_of, states_of, with_states
+from coverdrive.simulation.motion import constant_velocity, with_states
 from coverdrive.simulation.predictor import Predictor
 from coverdrive.simulation.traffic import TrafficStep
 
@@ -43,7 +43,7 @@ class SetSamplingTraffic:
         """Begin with every vehicle at constant velocity; all choose in the first step."""
         self._road, self._rng = road, rng
         self._age = 0
-        self._paths = states_of(scene)[:, None]
+        self._paths = scene.states[:, None]
         self._base = np.full(scene.vehicles, -1)
 
     def step(self, scene: Scene, dt: float) -> TrafficStep:
@@ -63,7 +63,7 @@ class SetSamplingTraffic:
             stuck, missed = self._choose(scene, dt)
         self._age += 1
         states = self._paths[:, self._age].copy()
-        states[OWN] = states_of(scene)[OWN]
+        states[OWN] = scene.states[OWN]
         return TrafficStep(with_states(scene, states), self._base.copy(), stuck, missed)
 
     def _choose(self, scene: Scene, dt: float) -> tuple[Bool[np.ndarray, " A"], Bool[np.ndarray, " A"]]:
@@ -94,14 +94,14 @@ class SetSamplingTraffic:
         missing = len(times) - left.shape[1]
         beyond = constant_velocity(left[:, -1], times[1 : missing + 1])
         self._paths = np.concatenate([left, beyond], axis=1)
-        self._paths[OWN] = constant_velocity(states_of(scene)[OWN], times)
+        self._paths[OWN] = constant_velocity(scene.states[OWN], times)
         self._age = 0
 
     def _clearance(
         self, scene: Scene, slot: int, paths: Float[np.ndarray, "M n 4"], others: Bool[np.ndarray, " A"]
     ) -> Float[np.ndarray, " M"]:
         """Clearance [m] of a vehicle's paths to the other vehicles and to the edges of the road, after now."""
-        half_sizes = half_sizes_of(scene)
+        half_sizes = scene.half_sizes
         apart = clearance(paths[:, 1:], half_sizes[slot], self._paths[others, 1:], half_sizes[others])
         return np.minimum(apart, road_clearance(paths, half_sizes[slot], self._road))
 
