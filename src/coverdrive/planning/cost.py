@@ -40,7 +40,7 @@ class CostSettings(Settings):
     """cost of one unit of obstacle slack, times `slack_schedule`"""
     slack_schedule: tuple[float, ...] = (400.0, 200.0, 100.0, 50.0, 10.0)
     """weights of the slack from the first to the last part of the horizon (authors' scripts)"""
-    off_road: float = Field(default=1e4, gt=0)
+    off_road: float = Field(default=1e5, gt=0)
     """[1/m²] distance by which the body leaves the road"""
 
     def slack_weights(self, steps: int) -> Float[np.ndarray, " K"]:

@@ -43,8 +43,9 @@ class GeneratedSettings(Settings):
     """[m/s] lowest and highest speed at which the vehicles of a scene start"""
     truck_share: float = Field(default=0.1, ge=0, le=1)
     """share of trucks; about 3 % in NGSIM US-101"""
-    drivers: DriverSettings = DriverSettings()
-    """how people drive"""
+    drivers: DriverSettings = DriverSettings(time_gap=1.6, acceleration=3.0, deceleration=1.5, safe_deceleration=1.5)
+    """how people drive: livelier and with more foresight than in the literature, so that speeding up is as common as
+    slowing down, as it is in recorded US-101 traffic"""
     moody_share: float = Field(default=0.15, ge=0, le=1)
     """share of drivers, besides those in front, who slow down now and then without a reason"""
     mood_pause: float = Field(default=12.0, gt=0)

@@ -26,10 +26,10 @@ PAUSE = 5.0
 DECISION = 0.5
 """[s] between two moments at which lane changes are decided, at most one in each scene"""
 
-EASE, PICK_UP = 3.0, 1.5
+EASE, PICK_UP = 1.0, 3.0
 """[m/s²] how fast a desired speed falls and rises"""
 
-SLOWING = 0.8
+SLOWING = 0.7
 """Largest share by which a driver slows down; small ones are more frequent"""
 
 CRAWL = 1.0
