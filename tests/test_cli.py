@@ -27,6 +27,7 @@ epochs = 4
 
 [prediction.certificate]
 confidence = 0.9
+unit = "window"
 
 [episode]
 duration = 1.0

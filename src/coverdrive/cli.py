@@ -177,7 +177,8 @@ def _fit(experiment: "Experiment", paths: Sequence[Path], out: Path) -> "Fit":
         recordings = workflow.load_recordings(experiment, paths, bars.share("recordings"))
         result = workflow.fit_predictor(experiment, recordings, out, bars.report)
     console.print(fit_table(result))
-    console.print(result.predictor.certificate.sentence)
+    for certificate in result.certificates:
+        console.print(f"• {certificate.sentence}")
     return result
 
 

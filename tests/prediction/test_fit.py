@@ -18,7 +18,7 @@ SETTINGS = PredictionSettings(
     segments=SegmentSettings(stride=0.5),
     basis=BasisSettings(epsilon=1.0),
     training=TrainingSettings(epochs=5),
-    certificate=CertificateSettings(confidence=0.9),
+    certificate=CertificateSettings(confidence=0.9, unit="window"),
 )
 
 

@@ -37,8 +37,9 @@ class CertificateSettings(Settings):
 
     confidence: float = Field(default=0.99, gt=0, lt=1)
     """probability with which the bound on the miss rate holds (paper, Table 1)"""
-    unit: Unit = "window"
-    """what the bound stored with the predictor counts: windows, as in the paper, or whole vehicles"""
+    unit: Unit = "vehicle"
+    """what the bound stored with the predictor counts: whole vehicles, or windows as in the paper, which takes the
+    windows of one vehicle for independent"""
 
 
 class PredictionSettings(Settings):

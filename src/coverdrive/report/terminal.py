@@ -13,6 +13,9 @@ from coverdrive.simulation.statistics import collision_table
 
 _STATUSES = ("solved", "retried", "fallback")
 
+_NOTABLE = 0.1
+"""[m] by which a body has to leave the road to be counted"""
+
 
 def recordings_table(summaries: Sequence[Summary]) -> Table:
     """What is in each recording."""
@@ -115,6 +118,11 @@ def drives_table(trials: pl.DataFrame) -> Table:
         f"median {1e3 * np.median(values('planning_median')):.1f} ms, "
         f"99th percentile {1e3 * np.median(values('planning_p99')):.1f} ms (each of the median trial), "
         f"slowest {1e3 * values('planning_maximum').max():.1f} ms",
+    )
+    departure = values("road_departure")
+    table.add_row(
+        "trials in which the car left the road",
+        f"{(departure > _NOTABLE).sum()} by more than {_NOTABLE} m, at most {departure.max():.2f} m",
     )
     table.add_row("traffic found no free choice", f"{values('traffic_stuck').sum()} times")
     table.add_row("uncontrolled vehicles that overlapped", f"{values('traffic_collisions').sum()} pairs")
