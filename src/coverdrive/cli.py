@@ -48,7 +48,8 @@ def main() -> None:
     try:
         app()
     except CoverdriveError as error:
-        complaints.print("[bold red]error:[/]", str(error), markup=False)
+        complaints.print("error:", style="bold red", end=" ")
+        complaints.print(str(error), markup=False)
         sys.exit(2)
     except KeyboardInterrupt:
         complaints.print("stopped; finished trials are kept, and the same command goes on from them")

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import polars as pl
 from jaxtyping import Float
+from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from coverdrive.prediction.fit import Fit
@@ -18,35 +19,33 @@ _NOTABLE = 0.1
 
 
 def recordings_table(summaries: Sequence[Summary]) -> Table:
-    """What is in each recording."""
-    table = Table(title="Recordings")
-    for name in (
-        "recording",
-        "groups",
-        "vehicles",
-        "minutes",
-        "rows",
-        "lanes",
-        "mean m/s",
-        "max m/s",
-        "Δt s",
-        "repairs",
-    ):
-        table.add_column(name, justify="left" if name in ("recording", "repairs") else "right")
+    """What is in each recording, and in a line below it what had to be repaired."""
+    table = Table(title="Recordings", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    table.add_column("recording", no_wrap=True)
+    for name in ("groups", "vehicles", "minutes", "rows", "lanes", "mean/max m/s"):
+        table.add_column(name, justify="right", no_wrap=True)
     for summary in summaries:
         table.add_row(
             summary.name,
-            ", ".join(map(str, summary.groups)),
+            _range(summary.groups),
             str(summary.vehicles),
             f"{summary.minutes:.2f}",
             str(summary.rows),
             str(summary.lanes),
-            f"{summary.mean_speed:.1f}",
-            f"{summary.max_speed:.1f}",
-            f"{summary.dt:g}",
-            ", ".join(f"{count} {kind}" for kind, count in summary.repairs.items()) or "none",
+            f"{summary.mean_speed:.1f}/{summary.max_speed:.1f}",
         )
+        for kind, count in summary.repairs.items():
+            table.add_row(f"[dim]  {count} {kind}[/]")
+    table.caption = f"time step {', '.join(sorted({f'{summary.dt:g} s' for summary in summaries}))}"
     return table
+
+
+def _range(numbers: tuple[int, ...]) -> str:
+    """Numbers without gaps as first–last, else one by one."""
+    first, last = numbers[0], numbers[-1]
+    if last - first + 1 == len(numbers) > 1:
+        return f"{first}–{last}"
+    return ", ".join(map(str, numbers))
 
 
 def fit_table(result: Fit) -> Table:
