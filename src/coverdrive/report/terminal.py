@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import polars as pl
-from jaxtyping import Float
+from jaxtyping import Num
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
@@ -20,9 +20,9 @@ _NOTABLE = 0.1
 
 def recordings_table(summaries: Sequence[Summary]) -> Table:
     """What is in each recording, and in a line below it what had to be repaired."""
-    table = Table(title="Recordings", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    table = Table(title="Recordings", box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False)
     table.add_column("recording", no_wrap=True)
-    for name in ("groups", "vehicles", "minutes", "rows", "lanes", "mean/max m/s"):
+    for name in ("groups", "vehicles", "min", "rows", "lanes", "m/s"):
         table.add_column(name, justify="right", no_wrap=True)
     for summary in summaries:
         table.add_row(
@@ -36,7 +36,8 @@ def recordings_table(summaries: Sequence[Summary]) -> Table:
         )
         for kind, count in summary.repairs.items():
             table.add_row(f"[dim]  {count} {kind}[/]")
-    table.caption = f"time step {', '.join(sorted({f'{summary.dt:g} s' for summary in summaries}))}"
+    steps = ", ".join(sorted({f"{summary.dt:g} s" for summary in summaries}))
+    table.caption = f"m/s: mean/max; time step {steps}"
     return table
 
 
@@ -102,7 +103,7 @@ def drives_table(trials: pl.DataFrame) -> Table:
     """How the own car drove, and how long planning took."""
     table = _facts("Drives")
 
-    def values(name: str) -> Float[np.ndarray, " trials"]:
+    def values(name: str) -> Num[np.ndarray, " trials"]:
         return trials[name].to_numpy()
 
     shares = (np.average(values(f"share_{status}"), weights=values("time")) for status in _STATUSES)
