@@ -8,6 +8,7 @@ from pathlib import Path
 import polars as pl
 import pytest
 
+from coverdrive.certificates.methods import Method
 from coverdrive.config import Experiment
 from coverdrive.simulation.storage import load_trace
 
@@ -103,6 +104,24 @@ def test_drive_repeats_a_trial_of_the_study(results: Path) -> None:
 
 
 @pytest.mark.slow
+def test_certify_compares_all_methods(results: Path) -> None:
+    printed = coverdrive("certify", "--epsilon", "0.2", "--out", results)
+    for method in Method:
+        assert method.value in printed
+    table = pl.read_csv(results / "methods.csv")
+    assert table.height == len(Method)
+    assert (results / "figures" / "methods.png").exists()
+    assert "also trained" in coverdrive("certify", "--out", results, "--config", reseeded(results), status=2)
+
+
+def reseeded(results: Path) -> Path:
+    """The settings of a results folder with another seed, and so another split of the same recordings."""
+    path = results.parent / "reseeded.toml"
+    path.write_text(QUICK.replace("seed = 3", "seed = 4"))
+    return path
+
+
+@pytest.mark.slow
 @pytest.mark.real_data
 def test_inspect_reads_all_real_recordings(us101: Path) -> None:
     printed = coverdrive("inspect", us101 / "ngsim", us101 / "commonroad")
@@ -133,7 +152,7 @@ def test_unknown_keys_are_named(tmp_path: Path) -> None:
     assert "prediction.basis.epsilom" in coverdrive("fit", "--config", config, "--out", tmp_path / "out", status=2)
 
 
-@pytest.mark.parametrize("subcommand", ["run", "fit", "study", "drive", "inspect"])
+@pytest.mark.parametrize("subcommand", ["run", "fit", "certify", "study", "drive", "inspect"])
 def test_help_teaches(subcommand: str) -> None:
     printed = coverdrive(subcommand, "--help")
     assert "Usage" in printed and len(printed.splitlines()) > 8

@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import App, Parameter
 from rich.console import Console
@@ -11,6 +11,8 @@ from rich.console import Console
 from coverdrive import __version__
 from coverdrive.errors import CoverdriveError, DataError
 from coverdrive.progress import stages
+
+Counted = Literal["window", "vehicle", "drawn window"]
 
 if TYPE_CHECKING:
     from coverdrive.config import Experiment
@@ -93,6 +95,36 @@ def fit(
 
 
 @app.command
+def certify(
+    *,
+    recording: Recordings = None,
+    epsilon: Annotated[tuple[float, ...], Parameter(help="Bound on the miss rate to ask for.")] = (0.05, 0.1, 0.2),
+    unit: Annotated[Counted | None, Parameter(help="What the bound counts; else that of the settings.")] = None,
+    out: Out = Path("results"),
+    config: Config = None,
+    location: Location = None,
+) -> None:
+    """Compare all methods of calibration on the predictor in a results folder, on the recordings that made it."""
+    from coverdrive import workflow
+    from coverdrive.report import style
+    from coverdrive.report.risk_figure import risk_figure
+    from coverdrive.report.terminal import methods_table
+
+    experiment = _experiment(_config_of(out, config), None, location)
+    predictor = workflow.load_predictor(out)
+    with stages() as bars:
+        recordings = workflow.load_recordings(experiment, recording or [], bars.share("recordings"))
+        compared = workflow.compare_methods(experiment, predictor, recordings, epsilon, unit, bars.report)
+    workflow.save_comparison(compared, out)
+    console.print(methods_table(compared))
+    for refused in (each for each in compared if each.refusal):
+        asked = "" if refused.target is None else f" at ε = {refused.target:g}"
+        console.print(f"• {refused.method.value}{asked}: {refused.refusal}")
+    style.save(risk_figure(compared), out / "figures" / "methods")
+    console.print(f"The comparison is in {out}")
+
+
+@app.command
 def study(
     *,
     trials: Trials = None,
@@ -132,6 +164,39 @@ def drive(
     console.print(f"{outcome.kind.value} at {outcome.time:.1f} s with {number} vehicles")
     console.print(drives_table(table_of([measure(trace, experiment.seed, trial)])))
     console.print(f"Trace, snapshots and video are in {folder}")
+
+
+@app.command
+def basis(
+    *recording: Annotated[Path, Parameter(help="Files or folders of recordings; without any, generated traffic.")],
+    epsilon: Annotated[tuple[float, ...], Parameter(help="Radius of a cover.")] = (0.5, 0.75, 1.0, 2.0),
+    stride: Annotated[float | None, Parameter(help="Time from one segment of a vehicle to the next [s].")] = None,
+    symmetric: Annotated[bool | None, Parameter(help="With every base trajectory its mirror image.")] = None,
+    seed: Seed = None,
+    out: Out = Path("results"),
+    config: Config = None,
+    location: Location = None,
+) -> None:
+    """Cover all trajectory segments of recordings by few, for several ε, and bound how few could do."""
+    from coverdrive import workflow
+    from coverdrive.prediction.basis_study import study_bases
+    from coverdrive.prediction.segments import cut_segments
+    from coverdrive.report.figures import draw_bases
+    from coverdrive.report.terminal import bases_table
+
+    experiment = _experiment(config, seed, location).overridden(
+        prediction={"segments": {"stride": stride}, "basis": {"symmetric": symmetric}}
+    )
+    settings = experiment.prediction
+    with stages() as bars:
+        recordings = workflow.load_recordings(experiment, recording, bars.share("recordings"))
+        segments = cut_segments(recordings, settings.segments)
+        studied = study_bases(segments, epsilon, settings.basis, experiment.seed, bars.share("bases"))
+    workflow.save_bases(experiment, recordings, studied, out)
+    draw_bases(studied, segments, out / "figures")
+    console.print(f"{len(segments)} segments of {studied[0].basis.horizon:g} s")
+    console.print(bases_table(studied))
+    console.print(f"Bases and figures are in {out}")
 
 
 @app.command

@@ -17,11 +17,14 @@ from typing import Any
 import polars as pl
 
 import coverdrive
-from coverdrive.certificates.certificate import fingerprint
+from coverdrive.certificates.certificate import Counted, fingerprint
+from coverdrive.certificates.comparison import Compared, compare
+from coverdrive.certificates.methods import Task
 from coverdrive.config import Experiment
 from coverdrive.files import write_atomically
 from coverdrive.planning.planner import MpcPlanner
-from coverdrive.prediction.fit import Fit, StageProgress, fit
+from coverdrive.prediction.basis_study import StudiedBasis, basis_record, point_table
+from coverdrive.prediction.fit import Fit, StageProgress, fit, score_sides
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.recordings.generated import generate
 from coverdrive.recordings.read import read
@@ -53,6 +56,65 @@ def fit_predictor(
     write_json(folder / "certificate.json", _certificate_record(result))
     write_json(folder / "run.json", _provenance(experiment, recordings) | {"seconds": result.seconds})
     return result
+
+
+def save_bases(
+    experiment: Experiment, recordings: Sequence[Recording], studied: Sequence[StudiedBasis], folder: Path
+) -> None:
+    """Write every basis as safetensors and as a table of points, and what they were made from."""
+    experiment.save(folder / "config.toml")
+    write_json(
+        folder / "bases.json",
+        _provenance(experiment, recordings) | {"bases": [basis_record(each) for each in studied]},
+    )
+    for each in studied:
+        name = f"basis_{each.basis.epsilon:g}"
+        each.basis.save(folder / f"{name}.safetensors", each.source)
+        write_atomically(folder / f"{name}.csv", point_table(each).write_csv)
+
+
+def compare_methods(
+    experiment: Experiment,
+    predictor: Predictor,
+    recordings: Sequence[Recording],
+    targets: Sequence[float],
+    unit: Counted | None = None,
+    progress: StageProgress | None = None,
+) -> list[Compared]:
+    """Calibrate a predictor by every method on the split that it was fitted with, and test it."""
+    report = progress or (lambda stage, share: None)
+    settings, seed = experiment.prediction, experiment.seed
+    sides = score_sides(predictor, recordings, settings, seed, partial(report, "affordances and labels"))
+    task = Task(
+        samples=sides.calibration,
+        tube=predictor.basis.epsilon,
+        trained_on=predictor.trained_on,
+        confidence=settings.certificate.confidence,
+        unit=unit or settings.certificate.unit,
+        training=sides.train,
+        seed=seed,
+    )
+    return compare(task, sides.test, targets, partial(report, "methods"))
+
+
+def save_comparison(compared: Sequence[Compared], folder: Path) -> None:
+    """Write a comparison of methods as JSON, and as a table of one row for each method and target."""
+    write_json(folder / "methods.json", [asdict(each) for each in compared])
+    rows = [
+        {
+            "method": each.method.value,
+            "asked": each.target,
+            "proved": each.certificate.epsilon if each.certificate else None,
+            "observed": each.missed.value if each.missed else None,
+            "low": each.missed.low if each.missed else None,
+            "high": each.missed.high if each.missed else None,
+            "mean_set_size": each.evaluation.mean_set_size if each.evaluation else None,
+            "seconds": each.seconds,
+            "refusal": each.refusal,
+        }
+        for each in compared
+    ]
+    write_atomically(folder / "methods.csv", pl.DataFrame(rows, infer_schema_length=None).write_csv)
 
 
 def study(

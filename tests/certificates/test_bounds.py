@@ -7,7 +7,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from coverdrive.certificates.bounds import binomial_tail, clopper_pearson, violation_bound
+from coverdrive.certificates.bounds import (
+    binomial_tail,
+    clopper_pearson,
+    discarding_bound,
+    discards_allowed,
+    log_discarding_tail,
+    violation_bound,
+)
 from coverdrive.errors import CertificateError
 
 SIZES = (15946, 23919, 31893, 39866, 47839, 55813, 63786)
@@ -54,6 +61,47 @@ def test_bound_inverts_the_tail(confidence: float, support: int, more: int) -> N
     epsilon = violation_bound(confidence, support, samples)
     assert binomial_tail(epsilon, support - 1, samples) == pytest.approx(1 - confidence, abs=1e-9)
     assert epsilon == pytest.approx(stats.beta.ppf(confidence, support, samples - support + 1), rel=1e-9)
+
+
+@given(st.floats(0.01, 0.9), st.integers(1, 5), st.integers(0, 8), st.integers(14, 60))
+def test_discarding_tail_is_the_product_of_its_factors(
+    epsilon: float, support: int, discarded: int, samples: int
+) -> None:
+    most = support + discarded - 1
+    direct = math.comb(most, discarded) * binomial_tail(epsilon, most, samples)
+    assert math.exp(log_discarding_tail(epsilon, support, discarded, samples)) == pytest.approx(direct, rel=1e-9)
+
+
+def test_discarding_tail_where_its_factors_overflow() -> None:
+    # C(2016, 2000) and the tail of 50 standard deviations; their logarithms by exact integers
+    epsilon, support, discarded, samples = 0.5, 17, 2000, 16000
+    total = sum(math.comb(samples, j) for j in range(support + discarded))
+    exact = math.log(math.comb(support + discarded - 1, discarded)) + _log(total) - samples * math.log(2)
+    assert exact < -4000
+    assert log_discarding_tail(epsilon, support, discarded, samples) == pytest.approx(exact, rel=1e-9)
+
+
+def _log(number: int) -> float:
+    shift = max(number.bit_length() - 900, 0)
+    return math.log(number >> shift) + shift * math.log(2)
+
+
+@given(st.floats(0.5, 0.999), st.integers(1, 20), st.integers(0, 30), st.integers(50, 2000))
+def test_discarding_bound_inverts_its_tail(confidence: float, support: int, discarded: int, samples: int) -> None:
+    bound = discarding_bound(confidence, support, discarded, samples)
+    if bound < 1:
+        tail = log_discarding_tail(bound, support, discarded, samples)
+        assert tail == pytest.approx(math.log1p(-confidence), abs=1e-5)
+    assert discarding_bound(confidence, support, 0, samples) == violation_bound(confidence, support, samples)
+
+
+@given(st.floats(0.001, 0.5), st.integers(1, 20), st.integers(10, 2000))
+def test_greatest_number_of_discards(epsilon: float, support: int, samples: int) -> None:
+    allowed = discards_allowed(epsilon, 0.99, support, samples)
+    goal = math.log1p(-0.99)
+    if allowed >= 0:
+        assert log_discarding_tail(epsilon, support, allowed, samples) <= goal
+    assert log_discarding_tail(epsilon, support, allowed + 1, samples) > goal
 
 
 def test_intervals_of_the_papers_collisions() -> None:

@@ -1,14 +1,18 @@
 """The norm, the greedy cover and the interpolation."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from safetensors import safe_open
 
 from coverdrive.errors import DataError
 from coverdrive.prediction.basis import Basis, BasisSettings, make_basis
 from coverdrive.prediction.cover import greedy_cover
 from coverdrive.prediction.segments import Segments
+from coverdrive.prediction.storage import save_arrays
 
 
 def segments_of(points: np.ndarray) -> Segments:
@@ -62,6 +66,27 @@ def test_every_segment_is_covered(count: int, seed: int, epsilon: float, candida
     assert len(basis) <= count
 
 
+def test_a_symmetric_basis_holds_every_mirror_image_and_covers() -> None:
+    mirror = np.array([1.0, -1.0])
+    made = random_segments(150, seed=3, scale=2.0).points
+    straight = made[:30] * np.array([1.0, 0.0])
+    segments = segments_of(np.concatenate([made, straight]))
+    basis = make_basis(segments, BasisSettings(epsilon=0.7, candidates=40, symmetric=True))
+    bases = {base.tobytes() for base in basis.points + 0.0}
+    assert bases == {base.tobytes() for base in basis.points * mirror + 0.0}
+    assert len(bases) == len(basis)
+    for points in (segments.points, segments.points * mirror):
+        assert (basis.distance(points).min(1) <= 0.7).all()
+
+
+def test_one_pair_covers_a_turn_and_its_mirror_image() -> None:
+    points = np.zeros((2, 7, 2))
+    points[0, :, 1] = np.linspace(0, 3, 7)
+    points[1] = -points[0]
+    basis = make_basis(segments_of(points), BasisSettings(epsilon=0.5, symmetric=True))
+    assert len(basis) == 2
+
+
 def test_greedy_choice_equals_the_plain_algorithm() -> None:
     segments = random_segments(200, seed=5)
     basis = basis_of(segments.points)
@@ -101,3 +126,23 @@ def test_nothing_or_nonsense_is_refused() -> None:
         make_basis(segments_of(np.zeros((0, 7, 2))))
     with pytest.raises(DataError, match="finite"):
         make_basis(segments_of(np.full((2, 7, 2), np.nan)))
+
+
+def test_a_saved_basis_is_the_same_basis(tmp_path: Path) -> None:
+    basis = basis_of(random_segments(5, 1).points, epsilon=0.75)
+    basis.save(tmp_path / "basis.safetensors", source="abc")
+    loaded = Basis.load(tmp_path / "basis.safetensors")
+    assert np.array_equal(loaded.points, basis.points) and loaded.tolerances == basis.tolerances
+    with safe_open(tmp_path / "basis.safetensors", framework="numpy") as file:
+        assert file.metadata() == {
+            "format": "coverdrive basis 1", "epsilon": "0.75", "aspect": "4.0", "growth": "1.0", "step": "0.5",
+            "source": '"abc"',
+        }  # fmt: skip
+
+
+def test_other_files_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(DataError, match="not a basis file"):
+        Basis.load(tmp_path / "missing.safetensors")
+    save_arrays(tmp_path / "other", "predictor", {}, {"points": np.zeros(1)})
+    with pytest.raises(DataError, match=r"expected the format 'coverdrive basis 1', got 'coverdrive predictor 1'"):
+        Basis.load(tmp_path / "other")

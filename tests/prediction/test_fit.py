@@ -2,12 +2,15 @@
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
+from coverdrive.certificates.evaluation import evaluate
+from coverdrive.certificates.methods import Method
 from coverdrive.errors import CertificateError, DataError
 from coverdrive.prediction.basis import BasisSettings
-from coverdrive.prediction.fit import CertificateSettings, Fit, PredictionSettings, certify, fit
+from coverdrive.prediction.calibrate import CertificateSettings, calibrate
+from coverdrive.prediction.fit import Fit, PredictionSettings, fit, score_sides
 from coverdrive.prediction.predictor import Predictor
-from coverdrive.prediction.samples import make_samples
 from coverdrive.prediction.segments import SegmentSettings, cut_segments
 from coverdrive.prediction.training import TrainingSettings
 from coverdrive.recordings.recording import Recording
@@ -54,11 +57,36 @@ def test_same_seed_same_predictor(fitted: Fit, scenes: tuple[Recording, ...]) ->
 
 
 def test_calibrating_on_training_samples_is_refused(fitted: Fit, scenes: tuple[Recording, ...]) -> None:
-    segments = cut_segments(scenes, SETTINGS.segments)
     predictor = fitted.predictor
-    training = make_samples(scenes, segments, predictor.basis).of(fitted.split.train)
+    training = score_sides(predictor, scenes, SETTINGS, seed=1).train
     with pytest.raises(CertificateError, match="also trained the network"):
-        certify(predictor.basis, predictor.network, predictor.trained_on, training, SETTINGS.certificate)
+        calibrate(predictor.basis, predictor.network, training, training, SETTINGS.certificate)
+
+
+def test_scores_of_the_same_split_give_the_same_rule(fitted: Fit, scenes: tuple[Recording, ...]) -> None:
+    predictor = fitted.predictor
+    sides = score_sides(predictor, scenes, SETTINGS, seed=1)
+    again, _ = calibrate(predictor.basis, predictor.network, sides.train, sides.calibration, SETTINGS.certificate)
+    assert np.array_equal(again.rule.values, predictor.rule.values)
+    other = score_sides(predictor, scenes, SETTINGS, seed=2)
+    with pytest.raises(CertificateError, match="also trained the network"):
+        calibrate(predictor.basis, predictor.network, sides.train, other.calibration, SETTINGS.certificate)
+
+
+def test_another_method_by_its_name(fitted: Fit, scenes: tuple[Recording, ...]) -> None:
+    settings = CertificateSettings(method=Method.PAC_POOLED, epsilon=0.1, confidence=0.9, unit="window")
+    predictor = fitted.predictor
+    sides = score_sides(predictor, scenes, SETTINGS, seed=1)
+    again, certificates = calibrate(predictor.basis, predictor.network, sides.train, sides.calibration, settings)
+    assert len(np.unique(again.rule.values)) == 1
+    assert [certificate.epsilon for certificate in certificates] == [0.1]
+    assert evaluate(again.rule, sides.calibration).windows.value <= 0.1
+
+
+@pytest.mark.parametrize(("method", "epsilon"), [("post-bloating", 0.1), ("pac-pooled", None)])
+def test_a_bound_is_asked_for_where_it_is_needed(method: str, epsilon: float | None) -> None:
+    with pytest.raises(ValidationError, match="post-bloating computes its epsilon"):
+        CertificateSettings(method=Method(method), epsilon=epsilon)
 
 
 def test_file_round_trip(fitted: Fit, tmp_path) -> None:

@@ -12,11 +12,9 @@ from jaxtyping import Int
 
 from coverdrive.certificates.bounds import rate_limit, violation_bound
 from coverdrive.certificates.calibration import ScoredSamples, refuse_trained
-from coverdrive.certificates.certificate import Certificate, Unit, fingerprint
+from coverdrive.certificates.certificate import Certificate, Counted, fingerprint
 from coverdrive.certificates.rule import Thresholds
-
-ROUNDING = 1e-6
-"""Thresholds are lowered by this much, so that scores computed in batches of another shape are never missed."""
+from coverdrive.certificates.units import one_window_each
 
 
 def post_bloat(
@@ -24,7 +22,8 @@ def post_bloat(
     tube: float,
     trained_on: Int[np.ndarray, " V"],
     confidence: float = 0.99,
-    unit: Unit = "window",
+    unit: Counted = "window",
+    seed: int = 0,
 ) -> tuple[Thresholds, Certificate]:
     """Thresholds that miss no covered calibration sample, and the bound on missing a new one.
 
@@ -34,19 +33,20 @@ def post_bloat(
             seen (the ε of the cover).
         trained_on: keys of the vehicles that trained the network.
         confidence: of the bound, in (0, 1).
-        unit: what the bound counts. The rule is the same for both.
+        unit: what the bound counts. The rule is the same for windows and for vehicles.
+        seed: of the draw of one window of every vehicle, where these are the unit.
 
     Raises:
         CertificateError: calibration samples trained the network, or there are too few of them.
     """
     refuse_trained(samples, trained_on)
+    if unit == "drawn window":
+        samples = one_window_each(samples, seed)
     bases = samples.scores.shape[1]
     covered = samples.distance <= tube
     lowest = np.full(bases, np.inf)
     np.minimum.at(lowest, samples.base[covered], samples.score_of_base[covered])
-    seen = np.isfinite(lowest)
-    values = np.where(seen, np.maximum(lowest - ROUNDING, 0), 0)
-    key = np.arange(len(samples)) if unit == "window" else samples.vehicle
+    key = samples.vehicle if unit == "vehicle" else np.arange(len(samples))
     count, uncovered = len(np.unique(key)), len(np.unique(key[~covered]))
     shared_confidence = (1 + confidence) / 2
     certificate = Certificate(
@@ -59,9 +59,9 @@ def post_bloat(
         uncovered=uncovered,
         prediction_epsilon=violation_bound(confidence, bases, count),
         paper_epsilon=rate_limit(confidence, bases + 1, count),
-        unseen_bases=int((~seen).sum()),
+        unseen_bases=int(np.isinf(lowest).sum()),
         discarded=0,
         tube=tube,
         fingerprint=fingerprint(samples.scores, samples.base, samples.distance),
     )
-    return Thresholds(values, np.full(bases, tube)), certificate
+    return Thresholds.at(lowest, tube), certificate

@@ -8,7 +8,12 @@ Post-bloating with M thresholds: every sample bounds exactly one threshold, so �
 (its Theorem 1 has k = M + 1), which is valid and looser.
 """
 
-from scipy import special, stats
+import math
+from bisect import bisect_left
+from fractions import Fraction
+
+import numpy as np
+from scipy import optimize, special, stats
 
 from coverdrive.errors import CertificateError
 
@@ -55,6 +60,96 @@ def rate_limit(confidence: float, successes: int, trials: int) -> float:
     """
     check_confidence(confidence)
     return float(special.betaincinv(successes + 1, trials - successes, confidence)) if successes < trials else 1.0
+
+
+def misses_allowed(epsilon: float, confidence: float, trials: int) -> int:
+    """The greatest number k of misses in N trials with Φ(ε, k, N) ≤ 1 − confidence; −1 if there is none.
+
+    A rule of one parameter that misses at most k of N calibration units has a miss probability of at most ε with this
+    confidence; for a continuous score the probability is distributed as Beta(k + 1, N − k).
+
+    Args:
+        epsilon: bound on the probability of a miss, in (0, 1).
+        confidence: in (0, 1).
+        trials: number N ≥ 0 of independent calibration units.
+    """
+    check_confidence(confidence)
+    return bisect_left(range(trials + 1), True, key=lambda k: binomial_tail(epsilon, k, trials) > 1 - confidence) - 1
+
+
+def marginal_misses_allowed(epsilon: float, trials: int) -> int:
+    """The same for split conformal prediction, k = N − ⌈(N + 1)(1 − ε)⌉; −1 if that rank exceeds N.
+
+    Args:
+        epsilon: bound on the probability of a miss over calibration and test together, in (0, 1), read as the decimal
+            number that it prints as.
+        trials: number N ≥ 0 of exchangeable calibration units.
+    """
+    return math.floor((trials + 1) * Fraction(str(float(epsilon)))) - 1
+
+
+def log_discarding_tail(epsilon: float, support: int, discarded: int, samples: int) -> float:
+    """Logarithm of C(ζ + r − 1, r)·Φ(ε, ζ + r − 1, N), which bounds P{violation > ε}.
+
+    Source: Campi and Garatti 2011, Theorem 2.1. The sum is taken of logarithms, because its factors overflow.
+
+    Args:
+        epsilon: violation probability in (0, 1).
+        support: greatest number ζ ≥ 1 of supporting constraints.
+        discarded: number r ≥ 0 of discarded constraints, all violated by the solution.
+        samples: number N of i.i.d. samples.
+    """
+    most = support + discarded - 1
+    if most >= samples:
+        return math.inf
+    ways = special.gammaln(most + 1) - special.gammaln(discarded + 1) - special.gammaln(support)
+    terms = np.arange(most + 1)
+    choices = special.gammaln(samples + 1) - special.gammaln(terms + 1) - special.gammaln(samples - terms + 1)
+    powers = special.xlogy(terms, epsilon) + special.xlog1py(samples - terms, -epsilon)
+    return float(ways + special.logsumexp(choices + powers))
+
+
+def discarding_bound(confidence: float, support: int, discarded: int, samples: int) -> float:
+    """The smallest ε for which `log_discarding_tail` is at most log(1 − confidence).
+
+    Args:
+        confidence: probability in (0, 1) with which the violation probability is at most ε.
+        support: greatest number ζ ≥ 1 of supporting constraints.
+        discarded: number r ≥ 0 of discarded constraints.
+        samples: number N of i.i.d. samples.
+
+    Raises:
+        CertificateError: confidence outside (0, 1), or too few samples for so many discarded ones.
+    """
+    low, high = violation_bound(confidence, support + discarded, samples), 1 - 1e-9
+    if discarded == 0 or support == 1:  # one way to discard: the tail has no further factor
+        return low
+    goal = math.log1p(-confidence)
+    if log_discarding_tail(high, support, discarded, samples) > goal:
+        return 1.0
+    return float(
+        optimize.root_scalar(
+            lambda epsilon: log_discarding_tail(epsilon, support, discarded, samples) - goal,
+            bracket=(low, high),
+            method="bisect",
+            xtol=1e-13,
+        ).root
+    )
+
+
+def discards_allowed(epsilon: float, confidence: float, support: int, samples: int) -> int:
+    """The greatest number r of discarded samples whose bound is at most ε; −1 if not even none may be discarded.
+
+    Args:
+        epsilon: bound on the violation probability, in (0, 1).
+        confidence: in (0, 1).
+        support: greatest number ζ ≥ 1 of supporting constraints.
+        samples: number N of i.i.d. samples.
+    """
+    check_confidence(confidence)
+    goal = math.log1p(-confidence)
+    numbers = range(max(samples - support + 1, 0))
+    return bisect_left(numbers, True, key=lambda r: log_discarding_tail(epsilon, support, r, samples) > goal) - 1
 
 
 def clopper_pearson(successes: int, trials: int, confidence: float = 0.95) -> tuple[float, float]:

@@ -38,6 +38,10 @@ class ScoredSamples:
         """Number of samples N."""
         return len(self.base)
 
+    def of(self, rows: Int[np.ndarray, " n"]) -> "ScoredSamples":
+        """The samples of some rows."""
+        return ScoredSamples(self.scores[rows], self.base[rows], self.distance[rows], self.vehicle[rows])
+
     @property
     def score_of_base(self) -> Float[np.ndarray, " N"]:
         """Score of the base that was driven."""

@@ -9,49 +9,97 @@ import numpy as np
 Unit = Literal["window", "vehicle"]
 """What is counted: single windows, or vehicles (a vehicle misses if any of its windows does)"""
 
+Counted = Unit | Literal["drawn window"]
+"""The same, or one window of every vehicle, drawn at random: independent draws, as vehicles are"""
+
 
 @dataclass(frozen=True)
 class Certificate:
-    """With probability ``confidence`` over the calibration samples, a new one misses with probability at most ε."""
+    """With probability ``confidence`` over the calibration samples, a new one misses with probability at most ε.
+
+    Without a confidence, ε bounds the probability over calibration samples and new sample together.
+    """
 
     method: str
     epsilon: float
     """bound on the probability of a miss"""
-    confidence: float
-    """probability, over the draw of the calibration samples, with which the bound holds"""
+    confidence: float | None
+    """probability, over the draw of the calibration samples, with which the bound holds; none if it is marginal"""
     samples: int
     """number N₂ of calibration samples, counted in ``unit``"""
-    unit: Unit
+    unit: Counted
     bases: int
-    """number M of base trajectories: the greatest number of samples that can determine the rule"""
+    """number M of base trajectories"""
     uncovered: int
     """calibration samples that no base covers; they count as misses"""
-    prediction_epsilon: float
-    """bound on missing a covered sample alone, Φ(ε, M − 1, N₂)"""
-    paper_epsilon: float
-    """the same by the paper's Theorem 1, Φ(ε, M + 1, N₂): valid and looser"""
     unseen_bases: int
-    """bases without a covered calibration sample; they are always possible"""
+    """bases with too few calibration samples for a threshold; they are always possible"""
     discarded: int
-    """covered calibration samples that the rule is allowed to miss"""
+    """covered calibration samples that the rule misses"""
     tube: float
     """radius around a base, in the norm of the basis, within which a vehicle has to stay"""
     fingerprint: str
     """of the calibration samples"""
+    groups: int = 1
+    """groups of bases, for each of which the bound holds by itself; with one, it holds for all bases together"""
+    prediction_epsilon: float | None = None
+    """bound on missing a covered sample alone, Φ(ε, M − 1, N₂); of post-bloating only"""
+    paper_epsilon: float | None = None
+    """the same by the paper's Theorem 1, Φ(ε, M + 1, N₂): valid and looser"""
 
     @property
     def sentence(self) -> str:
         """The statement that is proved, with its assumption."""
-        what = {
-            "window": "a vehicle leaves its predicted set within the horizon of one window",
-            "vehicle": "a vehicle leaves its predicted set in any window in which it is seen",
-        }[self.unit]
         return (
-            f"With confidence {self.confidence:.4g}, the probability that {what} is at most {self.epsilon:.3%} "
+            f"{self._probability} that {self._miss} is at most {self.epsilon:.3%} "
             f"({self.method}, {self.samples} calibration {self.unit}s, {self.uncovered} of them uncovered, "
             f"{self.bases} bases), if new {self.unit}s are independent draws from the same traffic as the calibration "
-            f"{self.unit}s."
+            f"{self.unit}s.{self._limits}"
         )
+
+    @property
+    def _probability(self) -> str:
+        if self.confidence is None:
+            return "Over calibration and test together, the probability"
+        return f"With confidence {self.confidence:.4g}, the probability"
+
+    @property
+    def _miss(self) -> str:
+        miss = {
+            "window": "a vehicle leaves its predicted set within the horizon of one window",
+            "vehicle": "a vehicle leaves its predicted set in any window in which it is seen",
+            "drawn window": "a vehicle leaves its predicted set in one window drawn at random from its own",
+        }[self.unit]
+        if self.groups == 1:
+            return miss
+        which = "base" if self.groups == self.bases else "group of bases"
+        if self.unit == "vehicle":
+            return (
+                f"a vehicle that drives a calibrated {which} leaves its predicted set in any window in which it does, "
+                f"for every such {which},"
+            )
+        return f"{miss}, whichever calibrated {which} it drives there,"
+
+    @property
+    def _limits(self) -> str:
+        limits = ""
+        if self.confidence is None:
+            limits += (
+                " This is an average over calibrations, without confidence: the rule of this one calibration may miss "
+                "more often."
+            )
+        if self.groups > 1 and self.unit == "vehicle":
+            limits += (
+                " A vehicle that drives several of them may be missed in each, so that a larger share of all vehicles "
+                "may be missed."
+            )
+        if self.groups > 1 and self.unseen_bases:
+            limits += (
+                f" Bases that are not calibrated, because too few {self.unit}s stay near them for this ε: "
+                f"{self.unseen_bases}. They are always possible, and nothing is proved about how often a vehicle that "
+                "drives one of them leaves its tube."
+            )
+        return limits
 
 
 def fingerprint(*arrays: np.ndarray) -> str:

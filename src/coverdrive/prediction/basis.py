@@ -6,6 +6,7 @@ growing with time: max over t of ‖(Δlon·s_t/4, Δlat·s_t)‖₂ with s_t = 
 """
 
 from collections.abc import Callable
+from pathlib import Path
 
 import equinox as eqx
 import jax
@@ -17,8 +18,9 @@ from pydantic import Field, PositiveFloat, PositiveInt
 from scipy.interpolate import CubicSpline
 
 from coverdrive.errors import DataError
-from coverdrive.prediction.cover import greedy_cover
+from coverdrive.prediction.cover import MIRROR, greedy_cover
 from coverdrive.prediction.segments import Segments
+from coverdrive.prediction.storage import load_arrays, save_arrays
 from coverdrive.settings import Settings
 
 _CHUNK = 65_536
@@ -36,6 +38,8 @@ class BasisSettings(Settings):
     """relative growth of the tolerance over the horizon (authors' scripts: it doubles)"""
     candidates: PositiveInt = 4096
     """segments that greedy choice picks from at a time; more can give a smaller basis and takes longer"""
+    symmetric: bool = False
+    """with every base trajectory, its mirror image (left for right) is in the basis"""
 
 
 class Basis(eqx.Module):
@@ -60,6 +64,11 @@ class Basis(eqx.Module):
     def horizon(self) -> float:
         """[s] from the first to the last point."""
         return self.step * (self.points.shape[1] - 1)
+
+    @property
+    def tolerances(self) -> dict[str, float]:
+        """Everything but the points, by name."""
+        return {name: float(getattr(self, name)) for name in ("epsilon", "aspect", "growth", "step")}
 
     def distance(self, points: Float[np.ndarray, "N T 2"]) -> Float[np.ndarray, "N M"]:
         """Atomic norm of the difference of every segment to every base trajectory."""
@@ -91,6 +100,26 @@ class Basis(eqx.Module):
         """Segments in coordinates in which the atomic norm is the maximum over t of the Euclidean length."""
         return points / self.tolerance(1.0, self.step * np.arange(self.points.shape[1]))
 
+    def save(self, path: Path, source: str = "") -> None:
+        """Write the basis to a file.
+
+        Args:
+            path: of the file.
+            source: fingerprint of the segments that it was made from.
+        """
+        save_arrays(path, "basis", {**self.tolerances, "source": source}, {"points": self.points})
+
+    @staticmethod
+    def load(path: Path) -> "Basis":
+        """Read a basis.
+
+        Raises:
+            DataError: the file is missing, or not one that `save` wrote.
+        """
+        header, arrays = load_arrays(path, "basis", "coverdrive basis")
+        del header["source"]
+        return Basis(arrays["points"], **header)
+
 
 @jax.jit
 def _distance(segments: Float[Array, "N T 2"], bases: Float[Array, "M T 2"]) -> Float[Array, "N M"]:
@@ -107,7 +136,8 @@ def make_basis(
     """Cover all segments with few of them.
 
     Args:
-        segments: the segments to cover; the base trajectories are taken from them.
+        segments: the segments to cover; the base trajectories are taken from them, and from their mirror
+            images if the settings say symmetric.
         settings: tolerance and search.
         seed: of the search.
         progress: called with the share of segments covered so far.
@@ -120,8 +150,13 @@ def make_basis(
         raise DataError(f"a basis needs segments of finite points, got {len(segments)} segments")
     tolerance = {"epsilon": settings.epsilon, "aspect": settings.aspect, "growth": settings.growth}
     everything = Basis(segments.points, step=segments.step, **tolerance)
-    chosen = greedy_cover(everything.scaled(segments.points), settings.epsilon, settings.candidates, seed, progress)
-    basis = Basis(segments.points[chosen], step=segments.step, **tolerance)
+    scaled = everything.scaled(segments.points)
+    chosen = greedy_cover(scaled, settings.epsilon, settings.candidates, seed, progress, settings.symmetric)
+    points = segments.points[chosen]
+    if settings.symmetric:
+        turning = (points[..., 1] != 0).any(1)
+        points = np.concatenate([points, points[turning] * MIRROR])
+    basis = Basis(points, step=segments.step, **tolerance)
     uncovered = int((basis.distance(segments.points).min(1) > settings.epsilon).sum())
     if uncovered:
         raise DataError(f"the basis leaves {uncovered} of {len(segments)} segments uncovered; please report this")

@@ -17,6 +17,9 @@ from jaxtyping import Bool, Float, Int, UInt64
 _CHUNK = 256
 _WORD = 64
 
+MIRROR = np.array([1.0, -1.0])
+"""Times a point or a deviation (lon, lat): its mirror image, left for right"""
+
 
 def greedy_cover(
     scaled: Float[np.ndarray, "N T 2"],
@@ -24,6 +27,7 @@ def greedy_cover(
     candidates: int = 4096,
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
+    symmetric: bool = False,
 ) -> Int[np.ndarray, " M"]:
     """Choose segments such that every segment is within ε of a chosen one.
 
@@ -33,6 +37,7 @@ def greedy_cover(
         candidates: number of segments that greedy choice picks from at a time.
         seed: of the random sample of candidates.
         progress: called with the share of segments covered so far, in [0, 1].
+        symmetric: the mirror image of every chosen segment, left for right, covers as well.
 
     Returns:
         Indices of the chosen segments, in the order of choice.
@@ -45,6 +50,8 @@ def greedy_cover(
     while len(remaining):
         pool = np.sort(random.permutation(remaining)[:candidates])
         covers = _coverage(points[pool], points[remaining], radius)
+        if symmetric:
+            covers |= _coverage(points[pool] * jnp.asarray(MIRROR), points[remaining], radius)
         uncovered = _pack(np.ones((1, len(remaining)), dtype=bool))[0]
         for index in _lazy_greedy(covers, uncovered):
             chosen.append(int(pool[index]))
@@ -72,14 +79,15 @@ def _lazy_greedy(covers: UInt64[np.ndarray, "C words"], uncovered: UInt64[np.nda
 def _coverage(
     pool: Float[Array, "C T 2"], segments: Float[Array, "R T 2"], radius: float
 ) -> UInt64[np.ndarray, "C words"]:
-    rows = [_pack(np.asarray(_within(pool[i : i + _CHUNK], segments, radius))) for i in range(0, len(pool), _CHUNK)]
+    rows = [_pack(np.asarray(within(pool[i : i + _CHUNK], segments, radius))) for i in range(0, len(pool), _CHUNK)]
     return np.concatenate(rows)
 
 
 @jax.jit
-def _within(
+def within(
     pool: Float[Array, "C T 2"], segments: Float[Array, "R T 2"], radius: Float[Array, ""]
 ) -> Bool[Array, "C R"]:
+    """Which segments are within ``radius`` of which members of a pool."""
     inside = jnp.ones((pool.shape[0], segments.shape[0]), dtype=bool)
     for t in range(pool.shape[1]):
         apart = pool[:, None, t] - segments[None, :, t]

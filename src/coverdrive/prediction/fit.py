@@ -6,19 +6,16 @@ evaluation only the test split. Every segment counts, whatever it does.
 
 import time
 from collections.abc import Callable, Generator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
-from pydantic import Field
+from jaxtyping import Float
 
-from coverdrive.certificates.bloating import post_bloat
-from coverdrive.certificates.calibration import ScoredSamples
-from coverdrive.certificates.certificate import Certificate, Unit
+from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.evaluation import Evaluation, Rate, evaluate
-from coverdrive.errors import CertificateError
-from coverdrive.prediction.basis import Basis, BasisSettings, make_basis
+from coverdrive.prediction.basis import BasisSettings, make_basis
+from coverdrive.prediction.calibrate import CertificateSettings, ScoredSides, calibrate, score
 from coverdrive.prediction.network import Network
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.prediction.samples import Samples, make_samples
@@ -30,16 +27,6 @@ from coverdrive.settings import Settings
 
 StageProgress = Callable[[str, float], None]
 """Called with the name of the stage and the share of it that is done."""
-
-
-class CertificateSettings(Settings):
-    """What the certificate claims."""
-
-    confidence: float = Field(default=0.99, gt=0, lt=1)
-    """probability with which the bound on the miss rate holds (paper, Table 1)"""
-    unit: Unit = "vehicle"
-    """what the bound stored with the predictor counts: whole vehicles, or windows as in the paper, which takes the
-    windows of one vehicle for independent"""
 
 
 class PredictionSettings(Settings):
@@ -58,7 +45,7 @@ class Fit:
 
     predictor: Predictor
     certificates: tuple[Certificate, ...]
-    """of the same rule for windows and for vehicles; one is missing if there are too few samples for any bound"""
+    """of the predictor's rule in every unit in which there is one, that of the predictor first"""
     evaluation: Evaluation
     """on the test split"""
     uncovered: Rate
@@ -95,7 +82,7 @@ def fit(
     settings = settings or PredictionSettings()
     report = progress or _ignore
     seconds: dict[str, float] = {}
-    split_seed, basis_seed, training_seed = np.random.SeedSequence(seed).generate_state(3).tolist()
+    split_seed, basis_seed, training_seed = _seeds(seed)
 
     with _stage("segments", seconds, report):
         segments = cut_segments(recordings, settings.segments)
@@ -104,19 +91,20 @@ def fit(
         basis = make_basis(segments.of(sides.train), settings.basis, basis_seed, share)
     with _stage("affordances and labels", seconds, report) as share:
         samples = make_samples(recordings, segments, basis, share)
-        training, calibration, test = (samples.of(side) for side in (sides.train, sides.calibration, sides.test))
+        training = samples.of(sides.train)
     with _stage("training", seconds, report) as share:
         network, losses = train(training, settings.training, training_seed, share)
     with _stage("certificate", seconds, report):
-        predictor, certificates = certify(
-            basis, network, np.unique(training.vehicle), calibration, settings.certificate
+        scored = _scored(network, samples, sides)
+        predictor, certificates = calibrate(
+            basis, network, scored.train, scored.calibration, settings.certificate, seed
         )
-        evaluation = evaluate(predictor.rule, score(predictor.network, test))
+        evaluation = evaluate(predictor.rule, scored.test)
     return Fit(
         predictor=predictor,
         certificates=certificates,
         evaluation=evaluation,
-        uncovered=Rate.of(test.distance > basis.epsilon),
+        uncovered=Rate.of(scored.test.distance > basis.epsilon),
         segments=segments,
         split=sides,
         base_share=np.bincount(training.base, minlength=len(basis)) / len(training),
@@ -125,35 +113,36 @@ def fit(
     )
 
 
-def certify(
-    basis: Basis,
-    network: Network,
-    trained_on: Int[np.ndarray, " V"],
-    calibration: Samples,
-    settings: CertificateSettings,
-) -> tuple[Predictor, tuple[Certificate, ...]]:
-    """Calibrate a trained network by post-bloating.
+def score_sides(
+    predictor: Predictor,
+    recordings: Sequence[Recording],
+    settings: PredictionSettings | None = None,
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+) -> ScoredSides:
+    """Scores on the same split that the same recordings, settings and seed give in `fit`.
 
-    Returns:
-        The predictor, which carries the certificate in the chosen unit, and the certificates in every unit in which
-        there are enough samples.
-
-    Raises:
-        CertificateError: a calibration vehicle trained the network, or there are too few for the chosen unit.
+    Args:
+        predictor: any; a calibrator refuses the split if it is not the one that trained it.
+        recordings: what to cut segments from.
+        settings: of segments and split.
+        seed: of the split.
+        progress: called with the share of the recordings that is described.
     """
-    scored = score(network, calibration)
-    rule, certificate = post_bloat(scored, basis.epsilon, trained_on, settings.confidence, settings.unit)
-    certificates = [certificate]
-    other: Unit = "vehicle" if settings.unit == "window" else "window"
-    with suppress(CertificateError):  # the rule stands; with too few samples it supports no claim in the other unit
-        certificates.append(post_bloat(scored, basis.epsilon, trained_on, settings.confidence, other)[1])
-    return Predictor(basis, network, rule, certificate, trained_on), tuple(certificates)
+    settings = settings or PredictionSettings()
+    segments = cut_segments(recordings, settings.segments)
+    sides = split(segments.vehicle, segments.group, settings.split, _seeds(seed)[0])
+    samples = make_samples(recordings, segments, predictor.basis, progress)
+    return _scored(predictor.network, samples, sides)
 
 
-def score(network: Network, samples: Samples) -> ScoredSamples:
-    """Scores of samples with a known outcome."""
-    scores = np.asarray(network.scores(samples.features))
-    return ScoredSamples(scores, samples.base, samples.distance, samples.vehicle)
+def _scored(network: Network, samples: Samples, sides: Split) -> ScoredSides:
+    return ScoredSides(*(score(network, samples.of(side)) for side in (sides.train, sides.calibration, sides.test)))
+
+
+def _seeds(seed: int) -> list[int]:
+    """Seeds of the split, the cover and the training."""
+    return np.random.SeedSequence(seed).generate_state(3).tolist()
 
 
 @contextmanager

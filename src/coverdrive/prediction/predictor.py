@@ -1,9 +1,8 @@
 """The predictor: basis, network, rule and certificate in one object and one file.
 
-The file is a safetensors file: arrays by name, everything else as JSON in its header. Nothing in it can be executed.
+Nothing in the file can be executed (`coverdrive.prediction.storage`).
 """
 
-import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -11,24 +10,19 @@ import jax
 import numpy as np
 from jax import Array
 from jaxtyping import Bool, Float, Int
-from safetensors import SafetensorError, safe_open
-from safetensors.numpy import save
 
 from coverdrive.certificates.certificate import Certificate, fingerprint
 from coverdrive.certificates.rule import Thresholds
-from coverdrive.errors import DataError
-from coverdrive.files import write_atomically
 from coverdrive.geometry import turned_half_extents
 from coverdrive.paths import PredictedPaths
 from coverdrive.prediction.affordance import affordance
 from coverdrive.prediction.basis import Basis
 from coverdrive.prediction.motion import follow
 from coverdrive.prediction.network import Network
+from coverdrive.prediction.storage import load_arrays, save_arrays
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 
-_FORMAT = "coverdrive predictor 1"
-_BASIS_SETTINGS = ("epsilon", "aspect", "growth", "step")
 _SLOTS = 8
 
 
@@ -95,14 +89,8 @@ class Predictor:
         }
         for layer, (weight, bias) in enumerate(zip(self.network.weights, self.network.biases, strict=True)):
             arrays |= {f"weight_{layer}": np.asarray(weight), f"bias_{layer}": np.asarray(bias)}
-        basis = {name: getattr(self.basis, name) for name in _BASIS_SETTINGS}
-        header = {
-            "format": _FORMAT,
-            "basis": json.dumps(basis),
-            "certificate": json.dumps(asdict(self.certificate)),
-        }
-        contiguous = {name: np.ascontiguousarray(values) for name, values in arrays.items()}
-        write_atomically(path, lambda file: file.write_bytes(save(contiguous, metadata=header)))
+        header = {"basis": self.basis.tolerances, "certificate": asdict(self.certificate)}
+        save_arrays(path, "predictor", header, arrays)
 
     @staticmethod
     def load(path: Path) -> "Predictor":
@@ -111,16 +99,7 @@ class Predictor:
         Raises:
             DataError: the file is missing, or not one that `save` wrote.
         """
-        try:
-            with safe_open(path, framework="numpy") as file:
-                header = file.metadata() or {}
-                arrays = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 (not a mapping)
-        except (OSError, SafetensorError) as error:
-            raise DataError(f"{path}: not a predictor file ({error}); make one with `coverdrive fit`") from error
-        if header.get("format") != _FORMAT:
-            raise DataError(
-                f"{path}: expected the format {_FORMAT!r}, got {header.get('format')!r}; make one with `coverdrive fit`"
-            )
+        header, arrays = load_arrays(path, "predictor", "coverdrive fit")
         layers = range(sum(name.startswith("weight_") for name in arrays))
         network = Network(
             mean=arrays["feature_mean"],
@@ -129,10 +108,10 @@ class Predictor:
             biases=tuple(arrays[f"bias_{layer}"] for layer in layers),
         )
         return Predictor(
-            basis=Basis(arrays["basis"], **json.loads(header["basis"])),
+            basis=Basis(arrays["basis"], **header["basis"]),
             network=network,
             rule=Thresholds(arrays["thresholds"], arrays["tube"]),
-            certificate=Certificate(**json.loads(header["certificate"])),
+            certificate=Certificate(**header["certificate"]),
             trained_on=arrays["trained_on"],
         )
 

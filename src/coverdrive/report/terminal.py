@@ -8,6 +8,8 @@ from jaxtyping import Num
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
+from coverdrive.certificates.comparison import Compared
+from coverdrive.prediction.basis_study import StudiedBasis
 from coverdrive.prediction.fit import Fit
 from coverdrive.recordings.summary import Summary
 from coverdrive.simulation.statistics import collision_table
@@ -61,15 +63,17 @@ def fit_table(result: Fit) -> Table:
     )
     table.add_row("base trajectories", f"{len(basis)} (ε = {basis.epsilon:g}, all training segments covered)")
     for certificate in result.certificates:
+        confidence = "on average" if certificate.confidence is None else f"with confidence {certificate.confidence:.4g}"
         table.add_row(
             f"bound on missed {certificate.unit}s",
-            f"{certificate.epsilon:.3%} with confidence {certificate.confidence:.4g} ({certificate.samples} "
+            f"{certificate.epsilon:.3%} {confidence} by {certificate.method} ({certificate.samples} "
             f"{certificate.unit}s, {certificate.uncovered} of them uncovered)",
         )
-        table.add_row(
-            "  of those that a base covers",
-            f"{certificate.prediction_epsilon:.3%} exact, {certificate.paper_epsilon:.3%} by the paper's theorem",
-        )
+        if certificate.prediction_epsilon is not None and certificate.paper_epsilon is not None:
+            table.add_row(
+                "  of those that a base covers",
+                f"{certificate.prediction_epsilon:.3%} exact, {certificate.paper_epsilon:.3%} by the paper's theorem",
+            )
     table.add_row("missed test windows", str(evaluation.windows))
     table.add_row("missed test vehicles", str(evaluation.vehicles))
     table.add_row(
@@ -82,6 +86,33 @@ def fit_table(result: Fit) -> Table:
     )
     for stage, seconds in result.seconds.items():
         table.add_row(f"time for {stage}", f"{seconds:.1f} s")
+    return table
+
+
+def methods_table(compared: Sequence[Compared]) -> Table:
+    """What every method proves, what happened on unseen samples, how large its sets are, and how long it took."""
+    table = Table(title="Methods", box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False)
+    table.add_column("method", no_wrap=True)
+    for name in ("asked ε", "proved ε", "observed (95 %)", "set size", "s"):
+        table.add_column(name, justify="right", no_wrap=True)
+    for each in compared:
+        asked = "" if each.target is None else f"{each.target:.3g}"
+        if each.certificate is None or each.evaluation is None or each.missed is None:
+            table.add_row(each.method.value, asked, "refused")
+            continue
+        missed, sizes = each.missed, each.evaluation
+        table.add_row(
+            each.method.value,
+            asked,
+            f"{each.certificate.epsilon:.2%}",
+            f"{missed.value:.2%} ({missed.low:.1%}–{missed.high:.1%})",
+            f"{sizes.mean_set_size:.1f}, {sizes.median_set_size:g}",
+            f"{each.seconds:.2f}",
+        )
+    table.caption = (
+        "set size: mean, median; bounds per base or cluster are for each of them by itself: "
+        "a vehicle that drives several may be missed more often"
+    )
     return table
 
 
@@ -127,6 +158,36 @@ def drives_table(trials: pl.DataFrame) -> Table:
     table.add_row("traffic found no free choice", f"{values('traffic_stuck').sum()} times")
     table.add_row("uncontrolled vehicles that overlapped", f"{values('traffic_collisions').sum()} pairs")
     table.add_row("prediction misses", str(values("prediction_misses").sum()))
+    return table
+
+
+def bases_table(studied: Sequence[StudiedBasis]) -> Table:
+    """Bases of several ε, how they cover their segments, and how small any other could be."""
+    table = Table(title="Bases")
+    for name in (
+        "ε",
+        "M",
+        "M is at least",
+        "for any bases",
+        "covered",
+        "farthest",
+        "10 commonest",
+        "s",
+        "s for bounds",
+    ):
+        table.add_column(name, justify="right")
+    for each in studied:
+        table.add_row(
+            f"{each.basis.epsilon:g}",
+            str(len(each.basis)),
+            str(each.among_segments),
+            str(each.anywhere),
+            f"{each.covered:.2%}",
+            f"{each.largest:.4f}",
+            f"{each.cumulative[:10][-1]:.1%}",
+            f"{each.seconds:.1f}",
+            f"{each.bound_seconds:.1f}",
+        )
     return table
 
 

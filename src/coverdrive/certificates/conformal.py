@@ -1,0 +1,150 @@
+"""Split conformal prediction on the residual 1 − score of the driven base (paper, appendix), for groups of bases.
+
+In every group on its own, d is the ⌈(n + 1)(1 − ε)⌉-th smallest residual of its n calibration units, and the threshold
+of its bases is c = 1 − d. Groups are all bases together (pooled), every base by itself (per base, Mondrian: the
+paper's), or every frequent base by itself and the rare ones together (clustered). A unit outside the tube has an
+infinite residual, so that misses of the cover are counted like all others. If the rank exceeds n, or if that residual
+is infinite, no threshold of the group is valid: its bases are always possible, and the certificate excludes them.
+
+The guarantee averages over calibrations. With a confidence, the rank l is instead the least that satisfies
+Φ(ε, n − l, n) ≤ 1 − confidence (the miss probability of a continuous score is distributed as Beta(n + 1 − l, l): Vovk
+2012, Proposition 2a); the groups share the allowed error probability equally, so that all hold at once.
+"""
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from coverdrive.certificates.bounds import marginal_misses_allowed, misses_allowed, rate_limit
+from coverdrive.certificates.calibration import ScoredSamples
+from coverdrive.certificates.certificate import Certificate, Counted
+from coverdrive.certificates.rule import Thresholds
+from coverdrive.certificates.units import Units, calibration_units, check_epsilon
+from coverdrive.errors import CertificateError
+
+
+def conformal(
+    samples: ScoredSamples,
+    tube: float,
+    trained_on: Int[np.ndarray, " V"],
+    epsilon: float,
+    confidence: float | None = None,
+    group: Int[np.ndarray, " M"] | None = None,
+    unit: Counted = "window",
+    seed: int = 0,
+) -> tuple[Thresholds, Certificate]:
+    """Thresholds that miss at most a share ε of new samples of every group.
+
+    Args:
+        samples: the calibration split Ω₂.
+        tube: radius ρ around every base within which a path is covered, fixed beforehand.
+        trained_on: keys of the vehicles that trained the network.
+        epsilon: allowed probability of a miss, in (0, 1).
+        confidence: over the draw of the calibration samples; without one, the guarantee is marginal.
+        group: of every base, fixed without looking at the calibration scores; `pooled` if not given.
+        unit: what the bound counts. With several groups, a vehicle counts in every group that it drives, with its
+            windows there.
+        seed: of the draw of one window of every vehicle, where these are the unit.
+
+    Raises:
+        CertificateError: calibration samples trained the network, or no group has enough of them for ε.
+    """
+    check_epsilon(epsilon)
+    units = calibration_units(samples, tube, trained_on, unit, seed)
+    member = np.unique(pooled(units.bases) if group is None else group, return_inverse=True)[1]
+    if len(member) != units.bases:
+        raise CertificateError(f"every one of the {units.bases} bases needs a group, got {len(member)} groups")
+    groups = int(member.max()) + 1
+    shared = None if confidence is None else 1 - (1 - confidence) / groups
+    scores = [_scores(units, member == number) for number in range(groups)]
+    lowest = np.array([_threshold(score, epsilon, shared) for score in scores])
+    if not np.isfinite(lowest).any():
+        raise CertificateError(_refusal(max(scores, key=len), epsilon, shared, units))
+    rule = Thresholds.at(lowest[member], tube)
+    kind = {1: "pooled", units.bases: "per base"}.get(groups, "clustered") if units.bases > 1 else "pooled"
+    return rule, units.certificate(
+        method=f"conformal, {kind}",
+        rule=rule,
+        epsilon=epsilon,
+        confidence=confidence,
+        groups=groups,
+        unseen_bases=int(np.isinf(lowest[member]).sum()),
+    )
+
+
+def pooled(bases: int) -> Int[np.ndarray, " M"]:
+    """One group of all bases."""
+    return np.zeros(bases, dtype=np.int64)
+
+
+def per_base(bases: int) -> Int[np.ndarray, " M"]:
+    """Every base by itself."""
+    return np.arange(bases)
+
+
+def clustered(training_count: Int[np.ndarray, " M"], least: float) -> Int[np.ndarray, " M"]:
+    """Rare bases in one group, every other base by itself.
+
+    Bases with fewer than ``least`` training units are rare; if they have fewer than that even together, the next rarest
+    bases join them.
+
+    Args:
+        training_count: units of the training split Ω₁ that drove each base.
+        least: how many of them a group needs.
+    """
+    rarest = np.argsort(training_count, kind="stable")
+    before = np.cumsum(training_count[rarest]) - training_count[rarest]
+    few = training_count[rarest] < least
+    group = np.arange(len(training_count))
+    group[rarest[few | (few.any() & (before < least))]] = -1
+    return group
+
+
+def units_needed(epsilon: float, confidence: float | None = None) -> int:
+    """The smallest number n of calibration units of a group with which ε is possible.
+
+    Args:
+        epsilon: allowed probability of a miss, in (0, 1).
+        confidence: as in `conformal`, for this group alone.
+    """
+    check_epsilon(epsilon)
+    estimate = 1 / epsilon - 1 if confidence is None else np.log1p(-confidence) / np.log1p(-epsilon)
+    needed = max(int(estimate) - 2, 0)
+    while _misses(epsilon, confidence, needed) < 0:
+        needed += 1
+    return needed
+
+
+def _misses(epsilon: float, confidence: float | None, count: int) -> int:
+    """Greatest number of calibration units that may be missed; negative if ε is impossible."""
+    if confidence is None:
+        return marginal_misses_allowed(epsilon, count)
+    return misses_allowed(epsilon, confidence, count)
+
+
+def _scores(units: Units, bases: np.ndarray) -> Float[np.ndarray, " n"]:
+    """Lowest score, in the driven bases of a group, of every unit that drove one; −∞ if it left the tube there."""
+    asks = bases[units.base]
+    lowest = np.full(len(units), np.inf)
+    np.minimum.at(lowest, units.unit[asks], units.score[asks])
+    return lowest[lowest < np.inf]
+
+
+def _threshold(scores: Float[np.ndarray, " n"], epsilon: float, confidence: float | None) -> float:
+    """1 − d, or −∞ if there is no valid one."""
+    misses = _misses(epsilon, confidence, len(scores))
+    return float(np.partition(scores, misses)[misses]) if misses >= 0 else -np.inf
+
+
+def _refusal(scores: Float[np.ndarray, " n"], epsilon: float, confidence: float | None, units: Units) -> str:
+    """Why not even the group with the most units can be calibrated."""
+    count, outside = len(scores), int(np.isinf(scores).sum())
+    if _misses(epsilon, confidence, count) >= 0:
+        return (
+            f"{outside} of {count} calibration {units.kind}s leave the tube around their base, more than ε = "
+            f"{epsilon:g} allows; allow a larger ε, or widen the tube or refine the basis"
+        )
+    least = 1 / (count + 1) if confidence is None else rate_limit(confidence, 0, count)
+    return (
+        f"{count} calibration {units.kind}s cannot prove ε = {epsilon:g}; the smallest ε possible with them is "
+        f"{least:.3g}, so allow that much or calibrate on more data"
+    )

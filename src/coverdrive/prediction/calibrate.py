@@ -1,0 +1,95 @@
+"""Calibrating a trained network: its scores become a rule with a certificate (paper §3.2)."""
+
+from contextlib import suppress
+from typing import NamedTuple
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from coverdrive.certificates.calibration import ScoredSamples
+from coverdrive.certificates.certificate import Certificate, Unit
+from coverdrive.certificates.methods import Method, Task
+from coverdrive.certificates.methods import certify as certify_scores
+from coverdrive.errors import CertificateError
+from coverdrive.prediction.basis import Basis
+from coverdrive.prediction.network import Network
+from coverdrive.prediction.predictor import Predictor
+from coverdrive.prediction.samples import Samples
+from coverdrive.settings import Settings
+
+
+class CertificateSettings(Settings):
+    """What the certificate claims."""
+
+    method: Method = Method.POST_BLOATING
+    """how thresholds are calibrated; `coverdrive certify` compares all methods"""
+    epsilon: float | None = Field(default=None, gt=0, lt=1)
+    """bound on the miss rate to ask for; post-bloating computes its own"""
+    confidence: float = Field(default=0.99, gt=0, lt=1)
+    """probability with which the bound on the miss rate holds (paper, Table 1)"""
+    unit: Unit = "vehicle"
+    """what the bound stored with the predictor counts: whole vehicles, or windows as in the paper, which takes the
+    windows of one vehicle for independent"""
+
+    @model_validator(mode="after")
+    def _asks_for_a_bound_if_it_must(self) -> "CertificateSettings":
+        if (self.epsilon is None) != (self.method is Method.POST_BLOATING):
+            raise ValueError(
+                f"post-bloating computes its epsilon and every other method needs one, got the method "
+                f"{self.method.value} and epsilon {self.epsilon}"
+            )
+        return self
+
+
+class ScoredSides(NamedTuple):
+    """Scores of the samples of each side of a split."""
+
+    train: ScoredSamples
+    calibration: ScoredSamples
+    test: ScoredSamples
+
+
+def score(network: Network, samples: Samples) -> ScoredSamples:
+    """Scores of samples with a known outcome."""
+    scores = np.asarray(network.scores(samples.features))
+    return ScoredSamples(scores, samples.base, samples.distance, samples.vehicle)
+
+
+def calibrate(
+    basis: Basis,
+    network: Network,
+    training: ScoredSamples,
+    calibration: ScoredSamples,
+    settings: CertificateSettings,
+    seed: int = 0,
+) -> tuple[Predictor, tuple[Certificate, ...]]:
+    """Turn a trained network into a predictor with a certificate.
+
+    Args:
+        basis: its radius ε is the tube around every base that vehicles have to stay in.
+        network: trained on the vehicles of ``training``.
+        training: scores of the training split Ω₁.
+        calibration: scores of the calibration split Ω₂.
+        settings: what to claim.
+        seed: of methods that draw.
+
+    Returns:
+        The predictor with its certificate in the chosen unit, and the certificates of its rule in every unit in
+        which there is one: of post-bloating in both units, as far as there are enough samples.
+
+    Raises:
+        CertificateError: a calibration vehicle trained the network, or there are too few for the claim.
+    """
+    trained_on = np.unique(training.vehicle)
+
+    def certified(unit: Unit) -> tuple[Predictor, Certificate]:
+        task = Task(calibration, basis.epsilon, trained_on, settings.epsilon, settings.confidence, unit, training, seed)
+        rule, certificate = certify_scores(settings.method, task)
+        return Predictor(basis, network, rule, certificate, trained_on), certificate
+
+    predictor, certificate = certified(settings.unit)
+    certificates = [certificate]
+    if settings.method is Method.POST_BLOATING:
+        with suppress(CertificateError):  # the rule stands; too few samples support no claim in the other unit
+            certificates.append(certified("vehicle" if settings.unit == "window" else "window")[1])
+    return predictor, tuple(certificates)

@@ -1,0 +1,64 @@
+"""Size of the basis against ε with its lower bounds, and how much the most common base trajectories stand for."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter, ScalarFormatter
+
+from coverdrive.errors import DataError
+from coverdrive.prediction.basis_study import StudiedBasis
+from coverdrive.report import style
+
+_COLOURS = (style.BLUE, style.VERMILION, style.GREEN, style.PURPLE, style.ORANGE, style.SKY, style.BLACK)
+
+
+def size_figure(studied: Sequence[StudiedBasis]) -> Figure:
+    """Draw the sizes of bases of several ε.
+
+    Args:
+        studied: at least one basis, by ascending ε.
+
+    Raises:
+        DataError: there is no basis.
+    """
+    if not studied:
+        raise DataError("a figure of the size of bases needs at least one basis, got none; name an ε")
+    with style.style():
+        figure = style.new_figure(10.5, 4.6)
+        size, mass = figure.subplots(1, 2)
+        _draw_size(size, studied)
+        _draw_mass(mass, studied)
+    return figure
+
+
+def _draw_size(axes: Axes, studied: Sequence[StudiedBasis]) -> None:
+    epsilon = [each.basis.epsilon for each in studied]
+    greedy = [len(each.basis) for each in studied]
+    among = [each.among_segments for each in studied]
+    anywhere = [each.anywhere for each in studied]
+    axes.fill_between(epsilon, among, greedy, color=style.SKY, alpha=0.2, linewidth=0)
+    axes.plot(epsilon, greedy, color=style.BLUE, marker="o", label="greedy cover")
+    axes.plot(epsilon, among, color=style.VERMILION, marker="^", label="lower bound, bases are segments")
+    axes.plot(epsilon, anywhere, color=style.GREY, marker="v", linestyle="--", label="lower bound, any bases")
+    axes.set(xscale="log", yscale="log", xlabel="radius ε of the cover", ylabel="base trajectories M")
+    axes.set_xticks(epsilon, [f"{each:g}" for each in epsilon])
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.yaxis.set_major_formatter(ScalarFormatter())
+    for x, y in zip(epsilon, greedy, strict=True):
+        axes.annotate(str(y), (x, y), xytext=(5, 5), textcoords="offset points", fontsize=10)
+    axes.grid(True)
+    axes.legend(loc="lower left")
+
+
+def _draw_mass(axes: Axes, studied: Sequence[StudiedBasis]) -> None:
+    for number, each in enumerate(studied):
+        count = np.arange(1, len(each.basis) + 1)
+        colour = _COLOURS[number % len(_COLOURS)]
+        label = f"ε = {each.basis.epsilon:g} (M = {len(each.basis)})"
+        axes.plot(count, 100 * each.cumulative, color=colour, marker=".", label=label)
+    axes.set(xscale="log", xlabel="most common base trajectories", ylabel="segments nearest to them [%]", ylim=(0, 102))
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.grid(True)
+    axes.legend(loc="lower right")

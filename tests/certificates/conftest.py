@@ -1,0 +1,30 @@
+"""Synthetic samples whose miss probability is known."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from coverdrive.certificates.calibration import ScoredSamples
+
+Draw = Callable[..., ScoredSamples]
+
+
+@pytest.fixture
+def draw() -> Draw:
+    """Uniform bases with uniform scores, of which a share leaves the tube; windows of a vehicle are all alike.
+
+    The threshold c misses a new window with probability outside + (1 − outside)·c, averaged over the bases.
+    """
+
+    def drawn(
+        vehicles: int, bases: int, seed: int, outside: float = 0.0, windows: int = 1, first: int = 0
+    ) -> ScoredSamples:
+        random = np.random.default_rng(seed)
+        scores = random.random((vehicles, bases))
+        base = random.integers(0, bases, vehicles)
+        distance = np.where(random.random(vehicles) < outside, 1.0, 0.0)
+        rows = np.repeat(np.arange(vehicles), windows)
+        return ScoredSamples(scores[rows], base[rows], distance[rows], first + rows)
+
+    return drawn

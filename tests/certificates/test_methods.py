@@ -1,0 +1,110 @@
+"""Every method by its name: the same claim kept on the same samples, and what they refuse."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from coverdrive.certificates.bloating import post_bloat
+from coverdrive.certificates.calibration import ScoredSamples
+from coverdrive.certificates.certificate import Counted
+from coverdrive.certificates.conformal import conformal
+from coverdrive.certificates.methods import HELP, Method, Task, certify
+from coverdrive.certificates.units import make_units
+from coverdrive.errors import CertificateError
+
+TUBE = 0.5
+NOBODY = np.array([], dtype=np.int64)
+Draw = Callable[..., ScoredSamples]
+UNITS: list[Counted] = ["window", "vehicle", "drawn window"]
+
+
+@pytest.fixture
+def task(draw: Draw) -> Task:
+    return Task(
+        samples=draw(800, 4, seed=1, outside=0.005, windows=2),
+        tube=TUBE,
+        trained_on=np.arange(5000, 5600),
+        epsilon=0.1,
+        training=draw(600, 4, seed=2, first=5000),
+    )
+
+
+@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("method", Method)
+def test_every_method_keeps_its_claim(task: Task, draw: Draw, method: Method, unit: Counted) -> None:
+    task = replace(task, unit=unit, epsilon=None if method is Method.POST_BLOATING else 0.1)
+    rule, certificate = certify(method, task)
+    assert (certificate.unit, certificate.samples) == (unit, 1600 if unit == "window" else 800)
+    new = make_units(draw(20_000, 4, seed=3, outside=0.005, first=10_000), TUBE, "vehicle")
+    assert new.missed(rule).mean() <= certificate.epsilon * (1 if certificate.confidence else 1.3)
+    marginal = method in (Method.POOLED, Method.PER_BASE, Method.CLUSTERED)
+    assert (certificate.confidence is None) == marginal
+    assert ("Over calibration and test together" in certificate.sentence) == marginal
+    assert ("With confidence 0.99" in certificate.sentence) != marginal
+    if method is not Method.POST_BLOATING:
+        assert certificate.epsilon <= 0.1
+        assert certificate.discarded > 0
+
+
+def test_names_reach_their_methods(task: Task) -> None:
+    rule, certificate = certify("conformal-pooled", task)
+    expected, same = conformal(task.samples, TUBE, NOBODY, 0.1)
+    assert np.array_equal(rule.values, expected.values)
+    assert certificate == same
+    bloated = certify("post-bloating", replace(task, epsilon=None))[1]
+    assert bloated == post_bloat(task.samples, TUBE, NOBODY)[1]
+    assert set(HELP) == set(Method)
+    assert all(method.help for method in Method)
+
+
+def test_rare_bases_are_found_by_their_training_counts(draw: Draw) -> None:
+    samples, training = draw(1000, 4, seed=1), draw(1000, 4, seed=2, first=5000)
+    base = np.where(training.base >= 2, 0, training.base)
+    base[:24] = np.arange(24) % 2 + 2  # ε = 0.1 needs 9 units in a group, so that 12 are rare and 24 are not
+    rare = ScoredSamples(training.scores, base, training.distance, training.vehicle)
+    _, certificate = certify("conformal-clustered", Task(samples, TUBE, NOBODY, 0.1, training=rare))
+    assert (certificate.groups, certificate.method) == (3, "conformal, clustered")
+    assert "whichever calibrated group of bases it drives there" in certificate.sentence
+    _, certificate = certify("conformal-clustered", Task(samples, TUBE, NOBODY, 0.1, training=training))
+    assert certificate.method == "conformal, per base"
+    assert "whichever calibrated base it drives there" in certificate.sentence
+
+
+def test_drawn_windows_follow_the_seed(task: Task) -> None:
+    random = np.random.default_rng(0)
+    samples = ScoredSamples(
+        random.random((900, 2)), random.integers(0, 2, 900), np.zeros(900), random.integers(0, 300, 900)
+    )
+    drawn = Task(samples, TUBE, NOBODY, 0.1, unit="drawn window", seed=4)
+    first, again, other = (
+        certify("pac-pooled", each)[1].fingerprint for each in (drawn, drawn, replace(drawn, seed=5))
+    )
+    assert first == again != other
+
+
+@pytest.mark.parametrize("method", Method)
+def test_training_vehicles_are_refused(task: Task, method: Method) -> None:
+    task = replace(task, trained_on=np.array([3]), epsilon=None if method is Method.POST_BLOATING else 0.1)
+    with pytest.raises(CertificateError, match="1 of 800 calibration vehicles also trained"):
+        certify(method, task)
+
+
+@pytest.mark.parametrize("method", ["family", "risk-control", "conformal-clustered", "pac-clustered"])
+def test_vehicles_that_shape_the_thresholds_are_refused(task: Task, draw: Draw, method: str) -> None:
+    shaping = draw(600, 4, seed=2, first=799)
+    with pytest.raises(CertificateError, match="1 of 800 calibration vehicles also trained"):
+        certify(method, replace(task, trained_on=NOBODY, training=shaping))
+
+
+def test_what_a_method_lacks_is_said(task: Task) -> None:
+    with pytest.raises(CertificateError, match="no method is called 'bootstrap'; choose one of post-bloating, "):
+        certify("bootstrap", task)
+    with pytest.raises(CertificateError, match="post-bloating computes its ε and takes none"):
+        certify("post-bloating", task)
+    with pytest.raises(CertificateError, match="this method needs a bound ε"):
+        certify("pac-pooled", replace(task, epsilon=None))
+    for method in ("family", "risk-control", "conformal-clustered"):
+        with pytest.raises(CertificateError, match="needs the scores of the training split"):
+            certify(method, replace(task, training=None))

@@ -1,0 +1,80 @@
+"""The command ``coverdrive basis``, as a user calls it."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+
+from coverdrive.config import Experiment
+from coverdrive.prediction.basis import Basis
+
+GENERATED = "[generated]\nscenes = 2\nduration = 10.0\nvehicles = [8, 8]\n"
+
+
+def coverdrive_basis(*arguments: str | Path, status: int = 0) -> str:
+    """Call the command and return what it printed."""
+    result = subprocess.run(
+        [sys.executable, "-m", "coverdrive", "basis", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        check=False,
+        env={"PATH": "/usr/bin:/bin", "COLUMNS": "120", "PYTHONWARNINGS": "error", "JAX_PLATFORMS": "cpu"},
+    )
+    assert result.returncode == status, result.stderr
+    assert "Traceback" not in result.stderr
+    return result.stdout + result.stderr
+
+
+@pytest.mark.slow
+def test_generated_traffic(tmp_path: Path) -> None:
+    (tmp_path / "small.toml").write_text(GENERATED)
+    out = tmp_path / "out"
+    printed = coverdrive_basis(
+        "--config", tmp_path / "small.toml", "--epsilon", "1", "--epsilon", "2", "--symmetric", "--out", out
+    )
+    assert "100.00%" in printed
+    assert Experiment.load(out / "config.toml").prediction.basis.symmetric
+    record = json.loads((out / "bases.json").read_text())
+    for each, name in zip(record["bases"], ("basis_1", "basis_2"), strict=True):
+        basis = Basis.load(out / f"{name}.safetensors")
+        table = pl.read_csv(out / f"{name}.csv")
+        assert len(basis) == each["bases"] >= each["at_least_among_segments"] >= each["at_least_anywhere"] > 0
+        points = table.select("lon", "lat").to_numpy().reshape(basis.points.shape)
+        np.testing.assert_allclose(points, basis.points, rtol=1e-9)
+        mirrored = (basis.points * np.array([1.0, -1.0]))[:, None] == basis.points[None]
+        assert mirrored.all((-1, -2)).any(1).all()
+        assert (out / "figures" / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+    assert (out / "figures" / "size.pdf").read_bytes().startswith(b"%PDF")
+
+
+@pytest.mark.slow
+@pytest.mark.real_data
+def test_300_recorded_tracks(us101: Path, tmp_path: Path) -> None:
+    printed = coverdrive_basis(us101 / "tracks", "--stride", "0.1", "--epsilon", "2", "--out", tmp_path)
+    assert "163888 segments of 3 s" in printed and "100.00%" in printed
+    (each,) = json.loads((tmp_path / "bases.json").read_text())["bases"]
+    assert each["covered"] == 1.0 and each["largest_distance"] <= 2
+    assert len(Basis.load(tmp_path / "basis_2.safetensors")) == each["bases"] <= 10
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (["missing.csv"], "missing.csv"),
+        (["--stride", "-1"], "prediction.segments.stride"),
+        (["--epsilom", "1"], "--epsilom"),
+    ],
+)
+def test_mistakes_are_explained(arguments: list[str], complaint: str, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert complaint in coverdrive_basis(*arguments, status=2)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_help_teaches() -> None:
+    printed = coverdrive_basis("--help")
+    assert "--epsilon" in printed and "--symmetric" in printed
