@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter, ScalarFormatter
+from matplotlib.ticker import LogFormatter, NullFormatter
 
 from coverdrive.errors import DataError
 from coverdrive.prediction.basis_study import StudiedBasis
@@ -45,7 +45,8 @@ def _draw_size(axes: Axes, studied: Sequence[StudiedBasis]) -> None:
     axes.set(xscale="log", yscale="log", xlabel="radius ε of the cover", ylabel="base trajectories M")
     axes.set_xticks(epsilon, [f"{each:g}" for each in epsilon])
     axes.xaxis.set_minor_formatter(NullFormatter())
-    axes.yaxis.set_major_formatter(ScalarFormatter())
+    axes.yaxis.set_major_formatter(LogFormatter())
+    axes.yaxis.set_minor_formatter(LogFormatter(labelOnlyBase=False, minor_thresholds=(2, 0.4)))
     for x, y in zip(epsilon, greedy, strict=True):
         axes.annotate(str(y), (x, y), xytext=(5, 5), textcoords="offset points", fontsize=10)
     axes.grid(True)

@@ -163,7 +163,7 @@ def drives_table(trials: pl.DataFrame) -> Table:
 
 def bases_table(studied: Sequence[StudiedBasis]) -> Table:
     """Bases of several ε, how they cover their segments, and how small any other could be."""
-    table = Table(title="Bases")
+    table = Table(title="Bases", box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False)
     for name in (
         "ε",
         "M",
