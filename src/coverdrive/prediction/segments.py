@@ -44,7 +44,7 @@ class Segments:
     step: float
     """[s] between two points"""
     vehicle: Int[np.ndarray, " N"]
-    """key of the vehicle, unique over all recordings and equal in every session"""
+    """key of the vehicle, unique over all recordings and the same whenever they are read"""
     group: Int[np.ndarray, " N"]
     """group of scenes that may share vehicles"""
     recording: Int[np.ndarray, " N"]
