@@ -54,26 +54,6 @@ def axis_gap(
     return np.abs(np.subtract(first, second)) - np.add(first_half, second_half)
 
 
-def upright_boxes_overlap(
-    centre: Float[Array, "*#n 2"],
-    half_sizes: Float[Array, "*#n 2"],
-    other_centre: Float[Array, "*#n 2"],
-    other_half_sizes: Float[Array, "*#n 2"],
-) -> Bool[Array, "*#n"]:
-    """Whether boxes that are aligned with the road overlap.
-
-    Args:
-        centre: [m] (lon, lat) of the one box.
-        half_sizes: [m] half extents along lon and lat of the one box.
-        other_centre: [m] (lon, lat) of the other box.
-        other_half_sizes: [m] half extents of the other box.
-
-    Returns:
-        True where the interiors meet.
-    """
-    return np.all(axis_gap(centre, other_centre, half_sizes, other_half_sizes) < 0, axis=-1)
-
-
 def boxes_overlap(
     centre: Float[Array, "*#n 2"],
     heading: Float[Array, "*#n"],

@@ -95,7 +95,7 @@ def test_file_round_trip(fitted: Fit, tmp_path) -> None:
     loaded = Predictor.load(path)
     assert loaded.certificate == fitted.predictor.certificate
     features = np.random.default_rng(0).normal(10, 5, (50, 21)).astype(np.float32)
-    assert np.array_equal(loaded.scores(features), fitted.predictor.scores(features))
+    assert np.array_equal(loaded.network.scores(features), fitted.predictor.network.scores(features))
     assert np.array_equal(loaded.rule.values, fitted.predictor.rule.values)
     assert np.array_equal(loaded.trained_on, fitted.predictor.trained_on)
     assert (

@@ -43,10 +43,6 @@ class Predictor:
         arrays = (*jax.tree.leaves(self.network), self.basis.points, self.rule.values, self.rule.tube)
         return fingerprint(*map(np.asarray, arrays))
 
-    def scores(self, features: Float[np.ndarray, "*batch F"]) -> Float[np.ndarray, "*batch M"]:
-        """Score of every base for given affordances."""
-        return np.asarray(_scores(self.network, features))
-
     def possible(self, scene: Scene, road: Road) -> Bool[np.ndarray, "A M"]:
         """The bases that the rule calls possible for every slot of one scene; none for slots without a vehicle."""
         scores = np.asarray(_scene_scores(self.network, scene.padded(_SLOTS), road))[: scene.vehicles]
@@ -114,11 +110,6 @@ class Predictor:
             certificate=Certificate(**header["certificate"]),
             trained_on=arrays["trained_on"],
         )
-
-
-@jax.jit
-def _scores(network: Network, features: Float[Array, "*batch F"]) -> Float[Array, "*batch M"]:
-    return network.scores(features)
 
 
 @jax.jit
