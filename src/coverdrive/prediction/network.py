@@ -1,6 +1,6 @@
 """The network that scores every base trajectory (paper §3.1): two hidden ReLU layers and a sigmoid."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import equinox as eqx
 import jax
@@ -48,3 +48,22 @@ class Network(eqx.Module):
     def scores(self, features: Float[Array | np.ndarray, "*batch F"]) -> Float[Array, "*batch M"]:
         """Score of every base trajectory, in [0, 1]."""
         return jax.nn.sigmoid(self.hidden(features) @ self.weights[-1].T + self.biases[-1])
+
+    @property
+    def arrays(self) -> dict[str, np.ndarray]:
+        """All parameters by name, to be stored; `of` makes the same network from them."""
+        layers = {f"weight_{layer}": weight for layer, weight in enumerate(self.weights)}
+        layers |= {f"bias_{layer}": bias for layer, bias in enumerate(self.biases)}
+        everything = {"feature_mean": self.mean, "feature_scale": self.scale, **layers}
+        return {name: np.asarray(values) for name, values in everything.items()}
+
+    @staticmethod
+    def of(arrays: Mapping[str, np.ndarray]) -> "Network":
+        """The network that `arrays` came from; other names are ignored."""
+        layers = range(sum(name.startswith("weight_") for name in arrays))
+        return Network(
+            mean=arrays["feature_mean"],
+            scale=arrays["feature_scale"],
+            weights=tuple(arrays[f"weight_{layer}"] for layer in layers),
+            biases=tuple(arrays[f"bias_{layer}"] for layer in layers),
+        )

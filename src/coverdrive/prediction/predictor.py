@@ -80,11 +80,8 @@ class Predictor:
             "thresholds": self.rule.values,
             "tube": self.rule.tube,
             "trained_on": self.trained_on,
-            "feature_mean": np.asarray(self.network.mean),
-            "feature_scale": np.asarray(self.network.scale),
+            **self.network.arrays,
         }
-        for layer, (weight, bias) in enumerate(zip(self.network.weights, self.network.biases, strict=True)):
-            arrays |= {f"weight_{layer}": np.asarray(weight), f"bias_{layer}": np.asarray(bias)}
         header = {"basis": self.basis.tolerances, "certificate": asdict(self.certificate)}
         save_arrays(path, "predictor", header, arrays)
 
@@ -96,16 +93,9 @@ class Predictor:
             DataError: the file is missing, or not one that `save` wrote.
         """
         header, arrays = load_arrays(path, "predictor", "coverdrive fit")
-        layers = range(sum(name.startswith("weight_") for name in arrays))
-        network = Network(
-            mean=arrays["feature_mean"],
-            scale=arrays["feature_scale"],
-            weights=tuple(arrays[f"weight_{layer}"] for layer in layers),
-            biases=tuple(arrays[f"bias_{layer}"] for layer in layers),
-        )
         return Predictor(
             basis=Basis(arrays["basis"], **header["basis"]),
-            network=network,
+            network=Network.of(arrays),
             rule=Thresholds(arrays["thresholds"], arrays["tube"]),
             certificate=Certificate(**header["certificate"]),
             trained_on=arrays["trained_on"],

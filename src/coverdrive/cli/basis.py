@@ -1,0 +1,41 @@
+"""``coverdrive basis``: the trajectory basis as a tool of its own."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from coverdrive.cli.options import Config, Location, Out, Seed, console, experiment_of
+from coverdrive.progress import stages
+
+
+def basis(
+    *recording: Annotated[Path, Parameter(help="Files or folders of recordings; without any, generated traffic.")],
+    epsilon: Annotated[tuple[float, ...], Parameter(help="Radius of a cover.")] = (0.5, 0.75, 1.0, 2.0),
+    stride: Annotated[float | None, Parameter(help="Time from one segment of a vehicle to the next [s].")] = None,
+    symmetric: Annotated[bool | None, Parameter(help="With every base trajectory its mirror image.")] = None,
+    seed: Seed = None,
+    out: Out = Path("results"),
+    config: Config = None,
+    location: Location = None,
+) -> None:
+    """Cover all trajectory segments of recordings by few, for several ε, and bound how few could do."""
+    from coverdrive import workflow
+    from coverdrive.prediction.basis_study import study_bases
+    from coverdrive.prediction.segments import cut_segments
+    from coverdrive.report.figures import draw_bases
+    from coverdrive.report.terminal import bases_table
+
+    experiment = experiment_of(config, seed, location).overridden(
+        prediction={"segments": {"stride": stride}, "basis": {"symmetric": symmetric}}
+    )
+    settings = experiment.prediction
+    with stages() as bars:
+        recordings = workflow.load_recordings(experiment, recording, bars.share("recordings"))
+        segments = cut_segments(recordings, settings.segments)
+        studied = study_bases(segments, epsilon, settings.basis, experiment.seed, bars.share("bases"))
+    workflow.save_bases(experiment, recordings, studied, out)
+    draw_bases(studied, segments, out / "figures")
+    console.print(f"{len(segments)} segments of {studied[0].basis.horizon:g} s")
+    console.print(bases_table(studied))
+    console.print(f"Bases and figures are in {out}")

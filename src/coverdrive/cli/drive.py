@@ -1,0 +1,37 @@
+"""``coverdrive drive``: one drive of a study again."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from coverdrive.cli.options import Config, Out, Seed, config_of, console, experiment_of
+from coverdrive.progress import stages
+
+
+def drive(
+    *,
+    trial: Annotated[int, Parameter(help="Number of the trial: it gives the start and the traffic.")] = 0,
+    vehicles: Annotated[int | None, Parameter(help="Number of uncontrolled vehicles; else that of the trial.")] = None,
+    seed: Seed = None,
+    out: Out = Path("results"),
+    config: Config = None,
+) -> None:
+    """Drive one trial with the predictor in a results folder; write its trace, snapshots and a video."""
+    from coverdrive import workflow
+    from coverdrive.report.figures import draw_drive
+    from coverdrive.report.terminal import drives_table
+    from coverdrive.simulation.storage import save_trace
+    from coverdrive.simulation.trial import measure, table_of
+
+    experiment = experiment_of(config_of(out, config), seed)
+    number = vehicles or experiment.study.vehicles[trial % len(experiment.study.vehicles)]
+    trace = workflow.drive(experiment, workflow.load_predictor(out), number, trial)
+    folder = out / f"drive_{trial}_{number}"
+    save_trace(trace, folder / "trace.npz")
+    with stages() as bars:
+        draw_drive(trace, folder, bars.share("video"))
+    outcome = trace.outcome
+    console.print(f"{outcome.kind.value} at {outcome.time:.1f} s with {number} vehicles")
+    console.print(drives_table(table_of([measure(trace, experiment.seed, trial)])))
+    console.print(f"Trace, snapshots and video are in {folder}")

@@ -1,0 +1,39 @@
+"""``coverdrive fit``: a certified predictor."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from coverdrive.cli.options import Config, Location, Out, Recordings, Seed, console, experiment_of
+from coverdrive.progress import stages
+
+if TYPE_CHECKING:
+    from coverdrive.config import Experiment
+    from coverdrive.prediction.fit import Fit
+
+
+def fit(
+    *,
+    recording: Recordings = None,
+    seed: Seed = None,
+    out: Out = Path("results"),
+    config: Config = None,
+    location: Location = None,
+) -> None:
+    """Learn a predictor from recordings, certify it, and test it on scenes that it never saw."""
+    fit_and_print(experiment_of(config, seed, location), recording or [], out)
+    console.print(f"The predictor is in {out}")
+
+
+def fit_and_print(experiment: "Experiment", paths: Sequence[Path], out: Path) -> "Fit":
+    """Learn, certify, test, and say how it went."""
+    from coverdrive import workflow
+    from coverdrive.report.terminal import fit_table
+
+    with stages() as bars:
+        recordings = workflow.load_recordings(experiment, paths, bars.share("recordings"))
+        result = workflow.fit_predictor(experiment, recordings, out, bars.report)
+    console.print(fit_table(result))
+    for certificate in result.certificates:
+        console.print(f"• {certificate.sentence}")
+    return result

@@ -1,0 +1,25 @@
+"""``coverdrive inspect``: what is in recordings."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from coverdrive.cli.options import Location, console
+from coverdrive.errors import DataError
+from coverdrive.progress import stages
+
+
+def inspect(
+    *recording: Annotated[Path, Parameter(help="Files or folders of recordings.")], location: Location = None
+) -> None:
+    """Say what is in recordings: vehicles, minutes, lanes, speeds, and what had to be repaired."""
+    from coverdrive.recordings.read import read
+    from coverdrive.recordings.summary import summarise
+    from coverdrive.report.terminal import recordings_table
+
+    if not recording:
+        raise DataError("there is nothing to inspect; name a file or folder, as in `coverdrive inspect us-101.csv`")
+    with stages() as bars:
+        recordings = read(recording, location=location, progress=bars.share("reading"))
+    console.print(recordings_table(summarise(recordings)))
