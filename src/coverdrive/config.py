@@ -6,7 +6,7 @@ from the defaults; unknown keys are errors.
 
 import tomllib
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, Literal, cast
 
 import tomli_w
 from pydantic import Field, PositiveInt, ValidationError, model_validator
@@ -20,6 +20,8 @@ from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.settings import Settings
 from coverdrive.simulation.episode import EpisodeSettings
 from coverdrive.simulation.set_sampling import SetSamplingSettings
+
+Preset = Literal["default", "paper"]
 
 
 class StudySettings(Settings):
@@ -66,14 +68,24 @@ class Experiment(Settings):
         return self
 
     @staticmethod
-    def load(path: Path) -> "Experiment":
+    def preset(name: Preset) -> "Experiment":
+        """The experiment of a name: the defaults, or the paper's labels, network, loss and certificate."""
+        return Experiment(prediction=PredictionSettings.paper()) if name == "paper" else Experiment()
+
+    @staticmethod
+    def load(path: Path, preset: Preset = "default") -> "Experiment":
         """Read an experiment from a TOML file.
+
+        Args:
+            path: of the file.
+            preset: what holds where the file says nothing.
 
         Raises:
             SettingError: the file is missing, is not TOML, or holds an unknown key or a bad value.
         """
         try:
-            return Experiment.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
+            changes = tomllib.loads(path.read_text(encoding="utf-8"))
+            return Experiment.model_validate(_merged(Experiment.preset(preset).model_dump(), changes))
         except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
             raise SettingError(f"{path}: not a readable TOML file ({error})") from error
         except ValidationError as error:
@@ -105,7 +117,7 @@ class Experiment(Settings):
 def _merged(values: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
     merged = dict(values)
     for name, change in changes.items():
-        if isinstance(change, dict):
+        if isinstance(change, dict) and isinstance(values.get(name), dict):
             merged[name] = _merged(values[name], cast(dict[str, Any], change))
         elif change is not None:
             merged[name] = change

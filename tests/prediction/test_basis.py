@@ -10,7 +10,7 @@ from safetensors import safe_open
 
 from coverdrive.errors import DataError
 from coverdrive.prediction.basis import Basis, BasisSettings, make_basis
-from coverdrive.prediction.cover import greedy_cover
+from coverdrive.prediction.cover import MIRROR, greedy_cover
 from coverdrive.prediction.segments import Segments
 from coverdrive.prediction.storage import save_arrays
 
@@ -87,21 +87,34 @@ def test_one_pair_covers_a_turn_and_its_mirror_image() -> None:
     assert len(basis) == 2
 
 
-def test_greedy_choice_equals_the_plain_algorithm() -> None:
-    segments = random_segments(200, seed=5)
+def test_the_cover_equals_the_plain_algorithm() -> None:
+    segments = random_segments(200, seed=0)
     basis = basis_of(segments.points)
     near = basis.distance(segments.points) <= 0.5
     uncovered, expected = np.ones(200, dtype=bool), []
     while uncovered.any():
-        gains = (near & uncovered[:, None]).sum(0)
-        expected.append(int(gains.max()))
-        uncovered &= ~near[:, gains.argmax()]
-    chosen = greedy_cover(basis.scaled(segments.points), 0.5)
-    uncovered, gains = np.ones(200, dtype=bool), []
-    for index in chosen:
-        gains.append(int((near[:, index] & uncovered).sum()))
-        uncovered &= ~near[:, index]
-    assert gains == expected
+        expected.append(int((near & uncovered[:, None]).sum(0).argmax()))
+        uncovered &= ~near[:, expected[-1]]
+    greedy = len(expected)
+    for base in expected[::-1]:
+        others = [other for other in expected if other != base]
+        if near[:, others].any(1).all():
+            expected = others
+    assert greedy_cover(basis.scaled(segments.points), 0.5).tolist() == expected
+    assert len(expected) < greedy
+
+
+@pytest.mark.parametrize("symmetric", [False, True])
+def test_no_base_can_be_left_out(symmetric: bool) -> None:
+    segments = random_segments(2000, seed=2)
+    scaled = basis_of(segments.points).scaled(segments.points)
+    chosen = greedy_cover(scaled, 0.5, candidates=100, symmetric=symmetric)
+    basis = basis_of(segments.points[chosen])
+    covers = basis.distance(segments.points) <= 0.5
+    if symmetric:
+        covers |= basis.distance(segments.points * MIRROR) <= 0.5
+    assert covers.any(1).all()
+    assert all((covers.sum(1)[covers[:, base]] == 1).any() for base in range(len(basis)))
 
 
 def test_same_seed_same_basis() -> None:

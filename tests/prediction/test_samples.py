@@ -1,6 +1,7 @@
 """Collision check and labels, by hand and against a plain loop."""
 
 import numpy as np
+import polars as pl
 import pytest
 
 from coverdrive.prediction.basis import Basis
@@ -8,6 +9,7 @@ from coverdrive.prediction.collision import colliding_bases
 from coverdrive.prediction.samples import COLLIDES, OTHER, POSSIBLE, make_samples
 from coverdrive.prediction.segments import SegmentSettings, cut_segments
 from coverdrive.recordings.recording import Recording
+from coverdrive.road import Road
 from coverdrive.scene import Scene
 
 TIME = 0.5 * np.arange(7)
@@ -96,13 +98,13 @@ def test_agrees_with_the_plain_loop() -> None:
 def test_labels(scenes: tuple[Recording, ...]) -> None:
     segments = cut_segments(scenes, SegmentSettings(stride=1.0))
     basis = manoeuvres()
-    samples = make_samples(scenes, segments, basis)
+    samples = make_samples(scenes, segments, basis, "nearest")
     assert len(samples) == len(segments)
     assert set(np.unique(samples.labels)) <= {POSSIBLE, OTHER, COLLIDES}
     assert ((samples.labels == POSSIBLE).sum(1) == 1).all()
     distance = basis.distance(segments.points)
     assert np.array_equal(samples.base, distance.argmin(1))
-    assert np.array_equal(samples.distance, distance.min(1))
+    assert np.array_equal(samples.distance, distance)
     for i in range(0, len(samples), 37):
         recording = scenes[segments.recording[i]]
         row = recording.table.row(int(segments.row[i]), named=True)
@@ -112,3 +114,36 @@ def test_labels(scenes: tuple[Recording, ...]) -> None:
         expected[samples.base[i]] = POSSIBLE
         assert samples.labels[i].tolist() == expected.tolist()
         assert samples.features[i, 0] == pytest.approx(row["speed"], rel=1e-5)
+
+
+def test_the_first_base_that_covers_stands_for_a_segment(scenes: tuple[Recording, ...]) -> None:
+    segments = cut_segments(scenes, SegmentSettings(stride=1.0))
+    points = np.concatenate([segments.points[:3], np.zeros((1, 7, 2))])
+    basis = Basis(points, epsilon=1.0, aspect=4.0, growth=1.0, step=0.5)
+    samples = make_samples(scenes, segments, basis)
+    for distance, base in zip(samples.distance, samples.base, strict=True):
+        covering = [index for index in range(4) if distance[index] <= 1.0]
+        assert base == (covering[0] if covering else distance.argmin())
+    assert (samples.base != samples.distance.argmin(1)).any()
+
+
+def test_mirror_images_are_those_of_the_mirrored_recording(scenes: tuple[Recording, ...]) -> None:
+    """Mirroring the recording by hand, with the basis as it is, gives the same samples."""
+    segments = cut_segments(scenes, SegmentSettings(stride=1.0))
+    by_hand = tuple(
+        Recording(
+            recording.name,
+            recording.table.with_columns(
+                pl.col("lat").neg() + float(recording.road.edges[-1]), pl.col("heading").neg()
+            ),
+            recording.dt,
+            Road(recording.road.edges[-1] - recording.road.edges[::-1], recording.road.length),
+            {},
+        )
+        for recording in scenes
+    )
+    mirrored = make_samples(scenes, segments, manoeuvres(), mirrored=True)
+    expected = make_samples(by_hand, cut_segments(by_hand, SegmentSettings(stride=1.0)), manoeuvres())
+    assert mirrored.features == pytest.approx(expected.features, abs=2e-3)
+    assert (mirrored.collides == expected.collides).mean() > 0.999
+    assert mirrored.distance == pytest.approx(expected.distance, abs=1e-5)

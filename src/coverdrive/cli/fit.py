@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from coverdrive.cli.options import Config, Location, Out, Recordings, Seed, console, experiment_of
+from coverdrive.cli.options import Config, Location, Out, Preset, Recordings, Seed, console, experiment_of
 from coverdrive.progress import stages
 
 if TYPE_CHECKING:
@@ -18,10 +18,11 @@ def fit(
     seed: Seed = None,
     out: Out = Path("results"),
     config: Config = None,
+    preset: Preset = "default",
     location: Location = None,
 ) -> None:
     """Learn a predictor from recordings, certify it, and test it on scenes that it never saw."""
-    fit_and_print(experiment_of(config, seed, location), recording or [], out)
+    fit_and_print(experiment_of(config, seed, location, preset=preset), recording or [], out)
     console.print(f"The predictor is in {out}")
 
 

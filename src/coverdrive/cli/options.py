@@ -1,7 +1,7 @@
 """What several commands take, and what they make of it."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 from rich.console import Console
@@ -20,6 +20,12 @@ Recordings = Annotated[
     ),
 ]
 Config = Annotated[Path | None, Parameter(help="TOML file with the settings that differ from the defaults.")]
+Preset = Annotated[
+    Literal["default", "paper"],
+    Parameter(
+        help="What holds where the TOML file says nothing: our defaults, or the paper's network and certificate."
+    ),
+]
 Seed = Annotated[int | None, Parameter(help="Seed of every random choice; the same seed gives the same result.")]
 Out = Annotated[Path, Parameter(help="Results folder.")]
 Trials = Annotated[int | None, Parameter(help="Number of closed-loop trials; the paper has 1000.")]
@@ -33,11 +39,12 @@ def experiment_of(
     location: str | None = None,
     trials: int | None = None,
     workers: int | None = None,
+    preset: Preset = "default",
 ) -> "Experiment":
     """The settings of a file or the defaults, with what the command line says put over them."""
     from coverdrive.config import Experiment
 
-    experiment = Experiment.load(config) if config else Experiment()
+    experiment = Experiment.load(config, preset) if config else Experiment.preset(preset)
     return experiment.overridden(seed=seed, location=location, study={"trials": trials, "workers": workers})
 
 

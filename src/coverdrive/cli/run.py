@@ -4,7 +4,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from coverdrive.cli.fit import fit_and_print
-from coverdrive.cli.options import Config, Location, Out, Recordings, Seed, Trials, Workers, console, experiment_of
+from coverdrive.cli.options import (
+    Config,
+    Location,
+    Out,
+    Preset,
+    Recordings,
+    Seed,
+    Trials,
+    Workers,
+    console,
+    experiment_of,
+)
 from coverdrive.cli.study import study_and_print
 from coverdrive.progress import stages
 
@@ -20,6 +31,7 @@ def run(
     seed: Seed = None,
     out: Out = Path("results"),
     config: Config = None,
+    preset: Preset = "default",
     workers: Workers = None,
     location: Location = None,
 ) -> None:
@@ -27,7 +39,7 @@ def run(
 
     A run that was stopped goes on with its study where it was if it is started again with the same settings.
     """
-    experiment = experiment_of(config, seed, location, trials, workers)
+    experiment = experiment_of(config, seed, location, trials, workers, preset=preset)
     result = fit_and_print(experiment, recording or [], out)
     study_and_print(experiment, out)
     _draw(experiment, result, out)

@@ -4,7 +4,7 @@ from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from coverdrive.certificates.calibration import ScoredSamples
 from coverdrive.certificates.certificate import Certificate, Unit
@@ -21,24 +21,20 @@ from coverdrive.settings import Settings
 class CertificateSettings(Settings):
     """What the certificate claims."""
 
-    method: Method = Method.POST_BLOATING
+    method: Method = Method.PAC_POOLED
     """how thresholds are calibrated; `coverdrive certify` compares all methods"""
-    epsilon: float | None = Field(default=None, gt=0, lt=1)
-    """bound on the miss rate to ask for; post-bloating computes its own"""
+    epsilon: float = Field(default=0.1, gt=0, lt=1)
+    """bound on the miss rate to ask for; post-bloating computes its own and ignores it"""
     confidence: float = Field(default=0.99, gt=0, lt=1)
     """probability with which the bound on the miss rate holds (paper, Table 1)"""
     unit: Unit = "vehicle"
     """what the bound stored with the predictor counts: whole vehicles, or windows as in the paper, which takes the
     windows of one vehicle for independent"""
 
-    @model_validator(mode="after")
-    def _asks_for_a_bound_if_it_must(self) -> "CertificateSettings":
-        if (self.epsilon is None) != (self.method is Method.POST_BLOATING):
-            raise ValueError(
-                f"post-bloating computes its epsilon and every other method needs one, got the method "
-                f"{self.method.value} and epsilon {self.epsilon}"
-            )
-        return self
+    @property
+    def asked(self) -> float | None:
+        """The bound to ask the method for."""
+        return None if self.method is Method.POST_BLOATING else self.epsilon
 
 
 class ScoredSides(NamedTuple):
@@ -49,10 +45,23 @@ class ScoredSides(NamedTuple):
     test: ScoredSamples
 
 
-def score(network: Network, samples: Samples) -> ScoredSamples:
-    """Scores of samples with a known outcome."""
+def score(network: Network, samples: Samples, tube: float | None = None) -> ScoredSamples:
+    """Scores of samples with a known outcome.
+
+    Args:
+        network: any.
+        samples: N samples.
+        tube: a vehicle is in its predicted set if it stays within this radius of any possible base: of the bases that
+            it stayed that close to, the one with the highest score stands for what it did. Without a tube, and
+            where no base is that close, it is the base of the samples.
+    """
     scores = np.asarray(network.scores(samples.features))
-    return ScoredSamples(scores, samples.base, samples.distance, samples.vehicle)
+    base = samples.base
+    if tube is not None:
+        covering = samples.distance <= tube
+        base = np.where(covering.any(1), np.where(covering, scores, -1).argmax(1), base)
+    distance = samples.distance[np.arange(len(samples)), base]
+    return ScoredSamples(scores, base, distance, samples.vehicle)
 
 
 def calibrate(
@@ -83,7 +92,7 @@ def calibrate(
     trained_on = np.unique(training.vehicle)
 
     def certified(unit: Unit) -> tuple[Predictor, Certificate]:
-        task = Task(calibration, basis.epsilon, trained_on, settings.epsilon, settings.confidence, unit, training, seed)
+        task = Task(calibration, basis.epsilon, trained_on, settings.asked, settings.confidence, unit, training, seed)
         rule, certificate = certify_scores(settings.method, task)
         return Predictor(basis, network, rule, certificate, trained_on), certificate
 

@@ -3,7 +3,8 @@
 The number of segments that a set of bases covers is submodular, so that greedy choice needs at most ln N + 1 times
 as many bases as the optimum. It is done lazily (Minoux 1978): counts can only fall, so that a candidate whose
 recounted gain still leads is the best. Candidates are the segments themselves: first a seeded random sample, then,
-for the few that no candidate covers, those that are still uncovered.
+for the few that no candidate covers, those that are still uncovered. At the end, choices that later ones have made
+superfluous are left out.
 """
 
 from collections.abc import Callable, Iterator
@@ -40,7 +41,7 @@ def greedy_cover(
         symmetric: the mirror image of every chosen segment, left for right, covers as well.
 
     Returns:
-        Indices of the chosen segments, in the order of choice.
+        Indices of the chosen segments, in the order of choice; none can be left out.
     """
     points = jnp.asarray(scaled, dtype=jnp.float32)
     radius = epsilon * (1 - 1e-5)  # so that single precision never claims a cover that double precision denies
@@ -58,7 +59,22 @@ def greedy_cover(
             if progress is not None:
                 progress(1 - int(np.bitwise_count(uncovered).sum()) / len(scaled))
         remaining = remaining[np.unpackbits(uncovered.view(np.uint8), count=len(remaining)).astype(bool)]
-    return np.array(chosen, dtype=np.int64)
+    picked = np.array(chosen, dtype=np.int64)
+    covers = _coverage(points[picked], points, radius)
+    if symmetric:
+        covers |= _coverage(points[picked] * jnp.asarray(MIRROR), points, radius)
+    return picked[_needed(np.unpackbits(covers.view(np.uint8), axis=1, count=len(scaled)).astype(bool))]
+
+
+def _needed(covers: Bool[np.ndarray, "M N"]) -> Bool[np.ndarray, " M"]:
+    """Which bases stay if, from the last to the first, those are left out whose segments others cover as well."""
+    times = covers.sum(0)
+    kept = np.ones(len(covers), dtype=bool)
+    for base in reversed(range(len(covers))):
+        if (times[covers[base]] > 1).all():
+            kept[base] = False
+            times -= covers[base]
+    return kept
 
 
 def _lazy_greedy(covers: UInt64[np.ndarray, "C words"], uncovered: UInt64[np.ndarray, " words"]) -> Iterator[int]:

@@ -14,11 +14,12 @@ from jaxtyping import Float
 
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.evaluation import Evaluation, Rate, evaluate
-from coverdrive.prediction.basis import BasisSettings, make_basis
+from coverdrive.certificates.methods import Method
+from coverdrive.prediction.basis import Basis, BasisSettings, make_basis
 from coverdrive.prediction.calibrate import CertificateSettings, ScoredSides, calibrate, score
 from coverdrive.prediction.network import Network
 from coverdrive.prediction.predictor import Predictor
-from coverdrive.prediction.samples import Samples, make_samples
+from coverdrive.prediction.samples import Assignment, Samples, make_samples
 from coverdrive.prediction.segments import Segments, SegmentSettings, cut_segments
 from coverdrive.prediction.split import Split, SplitSettings, split
 from coverdrive.prediction.training import TrainingSettings, train
@@ -35,8 +36,19 @@ class PredictionSettings(Settings):
     segments: SegmentSettings = SegmentSettings()
     basis: BasisSettings = BasisSettings()
     split: SplitSettings = SplitSettings()
+    assignment: Assignment = "covering"
+    """what counts as predicted: any possible base that covers what the vehicle did, or only the nearest (the paper)"""
     training: TrainingSettings = TrainingSettings()
     certificate: CertificateSettings = CertificateSettings()
+
+    @staticmethod
+    def paper() -> "PredictionSettings":
+        """The paper's labels, network and certificate; ε and the split are ours, and no sample is left out."""
+        return PredictionSettings(
+            assignment="nearest",
+            training=TrainingSettings.paper(),
+            certificate=CertificateSettings(method=Method.POST_BLOATING),
+        )
 
 
 @dataclass(frozen=True)
@@ -90,12 +102,20 @@ def fit(
     with _stage("basis", seconds, report) as share:
         basis = make_basis(segments.of(sides.train), settings.basis, basis_seed, share)
     with _stage("affordances and labels", seconds, report) as share:
-        samples = make_samples(recordings, segments, basis, share)
+        samples = make_samples(recordings, segments, basis, settings.assignment, progress=share)
         training = samples.of(sides.train)
+    if settings.training.mirrored:
+        with _stage("mirror images", seconds, report) as share:
+            mirrored = make_samples(
+                recordings, segments.of(sides.train), basis, settings.assignment, mirrored=True, progress=share
+            )
+            mirrored = mirrored.of(mirrored.distance.min(1) <= basis.epsilon)
+    else:
+        mirrored = training.of(np.arange(0))
     with _stage("training", seconds, report) as share:
-        network, losses = train(training, settings.training, training_seed, share)
+        network, losses = train(training.and_also(mirrored), settings.training, training_seed, share)
     with _stage("certificate", seconds, report):
-        scored = _scored(network, samples, sides)
+        scored = _scored(network, samples, sides, _tube(basis, settings))
         predictor, certificates = calibrate(
             basis, network, scored.train, scored.calibration, settings.certificate, seed
         )
@@ -132,12 +152,17 @@ def score_sides(
     settings = settings or PredictionSettings()
     segments = cut_segments(recordings, settings.segments)
     sides = split(segments.vehicle, segments.group, settings.split, _seeds(seed)[0])
-    samples = make_samples(recordings, segments, predictor.basis, progress)
-    return _scored(predictor.network, samples, sides)
+    samples = make_samples(recordings, segments, predictor.basis, settings.assignment, progress=progress)
+    return _scored(predictor.network, samples, sides, _tube(predictor.basis, settings))
 
 
-def _scored(network: Network, samples: Samples, sides: Split) -> ScoredSides:
-    return ScoredSides(*(score(network, samples.of(side)) for side in (sides.train, sides.calibration, sides.test)))
+def _scored(network: Network, samples: Samples, sides: Split, tube: float | None) -> ScoredSides:
+    parts = (sides.train, sides.calibration, sides.test)
+    return ScoredSides(*(score(network, samples.of(part), tube) for part in parts))
+
+
+def _tube(basis: Basis, settings: PredictionSettings) -> float | None:
+    return basis.epsilon if settings.assignment == "covering" else None
 
 
 def _seeds(seed: int) -> list[int]:

@@ -82,7 +82,11 @@ class Predictor:
             "trained_on": self.trained_on,
             **self.network.arrays,
         }
-        header = {"basis": self.basis.tolerances, "certificate": asdict(self.certificate)}
+        header = {
+            "basis": self.basis.tolerances,
+            "network": self.network.kind,
+            "certificate": asdict(self.certificate),
+        }
         save_arrays(path, "predictor", header, arrays)
 
     @staticmethod
@@ -95,7 +99,7 @@ class Predictor:
         header, arrays = load_arrays(path, "predictor", "coverdrive fit")
         return Predictor(
             basis=Basis(arrays["basis"], **header["basis"]),
-            network=Network.of(arrays),
+            network=Network.of(arrays, header["network"]),
             rule=Thresholds(arrays["thresholds"], arrays["tube"]),
             certificate=Certificate(**header["certificate"]),
             trained_on=arrays["trained_on"],

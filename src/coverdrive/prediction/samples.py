@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
+from typing import Literal
 
 import jax
 import numpy as np
@@ -10,15 +11,20 @@ from jaxtyping import Bool, Float, Int, Int8
 from coverdrive.prediction.affordance import affordance
 from coverdrive.prediction.basis import Basis
 from coverdrive.prediction.collision import colliding_bases
+from coverdrive.prediction.cover import MIRROR
 from coverdrive.prediction.segments import Segments
 from coverdrive.recordings.recording import Recording
 from coverdrive.scene import Scene
 
 POSSIBLE, OTHER, COLLIDES = 1, 0, -1
-"""Labels: the base nearest to what the vehicle did; one that it did not drive; one that would collide (0̄)."""
+"""Labels: the base that stands for what the vehicle did; one that it did not drive; one that would collide (0̄)."""
 
 _CHUNK = 512
 _SLOTS = 16
+
+
+Assignment = Literal["covering", "nearest"]
+"""Which base stands for what a vehicle did: one that covers it, or only the nearest (the paper)"""
 
 
 @dataclass(frozen=True)
@@ -27,10 +33,12 @@ class Samples:
 
     features: Float[np.ndarray, "N 21"]
     """affordance at the start of the segment"""
-    labels: Int8[np.ndarray, "N M"]
-    """exactly one `POSSIBLE` in each row"""
-    distance: Float[np.ndarray, " N"]
-    """atomic norm of the difference to the nearest base; above the basis' ε, no base covers the segment"""
+    distance: Float[np.ndarray, "N M"]
+    """atomic norm of the difference to every base; where none is within the basis' ε, no base covers the segment"""
+    collides: Bool[np.ndarray, "N M"]
+    """whether each base would collide"""
+    base: Int[np.ndarray, " N"]
+    """the base that stands for what the vehicle did"""
     vehicle: Int[np.ndarray, " N"]
     """key of the vehicle"""
     group: Int[np.ndarray, " N"]
@@ -41,19 +49,28 @@ class Samples:
         return len(self.features)
 
     @property
-    def base(self) -> Int[np.ndarray, " N"]:
-        """Index of the base trajectory nearest to what the vehicle did."""
-        return (self.labels == POSSIBLE).argmax(1)
+    def labels(self) -> Int8[np.ndarray, "N M"]:
+        """`POSSIBLE` for the one base that was driven, `COLLIDES` or `OTHER` for the others."""
+        labels = np.where(self.collides, COLLIDES, OTHER).astype(np.int8)
+        labels[np.arange(len(self)), self.base] = POSSIBLE
+        return labels
 
     def of(self, keep: np.ndarray) -> "Samples":
         """The samples selected by an index or boolean array."""
         return replace(self, **{field.name: getattr(self, field.name)[keep] for field in fields(self)})
+
+    def and_also(self, others: "Samples") -> "Samples":
+        """These samples followed by others of the same basis."""
+        pairs = ((getattr(self, field.name), getattr(others, field.name)) for field in fields(self))
+        return Samples(*map(np.concatenate, pairs))
 
 
 def make_samples(
     recordings: Sequence[Recording],
     segments: Segments,
     basis: Basis,
+    assignment: Assignment = "covering",
+    mirrored: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> Samples:
     """Describe and label the moments at which segments start.
@@ -62,6 +79,9 @@ def make_samples(
         recordings: what the segments were cut from.
         segments: N segments; may be a selection of those of the recordings.
         basis: M base trajectories.
+        assignment: which base stands for a segment: the first in the basis' order of choice that covers it, so that
+            few bases stand for most segments, or the nearest. Where none covers it, it is the nearest.
+        mirrored: describe the mirror images, left for right, of scenes and segments.
         progress: called with the share of the recordings done.
     """
     features = np.zeros((len(segments), 21), dtype=np.float32)
@@ -69,28 +89,30 @@ def make_samples(
     for index, recording in enumerate(recordings):
         chosen = np.flatnonzero(segments.recording == index)
         if len(chosen):
-            features[chosen], collides[chosen] = _describe(recording, segments.row[chosen], basis)
+            features[chosen], collides[chosen] = _describe(recording, segments.row[chosen], basis, mirrored)
         if progress is not None:
             progress((index + 1) / len(recordings))
-    distance = basis.distance(segments.points)
-    nearest = distance.argmin(1)
-    labels = np.where(collides, COLLIDES, OTHER).astype(np.int8)
-    everyone = np.arange(len(segments))
-    labels[everyone, nearest] = POSSIBLE
-    return Samples(features, labels, distance[everyone, nearest], segments.vehicle, segments.group)
+    distance = basis.distance(segments.points * MIRROR if mirrored else segments.points)
+    base = distance.argmin(1)
+    if assignment == "covering":
+        covered = distance <= basis.epsilon
+        base = np.where(covered.any(1), covered.argmax(1), base)
+    return Samples(features, distance, collides, base, segments.vehicle, segments.group)
 
 
 def _describe(
-    recording: Recording, rows: Int[np.ndarray, " n"], basis: Basis
+    recording: Recording, rows: Int[np.ndarray, " n"], basis: Basis, mirrored: bool
 ) -> tuple[Float[np.ndarray, "n 21"], Bool[np.ndarray, "n M"]]:
     """Describe in chunks of one size, so that everything is compiled once per number of slots and lanes."""
     frames = recording.frames()
-    scenes = frames.scene.padded(_SLOTS)
+    scenes, road = frames.scene.padded(_SLOTS), recording.road
+    if mirrored:
+        scenes, road = scenes.mirrored(), road.mirrored()
     features, collides = [], []
     for part in np.split(np.resize(rows, len(rows) + -len(rows) % _CHUNK), range(_CHUNK, len(rows), _CHUNK)):
         scene: Scene = jax.tree.map(lambda values, part=part: values[frames.frame[part]], scenes)
         own = frames.slot[part]
-        features.append(np.asarray(_affordance(scene, recording.road))[np.arange(_CHUNK), own])
+        features.append(np.asarray(_affordance(scene, road))[np.arange(_CHUNK), own])
         collides.append(np.asarray(colliding_bases(basis, scene, own)))
     return np.concatenate(features)[: len(rows)], np.concatenate(collides)[: len(rows)]
 

@@ -24,7 +24,7 @@ class SegmentSettings(Settings):
     """[s] length of a segment (paper §2.1)"""
     step: PositiveFloat = 0.5
     """[s] between two points of a segment (authors' scripts)"""
-    stride: PositiveFloat = 0.5
+    stride: PositiveFloat = 0.2
     """[s] between the starts of two segments of one vehicle; overlapping segments are strongly dependent"""
 
     @property

@@ -27,9 +27,9 @@ WARM_UP = 10.0
 class GeneratedSettings(Settings):
     """How much traffic is generated, and of which kind."""
 
-    scenes: int = Field(default=24, ge=1)
-    """number of independent scenes; 24 of them hold over 200,000 windows of 3 s at a stride of 0.1 s"""
-    duration: float = Field(default=40.0, ge=1)
+    scenes: int = Field(default=48, ge=1)
+    """number of independent scenes; 48 of them hold over 200,000 windows of 3 s at a stride of 0.1 s"""
+    duration: float = Field(default=20.0, ge=1)
     """[s] of each scene"""
     dt: float = Field(default=0.1, gt=0, le=0.2)
     """[s] as in NGSIM"""
