@@ -93,6 +93,7 @@ def compare_methods(
         unit=unit or settings.certificate.unit,
         training=sides.train,
         seed=seed,
+        tubes=settings.certificate.tube,
     )
     return compare(task, sides.test, targets, partial(report, "methods"))
 
