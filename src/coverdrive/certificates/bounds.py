@@ -177,7 +177,7 @@ def judged_bound(confidence: float, support: int, samples: int) -> float:
     share = math.log1p(-confidence) - math.log(samples + 1)
 
     def excess(epsilon: float) -> float:
-        return float(share + special.logsumexp(ratios - (samples - terms) * math.log1p(-epsilon)))
+        return share + float(np.logaddexp.reduce(ratios - (samples - terms) * math.log1p(-epsilon)))
 
     return float(optimize.root_scalar(excess, bracket=(0.0, 1 - 1e-15), method="brentq", xtol=1e-15).root)
 
