@@ -15,6 +15,7 @@ the calibration scores. The size of a set is the sum of the radii of its bases.
 from collections import defaultdict
 from collections.abc import Iterator, Set
 from itertools import islice, takewhile
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Int
@@ -95,24 +96,38 @@ def _greedy(units: Units, tubes: Tubes, budget: int) -> Thresholds:
             return np.inf
         return float(len(columns) - np.searchsorted(columns[:, base], lowest)) * queues.radius(base, without)
 
+    def step(queue: int) -> _Step:
+        """What the next step in a queue would cost and bring."""
+        asks = set(queues.asking(queue, queues.first(queue), budget + 1))
+        shrunk = set().union(*(queues.bases_of[unit] for unit in asks))
+        if not 0 < len(asks) <= budget:
+            return _Step(asks, shrunk, 0.0)
+        return _Step(asks, shrunk, sum(size(base) - size(base, asks) for base in shrunk) / len(asks))
+
+    steps = [step(queue) for queue in range(len(queues))]
     while budget > 0:
-        best: set[int] = set()
-        best_gain = 0.0
-        for queue in range(len(queues)):
-            asks = set(queues.asking(queue, queues.first(queue), budget + 1))
-            if not 0 < len(asks) <= budget:
-                continue
-            shrunk = set().union(*(queues.bases_of[unit] for unit in asks))
-            gain = sum(size(base) - size(base, asks) for base in shrunk)
-            if gain / len(asks) > best_gain:
-                best, best_gain = asks, gain / len(asks)
-        if not best:
+        best = max(steps, key=lambda each: each.rate if len(each.asks) <= budget else 0.0)
+        if best.rate <= 0 or len(best.asks) > budget:
             break
-        queues.gone |= best
-        budget -= len(best)
+        queues.gone |= best.asks
+        budget -= len(best.asks)
+        for queue, each in enumerate(steps):
+            if each.shrunk & best.shrunk:
+                steps[queue] = step(queue)
     lowest = np.array([queues.first(base) for base in range(bases)])
     radii = [queues.radius(base) for base in range(bases)]
     return Thresholds.at(lowest, np.minimum(np.array(radii) + ROUNDING, units.tube))
+
+
+class _Step(NamedTuple):
+    """Discarding all units that ask for the tightest demand of a queue."""
+
+    asks: set[int]
+    """these units"""
+    shrunk: set[int]
+    """bases that they drove"""
+    rate: float
+    """by how much the sets shrink for each of them"""
 
 
 class _Queues:

@@ -39,7 +39,7 @@ NEGATIVES = 2000
 _TOLERANCE = 1e-6
 """Constraints violated by less hold, those that hold by less support the solution, and the rule gives way by this."""
 
-_JOINING = 100
+_JOINING = 300
 _ROUNDS = 300
 
 
