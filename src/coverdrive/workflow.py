@@ -112,6 +112,7 @@ def save_comparison(compared: Sequence[Compared], folder: Path) -> None:
             "low": each.missed.low if each.missed else None,
             "high": each.missed.high if each.missed else None,
             "mean_set_size": each.evaluation.mean_set_size if each.evaluation else None,
+            "mean_tube": each.evaluation.mean_tube if each.evaluation else None,
             "seconds": each.seconds,
             "refusal": each.refusal,
         }

@@ -156,12 +156,22 @@ def test_rules_are_made_again_from_their_arrays() -> None:
 
 
 @pytest.mark.slow
-def test_bound_holds_on_new_samples_and_fails_if_support_samples_are_left_out() -> None:
-    """At 80 % confidence the bound may be broken in at most a fifth of the calibrations."""
-    repeats, broken, broken_by_optimist = 100, 0, 0
-    training, new = clouds(400, 3, 5, 1, first=10_000), clouds(40_000, 3, 5, 2, first=20_000)
+@pytest.mark.parametrize("rectified", [False, True])
+def test_bound_holds_on_new_samples_and_fails_if_support_samples_are_left_out(rectified: bool) -> None:
+    """At 80 % confidence the bound may be broken in at most a fifth of the calibrations.
+
+    Rectified hidden values are often zero, so that whole groups of samples lie on the margin.
+    """
+    repeats, broken, broken_by_optimist = 60, 0, 0
+
+    def drawn(count: int, seed: int, first: int = 0) -> ScoredSamples:
+        samples = clouds(count, 3, 5, seed, first)
+        assert samples.hidden is not None
+        return replace(samples, hidden=np.maximum(samples.hidden - 1, 0)) if rectified else samples
+
+    training, new = drawn(400, 1, 10_000), drawn(40_000, 2, 20_000)
     for repeat in range(repeats):
-        samples = clouds(400, 3, 5, 100 + repeat)
+        samples = drawn(400, 100 + repeat)
         rule, certificate = support_vectors(samples, TUBE, NOBODY, training, confidence=0.8)
         assert certificate.prediction_epsilon is not None and samples.hidden is not None
         broken += evaluate(rule, new).windows.value > certificate.prediction_epsilon

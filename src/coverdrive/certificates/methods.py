@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Int
 
 from coverdrive.certificates.bloating import post_bloat
+from coverdrive.certificates.bounds import check_confidence
 from coverdrive.certificates.calibration import ScoredSamples
 from coverdrive.certificates.certificate import Certificate, Counted, Tubes
 from coverdrive.certificates.conformal import clustered, conformal, per_base, pooled, units_needed
@@ -102,6 +103,7 @@ def certify(method: Method | str, task: Task) -> tuple[Rule, Certificate]:
         calibrate = _METHODS[Method(method)]
     except ValueError as error:
         raise CertificateError(f"no method is called {method!r}; choose one of {', '.join(Method)}") from error
+    check_confidence(task.confidence)
     if Method(method).computes_epsilon and task.epsilon is not None:
         raise CertificateError(f"{method} computes its ε and takes none; leave it out, or use discarding")
     if task.tubes == "per base" and not Method(method).calibrates_tubes:

@@ -87,6 +87,8 @@ def fit_table(result: Fit) -> Table:
         "set size on test windows",
         f"mean {evaluation.mean_set_size:.1f}, median {evaluation.median_set_size:g} of {len(basis)}",
     )
+    if result.predictor.certificate.tubes == "per base":
+        table.add_row("mean radius of their tubes", f"{evaluation.mean_tube:.3f}")
     for stage, seconds in result.seconds.items():
         table.add_row(f"time for {stage}", f"{seconds:.1f} s")
     return table
