@@ -7,6 +7,9 @@ from pathlib import Path
 import polars as pl
 import pytest
 
+from coverdrive.config import Experiment
+from coverdrive.prediction.paper_settings import paper_settings
+
 GENERATED = "[generated]\nscenes = 6\nduration = 12.0\nvehicles = [10, 12]\n"
 
 
@@ -35,6 +38,7 @@ def test_both_tables_of_generated_traffic(tmp_path: Path) -> None:
     growth = pl.read_csv(folder / "table_1_generated.csv")
     assert growth["samples"].is_sorted() and (growth["exact"] < growth["theorem"]).all()
     assert "per_base" in pl.read_csv(folder / "table_2_generated.csv")["method"].to_list()
+    assert Experiment.load(folder / "config.toml").prediction == paper_settings()
     assert (folder / "tables_generated.png").read_bytes().startswith(b"\x89PNG")
     assert (folder / "tables_generated.pdf").read_bytes().startswith(b"%PDF")
 

@@ -130,8 +130,9 @@ def paper_tables(
     return make_tables(*result.scored, result.predictor.basis.epsilon, experiment.seed, share)
 
 
-def save_frames(frames: Mapping[str, pl.DataFrame], folder: Path) -> None:
-    """Write tables as CSV files of their names."""
+def save_paper_tables(experiment: Experiment, frames: Mapping[str, pl.DataFrame], folder: Path) -> None:
+    """Write tables as CSV files of their names, and the settings that they were made with."""
+    experiment.model_copy(update={"prediction": paper_settings()}).save(folder / "config.toml")
     for name, frame in frames.items():
         write_atomically(folder / f"{name}.csv", frame.write_csv)
 

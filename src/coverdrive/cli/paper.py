@@ -29,7 +29,8 @@ def paper(
     from coverdrive.report.paper_figure import paper_figure
 
     experiment = experiment_of(config, seed, location)
-    sources = {"generated traffic": [], **({"the recordings": recording} if recording else {})}
+    sources = {"generated": [], **({"recordings": recording} if recording else {})}
+    titles = {"generated": "generated traffic", "recordings": "the recordings"}
     bounds = table_1_bounds()
     console.print(paper_tables.bounds_table(bounds))
     folder = out / "paper"
@@ -39,15 +40,14 @@ def paper(
         with stages() as bars:
             recordings = workflow.load_recordings(experiment, paths, bars.share("recordings"))
             tables = workflow.paper_tables(experiment, recordings, bars.report)
-        console.print(paper_tables.growth_table(tables, name))
-        console.print(paper_tables.conformal_table(tables, name))
-        short = name.split()[-1] if paths else "generated"
+        console.print(paper_tables.growth_table(tables, titles[name]))
+        console.print(paper_tables.conformal_table(tables, titles[name]))
         frames |= {
-            f"table_1_{short}": paper_tables.growth_frame(tables),
-            f"table_2_{short}": paper_tables.conformal_frame(tables),
+            f"table_1_{name}": paper_tables.growth_frame(tables),
+            f"table_2_{name}": paper_tables.conformal_frame(tables),
         }
-        figures[short] = paper_figure(tables)
-    workflow.save_frames(frames, folder)
-    for short, figure in figures.items():
-        style.save(figure, folder / f"tables_{short}")
+        figures[name] = paper_figure(tables)
+    workflow.save_paper_tables(experiment, frames, folder)
+    for name, figure in figures.items():
+        style.save(figure, folder / f"tables_{name}")
     console.print(f"The tables are in {folder}")
