@@ -146,13 +146,22 @@ def test_mistakes_are_explained(arguments: list[str], complaint: str, tmp_path: 
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
+def test_a_refused_certificate_leaves_nothing_behind(tmp_path: Path) -> None:
+    config = tmp_path / "strict.toml"
+    config.write_text(QUICK.replace('unit = "window"', 'unit = "window"\nmethod = "pac-pooled"\nepsilon = 1e-6'))
+    printed = coverdrive("fit", "--config", config, "--out", tmp_path / "out", status=2)
+    assert "cannot prove ε = 1e-06; the smallest ε possible with them is" in printed
+    assert [path.name for path in tmp_path.iterdir()] == ["strict.toml"]
+
+
 def test_unknown_keys_are_named(tmp_path: Path) -> None:
     config = tmp_path / "typo.toml"
     config.write_text("[prediction.basis]\nepsilom = 0.5\n")
     assert "prediction.basis.epsilom" in coverdrive("fit", "--config", config, "--out", tmp_path / "out", status=2)
 
 
-@pytest.mark.parametrize("subcommand", ["run", "fit", "certify", "study", "drive", "inspect"])
+@pytest.mark.parametrize("subcommand", ["run", "fit", "certify", "paper", "study", "drive", "inspect"])
 def test_help_teaches(subcommand: str) -> None:
     printed = coverdrive(subcommand, "--help")
     assert "Usage" in printed and len(printed.splitlines()) > 8

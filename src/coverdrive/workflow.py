@@ -7,7 +7,7 @@
 import json
 import os
 import platform
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
 from importlib.metadata import version
@@ -20,11 +20,13 @@ import coverdrive
 from coverdrive.certificates.certificate import Counted, fingerprint
 from coverdrive.certificates.comparison import Compared, compare
 from coverdrive.certificates.methods import Task
+from coverdrive.certificates.paper_tables import PaperTables, make_tables
 from coverdrive.config import Experiment
 from coverdrive.files import write_atomically
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.prediction.basis_study import StudiedBasis, basis_record, point_table
 from coverdrive.prediction.fit import Fit, StageProgress, fit, score_sides
+from coverdrive.prediction.paper_settings import paper_settings
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.recordings.generated import generate
 from coverdrive.recordings.read import read
@@ -93,6 +95,7 @@ def compare_methods(
         unit=unit or settings.certificate.unit,
         training=sides.train,
         seed=seed,
+        tubes=settings.certificate.tube,
     )
     return compare(task, sides.test, targets, partial(report, "methods"))
 
@@ -109,12 +112,29 @@ def save_comparison(compared: Sequence[Compared], folder: Path) -> None:
             "low": each.missed.low if each.missed else None,
             "high": each.missed.high if each.missed else None,
             "mean_set_size": each.evaluation.mean_set_size if each.evaluation else None,
+            "mean_tube": each.evaluation.mean_tube if each.evaluation else None,
             "seconds": each.seconds,
             "refusal": each.refusal,
         }
         for each in compared
     ]
     write_atomically(folder / "methods.csv", pl.DataFrame(rows, infer_schema_length=None).write_csv)
+
+
+def paper_tables(
+    experiment: Experiment, recordings: Sequence[Recording], progress: StageProgress | None = None
+) -> PaperTables:
+    """Repeat the tables of the paper on recordings, with the paper's settings and the seed of the experiment."""
+    result = fit(recordings, paper_settings(), experiment.seed, progress)
+    share = partial(progress, "tables") if progress else None
+    return make_tables(*result.scored, result.predictor.basis.epsilon, experiment.seed, share)
+
+
+def save_paper_tables(experiment: Experiment, frames: Mapping[str, pl.DataFrame], folder: Path) -> None:
+    """Write tables as CSV files of their names, and the settings that they were made with."""
+    experiment.model_copy(update={"prediction": paper_settings()}).save(folder / "config.toml")
+    for name, frame in frames.items():
+        write_atomically(folder / f"{name}.csv", frame.write_csv)
 
 
 def study(

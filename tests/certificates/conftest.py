@@ -14,7 +14,8 @@ Draw = Callable[..., ScoredSamples]
 def draw() -> Draw:
     """Uniform bases with uniform scores, of which a share leaves the tube; windows of a vehicle are all alike.
 
-    The threshold c misses a new window with probability outside + (1 − outside)·c, averaged over the bases.
+    The threshold c misses a new window with probability outside + (1 − outside)·c, averaged over the bases. The last
+    hidden layer is the scores.
     """
 
     def drawn(
@@ -25,6 +26,6 @@ def draw() -> Draw:
         base = random.integers(0, bases, vehicles)
         distance = np.where(random.random(vehicles) < outside, 1.0, 0.0)
         rows = np.repeat(np.arange(vehicles), windows)
-        return ScoredSamples(scores[rows], base[rows], distance[rows], first + rows)
+        return ScoredSamples(scores[rows], base[rows], distance[rows], first + rows, scores[rows])
 
     return drawn

@@ -1,7 +1,9 @@
 """The exact tails against the paper's table (with its erratum), SciPy and a direct sum."""
 
 import math
+from fractions import Fraction
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -12,6 +14,7 @@ from coverdrive.certificates.bounds import (
     clopper_pearson,
     discarding_bound,
     discards_allowed,
+    judged_bound,
     log_discarding_tail,
     violation_bound,
 )
@@ -102,6 +105,49 @@ def test_greatest_number_of_discards(epsilon: float, support: int, samples: int)
     if allowed >= 0:
         assert log_discarding_tail(epsilon, support, allowed, samples) <= goal
     assert log_discarding_tail(epsilon, support, allowed + 1, samples) > goal
+
+
+def test_judged_bound_solves_its_equation() -> None:
+    """The equation of Campi and Garatti in exact rational arithmetic changes its sign at the solution."""
+    for samples, support in ((10, 0), (30, 4), (200, 17), (200, 199)):
+        epsilon = judged_bound(0.99, support, samples)
+
+        def excess(t: Fraction, samples: int = samples, support: int = support) -> Fraction:
+            left = sum(math.comb(m, support) * t ** (m - support) for m in range(support, samples + 1))
+            return left / 100 / (samples + 1) - math.comb(samples, support) * t ** (samples - support)
+
+        assert excess(1 - Fraction(epsilon * (1 - 1e-9))) < 0 < excess(1 - Fraction(epsilon + (1 - epsilon) * 1e-9))
+    assert judged_bound(0.99, 30, 30) == 1
+
+
+@given(st.floats(0.5, 0.9999), st.integers(1, 60), st.integers(1, 300))
+def test_judged_bound_costs_more_than_a_dimension_known_beforehand(confidence: float, support: int, more: int) -> None:
+    """If every draw has exactly k support samples, the bound for a fixed k is exact, and ε(k) may not be less."""
+    bound = judged_bound(confidence, support, support + more)
+    assert binomial_tail(bound, support - 1, support + more) <= (1 - confidence) * (1 + 1e-9)
+    assert judged_bound(confidence, support - 1, support + more) < bound
+
+
+@pytest.mark.slow
+def test_judged_bound_holds_where_the_number_of_support_samples_varies() -> None:
+    """The largest value of each of 8 coordinates, where some samples are large in all and others in one of them."""
+    random = np.random.default_rng(0)
+    repeats, count, dimension, share = 20_000, 60, 8, 0.5
+    broken = broken_with_fewer = 0
+    supports = set()
+    bounds = [judged_bound(0.9, support, count) for support in range(dimension + 1)]
+    for _ in range(repeats):
+        value = random.random((count, 1)) * np.where(
+            random.random((count, 1)) < share, 1, np.eye(dimension)[random.integers(0, dimension, count)]
+        )
+        support = len(np.unique(value.argmax(0)[value.max(0) > 0]))
+        missed = share * (1 - value.max(0).min()) + (1 - share) * (1 - value.max(0)).mean()
+        supports.add(support)
+        broken += missed > bounds[support]
+        broken_with_fewer += missed > bounds[max(support - 4, 0)]
+    assert len(supports) > 4
+    assert broken <= stats.binom.ppf(0.999, repeats, 0.1)
+    assert broken_with_fewer > stats.binom.ppf(0.999, repeats, 0.1)
 
 
 def test_intervals_of_the_papers_collisions() -> None:

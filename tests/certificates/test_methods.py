@@ -10,8 +10,8 @@ from coverdrive.certificates.bloating import post_bloat
 from coverdrive.certificates.calibration import ScoredSamples
 from coverdrive.certificates.certificate import Counted
 from coverdrive.certificates.conformal import conformal
+from coverdrive.certificates.evaluation import evaluate
 from coverdrive.certificates.methods import HELP, Method, Task, certify
-from coverdrive.certificates.units import make_units
 from coverdrive.errors import CertificateError
 
 TUBE = 0.5
@@ -34,16 +34,16 @@ def task(draw: Draw) -> Task:
 @pytest.mark.parametrize("unit", UNITS)
 @pytest.mark.parametrize("method", Method)
 def test_every_method_keeps_its_claim(task: Task, draw: Draw, method: Method, unit: Counted) -> None:
-    task = replace(task, unit=unit, epsilon=None if method is Method.POST_BLOATING else 0.1)
+    task = replace(task, unit=unit, epsilon=None if method.computes_epsilon else 0.1)
     rule, certificate = certify(method, task)
     assert (certificate.unit, certificate.samples) == (unit, 1600 if unit == "window" else 800)
-    new = make_units(draw(20_000, 4, seed=3, outside=0.005, first=10_000), TUBE, "vehicle")
-    assert new.missed(rule).mean() <= certificate.epsilon * (1 if certificate.confidence else 1.3)
+    new = draw(20_000, 4, seed=3, outside=0.005, first=10_000)
+    assert evaluate(rule, new).vehicles.value <= certificate.epsilon * (1 if certificate.confidence else 1.3)
     marginal = method in (Method.POOLED, Method.PER_BASE, Method.CLUSTERED)
     assert (certificate.confidence is None) == marginal
     assert ("Over calibration and test together" in certificate.sentence) == marginal
     assert ("With confidence 0.99" in certificate.sentence) != marginal
-    if method is not Method.POST_BLOATING:
+    if not method.computes_epsilon:
         assert certificate.epsilon <= 0.1
         assert certificate.discarded > 0
 
@@ -86,7 +86,7 @@ def test_drawn_windows_follow_the_seed(task: Task) -> None:
 
 @pytest.mark.parametrize("method", Method)
 def test_training_vehicles_are_refused(task: Task, method: Method) -> None:
-    task = replace(task, trained_on=np.array([3]), epsilon=None if method is Method.POST_BLOATING else 0.1)
+    task = replace(task, trained_on=np.array([3]), epsilon=None if method.computes_epsilon else 0.1)
     with pytest.raises(CertificateError, match="1 of 800 calibration vehicles also trained"):
         certify(method, task)
 
@@ -108,3 +108,33 @@ def test_what_a_method_lacks_is_said(task: Task) -> None:
     for method in ("family", "risk-control", "conformal-clustered"):
         with pytest.raises(CertificateError, match="needs the scores of the training split"):
             certify(method, replace(task, training=None))
+    with pytest.raises(CertificateError, match="needs the scores of the training split"):
+        certify("svm", replace(task, epsilon=None, training=None))
+    with pytest.raises(
+        CertificateError, match=r"conformal-pooled calibrates .* no tubes; take the cover's tube, or one"
+    ):
+        certify("conformal-pooled", replace(task, tubes="per base"))
+
+
+@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("method", [method for method in Method if method.calibrates_tubes])
+def test_tubes_of_their_own_keep_the_claim(task: Task, draw: Draw, method: Method, unit: Counted) -> None:
+    def spread(samples: ScoredSamples, seed: int) -> ScoredSamples:
+        within = np.random.default_rng(seed).uniform(0, 0.3, len(samples))
+        return replace(samples, distance=np.where(samples.distance > TUBE, samples.distance, within))
+
+    assert task.training is not None
+    task = replace(
+        task,
+        samples=spread(task.samples, 1),
+        training=spread(task.training, 2),
+        unit=unit,
+        epsilon=None if method.computes_epsilon else 0.1,
+        tubes="per base",
+    )
+    rule, certificate = certify(method, task)
+    assert certificate.tubes == "per base"
+    assert "4 bases, each with a tube of its own" in certificate.sentence
+    evaluation = evaluate(rule, spread(draw(20_000, 4, seed=3, outside=0.005, first=10_000), 4))
+    assert evaluation.vehicles.value <= certificate.epsilon
+    assert evaluation.mean_tube <= rule.tube.max() <= 0.3 + 1e-6

@@ -6,7 +6,9 @@ from pydantic import ValidationError
 
 from coverdrive.certificates.evaluation import evaluate
 from coverdrive.certificates.methods import Method
+from coverdrive.certificates.rule import Hyperplanes
 from coverdrive.errors import CertificateError, DataError
+from coverdrive.prediction.affordance import affordance
 from coverdrive.prediction.basis import BasisSettings
 from coverdrive.prediction.calibrate import CertificateSettings, calibrate
 from coverdrive.prediction.fit import Fit, PredictionSettings, fit, score_sides
@@ -83,10 +85,43 @@ def test_another_method_by_its_name(fitted: Fit, scenes: tuple[Recording, ...]) 
     assert evaluate(again.rule, sides.calibration).windows.value <= 0.1
 
 
-@pytest.mark.parametrize(("method", "epsilon"), [("post-bloating", 0.1), ("pac-pooled", None)])
-def test_a_bound_is_asked_for_where_it_is_needed(method: str, epsilon: float | None) -> None:
-    with pytest.raises(ValidationError, match="post-bloating computes its epsilon"):
-        CertificateSettings(method=Method(method), epsilon=epsilon)
+@pytest.fixture(scope="module")
+def hyperplanes(fitted: Fit, scenes: tuple[Recording, ...]) -> Predictor:
+    """The same network with a hyperplane for every base."""
+    predictor = fitted.predictor
+    sides = score_sides(predictor, scenes, SETTINGS, seed=1)
+    settings = CertificateSettings(method=Method.SVM, confidence=0.5, unit="window", tube="per base")
+    again, certificates = calibrate(predictor.basis, predictor.network, sides.train, sides.calibration, settings)
+    assert certificates[0].unit == "window" and certificates[0].tubes == "per base"
+    assert evaluate(again.rule, sides.calibration).windows.count == certificates[0].uncovered
+    return again
+
+
+def test_hyperplanes_are_stored_and_predict(hyperplanes: Predictor, fitted: Fit, tmp_path) -> None:
+    assert isinstance(hyperplanes.rule, Hyperplanes)
+    assert hyperplanes.fingerprint != fitted.predictor.fingerprint
+    hyperplanes.save(tmp_path / "predictor.safetensors")
+    loaded = Predictor.load(tmp_path / "predictor.safetensors")
+    assert loaded.fingerprint == hyperplanes.fingerprint
+    assert loaded.certificate == hyperplanes.certificate
+    scene, road = three_vehicles(), Road.straight()
+    possible = loaded.possible(scene, road)
+    features = affordance(scene, road)
+    expected = hyperplanes.rule.possible(np.zeros(possible.shape), np.asarray(hyperplanes.network.hidden(features)))
+    assert np.array_equal(possible, expected)
+    paths = loaded.predict(scene, road, own=0, dt=0.5, steps=6)
+    assert len(paths) == possible[1:].sum()
+
+
+def test_conformal_methods_calibrate_no_tubes() -> None:
+    with pytest.raises(ValidationError, match="pac-pooled calibrates no tubes"):
+        CertificateSettings(method=Method.PAC_POOLED, epsilon=0.1, tube="per base")
+
+
+@pytest.mark.parametrize("method", ["svm", "post-bloating"])
+def test_methods_that_compute_their_bound_are_not_asked_for_one(method: str) -> None:
+    assert CertificateSettings(method=Method(method)).asked is None
+    assert CertificateSettings(method=Method.PAC_POOLED, epsilon=0.2).asked == 0.2
 
 
 def test_file_round_trip(fitted: Fit, tmp_path) -> None:

@@ -17,7 +17,7 @@ def compared(method: Method, epsilon: float, size: float) -> Compared:
     )  # fmt: skip
     evaluation = Evaluation(
         windows=Rate(5, 1000, 0.002, 0.011), vehicles=Rate(4, 100, 0.01, 0.1), not_predicted=5, outside_tube=0,
-        mean_set_size=size, median_set_size=size, bases=17,
+        mean_set_size=size, median_set_size=size, mean_tube=0.5, bases=17,
     )  # fmt: skip
     return Compared(method, epsilon, certificate, evaluation, "", 0.1)
 

@@ -2,19 +2,21 @@
 
 c_j is the smallest score of base j among the calibration samples that drove it and stayed within its tube. This is a
 convex program with M decision variables in which every calibration sample bounds at most one threshold (a vehicle:
-several), so that at most M samples support the solution. A new sample is missed if no base covers it, or if its
-base is not possible. The first is bounded by the one-sided Clopper–Pearson limit of the uncovered calibration
-samples, the second by the scenario bound; each takes half of the allowed error probability, and ε is their sum.
+several), so that at most M samples support the solution. With a tube for each base, ρ_j is the largest distance of the
+same samples: 2M decision variables, and at most 2M samples that support them. How misses of the cover are added is
+said in `covered`.
 """
+
+from functools import partial
 
 import numpy as np
 from jaxtyping import Int
 
 from coverdrive.certificates.bounds import rate_limit, violation_bound
-from coverdrive.certificates.calibration import ScoredSamples, refuse_trained
-from coverdrive.certificates.certificate import Certificate, Counted, fingerprint
+from coverdrive.certificates.calibration import ScoredSamples
+from coverdrive.certificates.certificate import Certificate, Counted, Tubes
+from coverdrive.certificates.covered import CoveredSamples
 from coverdrive.certificates.rule import Thresholds
-from coverdrive.certificates.units import one_window_each
 
 
 def post_bloat(
@@ -24,6 +26,7 @@ def post_bloat(
     confidence: float = 0.99,
     unit: Counted = "window",
     seed: int = 0,
+    tubes: Tubes = "cover",
 ) -> tuple[Thresholds, Certificate]:
     """Thresholds that miss no covered calibration sample, and the bound on missing a new one.
 
@@ -35,33 +38,18 @@ def post_bloat(
         confidence: of the bound, in (0, 1).
         unit: what the bound counts. The rule is the same for windows and for vehicles.
         seed: of the draw of one window of every vehicle, where these are the unit.
+        tubes: whether the tube of every base shrinks to what its covered calibration samples need.
 
     Raises:
         CertificateError: calibration samples trained the network, or there are too few of them.
     """
-    refuse_trained(samples, trained_on)
-    if unit == "drawn window":
-        samples = one_window_each(samples, seed)
-    bases = samples.scores.shape[1]
-    covered = samples.distance <= tube
-    lowest = np.full(bases, np.inf)
-    np.minimum.at(lowest, samples.base[covered], samples.score_of_base[covered])
-    key = samples.vehicle if unit == "vehicle" else np.arange(len(samples))
-    count, uncovered = len(np.unique(key)), len(np.unique(key[~covered]))
-    shared_confidence = (1 + confidence) / 2
-    certificate = Certificate(
+    covered = CoveredSamples.of(samples, tube, trained_on, unit, seed)
+    variables = covered.bases * (2 if tubes == "per base" else 1)
+    certificate = covered.certificate(
         method="post-bloating",
-        epsilon=rate_limit(shared_confidence, uncovered, count) + violation_bound(shared_confidence, bases, count),
+        tubes=tubes,
         confidence=confidence,
-        samples=count,
-        unit=unit,
-        bases=bases,
-        uncovered=uncovered,
-        prediction_epsilon=violation_bound(confidence, bases, count),
-        paper_epsilon=rate_limit(confidence, bases + 1, count),
-        unseen_bases=int(np.isinf(lowest).sum()),
-        discarded=0,
-        tube=tube,
-        fingerprint=fingerprint(samples.scores, samples.base, samples.distance),
+        bound=partial(violation_bound, support=variables, samples=covered.count),
+        paper_epsilon=rate_limit(confidence, variables + 1, covered.count),
     )
-    return Thresholds.at(lowest, tube), certificate
+    return Thresholds.at(covered.lowest, covered.radii(tubes)), certificate

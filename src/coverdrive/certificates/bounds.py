@@ -152,6 +152,36 @@ def discards_allowed(epsilon: float, confidence: float, support: int, samples: i
     return bisect_left(numbers, True, key=lambda r: log_discarding_tail(epsilon, support, r, samples) > goal) - 1
 
 
+def judged_bound(confidence: float, support: int, samples: int) -> float:
+    r"""The bound ε(k) on the violation probability for a number k of support samples found after solving.
+
+    With confidence 1 − β, the violation probability is at most ε(k) whatever k turns out to be, where t = 1 − ε(k)
+    solves β/(N + 1)·Σ_{m=k}^{N} C(m, k)·t^(m − k) = C(N, k)·t^(N − k).
+
+    Source: Campi and Garatti 2018, *Wait-and-judge scenario optimization*, Theorem 1, for k up to any number of
+    decision variables. It holds wherever the solution is unique and does not change when samples that do not support
+    it are left out (Campi and Garatti 2023, *Compression, generalization and learning*); counting too many support
+    samples only raises it.
+
+    Args:
+        confidence: 1 − β, in (0, 1).
+        support: number k ≥ 0 of samples without which the solution would be another.
+        samples: number N ≥ 1 of i.i.d. samples.
+    """
+    check_confidence(confidence)
+    if support >= samples:
+        return 1.0
+    terms = np.arange(support, samples + 1)
+    choices = special.gammaln(terms + 1) - special.gammaln(terms - support + 1)
+    ratios = choices - choices[-1]  # logarithm of C(m, k) / C(N, k)
+    share = math.log1p(-confidence) - math.log(samples + 1)
+
+    def excess(epsilon: float) -> float:
+        return share + float(np.logaddexp.reduce(ratios - (samples - terms) * math.log1p(-epsilon)))
+
+    return float(optimize.root_scalar(excess, bracket=(0.0, 1 - 1e-15), method="brentq", xtol=1e-15).root)
+
+
 def clopper_pearson(successes: int, trials: int, confidence: float = 0.95) -> tuple[float, float]:
     """Exact two-sided interval of a rate (Clopper and Pearson 1934).
 

@@ -20,6 +20,8 @@ class ScoredSamples:
     """in the norm of the basis, from the vehicle's path to that base"""
     vehicle: Int[np.ndarray, " N"]
     """key of the vehicle"""
+    hidden: Float[np.ndarray, "N H"] | None = None
+    """values of the last hidden layer; only support vectors look at them"""
 
     def __post_init__(self) -> None:
         """Refuse what no guarantee could rest on."""
@@ -33,6 +35,11 @@ class ScoredSamples:
             raise CertificateError(f"every sample needs one of the {bases} bases as its label")
         if not (np.isfinite(self.distance) & (self.distance >= 0)).all():
             raise CertificateError("distances to the nearest base must be finite and not negative")
+        if self.hidden is not None and not (len(self.hidden) == samples and np.isfinite(self.hidden).all()):
+            raise CertificateError(
+                f"the last hidden layer must have finite values for each of the {samples} samples, got "
+                f"{int(np.isfinite(self.hidden).all(1).sum())} such rows of {len(self.hidden)}; check the features"
+            )
 
     def __len__(self) -> int:
         """Number of samples N."""
@@ -40,7 +47,8 @@ class ScoredSamples:
 
     def of(self, rows: Int[np.ndarray, " n"]) -> "ScoredSamples":
         """The samples of some rows."""
-        return ScoredSamples(self.scores[rows], self.base[rows], self.distance[rows], self.vehicle[rows])
+        hidden = None if self.hidden is None else self.hidden[rows]
+        return ScoredSamples(self.scores[rows], self.base[rows], self.distance[rows], self.vehicle[rows], hidden)
 
     @property
     def score_of_base(self) -> Float[np.ndarray, " N"]:

@@ -12,6 +12,9 @@ Unit = Literal["window", "vehicle"]
 Counted = Unit | Literal["drawn window"]
 """The same, or one window of every vehicle, drawn at random: independent draws, as vehicles are"""
 
+Tubes = Literal["cover", "per base"]
+"""Radii of the tubes: the ε of the cover around every base, or one for each base, calibrated and not above it"""
+
 
 @dataclass(frozen=True)
 class Certificate:
@@ -37,15 +40,20 @@ class Certificate:
     discarded: int
     """covered calibration samples that the rule misses"""
     tube: float
-    """radius around a base, in the norm of the basis, within which a vehicle has to stay"""
+    """radius around a base, in the norm of the basis, within which it covers a vehicle's path"""
     fingerprint: str
     """of the calibration samples"""
     groups: int = 1
     """groups of bases, for each of which the bound holds by itself; with one, it holds for all bases together"""
     prediction_epsilon: float | None = None
-    """bound on missing a covered sample alone, Φ(ε, M − 1, N₂); of post-bloating only"""
+    """bound on missing a covered sample alone; of post-bloating, Φ(ε, M − 1, N₂), or 2M − 1 with calibrated tubes, and
+    of support vectors"""
     paper_epsilon: float | None = None
-    """the same by the paper's Theorem 1, Φ(ε, M + 1, N₂): valid and looser"""
+    """the same by the dimension alone: by the paper's Theorem 1, Φ(ε, M + 1, N₂), or for hyperplanes, by M(n̄ + 1)"""
+    tubes: Tubes = "cover"
+    """whether the vehicle has to stay within ``tube`` of its base, or within a radius calibrated for that base"""
+    support: int | None = None
+    """calibration samples that support the hyperplanes, counted in ``unit``"""
 
     @property
     def sentence(self) -> str:
@@ -53,9 +61,14 @@ class Certificate:
         return (
             f"{self._probability} that {self._miss} is at most {self.epsilon:.3%} "
             f"({self.method}, {self.samples} calibration {self.unit}s, {self.uncovered} of them uncovered, "
-            f"{self.bases} bases), if new {self.unit}s are independent draws from the same traffic as the calibration "
+            f"{self._numbers}), if new {self.unit}s are independent draws from the same traffic as the calibration "
             f"{self.unit}s.{self._limits}"
         )
+
+    @property
+    def _numbers(self) -> str:
+        bases = f"{self.bases} bases" + (", each with a tube of its own" if self.tubes == "per base" else "")
+        return bases if self.support is None else f"{bases}, {self.support} supporting {self.unit}s"
 
     @property
     def _probability(self) -> str:

@@ -18,7 +18,7 @@ class Compared:
 
     method: Method
     target: float | None
-    """bound ε that was asked for; none for post-bloating, which computes it"""
+    """bound ε that was asked for; none for methods that compute it"""
     certificate: Certificate | None
     """none if the method refused"""
     evaluation: Evaluation | None
@@ -64,7 +64,7 @@ def compare(
 
 
 def _targets_of(method: Method, targets: Sequence[float]) -> Sequence[float | None]:
-    return [None] if method is Method.POST_BLOATING else targets
+    return [None] if method.computes_epsilon else targets
 
 
 def _compared(method: Method, task: Task, test: ScoredSamples) -> Compared:

@@ -14,7 +14,7 @@ The guarantee averages over calibrations. With a confidence, the rank l is inste
 import numpy as np
 from jaxtyping import Float, Int
 
-from coverdrive.certificates.bounds import marginal_misses_allowed, misses_allowed, rate_limit
+from coverdrive.certificates.bounds import check_confidence, marginal_misses_allowed, misses_allowed, rate_limit
 from coverdrive.certificates.calibration import ScoredSamples
 from coverdrive.certificates.certificate import Certificate, Counted
 from coverdrive.certificates.rule import Thresholds
@@ -49,6 +49,8 @@ def conformal(
         CertificateError: calibration samples trained the network, or no group has enough of them for ε.
     """
     check_epsilon(epsilon)
+    if confidence is not None:
+        check_confidence(confidence)
     units = calibration_units(samples, tube, trained_on, unit, seed)
     member = np.unique(pooled(units.bases) if group is None else group, return_inverse=True)[1]
     if len(member) != units.bases:

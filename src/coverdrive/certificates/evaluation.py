@@ -6,7 +6,7 @@ import numpy as np
 
 from coverdrive.certificates.bounds import clopper_pearson
 from coverdrive.certificates.calibration import ScoredSamples
-from coverdrive.certificates.rule import Thresholds
+from coverdrive.certificates.rule import Rule
 
 
 @dataclass(frozen=True)
@@ -48,13 +48,15 @@ class Evaluation:
     """windows that leave the tube around their base"""
     mean_set_size: float
     median_set_size: float
+    mean_tube: float
+    """mean radius of the tubes of all bases in all sets, in the norm of the basis"""
     bases: int
     """number M of bases: the size of the set that never misses a base"""
 
 
-def evaluate(rule: Thresholds, samples: ScoredSamples) -> Evaluation:
+def evaluate(rule: Rule, samples: ScoredSamples) -> Evaluation:
     """Apply a rule to samples with a known outcome."""
-    possible = rule.possible(samples.scores)
+    possible = rule.possible(samples.scores, samples.hidden)
     sizes = possible.sum(1)
     not_predicted = ~possible[np.arange(len(samples)), samples.base]
     outside = samples.distance > rule.tube[samples.base]
@@ -67,5 +69,6 @@ def evaluate(rule: Thresholds, samples: ScoredSamples) -> Evaluation:
         outside_tube=int(outside.sum()),
         mean_set_size=float(sizes.mean()),
         median_set_size=float(np.median(sizes)),
+        mean_tube=float((possible @ rule.tube).sum() / max(sizes.sum(), 1)),
         bases=samples.scores.shape[1],
     )

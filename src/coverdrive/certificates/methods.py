@@ -9,13 +9,15 @@ import numpy as np
 from jaxtyping import Int
 
 from coverdrive.certificates.bloating import post_bloat
+from coverdrive.certificates.bounds import check_confidence
 from coverdrive.certificates.calibration import ScoredSamples
-from coverdrive.certificates.certificate import Certificate, Counted
+from coverdrive.certificates.certificate import Certificate, Counted, Tubes
 from coverdrive.certificates.conformal import clustered, conformal, per_base, pooled, units_needed
 from coverdrive.certificates.discarding import discard
-from coverdrive.certificates.family import calibrate_family, quantile_family
+from coverdrive.certificates.family import Family, calibrate_family, quantile_family
 from coverdrive.certificates.risk_control import learn_then_test, rules_of
-from coverdrive.certificates.rule import Thresholds
+from coverdrive.certificates.rule import Rule
+from coverdrive.certificates.support_vectors import support_vectors
 from coverdrive.certificates.units import make_units
 from coverdrive.errors import CertificateError
 
@@ -24,6 +26,7 @@ class Method(StrEnum):
     """Names of the methods."""
 
     POST_BLOATING = "post-bloating"
+    SVM = "svm"
     DISCARDING = "discarding"
     FAMILY = "family"
     RISK_CONTROL = "risk-control"
@@ -39,9 +42,20 @@ class Method(StrEnum):
         """The method in one line."""
         return HELP[self]
 
+    @property
+    def computes_epsilon(self) -> bool:
+        """Whether ε follows from the calibration samples, instead of being asked for."""
+        return self in (Method.POST_BLOATING, Method.SVM)
+
+    @property
+    def calibrates_tubes(self) -> bool:
+        """Whether it can give every base a tube of its own."""
+        return self in (Method.POST_BLOATING, Method.SVM, Method.DISCARDING, Method.FAMILY, Method.RISK_CONTROL)
+
 
 HELP = {
     Method.POST_BLOATING: "misses no covered calibration sample; computes ε from their number (the paper's method)",
+    Method.SVM: "hyperplanes in the last hidden layer that miss no covered calibration sample (the paper's appendix)",
     Method.DISCARDING: "post-bloating that may miss as many calibration samples as a given ε allows",
     Method.FAMILY: "thresholds at one level of quantiles of the training scores; the level is calibrated for a given ε",
     Method.RISK_CONTROL: "tests the same thresholds one after the other against a given ε (the reference)",
@@ -74,10 +88,12 @@ class Task:
     training: ScoredSamples | None = None
     """scores of the training split Ω₁, which shapes families and clusters"""
     seed: int = 0
-    """of the draw of one window of every vehicle, where these are the unit"""
+    """of the draw of one window of every vehicle, where these are the unit, and of the negatives of hyperplanes"""
+    tubes: Tubes = "cover"
+    """whether the tube of every base is that of the cover, or one of its own, calibrated with its threshold"""
 
 
-def certify(method: Method | str, task: Task) -> tuple[Thresholds, Certificate]:
+def certify(method: Method | str, task: Task) -> tuple[Rule, Certificate]:
     """Calibrate thresholds by the method of a name.
 
     Raises:
@@ -87,16 +103,35 @@ def certify(method: Method | str, task: Task) -> tuple[Thresholds, Certificate]:
         calibrate = _METHODS[Method(method)]
     except ValueError as error:
         raise CertificateError(f"no method is called {method!r}; choose one of {', '.join(Method)}") from error
+    check_confidence(task.confidence)
+    if Method(method).computes_epsilon and task.epsilon is not None:
+        raise CertificateError(f"{method} computes its ε and takes none; leave it out, or use discarding")
+    if task.tubes == "per base" and not Method(method).calibrates_tubes:
+        raise CertificateError(
+            f"{method} calibrates one number for each group of bases and no tubes; take the cover's tube, or one of "
+            f"{', '.join(each for each in Method if each.calibrates_tubes)}"
+        )
     return calibrate(task)
 
 
-def _post_bloating(task: Task) -> tuple[Thresholds, Certificate]:
-    if task.epsilon is not None:
-        raise CertificateError("post-bloating computes its ε and takes none; leave it out, or use discarding")
-    return post_bloat(task.samples, task.tube, task.trained_on, task.confidence, task.unit, task.seed)
+def _post_bloating(task: Task) -> tuple[Rule, Certificate]:
+    return post_bloat(task.samples, task.tube, task.trained_on, task.confidence, task.unit, task.seed, task.tubes)
 
 
-def _discarding(task: Task) -> tuple[Thresholds, Certificate]:
+def _svm(task: Task) -> tuple[Rule, Certificate]:
+    return support_vectors(
+        task.samples,
+        task.tube,
+        _seen(task),
+        _training(task),
+        confidence=task.confidence,
+        unit=task.unit,
+        seed=task.seed,
+        tubes=task.tubes,
+    )
+
+
+def _discarding(task: Task) -> tuple[Rule, Certificate]:
     return discard(
         task.samples,
         task.tube,
@@ -105,15 +140,16 @@ def _discarding(task: Task) -> tuple[Thresholds, Certificate]:
         confidence=task.confidence,
         unit=task.unit,
         seed=task.seed,
+        tubes=task.tubes,
     )
 
 
-def _family(task: Task) -> tuple[Thresholds, Certificate]:
+def _family(task: Task) -> tuple[Rule, Certificate]:
     return calibrate_family(
         task.samples,
         task.tube,
         _seen(task),
-        quantile_family(_training(task)),
+        _family_of(task),
         epsilon=_epsilon(task),
         confidence=task.confidence,
         unit=task.unit,
@@ -121,12 +157,16 @@ def _family(task: Task) -> tuple[Thresholds, Certificate]:
     )
 
 
-def _risk_control(task: Task) -> tuple[Thresholds, Certificate]:
+def _family_of(task: Task) -> Family:
+    return quantile_family(_training(task), tube=task.tube if task.tubes == "per base" else None)
+
+
+def _risk_control(task: Task) -> tuple[Rule, Certificate]:
     return learn_then_test(
         task.samples,
         task.tube,
         _seen(task),
-        rules_of(quantile_family(_training(task)), task.tube),
+        rules_of(_family_of(task), task.tube),
         epsilon=_epsilon(task),
         confidence=task.confidence,
         unit=task.unit,
@@ -136,7 +176,7 @@ def _risk_control(task: Task) -> tuple[Thresholds, Certificate]:
 
 def _conformal(
     task: Task, group: Callable[[Task, float | None], Int[np.ndarray, " M"]], pac: bool
-) -> tuple[Thresholds, Certificate]:
+) -> tuple[Rule, Certificate]:
     confidence = task.confidence if pac else None
     return conformal(
         task.samples,
@@ -171,7 +211,7 @@ def _clustered(task: Task, confidence: float | None) -> Int[np.ndarray, " M"]:
 def _epsilon(task: Task) -> float:
     if task.epsilon is None:
         raise CertificateError(
-            "this method needs a bound ε on the probability of a miss; only post-bloating computes it"
+            "this method needs a bound ε on the probability of a miss; only post-bloating and svm compute it"
         )
     return task.epsilon
 
@@ -187,8 +227,9 @@ def _seen(task: Task) -> Int[np.ndarray, " V"]:
     return task.trained_on if task.training is None else np.union1d(task.trained_on, task.training.vehicle)
 
 
-_METHODS: dict[Method, Callable[[Task], tuple[Thresholds, Certificate]]] = {
+_METHODS: dict[Method, Callable[[Task], tuple[Rule, Certificate]]] = {
     Method.POST_BLOATING: _post_bloating,
+    Method.SVM: _svm,
     Method.DISCARDING: _discarding,
     Method.FAMILY: _family,
     Method.RISK_CONTROL: _risk_control,

@@ -63,11 +63,17 @@ def learn_then_test(
             "calibrate on more data"
         )
     return passed, units.certificate(
-        "risk control", passed, epsilon, confidence, unseen_bases=int((passed.values == 0).sum())
+        "risk control",
+        passed,
+        epsilon,
+        confidence,
+        unseen_bases=int((passed.values == 0).sum()),
+        tubes="cover" if (passed.tube == tube).all() else "per base",
     )
 
 
 def rules_of(family: Family, tube: float) -> list[Thresholds]:
     """The rules of a family, in order, without those that repeat the one before."""
-    changes = np.r_[True, (np.diff(family.values, axis=0) > 0).any(1)]
-    return [Thresholds.at(values, tube) for values in family.values[changes]]
+    parameters = family.values if family.radii is None else np.c_[family.values, family.radii]
+    changes = np.r_[True, (np.diff(parameters, axis=0) != 0).any(1)]
+    return [family.rule(int(number), tube) for number in np.flatnonzero(changes)]

@@ -1,12 +1,48 @@
-"""The rule that turns scores into a set of possible base trajectories, and how far it reaches around each."""
+"""Rules that turn scores into a set of possible base trajectories, and how far they reach around each.
 
+N samples, M base trajectories, H neurons in the last hidden layer.
+"""
+
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Bool, Float
 
+from coverdrive.errors import CertificateError
+
 ROUNDING = 1e-6
-"""Thresholds are lowered by this much, so that scores computed in batches of another shape are never missed."""
+"""Rules give way by this much, so that scores computed in batches of another shape are never missed."""
+
+
+@runtime_checkable
+class Rule(Protocol):
+    """Says which bases are possible; a possible base stands for all paths within its tube."""
+
+    kind: ClassVar[str]
+    """name of the kind of rule in files"""
+
+    @property
+    def tube(self) -> Float[np.ndarray, " M"]:
+        """ρ_j: radius, in the norm of the basis, around each base."""
+        ...
+
+    @property
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Everything that the rule consists of, by name; `rule_of` makes the same rule from it."""
+        ...
+
+    def possible(
+        self, scores: Float[np.ndarray, "*batch M"], hidden: Float[np.ndarray, "*batch H"] | None = None
+    ) -> Bool[np.ndarray, "*batch M"]:
+        """Which bases are possible, for any batch shape.
+
+        Args:
+            scores: of every base.
+            hidden: values of the last hidden layer; rules that do not look at them need none.
+        """
+        ...
 
 
 @dataclass(frozen=True)
@@ -18,17 +54,75 @@ class Thresholds:
     tube: Float[np.ndarray, " M"]
     """ρ_j: radius, in the norm of the basis, around each base"""
 
+    kind: ClassVar[str] = "thresholds"
+
     @staticmethod
-    def at(lowest: Float[np.ndarray, " M"], tube: float) -> "Thresholds":
+    def at(lowest: Float[np.ndarray, " M"], tube: float | Float[np.ndarray, " M"]) -> "Thresholds":
         """Thresholds at the lowest scores that are not to be missed; infinite ones make a base always possible.
 
         Args:
             lowest: in [0, 1], or infinite where a base has no score to go by.
-            tube: radius ρ, in the norm of the basis, around every base.
+            tube: radius ρ, in the norm of the basis, around every base, or that of each.
         """
         values = np.where(np.isfinite(lowest), np.maximum(lowest - ROUNDING, 0), 0)
-        return Thresholds(values, np.full(len(lowest), tube))
+        return Thresholds(values, np.broadcast_to(np.asarray(tube, dtype=float), lowest.shape).copy())
 
-    def possible(self, scores: Float[np.ndarray, "*batch M"]) -> Bool[np.ndarray, "*batch M"]:
+    @property
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Thresholds and radii by name."""
+        return {"thresholds": self.values, "tube": self.tube}
+
+    def possible(
+        self, scores: Float[np.ndarray, "*batch M"], hidden: Float[np.ndarray, "*batch H"] | None = None
+    ) -> Bool[np.ndarray, "*batch M"]:
         """Which bases are possible, for scores of any batch shape."""
         return np.asarray(scores) >= self.values
+
+
+@dataclass(frozen=True)
+class Hyperplanes:
+    """Base j is possible iff the last hidden layer h is on the positive side, w_j·h + b_j ≥ 0, of its hyperplane."""
+
+    weights: Float[np.ndarray, "M H"]
+    """w_j; zero for a base that is always possible"""
+    offsets: Float[np.ndarray, " M"]
+    """b_j, the margin for rounding included"""
+    tube: Float[np.ndarray, " M"]
+    """ρ_j: radius, in the norm of the basis, around each base"""
+
+    kind: ClassVar[str] = "hyperplanes"
+
+    @property
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Hyperplanes and radii by name."""
+        return {"hyperplane_weights": self.weights, "hyperplane_offsets": self.offsets, "tube": self.tube}
+
+    def possible(
+        self, scores: Float[np.ndarray, "*batch M"], hidden: Float[np.ndarray, "*batch H"] | None = None
+    ) -> Bool[np.ndarray, "*batch M"]:
+        """Which bases are possible, for values of the last hidden layer of any batch shape.
+
+        Raises:
+            CertificateError: there are no such values, or not as many as each hyperplane has weights.
+        """
+        neurons = self.weights.shape[1]
+        if hidden is None or hidden.shape[-1] != neurons:
+            got = "none" if hidden is None else f"{hidden.shape[-1]}"
+            raise CertificateError(
+                f"hyperplanes need the {neurons} values of the last hidden layer, got {got}; "
+                "score the samples with the network that the rule was made for"
+            )
+        return np.asarray(hidden, dtype=float) @ self.weights.T + self.offsets >= 0
+
+
+def rule_of(kind: str, arrays: Mapping[str, np.ndarray]) -> Rule:
+    """The rule of a kind that the arrays came from; other names are ignored.
+
+    Raises:
+        CertificateError: no such kind.
+    """
+    if kind == Thresholds.kind:
+        return Thresholds(arrays["thresholds"], arrays["tube"])
+    if kind == Hyperplanes.kind:
+        return Hyperplanes(arrays["hyperplane_weights"], arrays["hyperplane_offsets"], arrays["tube"])
+    raise CertificateError(f"no rule is called {kind!r}; expected {Thresholds.kind!r} or {Hyperplanes.kind!r}")

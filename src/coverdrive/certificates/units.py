@@ -1,8 +1,9 @@
 """What a bound counts: every method sees its calibration samples as units, and what each unit asks of the thresholds.
 
 A unit is a window, a vehicle with all its windows, or one window of a vehicle drawn at random. It asks of base j that
-c_j be at most the lowest score that j had in a window of the unit that drove j. A window that leaves the tube around
-its nearest base is missed at every threshold: it asks with a score of −∞. A unit is missed if anything it asks for is.
+c_j be at most the lowest score that j had in a window of the unit that drove j, and that the tube of j reach as far as
+those windows were from j. A window that leaves the cover's tube around its nearest base is missed at every threshold:
+it asks with a score of −∞. A unit is missed if anything it asks for is.
 """
 
 from collections.abc import Callable
@@ -12,7 +13,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from coverdrive.certificates.calibration import ScoredSamples, refuse_trained
-from coverdrive.certificates.certificate import Certificate, Counted, fingerprint
+from coverdrive.certificates.certificate import Certificate, Counted, Tubes, fingerprint
 from coverdrive.certificates.rule import Thresholds
 from coverdrive.errors import CertificateError
 
@@ -26,13 +27,16 @@ class Units:
     base: Int[np.ndarray, " D"]
     """the base that it drove"""
     score: Float[np.ndarray, " D"]
-    """lowest score of that base in the unit's windows, −∞ if it left the tube in one of them"""
+    """lowest score of that base in the unit's windows, −∞ if it left the cover's tube in one of them"""
+    distance: Float[np.ndarray, " D"]
+    """largest distance from that base in the unit's windows"""
     count: int
     """number N of units"""
     kind: Counted
     samples: ScoredSamples
     """the windows of all units"""
     tube: float
+    """radius ρ of the cover"""
 
     def __len__(self) -> int:
         """Number N of units."""
@@ -45,7 +49,7 @@ class Units:
 
     @property
     def covered(self) -> Bool[np.ndarray, " N"]:
-        """Units that never leave the tube."""
+        """Units that never leave the cover's tube."""
         return np.isfinite(self.level(self.score))
 
     def level(self, demanded: Float[np.ndarray, " D"]) -> Float[np.ndarray, " N"]:
@@ -56,7 +60,8 @@ class Units:
 
     def missed(self, rule: Thresholds) -> Bool[np.ndarray, " N"]:
         """Units that a rule misses."""
-        return np.bincount(self.unit, weights=self.score < rule.values[self.base], minlength=self.count) > 0
+        demands = (self.score < rule.values[self.base]) | (self.distance > rule.tube[self.base])
+        return np.bincount(self.unit, weights=demands, minlength=self.count) > 0
 
     def certificate(
         self,
@@ -66,6 +71,7 @@ class Units:
         confidence: float | None,
         groups: int = 1,
         unseen_bases: int = 0,
+        tubes: Tubes = "cover",
     ) -> Certificate:
         """The certificate of a rule that was calibrated on these units."""
         covered = self.covered
@@ -82,6 +88,7 @@ class Units:
             tube=self.tube,
             fingerprint=fingerprint(self.samples.scores, self.samples.base, self.samples.distance),
             groups=groups,
+            tubes=tubes,
         )
 
 
@@ -117,9 +124,10 @@ def make_units(samples: ScoredSamples, tube: float, unit: Counted, seed: int = 0
     score = np.where(samples.distance <= tube, samples.score_of_base.astype(float), -np.inf)
     bases = samples.scores.shape[1]
     asked, demand = np.unique(number * bases + samples.base, return_inverse=True)
-    lowest = np.full(len(asked), np.inf)
+    lowest, farthest = np.full(len(asked), np.inf), np.zeros(len(asked))
     np.minimum.at(lowest, demand, score)
-    return Units(asked // bases, asked % bases, lowest, int(number.max()) + 1, unit, samples, tube)
+    np.maximum.at(farthest, demand, samples.distance)
+    return Units(asked // bases, asked % bases, lowest, farthest, int(number.max()) + 1, unit, samples, tube)
 
 
 def one_window_each(samples: ScoredSamples, seed: int) -> ScoredSamples:

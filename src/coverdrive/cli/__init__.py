@@ -11,6 +11,7 @@ from coverdrive.cli.certify import certify
 from coverdrive.cli.drive import drive
 from coverdrive.cli.fit import fit
 from coverdrive.cli.inspect import inspect
+from coverdrive.cli.paper import paper
 from coverdrive.cli.run import run
 from coverdrive.cli.study import study
 from coverdrive.errors import CoverdriveError
@@ -23,7 +24,7 @@ app = App(
     Start with `coverdrive run`: it learns a predictor, certifies how often it misses, and drives a closed-loop study,
     in generated traffic if no recording is given. Every result is written to one folder.""",
 )
-for command in (run, fit, certify, basis, study, drive, inspect):
+for command in (run, fit, certify, paper, basis, study, drive, inspect):
     app.command(command)
 
 

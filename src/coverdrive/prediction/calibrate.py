@@ -4,10 +4,10 @@ from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from coverdrive.certificates.calibration import ScoredSamples
-from coverdrive.certificates.certificate import Certificate, Unit
+from coverdrive.certificates.certificate import Certificate, Tubes, Unit
 from coverdrive.certificates.methods import Method, Task
 from coverdrive.certificates.methods import certify as certify_scores
 from coverdrive.errors import CertificateError
@@ -24,17 +24,26 @@ class CertificateSettings(Settings):
     method: Method = Method.PAC_POOLED
     """how thresholds are calibrated; `coverdrive certify` compares all methods"""
     epsilon: float = Field(default=0.1, gt=0, lt=1)
-    """bound on the miss rate to ask for; post-bloating computes its own and ignores it"""
+    """bound on the miss rate to ask for; post-bloating and svm compute their own and ignore it"""
     confidence: float = Field(default=0.99, gt=0, lt=1)
     """probability with which the bound on the miss rate holds (paper, Table 1)"""
     unit: Unit = "vehicle"
     """what the bound stored with the predictor counts: whole vehicles, or windows as in the paper, which takes the
     windows of one vehicle for independent"""
+    tube: Tubes = "cover"
+    """radius around every base within which a vehicle has to stay: the ε of the cover, or one of its own, calibrated
+    with the threshold of the base and never above ε"""
+
+    @model_validator(mode="after")
+    def _asks_for_what_there_is(self) -> "CertificateSettings":
+        if self.tube == "per base" and not self.method.calibrates_tubes:
+            raise ValueError(f"{self.method.value} calibrates no tubes; take the tube of the cover, or another method")
+        return self
 
     @property
     def asked(self) -> float | None:
         """The bound to ask the method for."""
-        return None if self.method is Method.POST_BLOATING else self.epsilon
+        return None if self.method.computes_epsilon else self.epsilon
 
 
 class ScoredSides(NamedTuple):
@@ -46,7 +55,7 @@ class ScoredSides(NamedTuple):
 
 
 def score(network: Network, samples: Samples, tube: float | None = None) -> ScoredSamples:
-    """Scores of samples with a known outcome.
+    """Scores, and the last hidden layer, of samples with a known outcome.
 
     Args:
         network: any.
@@ -55,13 +64,15 @@ def score(network: Network, samples: Samples, tube: float | None = None) -> Scor
             it stayed that close to, the one with the highest score stands for what it did. Without a tube, and
             where no base is that close, it is the base of the samples.
     """
-    scores = np.asarray(network.scores(samples.features))
+    scores, hidden = (
+        np.asarray(values) for values in (network.scores(samples.features), network.hidden(samples.features))
+    )
     base = samples.base
     if tube is not None:
         covering = samples.distance <= tube
         base = np.where(covering.any(1), np.where(covering, scores, -1).argmax(1), base)
     distance = samples.distance[np.arange(len(samples)), base]
-    return ScoredSamples(scores, base, distance, samples.vehicle)
+    return ScoredSamples(scores, base, distance, samples.vehicle, hidden)
 
 
 def calibrate(
@@ -84,7 +95,7 @@ def calibrate(
 
     Returns:
         The predictor with its certificate in the chosen unit, and the certificates of its rule in every unit in
-        which there is one: of post-bloating in both units, as far as there are enough samples.
+        which there is one: of post-bloating and svm in both units, as far as there are enough samples.
 
     Raises:
         CertificateError: a calibration vehicle trained the network, or there are too few for the claim.
@@ -92,13 +103,23 @@ def calibrate(
     trained_on = np.unique(training.vehicle)
 
     def certified(unit: Unit) -> tuple[Predictor, Certificate]:
-        task = Task(calibration, basis.epsilon, trained_on, settings.asked, settings.confidence, unit, training, seed)
+        task = Task(
+            samples=calibration,
+            tube=basis.epsilon,
+            trained_on=trained_on,
+            epsilon=settings.asked,
+            confidence=settings.confidence,
+            unit=unit,
+            training=training,
+            seed=seed,
+            tubes=settings.tube,
+        )
         rule, certificate = certify_scores(settings.method, task)
         return Predictor(basis, network, rule, certificate, trained_on), certificate
 
     predictor, certificate = certified(settings.unit)
     certificates = [certificate]
-    if settings.method is Method.POST_BLOATING:
+    if settings.method.computes_epsilon:
         with suppress(CertificateError):  # the rule stands; too few samples support no claim in the other unit
             certificates.append(certified("vehicle" if settings.unit == "window" else "window")[1])
     return predictor, tuple(certificates)

@@ -71,6 +71,8 @@ class Fit:
     """mean training loss of every epoch"""
     seconds: dict[str, float]
     """[s] wall time of every stage"""
+    scored: ScoredSides
+    """scores of every side of the split"""
 
 
 def fit(
@@ -130,6 +132,7 @@ def fit(
         base_share=np.bincount(training.base, minlength=len(basis)) / len(training),
         losses=losses,
         seconds=seconds,
+        scored=scored,
     )
 
 

@@ -12,7 +12,7 @@ from jax import Array
 from jaxtyping import Bool, Float, Int
 
 from coverdrive.certificates.certificate import Certificate, fingerprint
-from coverdrive.certificates.rule import Thresholds
+from coverdrive.certificates.rule import Rule, rule_of
 from coverdrive.geometry import turned_half_extents
 from coverdrive.paths import PredictedPaths
 from coverdrive.prediction.affordance import affordance
@@ -32,7 +32,7 @@ class Predictor:
 
     basis: Basis
     network: Network
-    rule: Thresholds
+    rule: Rule
     certificate: Certificate
     trained_on: Int[np.ndarray, " V"]
     """keys of the vehicles that trained the network"""
@@ -40,13 +40,14 @@ class Predictor:
     @property
     def fingerprint(self) -> str:
         """A short hash of everything that the verdicts depend on."""
-        arrays = (*jax.tree.leaves(self.network), self.basis.points, self.rule.values, self.rule.tube)
+        arrays = (*jax.tree.leaves(self.network), self.basis.points, *self.rule.arrays.values())
         return fingerprint(*map(np.asarray, arrays))
 
     def possible(self, scene: Scene, road: Road) -> Bool[np.ndarray, "A M"]:
         """The bases that the rule calls possible for every slot of one scene; none for slots without a vehicle."""
-        scores = np.asarray(_scene_scores(self.network, scene.padded(_SLOTS), road))[: scene.vehicles]
-        return self.rule.possible(scores) & np.asarray(scene.valid)[:, None]
+        values = _scene_scores(self.network, scene.padded(_SLOTS), road)
+        scores, hidden = (np.asarray(each)[: scene.vehicles] for each in values)
+        return self.rule.possible(scores, hidden) & np.asarray(scene.valid)[:, None]
 
     def predict(self, scene: Scene, road: Road, own: int, dt: float, steps: int) -> PredictedPaths:
         """All paths that the other vehicles may take.
@@ -77,14 +78,14 @@ class Predictor:
         """Write the predictor to a file; an interrupted write leaves no file behind."""
         arrays = {
             "basis": self.basis.points,
-            "thresholds": self.rule.values,
-            "tube": self.rule.tube,
             "trained_on": self.trained_on,
+            **self.rule.arrays,
             **self.network.arrays,
         }
         header = {
             "basis": self.basis.tolerances,
             "network": self.network.kind,
+            "rule": self.rule.kind,
             "certificate": asdict(self.certificate),
         }
         save_arrays(path, "predictor", header, arrays)
@@ -100,12 +101,13 @@ class Predictor:
         return Predictor(
             basis=Basis(arrays["basis"], **header["basis"]),
             network=Network.of(arrays, header["network"]),
-            rule=Thresholds(arrays["thresholds"], arrays["tube"]),
+            rule=rule_of(header["rule"], arrays),
             certificate=Certificate(**header["certificate"]),
             trained_on=arrays["trained_on"],
         )
 
 
 @jax.jit
-def _scene_scores(network: Network, scene: Scene, road: Road) -> Float[Array, "A M"]:
-    return network.scores(affordance(scene, road))
+def _scene_scores(network: Network, scene: Scene, road: Road) -> tuple[Float[Array, "A M"], Float[Array, "A H"]]:
+    features = affordance(scene, road)
+    return network.scores(features), network.hidden(features)

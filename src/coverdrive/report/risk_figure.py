@@ -9,7 +9,7 @@ from coverdrive.certificates.comparison import Compared
 from coverdrive.errors import DataError
 from coverdrive.report import style
 
-_MARKERS = "osD^vP<>Xp"
+_MARKERS = "osD^vP<>XpH"
 
 
 def risk_figure(compared: Sequence[Compared]) -> Figure:

@@ -70,9 +70,12 @@ def fit_table(result: Fit) -> Table:
             f"{certificate.unit}s, {certificate.uncovered} of them uncovered)",
         )
         if certificate.prediction_epsilon is not None and certificate.paper_epsilon is not None:
+            ours = (
+                "exact" if certificate.support is None else f"by {certificate.support} supporting {certificate.unit}s"
+            )
             table.add_row(
                 "  of those that a base covers",
-                f"{certificate.prediction_epsilon:.3%} exact, {certificate.paper_epsilon:.3%} by the paper's theorem",
+                f"{certificate.prediction_epsilon:.3%} {ours}, {certificate.paper_epsilon:.3%} by the paper's theorem",
             )
     table.add_row("missed test windows", str(evaluation.windows))
     table.add_row("missed test vehicles", str(evaluation.vehicles))
@@ -84,6 +87,8 @@ def fit_table(result: Fit) -> Table:
         "set size on test windows",
         f"mean {evaluation.mean_set_size:.1f}, median {evaluation.median_set_size:g} of {len(basis)}",
     )
+    if result.predictor.certificate.tubes == "per base":
+        table.add_row("mean radius of their tubes", f"{evaluation.mean_tube:.3f}")
     for stage, seconds in result.seconds.items():
         table.add_row(f"time for {stage}", f"{seconds:.1f} s")
     return table

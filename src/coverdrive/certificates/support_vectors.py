@@ -1,0 +1,173 @@
+"""A support vector machine on the last hidden layer, for every base by itself (paper, appendix).
+
+With h the H values of the last hidden layer (n̄ in the paper), the hyperplane of base j minimises ‖w‖²/2 + C·Σ ξ such
+that w·h + b ≥ 1 for every covered calibration sample that drove base j (hard), and w·h + b ≤ −1 + ξ for training
+samples that drove another base (soft). Ω₂ enters by the hard constraints alone, so that this is a convex program of
+H + 1 decision variables, the slacks being functions of them. Base j is possible iff w·h + b ≥ 1: what the calibration
+samples satisfy is what is certified. Of all solutions the one with the least b counts, which makes it unique.
+
+In all M bases at most M·(H + 1) calibration samples support the solution; with a tube for each base, M more. Often far
+fewer do, and those that are found are counted: the wait-and-judge bound is for their number. For every base, all
+samples on the margin count, or H + 1 if there are more: a little noise on the constraints, as small as one likes,
+leaves no more than these, and the miss probability can only be smaller than its limit (as in Calafiore 2010). Where
+no direction is worth its slack, w = 0: all samples are on the margin, and the base is always possible.
+
+Hundreds of calibration samples decide among tens of thousands, so that constraints are generated: the quadratic
+program is solved for few of them, and those that its solution violates most join, until none is violated.
+"""
+
+from functools import partial
+
+import numpy as np
+import piqp
+from jaxtyping import Float, Int
+from scipy import sparse
+
+from coverdrive.certificates.bounds import judged_bound, rate_limit
+from coverdrive.certificates.calibration import ScoredSamples
+from coverdrive.certificates.certificate import Certificate, Counted, Tubes
+from coverdrive.certificates.covered import CoveredSamples
+from coverdrive.certificates.rule import ROUNDING, Hyperplanes
+from coverdrive.errors import CertificateError
+
+PENALTY = 100.0
+"""C: cost of the slack of a negative (authors' scripts)"""
+
+NEGATIVES = 2000
+"""Training samples of other bases that a hyperplane is drawn against, at most"""
+
+_TOLERANCE = 1e-6
+"""Constraints violated by less hold, those that hold by less support the solution, and the rule gives way by this."""
+
+_JOINING = 300
+_ROUNDS = 300
+
+
+def support_vectors(
+    samples: ScoredSamples,
+    tube: float,
+    trained_on: Int[np.ndarray, " V"],
+    training: ScoredSamples,
+    confidence: float = 0.99,
+    unit: Counted = "window",
+    seed: int = 0,
+    tubes: Tubes = "cover",
+) -> tuple[Hyperplanes, Certificate]:
+    """Hyperplanes that miss no covered calibration sample, and the bound on missing a new one.
+
+    Args:
+        samples: the calibration split Ω₂, with hidden values.
+        tube: radius ρ around every base within which a path is covered, fixed beforehand.
+        trained_on: keys of the vehicles that trained the network, or are negatives.
+        training: the training split Ω₁, with hidden values; the negatives are drawn from it.
+        confidence: of the bound, in (0, 1).
+        unit: what the bound counts. With windows and vehicles, the rule is the same.
+        seed: of the draw of negatives, and of one window of every vehicle, where these are the unit.
+        tubes: whether the tube of every base shrinks to what its covered calibration samples need.
+
+    Raises:
+        CertificateError: calibration samples trained the network, there are no hidden values, or so many samples
+            support the solution that nothing is proved.
+    """
+    covered = CoveredSamples.of(samples, tube, trained_on, unit, seed)
+    hidden, others = _hidden(covered.samples), _hidden(training)
+    if hidden.shape[1] != others.shape[1]:
+        raise CertificateError(
+            f"calibration samples have {hidden.shape[1]} hidden values and training samples {others.shape[1]}; "
+            "score both with the same network"
+        )
+    mean, scale = others.mean(0), np.where(others.std(0) > 0, others.std(0), 1)
+    weights, offsets = np.zeros((covered.bases, hidden.shape[1])), np.zeros(covered.bases)
+    supporting, most = [np.zeros(0, dtype=np.int64)], hidden.shape[1] + 1
+    degenerate = 0
+    random = np.random.default_rng(seed)
+    for base in range(covered.bases):
+        windows = np.flatnonzero(covered.covered & (covered.samples.base == base))
+        negatives = random.permutation(np.flatnonzero(training.base != base))[:NEGATIVES]
+        if len(windows) == 0 or len(negatives) == 0:
+            continue
+        positive = (hidden[windows] - mean) / scale
+        normal = _normal(positive, (others[negatives] - mean) / scale)
+        margin = positive @ normal - (positive @ normal).min()
+        on_margin = np.unique(covered.unit[windows[margin <= _TOLERANCE]])
+        if len(on_margin) > most:
+            degenerate += 1
+        else:
+            supporting.append(on_margin)
+        weights[base] = normal / scale
+        slack = _TOLERANCE + ROUNDING * (np.abs(weights[base]) @ np.abs(hidden[windows]).max(0))
+        offsets[base] = slack - (hidden[windows] @ weights[base]).min()
+    if tubes == "per base":
+        farthest = covered.samples.distance == covered.farthest[covered.samples.base]
+        supporting.append(covered.unit[covered.covered & farthest])
+    support = min(len(np.unique(np.concatenate(supporting))) + degenerate * most, covered.count)
+    certificate = _certificate(covered, support, hidden.shape[1], tubes, confidence)
+    return Hyperplanes(weights, offsets, covered.radii(tubes)), certificate
+
+
+def _hidden(samples: ScoredSamples) -> Float[np.ndarray, "N H"]:
+    if samples.hidden is None:
+        raise CertificateError("support vectors need the values of the last hidden layer with the scores; give them")
+    return samples.hidden.astype(float)
+
+
+def _certificate(covered: CoveredSamples, support: int, neurons: int, tubes: Tubes, confidence: float) -> Certificate:
+    bound = partial(judged_bound, support=support, samples=covered.count)
+    dimension = covered.bases * (neurons + (2 if tubes == "per base" else 1))
+    certificate = covered.certificate(
+        method="support vectors",
+        tubes=tubes,
+        confidence=confidence,
+        bound=bound,
+        paper_epsilon=rate_limit(confidence, dimension - 1, covered.count),
+        support=support,
+    )
+    if certificate.epsilon >= 1:
+        raise CertificateError(
+            f"{support} of {covered.count} calibration {covered.kind}s support the hyperplanes, so that nothing is "
+            "proved; calibrate on more data, use fewer hidden neurons, or take post-bloating"
+        )
+    return certificate
+
+
+def _normal(positive: Float[np.ndarray, "n H"], negative: Float[np.ndarray, "m H"]) -> Float[np.ndarray, " H"]:
+    """The normal w of the hyperplane with all positives on its far side.
+
+    Raises:
+        CertificateError: the solver gave up.
+    """
+    along = positive @ (positive.mean(0) - negative.mean(0))
+    chosen = np.argsort(along, kind="stable")[:_JOINING]
+    for _ in range(_ROUNDS):
+        normal, offset = _solve(positive[chosen], negative)
+        violation = 1 - (positive @ normal + offset)
+        worst = np.argsort(-violation, kind="stable")[:_JOINING]
+        joining = worst[violation[worst] > _TOLERANCE]
+        if len(joining) == 0:
+            return normal
+        chosen = np.union1d(chosen, joining)
+    raise CertificateError(f"no hyperplane was found in {_ROUNDS} rounds; take post-bloating, and please report this")
+
+
+def _solve(
+    positive: Float[np.ndarray, "n H"], negative: Float[np.ndarray, "m H"]
+) -> tuple[Float[np.ndarray, " H"], float]:
+    """Normal and offset for some of the positives; the objective is divided by C."""
+    neurons, slacks = positive.shape[1], len(negative)
+    curvature = np.r_[np.full(neurons, 1 / PENALTY), np.zeros(1 + slacks)]
+    above = np.c_[positive, np.ones(len(positive))]
+    below = np.c_[negative, np.ones(slacks)]
+    constraints = sparse.block_array([[above, None], [below, -sparse.eye_array(slacks)]], format="csc")
+    solver = piqp.SparseSolver()
+    solver.setup(
+        P=sparse.csc_matrix(sparse.diags_array(curvature)),
+        c=np.r_[np.zeros(neurons + 1), np.ones(slacks)],
+        G=sparse.csc_matrix(constraints),
+        h_l=np.r_[np.ones(len(positive)), np.full(slacks, -np.inf)],
+        h_u=np.r_[np.full(len(positive), np.inf), -np.ones(slacks)],
+        x_l=np.r_[np.full(neurons + 1, -np.inf), np.zeros(slacks)],
+    )
+    status = solver.solve()
+    if status != piqp.PIQP_SOLVED:
+        raise CertificateError(f"no hyperplane was found ({status}); take post-bloating, and please report this")
+    return np.asarray(solver.result.x[:neurons]), float(solver.result.x[neurons])

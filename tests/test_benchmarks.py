@@ -1,0 +1,39 @@
+"""Every benchmark runs at a small size, and its baselines find what the package finds."""
+
+import importlib.util
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from coverdrive.certificates.methods import Method
+
+FOLDER = Path(__file__).parents[1] / "benchmarks"
+
+
+def ran(name: str, out: Path, monkeypatch: pytest.MonkeyPatch, *arguments: str) -> Any:
+    """What a benchmark writes."""
+    spec = importlib.util.spec_from_file_location(name, FOLDER / f"{name}.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    monkeypatch.setattr(sys, "argv", [name, "--out", str(out), *arguments])
+    module.main()
+    return json.loads(out.read_text(encoding="utf-8"))
+
+
+def test_basis(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    result = ran("basis", tmp_path / "basis.json", monkeypatch, "--segments", "300", "--full", "500")
+    assert result["dense NumPy greedy"]["bases"] == result["coverdrive, all candidates"]["bases"] > 1
+    assert result["coverdrive"]["times faster"] > 0
+
+
+@pytest.mark.slow
+def test_certify(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    result = ran("certify", tmp_path / "certify.json", monkeypatch, "--samples", "4000")
+    assert set(result["methods"]) == {method.value for method in Method}
+    for name, each in result["methods"].items():
+        assert each["same rule"], name
+        assert each["times faster"] > 0
