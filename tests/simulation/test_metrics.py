@@ -121,7 +121,7 @@ def test_slack_planning_time_and_status():
     assert [metrics.status_share(trace, status) for status in Status] == [0.5, 0.25, 0.25]
 
 
-def test_stuck_moments_and_misses_are_counted_one_by_one():
+def test_stuck_moments_and_impossible_choices_are_counted_one_by_one():
     scene = make_scene([0, 10, 20], [1.8] * 3)
     trace = trace_of(
         [scene] * 3,
@@ -129,7 +129,7 @@ def test_stuck_moments_and_misses_are_counted_one_by_one():
         missed=[np.array([False, False, True]), np.array([False, False, False])],
     )
     assert metrics.traffic_stuck(trace) == 3
-    assert metrics.prediction_misses(trace) == 1
+    assert metrics.impossible_choices(trace) == 1
 
 
 def test_collisions_of_the_traffic_count_pairs_once_and_leave_the_own_car_out():
