@@ -1,4 +1,4 @@
-"""Runs a study on a local Dask cluster and kills a worker midway: ``python run_cluster_study.py FOLDER TRIALS SEED``."""
+"""Runs a study on a local Dask cluster, kills a worker midway: ``python run_cluster_study.py FOLDER TRIALS SEED``."""
 
 import os
 import signal
