@@ -1,5 +1,6 @@
 """Grids of settings: ``planner.problem.obstacles.order=2,4`` and the like, every combination one cell."""
 
+import json
 import re
 import tomllib
 from collections.abc import Sequence
@@ -58,7 +59,8 @@ def _value(text: str) -> Any:
 
 
 def _name(cell: Sequence[tuple[str, Any]]) -> str:
-    return re.sub(r"[^\w.,=+-]+", "_", ",".join(f"{name}={value}" for name, value in cell))
+    texts = (f"{name}={value if isinstance(value, str) else json.dumps(value)}" for name, value in cell)
+    return re.sub(r"[^\w.,=+-]+", "_", ",".join(texts))
 
 
 def _nested(cell: Sequence[tuple[str, Any]]) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """``coverdrive compare``: two studies on the same seeds."""
 
+import json
 from pathlib import Path
 
 from coverdrive.cli.options import console
@@ -20,5 +21,5 @@ def compare(first: Path, second: Path, /) -> None:
 
     comparison = compare_studies(first, second)
     for name, (one, two) in comparison.settings.items():
-        console.print(f"{name}: {one!r} and {two!r}", highlight=False, markup=False)
+        console.print(f"{name}: {json.dumps(one)} and {json.dumps(two)}", highlight=False, markup=False)
     console.print(comparison_table(comparison))

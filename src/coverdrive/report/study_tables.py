@@ -58,7 +58,8 @@ def safety_table(trials: pl.DataFrame, certificates: Sequence[Certificate] = ())
     windows = miss_rate(trials, "prediction_misses", "windows")
     vehicles = miss_rate(trials, "vehicles_missed", "vehicles_seen")
     table.add_row("windows that left their set", _missed(windows, bounds.get("window")))
-    table.add_row("vehicles that left a set", _missed(vehicles, bounds.get("vehicle")))
+    each = windows.total / max(vehicles.total, 1)
+    table.add_row(f"vehicles that left a set ({each:.0f} windows each)", _missed(vehicles, bounds.get("vehicle")))
     table.add_row("choices that the predictor calls impossible", str(trials["impossible_choices"].sum()))
     return table
 
