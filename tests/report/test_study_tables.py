@@ -89,10 +89,13 @@ def test_drives_weigh_statuses_by_time_and_count_departures() -> None:
 
 
 def test_a_grid_has_a_line_for_each_cell() -> None:
-    cells = {"order=2": trials(vehicles=[3, 4], kind=["side", "finished"]), "order=4": trials(vehicles=[3, 4])}
+    cells = {
+        "planner.obstacles.order=2,episode.step=0.1": trials(vehicles=[3, 4], kind=["side", "finished"]),
+        "planner.obstacles.order=4,episode.step=0.1": trials(vehicles=[3, 4]),
+    }
     lines = printed(grid_table(cells), 120).splitlines()
-    assert any("order=2" in line and "1  (1.3%–98.7%)" in line for line in lines)
-    assert any("order=4" in line and "0  (0.0%–84.2%)" in line for line in lines)
+    assert any(" order=2,step=0.1 " in f" {line} " and "1  (1.3%–98.7%)" in line for line in lines)
+    assert any(" order=4,step=0.1 " in f" {line} " and "0  (0.0%–84.2%)" in line for line in lines)
 
 
 def test_comparisons_show_both_studies_and_the_difference() -> None:

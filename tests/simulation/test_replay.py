@@ -105,6 +105,15 @@ def test_groups_of_a_recording_are_clips_of_their_own():
     assert [len(clip.states) for clip in cut_clips([both])] == [51, 50]
 
 
+def test_moments_without_a_vehicle_are_passed_over():
+    early = recording((0, 1.8, 20, 5), (40, 1.8, 20, 5))
+    late = early.table.with_columns(vehicle=pl.col("vehicle") + 2, time=pl.col("time") + 20.0)
+    clips = cut_clips([Recording("made", pl.concat([early.table, late]), 0.1, early.road, {})])
+    for seed in range(20):
+        _, start = begin("between", seed, clips, shortest=3.0)
+        assert start.scene.valid.sum() == 3
+
+
 def test_scenes_that_are_too_short_or_too_full_are_refused():
     with pytest.raises(DataError, match=r"none of the 1 recorded scenes lasts 12.0 s"):
         ReplayTraffic(CLIPS, ReplaySettings(shortest=12.0))

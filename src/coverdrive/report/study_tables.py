@@ -1,5 +1,6 @@
 """Tables of closed-loop studies for the terminal."""
 
+import re
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -120,7 +121,7 @@ def drives_table(trials: pl.DataFrame) -> Table:
 
 
 def grid_table(cells: Mapping[str, pl.DataFrame]) -> Table:
-    """One line for each cell of a grid."""
+    """One line for each cell of a grid, by the last parts of the names of its settings."""
     table = Table(title="Grid (95 % intervals)", box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False)
     table.add_column("cell", overflow="fold")
     for name in ("trials", "frontal or side", "rear-end", "windows missed", "m/s", "ms"):
@@ -129,7 +130,7 @@ def grid_table(cells: Mapping[str, pl.DataFrame]) -> Table:
         total = collision_table(trials).row(-1, named=True)
         missed = miss_rate(trials, "prediction_misses", "windows")
         table.add_row(
-            name,
+            re.sub(r"[\w.]+\.(\w+=)", r"\1", name),
             str(trials.height),
             *(_rate(total[kind], trials.height) for kind in PAPER),
             f"{missed.missed / max(missed.total, 1):.2%} ({missed.low:.2%}–{missed.high:.2%})",

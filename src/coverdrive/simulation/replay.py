@@ -24,6 +24,9 @@ from coverdrive.simulation.traffic import Start, TrafficStep
 
 _ATTEMPTS = 1000
 
+_ROUNDING = 1e-6
+"""of a number of moments"""
+
 
 class ReplaySettings(Settings):
     """Recorded traffic that does not react."""
@@ -103,8 +106,8 @@ class ReplayTraffic:
         """
         room = [len(clip.states) - round(self._settings.shortest / clip.dt) for clip in self._clips]
         for _ in range(_ATTEMPTS):
-            clip = self._clips[int(rng.choice(len(room), p=np.array(room) / sum(room)))]
-            first = int(rng.integers(len(clip.states) - round(self._settings.shortest / clip.dt)))
+            chosen = int(rng.choice(len(room), p=np.array(room) / sum(room)))
+            clip, first = self._clips[chosen], int(rng.integers(room[chosen]))
             found = self._place(clip, first, settings, rng)
             if found is not None:
                 own, kept = found
@@ -118,8 +121,11 @@ class ReplayTraffic:
         self, clip: Clip, first: int, settings: InitialSettings, rng: np.random.Generator
     ) -> tuple[Float[np.ndarray, " 4"], Bool[np.ndarray, " A"]] | None:
         """The own car's state and who is left, or None if this draw leaves no room for it."""
+        present = np.flatnonzero(clip.valid[first])
+        if len(present) == 0:
+            return None
         last = first + round(self._settings.shortest / clip.dt)
-        chosen = rng.choice(np.flatnonzero(clip.valid[first]))
+        chosen = rng.choice(present)
         states, kept = clip.states[first], np.ones(clip.valid.shape[1], dtype=bool)
         place = self._settings.place
         if place == "replace" or (place == "either" and rng.random() < 0.5):
@@ -160,12 +166,9 @@ class ReplayTraffic:
     def step(self, scene: Scene, dt: float) -> TrafficStep:
         """Show the recorded vehicles ``dt`` [s] later, interpolated between recorded moments."""
         self._time += dt
-        place = min(self._time / self._dt, len(self._states) - 1)
-        before = min(int(place + 1e-6), len(self._states) - 1)
-        after = min(before + 1, len(self._states) - 1)
-        share = max(0.0, place - before)
-        if share < 1e-6:
-            after = before
+        moment = min(self._time / self._dt, len(self._states) - 1)
+        before, after = int(moment + _ROUNDING), int(np.ceil(moment - _ROUNDING))
+        share = moment - before
         there = self._valid[before] & self._valid[after]
         states = scene.states
         states[OWN + 1 :][there] = ((1 - share) * self._states[before] + share * self._states[after])[there]

@@ -66,7 +66,7 @@ def _run_parallel(build: Build, tasks: Sequence[Task], workers: int) -> Generato
 def _cluster(address: str) -> Generator[None]:
     """Let joblib run on the workers of a Dask scheduler; a task whose worker dies is given to another."""
     try:
-        from distributed import Client
+        from distributed import Client  # pyright: ignore[reportMissingImports]
     except ImportError as error:
         raise SettingError("--cluster needs Dask; install it with `pip install coverdrive[cluster]`") from error
     try:
