@@ -124,6 +124,7 @@ def test_replay_takes_the_scenes_that_the_predictor_never_saw(results: Path, tmp
     assert pl.read_parquet(results / "study-replay" / "trials.parquet")["vehicles"].min() > 7
     (row,) = pl.read_parquet(results / "study-replay" / "trials.parquet")[1].iter_rows(named=True)
     coverdrive("drive", "--trial", "1", "--traffic", "replay", "--out", results)
+    coverdrive("drive", "--trial", "0", "--traffic", "replay", "--seed", "9", "--out", results)  # the split stays
     (folder,) = results.glob("drive-replay_1_*")
     assert float(load_trace(folder / "trace.npz").scene.speed[:, 0].mean()) == row["mean_speed"]
 

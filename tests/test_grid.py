@@ -1,5 +1,8 @@
+from typing import get_args
+
 import pytest
 
+from coverdrive.cli.options import TrafficName
 from coverdrive.config import Experiment
 from coverdrive.errors import SettingError
 from coverdrive.grid import cells_of
@@ -52,5 +55,7 @@ def test_traffic_is_told_apart_by_its_kind(tmp_path):
     assert Experiment.load(tmp_path / "config.toml") == aggressive
     (tmp_path / "old.toml").write_text("[traffic]\ninterval = 0.6\n")
     assert Experiment.load(tmp_path / "old.toml").traffic.model_dump() == {"kind": "set-sampling", "interval": 0.6}
+    named = get_args(get_args(get_args(TrafficName)[0])[0])
+    assert {usual.overridden(traffic={"kind": name}).traffic.kind for name in named} == set(named) and len(named) == 5
     with pytest.raises(SettingError, match="traffic"):
         usual.overridden(traffic={"kind": "bicycles"})

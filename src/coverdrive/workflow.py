@@ -163,9 +163,12 @@ def load_predictor(folder: Path) -> Predictor:
 
 def load_certificates(folder: Path) -> list[Certificate]:
     """The certificates of the predictor of a results folder, in every unit in which there is one."""
-    record = json.loads((folder / "certificate.json").read_text(encoding="utf-8"))
+    file = folder / "certificate.json"
+    if not file.exists():
+        return [load_predictor(folder).certificate]
     names = {field.name for field in fields(Certificate)}
-    return [Certificate(**{name: each[name] for name in names}) for each in record["certificates"]]
+    record = json.loads(file.read_text(encoding="utf-8"))
+    return [Certificate(**{name: each[name] for name in names & each.keys()}) for each in record["certificates"]]
 
 
 def load_trials(folder: Path) -> pl.DataFrame:
@@ -188,14 +191,17 @@ def drive(experiment: Experiment, predictor: Predictor, vehicles: int, trial: in
 def clips_to_replay(
     experiment: Experiment,
     predictor: Predictor,
+    folder: Path,
     paths: Sequence[Path],
     progress: Callable[[float], None] | None = None,
 ) -> tuple[Clip, ...]:
-    """Recorded scenes that neither trained nor calibrated the predictor; none if the traffic replays nothing."""
+    """Recorded scenes that neither trained nor calibrated the predictor of a folder; none if nothing is replayed."""
     if not isinstance(experiment.traffic, ReplaySettings):
         return ()
-    recordings = load_recordings(experiment, paths, progress)
-    return cut_clips(held_out(predictor, recordings, experiment.prediction, experiment.seed))
+    settings = folder / "config.toml"
+    made_with = Experiment.load(settings) if settings.exists() else experiment
+    recordings = load_recordings(made_with, paths, progress)
+    return cut_clips(held_out(predictor, recordings, made_with.prediction, made_with.seed))
 
 
 def participants(experiment: Experiment, predictor: Predictor, clips: Sequence[Clip] = ()) -> Participants:

@@ -43,7 +43,7 @@ def drive(
     folder = out / study_name(experiment, out).replace("study", "drive")
     folder = folder.with_name(f"{folder.name}_{trial}_{number}")
     with stages() as bars:
-        clips = workflow.clips_to_replay(experiment, predictor, recording or [], bars.share("recordings"))
+        clips = workflow.clips_to_replay(experiment, predictor, out, recording or [], bars.share("recordings"))
         trace = workflow.drive(experiment, predictor, number, trial, clips)
         save_trace(trace, folder / "trace.npz")
         draw_drive(trace, folder, bars.share("video"))

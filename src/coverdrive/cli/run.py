@@ -54,6 +54,6 @@ def _draw(experiment: "Experiment", result: "Fit", out: Path, recording: list[Pa
 
     trials = workflow.load_trials(out)
     with stages() as bars:
-        clips = workflow.clips_to_replay(experiment, result.predictor, recording)
+        clips = workflow.clips_to_replay(experiment, result.predictor, out, recording)
         trace = workflow.drive(experiment, result.predictor, *workflow.liveliest(trials), clips)
         draw_run(result, trials, trace, out, bars.share("figures and video"))

@@ -76,7 +76,7 @@ def study_and_print(
     predictor = workflow.load_predictor(out)
     name = study_name(experiment, out)
     with stages() as bars:
-        clips = workflow.clips_to_replay(experiment, predictor, recording or [], bars.share("recordings"))
+        clips = workflow.clips_to_replay(experiment, predictor, out, recording or [], bars.share("recordings"))
         progress = bars.count("closed-loop trials")
         trials = workflow.study(experiment, predictor, out / name, progress, clips=clips, cluster=cluster)
     console.print(collisions_table(trials))
@@ -97,8 +97,8 @@ def _grid(experiment: "Experiment", settings: list[str], out: Path, recording: l
     with stages() as bars:
         for name, each in cells.items():
             folder = out / "grid" / name
-            clips = workflow.clips_to_replay(each, predictor, recording, bars.share("recordings"))
-            each.save(folder / "config.toml")
+            clips = workflow.clips_to_replay(each, predictor, out, recording, bars.share("recordings"))
             driven[name] = workflow.study(each, predictor, folder, bars.count(name), clips=clips, cluster=cluster)
+            each.save(folder / "config.toml")
     console.print(grid_table(driven))
     console.print(f"Every cell has its own folder in {out / 'grid'}; two of them go to `coverdrive compare`")

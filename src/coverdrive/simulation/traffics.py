@@ -1,7 +1,7 @@
 """The traffic models by name."""
 
 from collections.abc import Sequence
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from pydantic import Discriminator, Tag
 
@@ -12,8 +12,6 @@ from coverdrive.simulation.predictor import Predictor
 from coverdrive.simulation.replay import Clip, ReplaySettings, ReplayTraffic
 from coverdrive.simulation.set_sampling import SetSamplingSettings, SetSamplingTraffic
 from coverdrive.simulation.traffic import Traffic
-
-TrafficKind = Literal["set-sampling", "drivers", "aggressive", "mixed", "replay"]
 
 
 def _kind(settings: Any) -> Any:
