@@ -1,6 +1,7 @@
 """The command from end to end, as a user calls it."""
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -42,7 +43,8 @@ def coverdrive(*arguments: str | Path, status: int = 0) -> str:
         capture_output=True,
         text=True,
         check=False,
-        env={"PATH": "/usr/bin:/bin", "COLUMNS": "200", "PYTHONWARNINGS": "error", "JAX_PLATFORMS": "cpu"},
+        env={"PATH": "/usr/bin:/bin", "COLUMNS": "200", "PYTHONWARNINGS": "error", "JAX_PLATFORMS": "cpu"}
+        | {name: os.environ[name] for name in ("PYTHONPATH",) if name in os.environ},
     )
     assert result.returncode == status, result.stderr
     assert "Traceback" not in result.stderr
@@ -104,6 +106,46 @@ def test_drive_repeats_a_trial_of_the_study(results: Path) -> None:
 
 
 @pytest.mark.slow
+def test_every_traffic_has_its_own_study(results: Path) -> None:
+    for traffic in ("drivers", "aggressive", "mixed"):
+        printed = coverdrive(
+            "study", "--traffic", traffic, "--trials", "3", "--vehicles", "3", "8", "--workers", "1", "--out", results
+        )
+        assert "planning failures" in printed and "certified: at most" in printed
+        table = pl.read_parquet(results / f"study-{traffic}" / "trials.parquet")
+        assert table["vehicles"].to_list() == [3, 8, 3]
+        assert table["impossible_choices"].sum() == 0 or traffic == "mixed"
+
+
+@pytest.mark.slow
+def test_replay_takes_the_scenes_that_the_predictor_never_saw(results: Path, tmp_path: Path) -> None:
+    printed = coverdrive("study", "--traffic", "replay", "--trials", "2", "--workers", "1", "--out", results)
+    assert "paper" in printed
+    assert pl.read_parquet(results / "study-replay" / "trials.parquet")["vehicles"].min() > 7
+    (row,) = pl.read_parquet(results / "study-replay" / "trials.parquet")[1].iter_rows(named=True)
+    coverdrive("drive", "--trial", "1", "--traffic", "replay", "--out", results)
+    coverdrive("drive", "--trial", "0", "--traffic", "replay", "--seed", "9", "--out", results)  # the split stays
+    (folder,) = results.glob("drive-replay_1_*")
+    assert float(load_trace(folder / "trace.npz").scene.speed[:, 0].mean()) == row["mean_speed"]
+
+
+@pytest.mark.slow
+def test_a_grid_is_driven_cell_by_cell_and_its_cells_are_compared(results: Path) -> None:
+    grid = ["--set", "planner.problem.obstacles.ignore_rear=true,false", "traffic.kind=drivers"]
+    printed = coverdrive("study", "--trials", "3", "--workers", "1", *grid, "--out", results)
+    cells = sorted((results / "grid").iterdir())
+    assert [cell.name for cell in cells] == [
+        f"planner.problem.obstacles.ignore_rear={value},traffic.kind=drivers" for value in ("false", "true")
+    ]
+    assert "windows missed" in printed
+    assert Experiment.load(cells[1] / "config.toml").planner.problem.obstacles.ignore_rear
+    compared = coverdrive("compare", *cells)
+    assert "configuration.planner.problem.obstacles.ignore_rear: false and true" in compared
+    assert "3 pairs of trials" in compared
+    assert "numbers of vehicles differ" in coverdrive("compare", results / "study-drivers", cells[0], status=2)
+
+
+@pytest.mark.slow
 def test_certify_compares_all_methods(results: Path) -> None:
     printed = coverdrive("certify", "--epsilon", "0.2", "--out", results)
     for method in Method:
@@ -138,6 +180,9 @@ def test_inspect_reads_all_real_recordings(us101: Path) -> None:
         (["run", "--config", "missing.toml"], "not a readable TOML file"),
         (["run", "--trials", "0"], "study.trials"),
         (["run", "--trails", "3"], "--trials"),
+        (["run", "--traffic", "bicycles"], "set-sampling"),
+        (["compare", "here", "there"], "here holds no finished study"),
+        (["study", "--until-width", "2"], "study.until_width"),
     ],
 )
 def test_mistakes_are_explained(arguments: list[str], complaint: str, tmp_path: Path, monkeypatch) -> None:
@@ -161,7 +206,7 @@ def test_unknown_keys_are_named(tmp_path: Path) -> None:
     assert "prediction.basis.epsilom" in coverdrive("fit", "--config", config, "--out", tmp_path / "out", status=2)
 
 
-@pytest.mark.parametrize("subcommand", ["run", "fit", "certify", "paper", "study", "drive", "inspect"])
+@pytest.mark.parametrize("subcommand", ["run", "fit", "certify", "paper", "study", "compare", "drive", "inspect"])
 def test_help_teaches(subcommand: str) -> None:
     printed = coverdrive(subcommand, "--help")
-    assert "Usage" in printed and len(printed.splitlines()) > 8
+    assert "Usage" in printed and len(printed.splitlines()) >= 8

@@ -20,6 +20,7 @@ from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.settings import Settings
 from coverdrive.simulation.episode import EpisodeSettings
 from coverdrive.simulation.set_sampling import SetSamplingSettings
+from coverdrive.simulation.traffics import TrafficSettings
 
 Preset = Literal["default", "paper"]
 
@@ -33,6 +34,10 @@ class StudySettings(Settings):
     """numbers of uncontrolled vehicles, taken in turn by the trials (paper §5)"""
     workers: int = Field(default=0, ge=0)
     """processes; 0: one for each processor"""
+    until_width: float | None = Field(default=None, gt=0, lt=1)
+    """stop early, after a whole batch, once both 95 % intervals of the collision rates are at most this wide"""
+    batch: PositiveInt = 50
+    """number of trials after which an early stop is considered"""
 
 
 class Experiment(Settings):
@@ -52,8 +57,9 @@ class Experiment(Settings):
     """own car, horizon and weights"""
     episode: EpisodeSettings = EpisodeSettings()
     """length and start of a trial"""
-    traffic: SetSamplingSettings = SetSamplingSettings()
-    """behaviour of the uncontrolled vehicles"""
+    traffic: TrafficSettings = SetSamplingSettings()
+    """behaviour of the uncontrolled vehicles; ``kind`` says which: ``set-sampling`` (paper §5), ``drivers``,
+    ``aggressive``, ``mixed`` or ``replay``"""
     study: StudySettings = StudySettings()
     """number of trials"""
 
@@ -117,8 +123,11 @@ class Experiment(Settings):
 def _merged(values: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
     merged = dict(values)
     for name, change in changes.items():
-        if isinstance(change, dict) and isinstance(values.get(name), dict):
-            merged[name] = _merged(values[name], cast(dict[str, Any], change))
+        if isinstance(change, dict):
+            part, new = values.get(name), cast(dict[str, Any], change)
+            if not isinstance(part, dict) or new.get("kind") not in (None, part.get("kind")):
+                part = {}  # settings of another kind
+            merged[name] = _merged(cast(dict[str, Any], part), new)
         elif change is not None:
             merged[name] = change
     return merged

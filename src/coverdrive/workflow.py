@@ -8,7 +8,7 @@ import json
 import os
 import platform
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
@@ -17,7 +17,7 @@ from typing import Any
 import polars as pl
 
 import coverdrive
-from coverdrive.certificates.certificate import Counted, fingerprint
+from coverdrive.certificates.certificate import Certificate, Counted, fingerprint
 from coverdrive.certificates.comparison import Compared, compare
 from coverdrive.certificates.methods import Task
 from coverdrive.certificates.paper_tables import PaperTables, make_tables
@@ -26,14 +26,16 @@ from coverdrive.files import write_atomically
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.prediction.basis_study import StudiedBasis, basis_record, point_table
 from coverdrive.prediction.fit import Fit, StageProgress, fit, score_sides
+from coverdrive.prediction.held_out import held_out
 from coverdrive.prediction.paper_settings import paper_settings
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.recordings.generated import generate
 from coverdrive.recordings.read import read
 from coverdrive.recordings.recording import Recording
-from coverdrive.simulation.set_sampling import SetSamplingTraffic
+from coverdrive.simulation.replay import Clip, ReplaySettings, cut_clips
 from coverdrive.simulation.study import run_study
 from coverdrive.simulation.trace import Trace
+from coverdrive.simulation.traffics import make_traffic
 from coverdrive.simulation.trial import Participants, run_trial
 
 PREDICTOR = "predictor.safetensors"
@@ -142,18 +144,34 @@ def study(
     predictor: Predictor,
     folder: Path,
     progress: Callable[[int, int], None] | None = None,
+    *,
+    clips: Sequence[Clip] = (),
+    cluster: str | None = None,
 ) -> pl.DataFrame:
-    """Run the trials of the closed-loop study that the folder does not hold yet."""
-    settings = experiment.model_dump(mode="json", include={"planner", "traffic"})
+    """Run the trials of a closed-loop study that its folder does not hold yet.
+
+    Args:
+        experiment: all settings.
+        predictor: of the own car.
+        folder: of this study.
+        progress: called with the number of finished trials and the largest number of trials.
+        clips: recorded scenes, if they are to be replayed.
+        cluster: address of a Dask scheduler.
+    """
+    size = experiment.study
+    made_from = {"predictor": predictor.fingerprint, "clips": fingerprint(*(clip.states for clip in clips))}
     return run_study(
-        partial(participants, experiment, predictor),
+        partial(participants, experiment, predictor, clips),
         experiment.episode,
-        folder / "study",
-        trials=experiment.study.trials,
+        folder,
+        trials=size.trials,
         seed=experiment.seed,
-        vehicles=experiment.study.vehicles,
-        workers=experiment.study.workers or os.cpu_count() or 1,
-        configuration={"predictor": predictor.fingerprint} | settings,
+        vehicles=size.vehicles,
+        workers=size.workers or os.cpu_count() or 1,
+        cluster=cluster,
+        until_width=size.until_width,
+        batch=size.batch,
+        configuration=made_from | experiment.model_dump(mode="json", include={"planner", "traffic"}),
         progress=progress,
     )
 
@@ -161,6 +179,16 @@ def study(
 def load_predictor(folder: Path) -> Predictor:
     """The predictor of a results folder."""
     return Predictor.load(folder / PREDICTOR)
+
+
+def load_certificates(folder: Path) -> list[Certificate]:
+    """The certificates of the predictor of a results folder, in every unit in which there is one."""
+    file = folder / "certificate.json"
+    if not file.exists():
+        return [load_predictor(folder).certificate]
+    names = {field.name for field in fields(Certificate)}
+    record = json.loads(file.read_text(encoding="utf-8"))
+    return [Certificate(**{name: each[name] for name in names & each.keys()}) for each in record["certificates"]]
 
 
 def load_trials(folder: Path) -> pl.DataFrame:
@@ -174,14 +202,32 @@ def liveliest(trials: pl.DataFrame) -> tuple[int, int]:
     return order["vehicles"][0], order["trial"][0]
 
 
-def drive(experiment: Experiment, predictor: Predictor, vehicles: int, trial: int) -> Trace:
+def drive(experiment: Experiment, predictor: Predictor, vehicles: int, trial: int, clips: Sequence[Clip] = ()) -> Trace:
     """One trial of the study, with everything that happened in it."""
-    return run_trial(participants(experiment, predictor), experiment.episode, vehicles, experiment.seed, trial)
+    parts = participants(experiment, predictor, clips)
+    return run_trial(parts, experiment.episode, vehicles, experiment.seed, trial)
 
 
-def participants(experiment: Experiment, predictor: Predictor) -> Participants:
-    """Who takes part in a trial: the predictor, the planner that uses it, and the paper's traffic."""
-    return Participants(predictor, MpcPlanner(experiment.planner), SetSamplingTraffic(predictor, experiment.traffic))
+def clips_to_replay(
+    experiment: Experiment,
+    predictor: Predictor,
+    folder: Path,
+    paths: Sequence[Path],
+    progress: Callable[[float], None] | None = None,
+) -> tuple[Clip, ...]:
+    """Recorded scenes that neither trained nor calibrated the predictor of a folder; none if nothing is replayed."""
+    if not isinstance(experiment.traffic, ReplaySettings):
+        return ()
+    settings = folder / "config.toml"
+    made_with = Experiment.load(settings) if settings.exists() else experiment
+    recordings = load_recordings(made_with, paths, progress)
+    return cut_clips(held_out(predictor, recordings, made_with.prediction, made_with.seed))
+
+
+def participants(experiment: Experiment, predictor: Predictor, clips: Sequence[Clip] = ()) -> Participants:
+    """Who takes part in a trial: the predictor, the planner that uses it, and the traffic."""
+    traffic = make_traffic(experiment.traffic, predictor, clips)
+    return Participants(predictor, MpcPlanner(experiment.planner), traffic)
 
 
 def write_json(path: Path, content: Any) -> None:

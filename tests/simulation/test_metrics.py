@@ -121,7 +121,33 @@ def test_slack_planning_time_and_status():
     assert [metrics.status_share(trace, status) for status in Status] == [0.5, 0.25, 0.25]
 
 
-def test_stuck_moments_and_misses_are_counted_one_by_one():
+def test_jerk_and_braking_come_from_the_inputs_that_were_applied():
+    scene = make_scene([0], [1.8], speed=[10.0])
+    trace = trace_of([scene] * 4)
+    plans = []
+    for plan, applied in zip(trace.plans, [(0.0, 0.0), (-1.0, 0.02), (1.0, 0.0)], strict=True):
+        plans.append(type(plan)(**{**vars(plan), "inputs": np.tile(applied, (12, 1))}))
+    trace = type(trace)(**{**vars(trace), "plans": tuple(plans)})
+    along, across = metrics.jerk(trace)
+    assert along == pytest.approx(np.sqrt((10**2 + 20**2) / 2))
+    assert across == pytest.approx(2.0)  # 10 m/s · 0.02 rad/s within 0.1 s, there and back
+    assert metrics.hardest_braking(trace) == 1.0
+    assert metrics.jerk(trace_of([scene] * 2)) == (0.0, 0.0)
+
+
+def test_share_of_plans_with_slack_leaves_out_rounding():
+    scene = make_scene([0], [1.8])
+    assert metrics.share_slack(trace_of([scene] * 5, slacks=[0.0, 1e-6, 0.01, 0.5])) == 0.5
+
+
+def test_vehicles_count_while_they_are_there():
+    near, gone = make_scene([0, 6], [1.8, 1.8], [20, 10]), make_scene([0, 3], [1.8, 1.8], [20, 10])
+    gone.valid[1] = False
+    assert metrics.minimum_gap(trace_of([near, gone])) == pytest.approx(1.2)
+    assert metrics.minimum_time_to_collision(trace_of([near, gone])) == pytest.approx(0.12)
+
+
+def test_stuck_moments_and_impossible_choices_are_counted_one_by_one():
     scene = make_scene([0, 10, 20], [1.8] * 3)
     trace = trace_of(
         [scene] * 3,
@@ -129,7 +155,7 @@ def test_stuck_moments_and_misses_are_counted_one_by_one():
         missed=[np.array([False, False, True]), np.array([False, False, False])],
     )
     assert metrics.traffic_stuck(trace) == 3
-    assert metrics.prediction_misses(trace) == 1
+    assert metrics.impossible_choices(trace) == 1
 
 
 def test_collisions_of_the_traffic_count_pairs_once_and_leave_the_own_car_out():

@@ -1,8 +1,10 @@
+import numpy as np
 import polars as pl
 import pytest
+from scipy.stats import t as student
 
 from coverdrive.errors import CertificateError
-from coverdrive.simulation.statistics import collision_table
+from coverdrive.simulation.statistics import collision_table, miss_rate, widest_interval
 
 
 def results(kinds_by_vehicles):
@@ -41,3 +43,40 @@ def test_wider_confidence_wider_interval_and_nonsense_is_refused():
     assert wide["frontal_or_side_low"] < narrow["frontal_or_side_low"] < 0.05 < narrow["frontal_or_side_high"]
     with pytest.raises(CertificateError):
         collision_table(some, 1.0)
+
+
+def test_a_study_is_as_uncertain_as_its_wider_interval():
+    some = results({3: ["side"] * 5 + ["finished"] * 95})
+    total = collision_table(some).row(-1, named=True)
+    assert widest_interval(some) == total["frontal_or_side_high"] - total["frontal_or_side_low"]
+    assert total["rear_end_high"] < widest_interval(some)
+
+
+def misses(missed, total):
+    return pl.DataFrame({"missed": missed, "total": total})
+
+
+def test_miss_rate_is_over_all_and_its_interval_over_trials():
+    alike = miss_rate(misses([1] * 50, [10] * 50), "missed", "total")
+    assert (alike.missed, alike.total) == (50, 500)
+    assert alike.low == alike.high == pytest.approx(0.1)
+    bunched = miss_rate(misses([10] * 5 + [0] * 45, [10] * 50), "missed", "total")
+    assert bunched.missed == 50
+    expected = student.ppf(0.975, 49) * np.std([1.0] * 5 + [0.0] * 45, ddof=1) / np.sqrt(50)
+    assert (bunched.low, bunched.high) == pytest.approx((0.1 - expected, 0.1 + expected))
+
+
+def test_no_miss_still_has_an_upper_end_and_one_trial_says_nothing():
+    assert miss_rate(misses([0] * 20, [100] * 20), "missed", "total").high == pytest.approx(1 - 0.025 ** (1 / 20))
+    assert miss_rate(misses([3], [100]), "missed", "total")[2:] == (0.0, 1.0)
+
+
+def test_the_interval_of_a_miss_rate_covers_as_often_as_it_says():
+    random = np.random.default_rng(0)
+    covered = 0
+    for _ in range(1000):
+        own_rate = random.beta(2, 18, 40)  # trials differ; 10 % on average
+        table = misses(random.binomial(100, own_rate), np.full(40, 100))
+        rate = miss_rate(table, "missed", "total")
+        covered += rate.low <= 0.1 <= rate.high
+    assert 0.92 < covered / 1000 < 0.98

@@ -12,10 +12,12 @@ import pytest
 from simulation_fakes import FAST, build_fakes
 
 from coverdrive.errors import DataError, SettingError
+from coverdrive.simulation.statistics import widest_interval
 from coverdrive.simulation.study import run_study
 from coverdrive.simulation.trial import SCHEMA, WALL_TIMES, measure, run_trial
 
 SCRIPT = Path(__file__).with_name("run_fake_study.py")
+CLUSTER = Path(__file__).with_name("run_cluster_study.py")
 
 
 def refuse_to_build():
@@ -75,7 +77,7 @@ def test_a_folder_that_holds_something_else_is_refused(tmp_path):
         run_study(build_fakes, FAST, tmp_path, trials=1)
 
 
-@pytest.mark.parametrize("wrong", [{"trials": 0}, {"workers": 0}, {"vehicles": ()}])
+@pytest.mark.parametrize("wrong", [{"trials": 0}, {"workers": 0}, {"batch": 0}, {"vehicles": ()}])
 def test_empty_studies_are_refused(tmp_path, wrong):
     with pytest.raises(SettingError, match="a study needs at least one"):
         run_study(build_fakes, FAST, tmp_path, **wrong)
@@ -109,8 +111,51 @@ def test_a_failing_trial_leaves_the_finished_ones(tmp_path):
 @pytest.mark.slow
 def test_results_do_not_depend_on_the_number_of_workers(tmp_path):
     alone = run_study(build_fakes, FAST, tmp_path / "1", trials=12, seed=3)
-    together = run_study(build_fakes, FAST, tmp_path / "2", trials=12, seed=3, workers=2)
+    together = run_study(build_fakes, FAST, tmp_path / "4", trials=12, seed=3, workers=4)
     assert together.drop(WALL_TIMES).equals(alone.drop(WALL_TIMES))
+
+
+def test_a_study_stops_after_the_batch_that_makes_its_intervals_narrow_enough(tmp_path):
+    def run(name, until_width, batch, workers=1):
+        return run_study(
+            build_fakes, FAST, tmp_path / name, trials=30, until_width=until_width, batch=batch, workers=workers
+        )  # fmt: skip
+
+    full = run("full", 1e-9, 8)
+    assert full.height == 30
+    widths = [widest_interval(full.head(size)) for size in (8, 16, 24, 30)]
+    stopped = run("stopped", widths[1] + 1e-9, 8)
+    expected = next(size for size, width in zip((8, 16, 24, 30), widths, strict=True) if width <= widths[1] + 1e-9)
+    assert stopped.height == expected
+    assert stopped.drop(WALL_TIMES).equals(full.head(expected).drop(WALL_TIMES))
+    assert pl.read_parquet(tmp_path / "stopped" / "trials.parquet").height == expected
+    assert run_study(refuse_to_build, FAST, tmp_path / "full", trials=30, until_width=widths[1] + 1e-9, batch=8).equals(
+        full.head(expected)
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name != "posix", reason="SIGKILL exists on POSIX systems only")
+def test_a_cluster_that_loses_a_worker_loses_no_trial(tmp_path):
+    process = subprocess.run(
+        [sys.executable, str(CLUSTER), str(tmp_path / "cluster"), "24", "3"],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join([str(CLUSTER.parent), *sys.path])},
+    )
+    assert process.returncode == 0, process.stderr
+    assert process.stdout.split() == ["killed", "survivors", "2"]
+    table = pl.read_parquet(tmp_path / "cluster" / "trials.parquet")
+    assert len(list((tmp_path / "cluster" / "trials").iterdir())) == 24
+    alone = run_study(build_fakes, FAST, tmp_path / "alone", trials=24, seed=3)
+    assert table.drop(WALL_TIMES).equals(alone.drop(WALL_TIMES))
+
+
+def test_without_a_cluster_there_the_user_is_told_how_to_start_one(tmp_path):
+    with pytest.raises(SettingError, match="no Dask scheduler answers at nowhere"):
+        run_study(build_fakes, FAST, tmp_path, trials=2, cluster="nowhere://host")
 
 
 @pytest.mark.slow

@@ -8,6 +8,7 @@ from rich.console import Console
 from coverdrive import __version__
 from coverdrive.cli.basis import basis
 from coverdrive.cli.certify import certify
+from coverdrive.cli.compare import compare
 from coverdrive.cli.drive import drive
 from coverdrive.cli.fit import fit
 from coverdrive.cli.inspect import inspect
@@ -24,7 +25,7 @@ app = App(
     Start with `coverdrive run`: it learns a predictor, certifies how often it misses, and drives a closed-loop study,
     in generated traffic if no recording is given. Every result is written to one folder.""",
 )
-for command in (run, fit, certify, paper, basis, study, drive, inspect):
+for command in (run, fit, certify, paper, basis, study, compare, drive, inspect):
     app.command(command)
 
 

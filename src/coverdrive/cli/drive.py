@@ -5,7 +5,17 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from coverdrive.cli.options import Config, Out, Seed, config_of, console, experiment_of
+from coverdrive.cli.options import (
+    Config,
+    Out,
+    Recordings,
+    Seed,
+    TrafficName,
+    config_of,
+    console,
+    experiment_of,
+    study_name,
+)
 from coverdrive.progress import stages
 
 
@@ -13,6 +23,8 @@ def drive(
     *,
     trial: Annotated[int, Parameter(help="Number of the trial: it gives the start and the traffic.")] = 0,
     vehicles: Annotated[int | None, Parameter(help="Number of uncontrolled vehicles; else that of the trial.")] = None,
+    traffic: TrafficName = None,
+    recording: Recordings = None,
     seed: Seed = None,
     out: Out = Path("results"),
     config: Config = None,
@@ -20,18 +32,24 @@ def drive(
     """Drive one trial with the predictor in a results folder; write its trace, snapshots and a video."""
     from coverdrive import workflow
     from coverdrive.report.figures import draw_drive
-    from coverdrive.report.terminal import drives_table
+    from coverdrive.report.study_tables import drives_table
+    from coverdrive.simulation.outcome import Cause
     from coverdrive.simulation.storage import save_trace
     from coverdrive.simulation.trial import measure, table_of
 
-    experiment = experiment_of(config_of(out, config), seed)
+    experiment = experiment_of(config_of(out, config), seed, traffic=traffic)
     number = vehicles or experiment.study.vehicles[trial % len(experiment.study.vehicles)]
-    trace = workflow.drive(experiment, workflow.load_predictor(out), number, trial)
-    folder = out / f"drive_{trial}_{number}"
-    save_trace(trace, folder / "trace.npz")
+    predictor = workflow.load_predictor(out)
+    folder = out / study_name(experiment, out).replace("study", "drive")
+    folder = folder.with_name(f"{folder.name}_{trial}_{number}")
     with stages() as bars:
+        clips = workflow.clips_to_replay(experiment, predictor, out, recording or [], bars.share("recordings"))
+        trace = workflow.drive(experiment, predictor, number, trial, clips)
+        save_trace(trace, folder / "trace.npz")
         draw_drive(trace, folder, bars.share("video"))
-    outcome = trace.outcome
-    console.print(f"{outcome.kind.value} at {outcome.time:.1f} s with {number} vehicles")
-    console.print(drives_table(table_of([measure(trace, experiment.seed, trial)])))
+    result = measure(trace, experiment.seed, trial)
+    console.print(f"{result.kind} at {result.time:.1f} s with {result.vehicles} vehicles")
+    if result.cause != Cause.NONE.value:
+        console.print(f"at fault: {result.at_fault}; {result.cause}")
+    console.print(drives_table(table_of([result])))
     console.print(f"Trace, snapshots and video are in {folder}")

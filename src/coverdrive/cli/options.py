@@ -30,6 +30,18 @@ Seed = Annotated[int | None, Parameter(help="Seed of every random choice; the sa
 Out = Annotated[Path, Parameter(help="Results folder.")]
 Trials = Annotated[int | None, Parameter(help="Number of closed-loop trials; the paper has 1000.")]
 Workers = Annotated[int | None, Parameter(help="Number of processes; 0: one for each processor.")]
+TrafficName = Annotated[
+    Literal["set-sampling", "drivers", "aggressive", "mixed", "replay"] | None,
+    Parameter(
+        name="--traffic",
+        help="Uncontrolled vehicles: of the paper (set-sampling), IDM and MOBIL drivers, aggressive ones, a mixture, "
+        "or recorded ones that do not react (replay).",
+    ),
+]
+Vehicles = Annotated[
+    list[int] | None,
+    Parameter(consume_multiple=True, help="Numbers of uncontrolled vehicles, taken in turn; the paper has 3 to 7."),
+]
 Location = Annotated[str | None, Parameter(help="Site to take from an NGSIM file that holds several.")]
 
 
@@ -39,16 +51,28 @@ def experiment_of(
     location: str | None = None,
     trials: int | None = None,
     workers: int | None = None,
+    traffic: str | None = None,
+    vehicles: list[int] | None = None,
     preset: Preset = "default",
 ) -> "Experiment":
     """The settings of a file or the defaults, with what the command line says put over them."""
     from coverdrive.config import Experiment
 
     experiment = Experiment.load(config, preset) if config else Experiment.preset(preset)
-    return experiment.overridden(seed=seed, location=location, study={"trials": trials, "workers": workers})
+    study = {"trials": trials, "workers": workers, "vehicles": vehicles}
+    return experiment.overridden(seed=seed, location=location, study=study, traffic={"kind": traffic})
 
 
 def config_of(out: Path, config: Path | None) -> Path | None:
     """The given settings, or those that the results folder was made with."""
     made_with = out / "config.toml"
     return config or (made_with if made_with.exists() else None)
+
+
+def study_name(experiment: "Experiment", out: Path) -> str:
+    """Folder of a study: each traffic has its own, and that of the results folder's settings is called ``study``."""
+    from coverdrive.config import Experiment
+
+    made_with = out / "config.toml"
+    usual = Experiment.load(made_with) if made_with.exists() else Experiment()
+    return "study" if experiment.traffic.kind == usual.traffic.kind else f"study-{experiment.traffic.kind}"

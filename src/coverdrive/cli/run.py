@@ -11,7 +11,9 @@ from coverdrive.cli.options import (
     Preset,
     Recordings,
     Seed,
+    TrafficName,
     Trials,
+    Vehicles,
     Workers,
     console,
     experiment_of,
@@ -28,6 +30,8 @@ def run(
     *,
     recording: Recordings = None,
     trials: Trials = None,
+    traffic: TrafficName = None,
+    vehicles: Vehicles = None,
     seed: Seed = None,
     out: Out = Path("results"),
     config: Config = None,
@@ -39,18 +43,19 @@ def run(
 
     A run that was stopped goes on with its study where it was if it is started again with the same settings.
     """
-    experiment = experiment_of(config, seed, location, trials, workers, preset=preset)
+    experiment = experiment_of(config, seed, location, trials, workers, traffic, vehicles, preset)
     result = fit_and_print(experiment, recording or [], out)
-    study_and_print(experiment, out)
-    _draw(experiment, result, out)
+    study_and_print(experiment, out, recording)
+    _draw(experiment, result, out, recording or [])
     console.print(f"Results are in {out}")
 
 
-def _draw(experiment: "Experiment", result: "Fit", out: Path) -> None:
+def _draw(experiment: "Experiment", result: "Fit", out: Path, recording: list[Path]) -> None:
     from coverdrive import workflow
     from coverdrive.report.figures import draw_run
 
     trials = workflow.load_trials(out)
     with stages() as bars:
-        trace = workflow.drive(experiment, result.predictor, *workflow.liveliest(trials))
+        clips = workflow.clips_to_replay(experiment, result.predictor, out, recording)
+        trace = workflow.drive(experiment, result.predictor, *workflow.liveliest(trials), clips)
         draw_run(result, trials, trace, out, bars.share("figures and video"))

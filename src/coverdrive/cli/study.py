@@ -1,33 +1,104 @@
-"""``coverdrive study``: many drives."""
+"""``coverdrive study``: many drives, once or for every cell of a grid."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
-from coverdrive.cli.options import Config, Out, Seed, Trials, Workers, config_of, console, experiment_of
+from cyclopts import Parameter
+
+from coverdrive.cli.options import (
+    Config,
+    Out,
+    Recordings,
+    Seed,
+    TrafficName,
+    Trials,
+    Vehicles,
+    Workers,
+    config_of,
+    console,
+    experiment_of,
+    study_name,
+)
 from coverdrive.progress import stages
 
 if TYPE_CHECKING:
     from coverdrive.config import Experiment
 
+Cluster = Annotated[
+    str | None, Parameter(help="Address of a Dask scheduler whose workers drive, as in tcp://host:8786.")
+]
+
 
 def study(
     *,
     trials: Trials = None,
+    traffic: TrafficName = None,
+    vehicles: Vehicles = None,
+    recording: Recordings = None,
+    until_width: Annotated[
+        float | None, Parameter(help="Stop early once both 95 % intervals of the collision rates are this narrow.")
+    ] = None,
+    settings: Annotated[
+        list[str] | None,
+        Parameter(
+            name="--set",
+            consume_multiple=True,
+            help="Settings to vary, as in planner.problem.obstacles.order=2,4; every combination is a study.",
+        ),
+    ] = None,
     seed: Seed = None,
     out: Out = Path("results"),
     config: Config = None,
     workers: Workers = None,
+    cluster: Cluster = None,
 ) -> None:
-    """Drive many trials with the predictor in a results folder; a study that was stopped goes on where it was."""
-    study_and_print(experiment_of(config_of(out, config), seed, None, trials, workers), out)
+    """Drive many trials with the predictor in a results folder; a study that was stopped goes on where it was.
+
+    In replayed traffic the recordings must be those that made the predictor, of which only the test scenes are used, or
+    entirely new ones.
+    """
+    experiment = experiment_of(config_of(out, config), seed, None, trials, workers, traffic, vehicles).overridden(
+        study={"until_width": until_width}
+    )
+    if settings:
+        _grid(experiment, settings, out, recording or [], cluster)
+    else:
+        study_and_print(experiment, out, recording or [], cluster)
 
 
-def study_and_print(experiment: "Experiment", out: Path) -> None:
+def study_and_print(
+    experiment: "Experiment", out: Path, recording: list[Path] | None = None, cluster: str | None = None
+) -> None:
     """Drive the trials that are missing, and say how they went."""
     from coverdrive import workflow
-    from coverdrive.report.terminal import collisions_table, drives_table
+    from coverdrive.report.study_tables import collisions_table, drives_table, safety_table
 
+    predictor = workflow.load_predictor(out)
+    name = study_name(experiment, out)
     with stages() as bars:
-        trials = workflow.study(experiment, workflow.load_predictor(out), out, bars.count("closed-loop trials"))
+        clips = workflow.clips_to_replay(experiment, predictor, out, recording or [], bars.share("recordings"))
+        progress = bars.count("closed-loop trials")
+        trials = workflow.study(experiment, predictor, out / name, progress, clips=clips, cluster=cluster)
     console.print(collisions_table(trials))
+    console.print(safety_table(trials, workflow.load_certificates(out)))
     console.print(drives_table(trials))
+    console.print(f"One row for each trial is in {out / name / 'trials.parquet'}")
+
+
+def _grid(experiment: "Experiment", settings: list[str], out: Path, recording: list[Path], cluster: str | None) -> None:
+    """Drive a study for every combination of settings, each in its own folder, and put them into one table."""
+    from coverdrive import workflow
+    from coverdrive.grid import cells_of
+    from coverdrive.report.study_tables import grid_table
+
+    predictor = workflow.load_predictor(out)
+    cells = {cell.name: experiment.overridden(**cell.changes) for cell in cells_of(settings)}
+    driven = {}
+    with stages() as bars:
+        for name, each in cells.items():
+            folder = out / "grid" / name
+            clips = workflow.clips_to_replay(each, predictor, out, recording, bars.share("recordings"))
+            driven[name] = workflow.study(each, predictor, folder, bars.count(name), clips=clips, cluster=cluster)
+            each.save(folder / "config.toml")
+    console.print(grid_table(driven))
+    console.print(f"Every cell has its own folder in {out / 'grid'}; two of them go to `coverdrive compare`")

@@ -96,11 +96,10 @@ def fit(
     settings = settings or PredictionSettings()
     report = progress or _ignore
     seconds: dict[str, float] = {}
-    split_seed, basis_seed, training_seed = _seeds(seed)
+    _, basis_seed, training_seed = _seeds(seed)
 
     with _stage("segments", seconds, report):
-        segments = cut_segments(recordings, settings.segments)
-        sides = split(segments.vehicle, segments.group, settings.split, split_seed)
+        segments, sides = cut_and_split(recordings, settings, seed)
     with _stage("basis", seconds, report) as share:
         basis = make_basis(segments.of(sides.train), settings.basis, basis_seed, share)
     with _stage("affordances and labels", seconds, report) as share:
@@ -153,10 +152,15 @@ def score_sides(
         progress: called with the share of the recordings that is described.
     """
     settings = settings or PredictionSettings()
-    segments = cut_segments(recordings, settings.segments)
-    sides = split(segments.vehicle, segments.group, settings.split, _seeds(seed)[0])
+    segments, sides = cut_and_split(recordings, settings, seed)
     samples = make_samples(recordings, segments, predictor.basis, settings.assignment, progress=progress)
     return _scored(predictor.network, samples, sides, _tube(predictor.basis, settings))
+
+
+def cut_and_split(recordings: Sequence[Recording], settings: PredictionSettings, seed: int) -> tuple[Segments, Split]:
+    """The segments of recordings, and which of them train, calibrate and test; the same as in `fit`."""
+    segments = cut_segments(recordings, settings.segments)
+    return segments, split(segments.vehicle, segments.group, settings.split, _seeds(seed)[0])
 
 
 def _scored(network: Network, samples: Samples, sides: Split, tube: float | None) -> ScoredSides:

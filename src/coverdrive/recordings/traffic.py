@@ -21,13 +21,13 @@ SLOWEST_CHANGE = 5.0
 """[m/s] no lane change begins below this speed"""
 
 PAUSE = 5.0
-"""[s] a driver stays in a lane at least"""
+"""[s] a driver usually stays in a lane at least"""
 
 DECISION = 0.5
 """[s] between two moments at which lane changes are decided, at most one in each scene"""
 
 EASE, PICK_UP = 1.0, 3.0
-"""[m/s²] how fast a desired speed falls and rises"""
+"""[m/s²] how fast a desired speed usually falls, and rises"""
 
 SLOWING = 0.7
 """Largest share by which a driver slows down; small ones are more frequent"""
@@ -65,6 +65,10 @@ class Traffic:
     """[s] of a lane change at full speed"""
     wander: Float[np.ndarray, "S A 3"]
     """amplitude [m], wave length [m] and phase [rad] of the motion within the lane"""
+    pause: float = PAUSE
+    """[s] a driver stays in a lane at least"""
+    ease: float = EASE
+    """[m/s²] how fast a desired speed falls"""
     progress: Values = field(init=False)
     """of the lane change, 0 to 1"""
     wait: Values = field(init=False)
@@ -97,7 +101,7 @@ class Traffic:
         arrived = self.progress >= 1
         self.lane = np.where(arrived, self.target, self.lane)
         self.progress = np.where(arrived, 0.0, self.progress)
-        self.wait = np.where(arrived, PAUSE, np.maximum(0.0, self.wait - dt))
+        self.wait = np.where(arrived, self.pause, np.maximum(0.0, self.wait - dt))
         self.lon = self.lon + (self.speed + np.maximum(0.0, faster)) / 2 * dt
         self.speed = np.maximum(0.0, faster)
 
@@ -107,7 +111,7 @@ class Traffic:
         picked = np.maximum(CRAWL, self.usual_speed * (1 - SLOWING * random.random(self.lon.shape) ** 2))
         self.goal = np.where(picks, picked, self.goal)
         desired = self.drivers.desired_speed
-        desired += np.clip(self.goal - desired, -EASE * dt, PICK_UP * dt)
+        desired += np.clip(self.goal - desired, -self.ease * dt, PICK_UP * dt)
 
     def change_lanes(self, lanes: int) -> None:
         """Begin the most advantageous lane change of every scene, if there is any."""

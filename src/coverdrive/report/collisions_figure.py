@@ -9,15 +9,13 @@ from matplotlib.lines import Line2D
 
 from coverdrive.errors import DataError
 from coverdrive.report import style
-from coverdrive.simulation.statistics import collision_table
+from coverdrive.simulation.statistics import PAPER, PAPER_TRIALS, collision_table
 
 _KINDS = {
-    "frontal_or_side": ("frontal or side", style.BLUE, 7),
-    "rear_end": ("rear-end", style.ORANGE, 20),
+    "frontal_or_side": ("frontal or side", style.BLUE),
+    "rear_end": ("rear-end", style.ORANGE),
 }
-"""columns of the table: name, colour and the paper's total"""
-
-_PAPER_TRIALS = 1000
+"""columns of the table: name and colour"""
 
 _WIDTH = 0.36
 """of a bar; the numbers of vehicles are 1 apart"""
@@ -62,7 +60,7 @@ def collisions_figure(results: pl.DataFrame, confidence: float = 0.95) -> Figure
 
 def _draw_bars(axes: Axes, table: pl.DataFrame, kind: str, place: np.ndarray) -> BarContainer:
     """Rates, intervals and counts of one kind of collision."""
-    name, colour, _ = _KINDS[kind]
+    name, colour = _KINDS[kind]
     rate, low, high = (100 * table[f"{kind}_{part}"].to_numpy() for part in ("rate", "low", "high"))
     whiskers = np.maximum(np.stack([rate - low, high - rate]), 0)
     bars = axes.bar(place, rate, _WIDTH, color=colour, label=name)
@@ -77,7 +75,7 @@ def _draw_bars(axes: Axes, table: pl.DataFrame, kind: str, place: np.ndarray) ->
 
 def _draw_paper(axes: Axes, kind: str) -> Line2D:
     """The paper's total over all numbers of vehicles."""
-    name, colour, paper = _KINDS[kind]
-    label = f"paper, all trials, {name}: {paper} of {_PAPER_TRIALS}"
-    rate = 100 * paper / _PAPER_TRIALS
+    (name, colour), paper = _KINDS[kind], PAPER[kind]
+    label = f"paper, all trials, {name}: {paper} of {PAPER_TRIALS}"
+    rate = 100 * paper / PAPER_TRIALS
     return axes.axhline(rate, color=colour, linestyle=(0, (1, 1.5)), linewidth=2, zorder=0.9, label=label)

@@ -2,9 +2,6 @@
 
 from collections.abc import Sequence
 
-import numpy as np
-import polars as pl
-from jaxtyping import Num
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
@@ -12,12 +9,6 @@ from coverdrive.certificates.comparison import Compared
 from coverdrive.prediction.basis_study import StudiedBasis
 from coverdrive.prediction.fit import Fit
 from coverdrive.recordings.summary import Summary
-from coverdrive.simulation.statistics import collision_table
-
-_STATUSES = ("solved", "retried", "fallback")
-
-_NOTABLE = 0.1
-"""[m] by which a body has to leave the road to be counted"""
 
 
 def recordings_table(summaries: Sequence[Summary]) -> Table:
@@ -118,51 +109,6 @@ def methods_table(compared: Sequence[Compared]) -> Table:
         "set size: mean, median; bounds per base or cluster are for each of them by itself: "
         "a vehicle that drives several may be missed more often"
     )
-    return table
-
-
-def collisions_table(trials: pl.DataFrame) -> Table:
-    """Collisions of the own car by number of uncontrolled vehicles, with 95 % intervals."""
-    table = Table(title="Collisions (95 % Clopper–Pearson intervals)")
-    for name in ("vehicles", "trials", "frontal or side", "rear-end"):
-        table.add_column(name, justify="right")
-    for row in collision_table(trials).iter_rows(named=True):
-        cells = (
-            f"{row[kind]}  ({row[f'{kind}_low']:.1%}–{row[f'{kind}_high']:.1%})"
-            for kind in ("frontal_or_side", "rear_end")
-        )
-        table.add_row("all" if row["vehicles"] is None else str(row["vehicles"]), str(row["trials"]), *cells)
-    return table
-
-
-def drives_table(trials: pl.DataFrame) -> Table:
-    """How the own car drove, and how long planning took."""
-    table = _facts("Drives")
-
-    def values(name: str) -> Num[np.ndarray, " trials"]:
-        return trials[name].to_numpy()
-
-    shares = (np.average(values(f"share_{status}"), weights=values("time")) for status in _STATUSES)
-    table.add_row("mean speed", f"{values('mean_speed').mean():.1f} m/s")
-    table.add_row(
-        "lane changes, overtakes per trial",
-        f"{values('lane_changes').mean():.2f}, {values('overtakes').mean():.2f}",
-    )
-    table.add_row(f"plans {' / '.join(_STATUSES)}", " / ".join(f"{share:.2%}" for share in shares))
-    table.add_row(
-        "prediction and planning per step",
-        f"median {1e3 * np.median(values('planning_median')):.1f} ms, "
-        f"99th percentile {1e3 * np.median(values('planning_p99')):.1f} ms (each of the median trial), "
-        f"slowest {1e3 * values('planning_maximum').max():.1f} ms",
-    )
-    departure = values("road_departure")
-    table.add_row(
-        "trials in which the car left the road",
-        f"{(departure > _NOTABLE).sum()} by more than {_NOTABLE} m, at most {departure.max():.2f} m",
-    )
-    table.add_row("traffic found no free choice", f"{values('traffic_stuck').sum()} times")
-    table.add_row("uncontrolled vehicles that overlapped", f"{values('traffic_collisions').sum()} pairs")
-    table.add_row("prediction misses", str(values("prediction_misses").sum()))
     return table
 
 

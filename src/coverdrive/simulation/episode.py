@@ -19,7 +19,10 @@ from coverdrive.simulation.motion import with_states
 from coverdrive.simulation.outcome import Fault, Kind, Outcome, judge
 from coverdrive.simulation.predictor import Predictor
 from coverdrive.simulation.trace import Step, Trace, make_trace
-from coverdrive.simulation.traffic import Traffic
+from coverdrive.simulation.traffic import Start, Starting, Traffic
+
+_ROUNDING = 1e-6
+"""of a number of steps"""
 
 
 class EpisodeSettings(Settings):
@@ -46,7 +49,7 @@ def run_episode(
     vehicles: int,
     seed: int | np.random.SeedSequence,
 ) -> Trace:
-    """Drive until the duration is over or the own car collides.
+    """Drive until the duration or the recorded traffic is over, or the own car collides.
 
     The same seed gives the same trace, wall times excepted.
 
@@ -62,14 +65,15 @@ def run_episode(
         SettingError: the vehicles cannot be placed.
     """
     start_seed, traffic_seed = _children(seed)
-    road = settings.initial.road()
-    scene = initial_scene(settings.initial, vehicles, np.random.default_rng(start_seed))
+    start = _start(traffic, settings.initial, vehicles, np.random.default_rng(start_seed))
+    scene, road = start.scene, start.road
+    last = max(1, int(min(settings.steps, start.duration / settings.step + _ROUNDING)))
     planner.reset(settings.step)
     traffic.reset(scene, road, np.random.default_rng(traffic_seed))
     predictor.predict(scene, road, OWN, planner.dt, planner.steps)  # compiles before time is taken
     scenes, steps = [scene], list[Step]()
-    outcome = Outcome(Kind.FINISHED, settings.steps * settings.step, None, Fault.NONE)
-    for k in range(1, settings.steps + 1):
+    outcome = Outcome(Kind.FINISHED, last * settings.step, None, Fault.NONE)
+    for k in range(1, last + 1):
         taken = _step(predictor, planner, traffic, settings, scenes[-1], road)
         steps.append(taken)
         scenes.append(taken.scene)
@@ -78,6 +82,13 @@ def run_episode(
             outcome = collision
             break
     return make_trace(scene, road, steps, settings.step, outcome)
+
+
+def _start(traffic: Traffic, settings: InitialSettings, vehicles: int, rng: np.random.Generator) -> Start:
+    """Where the traffic model begins; the paper's start, if it does not say."""
+    if isinstance(traffic, Starting):
+        return traffic.start(settings, vehicles, rng)
+    return Start(initial_scene(settings, vehicles, rng), settings.road(), np.inf)
 
 
 def _step(
@@ -94,7 +105,7 @@ def _step(
     states = moved.scene.states
     states[OWN] = vehicle_step(own, plan.inputs[0], settings.step)
     return Step(
-        scene=with_states(scene, states),
+        scene=with_states(moved.scene, states),
         paths=paths,
         plan=plan,
         base=moved.base,

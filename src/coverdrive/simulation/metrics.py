@@ -4,13 +4,16 @@ m moments, B vehicles other than the own car.
 """
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from coverdrive.geometry import turned_half_extents
 from coverdrive.planning.plan import Status
 from coverdrive.simulation.initial import OWN
 from coverdrive.simulation.outcome import contacts
 from coverdrive.simulation.trace import Trace
+
+_SLACK = 1e-3
+"""a smaller slack is the solver's tolerance"""
 
 _SETTLED = 0.25
 """share of a lane's width: nearer than this to its centre, the own car counts as having reached the lane"""
@@ -38,7 +41,7 @@ def lane_changes(trace: Trace) -> int:
 def overtakes(trace: Trace) -> int:
     """How many vehicles were ahead of the own car at the start and are behind it at the end, by their centres."""
     ahead = np.asarray(trace.scene.lon) > np.asarray(trace.scene.lon)[:, [OWN]]
-    return int((ahead[0] & ~ahead[-1] & trace.scene.valid[-1]).sum())
+    return int((ahead[0] & ~ahead[-1] & trace.scene.valid[0] & trace.scene.valid[-1]).sum())
 
 
 def road_departure(trace: Trace) -> float:
@@ -51,8 +54,9 @@ def road_departure(trace: Trace) -> float:
 
 def minimum_gap(trace: Trace) -> float:
     """Least distance [m] of the own car's body to another, as boxes along the road; infinite without another."""
-    separation, _, reach = _relative(trace)
-    return float(np.linalg.norm(np.maximum(np.abs(separation) - reach, 0.0), axis=-1).min(initial=np.inf))
+    separation, _, reach, there = _relative(trace)
+    gaps = np.linalg.norm(np.maximum(np.abs(separation) - reach, 0.0), axis=-1)
+    return float(gaps.min(initial=np.inf, where=there))
 
 
 def minimum_time_to_collision(trace: Trace) -> float:
@@ -60,14 +64,14 @@ def minimum_time_to_collision(trace: Trace) -> float:
 
     Bodies are boxes along the road; velocities have two components, so that contact from the side counts as well.
     """
-    separation, velocity, reach = _relative(trace)
+    separation, velocity, reach, there = _relative(trace)
     inside = np.abs(separation) < reach
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         crossings = np.stack([(-reach - separation) / velocity, (reach - separation) / velocity])
     enter = np.where(velocity == 0, np.where(inside, -np.inf, np.inf), crossings.min(0)).max(-1)
     leave = np.where(velocity == 0, np.where(inside, np.inf, -np.inf), crossings.max(0)).min(-1)
     enter = np.maximum(enter, 0.0)
-    return float(np.where(enter < leave, enter, np.inf).min(initial=np.inf))
+    return float(np.where(there & (enter < leave), enter, np.inf).min(initial=np.inf))
 
 
 def maximum_slack(trace: Trace) -> float:
@@ -97,15 +101,43 @@ def traffic_collisions(trace: Trace) -> int:
     return int(np.triu(touched).sum())
 
 
-def prediction_misses(trace: Trace) -> int:
+def share_slack(trace: Trace) -> float:
+    """Share of the plans that violate an obstacle constraint at any step."""
+    return sum(float(plan.slack.max(initial=0.0)) > _SLACK for plan in trace.plans) / len(trace)
+
+
+def jerk(trace: Trace) -> tuple[float, float]:
+    """Root mean square of the own car's jerk [m/s³] along and across its way, from the inputs that were applied.
+
+    A plan's acceleration, and its yaw rate times the speed, hold for one step; jerk is their change from step to step.
+    """
+    change = np.diff(_accelerations(trace), axis=0) / float(trace.time[1] - trace.time[0])
+    if len(change) == 0:
+        return 0.0, 0.0
+    along, across = np.sqrt((change**2).mean(0)).tolist()
+    return along, across
+
+
+def hardest_braking(trace: Trace) -> float:
+    """Largest deceleration of the own car [m/s²]."""
+    return float(max(0.0, -_accelerations(trace)[:, 0].min()))
+
+
+def _accelerations(trace: Trace) -> Float[np.ndarray, "n 2"]:
+    """Acceleration [m/s²] of the own car along and across its way in every step."""
+    applied = np.stack([plan.inputs[0] for plan in trace.plans])
+    return np.stack([applied[:, 0], applied[:, 1] * trace.scene.speed[:-1, OWN]], axis=-1)
+
+
+def impossible_choices(trace: Trace) -> int:
     """How often an uncontrolled vehicle chose a base trajectory that the predictor calls impossible."""
     return int(trace.missed.sum())
 
 
 def _relative(
     trace: Trace,
-) -> tuple[Float[np.ndarray, "m B 2"], Float[np.ndarray, "m B 2"], Float[np.ndarray, "m B 2"]]:
-    """Place [m] and velocity [m/s] of the other valid vehicles as seen from the own car, and sum of half extents [m].
+) -> tuple[Float[np.ndarray, "m B 2"], Float[np.ndarray, "m B 2"], Float[np.ndarray, "m B 2"], Bool[np.ndarray, "m B"]]:
+    """Place [m] and velocity [m/s] of the others as seen from the own car, sum of half extents [m], and who is there.
 
     All along lon and lat.
     """
@@ -113,10 +145,10 @@ def _relative(
     speed, heading = states[..., 2], states[..., 3]
     velocity = np.stack([speed * np.cos(heading), speed * np.sin(heading)], axis=-1)
     extent = turned_half_extents(trace.scene.half_sizes, heading)
-    others = np.flatnonzero(trace.scene.valid[0])
-    others = others[others != OWN]
+    others = np.arange(trace.scene.vehicles) != OWN
     return (
         states[:, others, :2] - states[:, [OWN], :2],
         velocity[:, others] - velocity[:, [OWN]],
         extent[:, others] + extent[:, [OWN]],
+        np.asarray(trace.scene.valid)[:, others],
     )

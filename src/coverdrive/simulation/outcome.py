@@ -39,6 +39,17 @@ class Fault(enum.StrEnum):
     """no contact, or a contact from the side that nobody moved towards"""
 
 
+class Cause(enum.StrEnum):
+    """What a collision has to do with the predictions (`coverdrive.simulation.misses.cause_of`)."""
+
+    NONE = "none"
+    """no collision"""
+    PREDICTION = "prediction miss"
+    """the vehicle in contact had left its predicted set"""
+    PLANNING = "planning failure"
+    """it had not: the plan was to keep clear of what it did, and did not"""
+
+
 @dataclass(frozen=True)
 class Outcome:
     """How an episode ended."""

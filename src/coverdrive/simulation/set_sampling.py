@@ -8,6 +8,8 @@ own car is taken into account at constant velocity, and only by a vehicle that h
 A slots, M base trajectories, n times from now to the end of the horizon.
 """
 
+from typing import Literal
+
 import numpy as np
 from jaxtyping import Bool, Float
 from pydantic import PositiveFloat
@@ -25,8 +27,9 @@ from coverdrive.simulation.traffic import TrafficStep
 
 
 class SetSamplingSettings(Settings):
-    """How often the vehicles choose."""
+    """The paper's traffic: vehicles that drive random members of their own predicted sets."""
 
+    kind: Literal["set-sampling"] = "set-sampling"
     interval: PositiveFloat = 0.3
     """[s] between two choices of a vehicle (authors' scripts)"""
 
@@ -39,9 +42,20 @@ class SetSamplingTraffic:
         self._predictor = predictor
         self._settings = settings or SetSamplingSettings()
 
-    def reset(self, scene: Scene, road: Road, rng: np.random.Generator) -> None:
-        """Begin with every vehicle at constant velocity; all choose in the first step."""
+    def reset(
+        self, scene: Scene, road: Road, rng: np.random.Generator, controlled: Bool[np.ndarray, " A"] | None = None
+    ) -> None:
+        """Begin with every vehicle at constant velocity; all choose in the first step.
+
+        Args:
+            scene: at the start.
+            road: of the episode.
+            rng: source of all choices.
+            controlled: the slots that this model moves, if not all but the own car's; vehicles of other models are
+                taken into account at constant velocity.
+        """
         self._road, self._rng = road, rng
+        self._controlled = np.arange(scene.vehicles) != OWN if controlled is None else controlled
         self._age = 0
         self._paths = scene.states[:, None]
         self._base = np.full(scene.vehicles, -1)
@@ -63,7 +77,7 @@ class SetSamplingTraffic:
             stuck, missed = self._choose(scene, dt)
         self._age += 1
         states = self._paths[:, self._age].copy()
-        states[OWN] = scene.states[OWN]
+        states[~self._controlled] = scene.states[~self._controlled]
         return TrafficStep(with_states(scene, states), self._base.copy(), stuck, missed)
 
     def _choose(self, scene: Scene, dt: float) -> tuple[Bool[np.ndarray, " A"], Bool[np.ndarray, " A"]]:
@@ -75,9 +89,7 @@ class SetSamplingTraffic:
         heeds_own = directly_in_front(scene, self._road)
         self._begin_choice(scene, times)
         stuck, missed = np.zeros((2, scene.vehicles), dtype=bool)
-        for slot in self._rng.permutation(np.flatnonzero(scene.valid)).tolist():
-            if slot == OWN:
-                continue
+        for slot in self._rng.permutation(np.flatnonzero(scene.valid & self._controlled)).tolist():
             paths = follow(self._paths[slot, 0], times, deviation, rate)
             others = scene.valid & (np.arange(scene.vehicles) != slot)
             others[OWN] &= heeds_own[slot]
@@ -89,12 +101,12 @@ class SetSamplingTraffic:
         return stuck, missed
 
     def _begin_choice(self, scene: Scene, times: Float[np.ndarray, " n"]) -> None:
-        """Let the paths begin now: previous choices go on at constant velocity, and so does the own car."""
+        """Let the paths begin now: previous choices go on at constant velocity, and so does whom others move."""
         left = self._paths[:, self._age :]
         missing = len(times) - left.shape[1]
         beyond = constant_velocity(left[:, -1], times[1 : missing + 1])
         self._paths = np.concatenate([left, beyond], axis=1)
-        self._paths[OWN] = constant_velocity(scene.states[OWN], times)
+        self._paths[~self._controlled] = constant_velocity(scene.states[~self._controlled], times)
         self._age = 0
 
     def _clearance(

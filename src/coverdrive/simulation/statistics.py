@@ -1,14 +1,24 @@
-"""How often the own car collides, with exact intervals (paper §5, Fig. 5a).
+"""How often the own car collides and vehicles leave their predicted sets, with intervals (paper §5, Fig. 5a).
 
 As in the paper, frontal and side collisions are counted together, and rear-end collisions apart.
 """
 
+from typing import NamedTuple
+
+import numpy as np
 import polars as pl
+from scipy.stats import t as student
 
 from coverdrive.certificates.bounds import clopper_pearson
 from coverdrive.simulation.outcome import Kind
 
-_COUNTED = {"frontal_or_side": (Kind.FRONTAL.value, Kind.SIDE.value), "rear_end": (Kind.REAR_END.value,)}
+COUNTED = {"frontal_or_side": (Kind.FRONTAL.value, Kind.SIDE.value), "rear_end": (Kind.REAR_END.value,)}
+"""the kinds of collision that are counted together"""
+
+PAPER = {"frontal_or_side": 7, "rear_end": 20}
+"""what the paper reports of 1000 trials (paper §5)"""
+
+PAPER_TRIALS = 1000
 
 
 def collision_table(results: pl.DataFrame, confidence: float = 0.95) -> pl.DataFrame:
@@ -32,9 +42,15 @@ def collision_table(results: pl.DataFrame, confidence: float = 0.95) -> pl.DataF
     return pl.DataFrame(rows, schema_overrides={"vehicles": pl.Int64()}, infer_schema_length=None)
 
 
+def widest_interval(results: pl.DataFrame) -> float:
+    """Width of the wider one of the two 95 % intervals of the collision rates of all trials together."""
+    total = collision_table(results).row(-1, named=True)
+    return max(total[f"{name}_high"] - total[f"{name}_low"] for name in COUNTED)
+
+
 def _row(vehicles: int | None, results: pl.DataFrame, confidence: float) -> dict[str, int | float | None]:
     row: dict[str, int | float | None] = {"vehicles": vehicles, "trials": results.height}
-    for name, kinds in _COUNTED.items():
+    for name, kinds in COUNTED.items():
         count = int(results["kind"].is_in(kinds).sum())
         low, high = clopper_pearson(count, results.height, confidence)
         row |= {
@@ -44,3 +60,37 @@ def _row(vehicles: int | None, results: pl.DataFrame, confidence: float) -> dict
             f"{name}_high": high,
         }
     return row
+
+
+class MissRate(NamedTuple):
+    """How often vehicles left their predicted sets."""
+
+    missed: int
+    total: int
+    low: float
+    high: float
+
+
+def miss_rate(results: pl.DataFrame, missed: str, total: str, confidence: float = 0.95) -> MissRate:
+    """The share of windows, or of vehicles, that left their predicted sets, with an interval over trials.
+
+    What happens in one trial is not independent, trials are: the interval is Student's, of a ratio estimator over
+    trials (Cochran, *Sampling Techniques*, 1977, §2.11). Where no trial has a miss it reaches up to the
+    Clopper–Pearson bound on the probability that a trial has any.
+
+    Args:
+        results: one row per trial.
+        missed: column that counts the misses.
+        total: column that counts what could be missed.
+        confidence: coverage of the interval, in (0, 1).
+    """
+    misses, totals = results[missed].to_numpy(), results[total].to_numpy()
+    if not misses.any():
+        return MissRate(0, int(totals.sum()), *clopper_pearson(0, results.height, confidence))
+    rate = float(misses.sum() / totals.sum())
+    count = results.height
+    if count == 1:
+        return MissRate(int(misses.sum()), int(totals.sum()), 0.0, 1.0)
+    spread = float(np.sqrt(count / (count - 1) * ((misses - rate * totals) ** 2).sum()) / totals.sum())
+    half = float(student.ppf((1 + confidence) / 2, count - 1)) * spread
+    return MissRate(int(misses.sum()), int(totals.sum()), max(0.0, rate - half), min(1.0, rate + half))

@@ -2,25 +2,24 @@
 
 Trial i has its own seed, so the results do not depend on the number of processes nor on the order in which trials
 finish. Files in the folder of a study: ``study.json`` says what is studied, ``trials/`` holds one row per finished
-trial, ``trials.parquet`` all rows together.
+trial, ``trials.parquet`` all rows together. Only the process that runs the study writes them, so that workers may be
+on other machines (`coverdrive.simulation.workers`).
 """
 
 import json
-import os
-import uuid
-from collections.abc import Callable, Generator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 import polars as pl
-from joblib import Parallel, delayed, parallel_config
 
 import coverdrive
 from coverdrive.errors import DataError, SettingError
 from coverdrive.files import write_atomically
 from coverdrive.simulation.episode import EpisodeSettings
-from coverdrive.simulation.trial import Build, Participants, measure, run_trial, table_of
+from coverdrive.simulation.statistics import widest_interval
+from coverdrive.simulation.trial import Build, table_of
+from coverdrive.simulation.workers import Task, run_tasks
 
 Progress = Callable[[int, int], None]
 """called with the number of finished trials and the number of all trials"""
@@ -38,6 +37,9 @@ def run_study(
     seed: int = 0,
     vehicles: tuple[int, ...] = VEHICLES,
     workers: int = 1,
+    cluster: str | None = None,
+    until_width: float | None = None,
+    batch: int = 50,
     configuration: Mapping[str, Any] | None = None,
     progress: Progress | None = None,
 ) -> pl.DataFrame:
@@ -49,10 +51,14 @@ def run_study(
         build: makes predictor, planner and traffic, once in every process.
         settings: of every episode.
         folder: of this study and no other; made as needed.
-        trials: number of trials.
+        trials: number of trials; the largest, if the study may stop early.
         seed: of the study; trial i draws from ``SeedSequence(seed, spawn_key=(i,))``.
         vehicles: numbers of uncontrolled vehicles; trial i has the i-th of them, over and over.
         workers: number of processes, each on one thread; with 1, trials run in this process.
+        cluster: address of a Dask scheduler whose workers run the trials instead, as in ``tcp://host:8786``.
+        until_width: stop once both 95 % intervals of `collision_table` are at most this wide for all trials. This is
+            decided after whole batches in the order of trials, so that it does not depend on the workers.
+        batch: number of trials of a batch.
         configuration: what ``build`` was made from, as JSON values; a folder refuses another configuration.
         progress: called before the first trial and after each.
 
@@ -60,79 +66,33 @@ def run_study(
         One row per trial, ascending; the columns are `coverdrive.simulation.trial.TrialResult`'s fields.
 
     Raises:
-        SettingError: fewer than one trial or worker or no number of vehicles.
+        SettingError: fewer than one trial, worker or trial of a batch, no number of vehicles, or no cluster there.
         DataError: the folder holds a study of another configuration.
     """
-    if trials < 1 or workers < 1 or not vehicles:
+    if min(trials, workers, batch) < 1 or not vehicles:
         raise SettingError(
-            f"a study needs at least one trial, worker and number of vehicles; got {trials} trials, {workers} workers "
-            f"and {len(vehicles)} numbers of vehicles"
+            f"a study needs at least one trial, worker, trial of a batch and number of vehicles; got {trials} trials, "
+            f"{workers} workers, batches of {batch} and {len(vehicles)} numbers of vehicles"
         )
     _claim(folder, _description(settings, seed, vehicles, configuration or {}))
     _remove_unfinished(folder)
-    pending = [trial for trial in range(trials) if not _part(folder, trial).exists()]
     report = progress or _ignore
-    report(trials - len(pending), trials)
-    tasks = [(settings, vehicles[trial % len(vehicles)], seed, trial, folder) for trial in pending]
-    for finished, _ in enumerate(_run_all(build, tasks, workers), start=trials - len(pending) + 1):
+    table = table_of([])
+    for batch_end in range(batch, trials + batch, batch) if until_width else [trials]:
+        end = min(batch_end, trials)
+        pending = [trial for trial in range(end) if not _part(folder, trial).exists()]
+        finished = end - len(pending)
         report(finished, trials)
-    table = pl.concat([pl.read_parquet(_part(folder, trial)) for trial in range(trials)])
+        tasks = [Task(settings, vehicles[trial % len(vehicles)], seed, trial) for trial in pending]
+        for result in run_tasks(build, tasks, workers, cluster):
+            write_atomically(_part(folder, result.trial), table_of([result]).write_parquet)
+            finished += 1
+            report(finished, trials)
+        table = pl.concat([pl.read_parquet(_part(folder, trial)) for trial in range(end)])
+        if until_width and widest_interval(table) <= until_width:
+            break
     write_atomically(folder / "trials.parquet", table.write_parquet)
     return table
-
-
-Task = tuple[EpisodeSettings, int, int, int, Path]
-
-
-def _run_all(build: Build, tasks: list[Task], workers: int) -> Generator[None]:
-    """Run the tasks in any order, yielding after each that is done."""
-    if workers > 1 and len(tasks) > 1:
-        yield from _run_parallel(build, tasks, workers)
-    elif tasks:
-        participants = build()
-        for task in tasks:
-            yield _run_task(participants, *task)
-
-
-def _run_parallel(build: Build, tasks: list[Task], workers: int) -> Generator[None]:
-    study = uuid.uuid4().hex
-    with _one_thread_each(), parallel_config(backend="loky", inner_max_num_threads=1):
-        parallel = Parallel(n_jobs=min(workers, len(tasks)), return_as="generator_unordered")
-        yield from parallel(delayed(_run_in_worker)(build, study, task) for task in tasks)
-
-
-def _run_in_worker(build: Build, study: str, task: Task) -> None:
-    """Run a task in this process, with participants that were built on its first task of the study."""
-    if study not in _participants:
-        _participants.clear()
-        _participants[study] = build()
-    _run_task(_participants[study], *task)
-
-
-_participants: dict[str, Participants] = {}
-"""of this process, by study; at most one entry, because joblib keeps processes for the next study"""
-
-
-def _run_task(
-    participants: Participants, settings: EpisodeSettings, vehicles: int, seed: int, trial: int, folder: Path
-) -> None:
-    """Run one trial and write its row."""
-    result = measure(run_trial(participants, settings, vehicles, seed, trial), seed, trial)
-    write_atomically(_part(folder, trial), table_of([result]).write_parquet)
-
-
-@contextmanager
-def _one_thread_each() -> Generator[None]:
-    """Let processes started meanwhile use one thread for XLA, which reads NPROC; joblib limits BLAS and OpenMP."""
-    before = os.environ.get("NPROC")
-    os.environ["NPROC"] = "1"
-    try:
-        yield
-    finally:
-        if before is None:
-            del os.environ["NPROC"]
-        else:
-            os.environ["NPROC"] = before
 
 
 def _part(folder: Path, trial: int) -> Path:
@@ -167,10 +127,10 @@ def _claim(folder: Path, description: dict[str, Any]) -> None:
         write_atomically(file, lambda temporary: temporary.write_text(text, encoding="utf-8"))
         return
     try:
-        found = _flat(json.loads(file.read_text(encoding="utf-8")))
+        found = flat(json.loads(file.read_text(encoding="utf-8")))
     except ValueError as error:
         raise DataError(f"{file} is not the description of a study ({error}); use another folder") from error
-    wanted = _flat(description)
+    wanted = flat(description)
     different = sorted(key for key in found | wanted if found.get(key) != wanted.get(key))
     if different:
         changes = ", ".join(f"{key} {found.get(key)!r}, now {wanted.get(key)!r}" for key in different[:3])
@@ -180,14 +140,14 @@ def _claim(folder: Path, description: dict[str, Any]) -> None:
         )
 
 
-def _flat(value: Any, name: str = "") -> dict[str, Any]:
+def flat(value: Any, name: str = "") -> dict[str, Any]:
     """Nested JSON objects as one object with dotted names."""
     if not isinstance(value, dict):
         return {name: value}
-    flat: dict[str, Any] = {}
+    leaves: dict[str, Any] = {}
     for key, inner in value.items():
-        flat |= _flat(inner, f"{name}.{key}" if name else key)
-    return flat
+        leaves |= flat(inner, f"{name}.{key}" if name else key)
+    return leaves
 
 
 def _ignore(finished: int, trials: int) -> None:

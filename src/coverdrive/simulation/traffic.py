@@ -1,6 +1,7 @@
-"""What the simulation asks of a traffic model; bring your own by writing these two methods.
+"""What the simulation asks of a traffic model; bring your own by writing the two methods of `Traffic`.
 
-A vehicle slots, the own car's included (slot 0), which a traffic model never moves.
+A traffic model that also has the method of `Starting` decides where its episodes begin. A vehicle slots, the own
+car's included (slot 0), which a traffic model never moves.
 """
 
 from typing import Protocol, runtime_checkable
@@ -11,6 +12,7 @@ from jaxtyping import Bool, Int
 
 from coverdrive.road import Road
 from coverdrive.scene import Scene
+from coverdrive.simulation.initial import InitialSettings
 
 
 class TrafficStep(eqx.Module):
@@ -36,4 +38,23 @@ class Traffic(Protocol):
 
     def step(self, scene: Scene, dt: float) -> TrafficStep:
         """Move every uncontrolled vehicle by ``dt`` [s] from ``scene``, which shows the own car as it is now."""
+        ...
+
+
+class Start(eqx.Module):
+    """Where and on which road an episode begins."""
+
+    scene: Scene
+    """all vehicles, the own car in slot 0"""
+    road: Road
+    duration: float
+    """[s] for which the traffic can go on; infinite unless it is recorded"""
+
+
+@runtime_checkable
+class Starting(Protocol):
+    """A traffic model that decides where its episodes begin; called before `Traffic.reset`."""
+
+    def start(self, settings: InitialSettings, vehicles: int, rng: np.random.Generator) -> Start:
+        """Draw the start of an episode with ``vehicles`` uncontrolled vehicles; ``settings`` are the experiment's."""
         ...

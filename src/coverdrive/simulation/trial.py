@@ -11,6 +11,7 @@ import polars as pl
 from coverdrive.planning.plan import Planner, Status
 from coverdrive.simulation import metrics
 from coverdrive.simulation.episode import EpisodeSettings, run_episode
+from coverdrive.simulation.misses import cause_of, find_windows
 from coverdrive.simulation.predictor import Predictor
 from coverdrive.simulation.trace import Trace
 from coverdrive.simulation.traffic import Traffic
@@ -46,6 +47,8 @@ class TrialResult:
     """slot of the vehicle in contact with the own car"""
     at_fault: str
     """whose driving led to the contact: a value of `coverdrive.simulation.outcome.Fault`"""
+    cause: str
+    """what the contact has to do with the predictions: a value of `coverdrive.simulation.outcome.Cause`"""
     mean_speed: float
     """[m/s] of the own car"""
     distance: float
@@ -60,8 +63,16 @@ class TrialResult:
     """[m] least distance of the own car to another vehicle"""
     minimum_time_to_collision: float
     """[s] least time to contact of the own car, had all kept their velocity"""
+    jerk_longitudinal: float
+    """[m/s³] root mean square of the own car's jerk along its way"""
+    jerk_lateral: float
+    """[m/s³] root mean square of the own car's jerk across its way"""
+    hardest_braking: float
+    """[m/s²] largest deceleration of the own car"""
     maximum_slack: float
     """largest slack of an obstacle constraint in any plan"""
+    share_slack: float
+    """of the plans that violate an obstacle constraint"""
     planning_median: float
     """[s] wall time of a step's prediction and planning"""
     planning_p99: float
@@ -78,8 +89,16 @@ class TrialResult:
     """how often an uncontrolled vehicle found no choice that passes its check"""
     traffic_collisions: int
     """pairs of uncontrolled vehicles that overlapped"""
-    prediction_misses: int
+    impossible_choices: int
     """how often an uncontrolled vehicle chose a base trajectory that the predictor calls impossible"""
+    windows: int
+    """predictions of one vehicle at one moment whose whole horizon was seen"""
+    prediction_misses: int
+    """those of them whose vehicle left every predicted path (`coverdrive.simulation.misses`)"""
+    vehicles_seen: int
+    """uncontrolled vehicles with at least one such window"""
+    vehicles_missed: int
+    """those of them that left every predicted path in at least one of them"""
 
 
 _COLUMN_TYPES = {int: pl.Int64(), float: pl.Float64(), str: pl.String(), int | None: pl.Int64()}
@@ -106,6 +125,8 @@ def run_trial(participants: Participants, settings: EpisodeSettings, vehicles: i
 
 def measure(trace: Trace, seed: int, trial: int) -> TrialResult:
     """All measures of one trial's trace."""
+    windows = find_windows(trace)
+    along, across = metrics.jerk(trace)
     return TrialResult(
         trial=trial,
         seed=seed,
@@ -114,6 +135,7 @@ def measure(trace: Trace, seed: int, trial: int) -> TrialResult:
         time=trace.outcome.time,
         partner=trace.outcome.partner,
         at_fault=trace.outcome.at_fault.value,
+        cause=cause_of(trace, windows).value,
         mean_speed=metrics.mean_speed(trace),
         distance=metrics.distance(trace),
         lane_changes=metrics.lane_changes(trace),
@@ -121,7 +143,11 @@ def measure(trace: Trace, seed: int, trial: int) -> TrialResult:
         road_departure=metrics.road_departure(trace),
         minimum_gap=metrics.minimum_gap(trace),
         minimum_time_to_collision=metrics.minimum_time_to_collision(trace),
+        jerk_longitudinal=along,
+        jerk_lateral=across,
+        hardest_braking=metrics.hardest_braking(trace),
         maximum_slack=metrics.maximum_slack(trace),
+        share_slack=metrics.share_slack(trace),
         planning_median=metrics.planning_time(trace, 0.5),
         planning_p99=metrics.planning_time(trace, 0.99),
         planning_maximum=metrics.planning_time(trace, 1.0),
@@ -130,7 +156,11 @@ def measure(trace: Trace, seed: int, trial: int) -> TrialResult:
         share_fallback=metrics.status_share(trace, Status.FALLBACK),
         traffic_stuck=metrics.traffic_stuck(trace),
         traffic_collisions=metrics.traffic_collisions(trace),
-        prediction_misses=metrics.prediction_misses(trace),
+        impossible_choices=metrics.impossible_choices(trace),
+        windows=int(windows.seen.sum()),
+        prediction_misses=int(windows.missed.sum()),
+        vehicles_seen=int(windows.seen.any(0).sum()),
+        vehicles_missed=int(windows.missed.any(0).sum()),
     )
 
 

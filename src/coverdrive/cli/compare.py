@@ -1,0 +1,25 @@
+"""``coverdrive compare``: two studies on the same seeds."""
+
+import json
+from pathlib import Path
+
+from coverdrive.cli.options import console
+
+
+def compare(first: Path, second: Path, /) -> None:
+    """Compare two studies trial by trial: paired differences, second minus first, with 95 % intervals.
+
+    Parameters
+    ----------
+    first
+        Folder of a study, or the results folder around it.
+    second
+        The same; its trials must have the same seed and numbers of vehicles.
+    """
+    from coverdrive.report.study_tables import comparison_table
+    from coverdrive.simulation.comparison import compare_studies
+
+    comparison = compare_studies(first, second)
+    for name, (one, two) in comparison.settings.items():
+        console.print(f"{name}: {json.dumps(one)} and {json.dumps(two)}", highlight=False, markup=False)
+    console.print(comparison_table(comparison))

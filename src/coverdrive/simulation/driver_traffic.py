@@ -1,0 +1,157 @@
+"""Traffic of IDM and MOBIL drivers who react to the own car (`coverdrive.drivers`).
+
+Unlike the paper's traffic it knows nothing of the predictor, so that predictions can miss. The own car, and every
+vehicle that another model moves, is to these drivers one more vehicle in the lanes that its body is in.
+"""
+
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Bool
+from pydantic import Field, PositiveFloat
+
+from coverdrive.drivers import DriverSettings, draw_drivers
+from coverdrive.geometry import turned_half_extents
+from coverdrive.recordings.traffic import DECISION
+from coverdrive.recordings.traffic import Traffic as Freeway
+from coverdrive.road import Road
+from coverdrive.scene import Scene
+from coverdrive.settings import Settings
+from coverdrive.simulation.initial import OWN, InitialSettings, initial_scene
+from coverdrive.simulation.motion import with_states
+from coverdrive.simulation.traffic import Start, TrafficStep
+
+
+class DriverTrafficSettings(Settings):
+    """Drivers by IDM and MOBIL, at the speeds of the experiment's start but farther apart than the paper's."""
+
+    kind: Literal["drivers"] = "drivers"
+    drivers: DriverSettings = DriverSettings(desired_speed=25.0)
+    """how people drive; a desired speed a little above the 20 m/s at which they start"""
+    behind: float = -60.0
+    """[m] lon of the rearmost vehicle at the start, relative to the own car"""
+    ahead: float = 100.0
+    """[m] lon of the foremost vehicle at the start, relative to the own car"""
+    gap: float = Field(default=12.0, ge=0)
+    """[m] least bumper-to-bumper distance in a lane at the start: 0.6 s at 20 m/s. At the paper's 2 m these drivers
+    would brake as hard as they can"""
+    change_duration: tuple[PositiveFloat, PositiveFloat] = (4.0, 6.0)
+    """[s] shortest and longest lane change (Toledo & Zohar 2007: 4.6 s on average)"""
+    pause: float = Field(default=5.0, ge=0)
+    """[s] a driver stays in a lane at least"""
+    moody_share: float = Field(default=0.15, ge=0, le=1)
+    """share of drivers who slow down now and then without a reason, by up to 70 % of their speed"""
+    mood_pause: PositiveFloat = 12.0
+    """[s] between two such whims on average"""
+    mood_braking: PositiveFloat = 1.0
+    """[m/s²] how fast a moody driver's desired speed falls"""
+    wander: float = Field(default=0.15, ge=0, le=0.3)
+    """[m] largest amplitude of the lateral motion within the lane"""
+
+
+class AggressiveTrafficSettings(DriverTrafficSettings):
+    """The same with tailgating, cut-ins that force others to brake hard, and sudden braking; fits 12 vehicles."""
+
+    kind: Literal["aggressive"] = "aggressive"  # pyright: ignore[reportIncompatibleVariableOverride]
+    drivers: DriverSettings = DriverSettings(
+        desired_speed=27.0,
+        time_gap=0.6,
+        acceleration=3.0,
+        deceleration=5.0,
+        politeness=0.0,
+        threshold=0.0,
+        safe_deceleration=8.0,
+        spread=0.25,
+    )
+    """selfish drivers (politeness 0, Kesting et al. 2007) who accept to be the reason for full braking"""
+    gap: float = Field(default=6.0, ge=0)
+    """[m] least bumper-to-bumper distance in a lane at the start"""
+    change_duration: tuple[PositiveFloat, PositiveFloat] = (2.0, 3.5)
+    """[s] shortest and longest lane change"""
+    pause: float = Field(default=1.0, ge=0)
+    """[s] a driver stays in a lane at least"""
+    moody_share: float = Field(default=0.5, ge=0, le=1)
+    """share of drivers who brake now and then without a reason"""
+    mood_pause: PositiveFloat = 6.0
+    """[s] between two such whims on average"""
+    mood_braking: PositiveFloat = 6.0
+    """[m/s²] how fast a moody driver's desired speed falls"""
+
+
+class DriverTraffic:
+    """Uncontrolled vehicles that follow, brake and change lanes as drivers do."""
+
+    def __init__(self, settings: DriverTrafficSettings | None = None):
+        """Call `reset` before the first step."""
+        self._settings = settings or DriverTrafficSettings()
+
+    def start(self, settings: InitialSettings, vehicles: int, rng: np.random.Generator) -> Start:
+        """Vehicles in lanes, far enough apart for drivers."""
+        own = self._settings
+        spread = settings.model_copy(update={"behind": own.behind, "ahead": own.ahead, "gap": own.gap})
+        return Start(initial_scene(spread, vehicles, rng), spread.road(), np.inf)
+
+    def reset(
+        self, scene: Scene, road: Road, rng: np.random.Generator, controlled: Bool[np.ndarray, " A"] | None = None
+    ) -> None:
+        """Begin with every vehicle in the middle of its lane.
+
+        Args:
+            scene: at the start.
+            road: of equal lanes, the right edge at lat = 0.
+            rng: source of the drivers' characters, whims and wandering.
+            controlled: the slots that this model moves, if not all but the own car's.
+        """
+        self._road, self._rng = road, rng
+        self._controlled = np.arange(scene.vehicles) != OWN if controlled is None else controlled
+        self._lane_width = float(road.edges[1] - road.edges[0])
+        self._age = 0.0
+        settings, shape = self._settings, (1, scene.vehicles)
+        drivers = draw_drivers(settings.drivers, rng, shape)
+        lon, lane = np.array(scene.lon)[None], np.asarray(road.lane_of(np.asarray(scene.lat)))[None]
+        wave = rng.uniform(150, 400, shape)
+        self._freeway = Freeway(
+            drivers=drivers,
+            usual_speed=drivers.desired_speed.copy(),
+            moody=rng.random(shape) < settings.moody_share,
+            length=np.array(scene.length)[None],
+            width=np.array(scene.width)[None],
+            valid=np.array(scene.valid)[None],
+            lon=lon,
+            speed=np.array(scene.speed)[None],
+            lane=lane,
+            target=lane.copy(),
+            change_duration=rng.uniform(*settings.change_duration, shape),
+            wander=np.stack([rng.uniform(0, settings.wander, shape), wave, -2 * np.pi * lon / wave], axis=-1),
+            pause=settings.pause,
+            ease=settings.mood_braking,
+        )
+
+    def step(self, scene: Scene, dt: float) -> TrafficStep:
+        """Let every driver decide now and then, and drive."""
+        freeway = self._freeway
+        self._see(scene)
+        freeway.change_desires(self._rng, dt, self._settings.mood_pause)
+        if self._age <= 0:
+            freeway.change_lanes(self._road.lanes)
+            self._age = DECISION
+        self._age -= dt
+        freeway.advance(dt)
+        lat, lat_rate = freeway.lateral(self._lane_width)
+        speed, heading = np.hypot(freeway.speed, lat_rate), np.arctan2(lat_rate, freeway.speed)
+        states = np.stack([freeway.lon, lat, speed, heading], axis=-1)[0]
+        moved = np.where((self._controlled & scene.valid)[:, None], states, scene.states)
+        nobody = np.zeros(scene.vehicles, dtype=bool)
+        return TrafficStep(with_states(scene, moved), np.full(scene.vehicles, -1), nobody, nobody.copy())
+
+    def _see(self, scene: Scene) -> None:
+        """Put those whom others move where they are; they hold every lane that their body is in."""
+        freeway, others = self._freeway, ~self._controlled
+        states = scene.states[others]
+        aside = turned_half_extents(scene.half_sizes[others], states[:, 3])[:, 1]
+        freeway.lon[0, others] = states[:, 0]
+        freeway.speed[0, others] = states[:, 2] * np.cos(states[:, 3])
+        freeway.lane[0, others] = self._road.lane_of(states[:, 1] - aside)
+        freeway.target[0, others] = self._road.lane_of(states[:, 1] + aside)
+        freeway.progress[0, others] = 0.0
+        freeway.wait[0, others] = np.inf

@@ -1,0 +1,93 @@
+"""Prediction misses: vehicles that left their predicted sets, told from where they really went.
+
+A *window* is one vehicle at one planning moment. It is missed if, at some later point of the plan, every path that was
+predicted for the vehicle at that moment has had the vehicle outside its tube: the ellipse around the path that the
+predictor's boxes leave beside the vehicle's body. The certificate's ε is a bound on the same event, at its own points
+of time and with one path in place of all, the one that is nearest to what the vehicle did. n steps, A vehicles.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from coverdrive.geometry import turned_half_extents
+from coverdrive.paths import PredictedPaths
+from coverdrive.prediction.motion import CREEP
+from coverdrive.simulation.initial import OWN
+from coverdrive.simulation.outcome import Cause, Kind
+from coverdrive.simulation.trace import Trace
+
+_TOLERANCE = 0.01
+"""[m] narrowest tube; rounding must not make a vehicle leave a path that it follows exactly"""
+
+
+@dataclass(frozen=True)
+class Windows:
+    """All windows of a trace; those of the own car and of vehicles that are not there are neither seen nor left."""
+
+    seen: Bool[np.ndarray, "n A"]
+    """whether the vehicle was observed to the end of the horizon"""
+    left: Float[np.ndarray, "n A"]
+    """[s] from the planning moment until the vehicle had left every predicted path; infinite if it was not seen to"""
+
+    @property
+    def missed(self) -> Bool[np.ndarray, "n A"]:
+        """Windows that were seen to the end, and missed."""
+        return self.seen & np.isfinite(self.left)
+
+
+def find_windows(trace: Trace) -> Windows:
+    """Follow every vehicle over the horizon of every prediction, as far as the trace goes."""
+    step = float(trace.time[1] - trace.time[0])
+    seen = np.zeros((len(trace), trace.scene.vehicles), dtype=bool)
+    left = np.full(seen.shape, np.inf)
+    for k, paths in enumerate(trace.paths):
+        times = paths.dt * np.arange(1, paths.points.shape[1])
+        actual, observed = _positions(trace, k + times / step)
+        present = np.asarray(trace.scene.valid[k]) & (np.arange(trace.scene.vehicles) != OWN)
+        inside = _inside(trace, k, paths, actual[:, paths.vehicle]) | ~observed[:, paths.vehicle]
+        anywhere = np.zeros(observed.T.shape, dtype=bool)
+        np.logical_or.at(anywhere, paths.vehicle, np.logical_and.accumulate(inside, axis=0).T)
+        gone = ~anywhere.T & observed & present
+        left[k] = np.where(gone.any(0), times[gone.argmax(0)], np.inf)
+        seen[k] = observed.all(0) & present
+    return Windows(seen, left)
+
+
+def cause_of(trace: Trace, windows: Windows) -> Cause:
+    """Whether a collision had to do with a vehicle that left its predicted set.
+
+    It had if the vehicle in contact left a set, before the contact, that was predicted for it within one horizon of
+    the contact. Else the planner knew of everything that the vehicle did, and did not keep clear of it.
+    """
+    outcome = trace.outcome
+    if outcome.kind is Kind.FINISHED or outcome.partner is None:
+        return Cause.NONE
+    horizon = trace.paths[0].dt * (trace.paths[0].points.shape[1] - 1)
+    recent = trace.time[:-1] > outcome.time - horizon - 1e-6
+    missed = np.isfinite(windows.left[recent, outcome.partner]).any()
+    return Cause.PREDICTION if missed else Cause.PLANNING
+
+
+def _positions(
+    trace: Trace, moments: Float[np.ndarray, " K"]
+) -> tuple[Float[np.ndarray, "K A 2"], Bool[np.ndarray, "K A"]]:
+    """Positions [m] of all vehicles at fractional moments, and whether they are known."""
+    last = len(trace.time) - 1
+    before = np.minimum(np.floor(moments + 1e-6).astype(int), last)
+    share = np.maximum(moments - before, 0.0)[:, None, None]
+    after = np.where(share[:, 0, 0] > 1e-6, np.minimum(before + 1, last), before)
+    positions, valid = trace.scene.states[..., :2], np.asarray(trace.scene.valid)
+    known = valid[before] & valid[after] & (moments <= last + 1e-6)[:, None]
+    return (1 - share) * positions[before] + share * positions[after], known
+
+
+def _inside(trace: Trace, k: int, paths: PredictedPaths, actual: Float[np.ndarray, "K S 2"]) -> Bool[np.ndarray, "K S"]:
+    """Whether these positions lie in the tubes around the paths at the same times."""
+    velocity = np.gradient(paths.points, paths.dt, axis=1, edge_order=2)
+    heading = np.arctan2(velocity[..., 1], np.maximum(velocity[..., 0], CREEP))
+    body = turned_half_extents(trace.scene.half_sizes[k, paths.vehicle, None], heading)
+    tube = np.maximum(paths.half_sizes - body, _TOLERANCE)[:, 1:]
+    apart = (np.moveaxis(actual, 0, 1) - paths.points[:, 1:]) / tube
+    return ((apart**2).sum(-1) <= 1.0).T

@@ -1,0 +1,179 @@
+"""Replayed traffic: recorded vehicles drive as they did, with the own car in the place of one of them or between two.
+
+Recorded vehicles do not react to the own car: they may run into it, which is counted as their fault, and none makes
+room for it. A vehicle is there while it was recorded. Use scenes that neither trained nor calibrated the predictor
+(`coverdrive.prediction.held_out`). F moments, A vehicles.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import polars as pl
+from jaxtyping import Bool, Float
+from pydantic import Field, PositiveFloat
+
+from coverdrive.errors import DataError
+from coverdrive.recordings.recording import MEASURES, Recording
+from coverdrive.road import Road
+from coverdrive.scene import Scene
+from coverdrive.settings import Settings
+from coverdrive.simulation.initial import OWN, InitialSettings
+from coverdrive.simulation.traffic import Start, TrafficStep
+
+_ATTEMPTS = 1000
+
+_ROUNDING = 1e-6
+"""of a number of moments"""
+
+
+class ReplaySettings(Settings):
+    """Recorded traffic that does not react."""
+
+    kind: Literal["replay"] = "replay"
+    place: Literal["replace", "between", "either"] = "either"
+    """where the own car starts: as a recorded vehicle, which is taken out, in the middle between two successive ones
+    of a lane, or as the one or the other by chance"""
+    shortest: PositiveFloat = 5.0
+    """[s] for which the recording, and the vehicle that is replaced, must go on: longer than a prediction"""
+    gap: float = Field(default=4.0, ge=0)
+    """[m] least bumper-to-bumper distance of the own car at the start"""
+
+
+@dataclass(frozen=True)
+class Clip:
+    """Recorded vehicles of one road and one group of scenes on one clock."""
+
+    states: Float[np.ndarray, "F A 4"]
+    """(lon, lat, speed, heading); zero where a vehicle is not there"""
+    sizes: Float[np.ndarray, "A 2"]
+    """[m] length and width"""
+    valid: Bool[np.ndarray, "F A"]
+    dt: float
+    """[s] between two moments"""
+    road: Road
+
+
+def cut_clips(recordings: Sequence[Recording]) -> tuple[Clip, ...]:
+    """One clip for each group of scenes of each recording."""
+    return tuple(
+        _clip(recording, table)
+        for recording in recordings
+        for table in recording.table.partition_by("group", maintain_order=True)
+    )
+
+
+def _clip(recording: Recording, table: pl.DataFrame) -> Clip:
+    moment = np.rint(table["time"].to_numpy() / recording.dt).astype(np.int64)
+    moment -= moment.min()
+    _, first, slot = np.unique(table["vehicle"].to_numpy(), return_index=True, return_inverse=True)
+    shape = (int(moment.max()) + 1, len(first))
+    states, valid = np.zeros((*shape, 4)), np.zeros(shape, dtype=bool)
+    states[moment, slot] = table.select(MEASURES[:4]).to_numpy()
+    valid[moment, slot] = True
+    return Clip(states, table.select(MEASURES[4:]).to_numpy()[first], valid, recording.dt, recording.road)
+
+
+class ReplayTraffic:
+    """Uncontrolled vehicles that do what they did when they were recorded."""
+
+    def __init__(self, clips: Sequence[Clip], settings: ReplaySettings | None = None):
+        """Replay some of the clips.
+
+        Raises:
+            DataError: no clip lasts long enough.
+        """
+        self._settings = settings or ReplaySettings()
+        least = self._settings.shortest
+        self._clips = [clip for clip in clips if (len(clip.states) - 1) * clip.dt >= least - 1e-6]
+        if not self._clips:
+            raise DataError(
+                f"none of the {len(clips)} recorded scenes lasts {least} s; give longer recordings, or a smaller "
+                "traffic.shortest"
+            )
+
+    def start(self, settings: InitialSettings, vehicles: int, rng: np.random.Generator) -> Start:
+        """Draw a scene, a moment and a place for the own car; every recorded vehicle is there.
+
+        Args:
+            settings: size of the own car.
+            vehicles: without effect: there are as many as were recorded.
+            rng: source of the choice; long scenes are chosen more often.
+
+        Raises:
+            DataError: the own car fits nowhere.
+        """
+        room = [len(clip.states) - round(self._settings.shortest / clip.dt) for clip in self._clips]
+        for _ in range(_ATTEMPTS):
+            chosen = int(rng.choice(len(room), p=np.array(room) / sum(room)))
+            clip, first = self._clips[chosen], int(rng.integers(room[chosen]))
+            found = self._place(clip, first, settings, rng)
+            if found is not None:
+                own, kept = found
+                return self._begin(clip, first, own, kept, settings)
+        raise DataError(
+            f"the own car of {settings.length} m fits nowhere into the recorded scenes with gaps of "
+            f"{self._settings.gap} m in {_ATTEMPTS} attempts; give other recordings, or a smaller traffic.gap"
+        )
+
+    def _place(
+        self, clip: Clip, first: int, settings: InitialSettings, rng: np.random.Generator
+    ) -> tuple[Float[np.ndarray, " 4"], Bool[np.ndarray, " A"]] | None:
+        """The own car's state and who is left, or None if this draw leaves no room for it."""
+        present = np.flatnonzero(clip.valid[first])
+        if len(present) == 0:
+            return None
+        last = first + round(self._settings.shortest / clip.dt)
+        chosen = rng.choice(present)
+        states, kept = clip.states[first], np.ones(clip.valid.shape[1], dtype=bool)
+        place = self._settings.place
+        if place == "replace" or (place == "either" and rng.random() < 0.5):
+            if not clip.valid[first : last + 1, chosen].all():
+                return None
+            own, kept[chosen] = states[chosen], False
+        else:
+            lane = np.asarray(clip.road.lane_of(states[:, 1]))
+            ahead = clip.valid[first] & (lane == lane[chosen]) & (states[:, 0] > states[chosen, 0])
+            if not ahead.any():
+                return None
+            leader = np.flatnonzero(ahead)[states[ahead, 0].argmin()]
+            own = (states[chosen] + states[leader]) / 2
+            ends = states[[chosen, leader], 0] + clip.sizes[[chosen, leader], 0] * [0.5, -0.5]
+            own[0], own[1], own[3] = ends.mean(), clip.road.centres[lane[chosen]], 0.0
+        near = clip.valid[first] & kept
+        apart = np.abs(states[:, :2] - own[:2]) - (clip.sizes + np.array([settings.length, settings.width])) / 2
+        blocked = near & (apart[:, 0] < self._settings.gap) & (apart[:, 1] < 0)
+        return None if blocked.any() else (own, kept)
+
+    def _begin(
+        self, clip: Clip, first: int, own: Float[np.ndarray, " 4"], kept: Bool[np.ndarray, " A"],
+        settings: InitialSettings,
+    ) -> Start:  # fmt: skip
+        """The scene at the start; what follows is kept for `step`."""
+        kept = kept & clip.valid[first:].any(0)
+        self._states, self._valid, self._dt = clip.states[first:, kept], clip.valid[first:, kept], clip.dt
+        lon, lat, speed, heading = np.concatenate([own[None], self._states[0]]).T
+        length, width = np.concatenate([[[settings.length, settings.width]], clip.sizes[kept]]).T
+        valid = np.concatenate([[True], self._valid[0]])
+        scene = Scene(lon, lat, speed, heading, length, width, valid)
+        return Start(scene, clip.road, (len(self._states) - 1) * clip.dt)
+
+    def reset(self, scene: Scene, road: Road, rng: np.random.Generator) -> None:
+        """Begin the scene that `start` has drawn."""
+        self._time = 0.0
+
+    def step(self, scene: Scene, dt: float) -> TrafficStep:
+        """Show the recorded vehicles ``dt`` [s] later, interpolated between recorded moments."""
+        self._time += dt
+        moment = min(self._time / self._dt, len(self._states) - 1)
+        before, after = int(moment + _ROUNDING), int(np.ceil(moment - _ROUNDING))
+        share = moment - before
+        there = self._valid[before] & self._valid[after]
+        states = scene.states
+        states[OWN + 1 :][there] = ((1 - share) * self._states[before] + share * self._states[after])[there]
+        lon, lat, speed, heading = states.T
+        valid = np.concatenate([[True], there])
+        nobody = np.zeros(scene.vehicles, dtype=bool)
+        moved = Scene(lon, lat, speed, heading, scene.length, scene.width, valid)
+        return TrafficStep(moved, np.full(scene.vehicles, -1), nobody, nobody.copy())

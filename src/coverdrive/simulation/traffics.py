@@ -1,0 +1,54 @@
+"""The traffic models by name."""
+
+from collections.abc import Sequence
+from typing import Annotated, Any
+
+from pydantic import Discriminator, Tag
+
+from coverdrive.errors import DataError
+from coverdrive.simulation.driver_traffic import AggressiveTrafficSettings, DriverTraffic, DriverTrafficSettings
+from coverdrive.simulation.mixed import MixedTraffic, MixedTrafficSettings
+from coverdrive.simulation.predictor import Predictor
+from coverdrive.simulation.replay import Clip, ReplaySettings, ReplayTraffic
+from coverdrive.simulation.set_sampling import SetSamplingSettings, SetSamplingTraffic
+from coverdrive.simulation.traffic import Traffic
+
+
+def _kind(settings: Any) -> Any:
+    """The name in a table of settings; without one they are the paper's."""
+    return settings.get("kind", "set-sampling") if isinstance(settings, dict) else settings.kind
+
+
+TrafficSettings = Annotated[
+    Annotated[SetSamplingSettings, Tag("set-sampling")]
+    | Annotated[DriverTrafficSettings, Tag("drivers")]
+    | Annotated[AggressiveTrafficSettings, Tag("aggressive")]
+    | Annotated[MixedTrafficSettings, Tag("mixed")]
+    | Annotated[ReplaySettings, Tag("replay")],
+    Discriminator(_kind),
+]
+"""settings of one of the models, told apart by ``kind``"""
+
+
+def make_traffic(settings: TrafficSettings, predictor: Predictor, clips: Sequence[Clip] = ()) -> Traffic:
+    """The traffic model of these settings.
+
+    Args:
+        settings: of the model.
+        predictor: gives the sets of the models that sample them.
+        clips: recorded scenes to replay; other models need none.
+
+    Raises:
+        DataError: there is nothing to replay.
+    """
+    match settings:
+        case SetSamplingSettings():
+            return SetSamplingTraffic(predictor, settings)
+        case DriverTrafficSettings():
+            return DriverTraffic(settings)
+        case MixedTrafficSettings():
+            return MixedTraffic(predictor, settings)
+        case ReplaySettings():
+            if not clips:
+                raise DataError("replayed traffic needs recorded scenes, got none; name some with --recording")
+            return ReplayTraffic(clips, settings)

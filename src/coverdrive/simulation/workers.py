@@ -1,0 +1,114 @@
+"""Running trials on one process, on several, or on a Dask cluster; rows come back to the caller as they finish.
+
+Each worker process builds the participants once per study. Trials of one process never run at the same time, even if
+it has several threads, because solvers cannot be shared between threads.
+"""
+
+import os
+import threading
+import uuid
+from collections.abc import Generator, Sequence
+from contextlib import contextmanager
+from typing import Any, NamedTuple
+
+from joblib import Parallel, delayed, parallel_config
+
+from coverdrive.errors import SettingError
+from coverdrive.simulation.episode import EpisodeSettings
+from coverdrive.simulation.trial import Build, Participants, TrialResult, measure, run_trial
+
+_CONNECT = "10s"
+"""time that a cluster has to answer"""
+
+
+class Task(NamedTuple):
+    """One trial to run."""
+
+    settings: EpisodeSettings
+    vehicles: int
+    seed: int
+    trial: int
+
+
+def run_tasks(build: Build, tasks: Sequence[Task], workers: int, cluster: str | None = None) -> Generator[TrialResult]:
+    """Run trials in any order, yielding the row of each when it is done.
+
+    Args:
+        build: makes the participants, once in every process.
+        tasks: the trials.
+        workers: number of processes on this machine; with 1, trials run in this process.
+        cluster: address of a Dask scheduler whose workers are used instead.
+
+    Raises:
+        SettingError: there is no cluster, or the package for it is not installed.
+    """
+    if not tasks:
+        return
+    if cluster is not None:
+        with _cluster(cluster):
+            yield from _run_parallel(build, tasks, -1)
+    elif workers > 1 and len(tasks) > 1:
+        with _one_thread_each(), parallel_config(backend="loky", inner_max_num_threads=1):
+            yield from _run_parallel(build, tasks, min(workers, len(tasks)))
+    else:
+        participants = build()
+        for task in tasks:
+            yield _run_task(participants, task)
+
+
+def _run_parallel(build: Build, tasks: Sequence[Task], workers: int) -> Generator[TrialResult]:
+    study = uuid.uuid4().hex
+    parallel: Any = Parallel(n_jobs=workers, batch_size=1, return_as="generator_unordered")  # pyright: ignore[reportArgumentType]
+    yield from parallel(delayed(_run_in_worker)(build, study, task) for task in tasks)
+
+
+@contextmanager
+def _cluster(address: str) -> Generator[None]:
+    """Let joblib run on the workers of a Dask scheduler; a task whose worker dies is given to another."""
+    try:
+        from distributed import Client  # pyright: ignore[reportMissingImports]
+    except ImportError as error:
+        raise SettingError("--cluster needs Dask; install it with `pip install coverdrive[cluster]`") from error
+    try:
+        client = Client(address, timeout=_CONNECT, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise SettingError(
+            f"no Dask scheduler answers at {address} ({error}); start one with `dask scheduler`, and workers with "
+            "`dask worker ADDRESS --nthreads 1`"
+        ) from error
+    with client, parallel_config(backend="dask", client=client):
+        yield
+
+
+_participants: dict[str, Participants] = {}
+"""of this process, by study; at most one entry, because processes are kept for the next study"""
+
+_driving = threading.Lock()
+"""held while a trial runs in this process"""
+
+
+def _run_in_worker(build: Build, study: str, task: Task) -> TrialResult:
+    """Run a task in this process, with participants that were built on its first task of the study."""
+    with _driving:
+        if study not in _participants:
+            _participants.clear()
+            _participants[study] = build()
+        return _run_task(_participants[study], task)
+
+
+def _run_task(participants: Participants, task: Task) -> TrialResult:
+    return measure(run_trial(participants, *task), task.seed, task.trial)
+
+
+@contextmanager
+def _one_thread_each() -> Generator[None]:
+    """Let processes started meanwhile use one thread for XLA, which reads NPROC; joblib limits BLAS and OpenMP."""
+    before = os.environ.get("NPROC")
+    os.environ["NPROC"] = "1"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ["NPROC"]
+        else:
+            os.environ["NPROC"] = before

@@ -1,0 +1,128 @@
+import numpy as np
+import pytest
+from simulation_fakes import ConstantPlanner, FakeBasis, make_scene
+
+from coverdrive.geometry import turned_half_extents
+from coverdrive.paths import PredictedPaths
+from coverdrive.prediction.basis import Basis
+from coverdrive.prediction.motion import follow
+from coverdrive.road import Road
+from coverdrive.simulation.misses import cause_of, find_windows
+from coverdrive.simulation.outcome import Cause, Fault, Kind, Outcome
+from coverdrive.simulation.trace import Step, Trace, make_trace
+
+DT, HORIZON = 0.5, 6
+"""the paths have a point every 0.5 s for 3 s"""
+
+
+def paths_of(*lats, vehicle=None, speed=20.0, start=50.0, tube=1.0) -> PredictedPaths:
+    """Straight paths at 20 m/s, one for each lat, with round tubes."""
+    times = DT * np.arange(HORIZON + 1)
+    points = np.stack([np.stack([start + speed * times, np.full(len(times), lat)], -1) for lat in lats])
+    half_sizes = np.broadcast_to([2.4 + tube, 0.95 + tube], points.shape)
+    return PredictedPaths(points, np.array(vehicle or [1] * len(lats)), half_sizes, DT)
+
+
+def trace_of(lat, paths, seconds=5.0, outcome=None, valid=None) -> Trace:
+    """The own car, and one vehicle at 20 m/s from lon = 50 m whose lat [m] is a function of time; steps of 0.1 s."""
+    count = round(seconds / 0.1) + 1
+    scenes = []
+    for k in range(count):
+        scene = make_scene([0.0, 50.0 + 2.0 * k], [1.8, lat(0.1 * k)])
+        scene.valid[1] = valid is None or valid(0.1 * k)
+        scenes.append(scene)
+    plan = ConstantPlanner().plan(np.zeros(4), paths(0), Road.straight())
+    nobody, none = np.zeros(2, dtype=bool), np.full(2, -1)
+    steps = [Step(scenes[k + 1], paths(k), plan, none, nobody, nobody, 0.0, 0.1) for k in range(count - 1)]
+    return make_trace(
+        scenes[0], Road.straight(), steps, 0.1, outcome or Outcome(Kind.FINISHED, seconds, None, Fault.NONE)
+    )
+
+
+def here(*lats, **settings):
+    """Predictions that begin where the vehicle is."""
+    return lambda k: paths_of(*lats, start=50.0 + 2.0 * k, **settings)
+
+
+def test_a_vehicle_on_its_path_is_not_missed_and_late_windows_are_not_counted():
+    windows = find_windows(trace_of(lambda t: 1.8, here(1.8)))
+    assert windows.seen[:, 1].tolist() == [True] * 21 + [False] * 29  # 5 s, of which the last 3 s are no whole window
+    assert not windows.seen[:, 0].any()
+    assert not windows.missed.any()
+    assert np.isinf(windows.left).all()
+
+
+def test_the_time_of_leaving_is_that_of_the_first_point_outside():
+    windows = find_windows(trace_of(lambda t: 1.8 + (3.0 if t > 2.2 else 0.0), here(1.8)))
+    assert windows.left[0, 1] == pytest.approx(2.5)
+    assert windows.left[20, 1] == pytest.approx(0.5)
+    assert windows.missed[:, 1].sum() == 21
+    late = find_windows(trace_of(lambda t: 1.8 + (3.0 if t > 4.2 else 0.0), here(1.8)))
+    assert not late.seen[25, 1] and late.left[25, 1] == pytest.approx(2.0)  # left, but not a whole window
+    assert late.missed[:, 1].sum() == 8  # those that begin between 1.3 s and 2.0 s
+
+
+def test_one_path_has_to_hold_the_vehicle_all_the_time():
+    windows = find_windows(trace_of(lambda t: 1.8 if t < 1.4 else 5.4, here(1.8, 5.4)))
+    assert windows.left[0, 1] == pytest.approx(1.5)
+    changed = find_windows(trace_of(lambda t: 5.4, here(1.8, 5.4)))
+    assert not changed.missed.any()
+
+
+def test_the_tube_is_an_ellipse():
+    def outside(along, across):
+        trace = trace_of(lambda t: 1.8 + across, lambda k: paths_of(1.8, start=50.0 + 2.0 * k - along, tube=1.0))
+        return bool(find_windows(trace).missed[:, 1].any())
+
+    assert not outside(0.69, 0.69)
+    assert outside(0.73, 0.73)  # in the box of the tube, not in the ellipse
+
+
+def test_without_a_path_a_vehicle_is_missed_at_once_and_one_that_goes_away_is_not_seen():
+    nobody = PredictedPaths(np.zeros((0, 7, 2)), np.zeros(0, dtype=int), np.zeros((0, 7, 2)), DT)
+    windows = find_windows(trace_of(lambda t: 1.8, lambda k: nobody))
+    assert windows.missed[:21, 1].all() and (windows.left[:21, 1] == DT).all()
+    gone = find_windows(trace_of(lambda t: 9.0, here(1.8), valid=lambda t: t < 2.0))
+    assert not gone.seen.any()
+    assert np.isfinite(gone.left[0, 1]) and np.isinf(gone.left[30, 1])
+
+
+def test_a_collision_is_a_planning_failure_unless_the_partner_left_its_set_shortly_before():
+    hit = Outcome(Kind.FRONTAL, 5.0, 1, Fault.OWN)
+
+    def cause(lat):
+        trace = trace_of(lat, here(1.8), outcome=hit)
+        return cause_of(trace, find_windows(trace))
+
+    assert cause(lambda t: 1.8) is Cause.PLANNING
+    assert cause(lambda t: 4.8 if t > 4.6 else 1.8) is Cause.PREDICTION
+    assert cause(lambda t: 4.8 if 0.5 < t < 1.0 else 1.8) is Cause.PLANNING  # long before
+    finished = trace_of(lambda t: 9.0, here(1.8))
+    assert cause_of(finished, find_windows(finished)) is Cause.NONE
+
+
+@pytest.mark.parametrize("share", [0.97, 1.03])
+def test_curved_paths_have_the_certified_tube(share):
+    """Vehicles at 97 % and 103 % of the radius of the tubes that a predictor hands out."""
+    times = DT * np.arange(HORIZON + 1)
+    bases = FakeBasis.make((0.0, -3.0), (0.0, 3.6))
+    deviation, rate = bases.rollout(times)
+    size = np.array([[2.4, 0.95]])
+    basis = Basis(np.zeros((1, 7, 2)), epsilon=0.75, aspect=4.0, growth=1.0, step=0.5)
+    tube = basis.tolerance(0.75, times)
+    for base in range(4):
+        state = np.array([50.0, 5.4, 20.0, 0.0])
+        motion = follow(state, times, deviation[base], rate[base])
+        half_sizes = turned_half_extents(size, motion[:, 3]) + tube
+        paths = PredictedPaths(motion[None, :, :2], np.array([1]), half_sizes[None], DT)
+        fine = 0.1 * np.arange(31)
+        radius = basis.tolerance(0.75, fine) * share
+        for angle in np.linspace(0, 2 * np.pi, 8):
+            path = follow(state, fine, *(part[base] for part in bases.rollout(fine)))[:, :2]
+            actual = path + radius * [np.cos(angle), np.sin(angle)]
+            scenes = [make_scene([0.0, lon], [1.8, lat]) for lon, lat in actual]
+            plan = ConstantPlanner().plan(np.zeros(4), paths, Road.straight())
+            nobody, none = np.zeros(2, dtype=bool), np.full(2, -1)
+            steps = [Step(scene, paths, plan, none, nobody, nobody, 0.0, 0.1) for scene in scenes[1:]]
+            trace = make_trace(scenes[0], Road.straight(), steps, 0.1, Outcome(Kind.FINISHED, 3.0, None, Fault.NONE))
+            assert find_windows(trace).missed[0, 1] == (share > 1)

@@ -1,0 +1,122 @@
+import numpy as np
+import polars as pl
+import pytest
+from simulation_fakes import ConstantPlanner, FakeBasis, FakePredictor
+
+from coverdrive.errors import DataError
+from coverdrive.recordings.recording import SCHEMA, Recording
+from coverdrive.road import Road
+from coverdrive.simulation.episode import EpisodeSettings, run_episode
+from coverdrive.simulation.initial import OWN, InitialSettings
+from coverdrive.simulation.outcome import Fault, Kind
+from coverdrive.simulation.replay import ReplaySettings, ReplayTraffic, cut_clips
+
+TIMES = 0.1 * np.arange(101)
+
+
+def recording(*tracks, group=0) -> Recording:
+    """Vehicles of 4.8 m × 1.9 m: (first lon [m], lat [m], speed [m/s], last second)."""
+    frames = []
+    for number, (lon, lat, speed, last) in enumerate(tracks):
+        time = TIMES[last + 1e-6 >= TIMES]
+        columns = {
+            "vehicle": number, "group": group, "time": time, "lon": lon + speed * time, "lat": lat, "speed": speed,
+            "heading": 0.0, "length": 4.8, "width": 1.9,
+        }  # fmt: skip
+        columns = {name: np.broadcast_to(values, time.shape) for name, values in columns.items()}
+        frames.append(pl.DataFrame(columns).cast(dict(SCHEMA)))
+    return Recording("made", pl.concat(frames), 0.1, Road.straight(), {})
+
+
+CLIPS = cut_clips([recording((0, 1.8, 20, 10), (40, 1.8, 15, 10), (10, 5.4, 22, 10), (90, 9.0, 18, 4))])
+
+
+def begin(place, seed=0, clips=CLIPS, **settings):
+    traffic = ReplayTraffic(clips, ReplaySettings(place=place, **settings))
+    start = traffic.start(InitialSettings(), 5, np.random.default_rng(seed))
+    traffic.reset(start.scene, start.road, np.random.default_rng(0))
+    return traffic, start
+
+
+def test_the_own_car_takes_the_place_of_a_recorded_vehicle():
+    places = set()
+    for seed in range(30):
+        _, start = begin("replace", seed)
+        clip, own = CLIPS[0], start.scene.states[OWN]
+        moment, slot = np.argwhere(np.isclose(clip.states, own).all(-1))[0]
+        assert start.duration == pytest.approx(10 - 0.1 * moment)
+        assert start.scene.vehicles == 4 - (moment > 40)  # the replaced one is gone, the own car is there
+        assert not np.isclose(start.scene.states[1:], own).all(-1).any()
+        places.add(int(slot))
+    assert places == {0, 1, 2}  # the last one leaves too early
+
+
+def test_between_two_vehicles_is_in_the_middle_of_the_gap():
+    for seed in range(10):
+        _, start = begin("between", seed)
+        scene = start.scene
+        own, follower, leader = (scene.states[slot] for slot in (OWN, 1, 2))
+        assert own[0] == pytest.approx((follower[0] + leader[0]) / 2)
+        assert own[2] == pytest.approx(17.5)
+        assert (own[1], own[3]) == (1.8, 0.0)
+        assert scene.lon[2] - scene.lon[1] - 4.8 * 2 >= 8.0  # 4 m to each
+
+
+def test_either_gives_both():
+    vehicles = {begin("either", seed)[1].scene.valid.sum() for seed in range(20)}
+    assert len(vehicles) > 1
+
+
+@pytest.mark.parametrize("dt", [0.1, 0.05])
+def test_recorded_vehicles_drive_as_recorded_and_go_when_they_went(dt):
+    traffic, start = begin("between", seed=2)
+    first = round((10 - start.duration) / 0.1)
+    scene = start.scene
+    for k in range(1, round(start.duration / dt) + 1):
+        scene = traffic.step(scene, dt).scene
+        time = first * 0.1 + k * dt
+        assert np.array_equal(scene.states[OWN], start.scene.states[OWN])
+        assert scene.lon[1:4] == pytest.approx(np.array([0, 40, 10]) + np.array([20, 15, 22]) * time)
+        assert scene.valid[:4].all()
+        if scene.vehicles == 5:
+            assert scene.valid[4] == (time < 4 + 1e-6)
+
+
+def test_a_follower_that_runs_into_the_own_car_is_at_fault():
+    clips = cut_clips([recording((0, 1.8, 20, 10), (60, 1.8, 20, 10))])
+    predictor = FakePredictor(FakeBasis.make((0.0,), (0.0,)))
+    traffic = ReplayTraffic(clips, ReplaySettings(place="between"))
+    trace = run_episode(predictor, ConstantPlanner(-5.0), traffic, EpisodeSettings(), 3, 0)
+    assert (trace.outcome.kind, trace.outcome.at_fault) == (Kind.REAR_END, Fault.OTHER)
+
+
+def test_an_episode_ends_with_its_recording():
+    predictor = FakePredictor(FakeBasis.make((0.0,), (0.0,)))
+    apart = cut_clips([recording((0, 1.8, 20, 10), (40, 1.8, 20, 10), (10, 5.4, 20, 10))])
+    trace = run_episode(predictor, ConstantPlanner(), ReplayTraffic(apart), EpisodeSettings(), 3, 1)
+    assert trace.outcome.kind is Kind.FINISHED
+    assert trace.outcome.time == pytest.approx(0.1 * len(trace)) and 5 <= trace.outcome.time <= 10
+
+
+def test_groups_of_a_recording_are_clips_of_their_own():
+    two = recording((0, 1.8, 20, 10), (40, 1.8, 15, 10))
+    group = (pl.col("time") > 5.05).cast(pl.Int64)
+    both = Recording("made", two.table.with_columns(group=group), 0.1, two.road, {})
+    assert [len(clip.states) for clip in cut_clips([both])] == [51, 50]
+
+
+def test_moments_without_a_vehicle_are_passed_over():
+    early = recording((0, 1.8, 20, 5), (40, 1.8, 20, 5))
+    late = early.table.with_columns(vehicle=pl.col("vehicle") + 2, time=pl.col("time") + 20.0)
+    clips = cut_clips([Recording("made", pl.concat([early.table, late]), 0.1, early.road, {})])
+    for seed in range(20):
+        _, start = begin("between", seed, clips, shortest=3.0)
+        assert start.scene.valid.sum() == 3
+
+
+def test_scenes_that_are_too_short_or_too_full_are_refused():
+    with pytest.raises(DataError, match=r"none of the 1 recorded scenes lasts 12.0 s"):
+        ReplayTraffic(CLIPS, ReplaySettings(shortest=12.0))
+    full = cut_clips([recording((0, 1.8, 20, 10), (9, 1.8, 20, 10))])
+    with pytest.raises(DataError, match="fits nowhere"):
+        begin("between", clips=full)
