@@ -1,7 +1,8 @@
 """What the commands do: each stage reads and writes one results folder.
 
 ``config.toml`` (all settings) · ``run.json`` (versions, data, times) · ``predictor.safetensors`` ·
-``certificate.json`` · ``study/trials.parquet`` (one row per trial) · ``figures/``.
+``certificate.json`` · ``learned.npz`` (what pictures of the fit show) · ``study/trials.parquet`` (one row per trial) ·
+``study/traces/`` (drives that were looked at) · ``figures/`` · ``report.html``. `coverdrive.results` reads it.
 """
 
 import json
@@ -14,6 +15,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import polars as pl
 
 import coverdrive
@@ -25,16 +27,17 @@ from coverdrive.files import write_atomically
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.prediction.basis_study import StudiedBasis, basis_record, point_table
 from coverdrive.prediction.fit import Fit, StageProgress, fit, score_sides
+from coverdrive.prediction.learned import Learned
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.recordings.generated import generate
 from coverdrive.recordings.read import read
 from coverdrive.recordings.recording import Recording
+from coverdrive.results import CERTIFICATE, CONFIG, LEARNED, METHODS, PREDICTOR, RUN
 from coverdrive.simulation.set_sampling import SetSamplingTraffic
+from coverdrive.simulation.storage import load_trace, save_trace
 from coverdrive.simulation.study import run_study
 from coverdrive.simulation.trace import Trace
 from coverdrive.simulation.trial import Participants, run_trial
-
-PREDICTOR = "predictor.safetensors"
 
 
 def load_recordings(
@@ -51,10 +54,11 @@ def fit_predictor(
 ) -> Fit:
     """Learn, certify and test a predictor; write it, its certificates and the settings."""
     result = fit(recordings, experiment.prediction, experiment.seed, progress)
-    experiment.save(folder / "config.toml")
+    experiment.save(folder / CONFIG)
     result.predictor.save(folder / PREDICTOR)
-    write_json(folder / "certificate.json", _certificate_record(result))
-    write_json(folder / "run.json", _provenance(experiment, recordings) | {"seconds": result.seconds})
+    Learned.of(result).save(folder / LEARNED)
+    write_json(folder / CERTIFICATE, certificate_record(result))
+    write_json(folder / RUN, _provenance(experiment, recordings) | {"seconds": result.seconds})
     return result
 
 
@@ -62,7 +66,7 @@ def save_bases(
     experiment: Experiment, recordings: Sequence[Recording], studied: Sequence[StudiedBasis], folder: Path
 ) -> None:
     """Write every basis as safetensors and as a table of points, and what they were made from."""
-    experiment.save(folder / "config.toml")
+    experiment.save(folder / CONFIG)
     write_json(
         folder / "bases.json",
         _provenance(experiment, recordings) | {"bases": [basis_record(each) for each in studied]},
@@ -99,7 +103,7 @@ def compare_methods(
 
 def save_comparison(compared: Sequence[Compared], folder: Path) -> None:
     """Write a comparison of methods as JSON, and as a table of one row for each method and target."""
-    write_json(folder / "methods.json", [asdict(each) for each in compared])
+    write_json(folder / METHODS, [asdict(each) for each in compared])
     rows = [
         {
             "method": each.method.value,
@@ -138,25 +142,41 @@ def study(
     )
 
 
-def load_predictor(folder: Path) -> Predictor:
-    """The predictor of a results folder."""
-    return Predictor.load(folder / PREDICTOR)
-
-
-def load_trials(folder: Path) -> pl.DataFrame:
-    """One row for each trial of the study of a results folder."""
-    return pl.read_parquet(folder / "study" / "trials.parquet")
-
-
-def liveliest(trials: pl.DataFrame) -> tuple[int, int]:
-    """Number of vehicles and of trial of the longest drive with most lane changes and overtakes."""
-    order = trials.sort("time", pl.col("lane_changes") + pl.col("overtakes"), "trial", descending=[True, True, False])
-    return order["vehicles"][0], order["trial"][0]
-
-
 def drive(experiment: Experiment, predictor: Predictor, vehicles: int, trial: int) -> Trace:
     """One trial of the study, with everything that happened in it."""
     return run_trial(participants(experiment, predictor), experiment.episode, vehicles, experiment.seed, trial)
+
+
+def drives(
+    experiment: Experiment,
+    predictor: Predictor,
+    folder: Path,
+    trials: Sequence[int],
+    progress: Callable[[float], None] | None = None,
+) -> dict[int, Trace]:
+    """Trials of the study by their numbers, read from the folder or driven again and stored there.
+
+    A stored drive is used only if it belongs to this experiment and predictor.
+    """
+    description = {"predictor": predictor.fingerprint, "version": coverdrive.__version__, "seed": experiment.seed}
+    description |= experiment.model_dump(mode="json", include={"planner", "traffic", "episode"})
+    key = fingerprint(np.frombuffer(json.dumps(description, sort_keys=True).encode(), np.uint8))
+    traces: dict[int, Trace] = {}
+    for trial in trials:
+        vehicles = vehicles_of(experiment, trial)
+        file = folder / "study" / "traces" / f"{trial:06d}_{vehicles}_{key}.npz"
+        if not file.exists():
+            save_trace(drive(experiment, predictor, vehicles, trial), file)
+        traces[trial] = load_trace(file)
+        if progress is not None:
+            progress(len(traces) / len(trials))
+    return traces
+
+
+def vehicles_of(experiment: Experiment, trial: int) -> int:
+    """Number of uncontrolled vehicles in a trial of the study."""
+    numbers = experiment.study.vehicles
+    return numbers[trial % len(numbers)]
 
 
 def participants(experiment: Experiment, predictor: Predictor) -> Participants:
@@ -191,7 +211,7 @@ def _fingerprint(recording: Recording) -> str:
     return fingerprint(*(recording.table[name].to_numpy() for name in recording.table.columns))
 
 
-def _certificate_record(result: Fit) -> dict[str, Any]:
+def certificate_record(result: Fit) -> dict[str, Any]:
     """Certificates, and how they did on the test split, as JSON values."""
     return {
         "certificates": [

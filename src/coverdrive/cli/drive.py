@@ -1,7 +1,7 @@
 """``coverdrive drive``: one drive of a study again."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 
@@ -16,22 +16,25 @@ def drive(
     seed: Seed = None,
     out: Out = Path("results"),
     config: Config = None,
-) -> None:
+) -> dict[str, Any]:
     """Drive one trial with the predictor in a results folder; write its trace, snapshots and a video."""
     from coverdrive import workflow
     from coverdrive.report.figures import draw_drive
     from coverdrive.report.terminal import drives_table
+    from coverdrive.results import load_predictor
     from coverdrive.simulation.storage import save_trace
     from coverdrive.simulation.trial import measure, table_of
 
     experiment = experiment_of(config_of(out, config), seed)
-    number = vehicles or experiment.study.vehicles[trial % len(experiment.study.vehicles)]
-    trace = workflow.drive(experiment, workflow.load_predictor(out), number, trial)
+    number = vehicles or workflow.vehicles_of(experiment, trial)
+    trace = workflow.drive(experiment, load_predictor(out), number, trial)
     folder = out / f"drive_{trial}_{number}"
     save_trace(trace, folder / "trace.npz")
     with stages() as bars:
         draw_drive(trace, folder, bars.share("video"))
     outcome = trace.outcome
     console.print(f"{outcome.kind.value} at {outcome.time:.1f} s with {number} vehicles")
-    console.print(drives_table(table_of([measure(trace, experiment.seed, trial)])))
+    measures = table_of([measure(trace, experiment.seed, trial)])
+    console.print(drives_table(measures))
     console.print(f"Trace, snapshots and video are in {folder}")
+    return {"drive": str(folder), **measures.row(0, named=True)}

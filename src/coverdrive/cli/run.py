@@ -1,16 +1,12 @@
-"""``coverdrive run``: everything, from recordings to figures."""
+"""``coverdrive run``: everything, from recordings to the report."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 from coverdrive.cli.fit import fit_and_print
 from coverdrive.cli.options import Config, Location, Out, Recordings, Seed, Trials, Workers, console, experiment_of
 from coverdrive.cli.study import study_and_print
 from coverdrive.progress import stages
-
-if TYPE_CHECKING:
-    from coverdrive.config import Experiment
-    from coverdrive.prediction.fit import Fit
 
 
 def run(
@@ -22,23 +18,19 @@ def run(
     config: Config = None,
     workers: Workers = None,
     location: Location = None,
-) -> None:
-    """Do everything: learn, certify, test, drive a closed-loop study, and draw the figures.
+) -> dict[str, Any]:
+    """Do everything: learn, certify, test, drive a closed-loop study, and draw the report.
 
     A run that was stopped goes on with its study where it was if it is started again with the same settings.
     """
+    from coverdrive.pictures import animate_trial, draw_figures, write_report
+
     experiment = experiment_of(config, seed, location, trials, workers)
-    result = fit_and_print(experiment, recording or [], out)
-    study_and_print(experiment, out)
-    _draw(experiment, result, out)
-    console.print(f"Results are in {out}")
-
-
-def _draw(experiment: "Experiment", result: "Fit", out: Path) -> None:
-    from coverdrive import workflow
-    from coverdrive.report.figures import draw_run
-
-    trials = workflow.load_trials(out)
+    fitted = fit_and_print(experiment, recording or [], out)
+    studied = study_and_print(experiment, out)
     with stages() as bars:
-        trace = workflow.drive(experiment, result.predictor, *workflow.liveliest(trials))
-        draw_run(result, trials, trace, out, bars.share("figures and video"))
+        draw_figures(out, bars.report)
+        animate_trial(out, bars.report, None, "mp4")
+        page = write_report(out, bars.report)
+    console.print(f"Results are in {out}; look at {page}")
+    return {**fitted, **studied, "report": str(page)}

@@ -53,6 +53,8 @@ class Fit:
     segments: Segments
     """all segments cut from the recordings"""
     split: Split
+    scored: ScoredSides
+    """scores of the samples of each side of the split"""
     base_share: Float[np.ndarray, " M"]
     """share of the training windows that are nearest to each base"""
     losses: Float[np.ndarray, " epochs"]
@@ -107,6 +109,7 @@ def fit(
         uncovered=Rate.of(scored.test.distance > basis.epsilon),
         segments=segments,
         split=sides,
+        scored=scored,
         base_share=np.bincount(training.base, minlength=len(basis)) / len(training),
         losses=losses,
         seconds=seconds,
