@@ -12,7 +12,7 @@ from coverdrive.prediction.fit import StageProgress
 from coverdrive.report.animation import animate
 from coverdrive.report.figures import draw_all
 from coverdrive.report.page.page import write_page
-from coverdrive.results import CONFIG, TRIALS, load_contents, load_predictor, load_trials
+from coverdrive.results import CONFIG, TRIALS, binding_of, load_contents, load_predictor, load_trials
 from coverdrive.simulation.notable import liveliest, notable
 from coverdrive.simulation.trace import Trace
 
@@ -80,7 +80,7 @@ def animate_trial(folder: Path, progress: StageProgress, trial: int | None, file
     number = liveliest(load_trials(folder)) if trial is None else trial
     trace = _traces(folder, [number], progress)[number]
     path = folder / "figures" / f"drive_{number}.{file_format}"
-    animate(trace, path, partial(progress, "video"))
+    animate(trace, path, partial(progress, "video"), binding_of(Experiment.load(folder / CONFIG)))
     return path
 
 

@@ -15,6 +15,7 @@ from coverdrive.config import Experiment
 from coverdrive.errors import DataError
 from coverdrive.prediction.learned import Learned
 from coverdrive.prediction.predictor import Predictor
+from coverdrive.report.binding import Binding
 from coverdrive.report.contents import Certified, Contents
 from coverdrive.simulation.trace import Trace
 
@@ -50,7 +51,6 @@ def load_contents(folder: Path, traces: Mapping[int, Trace]) -> Contents:
     """
     predictor = load_predictor(folder)
     experiment = Experiment.load(folder / CONFIG)
-    problem = experiment.planner.problem
     return Contents(
         name=folder.resolve().name,
         run=_json(folder / RUN),
@@ -61,10 +61,15 @@ def load_contents(folder: Path, traces: Mapping[int, Trace]) -> Contents:
         compared=load_comparison(folder),
         trials=load_trials(folder) if (folder / TRIALS).exists() else None,
         period=experiment.episode.step,
-        car=problem.vehicle,
-        obstacles=problem.obstacles,
+        binding=binding_of(experiment),
         traces=traces,
     )
+
+
+def binding_of(experiment: Experiment) -> Binding:
+    """Tells which obstacles bind a plan of the experiment's planner."""
+    problem = experiment.planner.problem
+    return Binding(problem.vehicle, problem.obstacles)
 
 
 def load_certified(folder: Path) -> Certified:

@@ -21,7 +21,7 @@ def drive(
     from coverdrive import workflow
     from coverdrive.report.figures import draw_drive
     from coverdrive.report.terminal import drives_table
-    from coverdrive.results import load_predictor
+    from coverdrive.results import binding_of, load_predictor
     from coverdrive.simulation.storage import save_trace
     from coverdrive.simulation.trial import measure, table_of
 
@@ -31,7 +31,7 @@ def drive(
     folder = out / f"drive_{trial}_{number}"
     save_trace(trace, folder / "trace.npz")
     with stages() as bars:
-        draw_drive(trace, folder, bars.share("video"))
+        draw_drive(trace, folder, binding_of(experiment), bars.share("video"))
     outcome = trace.outcome
     console.print(f"{outcome.kind.value} at {outcome.time:.1f} s with {number} vehicles")
     measures = table_of([measure(trace, experiment.seed, trial)])

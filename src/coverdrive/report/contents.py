@@ -9,10 +9,9 @@ import polars as pl
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.comparison import Compared
 from coverdrive.certificates.evaluation import Evaluation, Rate
-from coverdrive.planning.obstacles import ObstacleSettings
-from coverdrive.planning.vehicle import VehicleSettings
 from coverdrive.prediction.learned import Learned
 from coverdrive.prediction.predictor import Predictor
+from coverdrive.report.binding import Binding
 from coverdrive.simulation.trace import Trace
 
 
@@ -48,9 +47,7 @@ class Contents:
     """one row for each trial; none before ``coverdrive study``"""
     period: float
     """[s] between two plans"""
-    car: VehicleSettings
-    """the own car"""
-    obstacles: ObstacleSettings
-    """shape of the obstacles that the planner stays clear of"""
+    binding: Binding
+    """tells which obstacles bind a plan"""
     traces: Mapping[int, Trace]
     """drives to replay, by the number of their trial"""

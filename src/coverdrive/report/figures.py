@@ -11,6 +11,7 @@ from coverdrive.report import style
 from coverdrive.report.affordance_figure import affordance_figure
 from coverdrive.report.animation import animate
 from coverdrive.report.basis_figure import basis_figure
+from coverdrive.report.binding import Binding
 from coverdrive.report.collisions_figure import collisions_figure
 from coverdrive.report.contents import Contents
 from coverdrive.report.planning_figure import planning_figure
@@ -45,7 +46,7 @@ def draw_all(contents: Contents, folder: Path, progress: Callable[[float], None]
         drawings["collisions"] = lambda: collisions_figure(trials)
         drawings["planning"] = lambda: planning_figure(trials, contents.period)
     for trace in list(contents.traces.values())[:1]:
-        drawings["snapshots"] = lambda trace=trace: snapshots(trace)
+        drawings["snapshots"] = lambda trace=trace: snapshots(trace, binding=contents.binding)
     files: list[Path] = []
     for number, (name, draw) in enumerate(drawings.items(), start=1):
         files += style.save(draw(), folder / name)
@@ -54,10 +55,10 @@ def draw_all(contents: Contents, folder: Path, progress: Callable[[float], None]
     return files
 
 
-def draw_drive(trace: Trace, folder: Path, progress: Callable[[float], None] | None = None) -> None:
+def draw_drive(trace: Trace, folder: Path, binding: Binding, progress: Callable[[float], None] | None = None) -> None:
     """Draw snapshots and a video of one drive into a folder."""
-    style.save(snapshots(trace), folder / "snapshots")
-    animate(trace, folder / "drive.mp4", progress)
+    style.save(snapshots(trace, binding=binding), folder / "snapshots")
+    animate(trace, folder / "drive.mp4", progress, binding)
 
 
 def draw_bases(studied: Sequence[StudiedBasis], segments: Segments, folder: Path) -> None:

@@ -26,6 +26,9 @@ CYCLE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, GREY)
 OWN, OTHER = BLUE, VERMILION
 """the own car and what it plans; the other vehicles and what is predicted for them"""
 
+BINDS = "#8F1D5F"
+"""members of predicted sets that bind a plan"""
+
 ROAD, MARKING, PAPER = "#EFEFEF", "#A0A0A0", "#FFFFFF"
 """surface, lane markings, and the background of a figure"""
 

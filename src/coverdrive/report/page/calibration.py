@@ -72,7 +72,9 @@ def _losses(learned: Learned) -> Plot:
         x=np.arange(1, len(learned.losses) + 1), y=learned.losses.round(5), mode="lines+markers",
         line={"color": style.BLUE}, hovertemplate="epoch %{x}: %{y:.4g}<extra></extra>",
     )  # fmt: skip
-    return plot("losses", [line], "Mean training loss of every epoch.", x="epoch", y="loss", yaxis_type="log")
+    return plot(
+        "losses", [line], "Mean training loss of every epoch.", x="epoch", y="loss", yaxis_type="log", yaxis_dtick="D2"
+    )
 
 
 def _risk(compared: Sequence[Compared]) -> Plot:

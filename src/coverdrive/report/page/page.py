@@ -57,7 +57,7 @@ def page(contents: Contents, progress: Callable[[float], None] | None = None) ->
     environment.globals.update(asset=_asset, plotly=lambda: Markup(plotly.offline.get_plotlyjs()))
     replays: list[Replay] = []
     for trial, trace in contents.traces.items():
-        data = replay_data(trial, trace, contents.car, contents.obstacles)
+        data = replay_data(trial, trace, contents.binding)
         label = f"trial {trial}: {int(trace.scene.valid[0].sum()) - 1} vehicles, {trace.outcome.kind.value}"
         replays.append(Replay(trial, label, _script_json(data)))
         report(0.5 * len(replays) / len(contents.traces))

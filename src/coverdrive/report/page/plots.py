@@ -46,7 +46,12 @@ def plot(name: str, traces: list[Any], caption: str, *, x: str, y: str, wide: bo
         layout: further layout, by Plotly's names.
     """
     figure = go.Figure(traces)
-    figure.update_layout(template=None, height=HEIGHT, margin={"l": 58, "r": 14, "t": 36, "b": 52}, hovermode="closest")
+    figure.update_layout(
+        template=None,
+        height=HEIGHT,
+        margin={"l": 58, "r": 14, "t": 36 if layout.get("showlegend", len(traces) > 1) else 10, "b": 52},
+        hovermode="closest",
+    )
     figure.update_layout(legend={"orientation": "h", "yanchor": "bottom", "y": 1.01, "xanchor": "left", "x": 0})
     figure.update_xaxes(title={"text": x, "standoff": 8}, automargin=True)
     figure.update_yaxes(title={"text": y, "standoff": 8}, automargin=True)

@@ -11,26 +11,21 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool
 
-from coverdrive.planning.obstacles import Obstacles, ObstacleSettings, clearances
 from coverdrive.planning.plan import Status
-from coverdrive.planning.vehicle import VehicleSettings
+from coverdrive.report.binding import Binding
 from coverdrive.simulation.initial import OWN
 from coverdrive.simulation.trace import Trace
-
-BINDING = 0.02
-"""an obstacle binds if the left-hand side of its constraint is below 1 + this"""
 
 _CENTIMETRE, _FINE = 0.01, 0.001
 
 
-def replay_data(trial: int, trace: Trace, car: VehicleSettings, obstacles: ObstacleSettings) -> dict[str, Any]:
+def replay_data(trial: int, trace: Trace, binding: Binding) -> dict[str, Any]:
     """A drive as JSON values.
 
     Args:
         trial: its number.
         trace: the drive.
-        car: size of the own car.
-        obstacles: their shape, to tell which of them bind.
+        binding: which obstacles bind.
     """
     scene, plans, paths = trace.scene, trace.plans, trace.paths
     points = np.concatenate([each.points for each in paths])
@@ -42,7 +37,7 @@ def replay_data(trial: int, trace: Trace, car: VehicleSettings, obstacles: Obsta
     packer.add("paths", points, _CENTIMETRE, axis=1)
     packer.add("boxes", np.concatenate([each.half_sizes for each in paths]), _CENTIMETRE, axis=1)
     packer.add("vehicle", np.concatenate([each.vehicle for each in paths]), 1, axis=0)
-    packer.add("binding", _packed_bits([binding(trace, step, car, obstacles) for step in range(len(trace))]), 1)
+    packer.add("binding", _packed_bits([binding.of(trace, step) for step in range(len(trace))]), 1)
     packer.add("plan", np.stack([plan.states[:, [0, 1, 3]] for plan in plans]), _FINE, axis=1)
     packer.add("slack", np.stack([plan.slack for plan in plans]), _FINE)
     packer.add("input", np.stack([plan.inputs[0] for plan in plans]), _FINE)
@@ -64,21 +59,6 @@ def replay_data(trial: int, trace: Trace, car: VehicleSettings, obstacles: Obsta
         "arrays": packer.arrays,
         "data": packer.text,
     }
-
-
-def binding(trace: Trace, step: int, car: VehicleSettings, settings: ObstacleSettings) -> Bool[np.ndarray, "S P"]:
-    """Which predicted paths bind the plan of a step, and when; the first point, which is now, never does.
-
-    Args:
-        trace: one drive.
-        step: at whose start it was planned.
-        car: size of the own car.
-        settings: shape of the obstacles.
-    """
-    paths = trace.paths[step]
-    boxes = Obstacles(np.moveaxis(paths.points[:, 1:], 0, 1), np.moveaxis(paths.half_sizes[:, 1:], 0, 1))
-    tight = clearances(trace.plans[step].states, boxes, car, settings) < 1 + BINDING
-    return np.pad(tight.T, ((0, 0), (1, 0)))
 
 
 def _packed_bits(flags: list[Bool[np.ndarray, "_ P"]]) -> np.ndarray:

@@ -15,6 +15,8 @@ _TIMES = {
     "planning_maximum": ("slowest step", style.VERMILION),
 }
 _BINS = 40
+_TICKS = [value * 10**power for power in range(5) for value in (1, 2, 5)]
+"""[ms]"""
 
 
 def study_plots(trials: pl.DataFrame, period: float) -> list[Plot]:
@@ -74,6 +76,7 @@ def _planning(trials: pl.DataFrame, period: float) -> Plot:
     return plot(
         "planning", steps, f"Prediction and planning of one step, in every trial; the dashed line is real time: the "
         f"next plan is due after {1e3 * period:g} ms.", x="time [ms]", y="trials", xaxis_type="log",
+        xaxis_tickvals=_TICKS,
         shapes=[{**due, "line": {"dash": "dash", "color": style.GREY, "width": 2}}],
         annotations=[{
             "x": float(np.log10(1e3 * period)), "y": 1, "yref": "paper", "text": "real time", "showarrow": False,

@@ -12,7 +12,7 @@ class CourseView {
     const width = this.canvas.clientWidth, ratio = devicePixelRatio || 1, narrow = width < 560;
     this.drive = drive;
     this.left = 52;
-    this.right = width - 12;
+    this.right = width - 20;
     this.canvas.style.height = "248px";
     for (const canvas of [this.canvas, this.still]) {
       canvas.width = width * ratio;

@@ -9,7 +9,7 @@ class RoadView {
   /* Metres behind and ahead of the own car that are shown, by the width of the page. */
   window() {
     const wide = this.canvas.clientWidth;
-    return wide > 820 ? [35, 105] : wide > 520 ? [25, 70] : [16, 46];
+    return wide > 820 ? [35, 105] : wide > 520 ? [25, 70] : [11, 37];
   }
 
   show(drive, moment) {
@@ -25,9 +25,11 @@ class RoadView {
     const now = this.vehicles(drive, step, part), origin = now[drive.own].lon - behind;
     this.place = (lon, lat) => [(lon - origin) * scale, (left - lat) * scale];
     this.scale = scale;
-    this.road(edges, origin, behind + ahead, height);
+    this.surface(edges, height);
+    if (step < drive.steps) this.sets(drive, step);
+    this.markings(edges, origin);
     if (step < drive.steps) {
-      this.sets(drive, step);
+      this.members(drive, step);
       this.plan(drive, step);
     }
     now.forEach((vehicle, slot) => vehicle && this.body(vehicle, slot === drive.own, step === drive.steps && slot === drive.partner));
@@ -44,13 +46,18 @@ class RoadView {
     });
   }
 
-  road(edges, origin, length, height) {
+  surface(edges, height) {
     const context = this.context, width = this.canvas.clientWidth;
-    const lines = edges.map((lat) => this.place(0, lat)[1]);
+    const left = this.place(0, edges[edges.length - 1])[1], right = this.place(0, edges[0])[1];
     context.fillStyle = Theme.colour("paper");
     context.fillRect(0, 0, width, height);
     context.fillStyle = Theme.colour("road");
-    context.fillRect(0, lines[lines.length - 1], width, lines[0] - lines[lines.length - 1]);
+    context.fillRect(0, left, width, right - left);
+  }
+
+  markings(edges, origin) {
+    const context = this.context, width = this.canvas.clientWidth;
+    const lines = edges.map((lat) => this.place(0, lat)[1]);
     context.strokeStyle = Theme.colour("marking");
     lines.forEach((y, number) => {
       const outer = number === 0 || number === lines.length - 1;
@@ -65,6 +72,7 @@ class RoadView {
     context.setLineDash([]);
   }
 
+  /* Where the others may be, late first, so that what is near in time lies on top. */
   sets(drive, step) {
     const context = this.context, points = drive.points, first = drive.first[step], end = drive.first[step + 1];
     const now = Theme.colour("set-now").split(",").map(Number), late = Theme.colour("set-late").split(",").map(Number);
@@ -73,10 +81,15 @@ class RoadView {
       context.fillStyle = `rgb(${now.map((value, i) => Math.round(value + age * (late[i] - value)))})`;
       for (let path = first; path < end; path++) context.fillRect(...this.box(drive, path, point / 2));
     }
+  }
+
+  /* One line for every predicted path, and the boxes that bind the plan. */
+  members(drive, step) {
+    const context = this.context, points = drive.points, first = drive.first[step], end = drive.first[step + 1];
     context.lineWidth = 1;
     for (const binds of [false, true]) {
       context.strokeStyle = Theme.colour(binds ? "binds" : "other");
-      context.globalAlpha = binds ? 0.9 : Math.min(0.35, 24 / (end - first));
+      context.globalAlpha = binds ? 0.6 : Math.min(0.35, 24 / (end - first));
       for (let path = first; path < end; path++) {
         if (Boolean(drive.binding[path]) !== binds) continue;
         context.beginPath();
@@ -84,7 +97,10 @@ class RoadView {
         context.stroke();
       }
     }
-    context.globalAlpha = 1;
+    const bits = (mask) => mask ? (mask & 1) + bits(mask >> 1) : 0;
+    let outlines = 0;
+    for (let path = first; path < end; path++) outlines += bits(drive.binding[path]);
+    context.globalAlpha = Math.max(0.15, Math.min(1, 10 / outlines));
     context.strokeStyle = Theme.colour("binds");
     context.lineWidth = 1.4;
     for (let path = first; path < end; path++) {
@@ -92,6 +108,7 @@ class RoadView {
         if ((drive.binding[path] >> point) & 1) context.strokeRect(...this.box(drive, path, point));
       }
     }
+    context.globalAlpha = 1;
   }
 
   /* The box of a path at a point, or halfway between two. */
