@@ -1,6 +1,8 @@
 """The command from end to end, as a user calls it."""
 
 import json
+import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -35,18 +37,24 @@ duration = 1.0
 """
 
 
-def coverdrive(*arguments: str | Path, status: int = 0) -> str:
+def coverdrive(*arguments: str | Path, status: int = 0, only: str | None = None) -> str:
     """Call the command and return what it printed; a hint of a traceback is a failure whatever the status."""
     result = subprocess.run(
         [sys.executable, "-m", "coverdrive", *map(str, arguments)],
         capture_output=True,
         text=True,
         check=False,
-        env={"PATH": "/usr/bin:/bin", "COLUMNS": "200", "PYTHONWARNINGS": "error", "JAX_PLATFORMS": "cpu"},
+        env={
+            "PATH": "/usr/bin:/bin",
+            "COLUMNS": "200",
+            "PYTHONWARNINGS": "error",
+            "JAX_PLATFORMS": "cpu",
+            "PYTHONPATH": os.environ.get("PYTHONPATH", ""),
+        },
     )
     assert result.returncode == status, result.stderr
     assert "Traceback" not in result.stderr
-    return result.stdout + result.stderr
+    return getattr(result, only) if only else result.stdout + result.stderr
 
 
 @pytest.fixture(scope="module")
@@ -79,10 +87,38 @@ def test_run_writes_everything(results: Path) -> None:
     assert certificates["certificates"][0]["unit"] == "window"
     assert json.loads((results / "run.json").read_text())["recordings"][0]["fingerprint"]
     assert pl.read_parquet(results / "study" / "trials.parquet")["vehicles"].to_list() == [3, 4, 5, 6]
-    for name in ("basis", "collisions", "snapshots"):
+    for name in ("affordance", "basis", "collisions", "planning", "scores", "snapshots"):
         assert (results / "figures" / f"{name}.png").read_bytes().startswith(b"\x89PNG")
         assert (results / "figures" / f"{name}.pdf").read_bytes().startswith(b"%PDF")
-    assert (results / "figures" / "drive.mp4").stat().st_size > 10_000
+    (video,) = (results / "figures").glob("drive_*.mp4")
+    assert video.stat().st_size > 10_000
+    assert "With confidence 0.9" in (results / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+def test_report_replays_named_trials(results: Path) -> None:
+    found = json.loads(coverdrive("report", results, "--trial", "2", "--replays", "0", "--json", only="stdout"))
+    assert found == {"report": str(results / "report.html")}
+    html = (results / "report.html").read_text(encoding="utf-8")
+    assert re.findall(r'id="replay-data-(\d+)"', html) == ["2"]
+    stored = sorted((results / "study" / "traces").iterdir())
+    coverdrive("report", results, "--trial", "2", "--replays", "0")
+    assert sorted((results / "study" / "traces").iterdir()) == stored
+    assert "numbered from 0" in coverdrive("report", results, "--trial", "-1", status=2)
+
+
+@pytest.mark.slow
+def test_figures_and_videos_are_made_again(results: Path) -> None:
+    files = json.loads(coverdrive("figures", results, "--trial", "1", "--json", only="stdout"))["figures"]
+    assert {Path(file).suffix for file in files} == {".png", ".pdf"}
+    assert coverdrive("animate", results, "--trial", "1", "--format", "gif", "--quiet") == ""
+    assert (results / "figures" / "drive_1.gif").read_bytes().startswith(b"GIF89a")
+
+
+@pytest.mark.slow
+def test_results_are_json_for_scripts(results: Path) -> None:
+    studied = json.loads(coverdrive("study", "--json", "--out", results, only="stdout"))
+    assert studied["collisions"][-1]["trials"] == len(studied["trials"])
 
 
 @pytest.mark.slow
@@ -133,6 +169,8 @@ def test_inspect_reads_all_real_recordings(us101: Path) -> None:
     ("arguments", "complaint"),
     [
         (["study", "--out", "nowhere"], "make one with `coverdrive fit`"),
+        (["report", "nowhere"], "nowhere"),
+        (["animate", "--format", "avi"], "--format"),
         (["inspect"], "nothing to inspect"),
         (["inspect", "missing.csv"], "missing.csv"),
         (["run", "--config", "missing.toml"], "not a readable TOML file"),
@@ -152,7 +190,9 @@ def test_unknown_keys_are_named(tmp_path: Path) -> None:
     assert "prediction.basis.epsilom" in coverdrive("fit", "--config", config, "--out", tmp_path / "out", status=2)
 
 
-@pytest.mark.parametrize("subcommand", ["run", "fit", "certify", "study", "drive", "inspect"])
+@pytest.mark.parametrize(
+    "subcommand", ["run", "fit", "certify", "study", "drive", "report", "figures", "animate", "doctor"]
+)
 def test_help_teaches(subcommand: str) -> None:
     printed = coverdrive(subcommand, "--help")
     assert "Usage" in printed and len(printed.splitlines()) > 8

@@ -7,7 +7,20 @@ from pathlib import Path
 
 import pytest
 
-HEAVY = ("jax", "equinox", "casadi", "polars", "scipy", "matplotlib", "pydantic", "numpy", "commonroad", "joblib")
+HEAVY = (
+    "jax",
+    "equinox",
+    "casadi",
+    "polars",
+    "scipy",
+    "matplotlib",
+    "plotly",
+    "jinja2",
+    "pydantic",
+    "numpy",
+    "commonroad",
+    "joblib",
+)
 README = Path(__file__).parents[1] / "README.md"
 
 

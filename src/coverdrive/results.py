@@ -104,7 +104,7 @@ def load_comparison(folder: Path) -> list[Compared]:
 
 
 def _evaluation(record: Mapping[str, Any]) -> Evaluation:
-    rates = {name: Rate(**record[name]) for name in ("windows", "vehicles")}
+    rates: dict[str, Any] = {name: Rate(**record[name]) for name in ("windows", "vehicles")}
     return Evaluation(**{**record, **rates})
 
 

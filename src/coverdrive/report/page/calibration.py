@@ -1,6 +1,7 @@
 """Calibration on the page: scores and thresholds, set sizes, losses, and all methods side by side."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
@@ -84,7 +85,7 @@ def _risk(compared: Sequence[Compared]) -> Plot:
     for number, method in enumerate(methods):
         colour, symbol = style.CYCLE[number % len(style.CYCLE)], _SYMBOLS[number % len(_SYMBOLS)]
         points = [each for each in compared if each.method is method and each.certificate]
-        look = {"color": colour, "symbol": symbol, "size": 10}
+        look: dict[str, Any] = {"color": colour, "symbol": symbol, "size": 10}
         traces += [
             _certified(points, method.value, colour, look),
             _observed(points, method.value, {**look, "symbol": f"{symbol}-open", "line": {"width": 1.8}}),
@@ -100,7 +101,7 @@ def _risk(compared: Sequence[Compared]) -> Plot:
     return figure
 
 
-def _certified(points: list[Compared], name: str, colour: str, look: dict[str, object]) -> go.Scatter:
+def _certified(points: list[Compared], name: str, colour: str, look: dict[str, Any]) -> go.Scatter:
     bounds = [100 * each.certificate.epsilon for each in points if each.certificate]
     return go.Scatter(
         x=np.round(bounds, 4), y=_sizes(points), mode="lines+markers", name=name, legendgroup=name, marker=look,
@@ -110,7 +111,7 @@ def _certified(points: list[Compared], name: str, colour: str, look: dict[str, o
     )  # fmt: skip
 
 
-def _observed(points: list[Compared], name: str, look: dict[str, object]) -> go.Scatter:
+def _observed(points: list[Compared], name: str, look: dict[str, Any]) -> go.Scatter:
     rates = [each.missed for each in points if each.missed]
     values = np.array([100 * rate.value for rate in rates])
     return go.Scatter(

@@ -54,7 +54,6 @@ def page(contents: Contents, progress: Callable[[float], None] | None = None) ->
         loader=FileSystemLoader(_TEMPLATES), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
         lstrip_blocks=True,
     )  # fmt: skip
-    environment.globals.update(asset=_asset, plotly=lambda: Markup(plotly.offline.get_plotlyjs()))
     replays: list[Replay] = []
     for trial, trace in contents.traces.items():
         data = replay_data(trial, trace, contents.binding)
@@ -62,6 +61,8 @@ def page(contents: Contents, progress: Callable[[float], None] | None = None) ->
         replays.append(Replay(trial, label, _script_json(data)))
         report(0.5 * len(replays) / len(contents.traces))
     html = environment.get_template("page.html.jinja").render(
+        asset=_asset,
+        plotly=Markup(plotly.offline.get_plotlyjs()),
         contents=contents,
         certificates=contents.certified.certificates,
         tiles=tiles(contents),

@@ -10,7 +10,7 @@
   let drive = null, moment = 0, playing = false, last = 0, shown = -1;
 
   const show = () => {
-    if (!drive) return;
+    if (!drive || !player.clientWidth) return;
     road.show(drive, moment);
     course.show(moment);
     const step = Math.floor(moment + 1e-9);
@@ -59,7 +59,7 @@
     go(Math.round(moment) + by);
   };
   const redraw = () => {
-    if (!drive) return;
+    if (!drive || !player.clientWidth) return;
     course.prepare(drive);
     shown = -1;
     show();
@@ -112,7 +112,12 @@
     event.preventDefault();
     keys[event.key](event);
   });
-  addEventListener("resize", redraw);
+  let width = 0;
+  new ResizeObserver(() => {
+    if (width === player.clientWidth) return;
+    width = player.clientWidth;
+    redraw();
+  }).observe(player);
   addEventListener("hashchange", fromAddress);
   Theme.onChange(redraw);
   if (!fromAddress()) load(chooser.value);
