@@ -34,13 +34,6 @@ def test_importing_loads_nothing_heavy(module: str, heavy: tuple[str, ...]) -> N
     assert not set(heavy) & set(loaded)
 
 
-@pytest.mark.slow
-def test_python_example_of_the_readme_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    (example,) = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL)
-    exec(compile(example, "README.md", "exec"), {})
-
-
 def test_readme_has_the_two_commands() -> None:
     commands = re.findall(r"```sh\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL)
     assert len(commands) == 2

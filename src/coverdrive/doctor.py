@@ -38,7 +38,8 @@ def examine(folder: Path, progress: Callable[[float], None] | None = None) -> li
         _devices,
         *(lambda name=name: _solver(name) for name in ("fatrop", "ipopt")),
         _video,
-        lambda: _writable(folder),
+        lambda: _writable("results", folder, "name another folder with --out"),
+        lambda: _writable("cache of matplotlib", _cache(), "set MPLCONFIGDIR to a folder that you can write to"),
         _data,
         _browser,
     ]
@@ -97,16 +98,20 @@ def _video() -> Finding:
         return Finding("ffmpeg", False, str(error), hint)
 
 
-def _writable(folder: Path) -> Finding:
-    """The folder itself, or the nearest one above it that is there."""
+def _cache() -> Path:
+    """Where matplotlib keeps its list of fonts."""
+    return Path(importlib.import_module("matplotlib").get_cachedir())
+
+
+def _writable(name: str, folder: Path, hint: str) -> Finding:
+    """Try the folder itself, or the nearest one above it that is there."""
     place = next(each for each in (folder.resolve(), *folder.resolve().parents) if each.exists())
-    name = f"results in {folder}"
     try:
         with TemporaryFile(dir=place):
             free = shutil.disk_usage(place).free / 1e9
     except OSError as error:
-        return Finding(name, False, str(error), "name another folder with --out")
-    return Finding(name, True, f"writable, {free:.0f} GB free")
+        return Finding(name, False, str(error), hint)
+    return Finding(name, True, f"{folder} is writable, {free:.0f} GB free")
 
 
 def _data() -> Finding:

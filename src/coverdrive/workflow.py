@@ -161,15 +161,16 @@ def drives(
     description = {"predictor": predictor.fingerprint, "version": coverdrive.__version__, "seed": experiment.seed}
     description |= experiment.model_dump(mode="json", include={"planner", "traffic", "episode"})
     key = fingerprint(np.frombuffer(json.dumps(description, sort_keys=True).encode(), np.uint8))
+    report = progress or (lambda share: None)
     traces: dict[int, Trace] = {}
-    for trial in trials:
+    for number, trial in enumerate(trials):
+        report(number / len(trials))
         vehicles = vehicles_of(experiment, trial)
         file = folder / "study" / "traces" / f"{trial:06d}_{vehicles}_{key}.npz"
         if not file.exists():
             save_trace(drive(experiment, predictor, vehicles, trial), file)
         traces[trial] = load_trace(file)
-        if progress is not None:
-            progress(len(traces) / len(trials))
+    report(1.0)
     return traces
 
 

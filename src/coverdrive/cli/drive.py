@@ -27,10 +27,12 @@ def drive(
 
     experiment = experiment_of(config_of(out, config), seed)
     number = vehicles or workflow.vehicles_of(experiment, trial)
-    trace = workflow.drive(experiment, load_predictor(out), number, trial)
     folder = out / f"drive_{trial}_{number}"
-    save_trace(trace, folder / "trace.npz")
     with stages() as bars:
+        bars.report("drive", 0.0)
+        trace = workflow.drive(experiment, load_predictor(out), number, trial)
+        save_trace(trace, folder / "trace.npz")
+        bars.report("drive", 1.0)
         draw_drive(trace, folder, binding_of(experiment), bars.share("video"))
     outcome = trace.outcome
     console.print(f"{outcome.kind.value} at {outcome.time:.1f} s with {number} vehicles")
