@@ -161,6 +161,17 @@ def test_light_and_dark_wide_and_narrow(browser, address: str, tmp_path, scheme:
     context.close()
 
 
-def test_it_prints(page, tmp_path) -> None:
-    page.pdf(path=tmp_path / "page.pdf")
+def test_it_prints_light_and_within_the_paper(page, tmp_path) -> None:
+    page.emulate_media(color_scheme="dark")
+    page.evaluate(
+        """addEventListener("beforeprint", () => {
+            const plots = [...document.querySelectorAll(".plot")];
+            window.printed = [document.documentElement.dataset.theme, Math.max(...plots.map((p) => p._fullLayout.width))];
+        })"""
+    )
+    page.pdf(path=tmp_path / "page.pdf", format="A4")
     assert (tmp_path / "page.pdf").read_bytes().startswith(b"%PDF")
+    theme, widest = page.evaluate("window.printed")
+    assert theme == "light"
+    assert widest <= 680  # [pixel] A4 less its margins
+    assert page.evaluate("document.documentElement.dataset.theme") == "dark"

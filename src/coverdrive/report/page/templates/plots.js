@@ -15,8 +15,14 @@ const Theme = (() => {
     chosen = root.dataset.theme === "dark" ? "light" : "dark";
     update();
   });
-  addEventListener("beforeprint", () => set("light"));
-  addEventListener("afterprint", update);
+  addEventListener("beforeprint", () => {
+    root.classList.add("printing");
+    set("light");
+  });
+  addEventListener("afterprint", () => {
+    root.classList.remove("printing");
+    update();
+  });
   update();
   return {
     colour: (name) => getComputedStyle(root).getPropertyValue("--" + name).trim(),
@@ -42,7 +48,8 @@ const Theme = (() => {
   const config = { responsive: true, displaylogo: false, displayModeBar: false };
   const draw = () => figures.forEach(([place, text]) => {
     const figure = JSON.parse(shown(text));
-    Plotly.react(place, figure.data, { ...figure.layout, template: template() }, config);
+    const width = document.documentElement.classList.contains("printing") ? { width: place.clientWidth } : {};
+    Plotly.react(place, figure.data, { ...figure.layout, ...width, template: template() }, config);
   });
   draw();
   Theme.onChange(draw);
