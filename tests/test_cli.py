@@ -3,8 +3,12 @@
 import json
 import os
 import re
+import shutil
+import signal
 import subprocess
 import sys
+import time
+from dataclasses import replace
 from pathlib import Path
 
 import polars as pl
@@ -12,6 +16,7 @@ import pytest
 
 from coverdrive.certificates.methods import Method
 from coverdrive.config import Experiment
+from coverdrive.results import load_comparison, load_predictor
 from coverdrive.simulation.storage import load_trace
 
 QUICK = """
@@ -108,6 +113,18 @@ def test_report_replays_named_trials(results: Path) -> None:
 
 
 @pytest.mark.slow
+def test_a_study_of_another_seed_is_replayed_as_it_was(results: Path, tmp_path: Path) -> None:
+    shutil.copytree(results, tmp_path / "out", ignore=shutil.ignore_patterns("study", "figures"))
+    coverdrive("study", "--seed", "9", "--trials", "1", "--out", tmp_path / "out")
+    coverdrive("report", tmp_path / "out")
+    (stored,) = (tmp_path / "out" / "study" / "traces").iterdir()
+    row = pl.read_parquet(tmp_path / "out" / "study" / "trials.parquet").row(0, named=True)
+    assert float(load_trace(stored).scene.speed[:, 0].mean()) == row["mean_speed"]
+    coverdrive("fit", "--config", reseeded(results), "--out", tmp_path / "out")
+    assert "another predictor" in coverdrive("report", tmp_path / "out", status=2)
+
+
+@pytest.mark.slow
 def test_figures_and_videos_are_made_again(results: Path) -> None:
     files = json.loads(coverdrive("figures", results, "--trial", "1", "--json", only="stdout"))["figures"]
     assert {Path(file).suffix for file in files} == {".png", ".pdf"}
@@ -147,6 +164,10 @@ def test_certify_compares_all_methods(results: Path) -> None:
     table = pl.read_csv(results / "methods.csv")
     assert table.height == len(Method)
     assert (results / "figures" / "methods.png").exists()
+    predictor = load_predictor(results)
+    assert [each.method for each in load_comparison(results, predictor)] == list(Method)
+    other = replace(predictor, rule=replace(predictor.rule, values=0 * predictor.rule.values))
+    assert load_comparison(results, other) == []
     assert "also trained" in coverdrive("certify", "--out", results, "--config", reseeded(results), status=2)
 
 
@@ -196,3 +217,17 @@ def test_unknown_keys_are_named(tmp_path: Path) -> None:
 def test_help_teaches(subcommand: str) -> None:
     printed = coverdrive(subcommand, "--help")
     assert "Usage" in printed and len(printed.splitlines()) > 8
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT for other processes")
+def test_a_stopped_study_says_how_to_go_on(results: Path, tmp_path: Path) -> None:
+    shutil.copytree(results, tmp_path / "out", ignore=shutil.ignore_patterns("study", "figures"))
+    command = [sys.executable, "-m", "coverdrive", "study", "--trials", "500", "--workers", "1"]
+    with subprocess.Popen([*command, "--out", tmp_path / "out"], stderr=subprocess.PIPE, text=True) as process:
+        while process.poll() is None and not list((tmp_path / "out").glob("study/trials/*")):
+            time.sleep(0.1)
+        process.send_signal(signal.SIGINT)
+        _, complaint = process.communicate()
+    assert process.returncode == 130
+    assert "goes on from them" in complaint and "Traceback" not in complaint

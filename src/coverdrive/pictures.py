@@ -6,13 +6,12 @@ from pathlib import Path
 from typing import Literal
 
 from coverdrive import workflow
-from coverdrive.config import Experiment
 from coverdrive.errors import DataError
 from coverdrive.prediction.fit import StageProgress
 from coverdrive.report.animation import animate
 from coverdrive.report.figures import draw_all
 from coverdrive.report.page.page import write_page
-from coverdrive.results import CONFIG, TRIALS, binding_of, load_contents, load_predictor, load_trials
+from coverdrive.results import TRIALS, binding_of, load_contents, load_experiment, load_predictor, load_trials
 from coverdrive.simulation.notable import liveliest, notable
 from coverdrive.simulation.trace import Trace
 
@@ -80,13 +79,12 @@ def animate_trial(folder: Path, progress: StageProgress, trial: int | None, file
     number = liveliest(load_trials(folder)) if trial is None else trial
     trace = _traces(folder, [number], progress)[number]
     path = folder / "figures" / f"drive_{number}.{file_format}"
-    animate(trace, path, partial(progress, "video"), binding_of(Experiment.load(folder / CONFIG)))
+    animate(trace, path, partial(progress, "video"), binding_of(load_experiment(folder)))
     return path
 
 
 def _traces(folder: Path, trials: Sequence[int], progress: StageProgress) -> dict[int, Trace]:
-    experiment = Experiment.load(folder / CONFIG)
-    return workflow.drives(experiment, load_predictor(folder), folder, trials, partial(progress, "drives"))
+    return workflow.drives(load_experiment(folder), load_predictor(folder), folder, trials, partial(progress, "drives"))
 
 
 def _replayed(folder: Path, named: Sequence[int], most: int) -> list[int]:

@@ -20,12 +20,35 @@ from coverdrive.report.contents import Certified, Contents
 from coverdrive.simulation.trace import Trace
 
 CONFIG, RUN, CERTIFICATE, METHODS = "config.toml", "run.json", "certificate.json", "methods.json"
-PREDICTOR, LEARNED, TRIALS = "predictor.safetensors", "learned.npz", "study/trials.parquet"
+PREDICTOR, LEARNED = "predictor.safetensors", "learned.npz"
+TRIALS, STUDY = "study/trials.parquet", "study/study.json"
 
 
 def load_predictor(folder: Path) -> Predictor:
     """The predictor of a results folder."""
     return Predictor.load(folder / PREDICTOR)
+
+
+def load_experiment(folder: Path) -> Experiment:
+    """The settings of a results folder: those of the study, where it was driven with others than the fit.
+
+    Raises:
+        DataError: the study was driven with another predictor.
+    """
+    experiment = Experiment.load(folder / CONFIG)
+    if not (folder / STUDY).exists():
+        return experiment
+    described = _json(folder / STUDY)
+    configuration = described["configuration"]
+    if configuration["predictor"] != load_predictor(folder).fingerprint:
+        raise DataError(
+            f"the study in {folder} was driven with another predictor than that in the folder; "
+            "fit to another folder, or remove the folder `study` in it and drive again"
+        )
+    parts = {name: value for name, value in configuration.items() if name in Experiment.model_fields}
+    return experiment.overridden(
+        seed=described["seed"], episode=described["episode"], study={"vehicles": described["vehicles"]}, **parts
+    )
 
 
 def load_trials(folder: Path) -> pl.DataFrame:
@@ -50,7 +73,7 @@ def load_contents(folder: Path, traces: Mapping[int, Trace]) -> Contents:
         DataError: there is no fit in the folder.
     """
     predictor = load_predictor(folder)
-    experiment = Experiment.load(folder / CONFIG)
+    experiment = load_experiment(folder)
     return Contents(
         name=folder.resolve().name,
         run=_json(folder / RUN),
@@ -58,7 +81,7 @@ def load_contents(folder: Path, traces: Mapping[int, Trace]) -> Contents:
         predictor=predictor,
         certified=load_certified(folder),
         learned=Learned.load(folder / LEARNED),
-        compared=load_comparison(folder),
+        compared=load_comparison(folder, predictor),
         trials=load_trials(folder) if (folder / TRIALS).exists() else None,
         period=experiment.episode.step,
         binding=binding_of(experiment),
@@ -86,9 +109,12 @@ def load_certified(folder: Path) -> Certified:
     )
 
 
-def load_comparison(folder: Path) -> list[Compared]:
-    """All methods of calibration side by side; empty if they were not compared yet."""
+def load_comparison(folder: Path, predictor: Predictor) -> list[Compared]:
+    """All methods of calibration side by side; empty if they were not compared on this predictor yet."""
     if not (folder / METHODS).exists():
+        return []
+    record = _json(folder / METHODS)
+    if record["predictor"] != predictor.fingerprint:
         return []
     return [
         Compared(
@@ -99,7 +125,7 @@ def load_comparison(folder: Path) -> list[Compared]:
             refusal=each["refusal"],
             seconds=each["seconds"],
         )
-        for each in _json(folder / METHODS)
+        for each in record["methods"]
     ]
 
 

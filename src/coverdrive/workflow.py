@@ -101,9 +101,9 @@ def compare_methods(
     return compare(task, sides.test, targets, partial(report, "methods"))
 
 
-def save_comparison(compared: Sequence[Compared], folder: Path) -> None:
+def save_comparison(compared: Sequence[Compared], predictor: Predictor, folder: Path) -> None:
     """Write a comparison of methods as JSON, and as a table of one row for each method and target."""
-    write_json(folder / METHODS, [asdict(each) for each in compared])
+    write_json(folder / METHODS, {"predictor": predictor.fingerprint, "methods": [asdict(each) for each in compared]})
     rows = [
         {
             "method": each.method.value,

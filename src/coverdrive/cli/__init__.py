@@ -27,6 +27,7 @@ app = App(
     name="coverdrive",
     version=__version__,
     result_action="return_value",
+    suppress_keyboard_interrupt=False,
     help="""Certified manoeuvre sets from recorded highway traffic, and planning against every member of them.
 
     Start with `coverdrive run`: it learns a predictor, certifies how often it misses, and drives a closed-loop study,
@@ -40,6 +41,7 @@ for command in (run, fit, certify, basis, study, drive, report, figures, animate
     app.command(command)
 
 app.meta.group_parameters = Group("Options of every command")
+app.meta.suppress_keyboard_interrupt = False
 
 
 @app.meta.default

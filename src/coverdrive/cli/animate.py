@@ -20,5 +20,5 @@ def animate(
 
     with stages() as bars:
         path = animate_trial(folder, bars.report, trial, format)
-    console.print(f"The video is {path}")
+    console.print(f"The video is {path}", soft_wrap=True)
     return {"video": str(path)}

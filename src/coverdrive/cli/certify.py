@@ -33,7 +33,7 @@ def certify(
     with stages() as bars:
         recordings = workflow.load_recordings(experiment, recording or [], bars.share("recordings"))
         compared = workflow.compare_methods(experiment, predictor, recordings, epsilon, unit, bars.report)
-    workflow.save_comparison(compared, out)
+    workflow.save_comparison(compared, predictor, out)
     console.print(methods_table(compared))
     for refused in (each for each in compared if each.refusal):
         asked = "" if refused.target is None else f" at ε = {refused.target:g}"

@@ -16,5 +16,5 @@ def report(folder: Folder = Path("results"), *, trial: Named = None, replays: Re
 
     with stages() as bars:
         path = write_report(folder, bars.report, trial or [], replays)
-    console.print(f"The report is {path}")
+    console.print(f"The report is {path}", soft_wrap=True)
     return {"report": str(path)}

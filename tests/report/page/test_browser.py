@@ -165,8 +165,8 @@ def test_it_prints_light_and_within_the_paper(page, tmp_path) -> None:
     page.emulate_media(color_scheme="dark")
     page.evaluate(
         """addEventListener("beforeprint", () => {
-            const plots = [...document.querySelectorAll(".plot")];
-            window.printed = [document.documentElement.dataset.theme, Math.max(...plots.map((p) => p._fullLayout.width))];
+            const widths = [...document.querySelectorAll(".plot")].map((plot) => plot._fullLayout.width);
+            window.printed = [document.documentElement.dataset.theme, Math.max(...widths)];
         })"""
     )
     page.pdf(path=tmp_path / "page.pdf", format="A4")
