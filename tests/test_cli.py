@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -219,9 +220,17 @@ def test_help_teaches(subcommand: str) -> None:
     assert "Usage" in printed and len(printed.splitlines()) > 8
 
 
+@pytest.fixture
+def heeds_interrupts() -> Iterator[None]:
+    """A job in the background ignores SIGINT, and so would all that it starts."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT for other processes")
-def test_a_stopped_study_says_how_to_go_on(results: Path, tmp_path: Path) -> None:
+def test_a_stopped_study_says_how_to_go_on(results: Path, tmp_path: Path, heeds_interrupts: None) -> None:
     shutil.copytree(results, tmp_path / "out", ignore=shutil.ignore_patterns("study", "figures"))
     command = [sys.executable, "-m", "coverdrive", "study", "--trials", "500", "--workers", "1"]
     with subprocess.Popen([*command, "--out", tmp_path / "out"], stderr=subprocess.PIPE, text=True) as process:
