@@ -2,8 +2,14 @@
 
 import json
 import os
+import re
+import shutil
+import signal
 import subprocess
 import sys
+import time
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import polars as pl
@@ -11,6 +17,7 @@ import pytest
 
 from coverdrive.certificates.methods import Method
 from coverdrive.config import Experiment
+from coverdrive.results import load_comparison, load_predictor
 from coverdrive.simulation.storage import load_trace
 
 QUICK = """
@@ -36,19 +43,24 @@ duration = 1.0
 """
 
 
-def coverdrive(*arguments: str | Path, status: int = 0) -> str:
+def coverdrive(*arguments: str | Path, status: int = 0, only: str | None = None) -> str:
     """Call the command and return what it printed; a hint of a traceback is a failure whatever the status."""
     result = subprocess.run(
         [sys.executable, "-m", "coverdrive", *map(str, arguments)],
         capture_output=True,
         text=True,
         check=False,
-        env={"PATH": "/usr/bin:/bin", "COLUMNS": "200", "PYTHONWARNINGS": "error", "JAX_PLATFORMS": "cpu"}
-        | {name: os.environ[name] for name in ("PYTHONPATH",) if name in os.environ},
+        env={
+            "PATH": "/usr/bin:/bin",
+            "COLUMNS": "200",
+            "PYTHONWARNINGS": "error",
+            "JAX_PLATFORMS": "cpu",
+            "PYTHONPATH": os.environ.get("PYTHONPATH", ""),
+        },
     )
     assert result.returncode == status, result.stderr
     assert "Traceback" not in result.stderr
-    return result.stdout + result.stderr
+    return getattr(result, only) if only else result.stdout + result.stderr
 
 
 @pytest.fixture(scope="module")
@@ -81,10 +93,50 @@ def test_run_writes_everything(results: Path) -> None:
     assert certificates["certificates"][0]["unit"] == "window"
     assert json.loads((results / "run.json").read_text())["recordings"][0]["fingerprint"]
     assert pl.read_parquet(results / "study" / "trials.parquet")["vehicles"].to_list() == [3, 4, 5, 6]
-    for name in ("basis", "collisions", "snapshots"):
+    for name in ("affordance", "basis", "collisions", "planning", "scores", "snapshots"):
         assert (results / "figures" / f"{name}.png").read_bytes().startswith(b"\x89PNG")
         assert (results / "figures" / f"{name}.pdf").read_bytes().startswith(b"%PDF")
-    assert (results / "figures" / "drive.mp4").stat().st_size > 10_000
+    (video,) = (results / "figures").glob("drive_*.mp4")
+    assert video.stat().st_size > 10_000
+    assert "With confidence 0.9" in (results / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+def test_report_replays_named_trials(results: Path) -> None:
+    found = json.loads(coverdrive("report", results, "--trial", "2", "--replays", "0", "--json", only="stdout"))
+    assert found == {"report": str(results / "report.html")}
+    html = (results / "report.html").read_text(encoding="utf-8")
+    assert re.findall(r'id="replay-data-(\d+)"', html) == ["2"]
+    stored = sorted((results / "study" / "traces").iterdir())
+    coverdrive("report", results, "--trial", "2", "--replays", "0")
+    assert sorted((results / "study" / "traces").iterdir()) == stored
+    assert "numbered from 0" in coverdrive("report", results, "--trial", "-1", status=2)
+
+
+@pytest.mark.slow
+def test_a_study_of_another_seed_is_replayed_as_it_was(results: Path, tmp_path: Path) -> None:
+    shutil.copytree(results, tmp_path / "out", ignore=shutil.ignore_patterns("study", "figures"))
+    coverdrive("study", "--seed", "9", "--trials", "1", "--out", tmp_path / "out")
+    coverdrive("report", tmp_path / "out")
+    (stored,) = (tmp_path / "out" / "study" / "traces").iterdir()
+    row = pl.read_parquet(tmp_path / "out" / "study" / "trials.parquet").row(0, named=True)
+    assert float(load_trace(stored).scene.speed[:, 0].mean()) == row["mean_speed"]
+    coverdrive("fit", "--config", reseeded(results), "--out", tmp_path / "out")
+    assert "another predictor" in coverdrive("report", tmp_path / "out", status=2)
+
+
+@pytest.mark.slow
+def test_figures_and_videos_are_made_again(results: Path) -> None:
+    files = json.loads(coverdrive("figures", results, "--trial", "1", "--json", only="stdout"))["figures"]
+    assert {Path(file).suffix for file in files} == {".png", ".pdf"}
+    assert coverdrive("animate", results, "--trial", "1", "--format", "gif", "--quiet") == ""
+    assert (results / "figures" / "drive_1.gif").read_bytes().startswith(b"GIF89a")
+
+
+@pytest.mark.slow
+def test_results_are_json_for_scripts(results: Path) -> None:
+    studied = json.loads(coverdrive("study", "--json", "--out", results, only="stdout"))
+    assert studied["collisions"][-1]["trials"] == len(studied["trials"])
 
 
 @pytest.mark.slow
@@ -153,6 +205,10 @@ def test_certify_compares_all_methods(results: Path) -> None:
     table = pl.read_csv(results / "methods.csv")
     assert table.height == len(Method)
     assert (results / "figures" / "methods.png").exists()
+    predictor = load_predictor(results)
+    assert [each.method for each in load_comparison(results, predictor)] == list(Method)
+    other = replace(predictor, rule=replace(predictor.rule, values=0 * predictor.rule.values))
+    assert load_comparison(results, other) == []
     assert "also trained" in coverdrive("certify", "--out", results, "--config", reseeded(results), status=2)
 
 
@@ -175,6 +231,8 @@ def test_inspect_reads_all_real_recordings(us101: Path) -> None:
     ("arguments", "complaint"),
     [
         (["study", "--out", "nowhere"], "make one with `coverdrive fit`"),
+        (["report", "nowhere"], "nowhere"),
+        (["animate", "--format", "avi"], "--format"),
         (["inspect"], "nothing to inspect"),
         (["inspect", "missing.csv"], "missing.csv"),
         (["run", "--config", "missing.toml"], "not a readable TOML file"),
@@ -206,7 +264,45 @@ def test_unknown_keys_are_named(tmp_path: Path) -> None:
     assert "prediction.basis.epsilom" in coverdrive("fit", "--config", config, "--out", tmp_path / "out", status=2)
 
 
-@pytest.mark.parametrize("subcommand", ["run", "fit", "certify", "paper", "study", "compare", "drive", "inspect"])
+@pytest.mark.parametrize(
+    "subcommand",
+    [
+        "run",
+        "fit",
+        "certify",
+        "paper",
+        "study",
+        "compare",
+        "drive",
+        "report",
+        "figures",
+        "animate",
+        "inspect",
+        "doctor",
+    ],
+)
 def test_help_teaches(subcommand: str) -> None:
     printed = coverdrive(subcommand, "--help")
     assert "Usage" in printed and len(printed.splitlines()) >= 8
+
+
+@pytest.fixture
+def heeds_interrupts() -> Iterator[None]:
+    """A job in the background ignores SIGINT, and so would all that it starts."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT for other processes")
+def test_a_stopped_study_says_how_to_go_on(results: Path, tmp_path: Path, heeds_interrupts: None) -> None:
+    shutil.copytree(results, tmp_path / "out", ignore=shutil.ignore_patterns("study", "figures"))
+    command = [sys.executable, "-m", "coverdrive", "study", "--trials", "500", "--workers", "1"]
+    with subprocess.Popen([*command, "--out", tmp_path / "out"], stderr=subprocess.PIPE, text=True) as process:
+        while process.poll() is None and not list((tmp_path / "out").glob("study/trials/*")):
+            time.sleep(0.1)
+        process.send_signal(signal.SIGINT)
+        _, complaint = process.communicate()
+    assert process.returncode == 130
+    assert "goes on from them" in complaint and "Traceback" not in complaint

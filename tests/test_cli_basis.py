@@ -1,6 +1,7 @@
 """The command ``coverdrive basis``, as a user calls it."""
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -22,7 +23,13 @@ def coverdrive_basis(*arguments: str | Path, status: int = 0) -> str:
         capture_output=True,
         text=True,
         check=False,
-        env={"PATH": "/usr/bin:/bin", "COLUMNS": "120", "PYTHONWARNINGS": "error", "JAX_PLATFORMS": "cpu"},
+        env={
+            "PATH": "/usr/bin:/bin",
+            "COLUMNS": "120",
+            "PYTHONWARNINGS": "error",
+            "JAX_PLATFORMS": "cpu",
+            "PYTHONPATH": os.environ.get("PYTHONPATH", ""),
+        },
     )
     assert result.returncode == status, result.stderr
     assert "Traceback" not in result.stderr

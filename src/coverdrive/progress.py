@@ -1,9 +1,13 @@
-"""Progress bars in the terminal, with the time left; one line for each stage."""
+"""Progress bars in the terminal, with the time left; one line for each stage. They go to stderr."""
 
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 
+from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+console = Console(stderr=True)
+"""of the bars; may be made quiet"""
 
 
 class Stages:
@@ -39,5 +43,5 @@ def stages() -> Generator[Stages]:
         TimeElapsedColumn(),
         TimeRemainingColumn(),
     )
-    with Progress(*columns) as bars:
+    with Progress(*columns, console=console, disable=console.quiet) as bars:
         yield Stages(bars)

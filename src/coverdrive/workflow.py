@@ -1,23 +1,25 @@
 """What the commands do: each stage reads and writes one results folder.
 
 ``config.toml`` (all settings) · ``run.json`` (versions, data, times) · ``predictor.safetensors`` ·
-``certificate.json`` · ``study/trials.parquet`` (one row per trial) · ``figures/``.
+``certificate.json`` · ``learned.npz`` (what pictures of the fit show) · ``study/trials.parquet`` (one row per trial) ·
+``study/traces/`` (drives that were looked at) · ``figures/`` · ``report.html``. `coverdrive.results` reads it.
 """
 
 import json
 import os
 import platform
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, fields
+from dataclasses import asdict
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import polars as pl
 
 import coverdrive
-from coverdrive.certificates.certificate import Certificate, Counted, fingerprint
+from coverdrive.certificates.certificate import Counted, fingerprint
 from coverdrive.certificates.comparison import Compared, compare
 from coverdrive.certificates.methods import Task
 from coverdrive.certificates.paper_tables import PaperTables, make_tables
@@ -27,18 +29,19 @@ from coverdrive.planning.planner import MpcPlanner
 from coverdrive.prediction.basis_study import StudiedBasis, basis_record, point_table
 from coverdrive.prediction.fit import Fit, StageProgress, fit, score_sides
 from coverdrive.prediction.held_out import held_out
+from coverdrive.prediction.learned import Learned
 from coverdrive.prediction.paper_settings import paper_settings
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.recordings.generated import generate
 from coverdrive.recordings.read import read
 from coverdrive.recordings.recording import Recording
+from coverdrive.results import CERTIFICATE, CONFIG, LEARNED, METHODS, PREDICTOR, RUN
 from coverdrive.simulation.replay import Clip, ReplaySettings, cut_clips
+from coverdrive.simulation.storage import load_trace, save_trace
 from coverdrive.simulation.study import run_study
 from coverdrive.simulation.trace import Trace
 from coverdrive.simulation.traffics import make_traffic
 from coverdrive.simulation.trial import Participants, run_trial
-
-PREDICTOR = "predictor.safetensors"
 
 
 def load_recordings(
@@ -55,10 +58,11 @@ def fit_predictor(
 ) -> Fit:
     """Learn, certify and test a predictor; write it, its certificates and the settings."""
     result = fit(recordings, experiment.prediction, experiment.seed, progress)
-    experiment.save(folder / "config.toml")
+    experiment.save(folder / CONFIG)
     result.predictor.save(folder / PREDICTOR)
-    write_json(folder / "certificate.json", _certificate_record(result))
-    write_json(folder / "run.json", _provenance(experiment, recordings) | {"seconds": result.seconds})
+    Learned.of(result).save(folder / LEARNED)
+    write_json(folder / CERTIFICATE, certificate_record(result))
+    write_json(folder / RUN, _provenance(experiment, recordings) | {"seconds": result.seconds})
     return result
 
 
@@ -66,7 +70,7 @@ def save_bases(
     experiment: Experiment, recordings: Sequence[Recording], studied: Sequence[StudiedBasis], folder: Path
 ) -> None:
     """Write every basis as safetensors and as a table of points, and what they were made from."""
-    experiment.save(folder / "config.toml")
+    experiment.save(folder / CONFIG)
     write_json(
         folder / "bases.json",
         _provenance(experiment, recordings) | {"bases": [basis_record(each) for each in studied]},
@@ -102,9 +106,9 @@ def compare_methods(
     return compare(task, sides.test, targets, partial(report, "methods"))
 
 
-def save_comparison(compared: Sequence[Compared], folder: Path) -> None:
+def save_comparison(compared: Sequence[Compared], predictor: Predictor, folder: Path) -> None:
     """Write a comparison of methods as JSON, and as a table of one row for each method and target."""
-    write_json(folder / "methods.json", [asdict(each) for each in compared])
+    write_json(folder / METHODS, {"predictor": predictor.fingerprint, "methods": [asdict(each) for each in compared]})
     rows = [
         {
             "method": each.method.value,
@@ -176,36 +180,44 @@ def study(
     )
 
 
-def load_predictor(folder: Path) -> Predictor:
-    """The predictor of a results folder."""
-    return Predictor.load(folder / PREDICTOR)
-
-
-def load_certificates(folder: Path) -> list[Certificate]:
-    """The certificates of the predictor of a results folder, in every unit in which there is one."""
-    file = folder / "certificate.json"
-    if not file.exists():
-        return [load_predictor(folder).certificate]
-    names = {field.name for field in fields(Certificate)}
-    record = json.loads(file.read_text(encoding="utf-8"))
-    return [Certificate(**{name: each[name] for name in names & each.keys()}) for each in record["certificates"]]
-
-
-def load_trials(folder: Path) -> pl.DataFrame:
-    """One row for each trial of the study of a results folder."""
-    return pl.read_parquet(folder / "study" / "trials.parquet")
-
-
-def liveliest(trials: pl.DataFrame) -> tuple[int, int]:
-    """Number of vehicles and of trial of the longest drive with most lane changes and overtakes."""
-    order = trials.sort("time", pl.col("lane_changes") + pl.col("overtakes"), "trial", descending=[True, True, False])
-    return order["vehicles"][0], order["trial"][0]
-
-
 def drive(experiment: Experiment, predictor: Predictor, vehicles: int, trial: int, clips: Sequence[Clip] = ()) -> Trace:
     """One trial of the study, with everything that happened in it."""
     parts = participants(experiment, predictor, clips)
     return run_trial(parts, experiment.episode, vehicles, experiment.seed, trial)
+
+
+def drives(
+    experiment: Experiment,
+    predictor: Predictor,
+    folder: Path,
+    trials: Sequence[int],
+    progress: Callable[[float], None] | None = None,
+    clips: Sequence[Clip] = (),
+) -> dict[int, Trace]:
+    """Trials of the study by their numbers, read from the folder or driven again and stored there.
+
+    A stored drive is used only if it belongs to this experiment and predictor.
+    """
+    description = {"predictor": predictor.fingerprint, "version": coverdrive.__version__, "seed": experiment.seed}
+    description |= experiment.model_dump(mode="json", include={"planner", "traffic", "episode"})
+    key = fingerprint(np.frombuffer(json.dumps(description, sort_keys=True).encode(), np.uint8))
+    report = progress or (lambda share: None)
+    traces: dict[int, Trace] = {}
+    for number, trial in enumerate(trials):
+        report(number / len(trials))
+        vehicles = vehicles_of(experiment, trial)
+        file = folder / "study" / "traces" / f"{trial:06d}_{vehicles}_{key}.npz"
+        if not file.exists():
+            save_trace(drive(experiment, predictor, vehicles, trial, clips), file)
+        traces[trial] = load_trace(file)
+    report(1.0)
+    return traces
+
+
+def vehicles_of(experiment: Experiment, trial: int) -> int:
+    """Number of uncontrolled vehicles in a trial of the study."""
+    numbers = experiment.study.vehicles
+    return numbers[trial % len(numbers)]
 
 
 def clips_to_replay(
@@ -218,7 +230,7 @@ def clips_to_replay(
     """Recorded scenes that neither trained nor calibrated the predictor of a folder; none if nothing is replayed."""
     if not isinstance(experiment.traffic, ReplaySettings):
         return ()
-    settings = folder / "config.toml"
+    settings = folder / CONFIG
     made_with = Experiment.load(settings) if settings.exists() else experiment
     recordings = load_recordings(made_with, paths, progress)
     return cut_clips(held_out(predictor, recordings, made_with.prediction, made_with.seed))
@@ -257,7 +269,7 @@ def _fingerprint(recording: Recording) -> str:
     return fingerprint(*(recording.table[name].to_numpy() for name in recording.table.columns))
 
 
-def _certificate_record(result: Fit) -> dict[str, Any]:
+def certificate_record(result: Fit) -> dict[str, Any]:
     """Certificates, and how they did on the test split, as JSON values."""
     return {
         "certificates": [

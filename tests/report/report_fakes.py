@@ -1,15 +1,29 @@
-"""A small hand-made drive, and small bases."""
+"""A small hand-made drive, small bases, and the contents of a results folder."""
 
 import jax
 import numpy as np
+import polars as pl
 
+from coverdrive.certificates.certificate import Certificate
+from coverdrive.certificates.comparison import Compared
+from coverdrive.certificates.evaluation import Evaluation, Rate
+from coverdrive.certificates.methods import Method
+from coverdrive.certificates.rule import Thresholds
 from coverdrive.paths import PredictedPaths
+from coverdrive.planning.obstacles import ObstacleSettings
 from coverdrive.planning.plan import Plan, Status
+from coverdrive.planning.vehicle import VehicleSettings
 from coverdrive.prediction.basis import Basis
+from coverdrive.prediction.learned import Learned
+from coverdrive.prediction.network import Network
+from coverdrive.prediction.predictor import Predictor
+from coverdrive.report.binding import Binding
+from coverdrive.report.contents import Certified, Contents
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.simulation.outcome import Fault, Kind, Outcome
 from coverdrive.simulation.trace import Trace
+from coverdrive.simulation.trial import measure, table_of
 
 STEPS, HORIZON = 12, 4
 PATHS_PER_VEHICLE = 3
@@ -76,6 +90,55 @@ def make_trace(steps: int = STEPS, kind: Kind = Kind.FINISHED) -> Trace:
         planning_seconds=seconds,
         outcome=Outcome(kind, 0.1 * steps, 1 if collided else None, Fault.OTHER if collided else Fault.NONE),
     )
+
+
+def make_trials(traces: dict[int, Trace]) -> pl.DataFrame:
+    """The rows of some trials."""
+    return table_of([measure(trace, 0, trial) for trial, trace in traces.items()])
+
+
+def make_contents(traces: dict[int, Trace] | None = None, bases: int = 5) -> Contents:
+    """A results folder in which everything was done: basis, certificates, all methods, and a study."""
+    traces = {0: make_trace(), 7: make_trace(kind=Kind.SIDE)} if traces is None else traces
+    random, basis = np.random.default_rng(0), make_basis(bases)
+    network = Network.create(random.normal(size=(9, 21)), (4,), bases, jax.random.key(0))
+    certificate = make_certificate(bases)
+    rates = {"windows": Rate(5, 1000, 0.002, 0.011), "vehicles": Rate(4, 100, 0.01, 0.1)}
+    evaluation = Evaluation(**rates, not_predicted=5, outside_tube=0, mean_set_size=3.5, median_set_size=3, bases=bases)
+    counts = random.integers(0, 9, (2, bases, 50))
+    return Contents(
+        name="results <1>",
+        run={
+            "coverdrive": "0", "python": "3", "packages": {"numpy": "2"}, "seed": 0, "seconds": {"training": 1.0},
+            "recordings": [{"name": "made up", "rows": 10, "fingerprint": "abc"}],
+        },
+        settings="seed = 0",
+        predictor=Predictor(basis, network, Thresholds.at(random.uniform(size=bases), 0.5), certificate, np.arange(2)),
+        certified=Certified(
+            (certificate,), evaluation, Rate(3, 1000, 0.0, 0.1),
+            {"segments": 100, "train": 50, "calibration": 30, "test": 20, "dropped": 0},
+        ),
+        learned=Learned(
+            np.arange(1, bases + 1) / np.arange(1, bases + 1).sum(), basis.points, np.geomspace(9, 1, 12),
+            np.linspace(0, 1, 51), counts[0], counts[1], np.arange(bases + 1),
+        ),
+        compared=[
+            Compared(Method.POST_BLOATING, None, certificate, evaluation, "", 0.1),
+            Compared(Method.FAMILY, 0.01, None, None, "too few vehicles", 0.0),
+        ],
+        trials=make_trials(traces),
+        period=0.1,
+        binding=Binding(VehicleSettings(), ObstacleSettings()),
+        traces=traces,
+    )  # fmt: skip
+
+
+def make_certificate(bases: int) -> Certificate:
+    """A certificate that counts vehicles."""
+    return Certificate(
+        method="post-bloating", epsilon=0.144, confidence=0.99, samples=191, unit="vehicle", bases=bases, uncovered=4,
+        unseen_bases=0, discarded=0, tube=0.5, fingerprint="",
+    )  # fmt: skip
 
 
 def make_basis(size: int, seed: int = 0) -> Basis:

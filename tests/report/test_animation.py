@@ -5,10 +5,16 @@ import subprocess
 import imageio_ffmpeg
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
+from PIL import Image, ImageSequence
 from report_fakes import STEPS, make_trace
 
 from coverdrive.errors import SettingError
+from coverdrive.planning.obstacles import ObstacleSettings
+from coverdrive.planning.vehicle import VehicleSettings
+from coverdrive.report import style
 from coverdrive.report.animation import animate
+from coverdrive.report.binding import Binding
 from coverdrive.simulation.outcome import Kind
 
 pytestmark = pytest.mark.usefixtures("no_global_change")
@@ -19,10 +25,10 @@ HELD = 10
 
 def frames_of(path) -> np.ndarray:
     """All frames, at half the size."""
-    command = [imageio_ffmpeg.get_ffmpeg_exe(), "-v", "error", "-i", str(path), "-vf", "scale=800:264"]
+    command = [imageio_ffmpeg.get_ffmpeg_exe(), "-v", "error", "-i", str(path), "-vf", "scale=800:304"]
     command += ["-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
     pixels = subprocess.run(command, capture_output=True, check=True).stdout
-    return np.frombuffer(pixels, np.uint8).reshape(-1, 264, 800, 3)
+    return np.frombuffer(pixels, np.uint8).reshape(-1, 304, 800, 3)
 
 
 def test_one_frame_for_every_moment_in_real_time(trace, tmp_path):
@@ -42,7 +48,7 @@ def test_players_understand_the_format(trace, tmp_path):
     about = subprocess.run(command, capture_output=True, text=True, check=False).stderr
     assert "Video: h264" in about
     assert "yuv420p" in about
-    assert "1600x528" in about
+    assert "1600x608" in about
     assert "10 fps" in about
 
 
@@ -70,5 +76,17 @@ def test_a_failure_leaves_no_file(trace, tmp_path):
 
 
 def test_other_formats_are_refused(trace, tmp_path):
-    with pytest.raises(SettingError, match=r"\.mp4"):
-        animate(trace, tmp_path / "drive.gif")
+    with pytest.raises(SettingError, match=r"\.gif"):
+        animate(trace, tmp_path / "drive.avi")
+
+
+def test_gif_plays_in_real_time_with_the_colours_of_the_figures(trace, tmp_path):
+    animate(trace, tmp_path / "drive.gif", binding=Binding(VehicleSettings(), ObstacleSettings()))
+    with Image.open(tmp_path / "drive.gif") as gif:
+        frames = [np.asarray(frame.convert("RGB")).astype(int) for frame in ImageSequence.Iterator(gif)]
+        seconds = sum(frame.info["duration"] for frame in ImageSequence.Iterator(gif)) / 1000
+        assert gif.info["loop"] == 0
+    assert seconds == pytest.approx((STEPS + 1 + HELD) * 0.1)
+    for colour in (style.OWN, style.OTHER):
+        near = np.abs(np.array(frames) - (255 * np.array(to_rgb(colour)))).max(-1) < 8
+        assert near.any(axis=(1, 2)).all()

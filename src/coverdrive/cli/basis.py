@@ -1,7 +1,7 @@
 """``coverdrive basis``: the trajectory basis as a tool of its own."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 
@@ -18,10 +18,10 @@ def basis(
     out: Out = Path("results"),
     config: Config = None,
     location: Location = None,
-) -> None:
+) -> dict[str, Any]:
     """Cover all trajectory segments of recordings by few, for several ε, and bound how few could do."""
     from coverdrive import workflow
-    from coverdrive.prediction.basis_study import study_bases
+    from coverdrive.prediction.basis_study import basis_record, study_bases
     from coverdrive.prediction.segments import cut_segments
     from coverdrive.report.figures import draw_bases
     from coverdrive.report.terminal import bases_table
@@ -39,3 +39,4 @@ def basis(
     console.print(f"{len(segments)} segments of {studied[0].basis.horizon:g} s")
     console.print(bases_table(studied))
     console.print(f"Bases and figures are in {out}")
+    return {"results": str(out), "segments": len(segments), "bases": [basis_record(each) for each in studied]}

@@ -1,7 +1,8 @@
 """``coverdrive certify``: all methods of calibration side by side."""
 
+from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
@@ -19,22 +20,24 @@ def certify(
     out: Out = Path("results"),
     config: Config = None,
     location: Location = None,
-) -> None:
+) -> dict[str, Any]:
     """Compare all methods of calibration on the predictor in a results folder, on the recordings that made it."""
     from coverdrive import workflow
     from coverdrive.report import style
     from coverdrive.report.risk_figure import risk_figure
     from coverdrive.report.terminal import methods_table
+    from coverdrive.results import load_predictor
 
     experiment = experiment_of(config_of(out, config), None, location)
-    predictor = workflow.load_predictor(out)
+    predictor = load_predictor(out)
     with stages() as bars:
         recordings = workflow.load_recordings(experiment, recording or [], bars.share("recordings"))
         compared = workflow.compare_methods(experiment, predictor, recordings, epsilon, unit, bars.report)
-    workflow.save_comparison(compared, out)
+    workflow.save_comparison(compared, predictor, out)
     console.print(methods_table(compared))
     for refused in (each for each in compared if each.refusal):
         asked = "" if refused.target is None else f" at ε = {refused.target:g}"
         console.print(f"• {refused.method.value}{asked}: {refused.refusal}")
     style.save(risk_figure(compared), out / "figures" / "methods")
     console.print(f"The comparison is in {out}")
+    return {"results": str(out), "methods": [asdict(each) for each in compared]}

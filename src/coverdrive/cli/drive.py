@@ -1,7 +1,7 @@
 """``coverdrive drive``: one drive of a study again."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 
@@ -28,28 +28,33 @@ def drive(
     seed: Seed = None,
     out: Out = Path("results"),
     config: Config = None,
-) -> None:
+) -> dict[str, Any]:
     """Drive one trial with the predictor in a results folder; write its trace, snapshots and a video."""
     from coverdrive import workflow
     from coverdrive.report.figures import draw_drive
     from coverdrive.report.study_tables import drives_table
+    from coverdrive.results import binding_of, load_predictor
     from coverdrive.simulation.outcome import Cause
     from coverdrive.simulation.storage import save_trace
     from coverdrive.simulation.trial import measure, table_of
 
     experiment = experiment_of(config_of(out, config), seed, traffic=traffic)
-    number = vehicles or experiment.study.vehicles[trial % len(experiment.study.vehicles)]
-    predictor = workflow.load_predictor(out)
+    number = vehicles or workflow.vehicles_of(experiment, trial)
+    predictor = load_predictor(out)
     folder = out / study_name(experiment, out).replace("study", "drive")
     folder = folder.with_name(f"{folder.name}_{trial}_{number}")
     with stages() as bars:
         clips = workflow.clips_to_replay(experiment, predictor, out, recording or [], bars.share("recordings"))
+        bars.report("drive", 0.0)
         trace = workflow.drive(experiment, predictor, number, trial, clips)
         save_trace(trace, folder / "trace.npz")
-        draw_drive(trace, folder, bars.share("video"))
+        bars.report("drive", 1.0)
+        draw_drive(trace, folder, binding_of(experiment), bars.share("video"))
     result = measure(trace, experiment.seed, trial)
     console.print(f"{result.kind} at {result.time:.1f} s with {result.vehicles} vehicles")
     if result.cause != Cause.NONE.value:
         console.print(f"at fault: {result.at_fault}; {result.cause}")
-    console.print(drives_table(table_of([result])))
+    measures = table_of([result])
+    console.print(drives_table(measures))
     console.print(f"Trace, snapshots and video are in {folder}")
+    return {"drive": str(folder), **measures.row(0, named=True)}

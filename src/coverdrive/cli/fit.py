@@ -2,14 +2,13 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from coverdrive.cli.options import Config, Location, Out, Preset, Recordings, Seed, console, experiment_of
 from coverdrive.progress import stages
 
 if TYPE_CHECKING:
     from coverdrive.config import Experiment
-    from coverdrive.prediction.fit import Fit
 
 
 def fit(
@@ -20,13 +19,14 @@ def fit(
     config: Config = None,
     preset: Preset = "default",
     location: Location = None,
-) -> None:
+) -> dict[str, Any]:
     """Learn a predictor from recordings, certify it, and test it on scenes that it never saw."""
-    fit_and_print(experiment_of(config, seed, location, preset=preset), recording or [], out)
+    record = fit_and_print(experiment_of(config, seed, location, preset=preset), recording or [], out)
     console.print(f"The predictor is in {out}")
+    return record
 
 
-def fit_and_print(experiment: "Experiment", paths: Sequence[Path], out: Path) -> "Fit":
+def fit_and_print(experiment: "Experiment", paths: Sequence[Path], out: Path) -> dict[str, Any]:
     """Learn, certify, test, and say how it went."""
     from coverdrive import workflow
     from coverdrive.report.terminal import fit_table
@@ -37,4 +37,4 @@ def fit_and_print(experiment: "Experiment", paths: Sequence[Path], out: Path) ->
     console.print(fit_table(result))
     for certificate in result.certificates:
         console.print(f"• {certificate.sentence}")
-    return result
+    return {"results": str(out), **workflow.certificate_record(result)}

@@ -1,7 +1,8 @@
 """``coverdrive inspect``: what is in recordings."""
 
+from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 
@@ -12,7 +13,7 @@ from coverdrive.progress import stages
 
 def inspect(
     *recording: Annotated[Path, Parameter(help="Files or folders of recordings.")], location: Location = None
-) -> None:
+) -> dict[str, Any]:
     """Say what is in recordings: vehicles, minutes, lanes, speeds, and what had to be repaired."""
     from coverdrive.recordings.read import read
     from coverdrive.recordings.summary import summarise
@@ -22,4 +23,6 @@ def inspect(
         raise DataError("there is nothing to inspect; name a file or folder, as in `coverdrive inspect us-101.csv`")
     with stages() as bars:
         recordings = read(recording, location=location, progress=bars.share("reading"))
-    console.print(recordings_table(summarise(recordings)))
+    summaries = summarise(recordings)
+    console.print(recordings_table(summaries))
+    return {"recordings": [asdict(summary) for summary in summaries]}

@@ -28,6 +28,7 @@ Preset = Annotated[
 ]
 Seed = Annotated[int | None, Parameter(help="Seed of every random choice; the same seed gives the same result.")]
 Out = Annotated[Path, Parameter(help="Results folder.")]
+Folder = Annotated[Path, Parameter(help="Results folder.")]
 Trials = Annotated[int | None, Parameter(help="Number of closed-loop trials; the paper has 1000.")]
 Workers = Annotated[int | None, Parameter(help="Number of processes; 0: one for each processor.")]
 TrafficName = Annotated[
@@ -43,6 +44,12 @@ Vehicles = Annotated[
     Parameter(consume_multiple=True, help="Numbers of uncontrolled vehicles, taken in turn; the paper has 3 to 7."),
 ]
 Location = Annotated[str | None, Parameter(help="Site to take from an NGSIM file that holds several.")]
+Named = Annotated[
+    list[int] | None,
+    Parameter(name="--trial", consume_multiple=True, help="Trials to replay besides the notable ones."),
+]
+Trial = Annotated[int | None, Parameter(help="Number of the trial; else the drive in which most happens.")]
+Replays = Annotated[int, Parameter(help="Number of drives to replay at most: the liveliest, collisions, near misses.")]
 
 
 def experiment_of(

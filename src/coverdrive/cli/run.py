@@ -1,7 +1,7 @@
-"""``coverdrive run``: everything, from recordings to figures."""
+"""``coverdrive run``: everything, from recordings to the report."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 from coverdrive.cli.fit import fit_and_print
 from coverdrive.cli.options import (
@@ -21,10 +21,6 @@ from coverdrive.cli.options import (
 from coverdrive.cli.study import study_and_print
 from coverdrive.progress import stages
 
-if TYPE_CHECKING:
-    from coverdrive.config import Experiment
-    from coverdrive.prediction.fit import Fit
-
 
 def run(
     *,
@@ -38,24 +34,22 @@ def run(
     preset: Preset = "default",
     workers: Workers = None,
     location: Location = None,
-) -> None:
-    """Do everything: learn, certify, test, drive a closed-loop study, and draw the figures.
+) -> dict[str, Any]:
+    """Do everything: learn, certify, test, drive a closed-loop study, and draw the report.
 
     A run that was stopped goes on with its study where it was if it is started again with the same settings.
     """
-    experiment = experiment_of(config, seed, location, trials, workers, traffic, vehicles, preset)
-    result = fit_and_print(experiment, recording or [], out)
-    study_and_print(experiment, out, recording)
-    _draw(experiment, result, out, recording or [])
-    console.print(f"Results are in {out}")
-
-
-def _draw(experiment: "Experiment", result: "Fit", out: Path, recording: list[Path]) -> None:
     from coverdrive import workflow
-    from coverdrive.report.figures import draw_run
+    from coverdrive.pictures import animate_trial, draw_figures, write_report
+    from coverdrive.results import load_predictor
 
-    trials = workflow.load_trials(out)
+    experiment = experiment_of(config, seed, location, trials, workers, traffic, vehicles, preset)
+    fitted = fit_and_print(experiment, recording or [], out)
+    studied = study_and_print(experiment, out, recording)
     with stages() as bars:
-        clips = workflow.clips_to_replay(experiment, result.predictor, out, recording)
-        trace = workflow.drive(experiment, result.predictor, *workflow.liveliest(trials), clips)
-        draw_run(result, trials, trace, out, bars.share("figures and video"))
+        clips = workflow.clips_to_replay(experiment, load_predictor(out), out, recording or [])
+        draw_figures(out, bars.report, clips=clips)
+        animate_trial(out, bars.report, None, "mp4", clips)
+        page = write_report(out, bars.report, clips=clips)
+    console.print(f"Results are in {out}; look at {page}")
+    return {**fitted, **studied, "report": str(page)}

@@ -1,7 +1,7 @@
 """``coverdrive study``: many drives, once or for every cell of a grid."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
@@ -51,7 +51,7 @@ def study(
     config: Config = None,
     workers: Workers = None,
     cluster: Cluster = None,
-) -> None:
+) -> dict[str, Any]:
     """Drive many trials with the predictor in a results folder; a study that was stopped goes on where it was.
 
     In replayed traffic the recordings must be those that made the predictor, of which only the test scenes are used, or
@@ -61,37 +61,47 @@ def study(
         study={"until_width": until_width}
     )
     if settings:
-        _grid(experiment, settings, out, recording or [], cluster)
-    else:
-        study_and_print(experiment, out, recording or [], cluster)
+        return _grid(experiment, settings, out, recording or [], cluster)
+    return study_and_print(experiment, out, recording or [], cluster)
 
 
 def study_and_print(
     experiment: "Experiment", out: Path, recording: list[Path] | None = None, cluster: str | None = None
-) -> None:
+) -> dict[str, Any]:
     """Drive the trials that are missing, and say how they went."""
     from coverdrive import workflow
     from coverdrive.report.study_tables import collisions_table, drives_table, safety_table
+    from coverdrive.results import load_certificates, load_predictor
+    from coverdrive.simulation.statistics import collision_table
 
-    predictor = workflow.load_predictor(out)
+    predictor = load_predictor(out)
     name = study_name(experiment, out)
     with stages() as bars:
         clips = workflow.clips_to_replay(experiment, predictor, out, recording or [], bars.share("recordings"))
         progress = bars.count("closed-loop trials")
         trials = workflow.study(experiment, predictor, out / name, progress, clips=clips, cluster=cluster)
     console.print(collisions_table(trials))
-    console.print(safety_table(trials, workflow.load_certificates(out)))
+    console.print(safety_table(trials, load_certificates(out)))
     console.print(drives_table(trials))
     console.print(f"One row for each trial is in {out / name / 'trials.parquet'}")
+    return {
+        "results": str(out / name),
+        "collisions": collision_table(trials).to_dicts(),
+        "trials": trials.to_dicts(),
+    }
 
 
-def _grid(experiment: "Experiment", settings: list[str], out: Path, recording: list[Path], cluster: str | None) -> None:
+def _grid(
+    experiment: "Experiment", settings: list[str], out: Path, recording: list[Path], cluster: str | None
+) -> dict[str, Any]:
     """Drive a study for every combination of settings, each in its own folder, and put them into one table."""
     from coverdrive import workflow
     from coverdrive.grid import cells_of
     from coverdrive.report.study_tables import grid_table
+    from coverdrive.results import load_predictor
+    from coverdrive.simulation.statistics import collision_table
 
-    predictor = workflow.load_predictor(out)
+    predictor = load_predictor(out)
     cells = {cell.name: experiment.overridden(**cell.changes) for cell in cells_of(settings)}
     driven = {}
     with stages() as bars:
@@ -102,3 +112,4 @@ def _grid(experiment: "Experiment", settings: list[str], out: Path, recording: l
             each.save(folder / "config.toml")
     console.print(grid_table(driven))
     console.print(f"Every cell has its own folder in {out / 'grid'}; two of them go to `coverdrive compare`")
+    return {"grid": {name: collision_table(trials).to_dicts() for name, trials in driven.items()}}

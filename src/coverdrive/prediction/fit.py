@@ -65,14 +65,14 @@ class Fit:
     segments: Segments
     """all segments cut from the recordings"""
     split: Split
+    scored: ScoredSides
+    """scores of the samples of each side of the split"""
     base_share: Float[np.ndarray, " M"]
     """share of the training windows that are nearest to each base"""
     losses: Float[np.ndarray, " epochs"]
     """mean training loss of every epoch"""
     seconds: dict[str, float]
     """[s] wall time of every stage"""
-    scored: ScoredSides
-    """scores of every side of the split"""
 
 
 def fit(
@@ -128,10 +128,10 @@ def fit(
         uncovered=Rate.of(scored.test.distance > basis.epsilon),
         segments=segments,
         split=sides,
+        scored=scored,
         base_share=np.bincount(training.base, minlength=len(basis)) / len(training),
         losses=losses,
         seconds=seconds,
-        scored=scored,
     )
 
 

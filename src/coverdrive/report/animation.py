@@ -1,4 +1,4 @@
-"""One drive as a video (H.264 in MP4) that plays in real time.
+"""One drive as a video (H.264 in MP4, or GIF) that plays in real time.
 
 Above the road as in the snapshots, below it what the own car did so far: its speed, how long each plan took and
 how it was found. The still parts are drawn once; every frame draws only what moves.
@@ -17,11 +17,14 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
 
 from coverdrive.errors import SettingError
 from coverdrive.files import write_atomically
 from coverdrive.planning.plan import Status
 from coverdrive.report import style
+from coverdrive.report.binding import Binding
+from coverdrive.report.gif import write_gif
 from coverdrive.report.road_drawing import RoadDrawing, Window
 from coverdrive.report.snapshots import add_legend
 from coverdrive.simulation.initial import OWN
@@ -31,10 +34,10 @@ from coverdrive.simulation.trace import Trace
 HOLD = 1.0
 """[s] that the last moment is shown"""
 
-_SIZE = 1600, 528
+_SIZE = 1600, 608
 """[pixel] multiples of 16, so that no player has to scale"""
 
-_DPI = 125
+_DPI = 150
 
 _STATUS_LOOK = {
     Status.SOLVED: (style.GREEN, "o"),
@@ -43,50 +46,68 @@ _STATUS_LOOK = {
 }
 
 
-def animate(trace: Trace, path: Path, progress: Callable[[float], None] | None = None) -> None:
+def animate(
+    trace: Trace, path: Path, progress: Callable[[float], None] | None = None, binding: Binding | None = None
+) -> None:
     """Write a video of a trace: one frame for every moment, and the last one held for a second.
 
     Args:
         trace: one episode.
-        path: of the video, ending in ``.mp4``; the folder is made if need be.
+        path: of the video, ending in ``.mp4`` or ``.gif``; the folder is made if need be.
         progress: called with the share of the frames that are written.
+        binding: tells which obstacles bind the plan; they are not marked if it is left out.
 
     Raises:
         SettingError: the path has another suffix.
     """
-    if path.suffix != ".mp4":
-        raise SettingError(f"a video is written as MP4, got the file name {path.name!r}; let it end in .mp4")
+    write = _WRITERS.get(path.suffix)
+    if write is None:
+        raise SettingError(f"a video is MP4 or GIF, got the file name {path.name!r}; let it end in .mp4 or .gif")
     rate = 1 / float(trace.time[1] - trace.time[0])
     moments = [*range(len(trace) + 1), *[len(trace)] * round(HOLD * rate)]
 
-    def write(temporary: Path) -> None:
-        video = write_frames(
-            temporary,
-            _SIZE,
-            pix_fmt_in="rgba",
-            fps=rate,  # pyright: ignore[reportArgumentType]  (it need not be whole)
-            codec="libx264",
-            quality=6,
-            output_params=["-preset", "fast", "-movflags", "+faststart"],
-        )
-        with closing(video), style.style():
-            with warnings.catch_warnings():  # JAX warns of every fork; this one does nothing but start ffmpeg
-                warnings.filterwarnings("ignore", r"os\.fork\(\) was called", RuntimeWarning)
-                video.send(None)
-            for count, frame in enumerate(_frames(trace, moments), start=1):
-                video.send(frame)
-                if progress:
-                    progress(count / len(moments))
+    def counted() -> Iterator[memoryview]:
+        for count, frame in enumerate(_frames(trace, moments, binding), start=1):
+            yield frame
+            if progress:
+                progress(count / len(moments))
 
-    write_atomically(path, write)
+    with style.style():
+        write_atomically(path, lambda temporary: write(temporary, counted(), rate))
 
 
-def _frames(trace: Trace, moments: list[int]) -> Iterator[memoryview]:
+def _write_mp4(path: Path, frames: Iterator[memoryview], rate: float) -> None:
+    video = write_frames(
+        path,
+        _SIZE,
+        pix_fmt_in="rgba",
+        fps=rate,  # pyright: ignore[reportArgumentType]  (it need not be whole)
+        codec="libx264",
+        quality=6,
+        output_params=["-preset", "fast", "-movflags", "+faststart"],
+    )
+    with closing(video):
+        with warnings.catch_warnings():  # JAX warns of every fork; this one does nothing but start ffmpeg
+            warnings.filterwarnings("ignore", r"os\.fork\(\) was called", RuntimeWarning)
+            video.send(None)
+        for frame in frames:
+            video.send(frame)
+
+
+def _write_gif(path: Path, frames: Iterator[memoryview], rate: float) -> None:
+    write_gif(path, map(np.asarray, frames), rate)
+
+
+_WRITERS = {".mp4": _write_mp4, ".gif": _write_gif}
+"""by the suffix of the file"""
+
+
+def _frames(trace: Trace, moments: list[int], binding: Binding | None) -> Iterator[memoryview]:
     """The picture of every moment as RGBA pixels, valid until the next one is asked for."""
     figure = style.new_figure(_SIZE[0] / _DPI, _SIZE[1] / _DPI)
     figure.set_dpi(_DPI)
     canvas = FigureCanvasAgg(figure)
-    picture = _Picture(figure, trace)
+    picture = _Picture(figure, trace, binding)
     canvas.draw()
     still = canvas.copy_from_bbox(figure.bbox)  # pyright: ignore[reportAttributeAccessIssue]
     for moment in moments:
@@ -100,8 +121,8 @@ def _frames(trace: Trace, moments: list[int]) -> Iterator[memoryview]:
 class _Picture:
     """The artists of the video's frames."""
 
-    def __init__(self, figure: Figure, trace: Trace):
-        self._trace = trace
+    def __init__(self, figure: Figure, trace: Trace, binding: Binding | None):
+        self._trace, self._binding = trace, binding
         self._speed = np.asarray(trace.scene.speed[:, OWN])
         self._milliseconds = 1000 * trace.planning_seconds
         grid = figure.add_gridspec(2, 2, height_ratios=(1, 1))
@@ -110,7 +131,7 @@ class _Picture:
         road.set_title(" ", loc="left")
         self._drawing = RoadDrawing.on(road, trace.road, trace.scene.vehicles, Window())
         self._title = road.text(0, 1.04, "", transform=road.transAxes, fontsize=12)
-        add_legend(figure, trace.paths[0])
+        add_legend(figure, trace.paths[0], binding is not None)
         self._speed_line = _speed_panel(figure.add_subplot(grid[1, 0]), trace.time, self._speed)
         self._status_dots = _planning_panel(figure.add_subplot(grid[1, 1]), trace, self._milliseconds)
         self.moving: tuple[Artist, ...] = (
@@ -122,7 +143,7 @@ class _Picture:
     def show(self, moment: int) -> None:
         """Move the artists to one moment of the trace."""
         trace = self._trace
-        self._drawing.show_moment(trace, moment)
+        self._drawing.show_moment(trace, moment, self._binding)
         title = f"{trace.time[moment]:.1f} s, own car {self._speed[moment]:.1f} m/s"
         if moment < len(trace) and trace.plans[moment].status is not Status.SOLVED:
             title += f", plan {trace.plans[moment].status.value}"
@@ -138,6 +159,7 @@ class _Picture:
 
 def _speed_panel(axes: Axes, time: np.ndarray, speed: np.ndarray) -> Line2D:
     axes.set(xlim=(0, time[-1]), ylim=(0, 1.1 * max(speed.max(), 1.0)), xlabel="time [s]", ylabel="own speed [m/s]")
+    axes.xaxis.set_major_locator(MaxNLocator(steps=[1, 2, 5, 10]))
     axes.grid(True)
     return axes.plot([], [], color=style.OWN)[0]
 
@@ -147,6 +169,7 @@ def _planning_panel(axes: Axes, trace: Trace, milliseconds: np.ndarray) -> dict[
     period = 1000 * float(trace.time[1] - trace.time[0])
     axes.set(xlim=(0, trace.time[-1]), ylim=(0, 1.1 * max(milliseconds.max(), period)))
     axes.set(xlabel="time [s]", ylabel="planning [ms]")
+    axes.xaxis.set_major_locator(MaxNLocator(steps=[1, 2, 5, 10]))
     axes.axhline(period, color=style.GREY, linestyle="--", linewidth=1.2, label="next plan due")
     axes.grid(True)
     look: dict[str, Any] = {"linestyle": "none", "markersize": 4}

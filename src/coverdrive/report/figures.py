@@ -3,42 +3,62 @@
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-import polars as pl
+from matplotlib.figure import Figure
 
 from coverdrive.prediction.basis_study import StudiedBasis
-from coverdrive.prediction.fit import Fit
 from coverdrive.prediction.segments import Segments
 from coverdrive.report import style
+from coverdrive.report.affordance_figure import affordance_figure
 from coverdrive.report.animation import animate
 from coverdrive.report.basis_figure import basis_figure
+from coverdrive.report.binding import Binding
 from coverdrive.report.collisions_figure import collisions_figure
+from coverdrive.report.contents import Contents
+from coverdrive.report.planning_figure import planning_figure
+from coverdrive.report.risk_figure import risk_figure
+from coverdrive.report.scores_figure import scores_figure
 from coverdrive.report.size_figure import size_figure
 from coverdrive.report.snapshots import snapshots
 from coverdrive.simulation.trace import Trace
 
 
-def draw_run(
-    fit: Fit, trials: pl.DataFrame, trace: Trace, folder: Path, progress: Callable[[float], None] | None = None
-) -> None:
-    """Draw the basis, the collisions of a study, and one of its drives.
+def draw_all(contents: Contents, folder: Path, progress: Callable[[float], None] | None = None) -> list[Path]:
+    """Draw everything that there are results for; figures go to ``folder``, each as PNG and PDF.
 
     Args:
-        fit: the predictor and its training segments.
-        trials: one row for each trial of the study.
-        trace: one of the trials.
-        folder: of the results.
-        progress: called with the share of the video that is written.
+        contents: of a results folder; snapshots are drawn of its first trace.
+        folder: of the figures.
+        progress: called with the share that is drawn.
+
+    Returns:
+        The files.
     """
-    segments = fit.segments.points[fit.split.train]
-    style.save(basis_figure(fit.predictor.basis, fit.base_share, segments), folder / "figures" / "basis")
-    style.save(collisions_figure(trials), folder / "figures" / "collisions")
-    draw_drive(trace, folder / "figures", progress)
+    basis, learned = contents.predictor.basis, contents.learned
+    drawings: dict[str, Callable[[], Figure]] = {
+        "affordance": affordance_figure,
+        "basis": lambda: basis_figure(basis, learned.base_share, learned.examples),
+        "scores": lambda: scores_figure(learned, contents.predictor.rule),
+    }
+    if any(each.certificate for each in contents.compared):
+        drawings["methods"] = lambda: risk_figure(contents.compared)
+    trials = contents.trials
+    if trials is not None:
+        drawings["collisions"] = lambda: collisions_figure(trials)
+        drawings["planning"] = lambda: planning_figure(trials, contents.period)
+    for trace in list(contents.traces.values())[:1]:
+        drawings["snapshots"] = lambda trace=trace: snapshots(trace, binding=contents.binding)
+    files: list[Path] = []
+    for number, (name, draw) in enumerate(drawings.items(), start=1):
+        files += style.save(draw(), folder / name)
+        if progress is not None:
+            progress(number / len(drawings))
+    return files
 
 
-def draw_drive(trace: Trace, folder: Path, progress: Callable[[float], None] | None = None) -> None:
+def draw_drive(trace: Trace, folder: Path, binding: Binding, progress: Callable[[float], None] | None = None) -> None:
     """Draw snapshots and a video of one drive into a folder."""
-    style.save(snapshots(trace), folder / "snapshots")
-    animate(trace, folder / "drive.mp4", progress)
+    style.save(snapshots(trace, binding=binding), folder / "snapshots")
+    animate(trace, folder / "drive.mp4", progress, binding)
 
 
 def draw_bases(studied: Sequence[StudiedBasis], segments: Segments, folder: Path) -> None:

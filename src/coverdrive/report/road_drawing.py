@@ -1,7 +1,8 @@
 """One moment of a drive as seen from above, in the coordinates of the own car: what snapshots and animation share.
 
 Vehicles are turned boxes with their speed in them. The predicted sets are the union of all boxes of all paths, the
-paler the later, with a thin line for every path. The own plan is a line with the body's outline at every full second.
+paler the later, with a thin line for every path, and an outline where a path binds the plan. The own plan is a line
+with the body's outline at every full second.
 """
 
 from dataclasses import dataclass
@@ -20,6 +21,7 @@ from matplotlib.text import Text
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.plan import Plan
 from coverdrive.report import style
+from coverdrive.report.binding import Binding
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.simulation.initial import OWN
@@ -30,6 +32,9 @@ VERGE = 0.8
 
 _DASH, _DASH_PERIOD = 3.0, 12.0
 """[m] length of a lane marking, and from one to the next (MUTCD: 10 ft of 40 ft)"""
+
+_CLEAR = 10
+"""outlines of binding boxes that are drawn in full colour; more of them are paler"""
 
 _CORNERS = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
 
@@ -56,6 +61,8 @@ class RoadDrawing:
     members: LineCollection
     """one line for every predicted path"""
     edges: tuple[Line2D, ...]
+    binding: PolyCollection
+    """boxes of predicted paths that bind the plan"""
     bodies: PolyCollection
     """the own body at every full second of the plan"""
     plan: Line2D
@@ -85,7 +92,8 @@ class RoadDrawing:
         members = LineCollection([], colors=style.OTHER, linewidths=0.6, zorder=2)
         bodies = PolyCollection([], facecolors="none", edgecolors=style.OWN, linewidths=1.0, zorder=4)
         vehicles = PolyCollection([], edgecolors="white", linewidths=0.8, zorder=6)
-        for collection in (sets, dashes, members, bodies, vehicles):
+        binding = PolyCollection([], facecolors="none", edgecolors=style.BINDS, linewidths=1.2, zorder=3.5)
+        for collection in (sets, dashes, members, binding, bodies, vehicles):
             axes.add_collection(collection, autolim=False)
         text = {"color": "white", "fontsize": 8, "ha": "center", "va": "center_baseline", "clip_on": True, "zorder": 7}
         return RoadDrawing(
@@ -95,6 +103,7 @@ class RoadDrawing:
             dashes=dashes,
             members=members,
             edges=tuple(axes.axhline(edge, color=style.MARKING, linewidth=1.5, zorder=3) for edge in edges[[0, -1]]),
+            binding=binding,
             bodies=bodies,
             plan=axes.plot([], [], color=style.OWN, marker="o", markersize=2.5, linewidth=1.4, zorder=5)[0],
             vehicles=vehicles,
@@ -105,13 +114,18 @@ class RoadDrawing:
     def artists(self) -> tuple[Artist, ...]:
         """All that changes, or lies on top of what changes, from back to front."""
         below = (self.sets, self.dashes, self.members, *self.edges)
-        return (*below, self.bodies, self.plan, self.vehicles, *self.speeds)
+        return (*below, self.binding, self.bodies, self.plan, self.vehicles, *self.speeds)
 
-    def show_moment(self, trace: Trace, moment: int) -> Scene:
+    def show_moment(self, trace: Trace, moment: int, binding: Binding | None = None) -> Scene:
         """Show moment 0 … n of a trace of n steps, and return its scene; at moment n there is no prediction or plan."""
         scene: Scene = jax.tree.map(lambda values: values[moment], trace.scene)
         known = moment < len(trace)
         self.show(scene, trace.paths[moment] if known else None, trace.plans[moment] if known else None)
+        boxes = np.zeros((0, 4, 2))
+        if known and binding is not None:
+            boxes = np.swapaxes(path_boxes(trace.paths[moment]), 0, 1)[binding.of(trace, moment)]
+        self.binding.set_alpha(float(np.clip(_CLEAR / max(len(boxes), 1), 0.15, 1)))
+        self.binding.set_verts(list(boxes - [float(scene.lon[OWN]), 0.0]))
         return scene
 
     def show(self, scene: Scene, paths: PredictedPaths | None = None, plan: Plan | None = None) -> None:
@@ -174,8 +188,14 @@ def set_boxes(paths: PredictedPaths) -> Float[np.ndarray, "_ S 4 2"]:
 
     Halfway between two points there is one more, so that fast vehicles leave no gaps.
     """
-    points, half_sizes = _with_midpoints(paths.points), _with_midpoints(paths.half_sizes)
-    return np.swapaxes(points[:, :, None] + _CORNERS * half_sizes[:, :, None], 0, 1)
+    return path_boxes(
+        PredictedPaths(_with_midpoints(paths.points), paths.vehicle, _with_midpoints(paths.half_sizes), paths.dt / 2)
+    )
+
+
+def path_boxes(paths: PredictedPaths) -> Float[np.ndarray, "P S 4 2"]:
+    """Corners [m] of the boxes of all paths at each of their points, all turning the same way."""
+    return np.swapaxes(paths.points[:, :, None] + _CORNERS * paths.half_sizes[:, :, None], 0, 1)
 
 
 def body_corners(

@@ -11,8 +11,6 @@ from coverdrive.errors import DataError
 from coverdrive.prediction.basis_study import StudiedBasis
 from coverdrive.report import style
 
-_COLOURS = (style.BLUE, style.VERMILION, style.GREEN, style.PURPLE, style.ORANGE, style.SKY, style.BLACK)
-
 
 def size_figure(studied: Sequence[StudiedBasis]) -> Figure:
     """Draw the sizes of bases of several ε.
@@ -56,7 +54,7 @@ def _draw_size(axes: Axes, studied: Sequence[StudiedBasis]) -> None:
 def _draw_mass(axes: Axes, studied: Sequence[StudiedBasis]) -> None:
     for number, each in enumerate(studied):
         count = np.arange(1, len(each.basis) + 1)
-        colour = _COLOURS[number % len(_COLOURS)]
+        colour = style.CYCLE[number % len(style.CYCLE)]
         label = f"ε = {each.basis.epsilon:g} (M = {len(each.basis)})"
         axes.plot(count, 100 * each.cumulative, color=colour, marker=".", label=label)
     axes.set(xscale="log", xlabel="most common base trajectories", ylabel="segments nearest to them [%]", ylim=(0, 102))

@@ -14,6 +14,7 @@ from matplotlib.patches import Patch
 from coverdrive.errors import DataError
 from coverdrive.paths import PredictedPaths
 from coverdrive.report import style
+from coverdrive.report.binding import Binding
 from coverdrive.report.road_drawing import RoadDrawing, Window
 from coverdrive.simulation.initial import OWN
 from coverdrive.simulation.outcome import Kind
@@ -30,13 +31,19 @@ class Moment(NamedTuple):
     remark: str
 
 
-def snapshots(trace: Trace, steps: Sequence[int] | None = None, window: Window | None = None) -> Figure:
+def snapshots(
+    trace: Trace,
+    steps: Sequence[int] | None = None,
+    window: Window | None = None,
+    binding: Binding | None = None,
+) -> Figure:
     """Draw moments of a trace: vehicles, predicted sets and the own plan.
 
     Args:
         trace: one episode.
         steps: indices of the steps at whose start the scene is shown; if left out, four interesting ones.
         window: the stretch of road around the own car that is shown.
+        binding: tells which obstacles bind the plan; they are not marked if it is left out.
 
     Raises:
         DataError: no step, or one that the trace does not have.
@@ -49,22 +56,24 @@ def snapshots(trace: Trace, steps: Sequence[int] | None = None, window: Window |
         figure = style.new_figure(12, 0.9 + 1.4 * len(moments))
         panels = figure.subplots(len(moments), 1, sharex=True, squeeze=False)[:, 0]
         for letter, (axes, moment) in enumerate(zip(panels, moments, strict=True)):
-            _draw_moment(axes, trace, moment, window, chr(ord("a") + letter))
+            _draw_moment(axes, trace, moment, window, chr(ord("a") + letter), binding)
         panels[-1].set_xlabel("distance ahead of the own car [m]")
-        add_legend(figure, trace.paths[0])
+        add_legend(figure, trace.paths[0], binding is not None)
     return figure
 
 
-def add_legend(figure: Figure, paths: PredictedPaths) -> None:
+def add_legend(figure: Figure, paths: PredictedPaths, binding: bool = False) -> None:
     """Explain a drawing of the road, above all panels; the horizon is that of ``paths``."""
     horizon = paths.dt * (paths.points.shape[1] - 1)
     shades = tuple(Patch(color=style.SETS(age)) for age in (0.0, 0.5, 1.0))
-    explained = {
+    explained: dict[str, Patch | Line2D | tuple[Patch, ...]] = {
         "own car": Patch(color=style.OWN),
-        "its plan, body at every second": Line2D([], [], color=style.OWN, marker="o", markersize=3),
+        "its plan, every second": Line2D([], [], color=style.OWN, marker="o", markersize=3),
         "other vehicles, speed in m/s": Patch(color=style.OTHER),
         f"predicted set, now … {horizon:g} s ahead": shades,
     }
+    if binding:
+        explained["binds the plan"] = Patch(facecolor="none", edgecolor=style.BINDS)
     figure.legend(
         list(explained.values()),  # pyright: ignore[reportArgumentType]  (Matplotlib takes tuples too)
         list(explained),
@@ -122,8 +131,10 @@ def _passes(trace: Trace) -> Bool[np.ndarray, " n"]:
     return np.asarray((ahead[:-1] & ~ahead[1:] & trace.scene.valid[1:]).any(1))
 
 
-def _draw_moment(axes: Axes, trace: Trace, moment: Moment, window: Window, letter: str) -> None:
+def _draw_moment(
+    axes: Axes, trace: Trace, moment: Moment, window: Window, letter: str, binding: Binding | None
+) -> None:
     drawing = RoadDrawing.on(axes, trace.road, trace.scene.vehicles, window)
-    scene = drawing.show_moment(trace, moment.step)
+    scene = drawing.show_moment(trace, moment.step, binding)
     title = f"({letter})  {trace.time[moment.step]:.1f} s, own car {scene.speed[OWN]:.1f} m/s"
     axes.set_title(title + (f":  {moment.remark}" if moment.remark else ""), loc="left")

@@ -4,6 +4,7 @@ Colours are those of Okabe and Ito (2008), which remain distinct under colour bl
 with pyplot: none stays open, and no display is needed.
 """
 
+import io
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -11,6 +12,7 @@ from types import MappingProxyType
 from typing import Any
 
 import matplotlib as mpl
+from cycler import cycler
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
@@ -19,11 +21,17 @@ from coverdrive.files import write_atomically
 BLUE, SKY, VERMILION, ORANGE = "#0072B2", "#56B4E9", "#D55E00", "#E69F00"
 GREEN, PURPLE, BLACK, GREY = "#009E73", "#CC79A7", "#000000", "#8A8A8A"
 
+CYCLE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, GREY)
+"""for things that are told apart by colour, in this order"""
+
 OWN, OTHER = BLUE, VERMILION
 """the own car and what it plans; the other vehicles and what is predicted for them"""
 
-ROAD, MARKING = "#EFEFEF", "#A0A0A0"
-"""surface and lane markings"""
+BINDS = "#8F1D5F"
+"""members of predicted sets that bind a plan"""
+
+ROAD, MARKING, PAPER = "#EFEFEF", "#A0A0A0", "#FFFFFF"
+"""surface, lane markings, and the background of a figure"""
 
 SETS = LinearSegmentedColormap.from_list("predicted sets", ["#F6BF9C", "#FDEFE6"])
 """light vermilion, from now (0) to the end of the prediction (1)"""
@@ -48,11 +56,14 @@ _SETTINGS: Mapping[str, Any] = MappingProxyType(
         "axes.spines.top": False,
         "axes.spines.right": False,
         "axes.axisbelow": True,
+        "axes.prop_cycle": cycler(color=CYCLE),
         "grid.color": "#E3E3E3",
         "lines.linewidth": 1.6,
         "figure.facecolor": "white",
         "savefig.facecolor": "white",
         "pdf.fonttype": 42,
+        "svg.fonttype": "none",
+        "svg.hashsalt": "coverdrive",
         "text.usetex": False,
     }
 )
@@ -83,3 +94,13 @@ def save(figure: Figure, path: Path) -> tuple[Path, Path]:
         write_atomically(png, lambda file: figure.savefig(file, dpi=DPI))
         write_atomically(pdf, lambda file: figure.savefig(file, dpi=DPI, metadata={"CreationDate": None}))
     return png, pdf
+
+
+def inline_svg(figure: Figure) -> str:
+    """A figure as an SVG element to stand in a page; black, white, road and markings follow the page's colours."""
+    with style(), io.StringIO() as file:
+        figure.savefig(file, format="svg", transparent=True, metadata={"Date": None})
+        text = file.getvalue()
+    for colour, name in (("#000000", "ink"), (PAPER, "paper"), (ROAD, "road"), (MARKING, "marking")):
+        text = text.replace(f": {colour.lower()}", f": var(--{name})")
+    return text[text.index("<svg") :]

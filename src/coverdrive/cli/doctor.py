@@ -1,0 +1,34 @@
+"""``coverdrive doctor``: what is installed, and what is missing."""
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from coverdrive.cli.options import Folder, console
+from coverdrive.progress import stages
+
+
+def doctor(folder: Folder = Path("results")) -> dict[str, Any]:
+    """Say what is installed and what is missing: packages, solvers, video, data, a place to write; with hints.
+
+    The exit status is 1 if something is missing that the commands need.
+    """
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    from coverdrive.doctor import examine
+
+    with stages() as bars:
+        findings = examine(folder, bars.share("examination"))
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False)
+    for name in ("", "what", "found"):
+        table.add_column(name, overflow="fold")
+    for finding in findings:
+        mark = "[green]✓[/]" if finding.fine else "[red]✗[/]" if finding.needed else "[yellow]–[/]"
+        table.add_row(mark, finding.name, finding.found)
+        if not finding.fine:
+            table.add_row("", "", f"[dim]{finding.hint}[/]")
+    console.print(table)
+    missing = [finding.name for finding in findings if finding.needed and not finding.fine]
+    console.print("Everything that the commands need is there." if not missing else f"Missing: {', '.join(missing)}.")
+    return {"missing": missing, "findings": [asdict(finding) for finding in findings]}

@@ -1,0 +1,20 @@
+"""``coverdrive report``: a results folder as one HTML page."""
+
+from pathlib import Path
+from typing import Any
+
+from coverdrive.cli.options import Folder, Named, Replays, console
+from coverdrive.progress import stages
+
+
+def report(folder: Folder = Path("results"), *, trial: Named = None, replays: Replays = 8) -> dict[str, Any]:
+    """Show everything in a results folder on one HTML page that needs no network, with drives to replay.
+
+    Drives that are to be replayed are driven again from their seeds, and kept in the folder.
+    """
+    from coverdrive.pictures import write_report
+
+    with stages() as bars:
+        path = write_report(folder, bars.report, trial or [], replays)
+    console.print(f"The report is {path}", soft_wrap=True)
+    return {"report": str(path)}

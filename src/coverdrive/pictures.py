@@ -1,0 +1,106 @@
+"""From a results folder to what a person looks at: the page, the figures, the video of a drive."""
+
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import Literal
+
+from coverdrive import workflow
+from coverdrive.errors import DataError
+from coverdrive.prediction.fit import StageProgress
+from coverdrive.report.animation import animate
+from coverdrive.report.figures import draw_all
+from coverdrive.report.page.page import write_page
+from coverdrive.results import TRIALS, binding_of, load_contents, load_experiment, load_predictor, load_trials
+from coverdrive.simulation.notable import liveliest, notable
+from coverdrive.simulation.replay import Clip
+from coverdrive.simulation.trace import Trace
+
+REPORT = "report.html"
+
+Format = Literal["mp4", "gif"]
+
+
+def write_report(
+    folder: Path, progress: StageProgress, named: Sequence[int] = (), most: int = 8, clips: Sequence[Clip] = ()
+) -> Path:
+    """Write the page of a results folder.
+
+    Args:
+        folder: of the results.
+        progress: called with the stage and the share of it that is done.
+        named: trials to replay in any case.
+        most: number of notable trials to replay at most.
+        clips: recorded scenes, if the study replayed some.
+
+    Returns:
+        The HTML file.
+
+    Raises:
+        DataError: there is no fit in the folder, or no such trial.
+    """
+    traces = _traces(folder, _replayed(folder, named, most), progress, clips)
+    path = folder / REPORT
+    write_page(load_contents(folder, traces), path, partial(progress, "report"))
+    return path
+
+
+def draw_figures(
+    folder: Path, progress: StageProgress, trial: int | None = None, clips: Sequence[Clip] = ()
+) -> list[Path]:
+    """Draw every figure that the folder has results for, as PDF and PNG.
+
+    Args:
+        folder: of the results.
+        progress: called with the stage and the share of it that is done.
+        trial: whose snapshots are drawn; the liveliest, if left out.
+        clips: recorded scenes, if the study replayed some.
+
+    Returns:
+        The files.
+
+    Raises:
+        DataError: there is no fit in the folder, or no such trial.
+    """
+    drawn = _replayed(folder, [], 1) if trial is None else _replayed(folder, [trial], 0)
+    traces = _traces(folder, drawn, progress, clips)
+    return draw_all(load_contents(folder, traces), folder / "figures", partial(progress, "figures"))
+
+
+def animate_trial(
+    folder: Path, progress: StageProgress, trial: int | None, file_format: Format, clips: Sequence[Clip] = ()
+) -> Path:
+    """Write the video of a drive.
+
+    Args:
+        folder: of the results.
+        progress: called with the stage and the share of it that is done.
+        trial: which; the liveliest, if left out.
+        file_format: of the video.
+        clips: recorded scenes, if the study replayed some.
+
+    Returns:
+        The file.
+
+    Raises:
+        DataError: there is no fit in the folder, or no such trial.
+    """
+    number = liveliest(load_trials(folder)) if trial is None else trial
+    trace = _traces(folder, [number], progress, clips)[number]
+    path = folder / "figures" / f"drive_{number}.{file_format}"
+    animate(trace, path, partial(progress, "video"), binding_of(load_experiment(folder)))
+    return path
+
+
+def _traces(folder: Path, trials: Sequence[int], progress: StageProgress, clips: Sequence[Clip]) -> dict[int, Trace]:
+    experiment, predictor = load_experiment(folder), load_predictor(folder)
+    return workflow.drives(experiment, predictor, folder, trials, partial(progress, "drives"), clips)
+
+
+def _replayed(folder: Path, named: Sequence[int], most: int) -> list[int]:
+    """The named trials, then the notable ones of the study."""
+    wrong = [trial for trial in named if trial < 0]
+    if wrong:
+        raise DataError(f"trials are numbered from 0, got {wrong[0]}; name one of the study's table")
+    chosen = notable(load_trials(folder), most) if (folder / TRIALS).exists() else []
+    return list(dict.fromkeys([*named, *chosen]))

@@ -1,0 +1,97 @@
+"""What is worth keeping of a fit besides the predictor: what its pictures show, in one small file.
+
+M base trajectories of T points, B bins of scores.
+"""
+
+import zipfile
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from coverdrive.certificates.calibration import ScoredSamples
+from coverdrive.errors import DataError
+from coverdrive.files import write_atomically
+from coverdrive.prediction.fit import Fit
+
+_BINS = 50
+
+
+@dataclass(frozen=True)
+class Learned:
+    """Shares, examples, losses and distributions."""
+
+    base_share: Float[np.ndarray, " M"]
+    """share of the training windows that are nearest to each base"""
+    examples: Float[np.ndarray, "M T 2"]
+    """[m] the training segment farthest from each base among those that it covers; the base itself if it covers none"""
+    losses: Float[np.ndarray, " epochs"]
+    """mean training loss of every epoch"""
+    edges: Float[np.ndarray, " E"]
+    """of the B = E − 1 bins of scores, from 0 to 1"""
+    driven: Int[np.ndarray, "M B"]
+    """calibration windows by the score of the base that they drove"""
+    others: Int[np.ndarray, "M B"]
+    """calibration windows that drove another base, by the score of this one"""
+    set_sizes: Int[np.ndarray, " S"]
+    """test windows by the size of their predicted set, 0 … M = S − 1"""
+
+    @staticmethod
+    def of(fit: Fit) -> "Learned":
+        """Take it from a fit."""
+        edges = np.linspace(0, 1, _BINS + 1)
+        driven, others = score_histograms(fit.scored.calibration, edges)
+        sizes = fit.predictor.rule.possible(fit.scored.test.scores).sum(1)
+        return Learned(
+            base_share=fit.base_share,
+            examples=_examples(fit),
+            losses=fit.losses,
+            edges=edges,
+            driven=driven,
+            others=others,
+            set_sizes=np.bincount(sizes, minlength=len(fit.base_share) + 1),
+        )
+
+    def save(self, path: Path) -> None:
+        """Write it, atomically; the file name should end in ``.npz``."""
+
+        def write(temporary: Path) -> None:
+            with temporary.open("wb") as file:
+                np.savez_compressed(file, allow_pickle=False, **vars(self))
+
+        write_atomically(path, write)
+
+    @staticmethod
+    def load(path: Path) -> "Learned":
+        """Read it.
+
+        Raises:
+            DataError: the file is missing or is something else.
+        """
+        try:
+            with np.load(path, allow_pickle=False) as file:
+                return Learned(**{field.name: file[field.name] for field in fields(Learned)})
+        except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
+            raise DataError(f"{path}: not what a fit leaves behind ({error}); make it with `coverdrive fit`") from error
+
+
+def score_histograms(
+    samples: ScoredSamples, edges: Float[np.ndarray, " E"]
+) -> tuple[Int[np.ndarray, "M B"], Int[np.ndarray, "M B"]]:
+    """For every base, the scores of samples that drove it and of those that drove another one, counted in bins."""
+    bases = range(samples.scores.shape[1])
+    mine = [samples.base == base for base in bases]
+    driven = [np.histogram(samples.scores[mine[base], base], edges)[0] for base in bases]
+    others = [np.histogram(samples.scores[~mine[base], base], edges)[0] for base in bases]
+    return np.stack(driven), np.stack(others)
+
+
+def _examples(fit: Fit) -> Float[np.ndarray, "M T 2"]:
+    """The farthest training segment that each base covers."""
+    basis = fit.predictor.basis
+    segments = fit.segments.points[fit.split.train]
+    distance = basis.distance(segments)
+    farthest = np.where(distance <= basis.epsilon, distance, -1.0)
+    found = farthest.max(0) >= 0
+    return np.where(found[:, None, None], segments[farthest.argmax(0)], basis.points)

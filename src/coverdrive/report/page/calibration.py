@@ -1,0 +1,139 @@
+"""Calibration on the page: scores and thresholds, set sizes, losses, and all methods side by side."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+
+from coverdrive.certificates.comparison import Compared
+from coverdrive.certificates.rule import Thresholds
+from coverdrive.prediction.learned import Learned
+from coverdrive.prediction.predictor import Predictor
+from coverdrive.report import style
+from coverdrive.report.page.plots import Plot, plot
+
+_SYMBOLS = ("circle", "square", "diamond", "triangle-up", "triangle-down", "triangle-left", "triangle-right", "x",
+            "pentagon", "star")  # fmt: skip
+
+
+def calibration_plots(predictor: Predictor, learned: Learned, compared: Sequence[Compared]) -> list[Plot]:
+    """How scores separate, where the thresholds lie, and what they cost."""
+    plots = [
+        _scores("driven", predictor, learned.driven, learned.edges, style.BLUE,
+                "Scores of the base that a calibration vehicle drove. The bars are the thresholds: a base is possible "
+                "from its threshold on, so that what lies left of it is missed."),
+        _scores("others", predictor, learned.others, learned.edges, style.VERMILION,
+                "Scores of the bases that it did not drive. What lies right of the thresholds makes the sets larger."),
+        _set_sizes(learned),
+        _losses(learned),
+    ]  # fmt: skip
+    return [_risk(compared), *plots] if any(each.certificate for each in compared) else plots
+
+
+def _scores(name: str, predictor: Predictor, counts: np.ndarray, edges: np.ndarray, colour: str, caption: str) -> Plot:
+    """One row for each base: how its scores are distributed, and its threshold."""
+    share = counts / np.maximum(counts.sum(1, keepdims=True), 1)
+    bases = [str(base) for base in range(len(counts))]
+    heat = go.Heatmap(
+        x=((edges[:-1] + edges[1:]) / 2).round(3),
+        y=bases,
+        z=np.where(counts > 0, np.sqrt(share), np.nan).round(3),
+        customdata=counts,
+        colorscale=[[0, _fade(colour, 0.10)], [1, _fade(colour, 1.0)]],
+        showscale=False,
+        ygap=3,
+        hovertemplate="base %{y}, score %{x:.2f}<br>%{customdata} windows<extra></extra>",
+        hoverongaps=False,
+    )
+    rule = predictor.rule
+    thresholds = go.Scatter(
+        x=rule.values.round(4) if isinstance(rule, Thresholds) else [], y=bases, mode="markers",
+        marker={"symbol": "line-ns", "size": 15, "line": {"width": 3, "color": style.GREEN}},
+        hovertemplate="base %{y}: possible from the score %{x:.3f} on<extra></extra>",
+    )  # fmt: skip
+    return plot(
+        f"scores-{name}", [heat, thresholds], caption, x="score", y="base trajectory", showlegend=False,
+        height=140 + 26 * len(bases), xaxis_range=[-0.02, 1.02], yaxis_type="category",
+    )  # fmt: skip
+
+
+def _set_sizes(learned: Learned) -> Plot:
+    sizes = np.arange(len(learned.set_sizes))
+    bars = go.Bar(
+        x=sizes, y=(100 * learned.set_sizes / learned.set_sizes.sum()).round(3), marker={"color": style.BLUE},
+        hovertemplate="%{x} possible bases: %{y:.1f} % of the windows<extra></extra>",
+    )  # fmt: skip
+    return plot(
+        "set-sizes", [bars], f"How many of the {len(sizes) - 1} base trajectories are possible, on unseen scenes.",
+        x="size of the predicted set", y="test windows [%]", bargap=0.15,
+    )  # fmt: skip
+
+
+def _losses(learned: Learned) -> Plot:
+    line = go.Scatter(
+        x=np.arange(1, len(learned.losses) + 1), y=learned.losses.round(5), mode="lines+markers",
+        line={"color": style.BLUE}, hovertemplate="epoch %{x}: %{y:.4g}<extra></extra>",
+    )  # fmt: skip
+    return plot(
+        "losses", [line], "Mean training loss of every epoch.", x="epoch", y="loss", yaxis_type="log", yaxis_dtick="D2"
+    )
+
+
+def _risk(compared: Sequence[Compared]) -> Plot:
+    """Certified and observed misses of every method against the mean size of its sets."""
+    traces: list[go.Scatter] = []
+    methods = list(dict.fromkeys(each.method for each in compared if each.certificate))
+    for number, method in enumerate(methods):
+        colour, symbol = style.CYCLE[number % len(style.CYCLE)], _SYMBOLS[number % len(_SYMBOLS)]
+        points = [each for each in compared if each.method is method and each.certificate]
+        look: dict[str, Any] = {"color": colour, "symbol": symbol, "size": 10}
+        traces += [
+            _certified(points, method.value, colour, look),
+            _observed(points, method.value, {**look, "symbol": f"{symbol}-open", "line": {"width": 1.8}}),
+        ]
+    unit = next(each.certificate.unit for each in compared if each.certificate)
+    figure = plot(
+        "methods", traces,
+        "Every method of calibration on the same scores. Filled: the bound that is proved; open: what was observed on "
+        "unseen scenes, with its 95 % interval. Left is safer, low is more useful. A click on a name hides it.",
+        x=f"missed {unit}s [%]", y="mean set size [base trajectories]", wide=True, height=520,
+    )  # fmt: skip
+    figure.figure.update_xaxes(rangemode="tozero")
+    return figure
+
+
+def _certified(points: list[Compared], name: str, colour: str, look: dict[str, Any]) -> go.Scatter:
+    bounds = [100 * each.certificate.epsilon for each in points if each.certificate]
+    return go.Scatter(
+        x=np.round(bounds, 4), y=_sizes(points), mode="lines+markers", name=name, legendgroup=name, marker=look,
+        line={"color": colour, "width": 1.5},
+        hovertemplate=f"<b>{name}</b><br>at most %{{x:.2f}} % missed (proved)<br>%{{y:.2f}} possible bases"
+        "<extra></extra>",
+    )  # fmt: skip
+
+
+def _observed(points: list[Compared], name: str, look: dict[str, Any]) -> go.Scatter:
+    rates = [each.missed for each in points if each.missed]
+    values = np.array([100 * rate.value for rate in rates])
+    return go.Scatter(
+        x=values.round(4), y=_sizes(points), mode="markers", name=name, legendgroup=name, marker=look,
+        showlegend=False,
+        error_x={
+            "type": "data", "symmetric": False, "thickness": 1, "width": 3,
+            "array": [100 * rate.high for rate in rates] - values,
+            "arrayminus": values - [100 * rate.low for rate in rates],
+        },
+        text=[f"{rate.count} of {rate.total}" for rate in rates],
+        hovertemplate=f"<b>{name}</b><br>%{{x:.2f}} % missed on unseen scenes (%{{text}})<br>%{{y:.2f}} possible bases"
+        "<extra></extra>",
+    )  # fmt: skip
+
+
+def _sizes(points: list[Compared]) -> list[float]:
+    return [round(each.evaluation.mean_set_size, 4) for each in points if each.evaluation]
+
+
+def _fade(colour: str, opacity: float) -> str:
+    red, green, blue = (int(colour[at : at + 2], 16) for at in (1, 3, 5))
+    return f"rgba({red},{green},{blue},{opacity})"

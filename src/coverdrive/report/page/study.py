@@ -1,0 +1,105 @@
+"""The closed-loop study on the page: collisions, speeds, gaps, and whether planning keeps up with real time."""
+
+import numpy as np
+import plotly.graph_objects as go
+import polars as pl
+
+from coverdrive.report import style
+from coverdrive.report.page.plots import Plot, plot
+from coverdrive.simulation.statistics import collision_table
+
+_KINDS = {"frontal_or_side": ("frontal or side", style.BLUE), "rear_end": ("rear-end", style.ORANGE)}
+_TIMES = {
+    "planning_median": ("median step", style.BLUE),
+    "planning_p99": ("99th percentile", style.ORANGE),
+    "planning_maximum": ("slowest step", style.VERMILION),
+}
+_BINS = 40
+_TICKS = [value * 10**power for power in range(5) for value in (1, 2, 5)]
+"""[ms]"""
+
+
+def study_plots(trials: pl.DataFrame, period: float) -> list[Plot]:
+    """Figures of a study.
+
+    Args:
+        trials: one row for each trial.
+        period: [s] between two plans.
+    """
+    return [
+        _collisions(trials),
+        _planning(trials, period),
+        _distribution("speed", trials, "mean_speed", "Mean speed of the own car in every trial.", "mean speed [m/s]"),
+        _distribution(
+            "gap", trials, "minimum_gap", "Least gap of the own car to another vehicle in every trial.", "least gap [m]"
+        ),
+    ]
+
+
+def _collisions(trials: pl.DataFrame) -> Plot:
+    table = collision_table(trials)
+    names = [f"{row['vehicles'] or 'all'}<br>({row['trials']})" for row in table.iter_rows(named=True)]
+    bars: list[go.Bar] = []
+    for kind, (name, colour) in _KINDS.items():
+        rate, low, high = (100 * table[f"{kind}_{part}"].to_numpy() for part in ("rate", "low", "high"))
+        bars.append(
+            go.Bar(
+                x=names, y=rate.round(4), name=name, marker={"color": colour}, customdata=table[kind].to_list(),
+                error_y={
+                    "type": "data", "symmetric": False, "array": np.maximum(high - rate, 0).round(4),
+                    "arrayminus": np.maximum(rate - low, 0).round(4), "thickness": 1.5, "width": 5, "color": style.GREY,
+                },
+                hovertemplate=f"%{{customdata}} {name} collisions: %{{y:.2f}} %<extra></extra>",
+            )
+        )  # fmt: skip
+    return plot(
+        "collisions", bars, "Collisions by number of uncontrolled vehicles (number of trials in brackets), with 95 % "
+        "Clopper–Pearson intervals.", x="uncontrolled vehicles", y="trials with a collision [%]", xaxis_type="category",
+        yaxis_rangemode="tozero",
+    )  # fmt: skip
+
+
+def _planning(trials: pl.DataFrame, period: float) -> Plot:
+    """How long prediction and planning took; bins are equal on a logarithmic axis."""
+    times = 1e3 * trials.select(list(_TIMES)).to_numpy()
+    edges = np.geomspace(times.min() / 1.2, 1.2 * max(times.max(), 1e3 * period), _BINS + 1)
+    centres = np.sqrt(edges[:-1] * edges[1:])
+    steps = [
+        go.Scatter(
+            x=centres.round(3), y=np.histogram(1e3 * trials[column].to_numpy(), edges)[0], name=name, mode="lines",
+            line={"shape": "hvh", "color": colour, "width": 2}, fill="tozeroy", fillcolor=f"{colour}22",
+            hovertemplate=f"{name}, about %{{x:.1f}} ms: %{{y}} trials<extra></extra>",
+        )
+        for column, (name, colour) in _TIMES.items()
+    ]  # fmt: skip
+    due = {"x0": 1e3 * period, "x1": 1e3 * period, "y0": 0, "y1": 1, "yref": "paper", "type": "line"}
+    return plot(
+        "planning", steps, f"Prediction and planning of one step, in every trial; the dashed line is real time: the "
+        f"next plan is due after {1e3 * period:g} ms.", x="time [ms]", y="trials", xaxis_type="log",
+        xaxis_tickvals=_TICKS,
+        shapes=[{**due, "line": {"dash": "dash", "color": style.GREY, "width": 2}}],
+        annotations=[{
+            "x": float(np.log10(1e3 * period)), "y": 1, "yref": "paper", "text": "real time", "showarrow": False,
+            "xanchor": "left", "yanchor": "top", "xshift": 4,
+        }],
+    )  # fmt: skip
+
+
+def _distribution(name: str, trials: pl.DataFrame, column: str, caption: str, label: str) -> Plot:
+    """One dot for each trial with a box, by number of vehicles."""
+    boxes = [
+        go.Box(
+            y=group[column].to_numpy().round(3), x=[str(vehicles)] * len(group),
+            boxpoints="all", jitter=0.5, pointpos=0,
+            marker={"size": 5, "opacity": 0.6, "color": style.BLUE}, line={"width": 1.2, "color": style.BLUE},
+            fillcolor="rgba(86,180,233,0.15)", customdata=group["trial"].to_list(),
+            hovertemplate="trial %{customdata}: %{y:.2f}<extra></extra>",
+        )
+        for (vehicles,), group in trials.filter(pl.col(column).is_finite()).sort("vehicles").group_by(
+            "vehicles", maintain_order=True
+        )
+    ]  # fmt: skip
+    return plot(
+        name, boxes, caption, x="uncontrolled vehicles", y=label, showlegend=False, xaxis_type="category",
+        yaxis_rangemode="tozero",
+    )  # fmt: skip

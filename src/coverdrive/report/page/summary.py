@@ -1,0 +1,78 @@
+"""The first things on the page: the numbers that count, and where everything comes from."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import polars as pl
+
+from coverdrive.certificates.evaluation import Rate
+from coverdrive.report.contents import Contents
+from coverdrive.simulation.statistics import collision_table
+
+
+@dataclass(frozen=True)
+class Tile:
+    """One number."""
+
+    value: str
+    label: str
+    note: str
+
+
+def tiles(contents: Contents) -> list[Tile]:
+    """The numbers that count."""
+    certified, basis = contents.certified, contents.predictor.basis
+    certificate, evaluation = certified.certificates[0], certified.evaluation
+    observed = evaluation.vehicles if certificate.unit == "vehicle" else evaluation.windows
+    confidence = "on average" if certificate.confidence is None else f"with {certificate.confidence:.4g} confidence"
+    shown = [
+        Tile(f"≤ {certificate.epsilon:.2%}", f"{certificate.unit}s missed, certified", confidence),
+        Tile(f"{observed.value:.2%}", f"{certificate.unit}s missed on unseen scenes", _counted(observed)),
+        Tile(
+            f"{evaluation.mean_set_size:.1f} of {len(basis)}", "possible manoeuvres", "mean size of the predicted set"
+        ),
+    ]
+    if contents.trials is not None:
+        shown += _study_tiles(contents.trials, contents.period)
+    return shown
+
+
+def _study_tiles(trials: pl.DataFrame, period: float) -> list[Tile]:
+    total = collision_table(trials).row(-1, named=True)
+    collisions = total["frontal_or_side"] + total["rear_end"]
+    rate = Rate.of(np.arange(total["trials"]) < collisions)
+    median = 1e3 * float(np.median(trials["planning_median"].to_numpy()))
+    return [
+        Tile(
+            f"{collisions} of {total['trials']}", "drives with a collision", f"95 %: {rate.low:.1%} – {rate.high:.1%}"
+        ),
+        Tile(f"{trials['mean_speed'].to_numpy().mean():.1f} m/s", "mean speed of the own car", "over all trials"),
+        Tile(f"{median:.0f} ms", "per prediction and plan", f"median; due every {1e3 * period:g} ms"),
+    ]
+
+
+def facts(contents: Contents) -> list[tuple[str, str]]:
+    """What was learned from what, line by line."""
+    certified, basis, run = contents.certified, contents.predictor.basis, contents.run
+    evaluation, samples = certified.evaluation, certified.samples
+    recordings = run["recordings"]
+    rows = sum(recording["rows"] for recording in recordings)
+    return [
+        ("recordings", f"{len(recordings)} with {rows} rows in all"),
+        ("segments", f"{samples['segments']} of {basis.horizon:g} s: {samples['train']} to train, "
+         f"{samples['calibration']} to calibrate, {samples['test']} to test; {samples['dropped']} left out"),
+        ("base trajectories", f"{len(basis)} (ε = {basis.epsilon:g}; all training segments are covered)"),
+        ("missed test windows", str(evaluation.windows)),
+        ("missed test vehicles", str(evaluation.vehicles)),
+        ("not predicted / outside the tube", f"{evaluation.not_predicted} / {evaluation.outside_tube} test windows"),
+        ("test windows that no base covers", str(certified.uncovered)),
+        ("set size", f"mean {evaluation.mean_set_size:.2f}, median {evaluation.median_set_size:g} of {len(basis)}"),
+        ("time", ", ".join(f"{stage} {seconds:.1f} s" for stage, seconds in run["seconds"].items())),
+        ("software", f"coverdrive {run['coverdrive']}, Python {run['python']}, "
+         + ", ".join(f"{name} {version}" for name, version in run["packages"].items())),
+        ("seed", str(run["seed"])),
+    ]  # fmt: skip
+
+
+def _counted(rate: Rate) -> str:
+    return f"{rate.count} of {rate.total}; 95 %: {rate.low:.1%} – {rate.high:.1%}"

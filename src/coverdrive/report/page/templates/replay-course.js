@@ -1,0 +1,90 @@
+"use strict";
+/* The course of a drive: own speed, planning time and slack over time, with a cursor. */
+class CourseView {
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.context = canvas.getContext("2d");
+    this.still = document.createElement("canvas");
+  }
+
+  /* Draws what does not move; `show` puts the cursor over it. */
+  prepare(drive) {
+    const width = this.canvas.clientWidth, ratio = devicePixelRatio || 1, narrow = width < 560;
+    this.drive = drive;
+    this.left = 52;
+    this.right = width - 20;
+    this.canvas.style.height = "248px";
+    for (const canvas of [this.canvas, this.still]) {
+      canvas.width = width * ratio;
+      canvas.height = 248 * ratio;
+    }
+    const context = this.still.getContext("2d");
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    context.font = "11px system-ui, sans-serif";
+    const readings = Array.from({ length: drive.steps }, (_, step) => reading(drive, step));
+    const own = Array.from({ length: drive.steps + 1 }, (_, moment) => drive.speed[moment * drive.slots + drive.own]);
+    const milliseconds = readings.map((each) => each.milliseconds), period = 1000 * drive.dt;
+    this.panel(context, "own speed [m/s]", 18, 52, own, Theme.colour("own"), Math.max(...own, 1));
+    this.panel(context, narrow ? "planning [ms], dashed: real time" : "prediction and planning [ms], dots by how the plan was found, dashed: real time", 96, 52, milliseconds, null, Math.max(...milliseconds, 1.1 * period), period);
+    this.panel(context, "largest slack", 174, 40, readings.map((each) => each.slack), Theme.colour("other"), Math.max(...readings.map((each) => each.slack), 0.1));
+    context.fillStyle = Theme.colour("soft");
+    context.textAlign = "center";
+    for (let second = 0; second <= drive.steps * drive.dt + 1e-6; second += narrow ? 5 : 2) context.fillText(second + " s", this.x(second / drive.dt), 240);
+  }
+
+  x(moment) {
+    return this.left + (this.right - this.left) * moment / this.drive.steps;
+  }
+
+  moment(x) {
+    return Math.max(0, Math.min(this.drive.steps, (x - this.left) / (this.right - this.left) * this.drive.steps));
+  }
+
+  panel(context, label, top, height, values, colour, largest, period) {
+    const y = (value) => top + height * (1 - value / (1.08 * largest));
+    context.strokeStyle = Theme.colour("grid");
+    context.lineWidth = 1;
+    context.strokeRect(this.left, top, this.right - this.left, height);
+    context.fillStyle = Theme.colour("soft");
+    context.textAlign = "left";
+    context.fillText(label, this.left, top - 5);
+    context.textAlign = "right";
+    context.fillText("0", this.left - 6, top + height);
+    context.fillText(largest < 1 ? largest.toFixed(2) : largest.toFixed(0), this.left - 6, y(largest) + 8);
+    if (period) {
+      context.setLineDash([5, 4]);
+      context.strokeStyle = Theme.colour("soft");
+      context.beginPath();
+      context.moveTo(this.left, y(period));
+      context.lineTo(this.right, y(period));
+      context.stroke();
+      context.setLineDash([]);
+    }
+    if (colour) {
+      context.strokeStyle = colour;
+      context.lineWidth = 1.8;
+      context.beginPath();
+      values.forEach((value, moment) => context.lineTo(this.x(moment), y(value)));
+      context.stroke();
+      return;
+    }
+    values.forEach((value, step) => {
+      context.fillStyle = Theme.colour(this.drive.statuses[this.drive.status[step]]);
+      context.fillRect(this.x(step) - 1.5, y(value) - 1.5, 3, 3);
+    });
+  }
+
+  show(moment) {
+    const context = this.context, ratio = devicePixelRatio || 1;
+    context.setTransform(1, 0, 0, 1, 0, 0);
+    context.clearRect(0, 0, this.canvas.width, this.canvas.height);
+    context.drawImage(this.still, 0, 0);
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    context.strokeStyle = Theme.colour("ink");
+    context.lineWidth = 1.2;
+    context.beginPath();
+    context.moveTo(this.x(moment), 12);
+    context.lineTo(this.x(moment), 220);
+    context.stroke();
+  }
+}

@@ -1,0 +1,180 @@
+"use strict";
+/* The road from above, in the coordinates of the own car. */
+class RoadView {
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.context = canvas.getContext("2d");
+  }
+
+  /* Metres behind and ahead of the own car that are shown, by the width of the page. */
+  window() {
+    const wide = this.canvas.clientWidth;
+    return wide > 820 ? [35, 105] : wide > 520 ? [25, 70] : [11, 37];
+  }
+
+  show(drive, moment) {
+    const context = this.context, width = this.canvas.clientWidth, edges = drive.edges;
+    const [behind, ahead] = this.window(), verge = 0.8;
+    const scale = width / (behind + ahead), right = edges[0] - verge, left = edges[edges.length - 1] + verge;
+    const height = Math.round((left - right) * scale) + 22, ratio = devicePixelRatio || 1;
+    this.canvas.style.height = height + "px";
+    this.canvas.width = width * ratio;
+    this.canvas.height = height * ratio;
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    const step = Math.min(Math.floor(moment), drive.steps), part = moment - step;
+    const now = this.vehicles(drive, step, part), origin = now[drive.own].lon - behind;
+    this.place = (lon, lat) => [(lon - origin) * scale, (left - lat) * scale];
+    this.scale = scale;
+    this.surface(edges, height);
+    if (step < drive.steps) this.sets(drive, step);
+    this.markings(edges, origin);
+    if (step < drive.steps) {
+      this.members(drive, step);
+      this.plan(drive, step);
+    }
+    now.forEach((vehicle, slot) => vehicle && this.body(vehicle, slot === drive.own, step === drive.steps && slot === drive.partner));
+    this.ruler(behind, ahead, height);
+  }
+
+  vehicles(drive, step, part) {
+    const between = (values, slot) => {
+      const here = values[step * drive.slots + slot];
+      return part && step < drive.steps ? here + part * (values[(step + 1) * drive.slots + slot] - here) : here;
+    };
+    return drive.valid.map((valid, slot) => valid && {
+      lon: between(drive.lon, slot), lat: between(drive.lat, slot), heading: between(drive.heading, slot), speed: between(drive.speed, slot), size: drive.sizes[slot],
+    });
+  }
+
+  surface(edges, height) {
+    const context = this.context, width = this.canvas.clientWidth;
+    const left = this.place(0, edges[edges.length - 1])[1], right = this.place(0, edges[0])[1];
+    context.fillStyle = Theme.colour("paper");
+    context.fillRect(0, 0, width, height);
+    context.fillStyle = Theme.colour("road");
+    context.fillRect(0, left, width, right - left);
+  }
+
+  markings(edges, origin) {
+    const context = this.context, width = this.canvas.clientWidth;
+    const lines = edges.map((lat) => this.place(0, lat)[1]);
+    context.strokeStyle = Theme.colour("marking");
+    lines.forEach((y, number) => {
+      const outer = number === 0 || number === lines.length - 1;
+      context.lineWidth = outer ? 1.8 : 1.3;
+      context.setLineDash(outer ? [] : [3 * this.scale, 9 * this.scale]);
+      context.lineDashOffset = outer ? 0 : (origin % 12) * this.scale;
+      context.beginPath();
+      context.moveTo(0, y);
+      context.lineTo(width, y);
+      context.stroke();
+    });
+    context.setLineDash([]);
+  }
+
+  /* Where the others may be, late first, so that what is near in time lies on top. */
+  sets(drive, step) {
+    const context = this.context, points = drive.points, first = drive.first[step], end = drive.first[step + 1];
+    const now = Theme.colour("set-now").split(",").map(Number), late = Theme.colour("set-late").split(",").map(Number);
+    for (let point = 2 * (points - 1); point >= 0; point--) {
+      const age = point / (2 * (points - 1));
+      context.fillStyle = `rgb(${now.map((value, i) => Math.round(value + age * (late[i] - value)))})`;
+      for (let path = first; path < end; path++) context.fillRect(...this.box(drive, path, point / 2));
+    }
+  }
+
+  /* One line for every predicted path, and the boxes that bind the plan. */
+  members(drive, step) {
+    const context = this.context, points = drive.points, first = drive.first[step], end = drive.first[step + 1];
+    context.lineWidth = 1;
+    for (const binds of [false, true]) {
+      context.strokeStyle = Theme.colour(binds ? "binds" : "other");
+      context.globalAlpha = binds ? 0.6 : Math.min(0.35, 24 / (end - first));
+      for (let path = first; path < end; path++) {
+        if (Boolean(drive.binding[path]) !== binds) continue;
+        context.beginPath();
+        for (let point = 0; point < points; point++) context.lineTo(...this.place(drive.paths[2 * (path * points + point)], drive.paths[2 * (path * points + point) + 1]));
+        context.stroke();
+      }
+    }
+    const bits = (mask) => mask ? (mask & 1) + bits(mask >> 1) : 0;
+    let outlines = 0;
+    for (let path = first; path < end; path++) outlines += bits(drive.binding[path]);
+    context.globalAlpha = Math.max(0.15, Math.min(1, 10 / outlines));
+    context.strokeStyle = Theme.colour("binds");
+    context.lineWidth = 1.4;
+    for (let path = first; path < end; path++) {
+      for (let point = 1; drive.binding[path] >> point; point++) {
+        if ((drive.binding[path] >> point) & 1) context.strokeRect(...this.box(drive, path, point));
+      }
+    }
+    context.globalAlpha = 1;
+  }
+
+  /* The box of a path at a point, or halfway between two. */
+  box(drive, path, point) {
+    const low = Math.floor(point), high = Math.ceil(point);
+    const at = (values, k) => (values[2 * (path * drive.points + low) + k] + values[2 * (path * drive.points + high) + k]) / 2;
+    const [halfLength, halfWidth] = [at(drive.boxes, 0), at(drive.boxes, 1)];
+    const [x, y] = this.place(at(drive.paths, 0) - halfLength, at(drive.paths, 1) + halfWidth);
+    return [x, y, 2 * halfLength * this.scale, 2 * halfWidth * this.scale];
+  }
+
+  plan(drive, step) {
+    const context = this.context, size = drive.sizes[drive.own];
+    const state = (point) => [0, 1, 2].map((k) => drive.plan[3 * (step * drive.planPoints + point) + k]);
+    context.strokeStyle = context.fillStyle = Theme.colour("own");
+    context.lineWidth = 2;
+    context.beginPath();
+    for (let point = 0; point < drive.planPoints; point++) context.lineTo(...this.place(...state(point).slice(0, 2)));
+    context.stroke();
+    context.lineWidth = 1.3;
+    for (let point = 1; point < drive.planPoints; point++) {
+      const [lon, lat, heading] = state(point), seconds = point * drive.planDt;
+      context.beginPath();
+      context.arc(...this.place(lon, lat), 2.2, 0, 7);
+      context.fill();
+      if (Math.abs(seconds - Math.round(seconds)) < 1e-6) {
+        this.outline({ lon, lat, heading, size });
+        context.stroke();
+      }
+    }
+  }
+
+  outline({ lon, lat, heading, size }) {
+    const context = this.context, [x, y] = this.place(lon, lat);
+    context.save();
+    context.translate(x, y);
+    context.rotate(-heading);
+    context.beginPath();
+    context.roundRect(-size[0] / 2 * this.scale, -size[1] / 2 * this.scale, size[0] * this.scale, size[1] * this.scale, 2);
+    context.restore();
+  }
+
+  body(vehicle, own, hit) {
+    const context = this.context;
+    context.fillStyle = Theme.colour(own ? "own" : hit ? "bad" : "other");
+    context.strokeStyle = Theme.colour("body-edge");
+    context.lineWidth = 1;
+    this.outline(vehicle);
+    context.fill();
+    context.stroke();
+    if (vehicle.size[0] * this.scale < 16) return;
+    context.fillStyle = "#ffffff";
+    context.font = `600 ${Math.min(12, 0.75 * vehicle.size[1] * this.scale)}px system-ui, sans-serif`;
+    context.textAlign = "center";
+    context.textBaseline = "middle";
+    context.fillText(vehicle.speed.toFixed(0), ...this.place(vehicle.lon, vehicle.lat));
+  }
+
+  ruler(behind, ahead, height) {
+    const context = this.context;
+    context.fillStyle = Theme.colour("soft");
+    context.font = "11px system-ui, sans-serif";
+    context.textAlign = "center";
+    context.textBaseline = "alphabetic";
+    for (let metre = -20; metre < ahead - 5; metre += 20) {
+      if (metre > -behind + 2) context.fillText(metre === 0 ? "own car" : `${metre > 0 ? "+" : "−"}${Math.abs(metre)} m`, (metre + behind) * this.scale, height - 7);
+    }
+  }
+}

@@ -1,0 +1,124 @@
+"use strict";
+/* The player: which drive, which moment, and how fast. */
+(() => {
+  const element = (name) => document.getElementById(name);
+  const player = element("player");
+  if (!player) return;
+  const road = new RoadView(element("road")), course = new CourseView(element("course"));
+  const scrub = element("scrub"), play = element("play"), rate = element("rate"), chooser = element("trial");
+  const drives = new Map();
+  let drive = null, moment = 0, playing = false, last = 0, shown = -1;
+
+  const show = () => {
+    if (!drive || !player.clientWidth) return;
+    road.show(drive, moment);
+    course.show(moment);
+    const step = Math.floor(moment + 1e-9);
+    scrub.value = Math.round(moment);
+    element("clock").textContent = `${(moment * drive.dt).toFixed(1)} s of ${(drive.steps * drive.dt).toFixed(1)}`;
+    if (step !== shown) readings(step);
+    shown = step;
+  };
+  const readings = (step) => {
+    const last = step >= drive.steps, now = reading(drive, Math.min(step, drive.steps - 1));
+    const ended = drive.kind === "finished" ? "finished" : `${drive.kind} collision (at fault: ${drive.fault})`;
+    element("read-speed").textContent = `${drive.speed[Math.min(step, drive.steps) * drive.slots + drive.own].toFixed(1)} m/s`;
+    element("read-acceleration").textContent = last ? "–" : `${now.acceleration.toFixed(1).replace("-", "−")} m/s²`;
+    element("read-status").textContent = last ? ended : now.status;
+    element("read-status").style.color = last ? (drive.kind === "finished" ? "" : Theme.colour("bad")) : Theme.colour(now.status);
+    element("read-time").textContent = last ? "–" : `${now.milliseconds.toFixed(1)} ms`;
+    element("read-slack").textContent = last ? "–" : now.slack.toFixed(3);
+    element("read-paths").textContent = last ? "–" : now.paths;
+    element("read-binding").textContent = last ? "–" : now.binding;
+  };
+  const go = (to) => {
+    moment = Math.max(0, Math.min(drive ? drive.steps : 0, to));
+    show();
+  };
+  const setPlaying = (on) => {
+    if (!drive) return;
+    playing = on;
+    if (on && moment >= drive.steps) moment = 0;
+    play.textContent = on ? "❚❚" : "▶";
+    play.setAttribute("aria-label", on ? "Pause" : "Play");
+    last = performance.now();
+    if (on) requestAnimationFrame(tick);
+  };
+  const tick = (time) => {
+    if (!playing) return;
+    moment += Math.max(0, time - last) / 1000 / drive.dt * Number(rate.value);
+    last = time;
+    if (moment >= drive.steps) {
+      moment = drive.steps;
+      setPlaying(false);
+    } else requestAnimationFrame(tick);
+    show();
+  };
+  const step = (by) => {
+    setPlaying(false);
+    go(Math.round(moment) + by);
+  };
+  const redraw = () => {
+    if (!drive || !player.clientWidth) return;
+    course.prepare(drive);
+    shown = -1;
+    show();
+  };
+  const load = async (trial) => {
+    setPlaying(false);
+    if (!drives.has(trial)) drives.set(trial, await readDrive(element("replay-data-" + trial).textContent));
+    drive = drives.get(trial);
+    chooser.value = trial;
+    scrub.max = drive.steps;
+    player.dataset.loaded = trial;
+    moment = 0;
+    redraw();
+  };
+  const fromAddress = () => {
+    const named = /^#replay-(\d+)$/.exec(location.hash);
+    if (!named || !element("replay-data-" + named[1])) return false;
+    load(named[1]).then(() => {
+      element("replay").scrollIntoView();
+      player.focus({ preventScroll: true });
+    });
+    return true;
+  };
+
+  play.addEventListener("click", () => setPlaying(!playing));
+  element("back").addEventListener("click", () => step(-1));
+  element("forward").addEventListener("click", () => step(1));
+  chooser.addEventListener("change", () => load(chooser.value));
+  scrub.addEventListener("input", () => {
+    setPlaying(false);
+    go(Number(scrub.value));
+  });
+  const seek = (event) => {
+    if (!drive || !event.buttons) return;
+    setPlaying(false);
+    go(Math.round(course.moment(event.clientX - element("course").getBoundingClientRect().left)));
+  };
+  element("course").addEventListener("pointerdown", seek);
+  element("course").addEventListener("pointermove", seek);
+  const faster = (by) => {
+    rate.selectedIndex = Math.max(0, Math.min(rate.options.length - 1, rate.selectedIndex + by));
+  };
+  const keys = {
+    " ": () => setPlaying(!playing), ArrowLeft: (event) => step(event.shiftKey ? -Math.round(1 / drive.dt) : -1),
+    ArrowRight: (event) => step(event.shiftKey ? Math.round(1 / drive.dt) : 1), Home: () => step(-Infinity), End: () => step(Infinity),
+    "+": () => faster(1), "-": () => faster(-1),
+  };
+  player.addEventListener("keydown", (event) => {
+    if (!drive || !keys[event.key] || event.target.tagName === "SELECT" || event.ctrlKey || event.metaKey || event.altKey) return;
+    event.preventDefault();
+    keys[event.key](event);
+  });
+  let width = 0;
+  new ResizeObserver(() => {
+    if (width === player.clientWidth) return;
+    width = player.clientWidth;
+    redraw();
+  }).observe(player);
+  addEventListener("hashchange", fromAddress);
+  Theme.onChange(redraw);
+  if (!fromAddress()) load(chooser.value);
+})();

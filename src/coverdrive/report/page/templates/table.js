@@ -1,0 +1,29 @@
+"use strict";
+/* The table of trials: sorted by a click on a column, filtered by a click on a kind. */
+(() => {
+  const table = document.getElementById("trials");
+  if (!table) return;
+  const body = table.tBodies[0], heads = [...table.tHead.rows[0].cells];
+  const value = (row, column) => {
+    const text = row.cells[column].dataset.value;
+    return text === "inf" ? Infinity : isNaN(text) ? text : Number(text);
+  };
+  heads.forEach((head, column) => head.querySelector("button").addEventListener("click", () => {
+    const sign = head.getAttribute("aria-sort") === "ascending" ? -1 : 1;
+    heads.forEach((other) => other.removeAttribute("aria-sort"));
+    head.setAttribute("aria-sort", sign > 0 ? "ascending" : "descending");
+    const rows = [...body.rows].sort((one, other) => {
+      const a = value(one, column), b = value(other, column);
+      return a < b ? -sign : a > b ? sign : 0;
+    });
+    body.append(...rows);
+  }));
+  const buttons = [...document.querySelectorAll(".filters button")];
+  buttons.forEach((button) => button.addEventListener("click", () => {
+    buttons.forEach((other) => other.setAttribute("aria-pressed", String(other === button)));
+    const show = button.dataset.show;
+    for (const row of body.rows) {
+      row.hidden = !(show === "all" || row.dataset.mark === show || (show === "replay" && row.dataset.replay === "1"));
+    }
+  }));
+})();

@@ -1,0 +1,67 @@
+"""The table of trials: one row each, with what makes it worth a look."""
+
+import math
+from dataclasses import dataclass
+
+import polars as pl
+
+from coverdrive.report.contents import Contents
+from coverdrive.simulation.notable import COLLIDED, NEARLY
+
+
+@dataclass(frozen=True)
+class Row:
+    """One trial."""
+
+    trial: int
+    mark: str
+    """"collision", "near" or nothing"""
+    kind: str
+    replay: bool
+    """whether it can be replayed"""
+    differs: bool
+    """whether its replay ended otherwise: the trial was driven by another version or on another machine"""
+    numbers: tuple[tuple[float, str], ...]
+    """value to sort by, and text"""
+
+
+COLUMNS = (
+    ("vehicles", "vehicles", "{:d}"),
+    ("time", "time [s]", "{:.1f}"),
+    ("mean_speed", "mean speed [m/s]", "{:.1f}"),
+    ("lane_changes", "lane changes", "{:d}"),
+    ("overtakes", "overtakes", "{:d}"),
+    ("minimum_gap", "least gap [m]", "{:.2f}"),
+    ("minimum_time_to_collision", "least time to collision [s]", "{:.2f}"),
+    ("maximum_slack", "largest slack", "{:.2f}"),
+    ("prediction_misses", "prediction misses", "{:d}"),
+    ("planning_p99", "planning, 99th percentile [ms]", "{:.0f}"),
+)
+"""name in the table of trials, name on the page with its unit, and format"""
+
+_THOUSANDTHS = "planning_p99"
+
+
+def trial_rows(contents: Contents) -> list[Row]:
+    """One row for each trial; none without a study."""
+    if contents.trials is None:
+        return []
+    trials = contents.trials.with_columns(collided=COLLIDED, nearly=NEARLY, planning_p99=1e3 * pl.col(_THOUSANDTHS))
+    rows: list[Row] = []
+    for row in trials.iter_rows(named=True):
+        trace = contents.traces.get(row["trial"])
+        rows.append(
+            Row(
+                trial=row["trial"],
+                mark="collision" if row["collided"] else "near" if row["nearly"] else "",
+                kind=row["kind"],
+                replay=trace is not None,
+                differs=trace is not None and trace.outcome.kind.value != row["kind"],
+                numbers=tuple((float(row[name]), _text(row[name], form)) for name, _, form in COLUMNS),
+            )
+        )
+    return rows
+
+
+def _text(value: float, form: str) -> str:
+    return form.format(value) if math.isfinite(value) else "–"

@@ -1,0 +1,47 @@
+"""How the scores of driven and of other bases are distributed, and where the thresholds lie."""
+
+import numpy as np
+from jaxtyping import Int
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from coverdrive.certificates.rule import Rule, Thresholds
+from coverdrive.prediction.learned import Learned
+from coverdrive.report import style
+
+_TALLEST = 0.9
+"""height of the largest bin; rows are 1 apart"""
+
+
+def scores_figure(learned: Learned, rule: Rule) -> Figure:
+    """Draw one row for each base: the scores of windows that drove it, of those that did not, and its threshold.
+
+    Args:
+        learned: counts of calibration windows by score.
+        rule: whose thresholds are drawn, if it has any.
+    """
+    bases = len(learned.driven)
+    with style.style():
+        figure = style.new_figure(9, 1.6 + 0.42 * bases)
+        driven, others = figure.subplots(1, 2, sharey=True)
+        _draw(driven, learned.driven, learned.edges, rule, style.BLUE, "base that was driven")
+        _draw(others, learned.others, learned.edges, rule, style.VERMILION, "bases that were not driven")
+        driven.set(ylabel="base trajectory")
+        driven.set_yticks(np.arange(bases), [str(base) for base in range(bases)])
+        label = "threshold: possible from here on"
+        figure.legend(handles=[Line2D([], [], color=style.BLACK, linewidth=2, label=label)], loc="outside upper right")
+    return figure
+
+
+def _draw(axes: Axes, counts: Int[np.ndarray, "M B"], edges: np.ndarray, rule: Rule, colour: str, title: str) -> None:
+    """Square roots of the counts, so that rare scores stay visible."""
+    rows = np.arange(len(counts))
+    heights = _TALLEST * np.sqrt(counts / np.maximum(counts.max(1, keepdims=True), 1))
+    for row, height in zip(rows, heights, strict=True):
+        axes.stairs(row + height, edges, baseline=row, fill=True, color=colour, alpha=0.75)
+    if isinstance(rule, Thresholds):
+        axes.vlines(rule.values, rows, rows + _TALLEST, color=style.BLACK, linewidth=2)
+    axes.set(xlabel="score", xlim=(-0.02, 1.02), ylim=(-0.15, len(counts)))
+    axes.set_title(title, loc="left")
+    axes.grid(True)

@@ -1,0 +1,33 @@
+"""Which trials of a study are worth looking at: the drive in which most happens, collisions, near misses."""
+
+import polars as pl
+
+from coverdrive.simulation.outcome import Kind
+
+NEAR_GAP = 1.0
+"""[m] a smaller gap to another vehicle is a near miss"""
+NEAR_TIME = 1.0
+"""[s] a smaller time to collision is a near miss"""
+
+COLLIDED = pl.col("kind") != Kind.FINISHED.value
+"""whether the own car collided, as an expression on a table of trials"""
+NEARLY = ~COLLIDED & ((pl.col("minimum_gap") < NEAR_GAP) | (pl.col("minimum_time_to_collision") < NEAR_TIME))
+"""whether it nearly did"""
+
+
+def liveliest(trials: pl.DataFrame) -> int:
+    """Number of the trial of the longest drive with most lane changes and overtakes."""
+    order = trials.sort("time", pl.col("lane_changes") + pl.col("overtakes"), "trial", descending=[True, True, False])
+    return int(order["trial"][0])
+
+
+def notable(trials: pl.DataFrame, most: int) -> list[int]:
+    """Numbers of the trials worth a replay: the liveliest drive, all collisions, and then the nearest misses.
+
+    Args:
+        trials: one row for each trial, at least one.
+        most: how many numbers at most.
+    """
+    collisions = trials.filter(COLLIDED)["trial"].to_list()
+    near_misses = trials.filter(NEARLY).sort("minimum_gap", "trial")["trial"].to_list()
+    return list(dict.fromkeys([liveliest(trials), *collisions, *near_misses]))[:most]

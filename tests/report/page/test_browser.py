@@ -1,0 +1,177 @@
+"""The page in a real browser: no errors, plots with data, and a replay that obeys mouse and keyboard."""
+
+import shutil
+from collections.abc import Iterator
+
+import pytest
+from report_fakes import make_contents, make_trace
+
+from coverdrive.report.page.page import write_page
+from coverdrive.simulation.outcome import Kind
+
+STEPS = 200
+"""of the long drive: 20 s"""
+
+ARGUMENTS = (
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator:
+    program = shutil.which("chromium")
+    if program is None:
+        pytest.skip("needs the browser chromium; install it, as in `apt-get install chromium`")
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=program, args=list(ARGUMENTS))
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory: pytest.TempPathFactory) -> str:
+    path = tmp_path_factory.mktemp("page") / "report.html"
+    write_page(make_contents({0: make_trace(STEPS), 7: make_trace(kind=Kind.SIDE)}), path)
+    return path.as_uri()
+
+
+@pytest.fixture
+def page(browser, address: str) -> Iterator:
+    """The page, loaded; anything on the console, and any request but for the page itself, fails the test."""
+    context = browser.new_context(viewport={"width": 1280, "height": 900})
+    page = context.new_page()
+    said, asked = [], []
+    page.on("console", lambda message: said.append(message.text))
+    page.on("pageerror", lambda error: said.append(str(error)))
+    page.on("request", lambda request: asked.append(request.url))
+    page.goto(address)
+    page.wait_for_selector("#player[data-loaded='0']")
+    yield page
+    assert said == []
+    assert [url for url in asked if not url.startswith(("data:", "blob:"))] == [address]
+    context.close()
+
+
+def moment(page) -> int:
+    return int(page.input_value("#scrub"))
+
+
+def pixels(page, name: str) -> str:
+    return page.evaluate(f"document.getElementById('{name}').toDataURL()")
+
+
+def test_plots_have_data(page) -> None:
+    traces = page.evaluate(
+        "Object.fromEntries([...document.querySelectorAll('.plot[id]')].map((p) => [p.id, p.data.length]))"
+    )
+    assert {"plot-basis", "plot-methods", "plot-collisions"} <= set(traces)
+    for name, count in traces.items():
+        assert count > 0
+        page.wait_for_selector(f"#{name} .cartesianlayer :is(path, image)", state="attached")
+
+
+def test_space_plays_and_pauses(page) -> None:
+    page.focus("#player")
+    page.keyboard.press("Space")
+    page.wait_for_function("Number(document.getElementById('scrub').value) >= 3")
+    page.keyboard.press("Space")
+    stopped = moment(page)
+    page.wait_for_timeout(300)
+    assert moment(page) == stopped < STEPS
+
+
+def test_arrows_step(page) -> None:
+    page.focus("#player")
+    for key in ("ArrowRight", "ArrowRight", "ArrowRight", "ArrowLeft"):
+        page.keyboard.press(key)
+    assert moment(page) == 2
+    assert page.inner_text("#clock").startswith("0.2 s")
+    page.keyboard.press("Shift+ArrowRight")
+    assert moment(page) == 12
+    page.keyboard.press("End")
+    assert moment(page) == STEPS
+    assert page.inner_text("#read-status") == "finished"
+    page.keyboard.press("Home")
+    assert moment(page) == 0
+
+
+def test_plus_and_minus_change_the_speed(page) -> None:
+    page.focus("#player")
+    page.keyboard.press("+")
+    assert page.input_value("#rate") == "2"
+    for _ in range(5):
+        page.keyboard.press("-")
+    assert page.input_value("#rate") == "0.25"
+
+
+def test_scrubbing_draws_the_moment(page) -> None:
+    before = pixels(page, "road"), pixels(page, "course")
+    page.evaluate(
+        "const bar = document.getElementById('scrub'); bar.value = 120; bar.dispatchEvent(new Event('input'))"
+    )
+    assert page.inner_text("#clock").startswith("12.0 s")
+    assert page.inner_text("#read-speed") == "24.4 m/s"
+    assert page.inner_text("#read-status") == "solved"
+    assert page.inner_text("#read-paths") == "6"
+    after = pixels(page, "road"), pixels(page, "course")
+    assert before[0] != after[0] and before[1] != after[1]
+
+
+def test_a_click_on_the_course_goes_there(page) -> None:
+    course = page.locator("#course")
+    course.click(position={"x": course.bounding_box()["width"] / 2, "y": 60})
+    assert abs(moment(page) - STEPS / 2) < 8
+
+
+def test_the_table_opens_sorts_and_filters(page) -> None:
+    page.click("#trials a[data-trial='7']")
+    page.wait_for_selector("#player[data-loaded='7']")
+    page.focus("#player")
+    page.keyboard.press("End")
+    assert page.inner_text("#read-status") == "side collision (at fault: other)"
+    page.click("#trials th:first-child button")
+    assert page.evaluate("document.querySelector('#trials tbody tr').cells[0].dataset.value") == "7"
+    page.click(".filters button[data-show='collision']")
+    assert page.locator("#trials tbody tr:visible").count() == 1
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("size", [(1280, 900), (390, 844)])
+def test_light_and_dark_wide_and_narrow(browser, address: str, tmp_path, scheme: str, size: tuple[int, int]) -> None:
+    context = browser.new_context(viewport={"width": size[0], "height": size[1]}, color_scheme=scheme)
+    page = context.new_page()
+    page.goto(address)
+    page.wait_for_selector("#player[data-loaded='0']")
+    assert page.evaluate("document.documentElement.dataset.theme") == scheme
+    assert page.evaluate("document.documentElement.scrollWidth") <= size[0]  # nothing sticks out
+    background = page.evaluate("getComputedStyle(document.body).backgroundColor")
+    page.click("#theme")
+    assert page.evaluate("getComputedStyle(document.body).backgroundColor") != background
+    page.screenshot(path=tmp_path / "page.png", full_page=True)
+    assert (tmp_path / "page.png").stat().st_size > 50_000
+    context.close()
+
+
+def test_it_prints_light_and_within_the_paper(page, tmp_path) -> None:
+    page.emulate_media(color_scheme="dark")
+    page.evaluate(
+        """addEventListener("beforeprint", () => {
+            const widths = [...document.querySelectorAll(".plot")].map((plot) => plot._fullLayout.width);
+            window.printed = [document.documentElement.dataset.theme, Math.max(...widths)];
+        })"""
+    )
+    page.pdf(path=tmp_path / "page.pdf", format="A4")
+    assert (tmp_path / "page.pdf").read_bytes().startswith(b"%PDF")
+    theme, widest = page.evaluate("window.printed")
+    assert theme == "light"
+    assert widest <= 680  # [pixel] A4 less its margins
+    assert page.evaluate("document.documentElement.dataset.theme") == "dark"

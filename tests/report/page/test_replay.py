@@ -1,0 +1,48 @@
+"""What the page stores of a drive can be restored up to rounding."""
+
+import base64
+import zlib
+
+import numpy as np
+import pytest
+from report_fakes import make_contents
+
+from coverdrive.report.page.replay import replay_data
+
+
+def restored(data: dict) -> dict[str, np.ndarray]:
+    """What `replay-data.js` does."""
+    planes = np.frombuffer(zlib.decompress(base64.b64decode(data["data"])), np.uint8).reshape(4, -1)
+    integers = np.ascontiguousarray(planes.T).view("<i4").ravel()
+    arrays, offset = {}, 0
+    for name, about in data["arrays"].items():
+        size = int(np.prod(about["shape"]))
+        values = integers[offset : offset + size].reshape(about["shape"])
+        arrays[name] = about["unit"] * (values if about["axis"] is None else values.cumsum(about["axis"]))
+        offset += size
+    assert offset == len(integers)
+    return arrays
+
+
+def test_arrays_are_restored_up_to_half_a_unit() -> None:
+    contents = make_contents()
+    trace = contents.traces[7]
+    data = replay_data(7, trace, contents.binding)
+    arrays = restored(data)
+    for name in ("lon", "lat", "speed"):
+        assert arrays[name] == pytest.approx(getattr(trace.scene, name), abs=0.0051)
+    assert arrays["heading"] == pytest.approx(trace.scene.heading, abs=0.00051)
+    assert arrays["paths"] == pytest.approx(np.concatenate([paths.points for paths in trace.paths]), abs=0.0051)
+    assert arrays["boxes"] == pytest.approx(np.concatenate([paths.half_sizes for paths in trace.paths]), abs=0.0051)
+    assert arrays["plan"] == pytest.approx(np.stack([plan.states[:, [0, 1, 3]] for plan in trace.plans]), abs=0.00051)
+    assert (data["kind"], data["partner"], data["fault"]) == ("side", 1, "other")
+    assert [data["statuses"][index] for index in data["status"]] == [plan.status.value for plan in trace.plans]
+
+
+def test_binding_paths_are_marked_point_by_point() -> None:
+    contents = make_contents()
+    trace = contents.traces[0]
+    flags = np.concatenate([contents.binding.of(trace, step) for step in range(len(trace))])
+    assert flags.any()
+    masks = restored(replay_data(0, trace, contents.binding))["binding"]
+    assert (((masks[:, None] >> np.arange(flags.shape[1])) & 1) == flags).all()

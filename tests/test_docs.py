@@ -1,0 +1,76 @@
+"""Every Python example of the documentation runs, in the order of its page, beside results as users have them."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+
+from coverdrive import workflow
+from coverdrive.config import Experiment
+from coverdrive.prediction.basis_study import study_bases
+from coverdrive.prediction.segments import cut_segments
+
+ROOT = Path(__file__).parents[1]
+FENCE = re.compile(r"^```python\n(.*?)^```", re.DOTALL | re.MULTILINE)
+PAGES = sorted(
+    path.relative_to(ROOT).as_posix()
+    for path in (ROOT / "README.md", *(ROOT / "docs").rglob("*.md"))
+    if FENCE.search(path.read_text(encoding="utf-8"))
+)
+
+
+@pytest.fixture(scope="session")
+def beside(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with ``results/``, ``bases/`` and ``us-101.csv``, all of them small."""
+    folder = tmp_path_factory.mktemp("documentation")
+    experiment = Experiment().overridden(
+        generated={"scenes": 6, "duration": 20.0, "vehicles": (10, 12)},
+        prediction={
+            "basis": {"epsilon": 1.0},
+            "training": {"epochs": 4},
+            "certificate": {"confidence": 0.9, "unit": "window"},
+        },
+    )
+    recordings = workflow.load_recordings(experiment, [])
+    workflow.fit_predictor(experiment, recordings, folder / "results")
+    segments = cut_segments(recordings, experiment.prediction.segments)
+    workflow.save_bases(experiment, recordings, study_bases(segments, (0.75,)), folder / "bases")
+    ngsim().write_csv(folder / "us-101.csv")
+    return folder
+
+
+def ngsim() -> pl.DataFrame:
+    """Four vehicles for 20 s as NGSIM's portal exports them: feet, front bumpers, milliseconds."""
+    frame = np.arange(200)
+    tracks = [
+        {
+            "Vehicle_ID": np.full(200, vehicle),
+            "Frame_ID": frame,
+            "Global_Time": 1118846980000 + 100 * frame,
+            "Local_X": np.full(200, 6.0 + 12 * (vehicle % 3)),
+            "Local_Y": 100.0 * vehicle + 6.0 * frame,
+            "v_length": np.full(200, 15.0),
+            "v_Width": np.full(200, 6.0),
+            "v_Class": np.full(200, 2),
+            "v_Vel": np.full(200, 60.0),
+            "Lane_ID": np.full(200, 1 + vehicle % 3),
+            "Location": ["us-101"] * 200,
+        }
+        for vehicle in range(1, 5)
+    ]
+    return pl.concat([pl.DataFrame(track) for track in tracks])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", PAGES)
+def test_examples_run(page: str, beside: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(beside)
+    names: dict[str, object] = {"__name__": page}
+    for number, example in enumerate(FENCE.findall((ROOT / page).read_text(encoding="utf-8")), start=1):
+        exec(compile(example, f"{page}, example {number}", "exec"), names)
+
+
+def test_pages_with_examples_are_found() -> None:
+    assert {"README.md", "docs/basis.md", "docs/tutorials/network.md", "docs/tutorials/planner.md"} <= set(PAGES)
