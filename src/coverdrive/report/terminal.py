@@ -14,7 +14,7 @@ from coverdrive.prediction.fit import Fit
 from coverdrive.recordings.summary import Summary
 from coverdrive.simulation.statistics import collision_table
 
-_STATUSES = ("solved", "retried", "fallback")
+_STATUSES = ("solved", "fallback", "unsafe", "blind")
 
 _NOTABLE = 0.1
 """[m] by which a body has to leave the road to be counted"""
