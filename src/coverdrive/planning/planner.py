@@ -96,11 +96,12 @@ class MpcPlanner:
             period: [s] from one call to the next, by which the last plans are shifted to start the search.
         """
         self._start(period)
+        state, road = np.array([0.0, 1.8, 20.0, 0.0]), Road.straight()
         for slots in _SLOTS:
             self._memory = None
             points = np.zeros((slots, self.steps + 1, 2))
-            many = PredictedPaths(points, np.zeros(slots, int), np.ones_like(points), self.dt)
-            self.plan(np.array([0.0, 1.8, 20.0, 0.0]), many, Road.straight())
+            points[..., 0] = state[2] * self.dt * np.arange(self.steps + 1)  # within reach, so that no slot is free
+            self.plan(state, PredictedPaths(points, np.zeros(slots, int), np.ones_like(points), self.dt), road)
         self._memory = None
         self._paths = PathMemory(self.settings.grace)
 
