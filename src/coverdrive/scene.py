@@ -56,5 +56,8 @@ class Scene(eqx.Module):
         Compiled functions are specialised to array shapes; padding keeps the number of different shapes small.
         """
         missing = -self.vehicles % multiple
-        widths = [(0, 0)] * (self.lon.ndim - 1) + [(0, missing)]
-        return jax.tree.map(lambda values: np.pad(values, widths), self)
+
+        def padded(values: Array | np.ndarray) -> np.ndarray:
+            return np.concatenate([values, np.zeros((*values.shape[:-1], missing), values.dtype)], axis=-1)
+
+        return jax.tree.map(padded, self)

@@ -1,13 +1,15 @@
 """The planner in single calls and in closed loop."""
 
+import itertools
 import pickle
 
+import jax
 import numpy as np
 import pytest
 
-import coverdrive.planning.candidates as candidates
+import coverdrive.planning.planner as planning
 from coverdrive.errors import SettingError
-from coverdrive.geometry import boxes_overlap
+from coverdrive.geometry import boxes_overlap, turned_half_extents
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.obstacles import ObstacleSettings
 from coverdrive.planning.plan import Plan, Status
@@ -53,7 +55,7 @@ def test_overtakes_a_slower_car(straight_paths) -> None:
     assert not contact
     assert states[-1, 0] > 40 + 15 * 12 + 10
     assert states[-1, 2] > 30
-    assert {plan.status for plan in plans} <= {Status.SOLVED, Status.RETRIED}
+    assert {plan.status for plan in plans} <= {Status.SOLVED, Status.FALLBACK}
 
 
 def test_mirrored_scene_gives_the_mirrored_plan(straight_paths) -> None:
@@ -68,7 +70,7 @@ def test_follows_where_both_sides_are_blocked(straight_paths) -> None:
     cars = [(25, 5.4, 14), (22, 1.8, 14), (28, 9.0, 14)]
     states, plans, contact = drive(MpcPlanner(), [0, 5.4, 20, 0], cars, straight_paths, 120)
     assert not contact
-    assert states[-1, 2] == pytest.approx(14, abs=0.5)
+    assert 13 < states[-1, 2] < 14.2
     assert max(plan.slack.max() for plan in plans) < 0.05
 
 
@@ -76,7 +78,7 @@ def test_stops_before_a_wall(straight_paths) -> None:
     wall = [(80, 1.8, 0), (80, 5.4, 0), (80, 9.0, 0)]
     states, _, contact = drive(MpcPlanner(), [0, 5.4, 20, 0], wall, straight_paths, 120)
     assert not contact
-    assert states[-1, 2] == pytest.approx(0, abs=0.2)
+    assert states[-1, 2] == pytest.approx(0, abs=0.4)
     assert states[-1, 0] < 80 - 4.8
 
 
@@ -91,7 +93,7 @@ def test_hardly_avoidable_contact_is_braked_for(straight_paths) -> None:
     """It stops at the wall instead of squeezing through between two of its cars."""
     wall = [(30, 1.8, 0), (30, 5.4, 0), (30, 9.0, 0)]
     states, plans, _ = drive(MpcPlanner(), [0, 5.4, 20, 0], wall, straight_paths, 15)
-    np.testing.assert_allclose([plan.inputs[0, 0] for plan in plans], -8.0, atol=0.1)
+    np.testing.assert_allclose([plan.inputs[0, 0] for plan in plans], -8.0, atol=0.3)
     assert states[-1, 2] == pytest.approx(20 - 8 * 1.5, abs=0.2)
 
 
@@ -130,43 +132,124 @@ def test_rear_vehicle_can_be_ignored(straight_paths) -> None:
     assert considering.cost > ignoring.cost + 1
 
 
-def test_brakes_where_no_solver_converges(straight_paths, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(candidates, "solve", lambda *_: None)
+def test_brakes_where_the_search_breaks(straight_paths, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_):
+        raise jax.errors.JaxRuntimeError("broken")
+
+    monkeypatch.setattr(planning, "search", broken)
     plan = MpcPlanner().plan(np.array([0, 1.8, 20, 0.0]), straight_paths((12, 1.8, 0)), ROAD)
-    assert plan.status is Status.FALLBACK
+    assert plan.status is Status.UNSAFE
     np.testing.assert_allclose(plan.inputs[:10, 0], -8.0)
-    assert plan.slack.max() > 0.9
+    assert plan.slack.max() > 0.5
 
 
-def test_robust_solver_takes_over(straight_paths, monkeypatch: pytest.MonkeyPatch) -> None:
-    solve = candidates.solve
-    state, paths = np.array([0, 5.4, 20, 0.0]), straight_paths((30, 5.4, 15))
-    expected = MpcPlanner().plan(state, paths, ROAD)
-    monkeypatch.setattr(candidates, "solve", lambda *args: None if args[3] == "fatrop" else solve(*args))
-    plan = MpcPlanner().plan(state, paths, ROAD)
-    assert plan.status is Status.RETRIED
-    assert plan.cost <= expected.cost * 1.01 + MpcPlanner().settings.lane_change
+def test_brakes_where_the_search_returns_no_numbers(straight_paths, monkeypatch: pytest.MonkeyPatch) -> None:
+    search = planning.search
+    monkeypatch.setattr(planning, "search", lambda *args: search(*args)._replace(cost=np.array(np.nan)))
+    plan = MpcPlanner().plan(np.array([0, 1.8, 20, 0.0]), straight_paths((12, 1.8, 0)), ROAD)
+    assert plan.status is Status.UNSAFE
+    np.testing.assert_allclose(plan.inputs[:10, 0], -8.0)
+
+
+def test_a_search_that_never_arrives_ends_with_the_time(straight_paths, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The clock is a made-up one: every look at it takes a millisecond."""
+    clock, calls, search = itertools.count(), [], planning.search
+    monkeypatch.setattr(planning.time, "perf_counter", lambda: next(clock) / 1000)
+
+    def endless(*args):
+        calls.append(args)
+        return search(*args)._replace(done=np.array(False))
+
+    monkeypatch.setattr(planning, "search", endless)
+    plan = MpcPlanner(PlannerSettings(budget=0.0105, iterations=1000)).plan(
+        np.array([0, 1.8, 20, 0.0]), straight_paths(), ROAD
+    )
+    assert plan.status is Status.SOLVED
+    assert len(calls) == 11
+
+
+def test_what_cannot_be_reached_changes_nothing(straight_paths) -> None:
+    """The plan is the same when nothing is left out: culling loses nothing."""
+    state, rows = (
+        np.array([0, 1.8, 20, 0.0]),
+        [(d, 1.8 + 3.6 * (i % 3), 18.0) for i, d in enumerate(range(-200, 300, 20))],
+    )
+    culled = MpcPlanner().plan(state, straight_paths(*rows), ROAD)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(planning, "reachable", lambda _, obstacles, *rest: np.ones(obstacles.slots, dtype=bool))
+        everything = MpcPlanner().plan(state, straight_paths(*rows), ROAD)
+    np.testing.assert_allclose(culled.states, everything.states, atol=1e-9)
+
+
+def test_plans_compile_nothing_after_the_reset(straight_paths) -> None:
+    planner = MpcPlanner()
+    planner.reset(PERIOD)
+    compiled = planning.search._cache_size()
+    for count in (0, 3, 48, 49, 119):
+        planner.plan(
+            np.array([0, 5.4, 20, 0.0]), straight_paths(*[(20.0 + i / 10, 1.8, 18) for i in range(count)]), ROAD
+        )
+    assert planning.search._cache_size() == compiled
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_plan_without_slack_touches_no_path(straight_paths, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    rows = [(rng.uniform(-20, 50), rng.choice([1.8, 5.4, 9.0]), rng.uniform(10, 25)) for _ in range(6)]
+    paths = straight_paths(*rows)
+    plan = MpcPlanner().plan(np.array([0, 5.4, 20, 0.0]), paths, ROAD)
+    if plan.status in (Status.SOLVED, Status.FALLBACK):
+        own = plan.states[None, 1:]
+        points, half_sizes = paths.points[:, 1:], paths.half_sizes[:, 1:]
+        touching = boxes_overlap(
+            own[..., :2], own[..., 3], CAR.half_sizes, points, np.zeros(points.shape[:2]), half_sizes
+        )
+        assert not touching.any()
+        extent = turned_half_extents(CAR.half_sizes, plan.states[:, 3])[:, 1]
+        assert (plan.states[:, 1] - extent >= 0).all()
+        assert (plan.states[:, 1] + extent <= 10.8).all()
+    else:
+        assert plan.slack.max() > 0
+
+
+def test_a_vanished_vehicle_is_not_forgotten_at_once(straight_paths) -> None:
+    planner, state = MpcPlanner(), np.array([0, 5.4, 20, 0.0])
+    planner.reset(PERIOD)
+    blocked = [(24, 5.4, 12), (0, 1.8, 20), (2, 9.0, 20)]
+    first = planner.plan(state, straight_paths(*blocked), ROAD)
+    after = planner.plan(step(state, first.inputs[0], PERIOD), straight_paths(), ROAD)
+    assert first.inputs[0, 0] < -1
+    assert after.inputs[0, 0] < -1
+    for _ in range(6):
+        after = planner.plan(step(state, first.inputs[0], PERIOD), straight_paths(), ROAD)
+    assert after.inputs[0, 0] > 1
 
 
 @pytest.mark.parametrize("index", range(4))
-def test_unknown_state_brakes_and_promises_nothing(straight_paths, index: int) -> None:
-    state = np.array([0, 1.8, 20, 0.0])
+def test_unknown_state_is_reckoned_and_promises_nothing(straight_paths, index: int) -> None:
+    state, paths = np.array([0, 1.8, 20, 0.0]), straight_paths((60, 1.8, 15))
+    planner = MpcPlanner()
+    planner.reset(PERIOD)
+    first = planner.plan(state, paths, ROAD)
     state[index] = np.nan
-    plan = MpcPlanner().plan(state, straight_paths((30, 1.8, 15)), ROAD)
-    assert plan.status is Status.FALLBACK
+    plan = planner.plan(state, paths, ROAD)
+    assert plan.status is Status.BLIND
     np.testing.assert_array_equal(plan.slack, 1.0)
-    assert np.isfinite(plan.inputs).all()
+    np.testing.assert_allclose(plan.states[0], first.states[0] + 0.4 * (first.states[1] - first.states[0]))
+    without = MpcPlanner().plan(state, paths, ROAD)
+    assert without.status is Status.BLIND
+    assert np.isfinite(without.states).all()
 
 
-def test_unknown_path_brakes_and_promises_nothing(straight_paths) -> None:
+def test_unknown_path_of_a_new_vehicle_brakes_and_promises_nothing(straight_paths) -> None:
     paths = straight_paths((30, 1.8, 15), (20, 5.4, 15))
     paths.points[1, 4, 0] = np.inf
     planner = MpcPlanner()
     plan = planner.plan(np.array([0, 1.8, 20, 0.0]), paths, ROAD)
-    assert plan.status is Status.FALLBACK
+    assert plan.status is Status.BLIND
     np.testing.assert_array_equal(plan.slack, 1.0)
-    assert np.isfinite(plan.states).all()
-    again = planner.plan(plan.states[1], straight_paths((30, 1.8, 15)), ROAD)
+    np.testing.assert_allclose(plan.inputs[:5, 0], -8.0)
+    again = planner.plan(plan.states[1], straight_paths((60, 1.8, 15)), ROAD)
     assert again.status is Status.SOLVED
 
 
@@ -193,6 +276,6 @@ def test_a_pickled_planner_goes_on_as_before(straight_paths) -> None:
 def test_a_car_off_its_limits_still_gets_a_plan(straight_paths) -> None:
     """Off the road, turned too far and too fast: every bound gives way, none makes the problem infeasible."""
     plan = MpcPlanner().plan(np.array([0, -1.0, 50, -0.5]), straight_paths((40, 1.8, 20)), ROAD)
-    assert plan.status in (Status.SOLVED, Status.RETRIED)
+    assert plan.status in (Status.SOLVED, Status.FALLBACK, Status.UNSAFE)
     assert plan.states[-1, 3] > -0.3
     assert plan.states[-1, 2] < 50

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from coverdrive.planning.candidates import cheapest_starts
 from coverdrive.planning.motion import Motion
-from coverdrive.planning.obstacles import chosen_obstacles, reachable_obstacles
+from coverdrive.planning.obstacles import obstacles_of
 from coverdrive.planning.problem import ProblemSettings, Situation
+from coverdrive.planning.reference import packed, simple_motions
 from coverdrive.planning.solvers import SolverSettings, compiled_solver, solve
 
 PROBLEM = ProblemSettings()
@@ -15,13 +15,12 @@ EXACT = SolverSettings(tolerance=1e-7)
 
 def made(paths) -> Situation:
     state = np.array([50.0, 1.8, 20.0, 0.0])
-    near = reachable_obstacles(state, paths, PROBLEM.vehicle, PROBLEM.obstacles)
-    obstacles = chosen_obstacles(near, np.ones(near.centres.shape[:2], dtype=bool), 50.0)
-    return Situation(state, np.zeros(2), (0.0, 10.8), obstacles)
+    return Situation(state, np.zeros(2), (0.0, 10.8), packed(state, obstacles_of(paths, PROBLEM.obstacles), PROBLEM))
 
 
 def start_for(situation: Situation, target: float) -> Motion:
-    return cheapest_starts(situation, [target], [], PROBLEM)[0]
+    motions = simple_motions(situation, target, [], PROBLEM)
+    return motions.at(int(np.argmin(motions.lasting_cost)))
 
 
 @pytest.mark.parametrize("target", [1.8, 5.4])
@@ -51,10 +50,10 @@ def test_compiled_once() -> None:
 
 def test_solution_does_not_depend_on_where_the_road_starts(straight_paths) -> None:
     situation = made(straight_paths((64, 1.8, 15)))
-    moved_boxes = situation.obstacles.centres + np.array([1000.0, 0.0])
+    moved_boxes = situation.obstacles._replace(centres=situation.obstacles.centres + np.array([1000.0, 0.0]))
     moved = situation._replace(
         state=situation.state + np.array([1000.0, 0, 0, 0]),
-        obstacles=type(situation.obstacles)(moved_boxes, situation.obstacles.half_sizes),
+        obstacles=moved_boxes,
     )
     here = solve(situation, 5.4, start_for(situation, 5.4), "fatrop", PROBLEM, EXACT)
     there = solve(moved, 5.4, start_for(moved, 5.4), "fatrop", PROBLEM, EXACT)

@@ -1,12 +1,14 @@
 """The whole line from recordings to a certified predictor, and its file."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from pydantic import ValidationError
 
 from coverdrive.certificates.evaluation import evaluate
 from coverdrive.certificates.methods import Method
-from coverdrive.certificates.rule import Hyperplanes
+from coverdrive.certificates.rule import Hyperplanes, Thresholds
 from coverdrive.errors import CertificateError, DataError
 from coverdrive.prediction.affordance import affordance
 from coverdrive.prediction.basis import BasisSettings
@@ -189,3 +191,11 @@ def test_empty_slots_have_no_paths(fitted: Fit) -> None:
         scene.lon, scene.lat, scene.speed, scene.heading, scene.length, scene.width, np.array([True, False, False])
     )
     assert len(fitted.predictor.predict(hidden, Road.straight(), own=0, dt=0.25, steps=12)) == 0
+
+
+def test_a_vehicle_without_a_possible_base_may_do_anything(fitted: Fit) -> None:
+    nothing = Thresholds(np.full(len(fitted.predictor.basis), 2.0), fitted.predictor.rule.tube)
+    strict = replace(fitted.predictor, rule=nothing)
+    assert not strict.possible(three_vehicles(), Road.straight()).any()
+    paths = strict.predict(three_vehicles(), Road.straight(), own=0, dt=0.25, steps=12)
+    np.testing.assert_array_equal(np.unique(paths.vehicle, return_counts=True)[1], len(strict.basis))

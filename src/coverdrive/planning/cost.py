@@ -36,12 +36,12 @@ class CostSettings(Settings):
     """[s²/rad²] difference of the yaw rates of two steps"""
     terminal: float = Field(default=5.0, ge=0)
     """factor on the errors of the last state"""
-    slack: float = Field(default=500.0, gt=0)
+    slack: float = Field(default=1000.0, gt=0)
     """cost of one unit of obstacle slack, times `slack_schedule`"""
     slack_schedule: tuple[float, ...] = (400.0, 200.0, 100.0, 50.0, 10.0)
     """weights of the slack from the first to the last part of the horizon (authors' scripts)"""
-    off_road: float = Field(default=1e5, gt=0)
-    """[1/m²] distance by which the body leaves the road"""
+    off_road: float = Field(default=1e7, gt=0)
+    """[1/m²] distance by which the body leaves the road; so much that the edge is a hard one"""
 
     def slack_weights(self, steps: int) -> Float[np.ndarray, " K"]:
         """The weights c_k of the K steps: the schedule spread evenly over the horizon."""
@@ -86,13 +86,14 @@ def input_cost(
 
 
 def plan_cost(
-    states: Float[np.ndarray, "*n P 4"],
-    inputs: Float[np.ndarray, "*n K 2"],
-    slack: Float[np.ndarray, "*n K"],
-    off_road: Float[np.ndarray, "*n K"],
-    previous_input: Float[np.ndarray, " 2"],
+    states: Float[Any, "*n P 4"],
+    inputs: Float[Any, "*n K 2"],
+    slack: Float[Any, "*n K"],
+    off_road: Float[Any, "*n K"],
+    previous_input: Float[Any, " 2"],
     target_lat: Float[Any, "*n"] | float,
     settings: CostSettings,
+    mathematics: Any = np,
 ) -> Float[Any, "*n"]:
     """The objective of the optimal control problem for given plans.
 
@@ -104,14 +105,15 @@ def plan_cost(
         previous_input: the input applied before the plan starts.
         target_lat: [m] centre of the target lane.
         settings: the weights.
+        mathematics: the module of the arrays: ``numpy`` or ``jax.numpy``.
 
     Returns:
         The cost of every plan.
     """
     steps = inputs.shape[-2]
-    before = np.broadcast_to(previous_input, (*inputs.shape[:-2], 1, 2))
-    changes = np.diff(np.concatenate([before, inputs], axis=-2), axis=-2)
-    lat_error = states[..., 1:, 1] - np.asarray(target_lat)[..., None]
+    before = mathematics.broadcast_to(previous_input, (*inputs.shape[:-2], 1, 2))
+    changes = mathematics.diff(mathematics.concatenate([before, inputs], axis=-2), axis=-2)
+    lat_error = states[..., 1:, 1] - mathematics.asarray(target_lat)[..., None]
     weight = np.ones(steps)
     weight[-1] = settings.terminal
     cost = weight * state_cost(lat_error, states[..., 1:, 2], states[..., 1:, 3], settings)

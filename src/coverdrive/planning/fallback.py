@@ -1,14 +1,19 @@
-"""What the own car does when no solver converges: brake as hard as it can and stay in its lane (or return to it)."""
+"""What is done when the search cannot say: the state is not known, or no search result is at hand."""
 
 import numpy as np
 from jaxtyping import Float
 
 from coverdrive.planning.motion import Motion, drive, judged, lane_seeking_inputs
 from coverdrive.planning.problem import ProblemSettings, Situation
+from coverdrive.planning.vehicle import VehicleSettings
+from coverdrive.road import Road
+
+_FARTHEST = 1e9
+"""[m] no road is longer"""
 
 
 def braking_motion(situation: Situation, lane_centre: float, problem: ProblemSettings) -> Motion:
-    """The braking manoeuvre with its true slack and cost.
+    """Full braking in the lane (or back to it), with its true slack and cost.
 
     Args:
         situation: what the plan is made for.
@@ -27,19 +32,31 @@ def braking_motion(situation: Situation, lane_centre: float, problem: ProblemSet
     return judged(states[0], inputs[0], lane_centre, situation, problem)
 
 
-def blind_motion(state: Float[np.ndarray, " 4"], problem: ProblemSettings) -> Motion:
-    """Full braking without steering for a state that is not known; slack 1 and infinite cost say so.
+def plausible(state: Float[np.ndarray, " 4"], vehicle: VehicleSettings) -> bool:
+    """Whether a measured state can be true: finite, and no speed or heading that a car on a road cannot have.
 
     Args:
-        state: the state, with numbers that are not finite.
-        problem: horizon and limits of the car.
+        state: lon [m], lat [m], speed [m/s], heading [rad].
+        vehicle: limits of the own car; up to twice its largest speed is believed.
     """
-    steps = problem.steps
-    return Motion(
-        states=np.tile(state, (steps + 1, 1)),
-        inputs=np.tile([-problem.vehicle.max_deceleration, 0.0], (steps, 1)),
-        slack=np.ones(steps),
-        off_road=np.zeros(steps),
-        cost=np.array(np.inf),
-        lasting_cost=np.array(np.inf),
-    )
+    largest = np.array([_FARTHEST, _FARTHEST, 2 * vehicle.max_speed, np.pi / 2])
+    return bool((np.abs(state) <= largest).all())
+
+
+def dead_reckoning(
+    measured: Float[np.ndarray, " 4"], expected: Float[np.ndarray, " 4"] | None, road: Road
+) -> Float[np.ndarray, " 4"]:
+    """What is assumed in place of a state that cannot be true.
+
+    Args:
+        measured: the state.
+        expected: where the last plan leads to, if there is one.
+        road: the lanes.
+
+    Returns:
+        ``expected``; without it, a car at rest in the middle of the road, so that nothing but braking follows.
+    """
+    if expected is not None:
+        return expected
+    lon = measured[0] if abs(measured[0]) < _FARTHEST else 0.0
+    return np.array([lon, (road.edges[0] + road.edges[-1]) / 2, 0.0, 0.0])

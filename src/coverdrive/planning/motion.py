@@ -32,9 +32,9 @@ class Motion(NamedTuple):
     inputs: Float[np.ndarray, "*m K 2"]
     """acceleration [m/s²], yaw rate [rad/s]"""
     slack: Float[np.ndarray, "*m K"]
-    """smallest γ_k with which the obstacle constraints of the steps k = 1 … K hold"""
+    """smallest γ_k with which the obstacle constraints of the steps k = 1 … K hold, margin included"""
     off_road: Float[np.ndarray, "*m K"]
-    """[m] by which the body leaves the road at the steps k = 1 … K"""
+    """[m] by which the body gets beyond the margin of the road edges at the steps k = 1 … K"""
     cost: Float[Any, "*m"]
     """value of the objective"""
     lasting_cost: Float[Any, "*m"]
@@ -73,20 +73,22 @@ def drive(
 
 
 def lane_seeking_inputs(
-    states: Float[np.ndarray, "m 4"],
-    target_lat: Float[np.ndarray, " m"],
-    acceleration: Float[np.ndarray, " m"],
-) -> Float[np.ndarray, "m 2"]:
+    states: Float[Any, "m 4"],
+    target_lat: Float[Any, " m"],
+    acceleration: Float[Any, " m"],
+    mathematics: Any = np,
+) -> Float[Any, "m 2"]:
     """Inputs that steer to the centre of a lane at a given acceleration.
 
     Args:
         states: lon [m], lat [m], speed [m/s], heading [rad].
         target_lat: [m] centre of the lane.
         acceleration: [m/s²].
+        mathematics: the module of the arrays: ``numpy`` or ``jax.numpy``.
     """
-    sideways = np.clip((target_lat - states[:, 1]) / _LANE_TIME, -_LATERAL_SPEED, _LATERAL_SPEED)
-    heading = np.arctan2(sideways, np.maximum(states[:, 2], 2 * _LATERAL_SPEED))
-    return np.stack([acceleration, (heading - states[:, 3]) / _HEADING_TIME], axis=-1)
+    sideways = mathematics.clip((target_lat - states[:, 1]) / _LANE_TIME, -_LATERAL_SPEED, _LATERAL_SPEED)
+    heading = mathematics.arctan2(sideways, mathematics.maximum(states[:, 2], 2 * _LATERAL_SPEED))
+    return mathematics.stack([acceleration, (heading - states[:, 3]) / _HEADING_TIME], axis=-1)
 
 
 def judged(
@@ -105,8 +107,9 @@ def judged(
         situation: what the motions are made for.
         problem: car, weights and shape of the obstacles.
     """
-    slack = smallest_slack(clearances(states, situation.obstacles, problem.vehicle, problem.obstacles))
-    half_width = own_half_sizes(states[..., 1:, 3], problem.vehicle)[1]
+    values = clearances(states, situation.obstacles, problem.vehicle, problem.obstacles)
+    slack = smallest_slack(values, problem.obstacles.margin)
+    half_width = own_half_sizes(states[..., 1:, 3], problem.vehicle)[1] + problem.obstacles.edge_margin
     right, left = situation.road_edges
     lat = states[..., 1:, 1]
     off_road = np.maximum(0.0, np.maximum(right - (lat - half_width), lat + half_width - left))
@@ -118,18 +121,18 @@ def judged(
     return Motion(states, inputs, slack, off_road, cost, lasting_cost)
 
 
-def shifted_inputs(inputs: Float[np.ndarray, "K 2"], elapsed: float, dt: float) -> Float[np.ndarray, "K 2"]:
+def shifted_inputs(inputs: Float[np.ndarray, "K n"], elapsed: float, dt: float) -> Float[np.ndarray, "K n"]:
     """The inputs of a plan as seen some time later: their means over the steps of the new plan.
 
     Args:
-        inputs: acceleration [m/s²] and yaw rate [rad/s], each held for dt.
+        inputs: acceleration [m/s²] and yaw rate [rad/s], each held for dt; a unit matrix gives the map as a matrix.
         elapsed: [s] since the plan was made; after its end the last inputs are held on.
         dt: [s].
     """
     steps = len(inputs)
     more = int(np.ceil(elapsed / dt))
     held = np.concatenate([inputs, np.repeat(inputs[-1:], more, axis=0)])
-    integral = np.concatenate([np.zeros((1, 2)), np.cumsum(held, axis=0)])
+    integral = np.concatenate([np.zeros((1, inputs.shape[1])), np.cumsum(held, axis=0)])
     at = elapsed / dt + np.arange(steps + 1)
     known = np.arange(len(integral))
     return np.diff(np.stack([np.interp(at, known, column) for column in integral.T], axis=-1), axis=0)

@@ -1,54 +1,67 @@
 """Predicted paths as obstacles of the optimal control problem (paper §4).
 
 At step k the own centre (lon, lat) must stay out of a superellipse around every predicted centre:
-(|Δlon|/A)^p + (|Δlat|/B)^p + γ_k ≥ 1. The paper has p = 2 and A, B the sums of the semi-axes; such an ellipse does
-not contain the corners of the two boxes. Here A = α·(a_i + a) and B = β·(b_i + b), a_i and b_i being half sizes of
-the predicted box, a and b of the turned own box, and α^(−p) + β^(−p) = 1: the superellipse passes through the
-corners, so that every pair of overlapping boxes violates the constraint. P = K + 1 is the number of states.
+((|Δlon|/A)^p + (|Δlat|/B)^p)^(1/p) + γ_k ≥ 1. The paper has p = 2, no root, and for A, B the sums of the semi-axes;
+such an ellipse does not contain the corners of the two boxes. Here A = α·(a_i + a) and B = β·(b_i + b), a_i and b_i
+being half sizes of the predicted box, a and b of the turned own box, and α^(−p) + β^(−p) = 1: the superellipse passes
+through the corners, so that every pair of overlapping boxes violates the constraint. The root changes no set; it makes
+the slack the share of the way to the centre.
+
+At the last step the own box is longer ahead by the way that it needs to brake to the speed of the other vehicle, should
+that keep it: whoever ends a plan free of slack can still brake behind it. P = K + 1 is the number of states.
 """
 
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
-import equinox as eqx
 import numpy as np
 from jaxtyping import Bool, Float
 from pydantic import Field
 
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.reach import reachable_boxes
+from coverdrive.planning.reach import reachable_range
 from coverdrive.planning.vehicle import VehicleSettings
 from coverdrive.road import Road
 from coverdrive.settings import Settings
 
-_SMOOTHING = 0.01
+TILT = 0.01
 """[rad] of the smooth upper bound of |heading|; it adds 2 cm to the half width of the own car"""
-_FAR = 1e4
-"""[m] ahead, where the boxes of free slots are"""
+TINY = 1e-12
+"""keeps the root differentiable at the centre"""
+_MARGIN = 1.1
+"""how much nearer than to this share of touching no motion comes to a path that is left out"""
+FAR = 1e5
+"""[m] ahead: where the boxes of free slots are; [m/s]: a speed that no car has to brake to"""
 
 
 class ObstacleSettings(Settings):
     """Shape and choice of the obstacles."""
 
-    order: Literal[2, 4] = 4
-    """p of the superellipse (paper: 2)"""
-    lateral_inflation: float = Field(default=1.19, gt=1)
-    """β: factor on the summed half widths; 2^(1/p) inflates length and width alike"""
+    order: Literal[2, 4, 8] = 8
+    """p of the superellipse (paper: 2); a higher order is nearer to the box"""
+    margin: float = Field(default=0.01, ge=0)
+    """by which the constraints ask for more than not touching; slack up to it costs, but is no contact"""
+    edge_margin: float = Field(default=0.05, ge=0)
+    """[m] by which the body is kept further inside the road than it must"""
+    terminal_braking: bool = True
+    """whether the end of a plan leaves the way to brake behind a vehicle that keeps its speed"""
     ignore_rear: bool = False
     """whether the vehicle directly behind in the own lane is no obstacle (paper, Remark 2)"""
 
     @property
-    def longitudinal_inflation(self) -> float:
-        """α: factor on the summed half lengths."""
-        return (1 - self.lateral_inflation**-self.order) ** (-1 / self.order)
+    def inflation(self) -> float:
+        """α = β: factor on the summed half sizes."""
+        return 2 ** (1 / self.order)
 
 
-class Obstacles(eqx.Module):
+class Obstacles(NamedTuple):
     """The n boxes to stay clear of at every step; the same slot of two steps need not be the same path."""
 
     centres: Float[np.ndarray, "K n 2"]
     """[m] (lon, lat) at the steps k = 1 … K"""
     half_sizes: Float[np.ndarray, "K n 2"]
     """[m] half extents along lon and lat of the predicted box"""
+    speed: Float[np.ndarray, "K n"]
+    """[m/s] that the own car must be able to brake to after this step"""
 
     @property
     def slots(self) -> int:
@@ -65,30 +78,51 @@ def own_half_sizes(heading: Any, vehicle: VehicleSettings, mathematics: Any = np
     Args:
         heading: [rad].
         vehicle: size of the own car.
-        mathematics: the module with ``sqrt`` for the heading: ``numpy`` or ``casadi``.
+        mathematics: the module with ``sqrt`` for the heading: ``numpy``, ``jax.numpy`` or ``casadi``.
 
     Returns:
         [m] along lon and [m] along lat.
     """
-    tilt = mathematics.sqrt(heading**2 + _SMOOTHING**2)
+    tilt = mathematics.sqrt(heading**2 + TILT**2)
     half_length, half_width = vehicle.length / 2, vehicle.width / 2
     return half_length + half_width * tilt, half_width + half_length * tilt
 
 
-def clearance(
-    offset: tuple[Any, Any], half_sizes: tuple[Any, Any], own: tuple[Any, Any], settings: ObstacleSettings
+def clearance_power(
+    offset: tuple[Any, Any],
+    half_sizes: tuple[Any, Any],
+    own: tuple[Any, Any],
+    excess_speed: Any,
+    vehicle: VehicleSettings,
+    settings: ObstacleSettings,
 ) -> Any:
-    """Left-hand side of the obstacle constraint without its slack: below 1 if the boxes overlap.
+    """Left-hand side of the obstacle constraint without its slack, to the power of p: below 1 if the boxes overlap.
 
     Args:
         offset: [m] own centre minus predicted centre along lon and lat.
         half_sizes: [m] half extents of the predicted box along lon and lat.
         own: [m] half extents of the own box along lon and lat.
+        excess_speed: [m/s] that the own car must be able to lose, at least 0.
+        vehicle: limits of the own car.
         settings: shape of the obstacles.
     """
-    ahead = offset[0] / (settings.longitudinal_inflation * (half_sizes[0] + own[0]))
-    aside = offset[1] / (settings.lateral_inflation * (half_sizes[1] + own[1]))
-    return ahead**settings.order + aside**settings.order
+    order = settings.order
+    half_way = excess_speed**2 / (4 * vehicle.max_deceleration)
+    ahead = (offset[0] + half_way) / (settings.inflation * (half_sizes[0] + own[0] + half_way))
+    aside = offset[1] / (settings.inflation * (half_sizes[1] + own[1]))
+    return ahead**order + aside**order + TINY
+
+
+def clearance(
+    offset: tuple[Any, Any],
+    half_sizes: tuple[Any, Any],
+    own: tuple[Any, Any],
+    excess_speed: Any,
+    vehicle: VehicleSettings,
+    settings: ObstacleSettings,
+) -> Any:
+    """Left-hand side of the obstacle constraint without its slack; arguments as of `clearance_power`."""
+    return clearance_power(offset, half_sizes, own, excess_speed, vehicle, settings) ** (1 / settings.order)
 
 
 def clearances(
@@ -102,62 +136,76 @@ def clearances(
     Args:
         states: lon [m], lat [m], speed [m/s], heading [rad].
         obstacles: the boxes to stay clear of.
-        vehicle: size of the own car.
-        settings: shape of the obstacles.
-    """
-    lon, lat, heading = (states[..., 1:, i, None] for i in (0, 1, 3))
-    offset = (lon - obstacles.centres[..., 0], lat - obstacles.centres[..., 1])
-    half_sizes = (obstacles.half_sizes[..., 0], obstacles.half_sizes[..., 1])
-    return clearance(offset, half_sizes, own_half_sizes(heading, vehicle), settings)
-
-
-def smallest_slack(values: Float[np.ndarray, "*m K n"]) -> Float[np.ndarray, "*m K"]:
-    """The smallest slack γ_k of every step with which constraints of these left-hand sides hold."""
-    return np.maximum(0.0, 1.0 - values.min(axis=-1, initial=1.0))
-
-
-def reachable_obstacles(
-    state: Float[np.ndarray, " 4"], paths: PredictedPaths, vehicle: VehicleSettings, settings: ObstacleSettings
-) -> Obstacles:
-    """The paths that the own car could meet at all within the horizon, as obstacles.
-
-    Leaving out the others loses nothing: their constraints hold whatever the car does.
-
-    Args:
-        state: lon [m], lat [m], speed [m/s], heading [rad] now.
-        paths: the predicted paths at the times k·dt, k = 0 … K.
         vehicle: size and limits of the own car.
         settings: shape of the obstacles.
     """
-    centres = np.moveaxis(paths.points[:, 1:], 0, 1)
-    half_sizes = np.moveaxis(paths.half_sizes[:, 1:], 0, 1)
-    reach_centres, reach_half_sizes = reachable_boxes(state, centres.shape[0], paths.dt, vehicle)
-    own = np.array(own_half_sizes(max(abs(state[3]), vehicle.max_heading), vehicle))
-    inflation = np.array([settings.longitudinal_inflation, settings.lateral_inflation])
-    distance = np.abs(centres - reach_centres[:, None]) - reach_half_sizes[:, None]
-    meets = np.all(distance < inflation * (half_sizes + own), axis=-1).any(axis=0)
-    return Obstacles(centres[:, meets], half_sizes[:, meets])
+    lon, lat, speed, heading = (states[..., 1:, i, None] for i in range(4))
+    offset = (lon - obstacles.centres[..., 0], lat - obstacles.centres[..., 1])
+    half_sizes = (obstacles.half_sizes[..., 0], obstacles.half_sizes[..., 1])
+    excess_speed = np.maximum(0.0, speed - obstacles.speed)
+    return clearance(offset, half_sizes, own_half_sizes(heading, vehicle), excess_speed, vehicle, settings)
 
 
-def chosen_obstacles(obstacles: Obstacles, chosen: Bool[np.ndarray, "K n"], lon: float) -> Obstacles:
-    """The chosen boxes of every step, in a number of slots that is a power of two and at least 8.
+def smallest_slack(values: Float[np.ndarray, "*m K n"], margin: float) -> Float[np.ndarray, "*m K"]:
+    """The smallest slack γ_k of every step with which constraints of these left-hand sides hold, margin included."""
+    return np.maximum(0.0, 1.0 + margin - values.min(axis=-1, initial=1.0 + margin))
 
-    Few sizes of the optimisation problem thus serve every scene; free slots hold boxes that are out of reach.
+
+def obstacles_of(paths: PredictedPaths, settings: ObstacleSettings) -> Obstacles:
+    """All predicted paths as obstacles.
 
     Args:
-        obstacles: the boxes to choose from.
-        chosen: which of them, step by step.
-        lon: [m] where the own car is.
+        paths: the predicted paths at the times k·dt, k = 0 … K.
+        settings: whether the end of the plan must leave the way to brake.
     """
-    steps = chosen.shape[0]
-    slots = max(8, 1 << (int(chosen.sum(axis=1).max(initial=1)) - 1).bit_length())
-    centres = np.tile([lon + _FAR, 0.0], (steps, slots, 1))
-    half_sizes = np.full((steps, slots, 2), _FAR / 10)
-    step, box = np.nonzero(chosen)
-    slot = (np.cumsum(chosen, axis=1) - 1)[step, box]
-    centres[step, slot] = obstacles.centres[step, box]
-    half_sizes[step, slot] = obstacles.half_sizes[step, box]
-    return Obstacles(centres, half_sizes)
+    centres = paths.points[:, 1:].swapaxes(0, 1)
+    half_sizes = paths.half_sizes[:, 1:].swapaxes(0, 1)
+    speed = np.full(centres.shape[:2], FAR)
+    if settings.terminal_braking:
+        speed[-1] = np.maximum(0.0, paths.points[:, -1, 0] - paths.points[:, -2, 0]) / paths.dt
+    return Obstacles(centres, half_sizes, speed)
+
+
+def reachable(
+    state: Float[np.ndarray, " 4"],
+    obstacles: Obstacles,
+    dt: float,
+    vehicle: VehicleSettings,
+    settings: ObstacleSettings,
+) -> Bool[np.ndarray, " n"]:
+    """The paths whose constraints some motion of the own car can come near; leaving out the others loses nothing.
+
+    Args:
+        state: lon [m], lat [m], speed [m/s], heading [rad] now.
+        obstacles: one slot for each path.
+        dt: [s] between two steps.
+        vehicle: size and limits of the own car.
+        settings: shape of the obstacles.
+    """
+    low, high = reachable_range(state, len(obstacles.centres), dt, vehicle)
+    half_length = own_half_sizes(max(abs(state[3]), vehicle.max_heading), vehicle)[0]
+    brake = max(state[2], vehicle.max_speed) ** 2 / (2 * vehicle.max_deceleration) * (obstacles.speed < FAR)
+    reach = _MARGIN * settings.inflation * (obstacles.half_sizes[..., 0] + half_length)
+    ahead, behind = reach + settings.inflation * brake, reach + (settings.inflation - 1) * brake
+    lon = obstacles.centres[..., 0]
+    return np.any((lon > low[:, None] - behind) & (lon < high[:, None] + ahead), axis=0)
+
+
+def chosen_obstacles(obstacles: Obstacles, chosen: Bool[np.ndarray, " n"], lon: float, slots: int) -> Obstacles:
+    """The chosen paths in a number of slots; free slots hold boxes that are out of reach.
+
+    Args:
+        obstacles: one slot for each path.
+        chosen: which of them; at most ``slots``.
+        lon: [m] where the own car is.
+        slots: number of slots.
+    """
+    steps, free = len(obstacles.centres), slots - int(chosen.sum())
+    return Obstacles(
+        np.concatenate([obstacles.centres[:, chosen], np.tile([lon + FAR, 0.0], (steps, free, 1))], axis=1),
+        np.concatenate([obstacles.half_sizes[:, chosen], np.ones((steps, free, 2))], axis=1),
+        np.concatenate([obstacles.speed[:, chosen], np.full((steps, free), FAR)], axis=1),
+    )
 
 
 def without_rear(state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> PredictedPaths:

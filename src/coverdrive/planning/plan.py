@@ -12,14 +12,16 @@ from coverdrive.road import Road
 
 
 class Status(enum.Enum):
-    """How a plan was found."""
+    """How a plan was found, and what it promises."""
 
     SOLVED = "solved"
-    """the fast solver converged"""
-    RETRIED = "retried"
-    """the fast solver failed, the robust one converged"""
+    """the best of the optimised plans; it is clear of every predicted path and stays on the road"""
     FALLBACK = "fallback"
-    """no solver converged; a braking manoeuvre is used instead"""
+    """no optimised plan is clear; the rest of the last plan, or a simple braking or swerving manoeuvre, is"""
+    UNSAFE = "unsafe"
+    """nothing clear was found; of all that was tried, this violates least"""
+    BLIND = "blind"
+    """the own state or a path is not known, so that nothing can be promised"""
 
 
 class Plan(eqx.Module):
@@ -30,7 +32,7 @@ class Plan(eqx.Module):
     inputs: Float[np.ndarray, "K 2"]
     """acceleration [m/s²], yaw rate [rad/s], each held for dt"""
     slack: Float[np.ndarray, " K"]
-    """how far the obstacle constraints of each step are violated (0: not at all)"""
+    """how far the own box gets into a predicted one at each step: share of the way to its centre (0: not at all)"""
     status: Status
     cost: float
     """value of the objective"""
@@ -55,7 +57,10 @@ class Planner(Protocol):
         ...
 
     def reset(self, period: float) -> None:
-        """Forget the previous plan; called before every episode with the time [s] between two plans."""
+        """Forget the previous plan; called before every episode with the time [s] between two plans.
+
+        What takes long, such as compiling, belongs here: `plan` is called in the middle of a drive.
+        """
         ...
 
     def plan(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> Plan:

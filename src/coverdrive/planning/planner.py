@@ -1,27 +1,32 @@
-"""The planner of the paper's §4: in each period the cheapest plan among the lanes that can be reached.
+"""The planner that drives: in every period the cheapest clear plan among the lanes that can be reached (paper §4).
 
-For the lane of the car and those beside it the optimal control problem is solved against every predicted path; the
-cheapest plan wins. A plan to another lane than that of the last plan must be cheaper by a margin.
+Each call packs what can be reached into arrays of fixed shape and runs the compiled search, again and again until it
+has converged or the time is spent. See `coverdrive.planning.search` for what is searched.
 """
 
 import time
 from typing import NamedTuple
 
+import jax
 import numpy as np
 from jaxtyping import Float
 from pydantic import Field
 
 from coverdrive.errors import SettingError
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.candidates import CandidateSettings, cheapest_starts, solve_lane
-from coverdrive.planning.fallback import blind_motion, braking_motion
+from coverdrive.planning.fallback import braking_motion, dead_reckoning, plausible
+from coverdrive.planning.merit import Surroundings
 from coverdrive.planning.motion import Motion, shifted_inputs
-from coverdrive.planning.obstacles import reachable_obstacles, without_rear
+from coverdrive.planning.obstacles import Obstacles, chosen_obstacles, obstacles_of, reachable, without_rear
+from coverdrive.planning.path_memory import PathMemory
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.problem import ProblemSettings, Situation
-from coverdrive.planning.solvers import Solver
+from coverdrive.planning.search import LANES, STARTS, Found, SearchSettings, Wanted, search
 from coverdrive.road import Road
 from coverdrive.settings import Settings
+
+_SLOTS = (48, 128)
+"""boxes per step that the compiled searches have room for; more than that compile another in the middle of a drive"""
 
 
 class PlannerSettings(Settings):
@@ -29,10 +34,18 @@ class PlannerSettings(Settings):
 
     problem: ProblemSettings = ProblemSettings()
     """horizon, own car, weights and obstacles"""
-    candidate: CandidateSettings = CandidateSettings()
-    """how the plan to one lane is found"""
+    search: SearchSettings = SearchSettings()
+    """how plans are found"""
     lane_change: float = Field(default=10.0, ge=0)
     """cost of aiming at another lane than the last plan, against dithering"""
+    iterations: int = Field(default=24, ge=1)
+    """of the search, at the most; the same seed then gives the same drive, whatever the machine"""
+    budget: float = Field(default=0.05, gt=0)
+    """[s] wall time after which no further iterations are begun: half of the time between two plans"""
+    iterations_at_once: int = Field(default=8, ge=1)
+    """iterations between two looks at the clock"""
+    grace: float = Field(default=0.5, ge=0)
+    """[s] for which a vehicle that vanished is taken to be on one of its last predicted paths"""
 
 
 class _Memory(NamedTuple):
@@ -42,23 +55,16 @@ class _Memory(NamedTuple):
     """the lane that the plan aimed at"""
     applied: Float[np.ndarray, " 2"]
     """acceleration [m/s²] and yaw rate [rad/s] applied since"""
-    inputs: list[Float[np.ndarray, "K 2"]]
-    """inputs of the candidates of all lanes, shifted to the time of the next call"""
-
-
-class Candidate(NamedTuple):
-    """The plan to one lane."""
-
-    motion: Motion
-    """with slack and cost against all obstacles"""
-    status: Status
-    """SOLVED or RETRIED"""
+    state: Float[np.ndarray, " 4"]
+    """where the plan leads to by the time of the next call"""
+    inputs: dict[int, Float[np.ndarray, "K 2"]]
+    """inputs of the best motion to each lane, shifted to the time of the next call"""
 
 
 class MpcPlanner:
     """Model predictive control against every member of every predicted set.
 
-    It implements `coverdrive.planning.plan.Planner`. The first plans in a process compile the problem. A planner can
+    It implements `coverdrive.planning.plan.Planner`. The first `reset` in a process compiles the search. A planner can
     be pickled and copied: what is compiled belongs to the process, not to the planner.
     """
 
@@ -69,7 +75,9 @@ class MpcPlanner:
             settings: horizon, car, weights; the defaults if left out.
         """
         self.settings = settings or PlannerSettings()
-        self.reset(self.dt)
+        self._memory: _Memory | None = None
+        self._paths = PathMemory(self.settings.grace)
+        self._start(self.dt)
 
     @property
     def dt(self) -> float:
@@ -82,13 +90,24 @@ class MpcPlanner:
         return self.settings.problem.steps
 
     def reset(self, period: float) -> None:
-        """Forget the previous plan; called before every episode.
+        """Forget the previous plan; called before every episode. Compiles what `plan` needs.
 
         Args:
             period: [s] from one call to the next, by which the last plans are shifted to start the search.
         """
+        self._start(period)
+        state, road = np.array([0.0, 1.8, 20.0, 0.0]), Road.straight()
+        for slots in _SLOTS:
+            self._memory = None
+            points = np.zeros((slots, self.steps + 1, 2))
+            points[..., 0] = state[2] * self.dt * np.arange(self.steps + 1)  # within reach, so that no slot is free
+            self.plan(state, PredictedPaths(points, np.zeros(slots, int), np.ones_like(points), self.dt), road)
+        self._memory = None
+        self._paths = PathMemory(self.settings.grace)
+
+    def _start(self, period: float) -> None:
         self._period = period
-        self._memory: _Memory | None = None
+        self._shift = shifted_inputs(np.eye(self.steps), period, self.dt)
 
     def plan(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> Plan:
         """Plan from a state against every predicted path.
@@ -99,92 +118,130 @@ class MpcPlanner:
             road: the lanes to drive on.
 
         Returns:
-            The cheapest plan. Its status is FALLBACK if no solver converges or if a number of the state or of the
-            paths is not finite; then its slack is 1 where nothing is known.
+            The cheapest plan that is clear of all paths, else the one that violates least; its status says which. If
+            the state or a path is not known, the status is BLIND and the slack 1.
 
         Raises:
             SettingError: if the paths have other times than the plan.
         """
         begin = time.perf_counter()
         problem = self.settings.problem
-        _check_times(paths, problem)
-        state = np.asarray(state, dtype=float)
-        if np.isfinite(state).all():
-            motion, status = self._decide(state, paths, road)
-        else:
-            motion, status = blind_motion(state, problem), Status.FALLBACK
-            self._memory = None
+        check_times(paths, problem)
+        measured = np.asarray(state, dtype=float)
+        known = plausible(measured, problem.vehicle)
+        if not known:
+            measured = dead_reckoning(measured, self._memory.state if self._memory else None, road)
+        paths, complete = self._paths.completed(paths, self._period)
+        motion, status = self._decide(measured, paths, road, complete, begin)
+        slack = np.maximum(0.0, motion.slack - problem.obstacles.margin)
+        if not (known and complete):
+            status, slack = Status.BLIND, np.ones(problem.steps)
         seconds = time.perf_counter() - begin
-        return Plan(motion.states, motion.inputs, motion.slack, status, float(motion.cost), seconds, problem.dt)
+        return Plan(motion.states, motion.inputs, slack, status, float(motion.cost), seconds, problem.dt)
 
-    def _decide(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> tuple[Motion, Status]:
-        """The cheapest candidate, or the fallback; remembers what the next call needs."""
-        problem = self.settings.problem
-        finite = np.isfinite(np.concatenate([paths.points, paths.half_sizes], axis=-1))
-        known = np.asarray(finite.all(axis=(1, 2)))
-        situation = self._situation(state, paths.of(known), road)
-        lane = int(road.lane_of(state[1]))
-        candidates = self._candidates(situation, road, lane) if known.all() else {}
-        if candidates:
-            target = self._cheapest(candidates, self._memory.lane if self._memory else lane)
-            motion, status = candidates[target]
-        else:
-            target, status = lane, Status.FALLBACK
-            motion = braking_motion(situation, float(road.centres[lane]), problem)
-            if not known.all():
-                motion = motion._replace(slack=np.ones(problem.steps))
-        inputs = [candidate.motion.inputs for candidate in candidates.values()]
-        later = [shifted_inputs(each, self._period, problem.dt) for each in inputs]
-        self._memory = _Memory(target, motion.inputs[0], later)
-        return motion, status
-
-    def _situation(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> Situation:
-        """What the candidates are made for."""
+    def _decide(
+        self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, complete: bool, begin: float
+    ) -> tuple[Motion, Status]:
+        """The chosen motion; remembers what the next call needs."""
         problem = self.settings.problem
         if problem.obstacles.ignore_rear:
             paths = without_rear(state, paths, road)
-        return Situation(
-            state=state,
-            previous_input=self._memory.applied if self._memory else np.zeros(2),
-            road_edges=(float(road.edges[0]), float(road.edges[-1])),
-            obstacles=reachable_obstacles(state, paths, problem.vehicle, problem.obstacles),
+        obstacles = obstacles_of(paths, problem.obstacles)
+        lane = int(road.lane_of(state[1]))
+        found, targets = self._search(state, obstacles, road, lane, begin) if complete else (None, [lane])
+        memory = self._memory
+        if found is None:
+            applied = memory.applied if memory else np.zeros(2)
+            edges = (float(road.edges[0]), float(road.edges[-1]))
+            situation = Situation(state, applied, edges, obstacles)
+            motion, status = braking_motion(situation, float(road.centres[lane]), problem), Status.UNSAFE
+            target, inputs = lane, {lane: motion.inputs}
+        else:
+            motion, status = _motion_of(found, state[0]), _status_of(found)
+            target = targets[int(found.lane)]
+            best = np.swapaxes(np.asarray(found.best).reshape(LANES, 2, problem.steps), 1, 2)
+            inputs = dict(reversed(list(zip(targets, best, strict=True))))
+        later = {lane: self._shift @ each for lane, each in inputs.items()}
+        self._memory = _Memory(target, motion.inputs[0], _after(motion, self._period, problem.dt), later)
+        return motion, status
+
+    def _search(
+        self, state: Float[np.ndarray, " 4"], obstacles: Obstacles, road: Road, lane: int, begin: float
+    ) -> tuple[Found | None, list[int]]:
+        """The result of the search, or None if it failed, and the target lanes; the first is the lane of the car."""
+        problem, settings, memory = self.settings.problem, self.settings, self._memory
+        targets = [lane] + [side if 0 <= side < road.lanes else lane for side in (lane - 1, lane + 1)]
+        held = memory.lane if memory else lane
+        straight = np.zeros((problem.steps, 2))
+        last = [memory.inputs.get(target, straight) if memory else straight for target in targets]
+        starts = np.swapaxes([*last, straight], 1, 2).reshape(STARTS, -1)
+        extra = np.array([settings.lane_change * (target != held) for target in targets], dtype=float)
+        around = self._surroundings(state, obstacles, road)
+        wanted = Wanted(np.asarray(road.centres)[targets], extra, np.zeros(STARTS, int), starts, np.array(False))
+        with jax.enable_x64(True):
+            iterations = np.array(settings.iterations_at_once)
+            try:
+                found = search(around, wanted, iterations, problem, settings.search)
+                for _ in range(settings.iterations // settings.iterations_at_once - 1):
+                    if found.done or time.perf_counter() - begin > settings.budget:
+                        break
+                    wanted = _resumed(wanted, found)
+                    found = search(around, wanted, iterations, problem, settings.search)
+            except jax.errors.JaxRuntimeError:
+                return None, targets
+        return (found if np.isfinite(found.cost) else None), targets
+
+    def _surroundings(self, state: Float[np.ndarray, " 4"], obstacles: Obstacles, road: Road) -> Surroundings:
+        """What the search is made for; boxes that no motion can reach are left out."""
+        problem, memory = self.settings.problem, self._memory
+        near = reachable(state, obstacles, problem.dt, problem.vehicle, problem.obstacles)
+        needed = int(near.sum())
+        slots = next((size for size in _SLOTS if needed <= size), 1 << max(needed - 1, 0).bit_length())
+        chosen = chosen_obstacles(obstacles, near, state[0], slots)
+        boxes = np.empty((5, problem.steps, slots))
+        boxes[:2] = (chosen.centres - [state[0], 0.0]).transpose(2, 0, 1)
+        boxes[2:4] = chosen.half_sizes.transpose(2, 0, 1)
+        boxes[4] = chosen.speed
+        return Surroundings(
+            state=np.array([0.0, *state[1:]]),
+            previous_input=memory.applied if memory else np.zeros(2),
+            edges=np.asarray(road.edges, dtype=float)[[0, -1]],
+            boxes=boxes,
         )
 
-    def _candidates(self, situation: Situation, road: Road, lane: int) -> dict[int, Candidate]:
-        """The candidates to the own lane and to those beside it, by lane; without those that no solver finds.
 
-        The robust solver is called for the lane of the last plan, and for all lanes if the fast one solves none.
-        """
-        problem, settings = self.settings.problem, self.settings.candidate
-        former, held = (self._memory.inputs, self._memory.lane) if self._memory else ([], lane)
-        targets = range(max(lane - 1, 0), min(lane + 2, road.lanes))
-        centres = {target: float(road.centres[target]) for target in targets}
-        found = cheapest_starts(situation, list(centres.values()), former, problem)
-        starts = dict(zip(targets, found, strict=True))
-        candidates: dict[int, Candidate] = {}
-
-        def attempt(target: int, solver: Solver, status: Status) -> None:
-            motion = solve_lane(situation, centres[target], starts[target], solver, problem, settings)
-            if motion is not None:
-                candidates[target] = Candidate(motion, status)
-
-        for target in targets:
-            attempt(target, "fatrop", Status.SOLVED)
-        for target in targets:
-            if target not in candidates and (target == held or not candidates):
-                attempt(target, "ipopt", Status.RETRIED)
-        return candidates
-
-    def _cheapest(self, candidates: dict[int, Candidate], held: int) -> int:
-        """The lane of the cheapest candidate; a lane other than the held one costs extra."""
-        return min(
-            candidates,
-            key=lambda lane: candidates[lane].motion.lasting_cost + self.settings.lane_change * (lane != held),
-        )
+def _resumed(wanted: Wanted, found: Found) -> Wanted:
+    """What is searched for when the search goes on; NumPy arrays as before, for which nothing is compiled anew."""
+    lane, starts = np.asarray(found.descended_lane), np.asarray(found.descended)
+    return wanted._replace(lane=lane, starts=starts, resumed=np.array(True))
 
 
-def _check_times(paths: PredictedPaths, problem: ProblemSettings) -> None:
-    """Refuse paths whose points are not at the times of the plan."""
+def _motion_of(found: Found, lon: float) -> Motion:
+    """The chosen motion on the road, `lon` [m] being where the car is."""
+    states = np.asarray(found.states) + np.array([lon, 0.0, 0.0, 0.0])
+    return Motion(
+        states, np.asarray(found.inputs), np.asarray(found.slack), np.asarray(found.off_road), found.cost, found.cost
+    )
+
+
+def _status_of(found: Found) -> Status:
+    if not found.clear:
+        return Status.UNSAFE
+    return Status.SOLVED if found.optimised else Status.FALLBACK
+
+
+def _after(motion: Motion, elapsed: float, dt: float) -> Float[np.ndarray, " 4"]:
+    """The state that a motion leads to after some time [s] of it."""
+    times = dt * np.arange(len(motion.states))
+    return np.array([np.interp(elapsed, times, column) for column in motion.states.T])
+
+
+def check_times(paths: PredictedPaths, problem: ProblemSettings) -> None:
+    """Refuse paths whose points are not at the times of the plan.
+
+    Raises:
+        SettingError: if so.
+    """
     points = paths.points.shape[1]
     if points != problem.steps + 1 or abs(paths.dt - problem.dt) > 1e-9:
         raise SettingError(

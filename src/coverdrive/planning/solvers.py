@@ -12,10 +12,9 @@ from jaxtyping import Float
 from pydantic import Field
 
 from coverdrive.planning.motion import Motion
-from coverdrive.planning.problem import (
-    ProblemSettings,
+from coverdrive.planning.problem import ProblemSettings, Situation
+from coverdrive.planning.program import (
     Program,
-    Situation,
     build_program,
     pack,
     parameter_values,

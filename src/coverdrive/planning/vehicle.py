@@ -2,7 +2,7 @@
 
 State: lon [m], lat [m], speed [m/s], heading [rad]. Input: acceleration [m/s²], yaw rate [rad/s], held for dt.
 `euler_step` is the one definition of the motion. It knows no array library: the optimisation problem calls it with
-CasADi symbols and `casadi`, everything else through `step` and `rollout` with NumPy arrays.
+CasADi symbols and `casadi`, everything else through `step` and `rollout` with NumPy or JAX arrays.
 P = K + 1 is the number of states.
 """
 
@@ -67,10 +67,11 @@ def euler_step(
     )
 
 
-def step(state: Float[np.ndarray, "*n 4"], inputs: Float[np.ndarray, "*n 2"], dt: float) -> Float[np.ndarray, "*n 4"]:
+def step(state: Float[Any, "*n 4"], inputs: Float[Any, "*n 2"], dt: float, mathematics: Any = np) -> Float[Any, "*n 4"]:
     """One Euler step of states (lon, lat, speed, heading) under inputs (acceleration, yaw rate) held for dt [s]."""
     lon, lat, speed, heading = (state[..., i] for i in range(4))
-    return np.stack(euler_step(lon, lat, speed, heading, inputs[..., 0], inputs[..., 1], dt), axis=-1)
+    after = euler_step(lon, lat, speed, heading, inputs[..., 0], inputs[..., 1], dt, mathematics)
+    return mathematics.stack(after, axis=-1)
 
 
 def rollout(
@@ -84,16 +85,21 @@ def rollout(
 
 
 def feasible_inputs(
-    state: Float[np.ndarray, "*n 4"], inputs: Float[np.ndarray, "*n 2"], dt: float, settings: VehicleSettings
-) -> Float[np.ndarray, "*n 2"]:
+    state: Float[Any, "*n 4"],
+    inputs: Float[Any, "*n 2"],
+    dt: float,
+    settings: VehicleSettings,
+    mathematics: Any = np,
+) -> Float[Any, "*n 2"]:
     """The inputs nearest to the given ones that keep the car within its limits for one step of dt [s].
 
     A state outside the speed or heading bounds is not pushed further out.
     """
+    m = mathematics
     speed, heading = state[..., 2], state[..., 3]
-    lowest = np.maximum(-settings.max_deceleration, np.minimum(0.0, -speed / dt))
-    highest = np.minimum(settings.max_acceleration, np.maximum(0.0, (settings.max_speed - speed) / dt))
-    yaw_bound = np.minimum(settings.max_yaw_rate, settings.max_lateral_acceleration / np.maximum(np.abs(speed), 1e-9))
-    rightmost = np.maximum(-yaw_bound, np.minimum(0.0, (-settings.max_heading - heading) / dt))
-    leftmost = np.minimum(yaw_bound, np.maximum(0.0, (settings.max_heading - heading) / dt))
-    return np.stack([np.clip(inputs[..., 0], lowest, highest), np.clip(inputs[..., 1], rightmost, leftmost)], axis=-1)
+    lowest = m.maximum(-settings.max_deceleration, m.minimum(0.0, -speed / dt))
+    highest = m.minimum(settings.max_acceleration, m.maximum(0.0, (settings.max_speed - speed) / dt))
+    yaw_bound = m.minimum(settings.max_yaw_rate, settings.max_lateral_acceleration / m.maximum(m.abs(speed), 1e-9))
+    rightmost = m.maximum(-yaw_bound, m.minimum(0.0, (-settings.max_heading - heading) / dt))
+    leftmost = m.minimum(yaw_bound, m.maximum(0.0, (settings.max_heading - heading) / dt))
+    return m.stack([m.clip(inputs[..., 0], lowest, highest), m.clip(inputs[..., 1], rightmost, leftmost)], axis=-1)

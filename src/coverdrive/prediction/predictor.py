@@ -3,7 +3,7 @@
 Nothing in the file can be executed (`coverdrive.prediction.storage`).
 """
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import jax
@@ -36,6 +36,9 @@ class Predictor:
     certificate: Certificate
     trained_on: Int[np.ndarray, " V"]
     """keys of the vehicles that trained the network"""
+    _rollouts: dict[tuple[float, int], tuple[np.ndarray, ...]] = field(
+        default_factory=dict[tuple[float, int], tuple[np.ndarray, ...]], init=False, repr=False, compare=False
+    )
 
     @property
     def fingerprint(self) -> str:
@@ -52,6 +55,8 @@ class Predictor:
     def predict(self, scene: Scene, road: Road, own: int, dt: float, steps: int) -> PredictedPaths:
         """All paths that the other vehicles may take.
 
+        A vehicle for which the rule calls nothing possible may do anything that the basis knows.
+
         Args:
             scene: one scene.
             road: its road.
@@ -59,15 +64,23 @@ class Predictor:
             dt: [s] between two points of the paths; ``dt · steps`` must not exceed the basis' horizon.
             steps: K; the paths have K + 1 points.
         """
-        times = dt * np.arange(steps + 1)
         possible = self.possible(scene, road)
+        possible[np.asarray(scene.valid) & ~possible.any(axis=1)] = True
         possible[own] = False
         vehicle, base = np.nonzero(possible)
-        deviation, rate = self.basis.rollout(times)
+        times, deviation, rate, tube = self._rollout(dt, steps)
         motion = follow(scene.states[vehicle], times, deviation[base], rate[base])
         body = turned_half_extents(scene.half_sizes[vehicle, None], motion[..., 3])
-        half_sizes = body + self.rule.tube[base, None, None] * self._tube(times)
+        half_sizes = body + tube[base]
         return PredictedPaths(motion[..., :2], vehicle, half_sizes, dt)
+
+    def _rollout(self, dt: float, steps: int) -> tuple[np.ndarray, ...]:
+        """Times, deviations and their rates, and half axes of the tubes at these times; kept for the next call."""
+        if (dt, steps) not in self._rollouts:
+            times = dt * np.arange(steps + 1)
+            tube = self.rule.tube[:, None, None] * self._tube(times)
+            self._rollouts[dt, steps] = (times, *self.basis.rollout(times), tube)
+        return self._rollouts[dt, steps]
 
     def _tube(self, times: Float[np.ndarray, " n"]) -> Float[np.ndarray, "n 2"]:
         """Half axes of the tube of radius 1. All paths start at the same point, so that it begins at zero."""

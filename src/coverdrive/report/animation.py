@@ -41,8 +41,9 @@ _DPI = 150
 
 _STATUS_LOOK = {
     Status.SOLVED: (style.GREEN, "o"),
-    Status.RETRIED: (style.ORANGE, "s"),
-    Status.FALLBACK: (style.PURPLE, "X"),
+    Status.FALLBACK: (style.ORANGE, "s"),
+    Status.UNSAFE: (style.PURPLE, "X"),
+    Status.BLIND: (style.PURPLE, "P"),
 }
 
 

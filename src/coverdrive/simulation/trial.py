@@ -80,11 +80,13 @@ class TrialResult:
     planning_maximum: float
     """[s] wall time of the slowest step's prediction and planning"""
     share_solved: float
-    """of the plans that the fast solver found"""
-    share_retried: float
-    """of the plans that the robust solver found after the fast one had failed"""
+    """of the plans that are optimised and clear of every predicted path"""
+    share_unsafe: float
+    """of the plans for which nothing clear was found"""
     share_fallback: float
-    """of the plans that no solver found"""
+    """of the plans that are clear, but a simple manoeuvre or the rest of the last plan"""
+    share_blind: float
+    """of the plans made without knowing the own state or a path"""
     traffic_stuck: int
     """how often an uncontrolled vehicle found no choice that passes its check"""
     traffic_collisions: int
@@ -152,8 +154,9 @@ def measure(trace: Trace, seed: int, trial: int) -> TrialResult:
         planning_p99=metrics.planning_time(trace, 0.99),
         planning_maximum=metrics.planning_time(trace, 1.0),
         share_solved=metrics.status_share(trace, Status.SOLVED),
-        share_retried=metrics.status_share(trace, Status.RETRIED),
+        share_unsafe=metrics.status_share(trace, Status.UNSAFE),
         share_fallback=metrics.status_share(trace, Status.FALLBACK),
+        share_blind=metrics.status_share(trace, Status.BLIND),
         traffic_stuck=metrics.traffic_stuck(trace),
         traffic_collisions=metrics.traffic_collisions(trace),
         impossible_choices=metrics.impossible_choices(trace),

@@ -6,10 +6,9 @@ import pytest
 
 from coverdrive.planning.motion import Motion, drive, judged
 from coverdrive.planning.obstacles import Obstacles, clearances
-from coverdrive.planning.problem import (
-    ProblemSettings,
+from coverdrive.planning.problem import ProblemSettings, Situation
+from coverdrive.planning.program import (
     Program,
-    Situation,
     build_program,
     pack,
     parameter_values,
@@ -26,7 +25,9 @@ def situation() -> Situation:
     centres = rng.uniform([100, 0], [180, 11], size=(12, 8, 2))
     half_sizes = rng.uniform([2, 1], [4, 2], size=(12, 8, 2))
     state = np.array([100.0, 2.0, 22.0, 0.04])
-    return Situation(state, np.array([-0.5, 0.02]), (0.0, 10.8), Obstacles(centres, half_sizes))
+    return Situation(
+        state, np.array([-0.5, 0.02]), (0.0, 10.8), Obstacles(centres, half_sizes, rng.uniform(5, 40, size=(12, 8)))
+    )
 
 
 @pytest.fixture
@@ -62,7 +63,11 @@ def test_obstacle_rows_are_the_clearances(situation: Situation, motion: Motion) 
     free = motion._replace(slack=np.zeros(12), off_road=np.zeros(12))
     program = build_program(PROBLEM, 8)
     _, constraints = evaluate(program, situation, free)
-    expected = clearances(motion.states, situation.obstacles, PROBLEM.vehicle, PROBLEM.obstacles) - 1
+    expected = (
+        clearances(motion.states, situation.obstacles, PROBLEM.vehicle, PROBLEM.obstacles)
+        - 1
+        - PROBLEM.obstacles.margin
+    )
     last_stage = constraints[-8:]
     np.testing.assert_allclose(last_stage, expected[-1], rtol=1e-9)
 

@@ -1,0 +1,195 @@
+"""Time and cost of planning on recorded instances: `python benchmarks/planner.py [--out planner.json]`.
+
+Instances are recorded while the planner drives trials of the study, in traffic drawn from a predictor that is learnt
+from generated traffic (`--predictor` names the file of another one); every tenth and every third of the tight ones are
+kept. On the same instances, in the same run:
+
+- *coverdrive*: the planner as it drives, warm: the instances of one drive in their order, prediction apart.
+- *reference*: the same problem, with the lane of the plan, solved by IPOPT from eight starts; the best cost of them.
+- *the paper's way*: what the paper describes, written from its text. At every step a nonlinear program is built anew in
+  CasADi and solved by IPOPT: states and inputs of all steps as variables, the dynamics as equality constraints, one
+  plain ellipse (p = 2, semi-axes summed) for every path and step, one slack for every step. It has a cost of its own
+  (its ellipses are smaller than the bodies), so that costs are compared with the reference alone.
+"""
+
+import argparse
+import json
+import time
+from collections import Counter
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+
+from coverdrive.config import Experiment
+from coverdrive.paths import PredictedPaths
+from coverdrive.planning.cost import input_cost, state_cost
+from coverdrive.planning.motion import Motion, judged
+from coverdrive.planning.obstacles import obstacles_of
+from coverdrive.planning.planner import MpcPlanner
+from coverdrive.planning.problem import ProblemSettings, Situation
+from coverdrive.planning.reference import packed, simple_motions, solved
+from coverdrive.planning.solvers import SolverSettings
+from coverdrive.planning.vehicle import euler_step
+from coverdrive.prediction.fit import fit
+from coverdrive.prediction.predictor import Predictor
+from coverdrive.recordings.generated import generate
+from coverdrive.road import Road
+from coverdrive.simulation.trial import run_trial
+from coverdrive.workflow import participants
+
+STARTS = 8
+PATHS = (10, 30, 60, 119)
+
+
+def summary(seconds: list[float]) -> dict[str, float]:
+    values = 1e3 * np.array(seconds)
+    return {
+        "median ms": float(np.median(values)),
+        "p99 ms": float(np.quantile(values, 0.99)),
+        "maximum ms": float(values.max()),
+    }
+
+
+def recorded(experiment: Experiment, predictor: Predictor, trials: int) -> tuple[list[dict], dict]:
+    """Instances of closed-loop trials, and how the planner did on all steps."""
+    parts = participants(experiment, predictor)
+    instances, seconds, planning, statuses = [], [], [], Counter()
+    for trial in range(trials):
+        trace = run_trial(parts, experiment.episode, experiment.study.vehicles[trial % 5], experiment.seed, trial)
+        before = np.zeros(2)
+        for k, (paths, plan) in enumerate(zip(trace.paths, trace.plans, strict=True)):
+            tight = plan.status.value != "solved" and k % 3 == 0
+            if k % 10 == 0 or tight:
+                state = trace.scene.states[k, 0]
+                instances.append({"state": state, "paths": paths, "before": before, "plan": plan, "tight": tight})
+            before = plan.inputs[0]
+            statuses[plan.status.value] += 1
+            planning.append(plan.seconds)
+        seconds.extend(trace.planning_seconds[1:])
+    shares = {status: count / sum(statuses.values()) for status, count in statuses.items()}
+    return instances, {
+        "prediction and planning": summary(seconds),
+        "planning": summary(planning),
+        "plans": len(planning),
+        "share of each status": shares,
+    }
+
+
+def situation_of(instance: dict, problem: ProblemSettings, road: Road) -> Situation:
+    obstacles = packed(instance["state"], obstacles_of(instance["paths"], problem.obstacles), problem)
+    return Situation(instance["state"], instance["before"], (float(road.edges[0]), float(road.edges[-1])), obstacles)
+
+
+def own_motion(instance: dict, problem: ProblemSettings, road: Road) -> tuple[Motion, float]:
+    """The recorded plan, and the lane [m] as target for which it is cheapest."""
+    plan, situation = instance["plan"], situation_of(instance, problem, road)
+    each = [(judged(plan.states, plan.inputs, float(lat), situation, problem), float(lat)) for lat in road.centres]
+    return min(each, key=lambda pair: float(pair[0].cost))
+
+
+def reference_cost(instance: dict, problem: ProblemSettings, road: Road) -> float:
+    """Best cost of IPOPT from eight starts to the plan's lane; if the plan is clear, of the clear results."""
+    own, target = own_motion(instance, problem, road)
+    situation, options = situation_of(instance, problem, road), SolverSettings(tolerance=1e-6, max_iterations=500)
+    motions = simple_motions(situation, target, [instance["plan"].inputs], problem)
+    starts = [motions.at(int(i)) for i in np.argsort(motions.lasting_cost)[:STARTS]]
+    found = [solved(situation, target, start, "ipopt", problem, options) for start in starts]
+    wanted = max(float(own.slack.max()), problem.obstacles.margin)
+    return min((float(each.cost) for each in found if each is not None and each.slack.max() <= wanted), default=np.inf)
+
+
+def paper_plan(instance: dict, target: float, road: Road, problem: ProblemSettings) -> tuple[bool, float]:
+    """Build and solve the paper's program once: whether IPOPT converged, and the time it took [s]."""
+    begin = time.perf_counter()
+    steps, dt, car, paths = problem.steps, problem.dt, problem.vehicle, instance["paths"]
+    opti = ca.Opti()
+    x, u, slack = opti.variable(4, steps + 1), opti.variable(2, steps), opti.variable(steps)
+    opti.subject_to(x[:, 0] == instance["state"])
+    weights, cost, last = problem.cost.slack_weights(steps), 0, ca.DM(instance["before"])
+    for k in range(steps):
+        successor = euler_step(x[0, k], x[1, k], x[2, k], x[3, k], u[0, k], u[1, k], dt, ca)
+        opti.subject_to(x[:, k + 1] == ca.vertcat(*successor))
+        change = u[:, k] - last
+        cost += input_cost(u[0, k], u[1, k], change[0], change[1], problem.cost)
+        factor = problem.cost.terminal if k == steps - 1 else 1
+        cost += factor * state_cost(x[1, k + 1] - target, x[2, k + 1], x[3, k + 1], problem.cost)
+        cost += weights[k] * slack[k] ** 2
+        last = u[:, k]
+        for point, half in zip(paths.points[:, k + 1], paths.half_sizes[:, k + 1], strict=True):
+            axes = half + car.half_sizes
+            ellipse = ((x[0, k + 1] - point[0]) / axes[0]) ** 2 + ((x[1, k + 1] - point[1]) / axes[1]) ** 2
+            opti.subject_to(ellipse + slack[k] >= 1)
+    opti.subject_to(opti.bounded(-car.max_deceleration, u[0, :], car.max_acceleration))
+    opti.subject_to(opti.bounded(-car.max_yaw_rate, u[1, :], car.max_yaw_rate))
+    opti.subject_to(opti.bounded(road.edges[0] + car.width / 2, x[1, 1:], road.edges[-1] - car.width / 2))
+    opti.subject_to(slack >= 0)
+    opti.minimize(cost)
+    opti.set_initial(x, instance["plan"].states.T)
+    opti.set_initial(u, instance["plan"].inputs.T)
+    opti.solver("ipopt", {"print_time": False, "error_on_fail": False}, {"print_level": 0, "sb": "yes"})
+    solution = opti.solve_limited()
+    return bool(solution.stats()["success"]), time.perf_counter() - begin
+
+
+def scaling(planner: MpcPlanner, instances: list[dict], road: Road) -> dict[str, dict[str, float]]:
+    """Planning times against a given number of paths: those of an instance, repeated with small offsets."""
+    random, result = np.random.default_rng(0), {}
+    for count in PATHS:
+        seconds = []
+        planner.reset(0.1)
+        for instance in instances[:200]:
+            paths = instance["paths"]
+            chosen = np.resize(np.arange(len(paths)), count)
+            offset = random.normal(0, 0.2, (count, 1, 2)) * (np.arange(count) >= len(paths))[:, None, None]
+            many = PredictedPaths(paths.points[chosen] + offset, paths.vehicle[chosen], paths.half_sizes[chosen], 0.25)
+            seconds.append(planner.plan(instance["state"], many, road).seconds)
+        result[f"{count} paths"] = summary(seconds)
+    return result
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--predictor", type=Path)
+    parser.add_argument("--trials", type=int, default=20)
+    parser.add_argument("--compared", type=int, default=300)
+    parser.add_argument("--out", type=Path, default=Path("planner.json"))
+    arguments = parser.parse_args()
+    experiment = Experiment()
+    if arguments.predictor:
+        predictor = Predictor.load(arguments.predictor)
+    else:
+        recordings = generate(experiment.generated, experiment.seed)
+        predictor = fit(recordings, experiment.prediction, experiment.seed).predictor
+    problem, road = experiment.planner.problem, experiment.episode.initial.road()
+    instances, driven = recorded(experiment, predictor, arguments.trials)
+    instances = [instance for instance in instances if len(instance["paths"])]
+    chosen = np.random.default_rng(0).permutation(len(instances))[: arguments.compared]
+    compared = [instances[i] for i in chosen]
+    best = np.array([reference_cost(each, problem, road) for each in compared])
+    own = np.array([float(own_motion(each, problem, road)[0].cost) for each in compared])
+    tight = np.array([each["tight"] for each in compared])
+    paper = [
+        paper_plan(each, float(road.centres[int(road.lane_of(each["state"][1]))]), road, problem) for each in compared
+    ]
+    baseline = summary([seconds for _, seconds in paper])
+    result = {
+        "coverdrive": driven,
+        "paths per instance": float(np.mean([len(each["paths"]) for each in compared])),
+        "compared": len(compared),
+        "tight": int(tight.sum()),
+        "cost at most 1 % above IPOPT's best of eight starts": float((own <= 1.01 * best).mean()),
+        "the same, of those that are not tight": float((own <= 1.01 * best)[~tight].mean()),
+        "cost over IPOPT's best, median, 90th and 95th percentile": np.quantile(own / best, [0.5, 0.9, 0.95]).tolist(),
+        "the paper's way": baseline | {"converged": float(np.mean([converged for converged, _ in paper]))},
+        "times faster, medians": baseline["median ms"] / driven["planning"]["median ms"],
+        "times faster, p99": baseline["p99 ms"] / driven["planning"]["p99 ms"],
+        "number of paths": scaling(MpcPlanner(experiment.planner), compared, road),
+    }
+    text = json.dumps(result, indent=2)
+    arguments.out.write_text(text + "\n", encoding="utf-8")
+    print(text)
+
+
+if __name__ == "__main__":
+    main()

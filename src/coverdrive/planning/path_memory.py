@@ -1,0 +1,62 @@
+"""Vehicles that vanish: for a short time they are taken to be on one of the paths that were last predicted for them."""
+
+import numpy as np
+
+from coverdrive.paths import PredictedPaths
+
+
+class PathMemory:
+    """Remembers every vehicle's last predicted paths."""
+
+    def __init__(self, grace: float):
+        """Keep the paths of a vehicle for ``grace`` [s] after it was last seen."""
+        self._grace = grace
+        self._last: PredictedPaths | None = None
+        self._ages: dict[int, float] = {}
+
+    def completed(self, paths: PredictedPaths, elapsed: float) -> tuple[PredictedPaths, bool]:
+        """The paths, with those of vehicles that vanished or whose numbers are not finite taken from memory.
+
+        Args:
+            paths: predicted now.
+            elapsed: [s] since the last call.
+
+        Returns:
+            The paths, all finite, and whether every vehicle among ``paths`` is represented.
+        """
+        broken: set[int] = set()
+        if not (np.isfinite(paths.points).all() and np.isfinite(paths.half_sizes).all()):
+            finite = np.isfinite(paths.points).all((1, 2)) & np.isfinite(paths.half_sizes).all((1, 2))
+            broken = set(paths.vehicle[~finite].tolist())
+            paths = paths.of(~np.isin(paths.vehicle, list(broken)))
+        seen = set(paths.vehicle.tolist())
+        ages = {vehicle: age + elapsed for vehicle, age in self._ages.items() if vehicle not in seen}
+        kept = [vehicle for vehicle, age in ages.items() if age <= self._grace + 1e-9]
+        if kept and self._last is not None:
+            paths = _joined(paths, later(self._last.of(np.isin(self._last.vehicle, kept)), elapsed))
+        self._last = paths
+        self._ages = dict.fromkeys(seen, 0.0) | {vehicle: ages[vehicle] for vehicle in kept}
+        return paths, broken <= self._ages.keys()
+
+
+def later(paths: PredictedPaths, elapsed: float) -> PredictedPaths:
+    """The paths as seen ``elapsed`` [s] later: interpolated, and continued at the velocity and growth of their end."""
+    steps = paths.points.shape[1] - 1
+    at = np.arange(steps + 1) + elapsed / paths.dt
+    before = np.minimum(at.astype(int), steps - 1)
+    share = (at - before)[:, None]
+    points, sizes = (
+        values[:, before] + share * (values[:, before + 1] - values[:, before])
+        for values in (paths.points, paths.half_sizes)
+    )
+    sizes = np.maximum(sizes, np.minimum(paths.half_sizes[:, before], paths.half_sizes[:, before + 1]))
+    return PredictedPaths(points, paths.vehicle, sizes, paths.dt)
+
+
+def _joined(first: PredictedPaths, second: PredictedPaths) -> PredictedPaths:
+    return PredictedPaths(
+        np.concatenate([first.points, second.points]),
+        np.concatenate([first.vehicle, second.vehicle]),
+        np.concatenate([first.half_sizes, second.half_sizes]),
+        first.dt,
+    )
