@@ -6,7 +6,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
-from coverdrive.geometry import axis_gap, boxes_overlap, turned_half_extents
+from coverdrive.geometry import axis_gap, body_distance, boxes_overlap, turned_half_extents
 
 CAR = np.array([2.4, 0.95])
 number = st.floats(-6, 6)
@@ -102,3 +102,31 @@ def test_functions_broadcast() -> None:
     others = np.array([[0.0, 0.0], [4.0, 0.0], [9.0, 0.0]])
     got = boxes_overlap(np.zeros(2), np.array(0.0), CAR, others, np.zeros(3), CAR)
     np.testing.assert_array_equal(got, [True, True, False])
+
+
+@given(number, number, angle, angle, size, size)
+def test_distance_is_the_least_between_points_of_the_edges(
+    lon: float, lat: float, heading: float, other_heading: float, half: np.ndarray, other_half: np.ndarray
+) -> None:
+    first = (np.zeros(2), np.array(heading), half)
+    second = (np.array([lon, lat]), np.array(other_heading), other_half)
+    got = body_distance(*first, *second)
+    if boxes_overlap(*first, *second):
+        assert got == 0
+        return
+    share = np.linspace(0, 1, 101)[:, None]
+    outlines = []
+    for centre, turn, extent in (first, second):
+        around = corners(centre, float(turn), extent)
+        outlines.append(
+            np.concatenate([a + share * (b - a) for a, b in zip(around, np.roll(around, 1, 0), strict=True)])
+        )
+    sampled = np.linalg.norm(outlines[0][:, None] - outlines[1], axis=-1).min()
+    assert sampled - 0.06 <= got <= sampled + 1e-9
+
+
+def test_distance_between_a_turned_and_an_upright_box() -> None:
+    turned = body_distance(
+        np.zeros(2), np.array(np.pi / 4), np.ones(2), np.array([4.0, 0.0]), np.array(0.0), np.ones(2)
+    )
+    assert turned == pytest.approx(3 - np.sqrt(2))

@@ -86,6 +86,40 @@ def boxes_overlap(
     return np.all(meets_first & meets_second, axis=-1)
 
 
+def body_distance(
+    centre: Float[Array, "*#n 2"],
+    heading: Float[Array, "*#n"],
+    half_sizes: Float[Array, "*#n 2"],
+    other_centre: Float[Array, "*#n 2"],
+    other_heading: Float[Array, "*#n"],
+    other_half_sizes: Float[Array, "*#n 2"],
+) -> Float[Array, "*#n"]:
+    """Distance [m] of two turned boxes, 0 if they overlap; arguments as of `boxes_overlap`.
+
+    Of two convex polygons that are apart, a corner of one is nearest to the other.
+    """
+    first, second = (centre, heading, half_sizes), (other_centre, other_heading, other_half_sizes)
+    overlap = boxes_overlap(*first, *second)
+    return np.where(overlap, 0.0, np.minimum(_corner_distance(*first, *second), _corner_distance(*second, *first)))
+
+
+def _corner_distance(
+    centre: Float[Array, "*#n 2"],
+    heading: Float[Array, "*#n"],
+    half_sizes: Float[Array, "*#n 2"],
+    other_centre: Float[Array, "*#n 2"],
+    other_heading: Float[Array, "*#n"],
+    other_half_sizes: Float[Array, "*#n 2"],
+) -> Float[Array, "*#n"]:
+    """Least distance [m] of the other box's corners to the one box."""
+    distances = list[Any]()
+    for side in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
+        corner = other_centre + _turned_into(np.array(side) * other_half_sizes, -other_heading)
+        beyond = np.abs(_turned_into(corner - centre, heading)) - half_sizes
+        distances.append(np.linalg.norm(np.maximum(beyond, 0.0), axis=-1))
+    return np.min(np.stack(np.broadcast_arrays(*distances)), axis=0)
+
+
 def _turned_into(offset: Float[Array, "*#n 2"], heading: Any) -> Float[Array, "*#n 2"]:
     """The offset [m] as seen from a body with the heading [rad]: how far ahead, how far to the left."""
     cosine, sine = np.cos(heading), np.sin(heading)

@@ -14,6 +14,7 @@ from coverdrive.planning.obstacles import (
     FAR,
     Obstacles,
     ObstacleSettings,
+    braking_rear,
     chosen_obstacles,
     clearances,
     obstacles_of,
@@ -127,3 +128,19 @@ def test_without_rear_drops_the_nearest_behind_in_the_lane(straight_paths) -> No
     np.testing.assert_array_equal(kept.vehicle, [0, 0, 2, 2, 3, 3])
     nobody = straight_paths((-5, 1.8, 20), (20, 5.4, 20))
     assert len(without_rear(state, nobody, Road.straight())) == 2
+
+
+def test_braking_rear_keeps_the_path_that_stays_back_furthest(straight_paths) -> None:
+    paths = straight_paths((-9, 1.8, 25), (30, 1.8, 15), (-12, 5.4, 20))
+    faster = PredictedPaths(paths.points + np.array([1.0, 0.0]), paths.vehicle, paths.half_sizes, paths.dt)
+    both = PredictedPaths(
+        np.concatenate([faster.points, paths.points]),
+        np.concatenate([paths.vehicle, paths.vehicle]),
+        np.concatenate([paths.half_sizes, paths.half_sizes]),
+        paths.dt,
+    )
+    kept = braking_rear(np.array([0, 1.8, 20, 0.0]), both, Road.straight())
+    assert sorted(kept.vehicle.tolist()) == [0, 1, 1, 2, 2]
+    np.testing.assert_array_equal(kept.points[kept.vehicle == 0], paths.points[paths.vehicle == 0])
+    nobody = both.of(both.vehicle != 0)
+    assert len(braking_rear(np.array([0, 1.8, 20, 0.0]), nobody, Road.straight())) == 4

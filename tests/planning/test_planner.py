@@ -11,7 +11,7 @@ import coverdrive.planning.planner as planning
 from coverdrive.errors import SettingError
 from coverdrive.geometry import boxes_overlap, turned_half_extents
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.obstacles import ObstacleSettings
+from coverdrive.planning.obstacles import ObstacleSettings, clearances, obstacles_of
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.planning.problem import ProblemSettings
@@ -130,6 +130,24 @@ def test_rear_vehicle_can_be_ignored(straight_paths) -> None:
     considering = MpcPlanner().plan(state, paths, ROAD)
     np.testing.assert_allclose(ignoring.states, without.states, atol=1e-9)
     assert considering.cost > ignoring.cost + 1
+
+
+def test_follower_that_may_accelerate_does_not_push_the_car_into_others(straight_paths) -> None:
+    """Boxed in: walls of cars on both sides, one ahead, and one behind that may come too near or keep its distance."""
+    sides = [(lon, 5.4, 20) for lon in range(-20, 100, 6)]
+    ahead, behind = (10.0, 1.8, 20), (-8, 1.8, 20)
+    paths = straight_paths(ahead, behind, (-8, 1.8, 24), *sides)
+    vehicle = np.array([0, 1, 1, *range(2, 2 + len(sides))])
+    paths = PredictedPaths(paths.points, vehicle, paths.half_sizes, paths.dt)
+    state = np.array([0, 1.8, 20, 0.0])
+    plan = MpcPlanner().plan(state, paths, ROAD)
+    assert plan.status is Status.REAR
+    assert plan.slack.max() > 0.1
+    others = paths.of(np.arange(len(paths)) != 2)
+    clear = clearances(plan.states, obstacles_of(others, ObstacleSettings()), VehicleSettings(), ObstacleSettings())
+    assert clear.min() >= 1
+    without = MpcPlanner(PlannerSettings(rear_last=False)).plan(state, paths, ROAD)
+    assert without.status is Status.UNSAFE
 
 
 def test_brakes_where_the_search_breaks(straight_paths, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -118,7 +118,7 @@ def test_slack_planning_time_and_status():
     assert metrics.maximum_slack(trace) == 0.3
     assert metrics.planning_time(trace, 0.5) == pytest.approx(0.25)
     assert metrics.planning_time(trace, 1.0) == pytest.approx(0.4)
-    assert [metrics.status_share(trace, status) for status in Status] == [0.5, 0.25, 0.25, 0.0]
+    assert [metrics.status_share(trace, status) for status in Status] == [0.5, 0.25, 0.0, 0.25, 0.0]
 
 
 def test_jerk_and_braking_come_from_the_inputs_that_were_applied():

@@ -210,9 +210,21 @@ def chosen_obstacles(obstacles: Obstacles, chosen: Bool[np.ndarray, " n"], lon: 
 
 def without_rear(state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> PredictedPaths:
     """The paths without those of the vehicle directly behind in the own lane (paper, Remark 2)."""
+    return paths.of(~_of_rear(state, paths, road))
+
+
+def braking_rear(state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> PredictedPaths:
+    """The paths, but for the vehicle directly behind in the own lane only the one that stays back furthest."""
+    rear = _of_rear(state, paths, road)
+    front = np.where(rear, paths.points[:, -1, 0] + paths.half_sizes[:, -1, 0], np.inf)
+    return paths.of(~rear | (np.arange(len(paths)) == np.argmin(front))) if rear.any() else paths
+
+
+def _of_rear(state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> Bool[np.ndarray, " S"]:
+    """Which paths are those of the vehicle directly behind in the own lane."""
     now = paths.points[:, 0]
     same_lane = np.asarray(road.lane_of(now[:, 1]) == road.lane_of(state[1:2]))
     gap = np.where(same_lane & (now[:, 0] < state[0]), state[0] - now[:, 0], np.inf)
     if not np.isfinite(gap).any():
-        return paths
-    return paths.of(paths.vehicle != paths.vehicle[np.argmin(gap)])
+        return np.zeros(len(paths), bool)
+    return paths.vehicle == paths.vehicle[np.argmin(gap)]

@@ -18,6 +18,9 @@ class Status(enum.Enum):
     """the best of the optimised plans; it is clear of every predicted path and stays on the road"""
     FALLBACK = "fallback"
     """no optimised plan is clear; the rest of the last plan, or a simple braking or swerving manoeuvre, is"""
+    REAR = "rear"
+    """nothing clear was found; it is clear of everything but the vehicle directly behind in the own lane (paper, Remark
+    2), and even of that one's path that stays back furthest"""
     UNSAFE = "unsafe"
     """nothing clear was found; of all that was tried, this violates least"""
     BLIND = "blind"

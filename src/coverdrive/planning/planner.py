@@ -16,8 +16,15 @@ from coverdrive.errors import SettingError
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.fallback import braking_motion, dead_reckoning, plausible
 from coverdrive.planning.merit import Surroundings
-from coverdrive.planning.motion import Motion, shifted_inputs
-from coverdrive.planning.obstacles import Obstacles, chosen_obstacles, obstacles_of, reachable, without_rear
+from coverdrive.planning.motion import Motion, judged, shifted_inputs
+from coverdrive.planning.obstacles import (
+    Obstacles,
+    braking_rear,
+    chosen_obstacles,
+    obstacles_of,
+    reachable,
+    without_rear,
+)
 from coverdrive.planning.path_memory import PathMemory
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.problem import ProblemSettings, Situation
@@ -25,7 +32,7 @@ from coverdrive.planning.search import LANES, STARTS, Found, SearchSettings, Wan
 from coverdrive.road import Road
 from coverdrive.settings import Settings
 
-_SLOTS = (48, 128)
+_SLOTS = (32, 128)
 """boxes per step that the compiled searches have room for; more than that compile another in the middle of a drive"""
 
 
@@ -44,6 +51,9 @@ class PlannerSettings(Settings):
     """[s] wall time after which no further iterations are begun: half of the time between two plans"""
     iterations_at_once: int = Field(default=8, ge=1)
     """iterations between two looks at the clock"""
+    rear_last: bool = True
+    """if nothing is clear, of the vehicle directly behind in the own lane (paper, Remark 2) only the path that stays
+    back furthest counts: it has to keep its distance, and does not push the own car into another"""
     grace: float = Field(default=0.5, ge=0)
     """[s] for which a vehicle that vanished is taken to be on one of its last predicted paths"""
 
@@ -150,20 +160,35 @@ class MpcPlanner:
         lane = int(road.lane_of(state[1]))
         found, targets = self._search(state, obstacles, road, lane, begin) if complete else (None, [lane])
         memory = self._memory
+        applied = memory.applied if memory else np.zeros(2)
+        situation = Situation(state, applied, (float(road.edges[0]), float(road.edges[-1])), obstacles)
+        yielded = self._yielded(state, paths, road, lane, begin) if found is not None and not found.clear else None
         if found is None:
-            applied = memory.applied if memory else np.zeros(2)
-            edges = (float(road.edges[0]), float(road.edges[-1]))
-            situation = Situation(state, applied, edges, obstacles)
             motion, status = braking_motion(situation, float(road.centres[lane]), problem), Status.UNSAFE
             target, inputs = lane, {lane: motion.inputs}
         else:
             motion, status = _motion_of(found, state[0]), _status_of(found)
+            if yielded is not None:
+                found, status = yielded, Status.REAR
+                aim, chosen = float(road.centres[targets[int(found.lane)]]), _motion_of(found, state[0])
+                motion = judged(chosen.states, chosen.inputs, aim, situation, problem)
             target = targets[int(found.lane)]
             best = np.swapaxes(np.asarray(found.best).reshape(LANES, 2, problem.steps), 1, 2)
             inputs = dict(reversed(list(zip(targets, best, strict=True))))
         later = {lane: self._shift @ each for lane, each in inputs.items()}
         self._memory = _Memory(target, motion.inputs[0], _after(motion, self._period, problem.dt), later)
         return motion, status
+
+    def _yielded(
+        self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, lane: int, begin: float
+    ) -> Found | None:
+        """What is clear if the vehicle directly behind keeps its distance, if anything is."""
+        others = braking_rear(state, paths, road)
+        if not self.settings.rear_last or len(others) == len(paths):
+            return None
+        obstacles = obstacles_of(others, self.settings.problem.obstacles)
+        found, _ = self._search(state, obstacles, road, lane, begin)
+        return found if found is not None and found.clear else None
 
     def _search(
         self, state: Float[np.ndarray, " 4"], obstacles: Obstacles, road: Road, lane: int, begin: float

@@ -42,6 +42,7 @@ _DPI = 150
 _STATUS_LOOK = {
     Status.SOLVED: (style.GREEN, "o"),
     Status.FALLBACK: (style.ORANGE, "s"),
+    Status.REAR: (style.ORANGE, "D"),
     Status.UNSAFE: (style.PURPLE, "X"),
     Status.BLIND: (style.PURPLE, "P"),
 }

@@ -6,7 +6,7 @@ m moments, B vehicles other than the own car.
 import numpy as np
 from jaxtyping import Bool, Float
 
-from coverdrive.geometry import turned_half_extents
+from coverdrive.geometry import body_distance, turned_half_extents
 from coverdrive.planning.plan import Status
 from coverdrive.simulation.initial import OWN
 from coverdrive.simulation.outcome import contacts
@@ -53,10 +53,13 @@ def road_departure(trace: Trace) -> float:
 
 
 def minimum_gap(trace: Trace) -> float:
-    """Least distance [m] of the own car's body to another, as boxes along the road; infinite without another."""
-    separation, _, reach, there = _relative(trace)
-    gaps = np.linalg.norm(np.maximum(np.abs(separation) - reach, 0.0), axis=-1)
-    return float(gaps.min(initial=np.inf, where=there))
+    """Least distance [m] of the own car's body to another; infinite without another."""
+    states, half_sizes = trace.scene.states, trace.scene.half_sizes
+    others = np.arange(trace.scene.vehicles) != OWN
+    own, other = (
+        (states[:, slots, :2], states[:, slots, 3], half_sizes[:, slots]) for slots in (np.array([OWN]), others)
+    )
+    return float(body_distance(*own, *other).min(initial=np.inf, where=np.asarray(trace.scene.valid)[:, others]))
 
 
 def minimum_time_to_collision(trace: Trace) -> float:

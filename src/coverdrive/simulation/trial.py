@@ -83,6 +83,8 @@ class TrialResult:
     """of the plans that are optimised and clear of every predicted path"""
     share_unsafe: float
     """of the plans for which nothing clear was found"""
+    share_rear: float
+    """of the plans that are clear of all but the vehicle directly behind"""
     share_fallback: float
     """of the plans that are clear, but a simple manoeuvre or the rest of the last plan"""
     share_blind: float
@@ -155,6 +157,7 @@ def measure(trace: Trace, seed: int, trial: int) -> TrialResult:
         planning_maximum=metrics.planning_time(trace, 1.0),
         share_solved=metrics.status_share(trace, Status.SOLVED),
         share_unsafe=metrics.status_share(trace, Status.UNSAFE),
+        share_rear=metrics.status_share(trace, Status.REAR),
         share_fallback=metrics.status_share(trace, Status.FALLBACK),
         share_blind=metrics.status_share(trace, Status.BLIND),
         traffic_stuck=metrics.traffic_stuck(trace),
