@@ -36,6 +36,10 @@ def dense_numpy_greedy(scaled: np.ndarray, epsilon: float) -> list[int]:
     while uncovered.any():
         chosen.append(int(near[:, uncovered].sum(1).argmax()))
         uncovered &= ~near[chosen[-1]]
+    for base in chosen[::-1]:
+        others = [other for other in chosen if other != base]
+        if near[others].any(0).all():
+            chosen = others
     return chosen
 
 

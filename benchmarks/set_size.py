@@ -96,13 +96,17 @@ def main(arguments: Sequence[str] | None = None) -> None:
     variants = {name: each.model_copy(update=few) for name, each in VARIANTS.items()}
     runs = [sizes_of(recordings, PredictionSettings(), seed, variants) for seed in range(chosen.seeds)]
     rows = {name: np.array([run[name] for run in runs]) for name in runs[0]}
-    ratio = {name: (values[..., 0] / rows[PAPER][..., 0]).mean(0).tolist() for name, values in rows.items()}
+    means = {name: np.ma.masked_invalid(values).mean(0).filled(np.nan) for name, values in rows.items()}
+    ratio = {name: (mean[:, 0] / means[PAPER][:, 0]).tolist() for name, mean in means.items()}
+    proved = np.isfinite(rows[PAPER][..., 0]).sum(0)
     print("mean set / median set / observed miss, and mean set against that of the paper's network, at")
-    print(f"{'':34s}" + "".join(f"{f'{epsilon:.0%} of {unit}s':>34s}" for unit, epsilon in CLAIMS))
-    for name, values in rows.items():
+    heads = [f"{epsilon:.0%} of {unit}s" for unit, epsilon in CLAIMS]
+    print(" " * 34 + "".join(f"{head:>34s}" for head in heads))
+    print("splits that can prove it".ljust(34) + "".join(f"{count:>34d}" for count in proved))
+    for name, mean in means.items():
         cells = (
             f"{size:8.2f} /{median:6.2f} /{miss:6.2%} {against:6.2f}×"
-            for (size, median, miss), against in zip(values.mean(0), ratio[name], strict=True)
+            for (size, median, miss), against in zip(mean, ratio[name], strict=True)
         )
         print(f"{name:34s}" + "".join(f"{cell:>34s}" for cell in cells))
     if chosen.out:

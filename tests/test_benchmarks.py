@@ -37,3 +37,11 @@ def test_certify(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name, each in result["methods"].items():
         assert each["same rule"], name
         assert each["times faster"] > 0
+
+
+@pytest.mark.slow
+def test_set_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    quick = ("--scenes", "6", "--seeds", "1", "--epochs", "1")
+    result = ran("set_size", tmp_path / "set_size.json", monkeypatch, *quick)
+    assert len(result) == 9
+    assert result["the paper's network"]["ratio"][1] == pytest.approx(1.0)

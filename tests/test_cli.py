@@ -201,7 +201,7 @@ def test_a_grid_is_driven_cell_by_cell_and_its_cells_are_compared(results: Path)
 def test_certify_compares_all_methods(results: Path) -> None:
     printed = coverdrive("certify", "--epsilon", "0.2", "--out", results)
     for method in Method:
-        assert method.value in printed
+        assert f"{method.value}: {method.help}"[:60] in printed
     table = pl.read_csv(results / "methods.csv")
     assert table.height == len(Method)
     assert (results / "figures" / "methods.png").exists()

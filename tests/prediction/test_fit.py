@@ -112,7 +112,8 @@ def test_hyperplanes_are_stored_and_predict(hyperplanes: Predictor, fitted: Fit,
     expected = hyperplanes.rule.possible(np.zeros(possible.shape), np.asarray(hyperplanes.network.hidden(features)))
     assert np.array_equal(possible, expected)
     paths = loaded.predict(scene, road, own=0, dt=0.5, steps=6)
-    assert len(paths) == possible[1:].sum()
+    foreseen = possible[1:] | ~possible[1:].any(1, keepdims=True)  # where nothing is possible, anything may happen
+    assert len(paths) == foreseen.sum()
 
 
 def test_conformal_methods_calibrate_no_tubes() -> None:

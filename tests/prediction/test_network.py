@@ -30,7 +30,7 @@ def sigmoid(value: float) -> float:
 
 def test_members_are_averaged_after_the_sigmoid() -> None:
     network = small("sigmoid")
-    assert np.asarray(network.hidden(FEATURES_OF_ONE)) == pytest.approx(np.array([[3.5, 0.0]]))
+    assert np.asarray(network.hidden(FEATURES_OF_ONE)) == pytest.approx(np.array([[3.5]]))
     expected = [(sigmoid(9.5) + 0.5) / 2, (sigmoid(3.5) + 0.5) / 2]
     assert np.asarray(network.scores(FEATURES_OF_ONE))[0] == pytest.approx(expected)
 
@@ -44,7 +44,7 @@ def test_softmax_and_prior() -> None:
 def test_any_batch_shape() -> None:
     features = np.random.default_rng(0).normal(size=(4, 3, 21)).astype(np.float32)
     network = Network.create(features[0], (5, 4), 6, jax.random.key(0), members=3, inputs="derived", output="softmax")
-    assert network.hidden(features).shape == (4, 3, 12)
+    assert network.hidden(features).shape == (4, 3, 4)
     one_by_one = np.stack([np.asarray(network.scores(row)) for row in features])
     assert np.asarray(network.scores(features)) == pytest.approx(one_by_one, abs=1e-6)
 

@@ -66,3 +66,10 @@ def test_no_samples_and_divergence_are_refused() -> None:
     broken.features[3, 3] = np.nan
     with pytest.raises(DataError, match="diverged"):
         train(broken, TrainingSettings(epochs=1))
+
+
+def test_many_samples_are_trained_on_in_fewer_passes() -> None:
+    settings = TrainingSettings(batch=100, epochs=10, most_steps=50)
+    assert [settings.passes(count) for count in (30, 500, 1000, 2000, 100_000)] == [10, 10, 5, 3, 1]
+    _, losses = train(toy_samples(1000, seed=0), settings)
+    assert len(losses) == 5

@@ -104,7 +104,9 @@ def make_contents(traces: dict[int, Trace] | None = None, bases: int = 5) -> Con
     network = Network.create(random.normal(size=(9, 21)), (4,), bases, jax.random.key(0))
     certificate = make_certificate(bases)
     rates = {"windows": Rate(5, 1000, 0.002, 0.011), "vehicles": Rate(4, 100, 0.01, 0.1)}
-    evaluation = Evaluation(**rates, not_predicted=5, outside_tube=0, mean_set_size=3.5, median_set_size=3, bases=bases)
+    evaluation = Evaluation(
+        **rates, not_predicted=5, outside_tube=0, mean_set_size=3.5, median_set_size=3, mean_tube=0.75, bases=bases
+    )
     counts = random.integers(0, 9, (2, bases, 50))
     return Contents(
         name="results <1>",

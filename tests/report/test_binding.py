@@ -15,7 +15,7 @@ def test_distance_decides(trace, more: float, binds: bool) -> None:
     car, obstacles = VehicleSettings(), ObstacleSettings()
     plan = trace.plans[0]
     heading = 0.01  # the smooth bound of a heading of zero
-    reach = obstacles.lateral_inflation * (1.0 + car.width / 2 + heading * car.length / 2)
+    reach = obstacles.inflation * (1.0 + car.width / 2 + heading * car.length / 2)
     points = plan.states[None, :, :2] + [0.0, reach + more]
     paths = PredictedPaths(points, np.array([1]), np.broadcast_to([2.5, 1.0], points.shape), plan.dt)
     changed = eqx.tree_at(lambda drive: drive.paths, trace, (paths, *trace.paths[1:]))

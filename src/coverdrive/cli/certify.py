@@ -35,6 +35,8 @@ def certify(
         compared = workflow.compare_methods(experiment, predictor, recordings, epsilon, unit, bars.report)
     workflow.save_comparison(compared, predictor, out)
     console.print(methods_table(compared))
+    for method in dict.fromkeys(each.method for each in compared):
+        console.print(f"{method.value}: {method.help}", style="dim", highlight=False)
     for refused in (each for each in compared if each.refusal):
         asked = "" if refused.target is None else f" at ε = {refused.target:g}"
         console.print(f"• {refused.method.value}{asked}: {refused.refusal}")

@@ -68,7 +68,7 @@ class Fit:
     scored: ScoredSides
     """scores of the samples of each side of the split"""
     base_share: Float[np.ndarray, " M"]
-    """share of the training windows that are nearest to each base"""
+    """share of the training windows that each base stands for"""
     losses: Float[np.ndarray, " epochs"]
     """mean training loss of every epoch"""
     seconds: dict[str, float]

@@ -23,7 +23,7 @@ class Learned:
     """Shares, examples, losses and distributions."""
 
     base_share: Float[np.ndarray, " M"]
-    """share of the training windows that are nearest to each base"""
+    """share of the training windows that each base stands for"""
     examples: Float[np.ndarray, "M T 2"]
     """[m] the training segment farthest from each base among those that it covers; the base itself if it covers none"""
     losses: Float[np.ndarray, " epochs"]

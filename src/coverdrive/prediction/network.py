@@ -82,9 +82,8 @@ class Network(eqx.Module):
         return (network_inputs(features, self.inputs) - self.mean) / self.scale
 
     def hidden(self, features: Float[Array | np.ndarray, "*batch 21"]) -> Float[Array, "*batch H"]:
-        """Values of the last hidden layers, H neurons of all members together."""
-        values = self._last_hidden(features)
-        return values.reshape(*values.shape[:-2], -1)
+        """Values of the last hidden layer, of H neurons; of the first member, if there are several."""
+        return self._last_hidden(features)[..., 0, :]
 
     def scores(self, features: Float[Array | np.ndarray, "*batch 21"]) -> Float[Array, "*batch M"]:
         """Score of every base trajectory, in [0, 1]."""

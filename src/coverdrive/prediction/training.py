@@ -1,5 +1,6 @@
 """Training the network, or every member of an ensemble (paper §3.1)."""
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -49,8 +50,10 @@ class TrainingSettings(Settings):
     """the learning rate falls to zero along a cosine"""
     batch: PositiveInt = 256
     """samples per step"""
-    epochs: PositiveInt = 12
-    """passes over the training samples"""
+    epochs: PositiveInt = 50
+    """passes over the training samples (authors' scripts)"""
+    most_steps: PositiveInt = 2500
+    """training on many samples ends after so many steps, be it in fewer passes"""
 
     @staticmethod
     def paper() -> "TrainingSettings":
@@ -66,8 +69,16 @@ class TrainingSettings(Settings):
             weight_decay=0.0,
             annealed=False,
             batch=512,
-            epochs=50,
+            most_steps=1_000_000,
         )
+
+    def passes(self, samples: int) -> int:
+        """Passes over so many samples."""
+        return min(self.epochs, math.ceil(self.most_steps / self.steps(samples)))
+
+    def steps(self, samples: int) -> int:
+        """Steps of a pass; samples that do not fill a batch wait for another one."""
+        return max(1, samples // self.batch)
 
 
 def train(
@@ -108,12 +119,13 @@ def train(
     parameters = (network.weights, network.biases)
     state = optimiser.init(parameters)
     inputs, targets = network.scaled(samples.features), jnp.asarray(labels)
+    passes = settings.passes(len(samples))
     losses: list[float] = []
-    for epoch, key in enumerate(jax.random.split(order, settings.epochs)):
+    for epoch, key in enumerate(jax.random.split(order, passes)):
         parameters, state, loss = _epoch(parameters, state, optimiser, inputs, targets, settings, key)
         losses.append(float(loss))
         if progress is not None:
-            progress((epoch + 1) / settings.epochs)
+            progress((epoch + 1) / passes)
     if not np.isfinite(losses[-1]):
         raise DataError(f"training diverged (loss {losses[-1]}); use a smaller learning rate")
     shares = np.bincount(samples.base, minlength=labels.shape[1]) / len(samples)
@@ -122,14 +134,9 @@ def train(
     return jax.tree.map(np.asarray, trained), np.array(losses)
 
 
-def _steps(settings: TrainingSettings, samples: int) -> int:
-    """Steps of an epoch; samples that do not fill a batch wait for another epoch."""
-    return max(1, samples // settings.batch)
-
-
 def _optimiser(settings: TrainingSettings, samples: int) -> optax.GradientTransformation:
     rate = settings.learning_rate
-    schedule = optax.cosine_decay_schedule(rate, settings.epochs * _steps(settings, samples))
+    schedule = optax.cosine_decay_schedule(rate, settings.passes(samples) * settings.steps(samples))
     return optax.adamw(schedule if settings.annealed else rate, weight_decay=settings.weight_decay)
 
 
@@ -144,7 +151,7 @@ def _epoch(
     key: PRNGKeyArray,
 ) -> tuple[Any, Any, Float[Array, ""]]:
     """One pass over the samples; every member sees them in an order of its own."""
-    steps = _steps(settings, len(inputs))
+    steps = settings.steps(len(inputs))
     size = min(settings.batch, len(inputs))
     orders = [jax.random.permutation(each, len(inputs)) for each in jax.random.split(key, settings.members)]
     batches = jnp.stack(orders, axis=1)[: steps * size].reshape(steps, size, settings.members)

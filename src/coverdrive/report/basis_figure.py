@@ -41,7 +41,7 @@ def basis_figure(
 
     Args:
         basis: M base trajectories.
-        share: of the data that is nearest to each of them.
+        share: of the data that each of them stands for.
         segments: recorded segments [m]; of those within ε of the highlighted base trajectory, the farthest from it
             is drawn.
         highlighted: index of the base trajectory that is drawn with its ellipses; if left out, the most common one

@@ -15,7 +15,7 @@ from coverdrive.simulation.comparison import Comparison, Difference
 from coverdrive.simulation.outcome import Cause, Fault
 from coverdrive.simulation.statistics import PAPER, PAPER_TRIALS, MissRate, collision_table, miss_rate
 
-_STATUSES = ("solved", "fallback", "unsafe", "blind")
+_STATUSES = ("solved", "fallback", "rear", "unsafe", "blind")
 
 _NOTABLE = 0.1
 """[m] by which a body has to leave the road to be counted"""

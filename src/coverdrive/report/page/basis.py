@@ -88,7 +88,7 @@ def _shares(learned: Learned) -> Plot:
         hovertemplate="<b>base %{x}</b><br>%{y:.2f} %<extra></extra>",
     )
     return plot(
-        "shares", [bars], "Share of the training segments that is nearest to each base trajectory.",
+        "shares", [bars], "Share of the training segments that each base trajectory stands for.",
         x="base trajectory", y="training segments [%]", wide=True, height=300, xaxis_type="category", bargap=0.25,
     )  # fmt: skip
 
