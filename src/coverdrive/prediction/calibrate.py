@@ -3,7 +3,10 @@
 from contextlib import suppress
 from typing import NamedTuple
 
+import jax
 import numpy as np
+from jax import Array
+from jaxtyping import Float
 from pydantic import Field, model_validator
 
 from coverdrive.certificates.calibration import ScoredSamples
@@ -64,15 +67,20 @@ def score(network: Network, samples: Samples, tube: float | None = None) -> Scor
             it stayed that close to, the one with the highest score stands for what it did. Without a tube, and
             where no base is that close, it is the base of the samples.
     """
-    scores, hidden = (
-        np.asarray(values) for values in (network.scores(samples.features), network.hidden(samples.features))
-    )
+    scores, hidden = (np.asarray(values) for values in _scores_and_hidden(network, samples.features))
     base = samples.base
     if tube is not None:
         covering = samples.distance <= tube
         base = np.where(covering.any(1), np.where(covering, scores, -1).argmax(1), base)
     distance = samples.distance[np.arange(len(samples)), base]
     return ScoredSamples(scores, base, distance, samples.vehicle, hidden)
+
+
+@jax.jit
+def _scores_and_hidden(
+    network: Network, features: Float[Array, "N 21"]
+) -> tuple[Float[Array, "N M"], Float[Array, "N H"]]:
+    return network.scores(features), network.hidden(features)
 
 
 def calibrate(
