@@ -1,7 +1,9 @@
 """The planner in single calls and in closed loop."""
 
+import _thread
 import itertools
 import pickle
+import threading
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ import coverdrive.planning.planner as planning
 from coverdrive.errors import SettingError
 from coverdrive.geometry import boxes_overlap, turned_half_extents
 from coverdrive.paths import PredictedPaths
+from coverdrive.planning import search
 from coverdrive.planning.obstacles import ObstacleSettings, clearances, obstacles_of
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
@@ -190,12 +193,23 @@ def test_what_cannot_be_reached_changes_nothing(straight_paths) -> None:
 def test_plans_compile_nothing_after_the_reset(straight_paths) -> None:
     planner = MpcPlanner()
     planner.reset(PERIOD)
-    compiled = len(planning.search.signatures)
+    compiled = len(search._search.signatures)
     for count in (0, 3, 48, 49, 119):
         planner.plan(
             np.array([0, 5.4, 20, 0.0]), straight_paths(*[(20.0 + i / 10, 1.8, 18) for i in range(count)]), ROAD
         )
-    assert len(planning.search.signatures) == compiled
+    assert len(search._search.signatures) == compiled
+
+
+def test_an_interrupt_in_the_middle_of_a_search_is_heeded(straight_paths) -> None:
+    """As often as chance decides, it arrives in compiled code."""
+    paths, planner = straight_paths(*[(20.0 + i, 1.8, 18) for i in range(20)]), MpcPlanner()
+    planner.reset(PERIOD)
+    for _ in range(30):
+        threading.Timer(0.005, _thread.interrupt_main).start()
+        with pytest.raises(KeyboardInterrupt):
+            while True:
+                planner.plan(np.array([0, 5.4, 20, 0.0]), paths, ROAD)
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -24,6 +24,9 @@ _REORDERED = {"reassoc", "contract", "arcp", "nsz"}
 def compiled(function: Callable[P, R]) -> Callable[P, R]:
     """A function as machine code, compiled at its first call with arguments of these types.
 
+    Numba makes the arrays and named tuples that such a function returns to Python by Python code, and does not look
+    whether an interrupt ended it. Where interrupts matter, return numbers only and fill arrays that are given.
+
     Args:
         function: of numbers, arrays and named tuples of them, in what of Python and NumPy Numba knows.
     """

@@ -34,7 +34,6 @@ class Descent(NamedTuple):
     """of the merit"""
     done: Bool[np.ndarray, " B"]
     """whether the last step gained next to nothing, or none gains anything"""
-    iterations: int
 
 
 @compiled
@@ -197,4 +196,4 @@ def descend(
                 done[b] |= damping[b] > _MOST_DAMPING
             gained[b] = gain > 0
         iteration += 1
-    return Descent(at, value, done, iteration)
+    return Descent(at, value, done)

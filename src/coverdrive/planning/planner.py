@@ -168,7 +168,7 @@ class MpcPlanner:
                 aim, chosen = float(road.centres[targets[int(found.lane)]]), _motion_of(found, state[0])
                 motion = judged(chosen.states, chosen.inputs, aim, situation, problem)
             target = targets[int(found.lane)]
-            inputs = dict(zip(targets, map(_by_step, found.best), strict=True))
+            inputs = dict(zip(targets, map(_by_step, found.arrays.best), strict=True))
         later = {lane: self._shift @ each for lane, each in inputs.items()}
         self._memory = _Memory(target, motion.inputs[0], _after(motion, self._period, problem.dt), later)
         return motion, status
@@ -205,7 +205,7 @@ class MpcPlanner:
             left -= iterations
             if found.done or left == 0 or time.perf_counter() - begin > settings.budget:
                 break
-            wanted = wanted._replace(lane=found.descended_lane, starts=found.descended, resumed=True)
+            wanted = wanted._replace(lane=found.arrays.descended_lane, starts=found.arrays.descended, resumed=True)
         return (found if np.isfinite(found.cost) else None), targets
 
     def _surroundings(self, state: Float[np.ndarray, " 4"], obstacles: Obstacles, road: Road) -> Surroundings:
@@ -231,8 +231,9 @@ def _by_step(inputs: Float[np.ndarray, " U"]) -> Float[np.ndarray, "K 2"]:
 
 def _motion_of(found: Found, lon: float) -> Motion:
     """The chosen motion on the road, `lon` [m] being where the car is."""
-    states = found.states + np.array([lon, 0.0, 0.0, 0.0])
-    return Motion(states, _by_step(found.inputs), found.slack, found.off_road, found.cost, found.cost)
+    chosen = found.arrays
+    states = chosen.states + np.array([lon, 0.0, 0.0, 0.0])
+    return Motion(states, _by_step(chosen.inputs), chosen.slack, chosen.off_road, found.cost, found.cost)
 
 
 def _status_of(found: Found) -> Status:

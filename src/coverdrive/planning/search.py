@@ -58,32 +58,37 @@ class Wanted(NamedTuple):
     """whether the starts are those of an unfinished search, with which no manoeuvre competes"""
 
 
-class Found(NamedTuple):
+class Arrays(NamedTuple):
     """The chosen motion, and what the next search starts from."""
 
     states: Float[np.ndarray, "P 4"]
     inputs: Float[np.ndarray, " U"]
     slack: Float[np.ndarray, " K"]
     off_road: Float[np.ndarray, " K"]
-    cost: float
-    lane: int
-    """index of its target"""
-    clear: bool
-    """whether it touches nothing and stays on the road"""
-    optimised: bool
-    """whether it comes out of the descent"""
     descended: Float[np.ndarray, "B U"]
     """inputs of all motions that descended"""
     descended_lane: Int[np.ndarray, " B"]
     """index of the target of each"""
     best: Float[np.ndarray, "L U"]
     """inputs of the cheapest of each target lane"""
+
+
+class Found(NamedTuple):
+    """What a search found."""
+
+    arrays: Arrays
+    cost: float
+    """of the chosen motion"""
+    lane: int
+    """index of its target"""
+    clear: bool
+    """whether it touches nothing and stays on the road"""
+    optimised: bool
+    """whether it comes out of the descent"""
     done: bool
     """whether the cheapest motion has arrived"""
-    iterations: int
 
 
-@compiled
 def search(
     around: Surroundings,
     wanted: Wanted,
@@ -102,6 +107,30 @@ def search(
         tolerance: a step of the descent that lowers the merit by a smaller share is the last.
         constants: of the problem.
     """
+    steps, lanes, starts = constants.steps, len(wanted.targets), len(wanted.starts)
+    arrays = Arrays(
+        states=np.empty((steps + 1, 4)),
+        inputs=np.empty(2 * steps),
+        slack=np.empty(steps),
+        off_road=np.empty(steps),
+        descended=np.empty((starts, 2 * steps)),
+        descended_lane=np.empty(starts, np.int64),
+        best=np.empty((lanes, 2 * steps)),
+    )
+    return Found(arrays, *_search(around, wanted, accelerations, iterations, tolerance, constants, arrays))
+
+
+@compiled
+def _search(
+    around: Surroundings,
+    wanted: Wanted,
+    accelerations: Float[np.ndarray, " g"],
+    iterations: int,
+    tolerance: float,
+    constants: Constants,
+    arrays: Arrays,
+) -> tuple[float, int, bool, bool, bool]:
+    """Fill the arrays of what is found, and return the numbers."""
     lanes = len(wanted.targets)
     guesses, of_guess = _manoeuvres(around, wanted.targets, accelerations, constants)
     simple_inputs = np.concatenate((guesses, wanted.starts[:lanes]))
@@ -123,26 +152,15 @@ def search(
         judged, j = (optimised, i) if i < len(lane) else (simple, i - len(lane))
         clear = judged.slack[j].max() <= shape.margin and judged.off_road[j].max() <= shape.edge_margin
         rank[i] = (rank[i] if np.isfinite(rank[i]) else np.inf) + (0.0 if clear else _UNCLEAR)
-    best = np.empty_like(wanted.starts[:lanes])
     for each, i in enumerate(_cheapest(rank, of_motion, lanes)):
-        best[each] = optimised.inputs[i] if i < len(lane) else simple.inputs[i - len(lane)]
+        arrays.best[each] = optimised.inputs[i] if i < len(lane) else simple.inputs[i - len(lane)]
     chosen = np.argmin(rank + wanted.extra[of_motion])
     judged, j = (optimised, chosen) if chosen < len(lane) else (simple, chosen - len(lane))
-    return Found(
-        judged.states[j],
-        judged.inputs[j],
-        judged.slack[j],
-        judged.off_road[j],
-        judged.cost[j],
-        of_motion[chosen],
-        rank[chosen] < _UNCLEAR,
-        bool(chosen < len(lane)),
-        descent.inputs,
-        lane,
-        best,
-        bool(descent.done[np.argmin(descent.value + extra)]),
-        descent.iterations,
-    )
+    arrays.states[:], arrays.inputs[:] = judged.states[j], judged.inputs[j]
+    arrays.slack[:], arrays.off_road[:] = judged.slack[j], judged.off_road[j]
+    arrays.descended[:], arrays.descended_lane[:] = descent.inputs, lane
+    done = descent.done[np.argmin(descent.value + extra)]
+    return judged.cost[j], of_motion[chosen], rank[chosen] < _UNCLEAR, bool(chosen < len(lane)), bool(done)
 
 
 @compiled
