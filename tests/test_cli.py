@@ -17,6 +17,8 @@ import pytest
 
 from coverdrive.certificates.methods import Method
 from coverdrive.config import Experiment
+from coverdrive.recordings.generated import generate
+from coverdrive.recordings.parquet import write_parquet
 from coverdrive.results import load_comparison, load_predictor
 from coverdrive.simulation.storage import load_trace
 
@@ -179,6 +181,28 @@ def test_replay_takes_the_scenes_that_the_predictor_never_saw(results: Path, tmp
     coverdrive("drive", "--trial", "0", "--traffic", "replay", "--seed", "9", "--out", results)  # the split stays
     (folder,) = results.glob("drive-replay_1_*")
     assert float(load_trace(folder / "trace.npz").scene.speed[:, 0].mean()) == row["mean_speed"]
+
+
+@pytest.mark.slow
+def test_a_study_of_replayed_recordings_is_shown_with_them(results: Path, tmp_path: Path) -> None:
+    out, right, wrong = tmp_path / "out", tmp_path / "right.parquet", tmp_path / "wrong.parquet"
+    shutil.copytree(results, out, ignore=shutil.ignore_patterns("study*", "figures"))
+    for file, seed in ((right, 8), (wrong, 9)):
+        recordings = generate(Experiment.load(out / "config.toml").generated, seed)
+        tables = [each.table.with_columns(pl.col("vehicle") + 1_000_000 * seed) for each in recordings]
+        write_parquet([replace(each, table=table) for each, table in zip(recordings, tables, strict=True)], file)
+    replayed = ("--traffic", "replay", "--recording")
+    coverdrive("study", *replayed, right, "--trials", "2", "--workers", "1", "--out", out)
+    for named in (wrong, None):  # without a name, that is the generated traffic that made the predictor
+        arguments = [*replayed, named] if named else replayed[:2]
+        assert "replayed other recordings" in coverdrive("report", out, *arguments, status=2)
+    coverdrive("report", out, *replayed, right)
+    html = (out / "report-replay.html").read_text(encoding="utf-8")
+    assert re.findall(r'id="replay-data-(\d+)"', html) and "out, study-replay" in html
+    coverdrive("animate", out, *replayed, right, "--trial", "5", "--format", "gif")
+    coverdrive("animate", out, *replayed[:2], "--trial", "5", "--format", "gif")  # stored by now
+    assert (out / "figures-replay" / "drive_5.gif").exists()
+    assert "--traffic drivers" in coverdrive("animate", out, "--traffic", "drivers", status=2)
 
 
 @pytest.mark.slow
