@@ -1,13 +1,20 @@
 """The page in a real browser: no errors, plots with data, and a replay that obeys mouse and keyboard."""
 
 import shutil
+import subprocess
+import sys
 from collections.abc import Iterator
+from pathlib import Path
+from urllib.parse import urlparse
+from urllib.request import url2pathname
 
 import pytest
 from report_fakes import make_contents, make_crowd, make_trace
 
 from coverdrive.report.page.page import write_page
 from coverdrive.simulation.outcome import Kind
+
+DOCUMENTATION = Path(__file__).parents[3] / "docs"
 
 STEPS = 200
 """of the long drive: 20 s"""
@@ -237,3 +244,10 @@ def test_it_prints_light_and_within_the_paper(page, tmp_path) -> None:
     assert theme == "light"
     assert widest <= 680  # [pixel] A4 less its margins
     assert page.evaluate("document.documentElement.dataset.theme") == "dark"
+
+
+def test_the_documentation_has_its_picture_from_the_page(address: str, tmp_path) -> None:
+    page, picture = Path(url2pathname(urlparse(address).path)), tmp_path / "replay.png"
+    command = [sys.executable, DOCUMENTATION / "images" / "replay.py", page, picture, "--trial", "7", "--time", "1"]
+    subprocess.run(command, check=True, timeout=120)
+    assert picture.read_bytes().startswith(b"\x89PNG")
