@@ -218,6 +218,7 @@ def test_a_grid_is_driven_cell_by_cell_and_its_cells_are_compared(results: Path)
     compared = coverdrive("compare", *cells)
     assert "configuration.planner.problem.obstacles.ignore_rear: false and true" in compared
     assert "3 pairs of trials" in compared
+    assert json.loads(coverdrive("compare", *cells, "--json", only="stdout"))["trials"] == 3
     assert "numbers of vehicles differ" in coverdrive("compare", results / "study-drivers", cells[0], status=2)
 
 
