@@ -25,7 +25,7 @@ from coverdrive.certificates.methods import Task
 from coverdrive.certificates.paper_tables import PaperTables, make_tables
 from coverdrive.config import Experiment
 from coverdrive.errors import DataError
-from coverdrive.files import write_atomically
+from coverdrive.files import number_in_name, write_atomically
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.prediction.basis_study import StudiedBasis, basis_record, point_table
 from coverdrive.prediction.fit import Fit, StageProgress, fit, score_sides
@@ -84,7 +84,7 @@ def save_bases(
         _provenance(experiment, recordings) | {"bases": [basis_record(each) for each in studied]},
     )
     for each in studied:
-        name = f"basis_{each.basis.epsilon:g}"
+        name = f"basis_{number_in_name(each.basis.epsilon)}"
         each.basis.save(folder / f"{name}.safetensors", each.source)
         write_atomically(folder / f"{name}.csv", point_table(each).write_csv)
 
