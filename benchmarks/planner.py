@@ -108,7 +108,8 @@ def paper_plan(instance: dict, target: float, road: Road, problem: ProblemSettin
     opti.subject_to(x[:, 0] == instance["state"])
     weights, cost, last = problem.cost.slack_weights(steps), 0, ca.DM(instance["before"])
     for k in range(steps):
-        successor = euler_step(x[0, k], x[1, k], x[2, k], x[3, k], u[0, k], u[1, k], dt, ca)
+        direction = ca.cos(x[3, k]), ca.sin(x[3, k])
+        successor = euler_step(tuple(ca.vertsplit(x[:, k])), direction, (u[0, k], u[1, k]), dt)
         opti.subject_to(x[:, k + 1] == ca.vertcat(*successor))
         change = u[:, k] - last
         cost += input_cost(u[0, k], u[1, k], change[0], change[1], problem.cost)

@@ -1,7 +1,10 @@
 """Progress bars in the terminal, with the time left; one line for each stage. They go to stderr."""
 
+import signal
+import threading
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
+from types import FrameType
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -13,13 +16,20 @@ console = Console(stderr=True)
 class Stages:
     """Bars that appear as their stages begin."""
 
-    def __init__(self, bars: Progress):
-        """Draw on the given display."""
+    def __init__(self, bars: Progress, interrupted: threading.Event):
+        """Draw on the given display until somebody interrupts."""
         self._bars = bars
+        self._interrupted = interrupted
         self._tasks = {task.description: task.id for task in bars.tasks}
 
     def report(self, stage: str, share: float) -> None:
-        """Say that a share in [0, 1] of a stage is done."""
+        """Say that a share in [0, 1] of a stage is done.
+
+        Raises:
+            KeyboardInterrupt: somebody interrupted since the bars are shown, even if the exception was lost then.
+        """
+        if self._interrupted.is_set():
+            raise KeyboardInterrupt
         if stage not in self._tasks:
             self._tasks[stage] = self._bars.add_task(stage, total=1.0)
         self._bars.update(self._tasks[stage], completed=share)
@@ -43,5 +53,25 @@ def stages() -> Generator[Stages]:
         TimeElapsedColumn(),
         TimeRemainingColumn(),
     )
-    with Progress(*columns, console=console, disable=console.quiet) as bars:
-        yield Stages(bars)
+    with _interrupts() as interrupted, Progress(*columns, console=console, disable=console.quiet) as bars:
+        yield Stages(bars, interrupted)
+
+
+@contextmanager
+def _interrupts() -> Generator[threading.Event]:
+    """Remember an interrupt: Python drops an exception that is raised in a callback of the garbage collector."""
+    interrupted = threading.Event()
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        interrupted.set()
+        signal.default_int_handler(number, frame)
+
+    in_charge = threading.current_thread() is threading.main_thread()
+    if not in_charge or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        yield interrupted
+        return
+    signal.signal(signal.SIGINT, interrupt)
+    try:
+        yield interrupted
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -31,7 +31,10 @@ def test_rollout_of_many_is_the_rollout_of_each() -> None:
 
 def test_symbols_and_numbers_move_alike() -> None:
     names = ca.SX.sym("values", 6)
-    symbolic = ca.Function("step", [names], [ca.vertcat(*euler_step(*ca.vertsplit(names), 0.25, ca))])
+    *state, acceleration, yaw_rate = ca.vertsplit(names)
+    direction = ca.cos(state[3]), ca.sin(state[3])
+    after = euler_step(tuple(state), direction, (acceleration, yaw_rate), 0.25)
+    symbolic = ca.Function("step", [names], [ca.vertcat(*after)])
     values = np.array([3.0, 1.0, 17.0, 0.2, -3.0, 0.1])
     np.testing.assert_allclose(np.asarray(symbolic(values)).ravel(), step(values[:4], values[4:], 0.25))
 

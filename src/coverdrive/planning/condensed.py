@@ -1,69 +1,81 @@
 """The motion of the Dubins car as a function of its inputs alone, with its derivatives (condensing).
 
 With Euler steps, speed and heading are sums of the inputs and the position is a sum of their products; so are the
-derivatives. All steps of all motions are computed at once. B motions of K steps; the inputs u of a motion are its K
-accelerations [m/s²] and then its K yaw rates [rad/s]. Positions are relative to the current one along the road.
+derivatives. One motion of K steps; its U = 2K inputs are its K accelerations [m/s²] and then its K yaw rates [rad/s].
 """
 
 from typing import NamedTuple
 
-import jax.numpy as jnp
 import numpy as np
-from jax import Array
 from jaxtyping import Float
+
+from coverdrive.planning.compiled import compiled
 
 
 class Course(NamedTuple):
-    """Motions over the horizon: fields of the steps k = 1 … K, but for the last three, of the steps 0 … K − 1."""
+    """A motion over the horizon: the states of the steps k = 1 … K, and what their derivatives are made of."""
 
-    lon: Float[Array, "B K"]
+    lon: Float[np.ndarray, " K"]
     """[m]"""
-    lat: Float[Array, "B K"]
+    lat: Float[np.ndarray, " K"]
     """[m]"""
-    speed: Float[Array, "B K"]
+    speed: Float[np.ndarray, " K"]
     """[m/s]"""
-    heading: Float[Array, "B K"]
+    heading: Float[np.ndarray, " K"]
     """[rad]"""
-    speed_before: Float[Array, "B K"]
-    """[m/s]"""
-    cosine: Float[Array, "B K"]
-    """of the heading before"""
-    sine: Float[Array, "B K"]
-    """of the heading before"""
+    cosines: Float[np.ndarray, " K"]
+    """sum of the cosines of the headings of the steps 0 … k − 1"""
+    sines: Float[np.ndarray, " K"]
+    """sum of their sines"""
 
 
-def course_of(state: Float[Array | np.ndarray, " 4"], inputs: Float[Array | np.ndarray, "B U"], dt: float) -> Course:
+@compiled
+def course_of(state: Float[np.ndarray, " 4"], inputs: Float[np.ndarray, " U"], dt: float) -> Course:
     """Where inputs lead to.
 
     Args:
         state: lon [m], lat [m], speed [m/s], heading [rad] now.
-        inputs: U = 2K inputs of every motion.
+        inputs: U = 2K inputs.
         dt: [s].
     """
-    steps = inputs.shape[-1] // 2
-    speed = state[2] + dt * jnp.cumsum(inputs[:, :steps], -1)
-    heading = state[3] + dt * jnp.cumsum(inputs[:, steps:], -1)
-    start = jnp.ones((len(inputs), 1))
-    speed_before = jnp.concatenate([start * state[2], speed[:, :-1]], -1)
-    heading_before = jnp.concatenate([start * state[3], heading[:, :-1]], -1)
-    cosine, sine = jnp.cos(heading_before), jnp.sin(heading_before)
-    lon = state[0] + dt * jnp.cumsum(speed_before * cosine, -1)
-    lat = state[1] + dt * jnp.cumsum(speed_before * sine, -1)
-    return Course(lon, lat, speed, heading, speed_before, cosine, sine)
+    steps = len(inputs) // 2
+    values = np.empty((6, steps))
+    lon, lat, speed, heading = state
+    cosines = sines = 0.0
+    for k in range(steps):
+        cosine, sine = np.cos(heading), np.sin(heading)
+        cosines += cosine
+        sines += sine
+        lon += dt * speed * cosine
+        lat += dt * speed * sine
+        speed += dt * inputs[k]
+        heading += dt * inputs[steps + k]
+        values[0, k], values[1, k], values[2, k], values[3, k] = lon, lat, speed, heading
+        values[4, k], values[5, k] = cosines, sines
+    return Course(values[0], values[1], values[2], values[3], values[4], values[5])
 
 
-def derivatives(course: Course, dt: float) -> Float[Array, "B K 4 U"]:
-    """Derivatives of lon, lat, speed and heading of the steps k = 1 … K with respect to the inputs."""
-    motions, steps = course.lon.shape
-    earlier = np.tril(np.ones((steps, steps)), -1)
-    """[k, j]: the input of step j acts on the position after step k"""
+@compiled
+def pull_back(
+    course: Course, k: int, state: tuple[float, float, float, float], dt: float, result: Float[np.ndarray, " U"]
+) -> None:
+    """Derivatives with respect to the inputs of anything that depends on the state of one step.
 
-    def between(values: Array) -> Array:
-        return (values[:, :, None] - values[:, None, :]) * earlier
-
-    ahead = jnp.concatenate([dt**2 * between(jnp.cumsum(course.cosine, -1)), -dt * between(course.lat)], -1)
-    aside = jnp.concatenate([dt**2 * between(jnp.cumsum(course.sine, -1)), dt * between(course.lon)], -1)
-    summed = dt * np.tril(np.ones((steps, steps)))
-    fixed = np.stack([np.hstack([summed, 0 * summed]), np.hstack([0 * summed, summed])], axis=1)
-    turned = jnp.broadcast_to(fixed, (motions, steps, 2, 2 * steps))
-    return jnp.concatenate([ahead[:, :, None], aside[:, :, None], turned], axis=2)
+    Args:
+        course: the motion.
+        k: index of the step, from 0.
+        state: derivatives with respect to lon, lat, speed and heading.
+        dt: [s].
+        result: where the derivatives with respect to the inputs are written.
+    """
+    steps = len(course.lon)
+    by_lon, by_lat, by_speed, by_heading = state
+    for j in range(k):
+        along = by_lon * (course.cosines[k] - course.cosines[j]) + by_lat * (course.sines[k] - course.sines[j])
+        across = by_lat * (course.lon[k] - course.lon[j]) - by_lon * (course.lat[k] - course.lat[j])
+        result[j] = dt * (dt * along + by_speed)
+        result[steps + j] = dt * (across + by_heading)
+    result[k] = dt * by_speed
+    result[steps + k] = dt * by_heading
+    result[k + 1 : steps] = 0.0
+    result[steps + k + 1 :] = 0.0

@@ -93,7 +93,6 @@ def plan_cost(
     previous_input: Float[Any, " 2"],
     target_lat: Float[Any, "*n"] | float,
     settings: CostSettings,
-    mathematics: Any = np,
 ) -> Float[Any, "*n"]:
     """The objective of the optimal control problem for given plans.
 
@@ -105,15 +104,14 @@ def plan_cost(
         previous_input: the input applied before the plan starts.
         target_lat: [m] centre of the target lane.
         settings: the weights.
-        mathematics: the module of the arrays: ``numpy`` or ``jax.numpy``.
 
     Returns:
         The cost of every plan.
     """
     steps = inputs.shape[-2]
-    before = mathematics.broadcast_to(previous_input, (*inputs.shape[:-2], 1, 2))
-    changes = mathematics.diff(mathematics.concatenate([before, inputs], axis=-2), axis=-2)
-    lat_error = states[..., 1:, 1] - mathematics.asarray(target_lat)[..., None]
+    before = np.broadcast_to(previous_input, (*inputs.shape[:-2], 1, 2))
+    changes = np.diff(np.concatenate([before, inputs], axis=-2), axis=-2)
+    lat_error = states[..., 1:, 1] - np.asarray(target_lat)[..., None]
     weight = np.ones(steps)
     weight[-1] = settings.terminal
     cost = weight * state_cost(lat_error, states[..., 1:, 2], states[..., 1:, 3], settings)

@@ -3,27 +3,17 @@
 A step minimises the merit with states and constraints made linear, bounds of the inputs and a damping included: a
 convex, piecewise quadratic problem, solved by Newton steps in which the active constraints and bounds are those of the
 step before (semi-smooth Newton; bounds as in Bertsekas, SIAM J. Control Optim. 20, 1982; damping as in Marquardt,
-J. SIAM 11, 1963). All B motions descend at once, each with a damping of its own.
+J. SIAM 11, 1963). B motions descend together, each with a damping of its own.
 """
 
 from typing import NamedTuple
 
-import jax
-import jax.numpy as jnp
 import numpy as np
-from jax import Array
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float
 
-from coverdrive.planning.merit import (
-    Model,
-    Surroundings,
-    constraint_weights,
-    input_bounds,
-    input_form,
-    merit,
-    state_weights,
-)
-from coverdrive.planning.problem import ProblemSettings
+from coverdrive.planning.compiled import compiled
+from coverdrive.planning.constants import Constants
+from coverdrive.planning.merit import Model, Surroundings, add_square, input_bounds, merit
 
 _FIRST_DAMPING = 0.1
 _LEAST_DAMPING = 1e-4
@@ -34,147 +24,177 @@ _PATIENCE = 3
 """iterations for which motions that are not the cheapest are followed at least"""
 _INNER = 5
 """Newton steps of a quadratic problem at the most"""
-_IN_VIEW = 1.0
-"""constraints that are further from being active than this are not seen by a step"""
 
 
 class Descent(NamedTuple):
     """Where the motions are on their way down."""
 
-    inputs: Float[Array, "B U"]
-    model: Model
-    """of the merit at the inputs"""
-    damping: Float[Array, " B"]
-    """of the next step"""
-    gained: Bool[Array, " B"]
-    """whether the last step was taken"""
-    done: Bool[Array, " B"]
+    inputs: Float[np.ndarray, "B U"]
+    value: Float[np.ndarray, " B"]
+    """of the merit"""
+    done: Bool[np.ndarray, " B"]
     """whether the last step gained next to nothing, or none gains anything"""
-    iterations: Int[Array, ""]
+    iterations: int
 
 
-def descend(
-    inputs: Float[Array, "B U"],
-    target: Float[Array, " B"],
-    extra: Float[Array, " B"],
-    around: Surroundings,
-    problem: ProblemSettings,
-    iterations: Int[Array | np.ndarray, ""],
-    tolerance: float,
-) -> Descent:
-    """Descend until all motions are done, the cheapest is and the others had a fair chance, or iterations are used up.
-
-    Args:
-        inputs: to start from.
-        target: [m] lat of the centre of each motion's target lane.
-        extra: cost of choosing each motion, on top of its merit.
-        around: what the plan is made for.
-        problem: horizon, car and weights.
-        iterations: number of steps at the most.
-        tolerance: a step that lowers the merit by a smaller share is the last.
-    """
-
-    def project(wanted: Array) -> Array:
-        return jnp.clip(wanted, *input_bounds(wanted, around, problem))
-
-    def step(at: Descent) -> Descent:
-        trial = project(_moved(at.inputs, _step(at, around, problem), around, problem))
-        model = merit(trial, target, around, problem)
-        gain = at.model.value - model.value
-        better = (gain > 0) & ~at.done
-        less = jnp.where(at.gained, jnp.maximum(at.damping / 10, _LEAST_DAMPING), at.damping)
-        damping = jnp.where(better, less, at.damping * 10)
-        small = jnp.abs(gain) < tolerance * at.model.value
-        kept = jax.tree.map(lambda new, old: _choose(better, new, old), model, at.model)
-        done = at.done | small | (damping > _MOST_DAMPING)
-        return Descent(_choose(better, trial, at.inputs), kept, damping, better, done, at.iterations + 1)
-
-    def unfinished(at: Descent) -> Array:
-        best = jnp.argmin(at.model.value + extra)
-        others = (at.iterations < iterations) & ~at.done.all()
-        return others & ((at.iterations < _PATIENCE) | ~at.done[best])
-
-    start = project(inputs)
-    damping, no = jnp.full(len(inputs), _FIRST_DAMPING), jnp.zeros(len(inputs), bool)
-    first = Descent(start, merit(start, target, around, problem), damping, ~no, no, jnp.array(0))
-    return jax.lax.while_loop(unfinished, step, first)
+@compiled
+def _projected(wanted: Float[np.ndarray, " U"], around: Surroundings, constants: Constants) -> Float[np.ndarray, " U"]:
+    """The wanted inputs within their bounds."""
+    low, high = input_bounds(wanted, around.state, constants)
+    return np.minimum(np.maximum(wanted, low), high)
 
 
-def _choose(condition: Bool[Array, " B"], new: Array, old: Array) -> Array:
-    return jnp.where(condition.reshape(-1, *(1,) * (new.ndim - 1)), new, old)
-
-
+@compiled
 def _moved(
-    inputs: Float[Array, "B U"], change: Float[Array, "B U"], around: Surroundings, problem: ProblemSettings
-) -> Float[Array, "B U"]:
+    inputs: Float[np.ndarray, " U"], change: Float[np.ndarray, " U"], around: Surroundings, constants: Constants
+) -> Float[np.ndarray, " U"]:
     """Inputs after a step. Where the step changes the speed, the lateral acceleration keeps to the linear model.
 
     To first order this is the sum; a motion across the road then does not grow with its speed.
     """
-    steps = problem.steps
-    acceleration = inputs[:, :steps] + change[:, :steps]
-
-    def speed_before(each: Array) -> Array:
-        return jnp.maximum(around.state[2] + problem.dt * (jnp.cumsum(each, -1) - each), _CREEP)
-
-    ratio = speed_before(inputs[:, :steps]) / speed_before(acceleration)
-    return jnp.concatenate([acceleration, inputs[:, steps:] + ratio * change[:, steps:]], -1)
-
-
-class _Newton(NamedTuple):
-    """Where the solution of the quadratic problem is."""
-
-    step: Float[Array, "B U"]
-    active: Bool[Array, "B K C"]
-    """constraints that are violated at the step"""
-    held: Bool[Array, "B U"]
-    """inputs that a bound holds"""
-    changed: Bool[Array, ""]
-    steps: Int[Array, ""]
+    steps, dt = constants.steps, constants.dt
+    moved = inputs + change
+    before = after = around.state[2]
+    for k in range(steps):
+        moved[steps + k] = inputs[steps + k] + max(before, _CREEP) / max(after, _CREEP) * change[steps + k]
+        before += dt * inputs[k]
+        after += dt * moved[k]
+    return moved
 
 
-def _step(at: Descent, around: Surroundings, problem: ProblemSettings) -> Float[Array, "B U"]:
+@compiled
+def _step(
+    inputs: Float[np.ndarray, " U"], model: Model, damping: float, around: Surroundings, constants: Constants
+) -> Float[np.ndarray, " U"]:
     """The step that minimises the damped quadratic problem."""
-    motions, size = at.inputs.shape
-    model, (excess, normal) = at.model, at.model.constraints
-    form, pull = input_form(problem)
-    low, high = (bound - at.inputs for bound in input_bounds(at.inputs, around, problem))
-    weights = jnp.where(excess > -_IN_VIEW, constraint_weights(problem, around.boxes.shape[2]), 0.0)
-    curvature = np.eye(4) * state_weights(problem)[:, None]
-    slope = state_weights(problem) * model.error
-    flat = model.rows.reshape(motions, -1, size)
-    input_slope = at.inputs @ form - around.previous_input @ pull
-    scale = jnp.diagonal(form) + (curvature.diagonal(axis1=1, axis2=2)[..., None] * model.rows**2).sum((1, 2))
-    damping = at.damping[:, None] * scale
-
-    def newton(now: _Newton) -> _Newton:
-        used = jnp.where(now.active, weights, 0.0)[:, :, None] * normal
-        bent = curvature + used @ jnp.swapaxes(normal, 2, 3)
-        pushed = slope + (used @ excess[..., None])[..., 0]
-        hessian = jnp.swapaxes(flat, 1, 2) @ (bent @ model.rows).reshape(flat.shape) + form
-        gradient = jnp.einsum("bm,bmi->bi", pushed.reshape(motions, -1), flat) + input_slope
-        free = jnp.where(now.held, 0.0, 1.0)
-        moved = jnp.where(now.held, now.step, 0.0)
-        right = -(gradient + (hessian @ moved[..., None])[..., 0]) * free + moved
-        system = hessian * (free[:, :, None] * free[:, None, :])
-        system += jnp.where(now.held, 1.0, damping)[:, None, :] * jnp.eye(size)
-        solved = _solve(system, right)
-        clipped = jnp.clip(solved, low, high)
-        pull_back = gradient + (hessian @ clipped[..., None])[..., 0] + damping * clipped
-        held = ((clipped <= low) & (pull_back > 0)) | ((clipped >= high) & (pull_back < 0))
-        shift = (flat @ clipped[..., None]).reshape(motions, -1, 4)
-        active = excess + (shift[:, :, None] @ normal)[:, :, 0] > 0
-        relevant = (active != now.active) & (weights > 0)
-        changed = relevant.any() | (held != now.held).any()
-        return _Newton(clipped, active, held, changed, now.steps + 1)
-
-    nothing = jnp.zeros_like(at.inputs)
-    start = _Newton(nothing, excess > 0, jnp.zeros(nothing.shape, bool), jnp.array(True), jnp.array(0))
-    return jax.lax.while_loop(lambda now: now.changed & (now.steps < _INNER), newton, start).step
+    size = len(inputs)
+    low, high = input_bounds(inputs, around.state, constants)
+    low -= inputs
+    high -= inputs
+    damped = np.empty(size)
+    for i in range(size):
+        damped[i] = damping * model.smooth[i, i]
+    step, held, active = np.zeros(size), np.zeros(size, np.bool_), model.excess > 0
+    for _ in range(_INNER):
+        hessian, gradient = model.smooth.copy(), model.slope.copy()
+        for c in range(len(active)):
+            if active[c]:
+                add_square(hessian, model.normal[c], model.weight[c])
+                gradient += (model.weight[c] * model.excess[c]) * model.normal[c]
+        newton = _solved(hessian, gradient, damped, np.where(held, step, 0.0), held)
+        step = np.minimum(np.maximum(newton, low), high)
+        changed = False
+        for i in range(size):
+            uphill = gradient[i] + damped[i] * step[i] + _row_times(hessian, i, step)
+            holds = (step[i] <= low[i] and uphill > 0) or (step[i] >= high[i] and uphill < 0)
+            changed |= holds != held[i]
+            held[i] = holds
+        for c in range(len(active)):
+            violated = model.excess[c] + _dot(model.normal[c], step) > 0
+            changed |= violated != active[c]
+            active[c] = violated
+        if not changed:
+            break
+    return step
 
 
-def _solve(system: Float[Array, "B U U"], right: Float[Array, "B U"]) -> Float[Array, "B U"]:
-    """Solution of symmetric positive definite systems."""
-    factor = jax.lax.linalg.cholesky(system)
-    half = jax.lax.linalg.triangular_solve(factor, right[..., None], left_side=True, lower=True)
-    return jax.lax.linalg.triangular_solve(factor, half, left_side=True, lower=True, transpose_a=True)[..., 0]
+@compiled
+def _solved(
+    hessian: Float[np.ndarray, "U U"],
+    gradient: Float[np.ndarray, " U"],
+    damped: Float[np.ndarray, " U"],
+    held: Float[np.ndarray, " U"],
+    is_held: Bool[np.ndarray, " U"],
+) -> Float[np.ndarray, " U"]:
+    """The Newton step in which some inputs are held where they are, by Cholesky's decomposition.
+
+    Args:
+        hessian: on and below the diagonal.
+        gradient: of the quadratic problem at a step of 0.
+        damped: added to the diagonal.
+        held: the step of the inputs that are held, 0 for the others.
+        is_held: which ones.
+    """
+    size = len(gradient)
+    factor, right = np.empty((size, size)), np.empty(size)
+    for i in range(size):
+        right[i] = held[i] if is_held[i] else -gradient[i] - _row_times(hessian, i, held)
+        for j in range(i):
+            factor[i, j] = 0.0 if is_held[i] or is_held[j] else hessian[i, j]
+        factor[i, i] = 1.0 if is_held[i] else hessian[i, i] + damped[i]
+    for i in range(size):
+        for j in range(i + 1):
+            rest = factor[i, j] - _dot(factor[i, :j], factor[j, :j])
+            factor[i, j] = rest / factor[j, j] if j < i else np.sqrt(rest)
+        right[i] = (right[i] - _dot(factor[i, :i], right[:i])) / factor[i, i]
+    for i in range(size - 1, -1, -1):
+        right[i] /= factor[i, i]
+        right[:i] -= right[i] * factor[i, :i]
+    return right
+
+
+@compiled
+def _row_times(lower: Float[np.ndarray, "U U"], row: int, values: Float[np.ndarray, " U"]) -> float:
+    """A row of a symmetric matrix of which only the part on and below the diagonal counts, times a vector."""
+    result = _dot(lower[row, : row + 1], values[: row + 1])
+    for j in range(row + 1, len(values)):
+        result += lower[j, row] * values[j]
+    return result
+
+
+@compiled
+def _dot(first: Float[np.ndarray, " n"], second: Float[np.ndarray, " n"]) -> float:
+    result = 0.0
+    for i in range(len(first)):
+        result += first[i] * second[i]
+    return result
+
+
+@compiled
+def descend(
+    inputs: Float[np.ndarray, "B U"],
+    target: Float[np.ndarray, " B"],
+    extra: Float[np.ndarray, " B"],
+    around: Surroundings,
+    constants: Constants,
+    iterations: int,
+    tolerance: float,
+) -> Descent:
+    """Improve motions step by step.
+
+    Args:
+        inputs: of the motions to start from.
+        target: [m] lat of the centre of each motion's target lane.
+        extra: cost of choosing each motion, on top of its merit.
+        around: what the plan is made for.
+        constants: of the problem.
+        iterations: number of steps at the most.
+        tolerance: a step that lowers the merit by a smaller share is the last.
+    """
+    motions = len(inputs)
+    at = np.empty_like(inputs)
+    for b in range(motions):
+        at[b] = _projected(inputs[b], around, constants)
+    models = [merit(at[b], target[b], around, constants) for b in range(motions)]
+    value = np.array([model.value for model in models])
+    damping, done = np.full(motions, _FIRST_DAMPING), np.zeros(motions, np.bool_)
+    gained, iteration = np.ones(motions, np.bool_), 0
+    while iteration < iterations and not done.all() and (iteration < _PATIENCE or not done[np.argmin(value + extra)]):
+        for b in range(motions):
+            if done[b]:
+                continue
+            change = _step(at[b], models[b], damping[b], around, constants)
+            trial = _projected(_moved(at[b], change, around, constants), around, constants)
+            model = merit(trial, target[b], around, constants)
+            gain = value[b] - model.value
+            done[b] = abs(gain) < tolerance * value[b]
+            if gain > 0:
+                if gained[b]:
+                    damping[b] = max(damping[b] / 10, _LEAST_DAMPING)
+                at[b], models[b], value[b] = trial, model, model.value
+            else:
+                damping[b] *= 10
+                done[b] |= damping[b] > _MOST_DAMPING
+            gained[b] = gain > 0
+        iteration += 1
+    return Descent(at, value, done, iteration)

@@ -69,7 +69,7 @@ class Obstacles(NamedTuple):
         return self.centres.shape[1]
 
 
-def own_half_sizes(heading: Any, vehicle: VehicleSettings, mathematics: Any = np) -> tuple[Any, Any]:
+def own_half_sizes(heading: Any, vehicle: VehicleSettings) -> tuple[Any, Any]:
     """Half extents of the turned own box along lon and lat, from above and smooth in the heading.
 
     A box of half length a and half width b turned by ψ has the half extents a·cos ψ + b·|sin ψ| and
@@ -78,17 +78,16 @@ def own_half_sizes(heading: Any, vehicle: VehicleSettings, mathematics: Any = np
     Args:
         heading: [rad].
         vehicle: size of the own car.
-        mathematics: the module with ``sqrt`` for the heading: ``numpy``, ``jax.numpy`` or ``casadi``.
 
     Returns:
         [m] along lon and [m] along lat.
     """
-    tilt = mathematics.sqrt(heading**2 + TILT**2)
+    tilt = (heading**2 + TILT**2) ** 0.5
     half_length, half_width = vehicle.length / 2, vehicle.width / 2
     return half_length + half_width * tilt, half_width + half_length * tilt
 
 
-def clearance_power(
+def clearance(
     offset: tuple[Any, Any],
     half_sizes: tuple[Any, Any],
     own: tuple[Any, Any],
@@ -96,7 +95,7 @@ def clearance_power(
     vehicle: VehicleSettings,
     settings: ObstacleSettings,
 ) -> Any:
-    """Left-hand side of the obstacle constraint without its slack, to the power of p: below 1 if the boxes overlap.
+    """Left-hand side of the obstacle constraint without its slack: below 1 if the boxes overlap.
 
     Args:
         offset: [m] own centre minus predicted centre along lon and lat.
@@ -110,19 +109,7 @@ def clearance_power(
     half_way = excess_speed**2 / (4 * vehicle.max_deceleration)
     ahead = (offset[0] + half_way) / (settings.inflation * (half_sizes[0] + own[0] + half_way))
     aside = offset[1] / (settings.inflation * (half_sizes[1] + own[1]))
-    return ahead**order + aside**order + TINY
-
-
-def clearance(
-    offset: tuple[Any, Any],
-    half_sizes: tuple[Any, Any],
-    own: tuple[Any, Any],
-    excess_speed: Any,
-    vehicle: VehicleSettings,
-    settings: ObstacleSettings,
-) -> Any:
-    """Left-hand side of the obstacle constraint without its slack; arguments as of `clearance_power`."""
-    return clearance_power(offset, half_sizes, own, excess_speed, vehicle, settings) ** (1 / settings.order)
+    return (ahead**order + aside**order + TINY) ** (1 / order)
 
 
 def clearances(

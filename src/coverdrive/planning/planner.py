@@ -1,26 +1,25 @@
 """The planner that drives: in every period the cheapest clear plan among the lanes that can be reached (paper §4).
 
-Each call packs what can be reached into arrays of fixed shape and runs the compiled search, again and again until it
-has converged or the time is spent. See `coverdrive.planning.search` for what is searched.
+Each call packs what can be reached into arrays and runs the compiled search, again and again until it has converged or
+the time is spent. See `coverdrive.planning.search` for what is searched.
 """
 
 import time
 from typing import NamedTuple
 
-import jax
 import numpy as np
 from jaxtyping import Float
 from pydantic import Field
 
 from coverdrive.errors import SettingError
 from coverdrive.paths import PredictedPaths
+from coverdrive.planning.constants import constants_of
 from coverdrive.planning.fallback import braking_motion, dead_reckoning, plausible
 from coverdrive.planning.merit import Surroundings
 from coverdrive.planning.motion import Motion, judged, shifted_inputs
 from coverdrive.planning.obstacles import (
     Obstacles,
     braking_rear,
-    chosen_obstacles,
     obstacles_of,
     reachable,
     without_rear,
@@ -28,12 +27,9 @@ from coverdrive.planning.obstacles import (
 from coverdrive.planning.path_memory import PathMemory
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.problem import ProblemSettings, Situation
-from coverdrive.planning.search import LANES, STARTS, Found, SearchSettings, Wanted, search
+from coverdrive.planning.search import Found, SearchSettings, Wanted, search
 from coverdrive.road import Road
 from coverdrive.settings import Settings
-
-_SLOTS = (32, 128)
-"""boxes per step that the compiled searches have room for; more than that compile another in the middle of a drive"""
 
 
 class PlannerSettings(Settings):
@@ -85,6 +81,7 @@ class MpcPlanner:
             settings: horizon, car, weights; the defaults if left out.
         """
         self.settings = settings or PlannerSettings()
+        self._constants = constants_of(self.settings.problem)
         self._memory: _Memory | None = None
         self._paths = PathMemory(self.settings.grace)
         self._start(self.dt)
@@ -107,11 +104,9 @@ class MpcPlanner:
         """
         self._start(period)
         state, road = np.array([0.0, 1.8, 20.0, 0.0]), Road.straight()
-        for slots in _SLOTS:
-            self._memory = None
-            points = np.zeros((slots, self.steps + 1, 2))
-            points[..., 0] = state[2] * self.dt * np.arange(self.steps + 1)  # within reach, so that no slot is free
-            self.plan(state, PredictedPaths(points, np.zeros(slots, int), np.ones_like(points), self.dt), road)
+        points = np.zeros((1, self.steps + 1, 2))
+        points[..., 0] = 30.0
+        self.plan(state, PredictedPaths(points, np.zeros(1, int), np.ones_like(points), self.dt), road)
         self._memory = None
         self._paths = PathMemory(self.settings.grace)
 
@@ -173,8 +168,7 @@ class MpcPlanner:
                 aim, chosen = float(road.centres[targets[int(found.lane)]]), _motion_of(found, state[0])
                 motion = judged(chosen.states, chosen.inputs, aim, situation, problem)
             target = targets[int(found.lane)]
-            best = np.swapaxes(np.asarray(found.best).reshape(LANES, 2, problem.steps), 1, 2)
-            inputs = dict(reversed(list(zip(targets, best, strict=True))))
+            inputs = dict(zip(targets, map(_by_step, found.best), strict=True))
         later = {lane: self._shift @ each for lane, each in inputs.items()}
         self._memory = _Memory(target, motion.inputs[0], _after(motion, self._period, problem.dt), later)
         return motion, status
@@ -195,58 +189,50 @@ class MpcPlanner:
     ) -> tuple[Found | None, list[int]]:
         """The result of the search, or None if it failed, and the target lanes; the first is the lane of the car."""
         problem, settings, memory = self.settings.problem, self.settings, self._memory
-        targets = [lane] + [side if 0 <= side < road.lanes else lane for side in (lane - 1, lane + 1)]
+        targets = [lane, *(side for side in (lane - 1, lane + 1) if 0 <= side < road.lanes)]
         held = memory.lane if memory else lane
         straight = np.zeros((problem.steps, 2))
         last = [memory.inputs.get(target, straight) if memory else straight for target in targets]
-        starts = np.swapaxes([*last, straight], 1, 2).reshape(STARTS, -1)
-        extra = np.array([settings.lane_change * (target != held) for target in targets], dtype=float)
+        starts = np.swapaxes([*last, straight], 1, 2).reshape(len(targets) + 1, -1)
+        extra = np.array([settings.lane_change * (target != held) for target in targets])
         around = self._surroundings(state, obstacles, road)
-        wanted = Wanted(np.asarray(road.centres)[targets], extra, np.zeros(STARTS, int), starts, np.array(False))
-        with jax.enable_x64(True):
-            iterations = np.array(settings.iterations_at_once)
-            try:
-                found = search(around, wanted, iterations, problem, settings.search)
-                for _ in range(settings.iterations // settings.iterations_at_once - 1):
-                    if found.done or time.perf_counter() - begin > settings.budget:
-                        break
-                    wanted = _resumed(wanted, found)
-                    found = search(around, wanted, iterations, problem, settings.search)
-            except jax.errors.JaxRuntimeError:
-                return None, targets
+        wanted = Wanted(np.array(road.centres)[targets], extra, np.zeros(len(starts), int), starts, resumed=False)
+        accelerations = settings.search.accelerations(problem.vehicle)
+        tolerance, left = settings.search.tolerance, settings.iterations
+        while True:
+            iterations = min(settings.iterations_at_once, left)
+            found = search(around, wanted, accelerations, iterations, tolerance, self._constants)
+            left -= iterations
+            if found.done or left == 0 or time.perf_counter() - begin > settings.budget:
+                break
+            wanted = wanted._replace(lane=found.descended_lane, starts=found.descended, resumed=True)
         return (found if np.isfinite(found.cost) else None), targets
 
     def _surroundings(self, state: Float[np.ndarray, " 4"], obstacles: Obstacles, road: Road) -> Surroundings:
         """What the search is made for; boxes that no motion can reach are left out."""
         problem, memory = self.settings.problem, self._memory
         near = reachable(state, obstacles, problem.dt, problem.vehicle, problem.obstacles)
-        needed = int(near.sum())
-        slots = next((size for size in _SLOTS if needed <= size), 1 << max(needed - 1, 0).bit_length())
-        chosen = chosen_obstacles(obstacles, near, state[0], slots)
-        boxes = np.empty((5, problem.steps, slots))
-        boxes[:2] = (chosen.centres - [state[0], 0.0]).transpose(2, 0, 1)
-        boxes[2:4] = chosen.half_sizes.transpose(2, 0, 1)
-        boxes[4] = chosen.speed
+        boxes = np.empty((5, problem.steps, int(near.sum())))
+        boxes[:2] = (obstacles.centres[:, near] - [state[0], 0.0]).transpose(2, 0, 1)
+        boxes[2:4] = obstacles.half_sizes[:, near].transpose(2, 0, 1)
+        boxes[4] = obstacles.speed[:, near]
         return Surroundings(
             state=np.array([0.0, *state[1:]]),
-            previous_input=memory.applied if memory else np.zeros(2),
-            edges=np.asarray(road.edges, dtype=float)[[0, -1]],
+            previous_input=np.array(memory.applied) if memory else np.zeros(2),
+            edges=np.array([road.edges[0], road.edges[-1]], dtype=float),
             boxes=boxes,
         )
 
 
-def _resumed(wanted: Wanted, found: Found) -> Wanted:
-    """What is searched for when the search goes on; NumPy arrays as before, for which nothing is compiled anew."""
-    lane, starts = np.asarray(found.descended_lane), np.asarray(found.descended)
-    return wanted._replace(lane=lane, starts=starts, resumed=np.array(True))
+def _by_step(inputs: Float[np.ndarray, " U"]) -> Float[np.ndarray, "K 2"]:
+    """Inputs, one row for each step."""
+    return inputs.reshape(2, -1).T
 
 
 def _motion_of(found: Found, lon: float) -> Motion:
     """The chosen motion on the road, `lon` [m] being where the car is."""
-    states = np.asarray(found.states) + np.array([lon, 0.0, 0.0, 0.0])
-    return Motion(
-        states, np.asarray(found.inputs), np.asarray(found.slack), np.asarray(found.off_road), found.cost, found.cost
-    )
+    states = found.states + np.array([lon, 0.0, 0.0, 0.0])
+    return Motion(states, _by_step(found.inputs), found.slack, found.off_road, found.cost, found.cost)
 
 
 def _status_of(found: Found) -> Status:

@@ -101,7 +101,9 @@ def _places(steps: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def _successor(state: Any, inputs: Any, settings: ProblemSettings) -> Any:
     """The state one step later, with the inputs that led to it."""
     lon, lat, speed, heading = ca.vertsplit(state[:4])
-    return ca.vertcat(*euler_step(lon, lat, speed, heading, inputs[0], inputs[1], settings.dt, ca), inputs)
+    direction = ca.cos(heading), ca.sin(heading)
+    after = euler_step((lon, lat, speed, heading), direction, (inputs[0], inputs[1]), settings.dt)
+    return ca.vertcat(*after, inputs)
 
 
 def _cost_of_input(state: Any, inputs: Any, settings: CostSettings) -> Any:
@@ -118,14 +120,14 @@ def _lateral_acceleration_rows(state: Any, inputs: Any, vehicle: VehicleSettings
 
 def _road_rows(state: Any, right: Any, left: Any, off_road: Any, settings: ProblemSettings) -> list[Any]:
     """The turned body stays within the margins of the road edges, up to the slack ρ_k."""
-    half_width = own_half_sizes(state[3], settings.vehicle, ca)[1] + settings.obstacles.edge_margin
+    half_width = own_half_sizes(state[3], settings.vehicle)[1] + settings.obstacles.edge_margin
     return [left - state[1] - half_width + off_road, state[1] - half_width - right + off_road]
 
 
 def _obstacle_rows(state: Any, boxes: Any, slack: Any, settings: ProblemSettings) -> Any:
     """The obstacle constraints of one step, one row per slot."""
     centre_lon, centre_lat, half_length, half_width, speed = (boxes[i, :].T for i in range(5))
-    own = own_half_sizes(state[3], settings.vehicle, ca)
+    own = own_half_sizes(state[3], settings.vehicle)
     offset = (state[0] - centre_lon, state[1] - centre_lat)
     excess_speed = ca.fmax(0, state[2] - speed)
     half_sizes, margin = (half_length, half_width), settings.obstacles.margin

@@ -1,8 +1,9 @@
 """The own car: a Dubins car with a speed, discretised by Euler steps (paper §4).
 
 State: lon [m], lat [m], speed [m/s], heading [rad]. Input: acceleration [m/s²], yaw rate [rad/s], held for dt.
-`euler_step` is the one definition of the motion. It knows no array library: the optimisation problem calls it with
-CasADi symbols and `casadi`, everything else through `step` and `rollout` with NumPy or JAX arrays.
+`euler_step` is the one definition of the motion, and `within_limits` that of the limits. They know no array library:
+`euler_step` is called with CasADi symbols, both are compiled for numbers, and everything else calls `step`, `rollout`
+and `feasible_inputs` with NumPy arrays.
 P = K + 1 is the number of states.
 """
 
@@ -42,36 +43,34 @@ class VehicleSettings(Settings):
 
 
 def euler_step(
-    lon: Any, lat: Any, speed: Any, heading: Any, acceleration: Any, yaw_rate: Any, dt: float, mathematics: Any = np
+    state: tuple[Any, Any, Any, Any], direction: tuple[Any, Any], inputs: tuple[Any, Any], dt: float
 ) -> tuple[Any, Any, Any, Any]:
     """One Euler step of the Dubins car (paper §4, the model above the optimal control problem).
 
     Args:
-        lon: [m].
-        lat: [m].
-        speed: [m/s].
-        heading: [rad].
-        acceleration: [m/s²].
-        yaw_rate: [rad/s].
+        state: lon [m], lat [m], speed [m/s], heading [rad].
+        direction: cosine and sine of the heading.
+        inputs: acceleration [m/s²], yaw rate [rad/s].
         dt: [s].
-        mathematics: the module with ``cos`` and ``sin`` for the arguments: ``numpy`` or ``casadi``.
 
     Returns:
         The state after dt: lon [m], lat [m], speed [m/s], heading [rad].
     """
+    lon, lat, speed, heading = state
     return (
-        lon + dt * speed * mathematics.cos(heading),
-        lat + dt * speed * mathematics.sin(heading),
-        speed + dt * acceleration,
-        heading + dt * yaw_rate,
+        lon + dt * speed * direction[0],
+        lat + dt * speed * direction[1],
+        speed + dt * inputs[0],
+        heading + dt * inputs[1],
     )
 
 
-def step(state: Float[Any, "*n 4"], inputs: Float[Any, "*n 2"], dt: float, mathematics: Any = np) -> Float[Any, "*n 4"]:
+def step(state: Float[np.ndarray, "*n 4"], inputs: Float[np.ndarray, "*n 2"], dt: float) -> Float[np.ndarray, "*n 4"]:
     """One Euler step of states (lon, lat, speed, heading) under inputs (acceleration, yaw rate) held for dt [s]."""
     lon, lat, speed, heading = (state[..., i] for i in range(4))
-    after = euler_step(lon, lat, speed, heading, inputs[..., 0], inputs[..., 1], dt, mathematics)
-    return mathematics.stack(after, axis=-1)
+    direction = np.cos(heading), np.sin(heading)
+    after = euler_step((lon, lat, speed, heading), direction, (inputs[..., 0], inputs[..., 1]), dt)
+    return np.stack(after, axis=-1)
 
 
 def rollout(
@@ -85,21 +84,22 @@ def rollout(
 
 
 def feasible_inputs(
-    state: Float[Any, "*n 4"],
-    inputs: Float[Any, "*n 2"],
-    dt: float,
-    settings: VehicleSettings,
-    mathematics: Any = np,
-) -> Float[Any, "*n 2"]:
+    state: Float[np.ndarray, "*n 4"], inputs: Float[np.ndarray, "*n 2"], dt: float, settings: VehicleSettings
+) -> Float[np.ndarray, "*n 2"]:
     """The inputs nearest to the given ones that keep the car within its limits for one step of dt [s].
 
     A state outside the speed or heading bounds is not pushed further out.
     """
-    m = mathematics
-    speed, heading = state[..., 2], state[..., 3]
-    lowest = m.maximum(-settings.max_deceleration, m.minimum(0.0, -speed / dt))
-    highest = m.minimum(settings.max_acceleration, m.maximum(0.0, (settings.max_speed - speed) / dt))
-    yaw_bound = m.minimum(settings.max_yaw_rate, settings.max_lateral_acceleration / m.maximum(m.abs(speed), 1e-9))
-    rightmost = m.maximum(-yaw_bound, m.minimum(0.0, (-settings.max_heading - heading) / dt))
-    leftmost = m.minimum(yaw_bound, m.maximum(0.0, (settings.max_heading - heading) / dt))
-    return m.stack([m.clip(inputs[..., 0], lowest, highest), m.clip(inputs[..., 1], rightmost, leftmost)], axis=-1)
+    return np.stack(within_limits(state[..., 2], state[..., 3], inputs[..., 0], inputs[..., 1], dt, settings), axis=-1)
+
+
+def within_limits(
+    speed: Any, heading: Any, acceleration: Any, yaw_rate: Any, dt: float, settings: VehicleSettings
+) -> tuple[Any, Any]:
+    """`feasible_inputs` of numbers, or of arrays element by element."""
+    lowest = np.maximum(-settings.max_deceleration, np.minimum(0.0, -speed / dt))
+    highest = np.minimum(settings.max_acceleration, np.maximum(0.0, (settings.max_speed - speed) / dt))
+    yaw_bound = np.minimum(settings.max_yaw_rate, settings.max_lateral_acceleration / np.maximum(np.abs(speed), 1e-9))
+    rightmost = np.maximum(-yaw_bound, np.minimum(0.0, (-settings.max_heading - heading) / dt))
+    leftmost = np.minimum(yaw_bound, np.maximum(0.0, (settings.max_heading - heading) / dt))
+    return np.minimum(np.maximum(acceleration, lowest), highest), np.minimum(np.maximum(yaw_rate, rightmost), leftmost)

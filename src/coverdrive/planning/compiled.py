@@ -1,0 +1,56 @@
+"""Compilation of plain loops to machine code with Numba, kept on disk between runs.
+
+Numba takes kept code for valid as long as the file of the function is the same, whatever became of the functions that
+it calls in other files. Code is therefore kept in a folder that is named after all sources of this package.
+"""
+
+import hashlib
+import inspect
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, ParamSpec, TypeVar
+
+import numba  # pyright: ignore[reportMissingTypeStubs]
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+_numba: Any = numba
+_REORDERED = {"reassoc", "contract", "arcp", "nsz"}
+"""what may be done to sums and quotients to make them faster; NaN and infinity stay what they are"""
+
+
+def compiled(function: Callable[P, R]) -> Callable[P, R]:
+    """A function as machine code, compiled at its first call with arguments of these types.
+
+    Args:
+        function: of numbers, arrays and named tuples of them, in what of Python and NumPy Numba knows.
+    """
+    folder = _folder()
+    kept, _numba.config.CACHE_DIR = _numba.config.CACHE_DIR, str(folder or "")
+    try:
+        compiler = _numba.njit(cache=folder is not None, fastmath=_REORDERED, error_model="numpy")
+        return compiler(inspect.unwrap(function))
+    finally:
+        _numba.config.CACHE_DIR = kept
+
+
+def _folder() -> Path | None:
+    """Where code is kept, or None if nothing can be written there."""
+    here = Path(__file__).parent
+    base = Path(os.environ.get("NUMBA_CACHE_DIR") or here / "__pycache__")
+    folder = base / f"compiled-{_SOURCES}"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return None
+    return folder if os.access(folder, os.W_OK) else None
+
+
+def _fingerprint(folder: Path) -> str:
+    sources = (path.read_bytes() for path in sorted(folder.glob("*.py")))
+    return hashlib.sha256(b"".join(sources)).hexdigest()[:16]
+
+
+_SOURCES = _fingerprint(Path(__file__).parent)

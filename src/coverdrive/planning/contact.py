@@ -1,0 +1,82 @@
+"""How near the own car is to a predicted box, and how that changes with its state; compiled, for one box at a time.
+
+The definition is `coverdrive.planning.obstacles.clearance`. Since the norm of order p is at least the larger of its two
+parts, boxes that are far along the road or across it are told without computing it.
+"""
+
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from coverdrive.planning.compiled import compiled
+from coverdrive.planning.constants import Constants
+from coverdrive.planning.obstacles import TINY
+
+
+@compiled
+def box_excess(
+    state: tuple[float, float, float],
+    own: tuple[float, float],
+    turning: float,
+    boxes: Float[np.ndarray, "5 K n"],
+    step: int,
+    slot: int,
+    view: float,
+    constants: Constants,
+) -> tuple[float, Any]:
+    """The slack γ that a box asks for, margin included and negative outside, and its derivatives.
+
+    Args:
+        state: lon, lat [m] and speed [m/s] of the own car.
+        own: [m] half extents of its box along lon and lat.
+        turning: derivative of the smooth |heading| with respect to the heading.
+        boxes: lon, lat, half length, half width [m] and speed [m/s] of the boxes.
+        step: index of the step, from 0.
+        slot: index of the box.
+        view: what is below −view is not looked at, and −view is returned with derivatives of 0.
+        constants: of the problem.
+
+    Returns:
+        The slack, and its derivatives with respect to lon, lat, speed and heading.
+    """
+    vehicle, inflation = constants.vehicle, constants.inflation
+    faster = max(0.0, state[2] - boxes[4, step, slot])
+    half_way, braking = faster**2 / (4 * vehicle.max_deceleration), faster / (2 * vehicle.max_deceleration)
+    long = inflation * (boxes[2, step, slot] + own[0] + half_way)
+    wide = inflation * (boxes[3, step, slot] + own[1])
+    ahead = (state[0] + half_way - boxes[0, step, slot]) / long
+    aside = (state[1] - boxes[1, step, slot]) / wide
+    touching = 1 + constants.shape.margin
+    if max(abs(ahead), abs(aside)) >= touching + view:
+        return -view, (0.0, 0.0, 0.0, 0.0)
+    of_ahead, of_aside = _to_order(ahead, constants), _to_order(aside, constants)
+    power = of_ahead + of_aside + TINY
+    norm = _root(power, constants)
+    factor = -norm / power
+    by_ahead = factor * of_ahead / ahead / long if of_ahead > 0 else 0.0
+    by_aside = factor * of_aside / aside / wide if of_aside > 0 else 0.0
+    tilting = -inflation / 2 * turning
+    by_heading = tilting * (by_ahead * ahead * vehicle.width + by_aside * aside * vehicle.length)
+    by_speed = by_ahead * (1 - inflation * ahead) * braking
+    return touching - norm, (by_ahead, by_aside, by_speed, by_heading)
+
+
+@compiled
+def _to_order(value: float, constants: Constants) -> float:
+    """A number to the power of the superellipses' order, which is a power of two."""
+    order = 1
+    while order < constants.shape.order:
+        value *= value
+        order *= 2
+    return value
+
+
+@compiled
+def _root(value: float, constants: Constants) -> float:
+    """The root of that order."""
+    order = 1
+    while order < constants.shape.order:
+        value = np.sqrt(value)
+        order *= 2
+    return value
