@@ -202,7 +202,8 @@ def test_a_study_of_replayed_recordings_is_shown_with_them(results: Path, tmp_pa
     coverdrive("animate", out, *replayed, right, "--trial", "5", "--format", "gif")
     coverdrive("animate", out, *replayed[:2], "--trial", "5", "--format", "gif")  # stored by now
     assert (out / "figures-replay" / "drive_5.gif").exists()
-    assert "--traffic drivers" in coverdrive("animate", out, "--traffic", "drivers", status=2)
+    for command in ("report", "animate"):
+        assert "--traffic drivers" in coverdrive(command, out, "--traffic", "drivers", "--trial", "0", status=2)
 
 
 @pytest.mark.slow

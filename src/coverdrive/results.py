@@ -36,14 +36,16 @@ def load_experiment(folder: Path, study: str = STUDY) -> Experiment:
 
     Args:
         folder: of the results.
-        study: name of the study's folder in it; the study need not be there.
+        study: name of the study's folder in it; that of the usual traffic need not be there.
 
     Raises:
-        DataError: the study was driven with another predictor.
+        DataError: the study was driven with another predictor, or not at all.
     """
     experiment = Experiment.load(folder / CONFIG)
     file = folder / study / _DESCRIPTION
     if not file.exists():
+        if study != STUDY:
+            raise _not_driven(folder, study)
         return experiment
     described = _json(file)
     configuration = described["configuration"]
@@ -76,11 +78,15 @@ def load_trials(folder: Path, study: str = STUDY) -> pl.DataFrame:
         DataError: there was no such study.
     """
     if not has_trials(folder, study):
-        traffic = study.removeprefix(STUDY).replace("-", " --traffic ", 1)
-        raise DataError(
-            f"{folder} holds no folder `{study}`; drive that study with `coverdrive study{traffic} --out {folder}`"
-        )
+        raise _not_driven(folder, study)
     return pl.read_parquet(folder / study / _TRIALS)
+
+
+def _not_driven(folder: Path, study: str) -> DataError:
+    traffic = study.removeprefix(STUDY).replace("-", " --traffic ", 1)
+    return DataError(
+        f"{folder} holds no finished study in `{study}`; drive one with `coverdrive study{traffic} --out {folder}`"
+    )
 
 
 def load_contents(folder: Path, traces: Mapping[int, Trace], study: str = STUDY) -> Contents:

@@ -220,6 +220,8 @@ def drives(
     clips = cache(partial(_checked_clips, clips, folder))
     description = {"predictor": predictor.fingerprint, "version": coverdrive.__version__, "seed": experiment.seed}
     description |= experiment.model_dump(mode="json", include={"planner", "traffic", "episode"})
+    if isinstance(experiment.traffic, ReplaySettings):
+        description["clips"] = clips_of(folder) or _fingerprint_of(clips())
     key = fingerprint(np.frombuffer(json.dumps(description, sort_keys=True).encode(), np.uint8))
     report = progress or (lambda share: None)
     traces: dict[int, Trace] = {}
