@@ -17,6 +17,8 @@ import pytest
 
 from coverdrive.certificates.methods import Method
 from coverdrive.config import Experiment
+from coverdrive.recordings.generated import generate
+from coverdrive.recordings.parquet import write_parquet
 from coverdrive.results import load_comparison, load_predictor
 from coverdrive.simulation.storage import load_trace
 
@@ -182,6 +184,29 @@ def test_replay_takes_the_scenes_that_the_predictor_never_saw(results: Path, tmp
 
 
 @pytest.mark.slow
+def test_a_study_of_replayed_recordings_is_shown_with_them(results: Path, tmp_path: Path) -> None:
+    out, right, wrong = tmp_path / "out", tmp_path / "right.parquet", tmp_path / "wrong.parquet"
+    shutil.copytree(results, out, ignore=shutil.ignore_patterns("study*", "figures"))
+    for file, seed in ((right, 8), (wrong, 9)):
+        recordings = generate(Experiment.load(out / "config.toml").generated, seed)
+        tables = [each.table.with_columns(pl.col("vehicle") + 1_000_000 * seed) for each in recordings]
+        write_parquet([replace(each, table=table) for each, table in zip(recordings, tables, strict=True)], file)
+    replayed = ("--traffic", "replay", "--recording")
+    coverdrive("study", *replayed, right, "--trials", "2", "--workers", "1", "--out", out)
+    for named in (wrong, None):  # without a name, that is the generated traffic that made the predictor
+        arguments = [*replayed, named] if named else replayed[:2]
+        assert "replayed other recordings" in coverdrive("report", out, *arguments, status=2)
+    coverdrive("report", out, *replayed, right)
+    html = (out / "report-replay.html").read_text(encoding="utf-8")
+    assert re.findall(r'id="replay-data-(\d+)"', html) and "out, study-replay" in html
+    coverdrive("animate", out, *replayed, right, "--trial", "5", "--format", "gif")
+    coverdrive("animate", out, *replayed[:2], "--trial", "5", "--format", "gif")  # stored by now
+    assert (out / "figures-replay" / "drive_5.gif").exists()
+    for command in ("report", "animate"):
+        assert "--traffic drivers" in coverdrive(command, out, "--traffic", "drivers", "--trial", "0", status=2)
+
+
+@pytest.mark.slow
 def test_a_grid_is_driven_cell_by_cell_and_its_cells_are_compared(results: Path) -> None:
     grid = ["--set", "planner.problem.obstacles.ignore_rear=true,false", "traffic.kind=drivers"]
     printed = coverdrive("study", "--trials", "3", "--workers", "1", *grid, "--out", results)
@@ -194,6 +219,7 @@ def test_a_grid_is_driven_cell_by_cell_and_its_cells_are_compared(results: Path)
     compared = coverdrive("compare", *cells)
     assert "configuration.planner.problem.obstacles.ignore_rear: false and true" in compared
     assert "3 pairs of trials" in compared
+    assert json.loads(coverdrive("compare", *cells, "--json", only="stdout"))["trials"] == 3
     assert "numbers of vehicles differ" in coverdrive("compare", results / "study-drivers", cells[0], status=2)
 
 

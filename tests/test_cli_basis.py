@@ -41,12 +41,12 @@ def test_generated_traffic(tmp_path: Path) -> None:
     (tmp_path / "small.toml").write_text(GENERATED)
     out = tmp_path / "out"
     printed = coverdrive_basis(
-        "--config", tmp_path / "small.toml", "--epsilon", "1", "--epsilon", "2", "--symmetric", "--out", out
+        "--config", tmp_path / "small.toml", "--epsilon", "1", "2", "2.0000001", "--symmetric", "--out", out
     )
     assert "100.00%" in printed
     assert Experiment.load(out / "config.toml").prediction.basis.symmetric
     record = json.loads((out / "bases.json").read_text())
-    for each, name in zip(record["bases"], ("basis_1", "basis_2"), strict=True):
+    for each, name in zip(record["bases"], ("basis_1", "basis_2", "basis_2.0000001"), strict=True):
         basis = Basis.load(out / f"{name}.safetensors")
         table = pl.read_csv(out / f"{name}.csv")
         assert len(basis) == each["bases"] >= each["at_least_among_segments"] >= each["at_least_anywhere"] > 0

@@ -74,3 +74,15 @@ def test_examples_run(page: str, beside: Path, monkeypatch: pytest.MonkeyPatch) 
 
 def test_pages_with_examples_are_found() -> None:
     assert {"README.md", "docs/basis.md", "docs/tutorials/network.md", "docs/tutorials/planner.md"} <= set(PAGES)
+
+
+def test_the_reference_lists_every_module() -> None:
+    pages = [path.read_text(encoding="utf-8") for path in (ROOT / "docs" / "reference").glob("*.md")]
+    listed = re.findall(r"^::: coverdrive\.(\S+)$", "\n".join(pages), re.MULTILINE)
+    source = ROOT / "src" / "coverdrive"
+    modules = {
+        ".".join(path.relative_to(source).with_suffix("").parts)
+        for path in source.rglob("[!_]*.py")
+        if path.parent.name != "cli" and path.stem != "progress"
+    }
+    assert sorted(listed) == sorted(modules)

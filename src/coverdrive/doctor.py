@@ -18,7 +18,9 @@ class Finding:
 
     name: str
     fine: bool
+    """whether it works"""
     found: str
+    """version, place, or what went wrong"""
     hint: str = ""
     """what to do if it is not fine"""
     needed: bool = True

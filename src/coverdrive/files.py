@@ -19,3 +19,8 @@ def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
         temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def number_in_name(value: float) -> str:
+    """A number as it stands in the name of a file: no two numbers look alike, and whole ones have no decimals."""
+    return repr(float(value)).removesuffix(".0")

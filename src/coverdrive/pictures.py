@@ -1,6 +1,6 @@
 """From a results folder to what a person looks at: the page, the figures, the video of a drive."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Literal
@@ -11,18 +11,32 @@ from coverdrive.prediction.fit import StageProgress
 from coverdrive.report.animation import animate
 from coverdrive.report.figures import draw_all
 from coverdrive.report.page.page import write_page
-from coverdrive.results import TRIALS, binding_of, load_contents, load_experiment, load_predictor, load_trials
+from coverdrive.results import (
+    STUDY,
+    binding_of,
+    has_trials,
+    load_contents,
+    load_experiment,
+    load_predictor,
+    load_trials,
+)
 from coverdrive.simulation.notable import liveliest, notable
 from coverdrive.simulation.replay import Clip
 from coverdrive.simulation.trace import Trace
 
-REPORT = "report.html"
+Clips = Callable[[], Sequence[Clip]]
+"""reads the recorded scenes that a study replayed; called if a drive has to be driven again"""
 
 Format = Literal["mp4", "gif"]
 
 
 def write_report(
-    folder: Path, progress: StageProgress, named: Sequence[int] = (), most: int = 8, clips: Sequence[Clip] = ()
+    folder: Path,
+    progress: StageProgress,
+    named: Sequence[int] = (),
+    most: int = 8,
+    clips: Clips = tuple,
+    study: str = STUDY,
 ) -> Path:
     """Write the page of a results folder.
 
@@ -31,7 +45,8 @@ def write_report(
         progress: called with the stage and the share of it that is done.
         named: trials to replay in any case.
         most: number of notable trials to replay at most.
-        clips: recorded scenes, if the study replayed some.
+        clips: reads the recorded scenes, if the study replayed some.
+        study: name of the study's folder.
 
     Returns:
         The HTML file.
@@ -39,14 +54,14 @@ def write_report(
     Raises:
         DataError: there is no fit in the folder, or no such trial.
     """
-    traces = _traces(folder, _replayed(folder, named, most), progress, clips)
-    path = folder / REPORT
-    write_page(load_contents(folder, traces), path, partial(progress, "report"))
+    traces = _traces(folder, study, _replayed(folder, study, named, most), progress, clips)
+    path = folder / f"{study.replace(STUDY, 'report', 1)}.html"
+    write_page(load_contents(folder, traces, study), path, partial(progress, "report"))
     return path
 
 
 def draw_figures(
-    folder: Path, progress: StageProgress, trial: int | None = None, clips: Sequence[Clip] = ()
+    folder: Path, progress: StageProgress, trial: int | None = None, clips: Clips = tuple, study: str = STUDY
 ) -> list[Path]:
     """Draw every figure that the folder has results for, as PDF and PNG.
 
@@ -54,7 +69,8 @@ def draw_figures(
         folder: of the results.
         progress: called with the stage and the share of it that is done.
         trial: whose snapshots are drawn; the liveliest, if left out.
-        clips: recorded scenes, if the study replayed some.
+        clips: reads the recorded scenes, if the study replayed some.
+        study: name of the study's folder.
 
     Returns:
         The files.
@@ -62,13 +78,18 @@ def draw_figures(
     Raises:
         DataError: there is no fit in the folder, or no such trial.
     """
-    drawn = _replayed(folder, [], 1) if trial is None else _replayed(folder, [trial], 0)
-    traces = _traces(folder, drawn, progress, clips)
-    return draw_all(load_contents(folder, traces), folder / "figures", partial(progress, "figures"))
+    drawn = _replayed(folder, study, [], 1) if trial is None else _replayed(folder, study, [trial], 0)
+    traces = _traces(folder, study, drawn, progress, clips)
+    return draw_all(load_contents(folder, traces, study), _figures(folder, study), partial(progress, "figures"))
 
 
 def animate_trial(
-    folder: Path, progress: StageProgress, trial: int | None, file_format: Format, clips: Sequence[Clip] = ()
+    folder: Path,
+    progress: StageProgress,
+    trial: int | None,
+    file_format: Format,
+    clips: Clips = tuple,
+    study: str = STUDY,
 ) -> Path:
     """Write the video of a drive.
 
@@ -77,7 +98,8 @@ def animate_trial(
         progress: called with the stage and the share of it that is done.
         trial: which; the liveliest, if left out.
         file_format: of the video.
-        clips: recorded scenes, if the study replayed some.
+        clips: reads the recorded scenes, if the study replayed some.
+        study: name of the study's folder.
 
     Returns:
         The file.
@@ -85,22 +107,27 @@ def animate_trial(
     Raises:
         DataError: there is no fit in the folder, or no such trial.
     """
-    number = liveliest(load_trials(folder)) if trial is None else trial
-    trace = _traces(folder, [number], progress, clips)[number]
-    path = folder / "figures" / f"drive_{number}.{file_format}"
-    animate(trace, path, partial(progress, "video"), binding_of(load_experiment(folder)))
+    number = liveliest(load_trials(folder, study)) if trial is None else trial
+    trace = _traces(folder, study, [number], progress, clips)[number]
+    path = _figures(folder, study) / f"drive_{number}.{file_format}"
+    animate(trace, path, partial(progress, "video"), binding_of(load_experiment(folder, study)))
     return path
 
 
-def _traces(folder: Path, trials: Sequence[int], progress: StageProgress, clips: Sequence[Clip]) -> dict[int, Trace]:
-    experiment, predictor = load_experiment(folder), load_predictor(folder)
-    return workflow.drives(experiment, predictor, folder, trials, partial(progress, "drives"), clips)
+def _figures(folder: Path, study: str) -> Path:
+    """Where the figures of a study go: each study has its own."""
+    return folder / study.replace(STUDY, "figures", 1)
 
 
-def _replayed(folder: Path, named: Sequence[int], most: int) -> list[int]:
+def _traces(folder: Path, study: str, trials: Sequence[int], progress: StageProgress, clips: Clips) -> dict[int, Trace]:
+    experiment, predictor = load_experiment(folder, study), load_predictor(folder)
+    return workflow.drives(experiment, predictor, folder / study, trials, partial(progress, "drives"), clips)
+
+
+def _replayed(folder: Path, study: str, named: Sequence[int], most: int) -> list[int]:
     """The named trials, then the notable ones of the study."""
     wrong = [trial for trial in named if trial < 0]
     if wrong:
         raise DataError(f"trials are numbered from 0, got {wrong[0]}; name one of the study's table")
-    chosen = notable(load_trials(folder), most) if (folder / TRIALS).exists() else []
+    chosen = notable(load_trials(folder, study), most) if has_trials(folder, study) else []
     return list(dict.fromkeys([*named, *chosen]))

@@ -21,7 +21,9 @@ from coverdrive.simulation.trace import Trace
 
 CONFIG, RUN, CERTIFICATE, METHODS = "config.toml", "run.json", "certificate.json", "methods.json"
 PREDICTOR, LEARNED = "predictor.safetensors", "learned.npz"
-TRIALS, STUDY = "study/trials.parquet", "study/study.json"
+_TRIALS, _DESCRIPTION = "trials.parquet", "study.json"
+STUDY = "study"
+"""the study in the traffic of the folder's settings; one in another traffic is called ``study-drivers`` or the like"""
 
 
 def load_predictor(folder: Path) -> Predictor:
@@ -29,21 +31,28 @@ def load_predictor(folder: Path) -> Predictor:
     return Predictor.load(folder / PREDICTOR)
 
 
-def load_experiment(folder: Path) -> Experiment:
+def load_experiment(folder: Path, study: str = STUDY) -> Experiment:
     """The settings of a results folder: those of the study, where it was driven with others than the fit.
 
+    Args:
+        folder: of the results.
+        study: name of the study's folder in it; that of the usual traffic need not be there.
+
     Raises:
-        DataError: the study was driven with another predictor.
+        DataError: the study was driven with another predictor, or not at all.
     """
     experiment = Experiment.load(folder / CONFIG)
-    if not (folder / STUDY).exists():
+    file = folder / study / _DESCRIPTION
+    if not file.exists():
+        if study != STUDY:
+            raise _not_driven(folder, study)
         return experiment
-    described = _json(folder / STUDY)
+    described = _json(file)
     configuration = described["configuration"]
     if configuration["predictor"] != load_predictor(folder).fingerprint:
         raise DataError(
             f"the study in {folder} was driven with another predictor than that in the folder; "
-            "fit to another folder, or remove the folder `study` in it and drive again"
+            f"fit to another folder, or remove the folder `{study}` in it and drive again"
         )
     parts = {name: value for name, value in configuration.items() if name in Experiment.model_fields}
     return experiment.overridden(
@@ -51,38 +60,58 @@ def load_experiment(folder: Path) -> Experiment:
     )
 
 
-def load_trials(folder: Path) -> pl.DataFrame:
-    """One row for each trial of the study of a results folder.
+def clips_of(folder: Path) -> str | None:
+    """The fingerprint of the recorded scenes that the study in a folder replayed; None without a study."""
+    file = folder / _DESCRIPTION
+    return _json(file)["configuration"]["clips"] if file.exists() else None
+
+
+def has_trials(folder: Path, study: str = STUDY) -> bool:
+    """Whether a results folder holds a finished study of that name."""
+    return (folder / study / _TRIALS).exists()
+
+
+def load_trials(folder: Path, study: str = STUDY) -> pl.DataFrame:
+    """One row for each trial of a study of a results folder.
 
     Raises:
-        DataError: there was no study.
+        DataError: there was no such study.
     """
-    if not (folder / TRIALS).exists():
-        raise DataError(f"{folder} holds no study; drive one with `coverdrive study --out {folder}`")
-    return pl.read_parquet(folder / TRIALS)
+    if not has_trials(folder, study):
+        raise _not_driven(folder, study)
+    return pl.read_parquet(folder / study / _TRIALS)
 
 
-def load_contents(folder: Path, traces: Mapping[int, Trace]) -> Contents:
+def _not_driven(folder: Path, study: str) -> DataError:
+    traffic = study.removeprefix(STUDY).replace("-", " --traffic ", 1)
+    return DataError(
+        f"{folder} holds no finished study in `{study}`; drive one with `coverdrive study{traffic} --out {folder}`"
+    )
+
+
+def load_contents(folder: Path, traces: Mapping[int, Trace], study: str = STUDY) -> Contents:
     """Everything that a report shows of a results folder.
 
     Args:
         folder: of a fit; a comparison of methods and a study are shown if they are there.
         traces: drives to replay.
+        study: name of the study's folder.
 
     Raises:
         DataError: there is no fit in the folder.
     """
     predictor = load_predictor(folder)
-    experiment = load_experiment(folder)
+    experiment = load_experiment(folder, study)
+    name = folder.resolve().name
     return Contents(
-        name=folder.resolve().name,
+        name=name if study == STUDY else f"{name}, {study}",
         run=_json(folder / RUN),
         settings=(folder / CONFIG).read_text(encoding="utf-8"),
         predictor=predictor,
         certified=load_certified(folder),
         learned=Learned.load(folder / LEARNED),
         compared=load_comparison(folder, predictor),
-        trials=load_trials(folder) if (folder / TRIALS).exists() else None,
+        trials=load_trials(folder, study) if has_trials(folder, study) else None,
         period=experiment.episode.step,
         binding=binding_of(experiment),
         traces=traces,

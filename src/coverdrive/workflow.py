@@ -9,8 +9,8 @@ import json
 import os
 import platform
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict
-from functools import partial
+from dataclasses import asdict, replace
+from functools import cache, partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -24,18 +24,20 @@ from coverdrive.certificates.comparison import Compared, compare
 from coverdrive.certificates.methods import Task
 from coverdrive.certificates.paper_tables import PaperTables, make_tables
 from coverdrive.config import Experiment
-from coverdrive.files import write_atomically
+from coverdrive.errors import DataError
+from coverdrive.files import number_in_name, write_atomically
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.prediction.basis_study import StudiedBasis, basis_record, point_table
 from coverdrive.prediction.fit import Fit, StageProgress, fit, score_sides
 from coverdrive.prediction.held_out import held_out
-from coverdrive.prediction.learned import Learned
+from coverdrive.prediction.learned import Learned, score_histograms
 from coverdrive.prediction.paper_settings import paper_settings
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.recordings.generated import generate
 from coverdrive.recordings.read import read
 from coverdrive.recordings.recording import Recording
-from coverdrive.results import CERTIFICATE, CONFIG, LEARNED, METHODS, PREDICTOR, RUN
+from coverdrive.report.score_axis import EDGES
+from coverdrive.results import CERTIFICATE, CONFIG, LEARNED, METHODS, PREDICTOR, RUN, clips_of
 from coverdrive.simulation.replay import Clip, ReplaySettings, cut_clips
 from coverdrive.simulation.storage import load_trace, save_trace
 from coverdrive.simulation.study import run_study
@@ -60,10 +62,16 @@ def fit_predictor(
     result = fit(recordings, experiment.prediction, experiment.seed, progress)
     experiment.save(folder / CONFIG)
     result.predictor.save(folder / PREDICTOR)
-    Learned.of(result).save(folder / LEARNED)
+    _learned(result).save(folder / LEARNED)
     write_json(folder / CERTIFICATE, certificate_record(result))
     write_json(folder / RUN, _provenance(experiment, recordings) | {"seconds": result.seconds})
     return result
+
+
+def _learned(result: Fit) -> Learned:
+    """What the pictures of a fit show; scores are counted in bins that are fine where thresholds lie."""
+    driven, others = score_histograms(result.scored.calibration, EDGES)
+    return replace(Learned.of(result), edges=EDGES, driven=driven, others=others)
 
 
 def save_bases(
@@ -76,7 +84,7 @@ def save_bases(
         _provenance(experiment, recordings) | {"bases": [basis_record(each) for each in studied]},
     )
     for each in studied:
-        name = f"basis_{each.basis.epsilon:g}"
+        name = f"basis_{number_in_name(each.basis.epsilon)}"
         each.basis.save(folder / f"{name}.safetensors", each.source)
         write_atomically(folder / f"{name}.csv", point_table(each).write_csv)
 
@@ -163,7 +171,7 @@ def study(
         cluster: address of a Dask scheduler.
     """
     size = experiment.study
-    made_from = {"predictor": predictor.fingerprint, "clips": fingerprint(*(clip.states for clip in clips))}
+    made_from = {"predictor": predictor.fingerprint, "clips": _fingerprint_of(clips)}
     return run_study(
         partial(participants, experiment, predictor, clips),
         experiment.episode,
@@ -192,26 +200,48 @@ def drives(
     folder: Path,
     trials: Sequence[int],
     progress: Callable[[float], None] | None = None,
-    clips: Sequence[Clip] = (),
+    clips: Callable[[], Sequence[Clip]] = tuple,
 ) -> dict[int, Trace]:
-    """Trials of the study by their numbers, read from the folder or driven again and stored there.
+    """Trials of a study by their numbers, read from its folder or driven again and stored there.
 
     A stored drive is used only if it belongs to this experiment and predictor.
+
+    Args:
+        experiment: all settings.
+        predictor: of the own car.
+        folder: of the study.
+        trials: their numbers.
+        progress: called with the share that is done.
+        clips: reads the recorded scenes, if some are to be replayed; called only if a drive is not stored.
+
+    Raises:
+        DataError: the study replayed other scenes.
     """
+    clips = cache(partial(_checked_clips, clips, folder))
     description = {"predictor": predictor.fingerprint, "version": coverdrive.__version__, "seed": experiment.seed}
     description |= experiment.model_dump(mode="json", include={"planner", "traffic", "episode"})
+    if isinstance(experiment.traffic, ReplaySettings):
+        description["clips"] = clips_of(folder) or _fingerprint_of(clips())
     key = fingerprint(np.frombuffer(json.dumps(description, sort_keys=True).encode(), np.uint8))
     report = progress or (lambda share: None)
     traces: dict[int, Trace] = {}
     for number, trial in enumerate(trials):
         report(number / len(trials))
         vehicles = vehicles_of(experiment, trial)
-        file = folder / "study" / "traces" / f"{trial:06d}_{vehicles}_{key}.npz"
+        file = folder / "traces" / f"{trial:06d}_{vehicles}_{key}.npz"
         if not file.exists():
-            save_trace(drive(experiment, predictor, vehicles, trial, clips), file)
+            save_trace(drive(experiment, predictor, vehicles, trial, clips()), file)
         traces[trial] = load_trace(file)
     report(1.0)
     return traces
+
+
+def _checked_clips(clips: Callable[[], Sequence[Clip]], folder: Path) -> Sequence[Clip]:
+    """Recorded scenes, if they are those that the study in a folder replayed, or if there is none."""
+    found, wanted = clips(), clips_of(folder)
+    if wanted not in (None, _fingerprint_of(found)):
+        raise DataError(f"the study in {folder} replayed other recordings; name the same ones with --recording")
+    return found
 
 
 def vehicles_of(experiment: Experiment, trial: int) -> int:
@@ -263,6 +293,10 @@ def _provenance(experiment: Experiment, recordings: Sequence[Recording]) -> dict
             for recording in recordings
         ],
     }
+
+
+def _fingerprint_of(clips: Sequence[Clip]) -> str:
+    return fingerprint(*(clip.states for clip in clips))
 
 
 def _fingerprint(recording: Recording) -> str:

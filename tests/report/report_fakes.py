@@ -92,6 +92,37 @@ def make_trace(steps: int = STEPS, kind: Kind = Kind.FINISHED) -> Trace:
     )
 
 
+def make_crowd(vehicles: int = 12, members: int = 6, points: int = 13, steps: int = 200) -> Trace:
+    """A drive of 20 s among many vehicles on three lanes, each with a set of many paths over 3 s."""
+    number, moment = np.arange(vehicles + 1), np.arange(steps + 1)[:, None]
+    speed = np.where(number == 0, 24.0, 19.0 + number % 5)
+    lon = 12.0 * (number - vehicles // 2) * (number > 0) + 0.1 * moment * speed
+    lat = np.broadcast_to(1.8 + 3.6 * (number % 3), lon.shape)
+    constant = np.ones(lon.shape)
+    scene = Scene(lon, lat, constant * speed, 0 * lon, 4.8 * constant, 1.9 * constant, constant > 0)
+    times = np.linspace(0, 3, points)
+    vehicle = np.repeat(number[1:], members)
+    drift = np.tile(np.linspace(-1, 1, members), vehicles)[:, None] * times
+    half_sizes = np.stack([2.4 + 0.5 * times, 1.0 + 0.2 * times], axis=-1)
+    half_sizes = np.broadcast_to(half_sizes, (len(vehicle), points, 2))
+    nothing = np.zeros((steps, vehicles + 1), dtype=bool)
+    paths: list[PredictedPaths] = []
+    plans: list[Plan] = []
+    for k in range(steps):
+        path = np.stack([lon[k, vehicle, None] + speed[vehicle, None] * times, lat[k, vehicle, None] + drift], axis=-1)
+        paths.append(PredictedPaths(path, vehicle, half_sizes, times[1]))
+        states = np.tile([lon[k, 0], lat[k, 0], speed[0], 0.0], (points, 1))
+        states[:, 0] += speed[0] * times
+        zeros = np.zeros((points - 1, 2))
+        plans.append(Plan(states, zeros, zeros[:, 0], Status.SOLVED, cost=0.0, seconds=0.01, dt=times[1]))
+    return Trace(
+        time=0.1 * moment[:, 0], scene=scene, road=Road.straight(), paths=tuple(paths), plans=tuple(plans),
+        base=np.zeros(nothing.shape, dtype=int), stuck=nothing, missed=nothing,
+        prediction_seconds=np.full(steps, 0.001), planning_seconds=np.full(steps, 0.002),
+        outcome=Outcome(Kind.FINISHED, 0.1 * steps, None, Fault.NONE),
+    )  # fmt: skip
+
+
 def make_trials(traces: dict[int, Trace]) -> pl.DataFrame:
     """The rows of some trials."""
     return table_of([measure(trace, 0, trial) for trial, trace in traces.items()])

@@ -4,6 +4,7 @@ import numpy as np
 import polars as pl
 import pytest
 from report_fakes import make_contents
+from scipy.special import expit
 
 from coverdrive.errors import DataError
 from coverdrive.report.planning_figure import planning_figure
@@ -17,7 +18,7 @@ def test_thresholds_are_where_the_rule_has_them() -> None:
     figure = scores_figure(contents.learned, contents.predictor.rule)
     for axes in figure.axes:
         lines = axes.collections[-1].get_segments()
-        assert [line[0][0] for line in lines] == pytest.approx(contents.predictor.rule.values.tolist())
+        assert expit([line[0][0] for line in lines]) == pytest.approx(contents.predictor.rule.values)
         assert len(axes.patches) == len(contents.learned.driven)
 
 

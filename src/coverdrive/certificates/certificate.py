@@ -24,6 +24,7 @@ class Certificate:
     """
 
     method: str
+    """name of the method, as in `Method`"""
     epsilon: float
     """bound on the probability of a miss"""
     confidence: float | None
@@ -31,6 +32,7 @@ class Certificate:
     samples: int
     """number N₂ of calibration samples, counted in ``unit``"""
     unit: Counted
+    """what is counted, and what the statement is about"""
     bases: int
     """number M of base trajectories"""
     uncovered: int

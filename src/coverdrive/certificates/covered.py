@@ -26,6 +26,7 @@ class CoveredSamples:
     tube: float
     """radius ρ of the cover"""
     kind: Counted
+    """what is counted"""
     unit: Int[np.ndarray, " N"]
     """in 0 … count − 1: the unit of every window"""
     covered: Bool[np.ndarray, " N"]

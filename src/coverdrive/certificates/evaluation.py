@@ -14,9 +14,13 @@ class Rate:
     """An observed rate with its 95 % Clopper–Pearson interval."""
 
     count: int
+    """of misses"""
     total: int
+    """of tries"""
     low: float
+    """lower end of the interval"""
     high: float
+    """upper end of the interval"""
 
     @property
     def value(self) -> float:
@@ -47,7 +51,9 @@ class Evaluation:
     outside_tube: int
     """windows that leave the tube around their base"""
     mean_set_size: float
+    """possible bases of a window"""
     median_set_size: float
+    """possible bases of a window"""
     mean_tube: float
     """mean radius of the tubes of all bases in all sets, in the norm of the basis"""
     bases: int

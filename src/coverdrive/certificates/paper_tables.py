@@ -110,7 +110,9 @@ class Growth:
     family: float
     """99 % bound of the family"""
     family_observed: Rate
+    """test windows whose base the family does not predict"""
     family_set_size: float
+    """mean of the family, on test windows"""
 
 
 @dataclass(frozen=True)
@@ -132,10 +134,13 @@ class ConformalRow:
     nominal: float
     """ε"""
     printed_average: float
+    """average d, as printed"""
     printed_observed: float
+    """empirical ε, as printed"""
     per_base: Residuals | None
     """the paper's method"""
     pooled: Residuals | None
+    """one d for all bases"""
     pac_per_base: Residuals | None
     """with 99 % confidence, for all bases at once"""
     pac_pooled: Residuals | None
@@ -149,7 +154,9 @@ class PaperTables:
     bases: int
     """M"""
     train: int
+    """windows that trained the network"""
     calibration: int
+    """windows that calibrate"""
     test: int
     """covered samples of each side"""
     uncovered: Rate

@@ -55,6 +55,7 @@ class Thresholds:
     """ρ_j: radius, in the norm of the basis, around each base"""
 
     kind: ClassVar[str] = "thresholds"
+    """name of the kind of rule in files"""
 
     @staticmethod
     def at(lowest: Float[np.ndarray, " M"], tube: float | Float[np.ndarray, " M"]) -> "Thresholds":
@@ -91,6 +92,7 @@ class Hyperplanes:
     """ρ_j: radius, in the norm of the basis, around each base"""
 
     kind: ClassVar[str] = "hyperplanes"
+    """name of the kind of rule in files"""
 
     @property
     def arrays(self) -> dict[str, np.ndarray]:

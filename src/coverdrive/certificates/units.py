@@ -33,6 +33,7 @@ class Units:
     count: int
     """number N of units"""
     kind: Counted
+    """what is counted"""
     samples: ScoredSamples
     """the windows of all units"""
     tube: float

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from coverdrive.cli.options import Folder, Trial, console
+from coverdrive.cli.options import Folder, Replayed, Studied, Trial, clips_reader, console, shown_study
 from coverdrive.progress import stages
 
 
@@ -14,11 +14,15 @@ def animate(
     *,
     trial: Trial = None,
     format: Annotated[Literal["mp4", "gif"], Parameter(help="MP4 for players, GIF for slides and web pages.")] = "mp4",
+    traffic: Studied = None,
+    recording: Replayed = None,
 ) -> dict[str, Any]:
     """Write one drive of a results folder as a video that plays in real time."""
     from coverdrive.pictures import animate_trial
 
+    study = shown_study(folder, traffic)
     with stages() as bars:
-        path = animate_trial(folder, bars.report, trial, format)
+        clips = clips_reader(folder, study, recording, bars.share("recordings"))
+        path = animate_trial(folder, bars.report, trial, format, clips, study)
     console.print(f"The video is {path}", soft_wrap=True)
     return {"video": str(path)}

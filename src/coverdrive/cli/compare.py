@@ -1,12 +1,14 @@
 """``coverdrive compare``: two studies on the same seeds."""
 
 import json
+from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 from coverdrive.cli.options import console
 
 
-def compare(first: Path, second: Path, /) -> None:
+def compare(first: Path, second: Path, /) -> dict[str, Any]:
     """Compare two studies trial by trial: paired differences, second minus first, with 95 % intervals.
 
     Parameters
@@ -23,3 +25,4 @@ def compare(first: Path, second: Path, /) -> None:
     for name, (one, two) in comparison.settings.items():
         console.print(f"{name}: {json.dumps(one)} and {json.dumps(two)}", highlight=False, markup=False)
     console.print(comparison_table(comparison))
+    return asdict(comparison)

@@ -3,16 +3,20 @@
 from pathlib import Path
 from typing import Any
 
-from coverdrive.cli.options import Folder, Trial, console
+from coverdrive.cli.options import Folder, Replayed, Studied, Trial, clips_reader, console, shown_study
 from coverdrive.progress import stages
 
 
-def figures(folder: Folder = Path("results"), *, trial: Trial = None) -> dict[str, Any]:
+def figures(
+    folder: Folder = Path("results"), *, trial: Trial = None, traffic: Studied = None, recording: Replayed = None
+) -> dict[str, Any]:
     """Draw all figures of a results folder, as PDF (vectors) and PNG."""
     from coverdrive.pictures import draw_figures
 
+    study = shown_study(folder, traffic)
     with stages() as bars:
-        files = draw_figures(folder, bars.report, trial)
+        clips = clips_reader(folder, study, recording, bars.share("recordings"))
+        files = draw_figures(folder, bars.report, trial, clips, study)
     for file in files:
         console.print(str(file), soft_wrap=True)
     return {"figures": [str(file) for file in files]}

@@ -1,5 +1,7 @@
 """What several commands take, and what they make of it."""
 
+from collections.abc import Callable, Sequence
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -8,6 +10,7 @@ from rich.console import Console
 
 if TYPE_CHECKING:
     from coverdrive.config import Experiment
+    from coverdrive.simulation.replay import Clip
 
 console = Console()
 
@@ -37,6 +40,18 @@ TrafficName = Annotated[
         name="--traffic",
         help="Uncontrolled vehicles: of the paper (set-sampling), IDM and MOBIL drivers, aggressive ones, a mixture, "
         "or recorded ones that do not react (replay).",
+    ),
+]
+Studied = Annotated[
+    Literal["set-sampling", "drivers", "aggressive", "mixed", "replay"] | None,
+    Parameter(name="--traffic", help="Traffic of the study to show; else that of the results folder's settings."),
+]
+Replayed = Annotated[
+    list[Path] | None,
+    Parameter(
+        name="--recording",
+        consume_multiple=True,
+        help="Recordings that the study replayed; needed if drives in replayed traffic are not stored yet.",
     ),
 ]
 Vehicles = Annotated[
@@ -83,3 +98,24 @@ def study_name(experiment: "Experiment", out: Path) -> str:
     made_with = out / "config.toml"
     usual = Experiment.load(made_with) if made_with.exists() else Experiment()
     return "study" if experiment.traffic.kind == usual.traffic.kind else f"study-{experiment.traffic.kind}"
+
+
+def shown_study(folder: Path, traffic: str | None) -> str:
+    """Name of the study to show, in a results folder."""
+    return study_name(experiment_of(config_of(folder, None), traffic=traffic), folder)
+
+
+def clips_reader(
+    folder: Path, study: str, recordings: list[Path] | None, progress: Callable[[float], None]
+) -> Callable[[], "Sequence[Clip]"]:
+    """Reads the scenes that a study replayed when they are needed, and once."""
+
+    @cache
+    def read() -> "Sequence[Clip]":
+        from coverdrive import workflow
+        from coverdrive.results import load_experiment, load_predictor
+
+        experiment, predictor = load_experiment(folder, study), load_predictor(folder)
+        return workflow.clips_to_replay(experiment, predictor, folder, recordings or [], progress)
+
+    return read

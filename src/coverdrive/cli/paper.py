@@ -1,6 +1,7 @@
 """``coverdrive paper``: Tables 1 and 2 of the paper, recomputed and repeated."""
 
 from pathlib import Path
+from typing import Any
 
 from coverdrive.cli.options import Config, Location, Out, Recordings, Seed, console, experiment_of
 from coverdrive.progress import stages
@@ -13,7 +14,7 @@ def paper(
     out: Out = Path("results"),
     config: Config = None,
     location: Location = None,
-) -> None:
+) -> dict[str, Any]:
     """Repeat Tables 1 and 2 of the paper, and print ours beside them.
 
     Table 1: how often a vehicle does what post-bloating does not predict, with the bound, for growing calibration sets.
@@ -51,3 +52,4 @@ def paper(
     for name, figure in figures.items():
         style.save(figure, folder / f"tables_{name}")
     console.print(f"The tables are in {folder}")
+    return {"results": str(folder), "tables": {name: frame.to_dicts() for name, frame in frames.items()}}

@@ -3,18 +3,27 @@
 from pathlib import Path
 from typing import Any
 
-from coverdrive.cli.options import Folder, Named, Replays, console
+from coverdrive.cli.options import Folder, Named, Replayed, Replays, Studied, clips_reader, console, shown_study
 from coverdrive.progress import stages
 
 
-def report(folder: Folder = Path("results"), *, trial: Named = None, replays: Replays = 8) -> dict[str, Any]:
+def report(
+    folder: Folder = Path("results"),
+    *,
+    trial: Named = None,
+    replays: Replays = 8,
+    traffic: Studied = None,
+    recording: Replayed = None,
+) -> dict[str, Any]:
     """Show everything in a results folder on one HTML page that needs no network, with drives to replay.
 
     Drives that are to be replayed are driven again from their seeds, and kept in the folder.
     """
     from coverdrive.pictures import write_report
 
+    study = shown_study(folder, traffic)
     with stages() as bars:
-        path = write_report(folder, bars.report, trial or [], replays)
+        clips = clips_reader(folder, study, recording, bars.share("recordings"))
+        path = write_report(folder, bars.report, trial or [], replays, clips, study)
     console.print(f"The report is {path}", soft_wrap=True)
     return {"report": str(path)}

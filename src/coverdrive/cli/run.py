@@ -15,6 +15,7 @@ from coverdrive.cli.options import (
     Trials,
     Vehicles,
     Workers,
+    clips_reader,
     console,
     experiment_of,
 )
@@ -39,15 +40,14 @@ def run(
 
     A run that was stopped goes on with its study where it was if it is started again with the same settings.
     """
-    from coverdrive import workflow
     from coverdrive.pictures import animate_trial, draw_figures, write_report
-    from coverdrive.results import load_predictor
+    from coverdrive.results import STUDY
 
     experiment = experiment_of(config, seed, location, trials, workers, traffic, vehicles, preset)
     fitted = fit_and_print(experiment, recording or [], out)
     studied = study_and_print(experiment, out, recording)
     with stages() as bars:
-        clips = workflow.clips_to_replay(experiment, load_predictor(out), out, recording or [])
+        clips = clips_reader(out, STUDY, recording, bars.share("recordings"))
         draw_figures(out, bars.report, clips=clips)
         animate_trial(out, bars.report, None, "mp4", clips)
         page = write_report(out, bars.report, clips=clips)

@@ -20,6 +20,7 @@ class Summary:
     minutes: float
     """[min] from the first to the last row"""
     rows: int
+    """one for each vehicle and moment"""
     lanes: int
     mean_speed: float
     """[m/s] over all rows"""

@@ -53,6 +53,7 @@ class Traffic:
     width: Values
     """[m]"""
     valid: Bool[np.ndarray, "S A"]
+    """whether the slot holds a vehicle"""
     lon: Values
     """[m] centre"""
     speed: Values

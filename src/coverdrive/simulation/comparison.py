@@ -31,14 +31,17 @@ class Difference:
     """How one measure differs: second study minus first."""
 
     name: str
+    """of the measure"""
     pairs: int
     """trials in which both have a finite value"""
     first: float
     """mean of the first study"""
     second: float
+    """mean of the second study"""
     low: float
     """lower end of the interval of the difference"""
     high: float
+    """upper end of the interval of the difference"""
     p: float
     """probability of a difference at least as large if the two were alike"""
     only: tuple[int, int] | None = None
@@ -59,7 +62,9 @@ class Comparison:
     settings: dict[str, tuple[Any, Any]]
     """settings in which they differ, by dotted name"""
     collisions: tuple[Difference, ...]
+    """of the two counted kinds"""
     measures: tuple[Difference, ...]
+    """of everything else"""
 
 
 def compare_studies(first: Path, second: Path, confidence: float = 0.95) -> Comparison:

@@ -27,7 +27,9 @@ class MixedTrafficSettings(Settings):
     share: float = Field(default=0.5, ge=0, le=1)
     """probability with which a vehicle is a driver"""
     drivers: DriverTrafficSettings = DriverTrafficSettings()
+    """of the vehicles that are drivers"""
     set_sampling: SetSamplingSettings = SetSamplingSettings()
+    """of the others"""
 
 
 class MixedTraffic:

@@ -50,6 +50,7 @@ class Clip:
     sizes: Float[np.ndarray, "A 2"]
     """[m] length and width"""
     valid: Bool[np.ndarray, "F A"]
+    """whether a vehicle is there"""
     dt: float
     """[s] between two moments"""
     road: Road

@@ -66,9 +66,13 @@ class MissRate(NamedTuple):
     """How often vehicles left their predicted sets."""
 
     missed: int
+    """windows or vehicles"""
     total: int
+    """windows or vehicles"""
     low: float
+    """lower end of the interval"""
     high: float
+    """upper end of the interval"""
 
 
 def miss_rate(results: pl.DataFrame, missed: str, total: str, confidence: float = 0.95) -> MissRate:

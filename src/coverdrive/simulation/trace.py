@@ -43,6 +43,7 @@ class Trace(eqx.Module):
     scene: Scene
     """all vehicles at every moment, leading axis m"""
     road: Road
+    """on which it took place"""
     paths: tuple[PredictedPaths, ...]
     """what was predicted at the start of each step"""
     plans: tuple[Plan, ...]
@@ -58,6 +59,7 @@ class Trace(eqx.Module):
     planning_seconds: Float[np.ndarray, " n"]
     """[s] wall time of prediction and planning together"""
     outcome: Outcome
+    """how it ended"""
 
     def __len__(self) -> int:
         """Number of steps n."""

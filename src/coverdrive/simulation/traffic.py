@@ -47,6 +47,7 @@ class Start(eqx.Module):
     scene: Scene
     """all vehicles, the own car in slot 0"""
     road: Road
+    """on which the episode takes place"""
     duration: float
     """[s] for which the traffic can go on; infinite unless it is recorded"""
 

@@ -21,8 +21,11 @@ class Participants(NamedTuple):
     """Who takes part in an episode; built once per process, because solvers cannot move between processes."""
 
     predictor: Predictor
+    """of the own car"""
     planner: Planner
+    """of the own car"""
     traffic: Traffic
+    """all uncontrolled vehicles"""
 
 
 Build = Callable[[], Participants]

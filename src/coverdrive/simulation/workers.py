@@ -26,8 +26,11 @@ class Task(NamedTuple):
 
     settings: EpisodeSettings
     vehicles: int
+    """number of uncontrolled vehicles"""
     seed: int
+    """of the study"""
     trial: int
+    """its number"""
 
 
 def run_tasks(build: Build, tasks: Sequence[Task], workers: int, cluster: str | None = None) -> Generator[TrialResult]:

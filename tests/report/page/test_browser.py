@@ -1,16 +1,31 @@
 """The page in a real browser: no errors, plots with data, and a replay that obeys mouse and keyboard."""
 
 import shutil
+import subprocess
+import sys
 from collections.abc import Iterator
+from pathlib import Path
+from urllib.parse import urlparse
+from urllib.request import url2pathname
 
 import pytest
-from report_fakes import make_contents, make_trace
+from report_fakes import make_contents, make_crowd, make_trace
 
 from coverdrive.report.page.page import write_page
 from coverdrive.simulation.outcome import Kind
 
+DOCUMENTATION = Path(__file__).parents[3] / "docs"
+
 STEPS = 200
 """of the long drive: 20 s"""
+
+MOST_OPERATIONS = 2500
+"""of the canvas in one frame of a drive among 12 vehicles of 6 paths each.
+
+Chromium without a GPU, on a machine with more work than processors, took 1.4 µs for each operation, painting included
+(median of 350 frames of 1,940 operations: 2.8 ms; with twice as many pixels a side 6.2 ms). So a frame takes a quarter
+of the 16.7 ms between two frames of a screen. The number does not depend on what else the machine does.
+"""
 
 ARGUMENTS = (
     "--headless",
@@ -40,7 +55,8 @@ def browser() -> Iterator:
 @pytest.fixture(scope="module")
 def address(tmp_path_factory: pytest.TempPathFactory) -> str:
     path = tmp_path_factory.mktemp("page") / "report.html"
-    write_page(make_contents({0: make_trace(STEPS), 7: make_trace(kind=Kind.SIDE)}), path)
+    drives = {0: make_trace(STEPS), 3: make_crowd(steps=STEPS), 7: make_trace(kind=Kind.SIDE)}
+    write_page(make_contents(drives), path)
     return path.as_uri()
 
 
@@ -87,6 +103,59 @@ def test_space_plays_and_pauses(page) -> None:
     stopped = moment(page)
     page.wait_for_timeout(300)
     assert moment(page) == stopped < STEPS
+
+
+COUNT = """() => {
+    window.frames_drawn = [];
+    let operations = 0;
+    for (const name of ["clearRect", "drawImage", "fill", "fillRect", "fillText", "stroke", "strokeRect"]) {
+        const draw = CanvasRenderingContext2D.prototype[name];
+        CanvasRenderingContext2D.prototype[name] = function (...what) {
+            operations++;
+            return draw.apply(this, what);
+        };
+    }
+    const show = CourseView.prototype.show;
+    CourseView.prototype.show = function (moment) {
+        show.call(this, moment);
+        window.frames_drawn.push(operations);
+        operations = 0;
+    };
+}"""
+"""keeps how many operations of the canvas every frame takes"""
+
+
+@pytest.fixture
+def crowd(browser, address: str) -> Iterator:
+    """The drive among many vehicles, on a clock that runs only when the test lets it."""
+    context = browser.new_context(viewport={"width": 1280, "height": 900})
+    page = context.new_page()
+    page.clock.install(time=0)
+    page.goto(f"{address}#replay-3")
+    page.wait_for_selector("#player[data-loaded='3']")
+    page.clock.pause_at(60_000)
+    yield page
+    context.close()
+
+
+@pytest.mark.parametrize(("rate", "moment"), [("1", 50), ("4", STEPS), ("0.25", 12.5)])
+def test_it_plays_in_real_time_with_light_frames(crowd, rate: str, moment: float) -> None:
+    crowd.select_option("#rate", rate)
+    crowd.evaluate(COUNT)
+    crowd.click("#play")
+    crowd.clock.run_for(5000)
+    assert abs(int(crowd.input_value("#scrub")) - moment) <= 1
+    frames = crowd.evaluate("window.frames_drawn")
+    assert len(frames) >= 300  # 60 a second
+    assert 1500 < max(frames) <= MOST_OPERATIONS
+
+
+def test_time_before_the_click_is_not_played(crowd) -> None:
+    """The first frame may have begun before the click, if the page was busy."""
+    crowd.evaluate("const now = performance.now(); performance.now = () => now + 2000")
+    crowd.click("#play")
+    crowd.clock.run_for(5000)
+    assert abs(int(crowd.input_value("#scrub")) - 30) <= 1
 
 
 def test_arrows_step(page) -> None:
@@ -175,3 +244,10 @@ def test_it_prints_light_and_within_the_paper(page, tmp_path) -> None:
     assert theme == "light"
     assert widest <= 680  # [pixel] A4 less its margins
     assert page.evaluate("document.documentElement.dataset.theme") == "dark"
+
+
+def test_the_documentation_has_its_picture_from_the_page(address: str, tmp_path) -> None:
+    page, picture = Path(url2pathname(urlparse(address).path)), tmp_path / "replay.png"
+    command = [sys.executable, DOCUMENTATION / "images" / "replay.py", page, picture, "--trial", "7", "--time", "1"]
+    subprocess.run(command, check=True, timeout=120)
+    assert picture.read_bytes().startswith(b"\x89PNG")

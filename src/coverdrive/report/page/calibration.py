@@ -1,6 +1,7 @@
 """Calibration on the page: scores and thresholds, set sizes, losses, and all methods side by side."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from coverdrive.prediction.learned import Learned
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.report import style
 from coverdrive.report.page.plots import Plot, plot
+from coverdrive.report.score_axis import ScoreAxis
 
 _SYMBOLS = ("circle", "square", "diamond", "triangle-up", "triangle-down", "triangle-left", "triangle-right", "x",
             "pentagon", "star")  # fmt: skip
@@ -19,11 +21,13 @@ _SYMBOLS = ("circle", "square", "diamond", "triangle-up", "triangle-down", "tria
 
 def calibration_plots(predictor: Predictor, learned: Learned, compared: Sequence[Compared]) -> list[Plot]:
     """How scores separate, where the thresholds lie, and what they cost."""
+    rule = predictor.rule
+    thresholds = rule.values if isinstance(rule, Thresholds) else np.empty(0)
     plots = [
-        _scores("driven", predictor, learned.driven, learned.edges, style.BLUE,
+        _scores("driven", learned, learned.driven, thresholds, style.BLUE,
                 "Scores of the base that a calibration vehicle drove. The bars are the thresholds: a base is possible "
                 "from its threshold on, so that what lies left of it is missed."),
-        _scores("others", predictor, learned.others, learned.edges, style.VERMILION,
+        _scores("others", learned, learned.others, thresholds, style.VERMILION,
                 "Scores of the bases that it did not drive. What lies right of the thresholds makes the sets larger."),
         _set_sizes(learned),
         _losses(learned),
@@ -31,30 +35,35 @@ def calibration_plots(predictor: Predictor, learned: Learned, compared: Sequence
     return [_risk(compared), *plots] if any(each.certificate for each in compared) else plots
 
 
-def _scores(name: str, predictor: Predictor, counts: np.ndarray, edges: np.ndarray, colour: str, caption: str) -> Plot:
+def _scores(name: str, learned: Learned, counts: np.ndarray, thresholds: np.ndarray, colour: str, caption: str) -> Plot:
     """One row for each base: how its scores are distributed, and its threshold."""
+    axis = ScoreAxis.around(learned.edges, np.stack([learned.driven, learned.others]), thresholds)
+    shown = slice(axis.first, axis.last + 1)
     share = counts / np.maximum(counts.sum(1, keepdims=True), 1)
     bases = [str(base) for base in range(len(counts))]
+    bins = [f"{low:.3g} to {high:.3g}" for low, high in pairwise(learned.edges)]
     heat = go.Heatmap(
-        x=((edges[:-1] + edges[1:]) / 2).round(3),
+        x=axis.edges[axis.first : axis.last + 2].round(3),
         y=bases,
-        z=np.where(counts > 0, np.sqrt(share), np.nan).round(3),
-        customdata=counts,
+        z=np.where(counts > 0, np.sqrt(share), np.nan).round(3)[:, shown],
+        customdata=counts[:, shown],
+        text=[bins[shown]] * len(bases),
         colorscale=[[0, _fade(colour, 0.10)], [1, _fade(colour, 1.0)]],
         showscale=False,
         ygap=3,
-        hovertemplate="base %{y}, score %{x:.2f}<br>%{customdata} windows<extra></extra>",
+        hovertemplate="base %{y}, score %{text}<br>%{customdata} windows<extra></extra>",
         hoverongaps=False,
     )
-    rule = predictor.rule
-    thresholds = go.Scatter(
-        x=rule.values.round(4) if isinstance(rule, Thresholds) else [], y=bases, mode="markers",
+    marks = go.Scatter(
+        x=axis.place(thresholds).round(3), y=bases, mode="markers", customdata=thresholds,
         marker={"symbol": "line-ns", "size": 15, "line": {"width": 3, "color": style.GREEN}},
-        hovertemplate="base %{y}: possible from the score %{x:.3f} on<extra></extra>",
+        hovertemplate="base %{y}: possible from the score %{customdata:.3g} on<extra></extra>",
     )  # fmt: skip
+    low, high = axis.limits
     return plot(
-        f"scores-{name}", [heat, thresholds], caption, x="score", y="base trajectory", showlegend=False,
-        height=140 + 26 * len(bases), xaxis_range=[-0.02, 1.02], yaxis_type="category",
+        f"scores-{name}", [heat, marks], caption, x="score (scale of log-odds)", y="base trajectory", showlegend=False,
+        height=140 + 26 * len(bases), xaxis_range=[low - 0.15, high + 0.15], xaxis_tickvals=list(axis.ticks),
+        xaxis_ticktext=list(axis.ticks.values()), yaxis_type="category",
     )  # fmt: skip
 
 
@@ -75,9 +84,7 @@ def _losses(learned: Learned) -> Plot:
         x=np.arange(1, len(learned.losses) + 1), y=learned.losses.round(5), mode="lines+markers",
         line={"color": style.BLUE}, hovertemplate="epoch %{x}: %{y:.4g}<extra></extra>",
     )  # fmt: skip
-    return plot(
-        "losses", [line], "Mean training loss of every epoch.", x="epoch", y="loss", yaxis_type="log", yaxis_dtick="D2"
-    )
+    return plot("losses", [line], "Mean training loss of every epoch.", x="epoch", y="loss", yaxis_type="log")
 
 
 def _risk(compared: Sequence[Compared]) -> Plot:

@@ -32,7 +32,9 @@ class Replay:
 
     trial: int
     label: str
+    """what the list of drives says"""
     json: str
+    """the drive, as `replay_data` packs it"""
 
 
 def write_page(contents: Contents, path: Path, progress: Callable[[float], None] | None = None) -> None:

@@ -18,6 +18,7 @@ class Plot:
     """unique on the page"""
     figure: go.Figure
     caption: str
+    """the sentence below it"""
     wide: bool = False
     """whether it takes the whole width of the page"""
 

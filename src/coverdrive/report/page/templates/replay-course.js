@@ -25,7 +25,7 @@ class CourseView {
     const own = Array.from({ length: drive.steps + 1 }, (_, moment) => drive.speed[moment * drive.slots + drive.own]);
     const milliseconds = readings.map((each) => each.milliseconds), period = 1000 * drive.dt;
     this.panel(context, "own speed [m/s]", 18, 52, own, Theme.colour("own"), Math.max(...own, 1));
-    this.panel(context, narrow ? "planning [ms], dashed: real time" : "prediction and planning [ms], dots by how the plan was found, dashed: real time", 96, 52, milliseconds, null, Math.max(...milliseconds, 1.1 * period), period);
+    this.panel(context, narrow ? "predict and plan [ms], dashed: real time" : "prediction and planning [ms], dots by how the plan was found, dashed: real time", 96, 52, milliseconds, null, Math.max(...milliseconds, 1.1 * period), period);
     this.panel(context, "largest slack", 174, 40, readings.map((each) => each.slack), Theme.colour("other"), Math.max(...readings.map((each) => each.slack), 0.1));
     context.fillStyle = Theme.colour("soft");
     context.textAlign = "center";

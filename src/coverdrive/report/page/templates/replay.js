@@ -46,8 +46,9 @@
   };
   const tick = (time) => {
     if (!playing) return;
-    moment += Math.max(0, time - last) / 1000 / drive.dt * Number(rate.value);
-    last = time;
+    const now = Math.max(last, time);  // a frame may have begun before the click that started it
+    moment += (now - last) / 1000 / drive.dt * Number(rate.value);
+    last = now;
     if (moment >= drive.steps) {
       moment = drive.steps;
       setPlaying(false);

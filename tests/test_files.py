@@ -1,0 +1,23 @@
+"""Names of files."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from coverdrive.files import number_in_name
+
+
+@pytest.mark.parametrize(("value", "name"), [(0.5, "0.5"), (1.0, "1"), (2, "2"), (0.1, "0.1"), (0.75, "0.75")])
+def test_names_by_hand(value: float, name: str) -> None:
+    assert number_in_name(value) == name
+
+
+@given(st.floats(0, 1e6), st.floats(0, 1e6))
+def test_two_numbers_have_two_names(first: float, second: float) -> None:
+    assert (number_in_name(first) == number_in_name(second)) == (first == second)
+
+
+def test_neighbours_have_two_names() -> None:
+    assert number_in_name(0.5) != number_in_name(math.nextafter(0.5, 1))
