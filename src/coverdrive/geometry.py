@@ -25,13 +25,9 @@ def turned_half_extents(half_sizes: Float[Array, "*#n 2"], heading: Float[Array,
     """
     cosine, sine = np.abs(np.cos(heading)), np.abs(np.sin(heading))
     half_length, half_width = half_sizes[..., 0], half_sizes[..., 1]
-    return np.stack(
-        np.broadcast_arrays(
-            half_length * cosine + half_width * sine,
-            half_length * sine + half_width * cosine,
-        ),
-        axis=-1,
-    )
+    along = half_length * cosine + half_width * sine
+    across = half_length * sine + half_width * cosine
+    return np.stack([along, across], axis=-1)
 
 
 def axis_gap(

@@ -4,12 +4,16 @@ S paths of P = K + 1 points each: the start and the K steps of the plan. Several
 members of its predicted set.
 """
 
-import equinox as eqx
+from dataclasses import dataclass
+
+import jax
 import numpy as np
 from jaxtyping import Float, Int
 
 
-class PredictedPaths(eqx.Module):
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True, eq=False)
+class PredictedPaths:
     """Where every surrounding vehicle may be at every step of the plan."""
 
     points: Float[np.ndarray, "S P 2"]

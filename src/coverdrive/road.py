@@ -4,9 +4,10 @@ The road frame is right-handed: ``lon`` [m] runs along the road, ``lat`` [m] to 
 counter-clockwise from the road's direction. Lanes are numbered from the right edge, starting at 0.
 """
 
+from dataclasses import dataclass
 from typing import Any
 
-import equinox as eqx
+import jax
 import numpy as np
 from jax import Array
 from jaxtyping import Float, Int
@@ -14,7 +15,9 @@ from jaxtyping import Float, Int
 from coverdrive.errors import SettingError
 
 
-class Road(eqx.Module):
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True, eq=False)
+class Road:
     """Lane edges and length of a road; L lanes have E = L + 1 edges."""
 
     edges: Float[Array | np.ndarray, " E"]

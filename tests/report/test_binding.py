@@ -1,6 +1,7 @@
 """Paths bind a plan where it could not come any closer to them."""
 
-import equinox as eqx
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -18,7 +19,7 @@ def test_distance_decides(trace, more: float, binds: bool) -> None:
     reach = obstacles.inflation * (1.0 + car.width / 2 + heading * car.length / 2)
     points = plan.states[None, :, :2] + [0.0, reach + more]
     paths = PredictedPaths(points, np.array([1]), np.broadcast_to([2.5, 1.0], points.shape), plan.dt)
-    changed = eqx.tree_at(lambda drive: drive.paths, trace, (paths, *trace.paths[1:]))
+    changed = dataclasses.replace(trace, paths=(paths, *trace.paths[1:]))
     found = Binding(car, obstacles).of(changed, 0)
     assert found.shape == (1, len(plan.states))
     assert not found[0, 0]

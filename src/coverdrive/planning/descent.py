@@ -84,8 +84,10 @@ def _step(
         step = np.minimum(np.maximum(newton, low), high)
         changed = False
         for i in range(size):
-            uphill = gradient[i] + damped[i] * step[i] + _row_times(hessian, i, step)
-            holds = (step[i] <= low[i] and uphill > 0) or (step[i] >= high[i] and uphill < 0)
+            holds = False
+            if step[i] <= low[i] or step[i] >= high[i]:
+                uphill = gradient[i] + damped[i] * step[i] + _row_times(hessian, i, step)
+                holds = uphill > 0 if step[i] <= low[i] else uphill < 0
             changed |= holds != held[i]
             held[i] = holds
         for c in range(len(active)):

@@ -1,9 +1,10 @@
 """What a planner returns: K steps between P = K + 1 states, and how it came by them."""
 
 import enum
+from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
-import equinox as eqx
+import jax
 import numpy as np
 from jaxtyping import Float
 
@@ -27,7 +28,9 @@ class Status(enum.Enum):
     """the own state or a path is not known, so that nothing can be promised"""
 
 
-class Plan(eqx.Module):
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True, eq=False)
+class Plan:
     """One planned motion of the own car."""
 
     states: Float[np.ndarray, "P 4"]

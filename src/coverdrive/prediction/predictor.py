@@ -3,8 +3,10 @@
 Nothing in the file can be executed (`coverdrive.prediction.storage`).
 """
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
+from functools import cached_property, partial
 from pathlib import Path
+from typing import Any
 
 import jax
 import numpy as np
@@ -48,7 +50,7 @@ class Predictor:
 
     def possible(self, scene: Scene, road: Road) -> Bool[np.ndarray, "A M"]:
         """The bases that the rule calls possible for every slot of one scene; none for slots without a vehicle."""
-        values = _scene_scores(self.network, scene.padded(_SLOTS), road)
+        values = _scene_scores(*self._parameters, scene.packed(_SLOTS), road.edges, road.length)
         scores, hidden = (np.asarray(each)[: scene.vehicles] for each in values)
         return self.rule.possible(scores, hidden) & np.asarray(scene.valid)[:, None]
 
@@ -73,6 +75,16 @@ class Predictor:
         body = turned_half_extents(scene.half_sizes[vehicle, None], motion[..., 3])
         half_sizes = body + tube[base]
         return PredictedPaths(motion[..., :2], vehicle, half_sizes, dt)
+
+    @cached_property
+    def _parameters(self) -> tuple[list[Array], Any]:
+        """The network in parts; handing it over as a whole takes longer than computing its scores."""
+        parts, whole = jax.tree.flatten(self.network)
+        return jax.device_put(parts), whole
+
+    def __getstate__(self) -> dict[str, Any]:
+        """The fields alone; what is cached belongs to the process."""
+        return {each.name: getattr(self, each.name) for each in fields(self)}
 
     def _rollout(self, dt: float, steps: int) -> tuple[np.ndarray, ...]:
         """Times, deviations and their rates, and half axes of the tubes at these times; kept for the next call."""
@@ -120,7 +132,14 @@ class Predictor:
         )
 
 
-@jax.jit
-def _scene_scores(network: Network, scene: Scene, road: Road) -> tuple[Float[Array, "A M"], Float[Array, "A H"]]:
-    features = affordance(scene, road)
+@partial(jax.jit, static_argnums=1)
+def _scene_scores(
+    parts: list[Array],
+    whole: Any,
+    scene: Float[Array, "7 A"],
+    edges: Float[Array, " E"],
+    length: Float[Array, ""],
+) -> tuple[Float[Array, "A M"], Float[Array, "A H"]]:
+    network: Network = jax.tree.unflatten(whole, parts)
+    features = affordance(Scene.unpacked(scene), Road(edges, length))
     return network.scores(features), network.hidden(features)

@@ -3,7 +3,9 @@
 n steps, m = n + 1 moments, A vehicle slots (the own car's is 0). Step k leads from moment k to moment k + 1.
 """
 
-import equinox as eqx
+from dataclasses import dataclass
+
+import jax
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
@@ -14,7 +16,9 @@ from coverdrive.scene import Scene
 from coverdrive.simulation.outcome import Outcome
 
 
-class Step(eqx.Module):
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True, eq=False)
+class Step:
     """What happened in one step."""
 
     scene: Scene
@@ -35,7 +39,9 @@ class Step(eqx.Module):
     """[s] wall time of prediction and planning together"""
 
 
-class Trace(eqx.Module):
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True, eq=False)
+class Trace:
     """One episode."""
 
     time: Float[np.ndarray, " m"]

@@ -4,9 +4,10 @@ A traffic model that also has the method of `Starting` decides where its episode
 car's included (slot 0), which a traffic model never moves.
 """
 
+from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
-import equinox as eqx
+import jax
 import numpy as np
 from jaxtyping import Bool, Int
 
@@ -15,7 +16,9 @@ from coverdrive.scene import Scene
 from coverdrive.simulation.initial import InitialSettings
 
 
-class TrafficStep(eqx.Module):
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True, eq=False)
+class TrafficStep:
     """What the uncontrolled vehicles did in one step."""
 
     scene: Scene
@@ -41,7 +44,9 @@ class Traffic(Protocol):
         ...
 
 
-class Start(eqx.Module):
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True, eq=False)
+class Start:
     """Where and on which road an episode begins."""
 
     scene: Scene
