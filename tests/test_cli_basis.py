@@ -40,9 +40,8 @@ def coverdrive_basis(*arguments: str | Path, status: int = 0) -> str:
 def test_generated_traffic(tmp_path: Path) -> None:
     (tmp_path / "small.toml").write_text(GENERATED)
     out = tmp_path / "out"
-    printed = coverdrive_basis(
-        "--config", tmp_path / "small.toml", "--epsilon", "1", "2", "2.0000001", "--symmetric", "--out", out
-    )
+    radii = ("--epsilon", "1", "--epsilon", "2", "--epsilon", "2.0000001")
+    printed = coverdrive_basis("--config", tmp_path / "small.toml", *radii, "--symmetric", "--out", out)
     assert "100.00%" in printed
     assert Experiment.load(out / "config.toml").prediction.basis.symmetric
     record = json.loads((out / "bases.json").read_text())
