@@ -15,7 +15,7 @@ from coverdrive.certificates.certificate import Certificate, fingerprint
 from coverdrive.certificates.rule import Rule, rule_of
 from coverdrive.geometry import turned_half_extents
 from coverdrive.paths import PredictedPaths
-from coverdrive.prediction.affordance import affordance
+from coverdrive.prediction.affordance import described
 from coverdrive.prediction.basis import Basis
 from coverdrive.prediction.motion import follow
 from coverdrive.prediction.network import Network
@@ -122,5 +122,5 @@ class Predictor:
 
 @jax.jit
 def _scene_scores(network: Network, scene: Scene, road: Road) -> tuple[Float[Array, "A M"], Float[Array, "A H"]]:
-    features = affordance(scene, road)
+    features = described(scene, road)
     return network.scores(features), network.hidden(features)
