@@ -17,6 +17,7 @@ def ran(name: str, out: Path, monkeypatch: pytest.MonkeyPatch, *arguments: str) 
     """What a benchmark writes."""
     spec = importlib.util.spec_from_file_location(name, FOLDER / f"{name}.py")
     assert spec is not None and spec.loader is not None
+    monkeypatch.syspath_prepend(FOLDER)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     monkeypatch.setattr(sys, "argv", [name, "--out", str(out), *arguments])
@@ -45,3 +46,12 @@ def test_set_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     result = ran("set_size", tmp_path / "set_size.json", monkeypatch, *quick)
     assert len(result) == 9
     assert result["the paper's network"]["ratio"][1] == pytest.approx(1.0)
+
+
+@pytest.mark.slow
+@pytest.mark.real_data
+def test_motion(us101: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    quick = ("--recording", str(us101 / "commonroad"), "--seeds", "1", "--epochs", "1")
+    result = ran("motion", tmp_path / "motion.json", monkeypatch, *quick)
+    assert set(result) == {"derived, centred", "motion, centred", "derived, past", "motion, past"}
+    assert all(len(runs) == 1 and runs[0][1][0] >= 1 for runs in result.values())

@@ -67,12 +67,28 @@ def test_300_recorded_tracks(us101: Path, tmp_path: Path) -> None:
     assert len(Basis.load(tmp_path / "basis_2.safetensors")) == each["bases"] <= 10
 
 
+@pytest.mark.slow
+def test_free_centres(tmp_path: Path) -> None:
+    (tmp_path / "small.toml").write_text(GENERATED)
+    common = ("--config", tmp_path / "small.toml", "--epsilon", "0.5", "--out")
+    coverdrive_basis(*common, tmp_path / "segments")
+    coverdrive_basis(*common, tmp_path / "free", "--centres", "free")
+    of_segments, free = (
+        json.loads((tmp_path / name / "bases.json").read_text())["bases"][0] for name in ("segments", "free")
+    )
+    assert of_segments["at_least_among_segments"] > 0 and free["at_least_among_segments"] is None
+    assert free["at_least_anywhere"] == of_segments["at_least_anywhere"] <= free["bases"] < of_segments["bases"]
+    assert len(Basis.load(tmp_path / "free" / "basis_0.5.safetensors")) == free["bases"] and free["covered"] == 1.0
+    assert Experiment.load(tmp_path / "free" / "config.toml").prediction.basis.centres == "free"
+
+
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
         (["missing.csv"], "missing.csv"),
         (["--stride", "-1"], "prediction.segments.stride"),
         (["--epsilom", "1"], "--epsilom"),
+        (["--centres", "anywhere"], "--centres"),
     ],
 )
 def test_mistakes_are_explained(arguments: list[str], complaint: str, tmp_path: Path, monkeypatch) -> None:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from coverdrive.prediction.affordance import FEATURES, affordance
+from coverdrive.prediction.affordance import FEATURES, MOTION, affordance, described
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 
@@ -131,6 +131,18 @@ def test_mirroring_the_road_exchanges_left_and_right(scene: Scene) -> None:
     expected = plain[:, columns].copy()
     expected[:, FEATURES.index("distance to lane centre")] *= -1
     assert mirrored == pytest.approx(expected, abs=1e-4)
+
+
+def test_lateral_speed_by_hand_and_in_the_mirror() -> None:
+    scene = scene_of((0, 5.4, 20, 4, 2), (30, 5.4, 10, 4, 2))
+    turned = Scene(
+        scene.lon, scene.lat, scene.speed, np.array([np.pi / 6, 0.0]), scene.length, scene.width, scene.valid
+    )
+    seen = np.asarray(described(turned, ROAD))
+    assert seen.shape == (2, len(FEATURES) + len(MOTION))
+    assert np.array_equal(seen[:, : len(FEATURES)], np.asarray(affordance(turned, ROAD)))
+    assert seen[:, -1] == pytest.approx([10.0, 0.0])
+    assert np.asarray(described(turned.mirrored(), ROAD.mirrored()))[:, -1] == pytest.approx([-10.0, 0.0])
 
 
 def plain_affordance(scene: Scene, road: Road, own: int) -> list[float]:

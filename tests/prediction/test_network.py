@@ -4,6 +4,7 @@ import jax
 import numpy as np
 import pytest
 
+from coverdrive.errors import DataError
 from coverdrive.prediction.affordance import FEATURES
 from coverdrive.prediction.inputs import network_inputs
 from coverdrive.prediction.network import Network
@@ -83,3 +84,19 @@ def test_the_affordance_alone_stays_as_it_is() -> None:
     row = features_of(speed=2)
     assert np.array_equal(np.asarray(network_inputs(row, "affordance")), row)
     assert np.asarray(network_inputs(row, "derived"))[-1] == 1.0
+
+
+def test_the_motion_follows_what_is_derived() -> None:
+    row = np.append(features_of(speed=20), np.float32(-0.7))
+    seen = np.asarray(network_inputs(row, "motion"))
+    assert seen.shape == (21 + 15 + 3 + 1,)
+    assert np.array_equal(seen[:-1], np.asarray(network_inputs(row[:21], "derived")))
+    assert seen[-1] == np.float32(-0.7)
+    for inputs in ("affordance", "derived"):
+        assert np.array_equal(np.asarray(network_inputs(row, inputs)), np.asarray(network_inputs(row[:21], inputs)))
+
+
+@pytest.mark.parametrize("kind", [{"inputs": "radar", "output": "softmax"}, {"inputs": "derived"}])
+def test_networks_of_other_versions_are_refused(kind: dict[str, str]) -> None:
+    with pytest.raises(DataError, match="made by another version"):
+        Network.of(small("softmax").arrays, kind)

@@ -6,6 +6,7 @@ import pytest
 
 from coverdrive.recordings.generated import GeneratedSettings, generate
 from coverdrive.recordings.recording import Recording
+from coverdrive.recordings.smoothing import SmoothingSettings
 
 
 @pytest.fixture(scope="module")
@@ -97,6 +98,13 @@ def test_noise_is_smoothed_like_measured_positions():
         error = right.table["lon"].to_numpy() - left.table["lon"].to_numpy()
         assert 0.01 < error.std() < 0.08
         assert (right.table["speed"] - left.table["speed"]).std() < 0.5
+
+
+def test_only_noise_that_is_smoothed_by_later_positions_lets_traffic_know_the_future():
+    few = GeneratedSettings(scenes=1, duration=3.0)
+    noisy = few.model_copy(update={"noise": 0.1})
+    past = noisy.model_copy(update={"smoothing": SmoothingSettings(causal=True)})
+    assert [generate(each)[0].causal for each in (few, noisy, past)] == [True, False, True]
 
 
 def test_other_roads_and_numbers():

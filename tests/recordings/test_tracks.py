@@ -1,6 +1,7 @@
 """Raw rows become regular tracks, whatever their order."""
 
 from collections import Counter
+from pathlib import Path
 
 import numpy as np
 import polars as pl
@@ -9,8 +10,9 @@ from hypothesis import given
 from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
+from coverdrive.errors import RecordingError
 from coverdrive.recordings.smoothing import SmoothingSettings
-from coverdrive.recordings.tracks import RawTracks, drop_off_road, regular_table
+from coverdrive.recordings.tracks import RawTracks, drop_off_road, make_reading, regular_table
 from coverdrive.road import Road
 
 
@@ -78,3 +80,28 @@ def test_nothing_is_left_of_single_rows():
     assert table.is_empty()
     assert table["vehicle"].dtype == pl.Int64
     assert repairs["dropped tracks"] == 2
+
+
+def test_with_causal_smoothing_the_rows_do_not_depend_on_what_comes_later():
+    """No gap is filled, every part of a track begins with the first full window, and the rest is counted."""
+    rows = [(1, moment) for moment in (*range(20), *range(22, 40))]
+    settings = SmoothingSettings(causal=True)
+    repairs: Counter[str] = Counter()
+    table = regular_table(raw_of(rows), 0.1, settings, repairs)
+    assert repairs == {"split tracks": 1, "rows without a past": 14}
+    assert np.rint(table["time"].to_numpy() * 10).tolist() == [*range(7, 20), *range(29, 40)]
+    until = regular_table(raw_of(rows[:15]), 0.1, settings, Counter())
+    assert table.head(len(until)).equals(until)
+
+
+def test_tracks_that_are_too_short_for_causal_smoothing_are_refused(tmp_path: Path):
+    raw = raw_of([(1, moment) for moment in range(5)])
+    with pytest.raises(RecordingError, match=r"for 0\.7 s without a gap"):
+        make_reading(tmp_path, "short", raw, 0.1, Road.straight(), SmoothingSettings(causal=True), Counter())
+
+
+@pytest.mark.parametrize("causal", [False, True])
+def test_a_recording_says_whether_it_knows_the_future(causal: bool, tmp_path: Path):
+    raw = raw_of([(1, moment) for moment in range(20)])
+    settings = SmoothingSettings(causal=causal)
+    assert make_reading(tmp_path, "any", raw, 0.1, Road.straight(), settings, Counter()).recording.causal is causal

@@ -1,7 +1,7 @@
 """``coverdrive basis``: the trajectory basis as a tool of its own."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
@@ -14,6 +14,10 @@ def basis(
     epsilon: Annotated[tuple[float, ...], Parameter(help="Radius of a cover.")] = (0.5, 0.75, 1.0, 2.0),
     stride: Annotated[float | None, Parameter(help="Time from one segment of a vehicle to the next [s].")] = None,
     symmetric: Annotated[bool | None, Parameter(help="With every base trajectory its mirror image.")] = None,
+    centres: Annotated[
+        Literal["segments", "free"] | None,
+        Parameter(help="Base trajectories are segments, or any trajectories: fewer, with a longer search."),
+    ] = None,
     seed: Seed = None,
     out: Out = Path("results"),
     config: Config = None,
@@ -27,7 +31,7 @@ def basis(
     from coverdrive.report.terminal import bases_table
 
     experiment = experiment_of(config, seed, location).overridden(
-        prediction={"segments": {"stride": stride}, "basis": {"symmetric": symmetric}}
+        prediction={"segments": {"stride": stride}, "basis": {"symmetric": symmetric, "centres": centres}}
     )
     settings = experiment.prediction
     with stages() as bars:

@@ -41,6 +41,9 @@ FEATURES = (
 )
 """Names of the features in the paper's order; lengths and clearances in m, speeds in m/s."""
 
+MOTION = ("lateral speed",)
+"""Names of what `described` adds to the features, in m/s, positive to the left."""
+
 CLEARANCE_LIMIT = 50.0
 """[m] clearances are clipped to ± this value, which also stands for "no vehicle" (authors' scripts)"""
 FREE_LATERAL_CLEARANCE = 3.6
@@ -85,6 +88,12 @@ def affordance(scene: Scene, road: Road) -> Float[Array, "*batch A 21"]:
         scene.length,
     )
     return jnp.stack([jnp.asarray(column, dtype=jnp.float32) for column in columns], axis=-1)
+
+
+def described(scene: Scene, road: Road) -> Float[Array, "*batch A F"]:
+    """Features of every vehicle as in `affordance`, followed by `MOTION`; a network sees of it what its inputs say."""
+    lateral_speed = jnp.asarray(scene.speed * jnp.sin(scene.heading), dtype=jnp.float32)
+    return jnp.concatenate([affordance(scene, road), lateral_speed[..., None]], axis=-1)
 
 
 class _Neighbour:

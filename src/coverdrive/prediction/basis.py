@@ -7,6 +7,7 @@ growing with time: max over t of ‖(Δlon·s_t/4, Δlat·s_t)‖₂ with s_t = 
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Literal
 
 import equinox as eqx
 import jax
@@ -18,10 +19,14 @@ from pydantic import Field, PositiveFloat, PositiveInt
 from scipy.interpolate import CubicSpline
 
 from coverdrive.errors import DataError
-from coverdrive.prediction.cover import MIRROR, greedy_cover
+from coverdrive.prediction.cover import greedy_cover, with_mirror_images
+from coverdrive.prediction.free_centres import free_centres
 from coverdrive.prediction.segments import Segments
 from coverdrive.prediction.storage import load_arrays, save_arrays
 from coverdrive.settings import Settings
+
+Centres = Literal["segments", "free"]
+"""Where base trajectories are taken from"""
 
 _CHUNK = 65_536
 
@@ -40,6 +45,8 @@ class BasisSettings(Settings):
     """segments that greedy choice picks from at a time; more can give a smaller basis and takes longer"""
     symmetric: bool = False
     """with every base trajectory, its mirror image (left for right) is in the basis"""
+    centres: Centres = "segments"
+    """whether base trajectories are segments, as in the paper, or any trajectories, of which fewer are enough"""
 
 
 class Basis(eqx.Module):
@@ -137,7 +144,7 @@ def make_basis(
 
     Args:
         segments: the segments to cover; the base trajectories are taken from them, and from their mirror
-            images if the settings say symmetric.
+            images if the settings say symmetric, unless the settings leave their centres free.
         settings: tolerance and search.
         seed: of the search.
         progress: called with the share of segments covered so far.
@@ -153,9 +160,11 @@ def make_basis(
     scaled = everything.scaled(segments.points)
     chosen = greedy_cover(scaled, settings.epsilon, settings.candidates, seed, progress, settings.symmetric)
     points = segments.points[chosen]
+    if settings.centres == "free":
+        centres = free_centres(scaled, scaled[chosen], settings.epsilon, seed, settings.symmetric)
+        points = centres * everything.tolerance(1.0, segments.step * np.arange(points.shape[1]))
     if settings.symmetric:
-        turning = (points[..., 1] != 0).any(1)
-        points = np.concatenate([points, points[turning] * MIRROR])
+        points = with_mirror_images(points)
     basis = Basis(points, step=segments.step, **tolerance)
     uncovered = int((basis.distance(segments.points).min(1) > settings.epsilon).sum())
     if uncovered:

@@ -31,9 +31,9 @@ class StudiedBasis:
     """distance of the farthest segment to the basis"""
     anywhere: int
     """no basis has fewer base trajectories, whatever they are (packing)"""
-    among_segments: int
-    """no basis whose base trajectories are segments has fewer (fractional packing); of a symmetric basis, both bounds
-    are on symmetric ones, whose base trajectories may be mirror images of segments"""
+    among_segments: int | None
+    """no basis whose base trajectories are segments has fewer (fractional packing); None where they need not be
+    segments. Of a symmetric basis, both bounds are on symmetric ones, whose base trajectories may be mirror images"""
     seconds: float
     """[s] wall time of the cover"""
     bound_seconds: float
@@ -90,7 +90,9 @@ def _study(segments: Segments, settings: BasisSettings, seed: int, source: str) 
     scaled = basis.scaled(segments.points)
     bounded_by = np.concatenate([scaled, scaled * MIRROR]) if settings.symmetric else scaled
     anywhere = len(packing(bounded_by, settings.epsilon, seed))
-    among_segments = ceil(fractional_bound(bounded_by, settings.epsilon, seed=seed).value)
+    among_segments = None
+    if settings.centres == "segments":
+        among_segments = max(anywhere, ceil(fractional_bound(bounded_by, settings.epsilon, seed=seed).value))
     bounded = time.perf_counter()
     nearest = basis.distance(segments.points).argmin(1)
     distance = np.linalg.norm(scaled - basis.scaled(basis.points)[nearest], axis=-1).max(-1)
@@ -100,7 +102,7 @@ def _study(segments: Segments, settings: BasisSettings, seed: int, source: str) 
         covered=float((distance <= settings.epsilon).mean()),
         largest=float(distance.max()),
         anywhere=anywhere,
-        among_segments=max(among_segments, anywhere),
+        among_segments=among_segments,
         seconds=made - start,
         bound_seconds=bounded - made,
         source=source,

@@ -78,7 +78,7 @@ def score(network: Network, samples: Samples, tube: float | None = None) -> Scor
 
 @jax.jit
 def _scores_and_hidden(
-    network: Network, features: Float[Array, "N 21"]
+    network: Network, features: Float[Array, "N F"]
 ) -> tuple[Float[Array, "N M"], Float[Array, "N H"]]:
     return network.scores(features), network.hidden(features)
 

@@ -21,6 +21,9 @@ _WORD = 64
 MIRROR = np.array([1.0, -1.0])
 """Times a point or a deviation (lon, lat): its mirror image, left for right"""
 
+CAUTION = 1e-5
+"""Share of ε that is given away, so that single precision never claims a cover that double precision denies"""
+
 
 def greedy_cover(
     scaled: Float[np.ndarray, "N T 2"],
@@ -44,15 +47,13 @@ def greedy_cover(
         Indices of the chosen segments, in the order of choice; none can be left out.
     """
     points = jnp.asarray(scaled, dtype=jnp.float32)
-    radius = epsilon * (1 - 1e-5)  # so that single precision never claims a cover that double precision denies
+    radius = epsilon * (1 - CAUTION)
     random = np.random.default_rng(seed)
     remaining = np.arange(len(scaled))
     chosen: list[int] = []
     while len(remaining):
         pool = np.sort(random.permutation(remaining)[:candidates])
-        covers = _coverage(points[pool], points[remaining], radius)
-        if symmetric:
-            covers |= _coverage(points[pool] * jnp.asarray(MIRROR), points[remaining], radius)
+        covers = _coverage(points[pool], points[remaining], radius, symmetric)
         uncovered = _pack(np.ones((1, len(remaining)), dtype=bool))[0]
         for index in _lazy_greedy(covers, uncovered):
             chosen.append(int(pool[index]))
@@ -60,10 +61,30 @@ def greedy_cover(
                 progress(1 - int(np.bitwise_count(uncovered).sum()) / len(scaled))
         remaining = remaining[np.unpackbits(uncovered.view(np.uint8), count=len(remaining)).astype(bool)]
     picked = np.array(chosen, dtype=np.int64)
-    covers = _coverage(points[picked], points, radius)
-    if symmetric:
-        covers |= _coverage(points[picked] * jnp.asarray(MIRROR), points, radius)
+    covers = _coverage(points[picked], points, radius, symmetric)
     return picked[_needed(np.unpackbits(covers.view(np.uint8), axis=1, count=len(scaled)).astype(bool))]
+
+
+def greedy_order(
+    centres: Float[np.ndarray, "M T 2"], scaled: Float[np.ndarray, "N T 2"], epsilon: float, symmetric: bool = False
+) -> Int[np.ndarray, " L"]:
+    """Indices of the centres of a cover, each the one that covers most of what is left; without those not needed.
+
+    Args:
+        centres: within ε · (1 − 2 · `CAUTION`) of every segment there is one of them.
+        scaled: segments.
+        epsilon: radius of the cover.
+        symmetric: the mirror image of every centre, left for right, covers as well.
+    """
+    pool, points = jnp.asarray(centres, dtype=jnp.float32), jnp.asarray(scaled, dtype=jnp.float32)
+    covers = _coverage(pool, points, epsilon * (1 - CAUTION), symmetric)
+    return np.array(list(_lazy_greedy(covers, _pack(np.ones((1, len(scaled)), dtype=bool))[0])), dtype=np.int64)
+
+
+def with_mirror_images(points: Float[np.ndarray, "M T 2"]) -> Float[np.ndarray, "L T 2"]:
+    """Base trajectories followed by the mirror images, left for right, of those that are not their own."""
+    turning = (points[..., 1] != 0).any(1)
+    return np.concatenate([points, points[turning] * MIRROR])
 
 
 def _needed(covers: Bool[np.ndarray, "M N"]) -> Bool[np.ndarray, " M"]:
@@ -93,10 +114,11 @@ def _lazy_greedy(covers: UInt64[np.ndarray, "C words"], uncovered: UInt64[np.nda
 
 
 def _coverage(
-    pool: Float[Array, "C T 2"], segments: Float[Array, "R T 2"], radius: float
+    pool: Float[Array, "C T 2"], segments: Float[Array, "R T 2"], radius: float, symmetric: bool
 ) -> UInt64[np.ndarray, "C words"]:
     rows = [_pack(np.asarray(within(pool[i : i + _CHUNK], segments, radius))) for i in range(0, len(pool), _CHUNK)]
-    return np.concatenate(rows)
+    covers = np.concatenate(rows)
+    return covers | _coverage(pool * jnp.asarray(MIRROR), segments, radius, False) if symmetric else covers
 
 
 @jax.jit

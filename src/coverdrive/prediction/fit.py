@@ -17,6 +17,7 @@ from coverdrive.certificates.evaluation import Evaluation, Rate, evaluate
 from coverdrive.certificates.methods import Method
 from coverdrive.prediction.basis import Basis, BasisSettings, make_basis
 from coverdrive.prediction.calibrate import CertificateSettings, ScoredSides, calibrate, score
+from coverdrive.prediction.foresight import refuse_foresight
 from coverdrive.prediction.network import Network
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.prediction.samples import Assignment, Samples, make_samples
@@ -90,6 +91,7 @@ def fit(
         progress: called with the stage and the share of it that is done.
 
     Raises:
+        SettingError: the network would see a motion that was estimated from the future.
         DataError: the recordings cannot be split, or hold no segments.
         CertificateError: there are too few calibration samples for a bound in the chosen unit.
     """
@@ -150,8 +152,12 @@ def score_sides(
         settings: of segments and split.
         seed: of the split.
         progress: called with the share of the recordings that is described.
+
+    Raises:
+        SettingError: the predictor sees a motion that was estimated from the future.
     """
     settings = settings or PredictionSettings()
+    refuse_foresight(recordings, predictor.network.inputs)
     segments, sides = cut_and_split(recordings, settings, seed)
     samples = make_samples(recordings, segments, predictor.basis, settings.assignment, progress=progress)
     return _scored(predictor.network, samples, sides, _tube(predictor.basis, settings))
@@ -159,6 +165,7 @@ def score_sides(
 
 def cut_and_split(recordings: Sequence[Recording], settings: PredictionSettings, seed: int) -> tuple[Segments, Split]:
     """The segments of recordings, and which of them train, calibrate and test; the same as in `fit`."""
+    refuse_foresight(recordings, settings.training.inputs)
     segments = cut_segments(recordings, settings.segments)
     return segments, split(segments.vehicle, segments.group, settings.split, _seeds(seed)[0])
 

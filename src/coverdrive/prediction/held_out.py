@@ -8,6 +8,7 @@ import polars as pl
 
 from coverdrive.errors import DataError
 from coverdrive.prediction.fit import PredictionSettings, cut_and_split
+from coverdrive.prediction.foresight import refuse_foresight
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.recordings.recording import Recording
 
@@ -30,8 +31,10 @@ def held_out(
         seed: that the predictor was made with.
 
     Raises:
+        SettingError: the predictor sees a motion that was estimated from the future.
         DataError: the recordings are other ones than the predictor was made from, yet share vehicles with them.
     """
+    refuse_foresight(recordings, predictor.network.inputs)
     segments, sides = cut_and_split(recordings, settings or PredictionSettings(), seed)
     if not np.isin(segments.vehicle, predictor.trained_on).any():
         return tuple(recordings)

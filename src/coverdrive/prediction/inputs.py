@@ -1,9 +1,12 @@
 """What the network sees of an affordance: the paper's 21 features alone, or what drivers judge by as well.
 
+Whatever it sees, F is 21, or 22 with the lateral speed of `coverdrive.prediction.affordance.described`.
+
 The derived inputs are, for each of the five neighbours, the inverse of its clearance, the inverse of the time to
 collision (relative speed over clearance, positive while the clearance shrinks) and the clearance as a time gap; and,
 for the vehicle itself, its distance from the lane's centre to either side, the logarithm of its speed and whether it
-crawls.
+crawls. With the motion, the lateral speed follows them: it shows a lane change that has begun. It has to come from
+the past (`causal` of the smoothing), as it does on the road.
 """
 
 from typing import Literal
@@ -15,7 +18,8 @@ from jaxtyping import Float
 
 from coverdrive.prediction.affordance import FEATURES
 
-Inputs = Literal["affordance", "derived"]
+Inputs = Literal["affordance", "derived", "motion"]
+"""The paper's features; what is derived from them as well; and the lateral speed of the vehicle itself"""
 
 _NEIGHBOURS = ("front", "left front", "right front", "left rear", "right rear")
 _CLOSEST = 1.0
@@ -26,14 +30,14 @@ _CRAWLING = 3.0
 """[m/s]"""
 
 
-def network_inputs(features: Float[Array | np.ndarray, "*batch 21"], inputs: Inputs) -> Float[Array, "*batch I"]:
-    """The features alone, or followed by what is derived from them.
+def network_inputs(features: Float[Array | np.ndarray, "*batch F"], inputs: Inputs) -> Float[Array, "*batch I"]:
+    """The features alone, or followed by what is derived from them, and by the lateral speed.
 
     Args:
-        features: affordances, in the order of `FEATURES`.
-        inputs: which of the two.
+        features: affordances, in the order of `FEATURES`; for "motion", followed by `MOTION`.
+        inputs: which of the three.
     """
-    values = jnp.asarray(features)
+    values, motion = jnp.split(jnp.asarray(features), [len(FEATURES)], axis=-1)
     if inputs == "affordance":
         return values
     speed = values[..., FEATURES.index("speed")]
@@ -43,7 +47,8 @@ def network_inputs(features: Float[Array | np.ndarray, "*batch 21"], inputs: Inp
         jnp.log1p(jnp.maximum(speed, 0)),
         jnp.where(speed < _CRAWLING, 1.0, 0.0),
     ]
-    return jnp.concatenate([values, jnp.stack(columns, axis=-1)], axis=-1)
+    derived = [values, jnp.stack(columns, axis=-1)]
+    return jnp.concatenate([*derived, motion] if inputs == "motion" else derived, axis=-1)
 
 
 def _urgency(values: Array, speed: Array, neighbour: str) -> tuple[Array, Array, Array]:

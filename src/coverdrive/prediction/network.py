@@ -6,7 +6,7 @@ may be mixed with the shares of the bases in training, so that no base is called
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Literal
+from typing import Literal, get_args
 
 import equinox as eqx
 import jax
@@ -15,6 +15,7 @@ import numpy as np
 from jax import Array
 from jaxtyping import Float, PRNGKeyArray
 
+from coverdrive.errors import DataError
 from coverdrive.prediction.inputs import Inputs, network_inputs
 
 Output = Literal["sigmoid", "softmax"]
@@ -40,7 +41,7 @@ class Network(eqx.Module):
 
     @staticmethod
     def create(
-        features: Float[np.ndarray, "N 21"],
+        features: Float[np.ndarray, "N F"],
         hidden: Sequence[int],
         bases: int,
         key: PRNGKeyArray,
@@ -77,21 +78,21 @@ class Network(eqx.Module):
             output=output,
         )
 
-    def scaled(self, features: Float[Array | np.ndarray, "*batch 21"]) -> Float[Array, "*batch I"]:
+    def scaled(self, features: Float[Array | np.ndarray, "*batch F"]) -> Float[Array, "*batch I"]:
         """What the first layer sees."""
         return (network_inputs(features, self.inputs) - self.mean) / self.scale
 
-    def hidden(self, features: Float[Array | np.ndarray, "*batch 21"]) -> Float[Array, "*batch H"]:
+    def hidden(self, features: Float[Array | np.ndarray, "*batch F"]) -> Float[Array, "*batch H"]:
         """Values of the last hidden layer, of H neurons; of the first member, if there are several."""
         return self._last_hidden(features)[..., 0, :]
 
-    def scores(self, features: Float[Array | np.ndarray, "*batch 21"]) -> Float[Array, "*batch M"]:
+    def scores(self, features: Float[Array | np.ndarray, "*batch F"]) -> Float[Array, "*batch M"]:
         """Score of every base trajectory, in [0, 1]."""
         outputs = affine(self._last_hidden(features), self.weights[-1], self.biases[-1])
         activate = jax.nn.softmax if self.output == "softmax" else jax.nn.sigmoid
         return (1 - self.prior.sum()) * activate(outputs).mean(-2) + self.prior
 
-    def _last_hidden(self, features: Float[Array | np.ndarray, "*batch 21"]) -> Float[Array, "*batch E H"]:
+    def _last_hidden(self, features: Float[Array | np.ndarray, "*batch F"]) -> Float[Array, "*batch E H"]:
         values = self.scaled(features)[..., None, :]
         for weight, bias in zip(self.weights[:-1], self.biases[:-1], strict=True):
             values = jax.nn.relu(affine(values, weight, bias))
@@ -112,7 +113,18 @@ class Network(eqx.Module):
 
     @staticmethod
     def of(arrays: Mapping[str, np.ndarray], kind: Mapping[str, str]) -> "Network":
-        """The network that `arrays` and `kind` came from; other arrays are ignored."""
+        """The network that `arrays` and `kind` came from; other arrays are ignored.
+
+        Raises:
+            DataError: it sees or gives what this version does not know.
+        """
+        known = {"inputs": get_args(Inputs), "output": get_args(Output)}
+        for name, choices in known.items():
+            if kind.get(name) not in choices:
+                raise DataError(
+                    f"the network has the {name} {kind.get(name)!r}, expected one of {', '.join(choices)}; "
+                    "it was made by another version, make it anew with `coverdrive fit`"
+                )
         layers = range(sum(name.startswith("weight_") for name in arrays))
         return Network(
             mean=arrays["feature_mean"],

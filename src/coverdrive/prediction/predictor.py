@@ -17,7 +17,7 @@ from coverdrive.certificates.certificate import Certificate, fingerprint
 from coverdrive.certificates.rule import Rule, rule_of
 from coverdrive.geometry import turned_half_extents
 from coverdrive.paths import PredictedPaths
-from coverdrive.prediction.affordance import affordance
+from coverdrive.prediction.affordance import described
 from coverdrive.prediction.basis import Basis
 from coverdrive.prediction.motion import follow
 from coverdrive.prediction.network import Network
@@ -141,5 +141,5 @@ def _scene_scores(
     length: Float[Array, ""],
 ) -> tuple[Float[Array, "A M"], Float[Array, "A H"]]:
     network: Network = jax.tree.unflatten(whole, parts)
-    features = affordance(Scene.unpacked(scene), Road(edges, length))
+    features = described(Scene.unpacked(scene), Road(edges, length))
     return network.scores(features), network.hidden(features)

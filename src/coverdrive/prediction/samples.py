@@ -8,7 +8,7 @@ import jax
 import numpy as np
 from jaxtyping import Bool, Float, Int, Int8
 
-from coverdrive.prediction.affordance import affordance
+from coverdrive.prediction.affordance import FEATURES, MOTION, described
 from coverdrive.prediction.basis import Basis
 from coverdrive.prediction.collision import colliding_bases
 from coverdrive.prediction.cover import MIRROR
@@ -31,8 +31,8 @@ Assignment = Literal["covering", "nearest"]
 class Samples:
     """N samples; every recorded segment is one, whatever it does."""
 
-    features: Float[np.ndarray, "N 21"]
-    """affordance at the start of the segment"""
+    features: Float[np.ndarray, "N F"]
+    """affordance at the start of the segment, followed by the lateral speed"""
     distance: Float[np.ndarray, "N M"]
     """atomic norm of the difference to every base; where none is within the basis' ε, no base covers the segment"""
     collides: Bool[np.ndarray, "N M"]
@@ -84,7 +84,7 @@ def make_samples(
         mirrored: describe the mirror images, left for right, of scenes and segments.
         progress: called with the share of the recordings done.
     """
-    features = np.zeros((len(segments), 21), dtype=np.float32)
+    features = np.zeros((len(segments), len(FEATURES) + len(MOTION)), dtype=np.float32)
     collides = np.zeros((len(segments), len(basis)), dtype=bool)
     for index, recording in enumerate(recordings):
         chosen = np.flatnonzero(segments.recording == index)
@@ -102,7 +102,7 @@ def make_samples(
 
 def _describe(
     recording: Recording, rows: Int[np.ndarray, " n"], basis: Basis, mirrored: bool
-) -> tuple[Float[np.ndarray, "n 21"], Bool[np.ndarray, "n M"]]:
+) -> tuple[Float[np.ndarray, "n F"], Bool[np.ndarray, "n M"]]:
     """Describe in chunks of one size, so that everything is compiled once per number of slots and lanes."""
     frames = recording.frames()
     scenes, road = frames.scene.padded(_SLOTS), recording.road
@@ -112,9 +112,9 @@ def _describe(
     for part in np.split(np.resize(rows, len(rows) + -len(rows) % _CHUNK), range(_CHUNK, len(rows), _CHUNK)):
         scene: Scene = jax.tree.map(lambda values, part=part: values[frames.frame[part]], scenes)
         own = frames.slot[part]
-        features.append(np.asarray(_affordance(scene, road))[np.arange(_CHUNK), own])
+        features.append(np.asarray(_described(scene, road))[np.arange(_CHUNK), own])
         collides.append(np.asarray(colliding_bases(basis, scene, own)))
     return np.concatenate(features)[: len(rows)], np.concatenate(collides)[: len(rows)]
 
 
-_affordance = jax.jit(affordance)
+_described = jax.jit(described)

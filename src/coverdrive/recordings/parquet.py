@@ -37,6 +37,7 @@ def write_parquet(recordings: Sequence[Recording], path: Path) -> None:
             "edges": np.asarray(recording.road.edges, dtype=np.float64).tolist(),
             "length": float(recording.road.length),
             "repairs": recording.repairs,
+            "causal": recording.causal,
         }
         for recording in recordings
     ]
@@ -81,7 +82,7 @@ def _reading(head: dict[str, object], rows: pl.DataFrame, number: int) -> Readin
     road = Road(edges=np.array(head["edges"], dtype=np.float64), length=float(str(head["length"])))
     dt = float(str(head["dt"]))
     repairs = json.loads(json.dumps(head["repairs"]))
-    recording = Recording(str(head["name"]), table, dt, road, repairs)
+    recording = Recording(str(head["name"]), table, dt, road, repairs, head.get("causal") is True)
     names = ("vehicle", "lon", "lat", "length", "width", "speed", "group")
     values = {name: table[name].to_numpy() for name in names}
     moment = np.rint(table["time"].to_numpy() / dt).astype(np.int64)

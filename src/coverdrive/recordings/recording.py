@@ -57,6 +57,8 @@ class Recording:
     """its right edge is at lat = 0"""
     repairs: dict[str, int]
     """how often each kind of repair was made when the recording was read"""
+    causal: bool = False
+    """whether all measures of a moment come from positions up to then, and from none after it"""
 
     def __post_init__(self) -> None:
         """Refuse a table of other columns or types."""

@@ -2,7 +2,7 @@
 
 Speed and heading are the derivative of the polynomial that is fitted to the positions around each sample
 (Savitzky & Golay 1964). Many tracks of different lengths lie one after the other in flat arrays of R rows and
-are smoothed together.
+are smoothed together. The window is centred at the sample, or ends with it where nothing may know the future.
 """
 
 from functools import cache
@@ -25,6 +25,19 @@ class SmoothingSettings(Settings):
     stand_still: float = Field(default=1.0, ge=0, allow_inf_nan=False)
     """[m/s] below this speed the direction of motion is noise and the heading is set to 0"""
 
+    causal: bool = False
+    """what holds at a moment comes only from positions up to then, as a car on the road measures it: short gaps are not
+    filled, and each track begins one window later. Needed for ``inputs = "motion"``"""
+    past: float = Field(default=0.7, gt=0, allow_inf_nan=False)
+    """[s] length of the window if causal; on US-101, speeds along and across the road then differ from the centred ones
+    by 0.34 and 0.16 m/s (root mean square), with 0.5 s about as much, with 1 s and more by more"""
+    past_order: int = Field(default=2, ge=1, le=5)
+    """order of the polynomial if causal; order 1 lags behind, order 3 follows the noise"""
+
+    def past_samples(self, dt: float) -> int:
+        """The causal window as a number of samples, more than the order of the polynomial."""
+        return max(round(self.past / dt) + 1, self.past_order + 1)
+
     def samples(self, dt: float) -> int:
         """The window as an odd number of samples, at least 3 and more than the order of the polynomial."""
         half = max(1, round((self.window / dt - 1) / 2), (self.order + 1) // 2)
@@ -37,7 +50,7 @@ def smooth(
     dt: float,
     settings: SmoothingSettings,
 ) -> tuple[Float[np.ndarray, " R"], Float[np.ndarray, " R"]]:
-    """Smoothed values and their time derivative.
+    """Smoothed values and their time derivative; if causal, both are NaN in rows that have too little past.
 
     Args:
         values: samples of all tracks, one track after the other, each on a uniform time grid.
@@ -46,6 +59,8 @@ def smooth(
         settings: window and order.
 
     """
+    if settings.causal:
+        return _smooth_by_past(values, starts, dt, settings)
     window = settings.samples(dt)
     half = window // 2
     counts = np.diff(np.append(starts, len(values)))
@@ -68,6 +83,20 @@ def smooth(
         index = starts[counts == count][:, None] + np.arange(count)
         smoothed[index] = values[index] @ fit.T
         slope[index] = values[index] @ fit_slope.T
+    return smoothed, slope
+
+
+def _smooth_by_past(
+    values: Float[np.ndarray, " R"], starts: Int[np.ndarray, " tracks"], dt: float, settings: SmoothingSettings
+) -> tuple[Float[np.ndarray, " R"], Float[np.ndarray, " R"]]:
+    window = settings.past_samples(dt)
+    smoothed, slope = np.full_like(values, np.nan), np.full_like(values, np.nan)
+    if len(values) >= window:
+        for result, fit in zip((smoothed, slope), _fit(window, settings.past_order, dt), strict=True):
+            result[window - 1 :] = np.convolve(values, fit[-1, ::-1], mode="valid")
+    since_start = np.arange(len(values)) - np.repeat(starts, np.diff(np.append(starts, len(values))))
+    unknown = since_start < window - 1
+    smoothed[unknown], slope[unknown] = np.nan, np.nan
     return smoothed, slope
 
 

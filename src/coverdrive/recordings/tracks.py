@@ -69,14 +69,18 @@ def regular_table(raw: RawTracks, dt: float, settings: SmoothingSettings, repair
         dt: [s] between two moments.
         settings: how positions are smoothed.
         repairs: gains ``rows out of order``, ``duplicated rows``, ``conflicting rows``,
-            ``interpolated rows``, ``split tracks`` and ``dropped tracks`` (of a single row), each where any.
+            ``interpolated rows``, ``split tracks`` and ``dropped tracks`` (of a single row), each where any;
+            with causal smoothing ``rows without a past``, which are left out, and no interpolated ones.
 
     """
-    tracks = _drop_single(_fill_gaps(_drop_duplicates(_sort(raw, repairs), repairs), dt, repairs), repairs)
+    longest = dt if settings.causal else LONGEST_GAP
+    tracks = _drop_single(_fill_gaps(_drop_duplicates(_sort(raw, repairs), repairs), dt, longest, repairs), repairs)
     starts = np.flatnonzero(np.diff(tracks.vehicle, prepend=tracks.vehicle[:1] - 1))
     lon, lon_rate = smooth(tracks.lon, starts, dt, settings)
     lat, lat_rate = smooth(tracks.lat, starts, dt, settings)
     speed, heading = motion(lon_rate, lat_rate, settings)
+    known = ~np.isnan(lon_rate)
+    _count(repairs, "rows without a past", int((~known).sum()))
     return pl.DataFrame(
         {
             "vehicle": tracks.vehicle,
@@ -90,7 +94,7 @@ def regular_table(raw: RawTracks, dt: float, settings: SmoothingSettings, repair
             "width": tracks.width,
         },
         schema=SCHEMA,
-    )
+    ).filter(known)
 
 
 def make_reading(
@@ -114,8 +118,9 @@ def make_reading(
     kept = drop_off_road(raw, road, repairs)
     table = regular_table(kept, dt, settings, repairs)
     if table.is_empty():
-        raise RecordingError(file, "no vehicle is on the road at two successive times; choose another file")
-    return Reading(Recording(name, table, dt, road, dict(repairs)), kept)
+        long_enough = f"for {settings.past:g} s without a gap" if settings.causal else "at two successive times"
+        raise RecordingError(file, f"no vehicle is on the road {long_enough}; choose another file")
+    return Reading(Recording(name, table, dt, road, dict(repairs), settings.causal), kept)
 
 
 def drop_off_road(raw: RawTracks, road: Road, repairs: Counter[str]) -> RawTracks:
@@ -150,13 +155,13 @@ def _drop_duplicates(raw: RawTracks, repairs: Counter[str]) -> RawTracks:
     return raw.take(first)
 
 
-def _fill_gaps(raw: RawTracks, dt: float, repairs: Counter[str]) -> RawTracks:
-    """Short gaps filled by linear interpolation; after a long one the vehicle goes on under a new number."""
+def _fill_gaps(raw: RawTracks, dt: float, longest: float, repairs: Counter[str]) -> RawTracks:
+    """Gaps filled by linear interpolation; after one above the longest [s] the vehicle goes on under a new number."""
     same = np.diff(raw.vehicle) == 0
     step = np.diff(raw.moment)
     if not np.any(same & (step > 1)):
         return raw
-    split = same & (step * dt > LONGEST_GAP + dt / 2)
+    split = same & (step * dt > longest + dt / 2)
     part = np.concatenate([[0], np.cumsum(split)])
     renamed = part - np.maximum.accumulate(np.concatenate([[0], np.where(same, 0, part[1:])])) > 0
     vehicle = np.where(renamed, raw.vehicle.max(initial=0) + part, raw.vehicle)

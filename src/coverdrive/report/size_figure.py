@@ -33,19 +33,22 @@ def size_figure(studied: Sequence[StudiedBasis]) -> Figure:
 
 def _draw_size(axes: Axes, studied: Sequence[StudiedBasis]) -> None:
     epsilon = [each.basis.epsilon for each in studied]
-    greedy = [len(each.basis) for each in studied]
-    among = [each.among_segments for each in studied]
+    size = [len(each.basis) for each in studied]
+    among = [each.among_segments for each in studied if each.among_segments is not None]
     anywhere = [each.anywhere for each in studied]
-    axes.fill_between(epsilon, among, greedy, color=style.SKY, alpha=0.2, linewidth=0)
-    axes.plot(epsilon, greedy, color=style.BLUE, marker="o", label="greedy cover")
-    axes.plot(epsilon, among, color=style.VERMILION, marker="^", label="lower bound, bases are segments")
+    of_segments = len(among) == len(studied)
+    lowest, label = (among, "greedy cover") if of_segments else (anywhere, "cover, free centres")
+    axes.fill_between(epsilon, lowest, size, color=style.SKY, alpha=0.2, linewidth=0)
+    axes.plot(epsilon, size, color=style.BLUE, marker="o", label=label)
+    if of_segments:
+        axes.plot(epsilon, among, color=style.VERMILION, marker="^", label="lower bound, bases are segments")
     axes.plot(epsilon, anywhere, color=style.GREY, marker="v", linestyle="--", label="lower bound, any bases")
     axes.set(xscale="log", yscale="log", xlabel="radius ε of the cover", ylabel="base trajectories M")
     axes.set_xticks(epsilon, [f"{each:g}" for each in epsilon])
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.yaxis.set_major_formatter(LogFormatter())
     axes.yaxis.set_minor_formatter(LogFormatter(labelOnlyBase=False, minor_thresholds=(2, 0.4)))
-    for x, y in zip(epsilon, greedy, strict=True):
+    for x, y in zip(epsilon, size, strict=True):
         axes.annotate(str(y), (x, y), xytext=(5, 5), textcoords="offset points", fontsize=10)
     axes.grid(True)
     axes.legend(loc="lower left")

@@ -131,7 +131,7 @@ def bases_table(studied: Sequence[StudiedBasis]) -> Table:
         table.add_row(
             f"{each.basis.epsilon:g}",
             str(len(each.basis)),
-            str(each.among_segments),
+            "" if each.among_segments is None else str(each.among_segments),
             str(each.anywhere),
             f"{each.covered:.2%}",
             f"{each.largest:.4f}",
