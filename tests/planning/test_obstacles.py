@@ -54,11 +54,11 @@ def test_overlapping_boxes_violate_the_constraint(
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_constraint_is_tight_at_the_corner(shape: ObstacleSettings) -> None:
-    """Boxes whose corners touch are just allowed, but for the 2 cm that smooth the turned half width."""
+    """Boxes whose corners touch are at the bound, to the millimetre."""
     states = np.zeros((2, 4))
     half = np.array([3.0, 1.0]) + CAR.half_sizes
-    touching = clearances(states, one_step(half[0], half[1], 3.0, 1.0), CAR, shape)[0, 0]
-    apart = clearances(states, one_step(half[0] + 0.012, half[1] + 0.024, 3.0, 1.0), CAR, shape)[0, 0]
+    touching = clearances(states, one_step(half[0] - 0.001, half[1] - 0.001, 3.0, 1.0), CAR, shape)[0, 0]
+    apart = clearances(states, one_step(half[0] + 0.001, half[1] + 0.001, 3.0, 1.0), CAR, shape)[0, 0]
     assert touching < 1 <= apart
 
 

@@ -18,7 +18,7 @@ from coverdrive.planning.obstacles import TINY
 def box_excess(
     state: tuple[float, float, float],
     own: tuple[float, float],
-    turning: float,
+    sign: float,
     boxes: Float[np.ndarray, "5 K n"],
     step: int,
     slot: int,
@@ -30,7 +30,7 @@ def box_excess(
     Args:
         state: lon, lat [m] and speed [m/s] of the own car.
         own: [m] half extents of its box along lon and lat.
-        turning: derivative of the smooth |heading| with respect to the heading.
+        sign: of the heading that they are taken for, by which they grow with it.
         boxes: lon, lat, half length, half width [m] and speed [m/s] of the boxes.
         step: index of the step, from 0.
         slot: index of the box.
@@ -56,7 +56,7 @@ def box_excess(
     factor = -norm / power
     by_ahead = factor * of_ahead / ahead / long if of_ahead > 0 else 0.0
     by_aside = factor * of_aside / aside / wide if of_aside > 0 else 0.0
-    tilting = -inflation / 2 * turning
+    tilting = -inflation / 2 * sign
     by_heading = tilting * (by_ahead * ahead * vehicle.width + by_aside * aside * vehicle.length)
     by_speed = by_ahead * (1 - inflation * ahead) * braking
     return touching - norm, (by_ahead, by_aside, by_speed, by_heading)

@@ -20,10 +20,18 @@ _LEAST_DAMPING = 1e-4
 _MOST_DAMPING = 1e3
 _CREEP = 3.0
 """[m/s] below this speed, yaw rates are kept instead"""
-_PATIENCE = 3
+_PATIENCE = 4
 """iterations for which motions that are not the cheapest are followed at least"""
-_INNER = 5
+_INNER = 12
 """Newton steps of a quadratic problem at the most"""
+_INNER_TOLERANCE = 1e-4
+"""a Newton step that promises to lower the quadratic problem by a smaller share is the last"""
+_BISECTIONS = 30
+"""of the share of a Newton step that is taken where the whole does not gain"""
+_GOOD = 0.75
+"""share of the promised gain from which on the damping falls"""
+_POOR = 0.25
+"""share of the promised gain below which the damping rises"""
 
 
 class Descent(NamedTuple):
@@ -64,73 +72,119 @@ def _moved(
 @compiled
 def _step(
     inputs: Float[np.ndarray, " U"], model: Model, damping: float, around: Surroundings, constants: Constants
-) -> Float[np.ndarray, " U"]:
-    """The step that minimises the damped quadratic problem."""
-    size = len(inputs)
+) -> tuple[Float[np.ndarray, " U"], float]:
+    """The step that minimises the damped quadratic problem, and what it gains without the damping."""
     low, high = input_bounds(inputs, around.state, constants)
     low -= inputs
     high -= inputs
-    damped = np.empty(size)
-    for i in range(size):
-        damped[i] = damping * model.smooth[i, i]
-    step, held, active = np.zeros(size), np.zeros(size, np.bool_), model.excess > 0
+    damped = damping * np.diag(model.smooth)
+    step = np.minimum(np.maximum(np.zeros(len(inputs)), low), high)
+    value = start = _value(step, model, damped)
     for _ in range(_INNER):
-        hessian, gradient = model.smooth.copy(), model.slope.copy()
-        for c in range(len(active)):
-            if active[c]:
-                add_square(hessian, model.normal[c], model.weight[c])
-                gradient += (model.weight[c] * model.excess[c]) * model.normal[c]
-        newton = _solved(hessian, gradient, damped, np.where(held, step, 0.0), held)
-        step = np.minimum(np.maximum(newton, low), high)
-        changed = False
-        for i in range(size):
-            holds = False
-            if step[i] <= low[i] or step[i] >= high[i]:
-                uphill = gradient[i] + damped[i] * step[i] + _row_times(hessian, i, step)
-                holds = uphill > 0 if step[i] <= low[i] else uphill < 0
-            changed |= holds != held[i]
-            held[i] = holds
-        for c in range(len(active)):
-            violated = model.excess[c] + _dot(model.normal[c], step) > 0
-            changed |= violated != active[c]
-            active[c] = violated
-        if not changed:
+        newton = np.minimum(np.maximum(step + _newton(step, model, damped, low, high), low), high)
+        found = _value(newton, model, damped)
+        if found > value:
+            newton = step + _share(step, newton - step, model, damped) * (newton - step)
+            found = _value(newton, model, damped)
+        gained = value - found
+        if gained > 0:
+            step, value = newton, found
+        if gained < _INNER_TOLERANCE * value:
             break
-    return step
+    return step, start - value + (damped * step**2).sum()
 
 
 @compiled
-def _solved(
-    hessian: Float[np.ndarray, "U U"],
-    gradient: Float[np.ndarray, " U"],
+def _value(step: Float[np.ndarray, " U"], model: Model, damped: Float[np.ndarray, " U"]) -> float:
+    """The damped quadratic problem at a step."""
+    result = model.value
+    for c in range(len(model.excess)):
+        result += model.weight[c] * (
+            max(0.0, model.excess[c] + _dot(model.normal[c], step)) ** 2 - max(0.0, model.excess[c]) ** 2
+        )
+    for i in range(len(step)):
+        row = 2 * _dot(model.smooth[i, :i], step[:i]) + (model.smooth[i, i] + damped[i]) * step[i]
+        result += step[i] * (2 * model.slope[i] + row)
+    return result
+
+
+@compiled
+def _share(
+    step: Float[np.ndarray, " U"],
+    direction: Float[np.ndarray, " U"],
+    model: Model,
     damped: Float[np.ndarray, " U"],
-    held: Float[np.ndarray, " U"],
-    is_held: Bool[np.ndarray, " U"],
+) -> float:
+    """The share of a direction that lowers the damped quadratic problem most, by bisection of its slope."""
+    steady = rising = 0.0
+    for i in range(len(step)):
+        row = _row_times(model.smooth, i, step) + damped[i] * step[i] + model.slope[i]
+        steady += direction[i] * row
+        rising += direction[i] * (_row_times(model.smooth, i, direction) + damped[i] * direction[i])
+    excess, towards = np.empty(len(model.excess)), np.empty(len(model.excess))
+    for c in range(len(model.excess)):
+        excess[c] = model.excess[c] + _dot(model.normal[c], step)
+        towards[c] = _dot(model.normal[c], direction)
+    low, high = 0.0, 1.0
+    for _ in range(_BISECTIONS):
+        share = (low + high) / 2
+        slope = steady + share * rising
+        for c in range(len(excess)):
+            slope += model.weight[c] * max(0.0, excess[c] + share * towards[c]) * towards[c]
+        if slope > 0:
+            high = share
+        else:
+            low = share
+    return high
+
+
+@compiled
+def _newton(
+    step: Float[np.ndarray, " U"],
+    model: Model,
+    damped: Float[np.ndarray, " U"],
+    low: Float[np.ndarray, " U"],
+    high: Float[np.ndarray, " U"],
 ) -> Float[np.ndarray, " U"]:
-    """The Newton step in which some inputs are held where they are, by Cholesky's decomposition.
+    """The Newton direction of the damped quadratic problem at a step.
+
+    Constraints count that are violated at the step; inputs stay that a bound holds.
+    """
+    size = len(step)
+    hessian, gradient = model.smooth.copy(), model.slope.copy()
+    for i in range(size):
+        hessian[i, i] += damped[i]
+    for i in range(size):
+        gradient[i] += _row_times(hessian, i, step)
+    for c in range(len(model.excess)):
+        excess = model.excess[c] + _dot(model.normal[c], step)
+        if excess > 0:
+            add_square(hessian, model.normal[c], model.weight[c])
+            gradient += (model.weight[c] * excess) * model.normal[c]
+    for i in range(size):
+        if (step[i] <= low[i] and gradient[i] > 0) or (step[i] >= high[i] and gradient[i] < 0):
+            hessian[i, :i], hessian[i + 1 :, i], hessian[i, i], gradient[i] = 0.0, 0.0, 1.0, 0.0
+    return _solved(hessian, -gradient)
+
+
+@compiled
+def _solved(system: Float[np.ndarray, "U U"], right: Float[np.ndarray, " U"]) -> Float[np.ndarray, " U"]:
+    """Solution of a symmetric positive definite system by Cholesky's decomposition; both arguments are overwritten.
 
     Args:
-        hessian: on and below the diagonal.
-        gradient: of the quadratic problem at a step of 0.
-        damped: added to the diagonal.
-        held: the step of the inputs that are held, 0 for the others.
-        is_held: which ones.
+        system: on and below the diagonal.
+        right: right-hand side.
     """
-    size = len(gradient)
-    factor, right = np.empty((size, size)), np.empty(size)
+    size = len(right)
+    inverse = np.empty(size)
     for i in range(size):
-        right[i] = held[i] if is_held[i] else -gradient[i] - _row_times(hessian, i, held)
         for j in range(i):
-            factor[i, j] = 0.0 if is_held[i] or is_held[j] else hessian[i, j]
-        factor[i, i] = 1.0 if is_held[i] else hessian[i, i] + damped[i]
-    for i in range(size):
-        for j in range(i + 1):
-            rest = factor[i, j] - _dot(factor[i, :j], factor[j, :j])
-            factor[i, j] = rest / factor[j, j] if j < i else np.sqrt(rest)
-        right[i] = (right[i] - _dot(factor[i, :i], right[:i])) / factor[i, i]
+            system[i, j] = (system[i, j] - _dot(system[i, :j], system[j, :j])) * inverse[j]
+        inverse[i] = 1 / np.sqrt(system[i, i] - _dot(system[i, :i], system[i, :i]))
+        right[i] = (right[i] - _dot(system[i, :i], right[:i])) * inverse[i]
     for i in range(size - 1, -1, -1):
-        right[i] /= factor[i, i]
-        right[:i] -= right[i] * factor[i, :i]
+        right[i] *= inverse[i]
+        right[:i] -= right[i] * system[i, :i]
     return right
 
 
@@ -179,23 +233,22 @@ def descend(
     models = [merit(at[b], target[b], around, constants) for b in range(motions)]
     value = np.array([model.value for model in models])
     damping, done = np.full(motions, _FIRST_DAMPING), np.zeros(motions, np.bool_)
-    gained, iteration = np.ones(motions, np.bool_), 0
+    iteration = 0
     while iteration < iterations and not done.all() and (iteration < _PATIENCE or not done[np.argmin(value + extra)]):
         for b in range(motions):
             if done[b]:
                 continue
-            change = _step(at[b], models[b], damping[b], around, constants)
+            change, promised = _step(at[b], models[b], damping[b], around, constants)
             trial = _projected(_moved(at[b], change, around, constants), around, constants)
             model = merit(trial, target[b], around, constants)
             gain = value[b] - model.value
             done[b] = abs(gain) < tolerance * value[b]
             if gain > 0:
-                if gained[b]:
-                    damping[b] = max(damping[b] / 10, _LEAST_DAMPING)
                 at[b], models[b], value[b] = trial, model, model.value
-            else:
-                damping[b] *= 10
+            if gain > _GOOD * promised:
+                damping[b] = max(damping[b] / 10, _LEAST_DAMPING)
+            elif not gain > _POOR * promised:
+                damping[b] *= 5
                 done[b] |= damping[b] > _MOST_DAMPING
-            gained[b] = gain > 0
         iteration += 1
     return Descent(at, value, done)

@@ -92,7 +92,7 @@ def _violations(
     state: tuple[float, float, float, float], step: int, around: Surroundings, constants: Constants
 ) -> tuple[float, float]:
     """The slack that a state after a step asks for, and the way [m] by which the body is beyond the road's margins."""
-    own = _half_sizes(state[3], constants.vehicle)
+    own = _half_sizes(abs(state[3]), constants.vehicle)
     slack = 0.0
     for slot in range(around.boxes.shape[2]):
         excess, _ = box_excess(state[:3], own, 0.0, around.boxes, step, slot, 0.0, constants)

@@ -2,8 +2,8 @@
 
 The slack γ_k of the paper's problem is penalised by c_k·γ_k² and appears nowhere else, so it can be put in: what is
 left is a least-squares problem in the inputs. Differences from the cost of `coverdrive.planning.cost`: every path has a
-slack of its own (the cost takes the largest of each step), and the limits of speed and heading, which whoever drives
-the inputs keeps exactly, are penalties.
+slack of its own (the cost takes the largest of each step), for either sign of the heading where both matter, and the
+limits of speed and heading, which whoever drives the inputs keeps exactly, are penalties.
 
 K steps, U = 2K inputs, n boxes per step, C constraints in view.
 """
@@ -18,7 +18,7 @@ from coverdrive.planning.condensed import Course, course_of, pull_back
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.contact import box_excess
 from coverdrive.planning.cost import input_cost, state_cost
-from coverdrive.planning.obstacles import TILT, own_half_sizes
+from coverdrive.planning.obstacles import own_half_sizes
 
 _SPEED = 1e4
 """[s²/m²] penalty beyond the limits"""
@@ -26,8 +26,14 @@ _HEADING = 1e6
 """[1/rad²] penalty beyond the limits"""
 _IN_VIEW = 1.0
 """constraints that are further from being active than this are not seen by a step"""
-_LIMITS = 6
+_HEADING_IN_VIEW = 0.2
+"""[rad] the same of the limits of the heading"""
+_LIMITS = 8
 """constraints of every step besides the boxes"""
+_TURNED = 0.15
+"""[rad] beyond which the constraints for the other sign of the heading are not looked at"""
+_MIRRORED_IN_VIEW = 0.3
+"""``_IN_VIEW`` of the constraints for the other sign of the heading"""
 _half_sizes = compiled(own_half_sizes)
 _cost_of_state = compiled(state_cost)
 _cost_of_input = compiled(input_cost)
@@ -110,35 +116,60 @@ def _constraints(
     course: Course, around: Surroundings, constants: Constants
 ) -> tuple[Float[np.ndarray, " C"], Float[np.ndarray, "C U"], Float[np.ndarray, " C"]]:
     """Excess, its derivatives and weight of the constraints in view."""
-    vehicle, steps, boxes = constants.vehicle, constants.steps, around.boxes
-    most = steps * (boxes.shape[2] + _LIMITS)
+    vehicle, steps = constants.vehicle, constants.steps
+    most = steps * (2 * around.boxes.shape[2] + _LIMITS)
     excess, normal, weight = np.empty(most), np.empty((most, 2 * steps)), np.empty(most)
     fastest, slowest = max(vehicle.max_speed, around.state[2]), min(0.0, around.state[2])
     widest = max(vehicle.max_heading, abs(around.state[3]))
-    road, count = constants.cost.off_road, 0
+    count = 0
     for k in range(steps):
-        lon, lat, speed, heading = course.lon[k], course.lat[k], course.speed[k], course.heading[k]
-        own, turning = _half_sizes(heading, vehicle), heading / np.sqrt(heading**2 + TILT**2)
-        half_width, widening = own[1] + constants.shape.edge_margin, vehicle.length / 2 * turning
-        for slot in range(boxes.shape[2]):
-            value, by = box_excess((lon, lat, speed), own, turning, boxes, k, slot, _IN_VIEW, constants)
-            if value > -_IN_VIEW:
-                excess[count], weight[count] = value, constants.slack[k]
-                pull_back(course, k, by, constants.dt, normal[count])
-                count += 1
-        for value, by, penalty in (
-            (lat + half_width - around.edges[1], (0.0, 1.0, 0.0, widening), road),
-            (around.edges[0] - lat + half_width, (0.0, -1.0, 0.0, widening), road),
-            (speed - fastest, (0.0, 0.0, 1.0, 0.0), _SPEED),
-            (slowest - speed, (0.0, 0.0, -1.0, 0.0), _SPEED),
-            (heading - widest, (0.0, 0.0, 0.0, 1.0), _HEADING),
-            (-widest - heading, (0.0, 0.0, 0.0, -1.0), _HEADING),
+        speed, heading = course.speed[k], course.heading[k]
+        sign = 1.0 if heading >= 0 else -1.0
+        count = _bodies(course, k, sign, _IN_VIEW, around, constants, excess, normal, weight, count)
+        if abs(heading) < _TURNED:
+            count = _bodies(course, k, -sign, _MIRRORED_IN_VIEW, around, constants, excess, normal, weight, count)
+        for value, by, penalty, view in (
+            (speed - fastest, (0.0, 0.0, 1.0, 0.0), _SPEED, _IN_VIEW),
+            (slowest - speed, (0.0, 0.0, -1.0, 0.0), _SPEED, _IN_VIEW),
+            (heading - widest, (0.0, 0.0, 0.0, 1.0), _HEADING, _HEADING_IN_VIEW),
+            (-widest - heading, (0.0, 0.0, 0.0, -1.0), _HEADING, _HEADING_IN_VIEW),
         ):
-            if value > -_IN_VIEW:
+            if value > -view:
                 excess[count], weight[count] = value, penalty
                 pull_back(course, k, by, constants.dt, normal[count])
                 count += 1
     return excess[:count], normal[:count], weight[:count]
+
+
+@compiled
+def _bodies(
+    course: Course,
+    k: int,
+    sign: float,
+    view: float,
+    around: Surroundings,
+    constants: Constants,
+    excess: Float[np.ndarray, " most"],
+    normal: Float[np.ndarray, "most U"],
+    weight: Float[np.ndarray, " most"],
+    count: int,
+) -> int:
+    """Append the boxes and road edges of a step, for one sign of the heading; returns the number of constraints."""
+    lon, lat, speed, heading = course.lon[k], course.lat[k], course.speed[k], course.heading[k]
+    own, boxes = _half_sizes(sign * heading, constants.vehicle), around.boxes
+    for slot in range(boxes.shape[2]):
+        value, by = box_excess((lon, lat, speed), own, sign, boxes, k, slot, view, constants)
+        if value > -view:
+            excess[count], weight[count] = value, constants.slack[k]
+            pull_back(course, k, by, constants.dt, normal[count])
+            count += 1
+    half_width, widening = own[1] + constants.shape.edge_margin, sign * constants.vehicle.length / 2
+    for side, beyond in ((1.0, lat - around.edges[1]), (-1.0, around.edges[0] - lat)):
+        if beyond + half_width > -view:
+            excess[count], weight[count] = beyond + half_width, constants.cost.off_road
+            pull_back(course, k, (0.0, side, 0.0, widening), constants.dt, normal[count])
+            count += 1
+    return count
 
 
 @compiled

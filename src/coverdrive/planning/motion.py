@@ -109,7 +109,7 @@ def judged(
     """
     values = clearances(states, situation.obstacles, problem.vehicle, problem.obstacles)
     slack = smallest_slack(values, problem.obstacles.margin)
-    half_width = own_half_sizes(states[..., 1:, 3], problem.vehicle)[1] + problem.obstacles.edge_margin
+    half_width = own_half_sizes(np.abs(states[..., 1:, 3]), problem.vehicle)[1] + problem.obstacles.edge_margin
     right, left = situation.road_edges
     lat = states[..., 1:, 1]
     off_road = np.maximum(0.0, np.maximum(right - (lat - half_width), lat + half_width - left))

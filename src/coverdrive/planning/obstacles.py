@@ -23,8 +23,6 @@ from coverdrive.planning.vehicle import VehicleSettings
 from coverdrive.road import Road
 from coverdrive.settings import Settings
 
-TILT = 0.01
-"""[rad] of the smooth upper bound of |heading|; it adds 2 cm to the half width of the own car"""
 TINY = 1e-12
 """keeps the root differentiable at the centre"""
 _MARGIN = 1.1
@@ -70,21 +68,21 @@ class Obstacles(NamedTuple):
 
 
 def own_half_sizes(heading: Any, vehicle: VehicleSettings) -> tuple[Any, Any]:
-    """Half extents of the turned own box along lon and lat, from above and smooth in the heading.
+    """Half extents of the turned own box along lon and lat, from above and linear in the heading.
 
-    A box of half length a and half width b turned by ψ has the half extents a·cos ψ + b·|sin ψ| and
-    b·cos ψ + a·|sin ψ|; both are smaller than what is returned here.
+    A box of half length a and half width b turned by ψ ≥ 0 has the half extents a·cos ψ + b·sin ψ and
+    b·cos ψ + a·sin ψ, which are at most a + b·ψ and b + a·ψ. For either sign of the heading the larger extents count:
+    whoever needs smooth ones poses the constraint for ψ and for −ψ.
 
     Args:
-        heading: [rad].
+        heading: [rad], at least 0 unless the other sign counts as well.
         vehicle: size of the own car.
 
     Returns:
         [m] along lon and [m] along lat.
     """
-    tilt = (heading**2 + TILT**2) ** 0.5
     half_length, half_width = vehicle.length / 2, vehicle.width / 2
-    return half_length + half_width * tilt, half_width + half_length * tilt
+    return half_length + half_width * heading, half_width + half_length * heading
 
 
 def clearance(
@@ -130,7 +128,7 @@ def clearances(
     offset = (lon - obstacles.centres[..., 0], lat - obstacles.centres[..., 1])
     half_sizes = (obstacles.half_sizes[..., 0], obstacles.half_sizes[..., 1])
     excess_speed = np.maximum(0.0, speed - obstacles.speed)
-    return clearance(offset, half_sizes, own_half_sizes(heading, vehicle), excess_speed, vehicle, settings)
+    return clearance(offset, half_sizes, own_half_sizes(np.abs(heading), vehicle), excess_speed, vehicle, settings)
 
 
 def smallest_slack(values: Float[np.ndarray, "*m K n"], margin: float) -> Float[np.ndarray, "*m K"]:

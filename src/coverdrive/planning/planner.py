@@ -81,7 +81,9 @@ class MpcPlanner:
             settings: horizon, car, weights; the defaults if left out.
         """
         self.settings = settings or PlannerSettings()
-        self._constants = constants_of(self.settings.problem)
+        problem = self.settings.problem
+        self._constants = constants_of(problem)
+        self._accelerations = self.settings.search.accelerations(problem.vehicle)
         self._memory: _Memory | None = None
         self._paths = PathMemory(self.settings.grace)
         self._start(self.dt)
@@ -191,17 +193,17 @@ class MpcPlanner:
         problem, settings, memory = self.settings.problem, self.settings, self._memory
         targets = [lane, *(side for side in (lane - 1, lane + 1) if 0 <= side < road.lanes)]
         held = memory.lane if memory else lane
-        straight = np.zeros((problem.steps, 2))
-        last = [memory.inputs.get(target, straight) if memory else straight for target in targets]
-        starts = np.swapaxes([*last, straight], 1, 2).reshape(len(targets) + 1, -1)
+        lanes, straight = len(targets), np.zeros((problem.steps, 2))
+        starts = np.zeros((2 * lanes, 2 * problem.steps))
+        for start, target in zip(starts, targets, strict=False):
+            start[:] = (memory.inputs.get(target, straight) if memory else straight).T.ravel()
         extra = np.array([settings.lane_change * (target != held) for target in targets])
         around = self._surroundings(state, obstacles, road)
-        wanted = Wanted(np.array(road.centres)[targets], extra, np.zeros(len(starts), int), starts, resumed=False)
-        accelerations = settings.search.accelerations(problem.vehicle)
+        wanted = Wanted(np.array(road.centres)[targets], extra, np.zeros(2 * lanes, int), starts, resumed=False)
         tolerance, left = settings.search.tolerance, settings.iterations
         while True:
             iterations = min(settings.iterations_at_once, left)
-            found = search(around, wanted, accelerations, iterations, tolerance, self._constants)
+            found = search(around, wanted, self._accelerations, iterations, tolerance, self._constants)
             left -= iterations
             if found.done or left == 0 or time.perf_counter() - begin > settings.budget:
                 break

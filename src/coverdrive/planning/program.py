@@ -26,6 +26,10 @@ PARAMETERS = 9
 """current state (4), previous input (2), lat of the target lane's centre, of the right and of the left road edge"""
 
 
+_FAR_TURNED = 0.3
+"""[rad] beyond which the constraint for the other sign of the heading is none, so that no extent gets negative"""
+
+
 class Program(NamedTuple):
     """The nonlinear program in symbols, and where its variables are."""
 
@@ -118,20 +122,32 @@ def _lateral_acceleration_rows(state: Any, inputs: Any, vehicle: VehicleSettings
     return [vehicle.max_lateral_acceleration - lateral, vehicle.max_lateral_acceleration + lateral]
 
 
+def _turned(heading: Any) -> tuple[Any, Any]:
+    """The heading for either sign; the constraints are posed for both."""
+    return ca.fmax(heading, -_FAR_TURNED), ca.fmax(-heading, -_FAR_TURNED)
+
+
 def _road_rows(state: Any, right: Any, left: Any, off_road: Any, settings: ProblemSettings) -> list[Any]:
     """The turned body stays within the margins of the road edges, up to the slack ρ_k."""
-    half_width = own_half_sizes(state[3], settings.vehicle)[1] + settings.obstacles.edge_margin
-    return [left - state[1] - half_width + off_road, state[1] - half_width - right + off_road]
+    rows: list[Any] = []
+    for heading in _turned(state[3]):
+        half_width = own_half_sizes(heading, settings.vehicle)[1] + settings.obstacles.edge_margin
+        rows += [left - state[1] - half_width + off_road, state[1] - half_width - right + off_road]
+    return rows
 
 
 def _obstacle_rows(state: Any, boxes: Any, slack: Any, settings: ProblemSettings) -> Any:
-    """The obstacle constraints of one step, one row per slot."""
+    """The obstacle constraints of one step, two rows per slot."""
     centre_lon, centre_lat, half_length, half_width, speed = (boxes[i, :].T for i in range(5))
-    own = own_half_sizes(state[3], settings.vehicle)
     offset = (state[0] - centre_lon, state[1] - centre_lat)
     excess_speed = ca.fmax(0, state[2] - speed)
     half_sizes, margin = (half_length, half_width), settings.obstacles.margin
-    return clearance(offset, half_sizes, own, excess_speed, settings.vehicle, settings.obstacles) + slack - 1 - margin
+    rows: list[Any] = []
+    for heading in _turned(state[3]):
+        own = own_half_sizes(heading, settings.vehicle)
+        value = clearance(offset, half_sizes, own, excess_speed, settings.vehicle, settings.obstacles)
+        rows.append(value + slack - 1 - margin)
+    return ca.vertcat(*rows)
 
 
 def parameter_values(situation: Situation, target_lat: float) -> Float[np.ndarray, " P"]:

@@ -1,12 +1,12 @@
 """The search for a plan, compiled: manoeuvres as guesses, descent from the best of them, and the choice.
 
-Every target lane has a start: the cheapest of the last plan to that lane and of simple manoeuvres (steer to the lane at
-a constant acceleration, from full braking to full throttle). One more start is the cheapest manoeuvre of all, so that a
-last plan that got stuck is left behind. All starts descend together. Whatever comes out is driven
-within the limits of the car and judged by the cost of `coverdrive.planning.cost` against every box; so are the simple
-manoeuvres and the last plans themselves, which are what is left when the descent finds nothing clear.
+Every target lane has two starts: the last plan to that lane, and the cheapest of simple manoeuvres (steer to the lane
+at a constant acceleration, from full braking to full throttle), so that a last plan that got stuck is left behind. All
+starts descend together. Whatever comes out is driven within the limits of the car and judged by the cost of
+`coverdrive.planning.cost` against every box; so are the simple manoeuvres and the last plans themselves, which are what
+is left when the descent finds nothing clear.
 
-L target lanes, B = L + 1 starts, m motions, P = K + 1 states.
+L target lanes, B = 2L starts, m motions, P = K + 1 states.
 """
 
 from typing import NamedTuple
@@ -53,7 +53,7 @@ class Wanted(NamedTuple):
     lane: Int[np.ndarray, " B"]
     """index of the target of each start"""
     starts: Float[np.ndarray, "B U"]
-    """inputs of the last plan to each target lane; the last ones count only if ``resumed``"""
+    """inputs of the last plan to each target lane; the other L count only if ``resumed``"""
     resumed: bool
     """whether the starts are those of an unfinished search, with which no manoeuvre competes"""
 
@@ -140,7 +140,8 @@ def _search(
         starts, lane = wanted.starts, wanted.lane
     else:
         price = simple.lasting_cost + wanted.extra[simple_lane]
-        fresh = np.append(_cheapest(price, simple_lane, lanes), np.argmin(price[: len(guesses)]))
+        last = len(guesses) + np.arange(lanes)
+        fresh = np.concatenate((last, _cheapest(price[: len(guesses)], of_guess, lanes)))
         starts, lane = simple_inputs[fresh], simple_lane[fresh]
     target, extra = wanted.targets[lane], wanted.extra[lane]
     descent = descend(starts, target, extra, around, constants, iterations, tolerance)
