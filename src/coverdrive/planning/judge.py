@@ -13,12 +13,14 @@ from coverdrive.planning.constants import Constants
 from coverdrive.planning.contact import box_excess
 from coverdrive.planning.cost import input_cost, state_cost
 from coverdrive.planning.merit import Surroundings
+from coverdrive.planning.motion import harm_of
 from coverdrive.planning.obstacles import own_half_sizes
 from coverdrive.planning.vehicle import euler_step, within_limits
 
 _half_sizes = compiled(own_half_sizes)
 _cost_of_state = compiled(state_cost)
 _cost_of_input = compiled(input_cost)
+_harm_of = compiled(harm_of)
 _step = compiled(euler_step)
 _within_limits = compiled(within_limits)
 
@@ -32,7 +34,7 @@ class Judged(NamedTuple):
     off_road: Float[np.ndarray, "m K"]
     cost: Float[np.ndarray, " m"]
     lasting_cost: Float[np.ndarray, " m"]
-    """with every slack held until the end; see `coverdrive.planning.motion.Motion`"""
+    """with every slack times its harm held until the end; see `coverdrive.planning.motion.Motion`"""
 
 
 @compiled
@@ -75,8 +77,9 @@ def judge(
             driven[i, k], driven[i, steps + k] = applied
             for j in range(4):
                 states[i, k + 1, j] = state[j]
-            slack[i, k], off_road[i, k] = _violations(state, k, around, constants)
-            lasting = max(lasting, slack[i, k])
+            slack[i, k], closing = _contact(state, k, around, constants)
+            lasting = max(lasting, slack[i, k] * _harm_of(closing))
+            off_road[i, k] = _off_road(state, around, constants)
             each = constants.weight[k] * _cost_of_state(state[1] - target[i], state[2], state[3], constants.cost)
             changes = applied[0] - before[0], applied[1] - before[1]
             each += _cost_of_input(applied[0], applied[1], changes[0], changes[1], constants.cost)
@@ -88,15 +91,23 @@ def judge(
 
 
 @compiled
-def _violations(
+def _contact(
     state: tuple[float, float, float, float], step: int, around: Surroundings, constants: Constants
 ) -> tuple[float, float]:
-    """The slack that a state after a step asks for, and the way [m] by which the body is beyond the road's margins."""
-    own = _half_sizes(abs(state[3]), constants.vehicle)
-    slack = 0.0
-    for slot in range(around.boxes.shape[2]):
-        excess, _ = box_excess(state[:3], own, 0.0, around.boxes, step, slot, 0.0, constants)
-        slack = max(slack, excess)
-    half_width = own[1] + constants.shape.edge_margin
-    beyond = max(state[1] + half_width - around.edges[1], around.edges[0] - state[1] + half_width)
-    return slack, max(0.0, beyond)
+    """The slack that a state after a step asks for, and the closing speed [m/s] to the box that asks for it."""
+    own, boxes = _half_sizes(abs(state[3]), constants.vehicle), around.boxes
+    slack, first = 0.0, min(step, constants.steps - 2)
+    closing = 0.0
+    for slot in range(boxes.shape[2]):
+        excess, _ = box_excess(state[:3], own, 0.0, boxes, step, slot, 0.0, constants)
+        if excess > slack:
+            moved = (boxes[0, first + 1, slot] - boxes[0, first, slot]) / constants.dt
+            slack, closing = excess, abs(state[2] - moved)
+    return slack, closing
+
+
+@compiled
+def _off_road(state: tuple[float, float, float, float], around: Surroundings, constants: Constants) -> float:
+    """The way [m] by which the body is beyond the road's margins."""
+    half_width = _half_sizes(abs(state[3]), constants.vehicle)[1] + constants.shape.edge_margin
+    return max(0.0, state[1] + half_width - around.edges[1], around.edges[0] - state[1] + half_width)

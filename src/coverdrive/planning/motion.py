@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float
 
 from coverdrive.planning.cost import plan_cost
-from coverdrive.planning.obstacles import clearances, own_half_sizes, smallest_slack
+from coverdrive.planning.obstacles import Obstacles, clearances, own_half_sizes, smallest_slack
 from coverdrive.planning.problem import ProblemSettings, Situation
 from coverdrive.planning.vehicle import VehicleSettings, feasible_inputs, step
 
@@ -22,6 +22,8 @@ _LATERAL_SPEED = 2.0
 """[m/s] at which a lane-seeking car moves sideways at the most: 3.6 m in about 2.5 s"""
 _HEADING_TIME = 0.4
 """[s] in which a lane-seeking car takes the wanted heading"""
+_HARMFUL = 20.0
+"""[m/s] closing speed at which a contact counts twice as much as at rest"""
 
 
 class Motion(NamedTuple):
@@ -38,8 +40,8 @@ class Motion(NamedTuple):
     cost: Float[Any, "*m"]
     """value of the objective"""
     lasting_cost: Float[Any, "*m"]
-    """the objective with every slack held until the end, because a contact cannot be undone; motions are compared
-    by it, so that passing through a vehicle does not look better than stopping at it"""
+    """the objective with every slack, times `harm_of`, held until the end, because a contact cannot be undone; motions
+    are compared by it, so that passing through a vehicle does not look better than stopping at it"""
 
     def at(self, index: int) -> "Motion":
         """One of several motions."""
@@ -113,12 +115,30 @@ def judged(
     right, left = situation.road_edges
     lat = states[..., 1:, 1]
     off_road = np.maximum(0.0, np.maximum(right - (lat - half_width), lat + half_width - left))
-    lasting_slack = np.maximum.accumulate(slack, axis=-1)
+    closing = _closing_speeds(states, values, situation.obstacles, problem.dt)
+    lasting_slack = np.maximum.accumulate(slack * harm_of(closing), axis=-1)
     cost, lasting_cost = (
         plan_cost(states, inputs, each, off_road, situation.previous_input, target_lat, problem.cost)
         for each in (slack, lasting_slack)
     )
     return Motion(states, inputs, slack, off_road, cost, lasting_cost)
+
+
+def harm_of(closing_speed: Any) -> Any:
+    """How much worse a contact is at a closing speed [m/s] than at none."""
+    return 1 + closing_speed / _HARMFUL
+
+
+def _closing_speeds(
+    states: Float[np.ndarray, "*m P 4"], values: Float[np.ndarray, "*m K n"], obstacles: Obstacles, dt: float
+) -> Float[np.ndarray, "*m K"]:
+    """Difference of the speeds along the road [m/s] from the box that is nearest to contact at every step."""
+    speed = states[..., 1:, 2]
+    if not obstacles.slots:
+        return np.zeros_like(speed)
+    moved = np.diff(obstacles.centres[..., 0], axis=0) / dt
+    nearest = values.argmin(-1)
+    return np.abs(speed - np.concatenate([moved, moved[-1:]])[np.arange(len(moved) + 1), nearest])
 
 
 def shifted_inputs(inputs: Float[np.ndarray, "K n"], elapsed: float, dt: float) -> Float[np.ndarray, "K n"]:
