@@ -55,3 +55,11 @@ def test_motion(us101: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     result = ran("motion", tmp_path / "motion.json", monkeypatch, *quick)
     assert set(result) == {"derived, centred", "motion, centred", "derived, past", "motion, past"}
     assert all(len(runs) == 1 and runs[0][1][0] >= 1 for runs in result.values())
+
+
+@pytest.mark.slow
+def test_closed_loop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    result = ran("closed_loop", tmp_path / "closed_loop.json", monkeypatch, "--trials", "1", "--workers", "1")
+    assert set(result["means"]) == {"reference", "coverdrive"}
+    speeds = {each["name"]: each for each in result["differences, coverdrive minus reference"]}["mean_speed"]
+    assert min(speeds["first"], speeds["second"]) > 5

@@ -95,8 +95,8 @@ def test_hardly_avoidable_contact_is_braked_for(straight_paths) -> None:
     """It stops at the wall instead of squeezing through between two of its cars."""
     wall = [(30, 1.8, 0), (30, 5.4, 0), (30, 9.0, 0)]
     states, plans, _ = drive(MpcPlanner(), [0, 5.4, 20, 0], wall, straight_paths, 15)
-    np.testing.assert_allclose([plan.inputs[0, 0] for plan in plans], -8.0, atol=0.3)
-    assert states[-1, 2] == pytest.approx(20 - 8 * 1.5, abs=0.2)
+    assert max(plan.inputs[0, 0] for plan in plans) < -6
+    assert states[-1, 2] == pytest.approx(20 - 8 * 1.5, abs=0.3)
 
 
 def test_does_not_dither_between_equal_lanes(straight_paths) -> None:
@@ -199,6 +199,19 @@ def test_plans_compile_nothing_after_the_reset(straight_paths) -> None:
             np.array([0, 5.4, 20, 0.0]), straight_paths(*[(20.0 + i / 10, 1.8, 18) for i in range(count)]), ROAD
         )
     assert len(search._search.signatures) == compiled
+
+
+def test_a_follower_does_not_push_where_nothing_is_clear_anyway(straight_paths) -> None:
+    """Somebody stands too near ahead, and somebody follows closely: it brakes, and says that it is unsafe."""
+    paths = straight_paths((15, 5.4, 0), (15, 1.8, 0), (15, 9.0, 0), (-7, 5.4, 20), (-7, 5.4, 20))
+    points = paths.points.copy()
+    points[4, :, 0] -= 4.0 * (0.25 * np.arange(13)) ** 2
+    vehicle = np.array([0, 1, 2, 3, 3])
+    state = np.array([0, 5.4, 20, 0.0])
+    plan = MpcPlanner().plan(state, PredictedPaths(points, vehicle, paths.half_sizes, paths.dt), ROAD)
+    assert plan.status is Status.UNSAFE
+    assert plan.inputs[0, 0] < -7
+    assert plan.slack.max() > 0.1
 
 
 def test_an_interrupt_in_the_middle_of_a_search_is_heeded(straight_paths) -> None:

@@ -14,6 +14,7 @@ from pydantic import Field
 from coverdrive.errors import SettingError
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.constants import constants_of
+from coverdrive.planning.domination import mark_undominated
 from coverdrive.planning.fallback import braking_motion, dead_reckoning, plausible
 from coverdrive.planning.merit import Surroundings
 from coverdrive.planning.motion import Motion, judged, shifted_inputs
@@ -49,7 +50,8 @@ class PlannerSettings(Settings):
     """iterations between two looks at the clock"""
     rear_last: bool = True
     """if nothing is clear, of the vehicle directly behind in the own lane (paper, Remark 2) only the path that stays
-    back furthest counts: it has to keep its distance, and does not push the own car into another"""
+    back furthest counts: it has to keep its distance, and does not push the own car into another, even where nothing is
+    clear without it either"""
     grace: float = Field(default=0.5, ge=0)
     """[s] for which a vehicle that vanished is taken to be on one of its last predicted paths"""
 
@@ -166,7 +168,7 @@ class MpcPlanner:
         else:
             motion, status = _motion_of(found, state[0]), _status_of(found)
             if yielded is not None:
-                found, status = yielded, Status.REAR
+                found, status = yielded, Status.REAR if yielded.clear else Status.UNSAFE
                 aim, chosen = float(road.centres[targets[int(found.lane)]]), _motion_of(found, state[0])
                 motion = judged(chosen.states, chosen.inputs, aim, situation, problem)
             target = targets[int(found.lane)]
@@ -178,13 +180,13 @@ class MpcPlanner:
     def _yielded(
         self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, lane: int, begin: float
     ) -> Found | None:
-        """What is clear if the vehicle directly behind keeps its distance, if anything is."""
+        """What is found if the vehicle directly behind keeps its distance; None if there is none that could."""
         others = braking_rear(state, paths, road)
         if not self.settings.rear_last or len(others) == len(paths):
             return None
         obstacles = obstacles_of(others, self.settings.problem.obstacles)
         found, _ = self._search(state, obstacles, road, lane, begin)
-        return found if found is not None and found.clear else None
+        return found
 
     def _search(
         self, state: Float[np.ndarray, " 4"], obstacles: Obstacles, road: Road, lane: int, begin: float
@@ -218,11 +220,14 @@ class MpcPlanner:
         boxes[:2] = (obstacles.centres[:, near] - [state[0], 0.0]).transpose(2, 0, 1)
         boxes[2:4] = obstacles.half_sizes[:, near].transpose(2, 0, 1)
         boxes[4] = obstacles.speed[:, near]
+        kept, vehicle = np.empty(boxes.shape[2], bool), problem.vehicle
+        turned, fastest = max(abs(state[3]), vehicle.max_heading), max(state[2], vehicle.max_speed)
+        mark_undominated(boxes, turned, fastest, self._constants, kept)
         return Surroundings(
             state=np.array([0.0, *state[1:]]),
             previous_input=np.array(memory.applied) if memory else np.zeros(2),
             edges=np.array([road.edges[0], road.edges[-1]], dtype=float),
-            boxes=boxes,
+            boxes=boxes if kept.all() else boxes[:, :, kept].copy(),
         )
 
 
