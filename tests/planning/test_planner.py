@@ -202,16 +202,20 @@ def test_plans_compile_nothing_after_the_reset(straight_paths) -> None:
 
 
 def test_a_follower_does_not_push_where_nothing_is_clear_anyway(straight_paths) -> None:
-    """Somebody stands too near ahead, and somebody follows closely: it brakes, and says that it is unsafe."""
-    paths = straight_paths((15, 5.4, 0), (15, 1.8, 0), (15, 9.0, 0), (-7, 5.4, 20), (-7, 5.4, 20))
-    points = paths.points.copy()
-    points[4, :, 0] -= 4.0 * (0.25 * np.arange(13)) ** 2
-    vehicle = np.array([0, 1, 2, 3, 3])
-    state = np.array([0, 5.4, 20, 0.0])
-    plan = MpcPlanner().plan(state, PredictedPaths(points, vehicle, paths.half_sizes, paths.dt), ROAD)
+    """Vehicles on both sides, one ahead that may brake too hard, one behind that may accelerate or brake."""
+    paths = straight_paths((6, 5.4, 20), (0, 1.8, 20), (0, 9.0, 20), (-7, 5.4, 20), (-7, 5.4, 20))
+    time, vehicle = 0.25 * np.arange(13), np.array([0, 1, 2, 3, 3])
+    braking, points = 8 * np.minimum(time, 2.5), paths.points.copy()
+    for path in (0, 4):
+        points[path, :, 0] -= braking * time - 4 * np.minimum(time, 2.5) ** 2
+    points[3, :, 0] += 2 * time**2
+    state, paths = np.array([0, 5.4, 20, 0.0]), PredictedPaths(points, vehicle, paths.half_sizes, paths.dt)
+    plan = MpcPlanner().plan(state, paths, ROAD)
     assert plan.status is Status.UNSAFE
     assert plan.inputs[0, 0] < -7
     assert plan.slack.max() > 0.1
+    pushed = MpcPlanner(PlannerSettings(rear_last=False)).plan(state, paths, ROAD)
+    assert pushed.inputs[0, 0] > -4
 
 
 def test_an_interrupt_in_the_middle_of_a_search_is_heeded(straight_paths) -> None:
