@@ -11,6 +11,7 @@ HEAVY = (
     "jax",
     "equinox",
     "casadi",
+    "numba",
     "polars",
     "scipy",
     "matplotlib",

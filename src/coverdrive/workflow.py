@@ -278,7 +278,7 @@ def write_json(path: Path, content: Any) -> None:
     write_atomically(path, lambda file: file.write_text(text + "\n", encoding="utf-8"))
 
 
-_PACKAGES = ("jax", "equinox", "numpy", "scipy", "casadi", "polars")
+_PACKAGES = ("jax", "equinox", "numba", "numpy", "scipy", "casadi", "polars")
 
 
 def _provenance(experiment: Experiment, recordings: Sequence[Recording]) -> dict[str, Any]:

@@ -20,11 +20,11 @@ _LEAST_DAMPING = 1e-4
 _MOST_DAMPING = 1e3
 _CREEP = 3.0
 """[m/s] below this speed, yaw rates are kept instead"""
-_PATIENCE = 4
+_PATIENCE = 2
 """iterations for which motions that are not the cheapest are followed at least"""
-_INNER = 12
+_INNER = 20
 """Newton steps of a quadratic problem at the most"""
-_INNER_TOLERANCE = 1e-4
+_INNER_TOLERANCE = 1e-3
 """a Newton step that promises to lower the quadratic problem by a smaller share is the last"""
 _BISECTIONS = 30
 """of the share of a Newton step that is taken where the whole does not gain"""
@@ -81,16 +81,18 @@ def _step(
     step = np.minimum(np.maximum(np.zeros(len(inputs)), low), high)
     value = start = _value(step, model, damped)
     for _ in range(_INNER):
-        newton = np.minimum(np.maximum(step + _newton(step, model, damped, low, high), low), high)
-        found = _value(newton, model, damped)
-        if found > value:
-            newton = step + _share(step, newton - step, model, damped) * (newton - step)
-            found = _value(newton, model, damped)
-        gained = value - found
-        if gained > 0:
-            step, value = newton, found
-        if gained < _INNER_TOLERANCE * value:
+        direction, possible = _newton(step, model, damped, low, high)
+        if possible < _INNER_TOLERANCE * value:
             break
+        trial = np.minimum(np.maximum(step + direction, low), high)
+        found = _value(trial, model, damped)
+        if found > value:
+            share = _share(step, direction, model, damped, _room(step, direction, low, high))
+            trial = np.minimum(np.maximum(step + share * direction, low), high)
+            found = _value(trial, model, damped)
+        if found > value:
+            break
+        step, value = trial, found
     return step, start - value + (damped * step**2).sum()
 
 
@@ -114,8 +116,9 @@ def _share(
     direction: Float[np.ndarray, " U"],
     model: Model,
     damped: Float[np.ndarray, " U"],
+    most: float,
 ) -> float:
-    """The share of a direction that lowers the damped quadratic problem most, by bisection of its slope."""
+    """The share of a direction, up to a largest one, that lowers the damped quadratic problem most, by bisection."""
     steady = rising = 0.0
     for i in range(len(step)):
         row = _row_times(model.smooth, i, step) + damped[i] * step[i] + model.slope[i]
@@ -125,7 +128,7 @@ def _share(
     for c in range(len(model.excess)):
         excess[c] = model.excess[c] + _dot(model.normal[c], step)
         towards[c] = _dot(model.normal[c], direction)
-    low, high = 0.0, 1.0
+    low, high = 0.0, most
     for _ in range(_BISECTIONS):
         share = (low + high) / 2
         slope = steady + share * rising
@@ -139,14 +142,31 @@ def _share(
 
 
 @compiled
+def _room(
+    step: Float[np.ndarray, " U"],
+    direction: Float[np.ndarray, " U"],
+    low: Float[np.ndarray, " U"],
+    high: Float[np.ndarray, " U"],
+) -> float:
+    """The largest share of a direction, up to 1, that keeps all bounds."""
+    room = 1.0
+    for i in range(len(step)):
+        if step[i] + room * direction[i] < low[i]:
+            room = (low[i] - step[i]) / direction[i]
+        elif step[i] + room * direction[i] > high[i]:
+            room = (high[i] - step[i]) / direction[i]
+    return room
+
+
+@compiled
 def _newton(
     step: Float[np.ndarray, " U"],
     model: Model,
     damped: Float[np.ndarray, " U"],
     low: Float[np.ndarray, " U"],
     high: Float[np.ndarray, " U"],
-) -> Float[np.ndarray, " U"]:
-    """The Newton direction of the damped quadratic problem at a step.
+) -> tuple[Float[np.ndarray, " U"], float]:
+    """The Newton direction of the damped quadratic problem at a step, and its gain if nothing came in its way.
 
     Constraints count that are violated at the step; inputs stay that a bound holds.
     """
@@ -163,8 +183,21 @@ def _newton(
             gradient += (model.weight[c] * excess) * model.normal[c]
     for i in range(size):
         if (step[i] <= low[i] and gradient[i] > 0) or (step[i] >= high[i] and gradient[i] < 0):
-            hessian[i, :i], hessian[i + 1 :, i], hessian[i, i], gradient[i] = 0.0, 0.0, 1.0, 0.0
-    return _solved(hessian, -gradient)
+            _hold(hessian, gradient, i)
+    while True:
+        direction, stays = _solved(hessian.copy(), -gradient), True
+        for i in range(size):
+            if (step[i] <= low[i] and direction[i] < 0) or (step[i] >= high[i] and direction[i] > 0):
+                _hold(hessian, gradient, i)
+                stays = False
+        if stays:
+            return direction, -_dot(gradient, direction)
+
+
+@compiled
+def _hold(hessian: Float[np.ndarray, "U U"], gradient: Float[np.ndarray, " U"], i: int) -> None:
+    """Take an input out of the system."""
+    hessian[i, :i], hessian[i + 1 :, i], hessian[i, i], gradient[i] = 0.0, 0.0, 1.0, 0.0
 
 
 @compiled
