@@ -61,5 +61,6 @@ def test_motion(us101: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 def test_closed_loop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     result = ran("closed_loop", tmp_path / "closed_loop.json", monkeypatch, "--trials", "1", "--workers", "1")
     assert set(result["means"]) == {"reference", "coverdrive"}
-    speeds = {each["name"]: each for each in result["differences, coverdrive minus reference"]}["mean_speed"]
-    assert min(speeds["first"], speeds["second"]) > 5
+    assert result["means"]["reference"]["planning_median"] > 0
+    names = {each["name"] for each in result["differences, coverdrive minus reference"]}
+    assert {"frontal_or_side", "rear_end", "mean_speed", "lane_changes"} <= names

@@ -29,7 +29,12 @@ Preset = Annotated[
         help="What holds where the TOML file says nothing: our defaults, or the paper's network and certificate."
     ),
 ]
-Seed = Annotated[int | None, Parameter(help="Seed of every random choice; the same seed gives the same result.")]
+Seed = Annotated[
+    int | None,
+    Parameter(
+        help="Seed of every random choice; the same seed gives the same result unless planning runs out of time."
+    ),
+]
 Out = Annotated[Path, Parameter(help="Results folder.")]
 Folder = Annotated[Path, Parameter(help="Results folder.")]
 Trials = Annotated[int | None, Parameter(help="Number of closed-loop trials; the paper has 1000.")]

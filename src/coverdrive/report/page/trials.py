@@ -20,7 +20,7 @@ class Row:
     replay: bool
     """whether it can be replayed"""
     differs: bool
-    """whether its replay ended otherwise: the trial was driven by another version or on another machine"""
+    """whether its replay ended otherwise: another version or machine, or a search that the time budget cut short"""
     numbers: tuple[tuple[float, str], ...]
     """value to sort by, and text"""
 
