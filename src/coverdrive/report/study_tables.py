@@ -69,7 +69,7 @@ def _missed(rate: MissRate, bound: float | None) -> str:
     observed = (
         f"{rate.missed / max(rate.total, 1):.2%} ({rate.missed} of {rate.total}; 95 % {rate.low:.2%}–{rate.high:.2%})"
     )
-    return observed if bound is None else f"{observed}; certified: at most {bound:.2%}"
+    return observed if bound is None else f"{observed}; certified: at most {bound:.2%} in traffic like the recorded one"
 
 
 def drives_table(trials: pl.DataFrame) -> Table:
