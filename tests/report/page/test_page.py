@@ -43,7 +43,8 @@ def test_every_plot_is_valid_json_with_data(html: str) -> None:
 def test_trials_link_to_their_replays(html: str) -> None:
     assert re.findall(r'href="#replay-(\d+)"', html) == ["0", "7"]
     assert re.findall(r'id="replay-data-(\d+)"', html) == ["0", "7"]
-    assert '<span class="mark collision">side</span>' in html
+    assert '<span class="mark collision">side</span> <small>(at fault: other; ' in html
+    assert "unsafe plans" in html
     assert "too few vehicles" in html
 
 

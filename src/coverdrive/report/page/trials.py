@@ -17,6 +17,8 @@ class Row:
     mark: str
     """"collision", "near" or nothing"""
     kind: str
+    collision: str
+    """who was at fault and what came before; empty without a collision"""
     replay: bool
     """whether it can be replayed"""
     differs: bool
@@ -34,6 +36,7 @@ COLUMNS = (
     ("minimum_gap", "least gap [m]", "{:.2f}"),
     ("minimum_time_to_collision", "least time to collision [s]", "{:.2f}"),
     ("maximum_slack", "largest slack", "{:.2f}"),
+    ("share_unsafe", "unsafe plans", "{:.0%}"),
     ("prediction_misses", "prediction misses", "{:d}"),
     ("planning_p99", "planning, 99th percentile [ms]", "{:.0f}"),
 )
@@ -55,6 +58,7 @@ def trial_rows(contents: Contents) -> list[Row]:
                 trial=row["trial"],
                 mark="collision" if row["collided"] else "near" if row["nearly"] else "",
                 kind=row["kind"],
+                collision=f"at fault: {row['at_fault']}; {row['cause']}" if row["collided"] else "",
                 replay=trace is not None,
                 differs=trace is not None and trace.outcome.kind.value != row["kind"],
                 numbers=tuple((float(row[name]), _text(row[name], form)) for name, _, form in COLUMNS),
