@@ -4,12 +4,15 @@ import os
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 from jaxtyping import install_import_hook
 
 _CHECKER = "beartype.beartype(conf=beartype.BeartypeConf(is_pep484_tower=True))"
 """Shapes are types, which the tests check; an int is good for a float."""
 
 install_import_hook("coverdrive", _CHECKER)
+settings.register_profile("coverdrive", deadline=None)  # a first call compiles
+settings.load_profile("coverdrive")
 
 
 @pytest.fixture(scope="session")

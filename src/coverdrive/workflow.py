@@ -9,7 +9,7 @@ import json
 import os
 import platform
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from functools import cache, partial
 from importlib.metadata import version
 from pathlib import Path
@@ -30,13 +30,12 @@ from coverdrive.planning.planner import MpcPlanner
 from coverdrive.prediction.basis_study import StudiedBasis, basis_record, point_table
 from coverdrive.prediction.fit import Fit, StageProgress, fit, score_sides
 from coverdrive.prediction.held_out import held_out
-from coverdrive.prediction.learned import Learned, score_histograms
+from coverdrive.prediction.learned import Learned
 from coverdrive.prediction.paper_settings import paper_settings
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.recordings.generated import generate
 from coverdrive.recordings.read import read
 from coverdrive.recordings.recording import Recording
-from coverdrive.report.score_axis import EDGES
 from coverdrive.results import CERTIFICATE, CONFIG, LEARNED, METHODS, PREDICTOR, RUN, clips_of
 from coverdrive.simulation.replay import Clip, ReplaySettings, cut_clips
 from coverdrive.simulation.storage import load_trace, save_trace
@@ -62,16 +61,10 @@ def fit_predictor(
     result = fit(recordings, experiment.prediction, experiment.seed, progress)
     experiment.save(folder / CONFIG)
     result.predictor.save(folder / PREDICTOR)
-    _learned(result).save(folder / LEARNED)
+    Learned.of(result).save(folder / LEARNED)
     write_json(folder / CERTIFICATE, certificate_record(result))
     write_json(folder / RUN, _provenance(experiment, recordings) | {"seconds": result.seconds})
     return result
-
-
-def _learned(result: Fit) -> Learned:
-    """What the pictures of a fit show; scores are counted in bins that are fine where thresholds lie."""
-    driven, others = score_histograms(result.scored.calibration, EDGES)
-    return replace(Learned.of(result), edges=EDGES, driven=driven, others=others)
 
 
 def save_bases(

@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from coverdrive.report.score_axis import EDGES, ScoreAxis
+from coverdrive.prediction.learned import EDGES
+from coverdrive.report.score_axis import ScoreAxis
 
 NO_MARKS = np.empty(0)
 

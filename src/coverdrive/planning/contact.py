@@ -11,7 +11,10 @@ from jaxtyping import Float
 
 from coverdrive.planning.compiled import compiled
 from coverdrive.planning.constants import Constants
-from coverdrive.planning.obstacles import TINY
+from coverdrive.planning.obstacles import TINY, own_half_sizes
+
+half_sizes_of = compiled(own_half_sizes)
+"""compiled"""
 
 
 @compiled

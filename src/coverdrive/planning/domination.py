@@ -9,9 +9,7 @@ from jaxtyping import Bool, Float
 
 from coverdrive.planning.compiled import compiled
 from coverdrive.planning.constants import Constants
-from coverdrive.planning.obstacles import own_half_sizes
-
-_half_sizes = compiled(own_half_sizes)
+from coverdrive.planning.contact import half_sizes_of
 
 
 @compiled
@@ -27,7 +25,7 @@ def mark_undominated(
         constants: of the problem.
         kept: where the answer is written.
     """
-    own = _half_sizes(turned, constants.vehicle)
+    own = half_sizes_of(turned, constants.vehicle)
     kept[:] = True
     for inner in range(len(kept)):
         for outer in range(len(kept)):

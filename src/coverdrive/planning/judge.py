@@ -10,16 +10,11 @@ from jaxtyping import Float
 
 from coverdrive.planning.compiled import compiled
 from coverdrive.planning.constants import Constants
-from coverdrive.planning.contact import box_excess
-from coverdrive.planning.cost import input_cost, state_cost
-from coverdrive.planning.merit import Surroundings
+from coverdrive.planning.contact import box_excess, half_sizes_of
+from coverdrive.planning.merit import Surroundings, cost_of_input, cost_of_state
 from coverdrive.planning.motion import harm_of
-from coverdrive.planning.obstacles import own_half_sizes
 from coverdrive.planning.vehicle import euler_step, within_limits
 
-_half_sizes = compiled(own_half_sizes)
-_cost_of_state = compiled(state_cost)
-_cost_of_input = compiled(input_cost)
 _harm_of = compiled(harm_of)
 _step = compiled(euler_step)
 _within_limits = compiled(within_limits)
@@ -80,9 +75,9 @@ def judge(
             slack[i, k], closing = _contact(state, k, around, constants)
             lasting = max(lasting, slack[i, k] * _harm_of(closing))
             off_road[i, k] = _off_road(state, around, constants)
-            each = constants.weight[k] * _cost_of_state(state[1] - target[i], state[2], state[3], constants.cost)
+            each = constants.weight[k] * cost_of_state(state[1] - target[i], state[2], state[3], constants.cost)
             changes = applied[0] - before[0], applied[1] - before[1]
-            each += _cost_of_input(applied[0], applied[1], changes[0], changes[1], constants.cost)
+            each += cost_of_input(applied[0], applied[1], changes[0], changes[1], constants.cost)
             each += constants.cost.off_road * off_road[i, k] ** 2
             cost[i] += each + constants.slack[k] * slack[i, k] ** 2
             lasting_cost[i] += each + constants.slack[k] * lasting**2
@@ -95,7 +90,7 @@ def _contact(
     state: tuple[float, float, float, float], step: int, around: Surroundings, constants: Constants
 ) -> tuple[float, float]:
     """The slack that a state after a step asks for, and the closing speed [m/s] to the box that asks for it."""
-    own, boxes = _half_sizes(abs(state[3]), constants.vehicle), around.boxes
+    own, boxes = half_sizes_of(abs(state[3]), constants.vehicle), around.boxes
     slack, first = 0.0, min(step, constants.steps - 2)
     closing = 0.0
     for slot in range(boxes.shape[2]):
@@ -109,5 +104,5 @@ def _contact(
 @compiled
 def _off_road(state: tuple[float, float, float, float], around: Surroundings, constants: Constants) -> float:
     """The way [m] by which the body is beyond the road's margins."""
-    half_width = _half_sizes(abs(state[3]), constants.vehicle)[1] + constants.shape.edge_margin
+    half_width = half_sizes_of(abs(state[3]), constants.vehicle)[1] + constants.shape.edge_margin
     return max(0.0, state[1] + half_width - around.edges[1], around.edges[0] - state[1] + half_width)

@@ -16,9 +16,8 @@ from jaxtyping import Float
 from coverdrive.planning.compiled import compiled
 from coverdrive.planning.condensed import Course, course_of, pull_back
 from coverdrive.planning.constants import Constants
-from coverdrive.planning.contact import box_excess
+from coverdrive.planning.contact import box_excess, half_sizes_of
 from coverdrive.planning.cost import input_cost, state_cost
-from coverdrive.planning.obstacles import own_half_sizes
 
 _SPEED = 1e4
 """[s²/m²] penalty beyond the limits"""
@@ -34,9 +33,8 @@ _TURNED = 0.15
 """[rad] beyond which the constraints for the other sign of the heading are not looked at"""
 _MIRRORED_IN_VIEW = 0.3
 """``_IN_VIEW`` of the constraints for the other sign of the heading"""
-_half_sizes = compiled(own_half_sizes)
-_cost_of_state = compiled(state_cost)
-_cost_of_input = compiled(input_cost)
+cost_of_state = compiled(state_cost)
+cost_of_input = compiled(input_cost)
 
 
 class Surroundings(NamedTuple):
@@ -100,8 +98,8 @@ def _smooth(
         changes = inputs[k] - acceleration, inputs[steps + k] - yaw_rate
         acceleration, yaw_rate = inputs[k], inputs[steps + k]
         lat_error, weight = course.lat[k] - target, constants.weight[k]
-        value += _cost_of_input(acceleration, yaw_rate, changes[0], changes[1], cost)
-        value += weight * _cost_of_state(lat_error, course.speed[k], course.heading[k], cost)
+        value += cost_of_input(acceleration, yaw_rate, changes[0], changes[1], cost)
+        value += weight * cost_of_state(lat_error, course.speed[k], course.heading[k], cost)
         faster = cost.speed * (course.speed[k] - cost.reference_speed)
         pull_back(course, k, (0.0, 1.0, 0.0, 0.0), constants.dt, by_inputs)
         add_square(smooth, by_inputs, weight * cost.lane)
@@ -156,7 +154,7 @@ def _bodies(
 ) -> int:
     """Append the boxes and road edges of a step, for one sign of the heading; returns the number of constraints."""
     lon, lat, speed, heading = course.lon[k], course.lat[k], course.speed[k], course.heading[k]
-    own, boxes = _half_sizes(sign * heading, constants.vehicle), around.boxes
+    own, boxes = half_sizes_of(sign * heading, constants.vehicle), around.boxes
     for slot in range(boxes.shape[2]):
         value, by = box_excess((lon, lat, speed), own, sign, boxes, k, slot, view, constants)
         if value > -view:

@@ -166,12 +166,12 @@ class MpcPlanner:
             motion, status = braking_motion(situation, float(road.centres[lane]), problem), Status.UNSAFE
             target, inputs = lane, {lane: motion.inputs}
         else:
-            motion, status = _motion_of(found, state[0]), _status_of(found)
+            status = _status_of(found)
             if yielded is not None:
                 found, status = yielded, Status.REAR if yielded.clear else Status.UNSAFE
-                aim, chosen = float(road.centres[targets[int(found.lane)]]), _motion_of(found, state[0])
-                motion = judged(chosen.states, chosen.inputs, aim, situation, problem)
-            target = targets[int(found.lane)]
+            motion, target = _motion_of(found, state[0]), targets[found.lane]
+            if yielded is not None:
+                motion = judged(motion.states, motion.inputs, float(road.centres[target]), situation, problem)
             inputs = dict(zip(targets, map(_by_step, found.arrays.best), strict=True))
         later = {lane: self._shift @ each for lane, each in inputs.items()}
         self._memory = _Memory(target, motion.inputs[0], _after(motion, self._period, problem.dt), later)

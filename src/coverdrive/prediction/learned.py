@@ -9,13 +9,20 @@ from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float, Int
+from scipy.special import expit, logit
 
 from coverdrive.certificates.calibration import ScoredSamples
 from coverdrive.errors import DataError
 from coverdrive.files import write_atomically
 from coverdrive.prediction.fit import Fit
 
-_BINS = 50
+_LOWEST, _HIGHEST, _BINS = 1e-6, 1 - 1e-3, 82
+"""inner edges, between which bins have equal log-odds; thresholds give way by the lowest for rounding"""
+
+EDGES: Float[np.ndarray, " E"] = np.concatenate(
+    [[0.0], expit(np.linspace(logit(_LOWEST), logit(_HIGHEST), _BINS + 1)), [1.0]]
+)
+"""of the bins in which scores are counted, fine where thresholds lie"""
 
 
 @dataclass(frozen=True)
@@ -40,14 +47,13 @@ class Learned:
     @staticmethod
     def of(fit: Fit) -> "Learned":
         """Take it from a fit."""
-        edges = np.linspace(0, 1, _BINS + 1)
-        driven, others = score_histograms(fit.scored.calibration, edges)
+        driven, others = score_histograms(fit.scored.calibration, EDGES)
         sizes = fit.predictor.rule.possible(fit.scored.test.scores).sum(1)
         return Learned(
             base_share=fit.base_share,
             examples=_examples(fit),
             losses=fit.losses,
-            edges=edges,
+            edges=EDGES,
             driven=driven,
             others=others,
             set_sizes=np.bincount(sizes, minlength=len(fit.base_share) + 1),

@@ -8,15 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float, Shaped
-from scipy.special import expit, logit
-
-_LOWEST, _HIGHEST, _BINS = 1e-6, 1 - 1e-3, 82
-"""inner edges, between which bins have equal log-odds; thresholds give way by the lowest for rounding"""
-
-EDGES: Float[np.ndarray, " E"] = np.concatenate(
-    [[0.0], expit(np.linspace(logit(_LOWEST), logit(_HIGHEST), _BINS + 1)), [1.0]]
-)
-"""of the bins in which a fit counts scores"""
+from scipy.special import logit
 
 _END = 0.7
 """log-odds that the cell at an end takes"""
