@@ -78,7 +78,10 @@ def draw_figures(
     Raises:
         DataError: there is no fit in the folder, or no such trial.
     """
-    drawn = _replayed(folder, study, [], 1) if trial is None else _replayed(folder, study, [trial], 0)
+    if trial is None:
+        drawn = [liveliest(load_trials(folder, study))] if has_trials(folder, study) else []
+    else:
+        drawn = _replayed(folder, study, [trial], 0)
     traces = _traces(folder, study, drawn, progress, clips)
     return draw_all(load_contents(folder, traces, study), _figures(folder, study), partial(progress, "figures"))
 

@@ -69,7 +69,7 @@ Named = Annotated[
     Parameter(name="--trial", consume_multiple=True, help="Trials to replay besides the notable ones."),
 ]
 Trial = Annotated[int | None, Parameter(help="Number of the trial; else the drive in which most happens.")]
-Replays = Annotated[int, Parameter(help="Number of drives to replay at most: the liveliest, collisions, near misses.")]
+Replays = Annotated[int, Parameter(help="Number of drives to replay at most: collisions, near misses, the liveliest.")]
 
 
 def experiment_of(

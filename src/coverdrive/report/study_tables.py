@@ -20,6 +20,9 @@ _STATUSES = ("solved", "fallback", "rear", "unsafe", "blind")
 _NOTABLE = 0.1
 """[m] by which a body has to leave the road to be counted"""
 
+_WORD = len("longitudinal")
+"""the longest word in the name of a measure; narrower, it would be cut"""
+
 _ROWS = 8
 """numbers of vehicles that get a row each; more are put together"""
 
@@ -48,8 +51,8 @@ def safety_table(trials: pl.DataFrame, certificates: Sequence[Certificate] = ())
     table = _facts("Faults, failures and misses")
     collided = trials.filter(pl.col("kind") != "finished")
     for cause, text in (
-        (Cause.PLANNING, "planning failures"),
-        (Cause.PREDICTION, "collisions after a prediction miss"),
+        (Cause.PREDICTION, "collisions after a prediction miss: with a vehicle that had left its set"),
+        (Cause.PLANNING, "planning failures: collisions with a vehicle that had not"),
     ):
         count = int((collided["cause"] == cause.value).sum())
         table.add_row(text, f"{_rate(count, trials.height)} of {trials.height} trials")
@@ -146,10 +149,10 @@ def comparison_table(comparison: Comparison) -> Table:
     table = Table(
         title=f"Second minus first, {comparison.trials} pairs of trials",
         box=SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
+        padding=0,
         show_edge=False,
     )
-    table.add_column("measure")
+    table.add_column("measure", min_width=_WORD)
     for name in ("first", "second", "difference (95 %)", "p", "pairs"):
         table.add_column(name, justify="right", no_wrap=True)
     for each in comparison.collisions:
@@ -159,11 +162,11 @@ def comparison_table(comparison: Comparison) -> Table:
             f"{each.first:.1%}",
             f"{each.second:.1%}",
             f"{each.value:+.1%} ({each.low:+.1%} … {each.high:+.1%})",
-            f"{each.p:.3g}",
+            _probability(each.p),
             f"{first}:{second}",
         )
     for each in comparison.measures:
-        table.add_row(each.name.replace("_", " "), *_numbers(each), f"{each.p:.3g}", str(each.pairs))
+        table.add_row(each.name.replace("_", " "), *_numbers(each), _probability(each.p), str(each.pairs))
     table.caption = (
         "collisions: exact sign test on the trials in which only the first : only the second collided, Newcombe's "
         "interval; all else: paired t, on pairs in which both are finite"
@@ -171,12 +174,15 @@ def comparison_table(comparison: Comparison) -> Table:
     return table
 
 
-def _numbers(each: Difference) -> tuple[str, str, str]:
+def _numbers(each: Difference) -> tuple[str, ...]:
     return (
-        f"{each.first:.4g}",
-        f"{each.second:.4g}",
+        *(f"{mean:.4g}" if abs(mean) >= 1 else f"{mean:.3g}" for mean in (each.first, each.second)),
         f"{each.value:+.3g} ({each.low:+.3g} … {each.high:+.3g})",
     )
+
+
+def _probability(p: float) -> str:
+    return "<0.001" if p < 0.001 else f"{p:.2g}"
 
 
 def _facts(title: str) -> Table:

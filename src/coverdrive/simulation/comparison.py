@@ -25,6 +25,8 @@ MEASURES = (
 )  # fmt: skip
 """columns that are compared by their mean paired difference"""
 
+_DESCRIPTION, _TRIALS = "study.json", "trials.parquet"
+
 
 @dataclass(frozen=True)
 class Difference:
@@ -98,12 +100,23 @@ def compare_studies(first: Path, second: Path, confidence: float = 0.95) -> Comp
 
 def _load(folder: Path) -> tuple[dict[str, Any], pl.DataFrame]:
     """Settings and trials of a study."""
-    inner = folder if (folder / "study.json").exists() else folder / "study"
+    if not folder.is_dir():
+        raise DataError(f"there is no folder {folder}; check the path, or make it with `coverdrive run --out {folder}`")
+    inner = folder if (folder / _DESCRIPTION).exists() else folder / "study"
+    if not (inner / _DESCRIPTION).exists():
+        raise DataError(
+            f"{folder} holds no study: {_DESCRIPTION} is neither in it nor in a folder `study` in it; "
+            f"make one with `coverdrive study --out {folder}`"
+        )
+    if not (inner / _TRIALS).exists():
+        raise DataError(
+            f"the study in {inner} is not finished: {_TRIALS} is missing; the command that began it goes on with it"
+        )
     try:
-        description = flat(json.loads((inner / "study.json").read_text(encoding="utf-8")))
-        return description, pl.read_parquet(inner / "trials.parquet")
+        description = flat(json.loads((inner / _DESCRIPTION).read_text(encoding="utf-8")))
+        return description, pl.read_parquet(inner / _TRIALS)
     except (OSError, ValueError, pl.exceptions.PolarsError) as error:
-        raise DataError(f"{folder} holds no finished study ({error}); make one with `coverdrive study`") from error
+        raise DataError(f"the study in {inner} cannot be read ({error}); drive it again in a new folder") from error
 
 
 def _of_rates(

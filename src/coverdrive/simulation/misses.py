@@ -21,6 +21,9 @@ from coverdrive.simulation.trace import Trace
 _TOLERANCE = 0.01
 """[m] narrowest tube; rounding must not make a vehicle leave a path that it follows exactly"""
 
+_ROUNDING = 1e-6
+"""[s] of a time"""
+
 
 @dataclass(frozen=True)
 class Windows:
@@ -55,6 +58,14 @@ def find_windows(trace: Trace) -> Windows:
     return Windows(seen, left)
 
 
+def left_recently(trace: Trace, windows: Windows) -> Bool[np.ndarray, "m A"]:
+    """Whether a vehicle has left, by each moment, a set that was predicted for it within one horizon before."""
+    since = trace.time[:, None] - trace.time[:-1]
+    recent = (since >= 0) & (since <= trace.horizon + _ROUNDING)
+    gone = windows.left <= since[..., None] + _ROUNDING
+    return (gone & recent[..., None]).any(1) & np.asarray(trace.scene.valid)
+
+
 def cause_of(trace: Trace, windows: Windows) -> Cause:
     """Whether a collision had to do with a vehicle that left its predicted set.
 
@@ -64,10 +75,7 @@ def cause_of(trace: Trace, windows: Windows) -> Cause:
     outcome = trace.outcome
     if outcome.kind is Kind.FINISHED or outcome.partner is None:
         return Cause.NONE
-    horizon = trace.paths[0].dt * (trace.paths[0].points.shape[1] - 1)
-    recent = trace.time[:-1] > outcome.time - horizon - 1e-6
-    missed = np.isfinite(windows.left[recent, outcome.partner]).any()
-    return Cause.PREDICTION if missed else Cause.PLANNING
+    return Cause.PREDICTION if left_recently(trace, windows)[-1, outcome.partner] else Cause.PLANNING
 
 
 def _positions(

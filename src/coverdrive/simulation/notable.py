@@ -1,4 +1,4 @@
-"""Which trials of a study are worth looking at: the drive in which most happens, collisions, near misses."""
+"""Which trials of a study are worth looking at: collisions, near misses, and the drive in which most happens."""
 
 import polars as pl
 
@@ -22,12 +22,16 @@ def liveliest(trials: pl.DataFrame) -> int:
 
 
 def notable(trials: pl.DataFrame, most: int) -> list[int]:
-    """Numbers of the trials worth a replay: the liveliest drive, all collisions, and then the nearest misses.
+    """Numbers of the trials worth a replay: the collisions, then the nearest misses, and last the liveliest drive.
+
+    Without a collision or a near miss the drive with the least gap is the first one. The liveliest gives way only if
+    there is room for no more than one.
 
     Args:
         trials: one row for each trial, at least one.
         most: how many numbers at most.
     """
-    collisions = trials.filter(COLLIDED)["trial"].to_list()
-    near_misses = trials.filter(NEARLY).sort("minimum_gap", "trial")["trial"].to_list()
-    return list(dict.fromkeys([liveliest(trials), *collisions, *near_misses]))[:most]
+    nearest = trials.sort("minimum_gap", "trial")
+    collisions, near_misses = trials.filter(COLLIDED)["trial"].to_list(), nearest.filter(NEARLY)["trial"].to_list()
+    dangers = [*collisions, *near_misses] or [int(nearest["trial"][0])]
+    return list(dict.fromkeys([*dangers[: max(most - 1, 1)], liveliest(trials), *dangers]))[:most]

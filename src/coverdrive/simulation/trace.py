@@ -71,6 +71,11 @@ class Trace:
         """Number of steps n."""
         return len(self.plans)
 
+    @property
+    def horizon(self) -> float:
+        """[s] that is predicted at the start of each step."""
+        return self.paths[0].dt * (self.paths[0].points.shape[1] - 1)
+
 
 def make_trace(start: Scene, road: Road, steps: list[Step], dt: float, outcome: Outcome) -> Trace:
     """Put the steps of an episode, at least one, of ``dt`` [s] each behind one another."""
