@@ -112,6 +112,7 @@ def load_contents(folder: Path, traces: Mapping[int, Trace], study: str = STUDY)
         learned=Learned.load(folder / LEARNED),
         compared=load_comparison(folder, predictor),
         trials=load_trials(folder, study) if has_trials(folder, study) else None,
+        traffic=experiment.traffic.kind,
         period=experiment.episode.step,
         binding=binding_of(experiment),
         traces=traces,

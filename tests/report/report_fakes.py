@@ -160,6 +160,7 @@ def make_contents(traces: dict[int, Trace] | None = None, bases: int = 5) -> Con
             Compared(Method.FAMILY, 0.01, None, None, "too few vehicles", 0.0),
         ],
         trials=make_trials(traces),
+        traffic="set-sampling",
         period=0.1,
         binding=Binding(VehicleSettings(), ObstacleSettings()),
         traces=traces,

@@ -28,6 +28,7 @@ from coverdrive.report.gif import write_gif
 from coverdrive.report.road_drawing import RoadDrawing, Window
 from coverdrive.report.snapshots import add_legend
 from coverdrive.simulation.initial import OWN
+from coverdrive.simulation.misses import find_windows, left_recently
 from coverdrive.simulation.outcome import Kind
 from coverdrive.simulation.trace import Trace
 
@@ -124,7 +125,7 @@ class _Picture:
     """The artists of the video's frames."""
 
     def __init__(self, figure: Figure, trace: Trace, binding: Binding | None):
-        self._trace, self._binding = trace, binding
+        self._trace, self._binding, self._left = trace, binding, left_recently(trace, find_windows(trace))
         self._speed = np.asarray(trace.scene.speed[:, OWN])
         self._milliseconds = 1000 * trace.planning_seconds
         grid = figure.add_gridspec(2, 2, height_ratios=(1, 1))
@@ -133,7 +134,7 @@ class _Picture:
         road.set_title(" ", loc="left")
         self._drawing = RoadDrawing.on(road, trace.road, trace.scene.vehicles, Window())
         self._title = road.text(0, 1.04, "", transform=road.transAxes, fontsize=12)
-        add_legend(figure, trace.paths[0], binding is not None)
+        add_legend(figure, trace.horizon, binding is not None, bool(self._left.any()))
         self._speed_line = _speed_panel(figure.add_subplot(grid[1, 0]), trace.time, self._speed)
         self._status_dots = _planning_panel(figure.add_subplot(grid[1, 1]), trace, self._milliseconds)
         self.moving: tuple[Artist, ...] = (
@@ -145,7 +146,7 @@ class _Picture:
     def show(self, moment: int) -> None:
         """Move the artists to one moment of the trace."""
         trace = self._trace
-        self._drawing.show_moment(trace, moment, self._binding)
+        self._drawing.show_moment(trace, moment, self._binding, self._left)
         title = f"{trace.time[moment]:.1f} s, own car {self._speed[moment]:.1f} m/s"
         if moment < len(trace) and trace.plans[moment].status is not Status.SOLVED:
             title += f", plan {trace.plans[moment].status.value}"
@@ -167,7 +168,7 @@ def _speed_panel(axes: Axes, time: np.ndarray, speed: np.ndarray) -> Line2D:
 
 
 def _planning_panel(axes: Axes, trace: Trace, milliseconds: np.ndarray) -> dict[Status, Line2D]:
-    """One set of dots for every way in which a plan was found, and the time there is for a plan."""
+    """One set of dots for every way in which a plan of the drive was found, and the time there is for a plan."""
     period = 1000 * float(trace.time[1] - trace.time[0])
     axes.set(xlim=(0, trace.time[-1]), ylim=(0, 1.1 * max(milliseconds.max(), period)))
     axes.set(xlabel="time [s]", ylabel="planning [ms]")
@@ -178,6 +179,7 @@ def _planning_panel(axes: Axes, trace: Trace, milliseconds: np.ndarray) -> dict[
     dots = {
         status: axes.plot([], [], color=colour, marker=marker, label=status.value, **look)[0]
         for status, (colour, marker) in _STATUS_LOOK.items()
+        if any(plan.status is status for plan in trace.plans)
     }
     axes.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=1 + len(dots), borderaxespad=0, handletextpad=0.3)
     return dots

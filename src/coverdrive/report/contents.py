@@ -45,6 +45,8 @@ class Contents:
     """all methods of calibration; empty before ``coverdrive certify``"""
     trials: pl.DataFrame | None
     """one row for each trial; none before ``coverdrive study``"""
+    traffic: str
+    """in which the trials were driven"""
     period: float
     """[s] between two plans"""
     binding: Binding

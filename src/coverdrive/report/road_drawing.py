@@ -2,14 +2,14 @@
 
 Vehicles are turned boxes with their speed in them. The predicted sets are the union of all boxes of all paths, the
 paler the later, with a thin line for every path, and an outline where a path binds the plan. The own plan is a line
-with the body's outline at every full second.
+with the body's outline at every full second. A vehicle that has left its predicted set has a black frame.
 """
 
 from dataclasses import dataclass
 
 import jax
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PathCollection, PolyCollection
@@ -35,6 +35,9 @@ _DASH, _DASH_PERIOD = 3.0, 12.0
 
 _CLEAR = 10
 """outlines of binding boxes that are drawn in full colour; more of them are paler"""
+
+_FRAME = 0.45
+"""[m] width of the frame of a vehicle that has left its predicted set"""
 
 _CORNERS = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
 
@@ -66,6 +69,8 @@ class RoadDrawing:
     bodies: PolyCollection
     """the own body at every full second of the plan"""
     plan: Line2D
+    frames: PolyCollection
+    """of vehicles that have left their predicted sets"""
     vehicles: PolyCollection
     speeds: tuple[Text, ...]
     """one for every vehicle slot"""
@@ -91,9 +96,10 @@ class RoadDrawing:
         dashes = LineCollection([], colors=style.MARKING, linewidths=1.2, capstyle="butt", zorder=2)
         members = LineCollection([], colors=style.OTHER, linewidths=0.6, zorder=2)
         bodies = PolyCollection([], facecolors="none", edgecolors=style.OWN, linewidths=1.0, zorder=4)
+        frames = PolyCollection([], facecolors=style.BLACK, linewidths=0, zorder=5.5)
         vehicles = PolyCollection([], edgecolors="white", linewidths=0.8, zorder=6)
         binding = PolyCollection([], facecolors="none", edgecolors=style.BINDS, linewidths=1.2, zorder=3.5)
-        for collection in (sets, dashes, members, binding, bodies, vehicles):
+        for collection in (sets, dashes, members, binding, bodies, frames, vehicles):
             axes.add_collection(collection, autolim=False)
         text = {"color": "white", "fontsize": 8, "ha": "center", "va": "center_baseline", "clip_on": True, "zorder": 7}
         return RoadDrawing(
@@ -106,6 +112,7 @@ class RoadDrawing:
             binding=binding,
             bodies=bodies,
             plan=axes.plot([], [], color=style.OWN, marker="o", markersize=2.5, linewidth=1.4, zorder=5)[0],
+            frames=frames,
             vehicles=vehicles,
             speeds=tuple(axes.text(0, 0, "", **text) for _ in range(slots)),  # pyright: ignore[reportArgumentType]
         )
@@ -114,18 +121,34 @@ class RoadDrawing:
     def artists(self) -> tuple[Artist, ...]:
         """All that changes, or lies on top of what changes, from back to front."""
         below = (self.sets, self.dashes, self.members, *self.edges)
-        return (*below, self.binding, self.bodies, self.plan, self.vehicles, *self.speeds)
+        return (*below, self.binding, self.bodies, self.plan, self.frames, self.vehicles, *self.speeds)
 
-    def show_moment(self, trace: Trace, moment: int, binding: Binding | None = None) -> Scene:
-        """Show moment 0 … n of a trace of n steps, and return its scene; at moment n there is no prediction or plan."""
+    def show_moment(
+        self,
+        trace: Trace,
+        moment: int,
+        binding: Binding | None = None,
+        left: Bool[np.ndarray, "m A"] | None = None,
+    ) -> Scene:
+        """Show moment 0 … n of a trace of n steps, and return its scene; at moment n, what was planned the step before.
+
+        Args:
+            trace: the drive.
+            moment: which.
+            binding: tells which obstacles bind the plan; they are not marked if it is left out.
+            left: `coverdrive.simulation.misses.left_recently` of the trace; nobody is marked if it is left out.
+        """
         scene: Scene = jax.tree.map(lambda values: values[moment], trace.scene)
-        known = moment < len(trace)
-        self.show(scene, trace.paths[moment] if known else None, trace.plans[moment] if known else None)
+        origin = np.array([float(scene.lon[OWN]), 0.0])
+        planned = min(moment, len(trace) - 1)
+        self.show(scene, trace.paths[planned], trace.plans[planned])
         boxes = np.zeros((0, 4, 2))
-        if known and binding is not None:
-            boxes = np.swapaxes(path_boxes(trace.paths[moment]), 0, 1)[binding.of(trace, moment)]
+        if binding is not None:
+            boxes = np.swapaxes(path_boxes(trace.paths[planned]), 0, 1)[binding.of(trace, planned)]
         self.binding.set_alpha(float(np.clip(_CLEAR / max(len(boxes), 1), 0.15, 1)))
-        self.binding.set_verts(list(boxes - [float(scene.lon[OWN]), 0.0]))
+        self.binding.set_verts(list(boxes - origin))
+        framed = np.zeros(scene.vehicles, dtype=bool) if left is None else left[moment]
+        self.frames.set_verts(list(body_corners(scene.states, scene.half_sizes + _FRAME)[framed] - origin))
         return scene
 
     def show(self, scene: Scene, paths: PredictedPaths | None = None, plan: Plan | None = None) -> None:

@@ -12,11 +12,11 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from coverdrive.errors import DataError
-from coverdrive.paths import PredictedPaths
 from coverdrive.report import style
 from coverdrive.report.binding import Binding
 from coverdrive.report.road_drawing import RoadDrawing, Window
 from coverdrive.simulation.initial import OWN
+from coverdrive.simulation.misses import find_windows, left_recently
 from coverdrive.simulation.outcome import Kind
 from coverdrive.simulation.trace import Trace
 
@@ -52,19 +52,26 @@ def snapshots(
         raise DataError(f"snapshots need steps from 0 to {len(trace) - 1}, got {list(steps)}; choose among these")
     moments = interesting_moments(trace) if steps is None else [Moment(step, "") for step in steps]
     window = window or Window()
+    left = left_recently(trace, find_windows(trace))
     with style.style():
         figure = style.new_figure(12, 0.9 + 1.4 * len(moments))
         panels = figure.subplots(len(moments), 1, sharex=True, squeeze=False)[:, 0]
         for letter, (axes, moment) in enumerate(zip(panels, moments, strict=True)):
-            _draw_moment(axes, trace, moment, window, chr(ord("a") + letter), binding)
+            _draw_moment(axes, trace, moment, window, chr(ord("a") + letter), binding, left)
         panels[-1].set_xlabel("distance ahead of the own car [m]")
-        add_legend(figure, trace.paths[0], binding is not None)
+        add_legend(figure, trace.horizon, binding is not None, bool(left[[moment.step for moment in moments]].any()))
     return figure
 
 
-def add_legend(figure: Figure, paths: PredictedPaths, binding: bool = False) -> None:
-    """Explain a drawing of the road, above all panels; the horizon is that of ``paths``."""
-    horizon = paths.dt * (paths.points.shape[1] - 1)
+def add_legend(figure: Figure, horizon: float, binding: bool, left: bool) -> None:
+    """Explain a drawing of the road, above all panels.
+
+    Args:
+        figure: of the drawing.
+        horizon: [s] that is predicted.
+        binding: whether obstacles that bind the plan are marked.
+        left: whether a vehicle that left its predicted set is.
+    """
     shades = tuple(Patch(color=style.SETS(age)) for age in (0.0, 0.5, 1.0))
     explained: dict[str, Patch | Line2D | tuple[Patch, ...]] = {
         "own car": Patch(color=style.OWN),
@@ -74,11 +81,13 @@ def add_legend(figure: Figure, paths: PredictedPaths, binding: bool = False) -> 
     }
     if binding:
         explained["binds the plan"] = Patch(facecolor="none", edgecolor=style.BINDS)
+    if left:
+        explained["left its predicted set"] = Patch(facecolor=style.OTHER, edgecolor=style.BLACK, linewidth=2)
     figure.legend(
         list(explained.values()),  # pyright: ignore[reportArgumentType]  (Matplotlib takes tuples too)
         list(explained),
         loc="outside upper left",
-        ncols=len(explained),
+        ncols=3 if left else len(explained),
         handler_map={tuple: HandlerTuple(ndivide=None, pad=0)},
     )
 
@@ -132,9 +141,15 @@ def _passes(trace: Trace) -> Bool[np.ndarray, " n"]:
 
 
 def _draw_moment(
-    axes: Axes, trace: Trace, moment: Moment, window: Window, letter: str, binding: Binding | None
+    axes: Axes,
+    trace: Trace,
+    moment: Moment,
+    window: Window,
+    letter: str,
+    binding: Binding | None,
+    left: Bool[np.ndarray, "m A"],
 ) -> None:
     drawing = RoadDrawing.on(axes, trace.road, trace.scene.vehicles, window)
-    scene = drawing.show_moment(trace, moment.step, binding)
+    scene = drawing.show_moment(trace, moment.step, binding, left)
     title = f"({letter})  {trace.time[moment.step]:.1f} s, own car {scene.speed[OWN]:.1f} m/s"
     axes.set_title(title + (f":  {moment.remark}" if moment.remark else ""), loc="left")

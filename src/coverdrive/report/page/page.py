@@ -19,8 +19,8 @@ from coverdrive.report.page.basis import basis_plots
 from coverdrive.report.page.calibration import calibration_plots
 from coverdrive.report.page.plots import Plot
 from coverdrive.report.page.replay import replay_data
-from coverdrive.report.page.study import study_plots
-from coverdrive.report.page.summary import facts, tiles
+from coverdrive.report.page.study import ends, study_plots
+from coverdrive.report.page.summary import facts, heading, tiles
 from coverdrive.report.page.trials import COLUMNS, trial_rows
 
 _TEMPLATES = Path(__file__).parent / "templates"
@@ -67,6 +67,7 @@ def page(contents: Contents, progress: Callable[[float], None] | None = None) ->
         plotly=Markup(plotly.offline.get_plotlyjs()),
         contents=contents,
         certificates=contents.certified.certificates,
+        heading=heading(contents),
         tiles=tiles(contents),
         facts=facts(contents),
         sketch=Markup(style.inline_svg(affordance_figure())),
@@ -77,7 +78,9 @@ def page(contents: Contents, progress: Callable[[float], None] | None = None) ->
         study_plots=_study_plots(contents),
         columns=[label for _, label, _ in COLUMNS],
         rows=trial_rows(contents),
+        ends=_ends(contents),
         replays=replays,
+        horizon=max((trace.horizon for trace in contents.traces.values()), default=0.0),
         period=contents.period,
     )
     report(1.0)
@@ -86,6 +89,10 @@ def page(contents: Contents, progress: Callable[[float], None] | None = None) ->
 
 def _study_plots(contents: Contents) -> list[Plot]:
     return [] if contents.trials is None else study_plots(contents.trials, contents.period)
+
+
+def _ends(contents: Contents) -> str:
+    return "" if contents.trials is None else ends(contents.trials)
 
 
 def _script_json(value: Any) -> str:

@@ -14,6 +14,7 @@ from jaxtyping import Bool
 from coverdrive.planning.plan import Status
 from coverdrive.report.binding import Binding
 from coverdrive.simulation.initial import OWN
+from coverdrive.simulation.misses import cause_of, find_windows, left_recently
 from coverdrive.simulation.trace import Trace
 
 _CENTIMETRE, _FINE = 0.01, 0.001
@@ -27,13 +28,15 @@ def replay_data(trial: int, trace: Trace, binding: Binding) -> dict[str, Any]:
         trace: the drive.
         binding: which obstacles bind.
     """
-    scene, plans, paths = trace.scene, trace.plans, trace.paths
+    scene, plans, paths, windows = trace.scene, trace.plans, trace.paths, find_windows(trace)
     points = np.concatenate([each.points for each in paths])
     packer = _Packer()
     packer.add("lon", scene.lon, _CENTIMETRE, axis=0)
     packer.add("lat", scene.lat, _CENTIMETRE, axis=0)
     packer.add("speed", scene.speed, _CENTIMETRE, axis=0)
     packer.add("heading", scene.heading, _FINE, axis=0)
+    packer.add("valid", scene.valid, 1, axis=0)
+    packer.add("left", left_recently(trace, windows), 1, axis=0)
     packer.add("paths", points, _CENTIMETRE, axis=1)
     packer.add("boxes", np.concatenate([each.half_sizes for each in paths]), _CENTIMETRE, axis=1)
     packer.add("vehicle", np.concatenate([each.vehicle for each in paths]), 1, axis=0)
@@ -46,11 +49,11 @@ def replay_data(trial: int, trace: Trace, binding: Binding) -> dict[str, Any]:
         "kind": trace.outcome.kind.value,
         "partner": trace.outcome.partner,
         "fault": trace.outcome.at_fault.value,
+        "cause": cause_of(trace, windows).value,
         "dt": float(trace.time[1] - trace.time[0]),
         "planDt": plans[0].dt,
         "edges": np.asarray(trace.road.edges).round(3).tolist(),
         "sizes": np.stack([scene.length[0], scene.width[0]], axis=-1).round(2).tolist(),
-        "valid": np.asarray(scene.valid[0]).tolist(),
         "own": OWN,
         "counts": [len(each) for each in paths],
         "status": [list(Status).index(plan.status) for plan in plans],

@@ -6,6 +6,8 @@ import polars as pl
 
 from coverdrive.report import style
 from coverdrive.report.page.plots import Plot, plot
+from coverdrive.simulation.notable import COLLIDED
+from coverdrive.simulation.outcome import Cause, Fault
 from coverdrive.simulation.statistics import collision_table
 
 _KINDS = {"frontal_or_side": ("frontal or side", style.BLUE), "rear_end": ("rear-end", style.ORANGE)}
@@ -14,9 +16,29 @@ _TIMES = {
     "planning_p99": ("99th percentile", style.ORANGE),
     "planning_maximum": ("slowest step", style.VERMILION),
 }
+_FAULTS = {Fault.OWN: "own car", Fault.OTHER: "other vehicle", Fault.NONE: "nobody"}
 _BINS = 40
 _TICKS = [value * 10**power for power in range(5) for value in (1, 2, 5)]
 """[ms]"""
+
+
+def ends(trials: pl.DataFrame) -> str:
+    """How many drives ended in a collision, and why, in sentences."""
+    collided = trials.filter(COLLIDED)
+    clear = f"In {unsafe_share(trials):.0%} of the steps no plan was clear of every predicted path."
+    if collided.height == 0:
+        return f"None of {trials.height} drives ended in a collision. {clear}"
+    causes = [f"{cause.value}: {(collided['cause'] == cause.value).sum()}" for cause in (Cause.PLANNING, Cause.PREDICTION)]
+    faults = [f"{who}: {(collided['at_fault'] == fault.value).sum()}" for fault, who in _FAULTS.items()]
+    return (
+        f"{collided.height} of {trials.height} drives ended in a collision ({', '.join(causes)}). At fault: "
+        f"{', '.join(faults)}. {clear}"
+    )
+
+
+def unsafe_share(trials: pl.DataFrame) -> float:
+    """Share of the plans of all drives that were clear of no more than a part of the predicted paths."""
+    return float(np.average(trials["share_unsafe"].to_numpy(), weights=trials["time"].to_numpy()))
 
 
 def study_plots(trials: pl.DataFrame, period: float) -> list[Plot]:

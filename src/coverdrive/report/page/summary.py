@@ -1,5 +1,6 @@
 """The first things on the page: the numbers that count, and where everything comes from."""
 
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,7 +8,8 @@ import polars as pl
 
 from coverdrive.certificates.evaluation import Rate
 from coverdrive.report.contents import Contents
-from coverdrive.simulation.statistics import collision_table
+from coverdrive.report.page.study import unsafe_share
+from coverdrive.simulation.statistics import collision_table, miss_rate
 
 
 @dataclass(frozen=True)
@@ -17,6 +19,15 @@ class Tile:
     value: str
     label: str
     note: str
+
+
+def heading(contents: Contents) -> str:
+    """What was run, in a few words."""
+    names = [recording["name"] for recording in contents.run["recordings"]]
+    generated = all(re.fullmatch(r"generated \d+", name) for name in names)
+    learned = "generated traffic" if generated else names[0] if len(names) == 1 else f"{len(names)} recordings"
+    trials = "" if contents.trials is None else f", {contents.trials.height} closed-loop trials"
+    return f"coverdrive on {learned}{trials}"
 
 
 def tiles(contents: Contents) -> list[Tile]:
@@ -41,12 +52,19 @@ def _study_tiles(trials: pl.DataFrame, period: float) -> list[Tile]:
     total = collision_table(trials).row(-1, named=True)
     collisions = total["frontal_or_side"] + total["rear_end"]
     rate = Rate.of(np.arange(total["trials"]) < collisions)
+    missed = miss_rate(trials, "prediction_misses", "windows")
     median = 1e3 * float(np.median(trials["planning_median"].to_numpy()))
     return [
         Tile(
             f"{collisions} of {total['trials']}", "drives with a collision", f"95 %: {rate.low:.1%} – {rate.high:.1%}"
         ),
         Tile(f"{trials['mean_speed'].to_numpy().mean():.1f} m/s", "mean speed of the own car", "over all trials"),
+        Tile(
+            f"{missed.missed / max(missed.total, 1):.2%}",
+            "windows missed in the drives",
+            f"{missed.missed} of {missed.total}; 95 %: {missed.low:.1%} – {missed.high:.1%}",
+        ),
+        Tile(f"{unsafe_share(trials):.0%}", "plans that are unsafe", "not clear of every predicted path"),
         Tile(f"{median:.0f} ms", "per prediction and plan", f"median; due every {1e3 * period:g} ms"),
     ]
 

@@ -1,7 +1,9 @@
 """The table of trials: one row each, with what makes it worth a look."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import polars as pl
 
@@ -37,10 +39,11 @@ COLUMNS = (
     ("minimum_time_to_collision", "least time to collision [s]", "{:.2f}"),
     ("maximum_slack", "largest slack", "{:.2f}"),
     ("share_unsafe", "unsafe plans", "{:.0%}"),
-    ("prediction_misses", "prediction misses", "{:d}"),
+    ("prediction_misses", "windows missed", "{:d} of {windows}"),
+    ("vehicles_missed", "vehicles missed", "{:d} of {vehicles_seen}"),
     ("planning_p99", "planning, 99th percentile [ms]", "{:.0f}"),
 )
-"""name in the table of trials, name on the page with its unit, and format"""
+"""name in the table of trials, name on the page with its unit, and format, which may name other columns too"""
 
 _THOUSANDTHS = "planning_p99"
 
@@ -61,11 +64,11 @@ def trial_rows(contents: Contents) -> list[Row]:
                 collision=f"at fault: {row['at_fault']}; {row['cause']}" if row["collided"] else "",
                 replay=trace is not None,
                 differs=trace is not None and trace.outcome.kind.value != row["kind"],
-                numbers=tuple((float(row[name]), _text(row[name], form)) for name, _, form in COLUMNS),
+                numbers=tuple((float(row[name]), _text(row, name, form)) for name, _, form in COLUMNS),
             )
         )
     return rows
 
 
-def _text(value: float, form: str) -> str:
-    return form.format(value) if math.isfinite(value) else "–"
+def _text(row: Mapping[str, Any], name: str, form: str) -> str:
+    return form.format(row[name], **row) if math.isfinite(row[name]) else "–"

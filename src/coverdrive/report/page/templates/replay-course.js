@@ -1,5 +1,6 @@
 "use strict";
-/* The course of a drive: own speed, planning time and slack over time, with a cursor. */
+/* The course of a drive: own speed, planning time, slack and vehicles outside their sets over time, with a cursor. */
+const HEIGHT = 308;
 class CourseView {
   constructor(canvas) {
     this.canvas = canvas;
@@ -13,10 +14,10 @@ class CourseView {
     this.drive = drive;
     this.left = 52;
     this.right = width - 20;
-    this.canvas.style.height = "248px";
+    this.canvas.style.height = HEIGHT + "px";
     for (const canvas of [this.canvas, this.still]) {
       canvas.width = width * ratio;
-      canvas.height = 248 * ratio;
+      canvas.height = HEIGHT * ratio;
     }
     const context = this.still.getContext("2d");
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
@@ -27,9 +28,11 @@ class CourseView {
     this.panel(context, "own speed [m/s]", 18, 52, own, Theme.colour("own"), Math.max(...own, 1));
     this.panel(context, narrow ? "predict and plan [ms], dashed: real time" : "prediction and planning [ms], dots by how the plan was found, dashed: real time", 96, 52, milliseconds, null, Math.max(...milliseconds, 1.1 * period), period);
     this.panel(context, "largest slack", 174, 40, readings.map((each) => each.slack), Theme.colour("other"), Math.max(...readings.map((each) => each.slack), 0.1));
+    const left = Array.from({ length: drive.steps + 1 }, (_, moment) => countLeft(drive, moment));
+    this.panel(context, "vehicles that have left their predicted set", 240, 34, left, Theme.colour("ink"), Math.max(...left, 1));
     context.fillStyle = Theme.colour("soft");
     context.textAlign = "center";
-    for (let second = 0; second <= drive.steps * drive.dt + 1e-6; second += narrow ? 5 : 2) context.fillText(second + " s", this.x(second / drive.dt), 240);
+    for (let second = 0; second <= drive.steps * drive.dt + 1e-6; second += narrow ? 5 : 2) context.fillText(second + " s", this.x(second / drive.dt), HEIGHT - 8);
   }
 
   x(moment) {
@@ -84,7 +87,7 @@ class CourseView {
     context.lineWidth = 1.2;
     context.beginPath();
     context.moveTo(this.x(moment), 12);
-    context.lineTo(this.x(moment), 220);
+    context.lineTo(this.x(moment), HEIGHT - 28);
     context.stroke();
   }
 }

@@ -20,7 +20,7 @@ async function readDrive(text) {
   }
   delete drive.data;
   drive.steps = drive.counts.length;
-  drive.slots = drive.valid.length;
+  drive.slots = drive.arrays.valid.shape[1];
   drive.points = drive.arrays.paths.shape[1];
   drive.planPoints = drive.arrays.plan.shape[1];
   drive.planSteps = drive.arrays.slack.shape[1];
@@ -47,4 +47,9 @@ function reading(drive, step) {
     speed: drive.speed[step * drive.slots + drive.own], acceleration: drive.input[2 * step], status: drive.statuses[drive.status[step]],
     milliseconds: drive.milliseconds[step], slack: Math.max(0, ...slack), paths: end - first, binding,
   };
+}
+
+/* How many vehicles have left their predicted sets. */
+function countLeft(drive, moment) {
+  return drive.left.subarray(moment * drive.slots, (moment + 1) * drive.slots).reduce((count, left) => count + left, 0);
 }

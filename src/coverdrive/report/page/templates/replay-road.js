@@ -26,23 +26,23 @@ class RoadView {
     this.place = (lon, lat) => [(lon - origin) * scale, (left - lat) * scale];
     this.scale = scale;
     this.surface(edges, height);
-    if (step < drive.steps) this.sets(drive, step);
+    const planned = Math.min(step, drive.steps - 1);  // the last moment has no plan of its own
+    this.sets(drive, planned);
     this.markings(edges, origin);
-    if (step < drive.steps) {
-      this.members(drive, step);
-      this.plan(drive, step);
-    }
+    this.members(drive, planned);
+    this.plan(drive, planned);
+    now.forEach((vehicle, slot) => vehicle && drive.left[step * drive.slots + slot] && this.frame(vehicle));
     now.forEach((vehicle, slot) => vehicle && this.body(vehicle, slot === drive.own, step === drive.steps && slot === drive.partner));
     this.ruler(behind, ahead, height);
   }
 
   vehicles(drive, step, part) {
     const between = (values, slot) => {
-      const here = values[step * drive.slots + slot];
-      return part && step < drive.steps ? here + part * (values[(step + 1) * drive.slots + slot] - here) : here;
+      const here = step * drive.slots + slot, next = here + drive.slots;
+      return part && drive.valid[next] ? values[here] + part * (values[next] - values[here]) : values[here];
     };
-    return drive.valid.map((valid, slot) => valid && {
-      lon: between(drive.lon, slot), lat: between(drive.lat, slot), heading: between(drive.heading, slot), speed: between(drive.speed, slot), size: drive.sizes[slot],
+    return drive.sizes.map((size, slot) => drive.valid[step * drive.slots + slot] && {
+      lon: between(drive.lon, slot), lat: between(drive.lat, slot), heading: between(drive.heading, slot), speed: between(drive.speed, slot), size,
     });
   }
 
@@ -149,6 +149,13 @@ class RoadView {
     context.beginPath();
     context.roundRect(-size[0] / 2 * this.scale, -size[1] / 2 * this.scale, size[0] * this.scale, size[1] * this.scale, 2);
     context.restore();
+  }
+
+  /* Of a vehicle that has left its predicted set. */
+  frame({ lon, lat, heading, size }) {
+    this.context.fillStyle = Theme.colour("ink");
+    this.outline({ lon, lat, heading, size: size.map((length) => length + 0.9) });
+    this.context.fill();
   }
 
   body(vehicle, own, hit) {

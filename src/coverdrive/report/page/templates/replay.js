@@ -20,16 +20,19 @@
     shown = step;
   };
   const readings = (step) => {
-    const last = step >= drive.steps, now = reading(drive, Math.min(step, drive.steps - 1));
-    const ended = drive.kind === "finished" ? "finished" : `${drive.kind} collision (at fault: ${drive.fault})`;
-    element("read-speed").textContent = `${drive.speed[Math.min(step, drive.steps) * drive.slots + drive.own].toFixed(1)} m/s`;
-    element("read-acceleration").textContent = last ? "–" : `${now.acceleration.toFixed(1).replace("-", "−")} m/s²`;
-    element("read-status").textContent = last ? ended : now.status;
-    element("read-status").style.color = last ? (drive.kind === "finished" ? "" : Theme.colour("bad")) : Theme.colour(now.status);
-    element("read-time").textContent = last ? "–" : `${now.milliseconds.toFixed(1)} ms`;
-    element("read-slack").textContent = last ? "–" : now.slack.toFixed(3);
-    element("read-paths").textContent = last ? "–" : now.paths;
-    element("read-binding").textContent = last ? "–" : now.binding;
+    const now = reading(drive, Math.min(step, drive.steps - 1));  // in the last moment, of the last plan
+    const ended = drive.kind === "finished" ? "finished" : `${drive.kind} collision (at fault: ${drive.fault}; ${drive.cause})`;
+    element("read-speed").textContent = `${drive.speed[step * drive.slots + drive.own].toFixed(1)} m/s`;
+    element("read-acceleration").textContent = `${now.acceleration.toFixed(1).replace("-", "−")} m/s²`;
+    element("read-status").textContent = now.status;
+    element("read-status").style.color = Theme.colour(now.status);
+    element("read-time").textContent = `${now.milliseconds.toFixed(1)} ms`;
+    element("read-slack").textContent = now.slack.toFixed(3);
+    element("read-paths").textContent = now.paths;
+    element("read-binding").textContent = now.binding;
+    element("read-left").textContent = countLeft(drive, step);
+    element("read-end").textContent = step < drive.steps ? "" : ended;
+    element("read-end").className = drive.kind === "finished" ? "" : "mark collision";
   };
   const go = (to) => {
     moment = Math.max(0, Math.min(drive ? drive.steps : 0, to));
