@@ -265,7 +265,7 @@ def test_inspect_reads_all_real_recordings(us101: Path) -> None:
         (["run", "--trials", "0"], "study.trials"),
         (["run", "--trails", "3"], "--trials"),
         (["run", "--traffic", "bicycles"], "set-sampling"),
-        (["compare", "here", "there"], "here holds no finished study"),
+        (["compare", "here", "there"], "there is no folder here"),
         (["study", "--until-width", "2"], "study.until_width"),
     ],
 )

@@ -1,5 +1,7 @@
 """A small hand-made drive, small bases, and the contents of a results folder."""
 
+from dataclasses import replace
+
 import jax
 import numpy as np
 import polars as pl
@@ -26,6 +28,8 @@ from coverdrive.simulation.trace import Trace
 from coverdrive.simulation.trial import measure, table_of
 
 STEPS, HORIZON = 12, 4
+COMES, LEAVES = 4, 6
+"""moments of the drive of `make_stray`"""
 PATHS_PER_VEHICLE = 3
 
 
@@ -90,6 +94,16 @@ def make_trace(steps: int = STEPS, kind: Kind = Kind.FINISHED) -> Trace:
         planning_seconds=seconds,
         outcome=Outcome(kind, 0.1 * steps, 1 if collided else None, Fault.OTHER if collided else Fault.NONE),
     )
+
+
+def make_stray(steps: int = STEPS) -> Trace:
+    """The same drive, but vehicle 1 is there from moment 4, and vehicle 2 jumps out of its set at moment 6."""
+    trace = make_trace(steps)
+    moment = np.arange(steps + 1)
+    lat, valid = np.array(trace.scene.lat), np.array(trace.scene.valid)
+    lat[moment >= LEAVES, 2] -= 3.0
+    valid[moment < COMES, 1] = False
+    return replace(trace, scene=replace(trace.scene, lat=lat, valid=valid))
 
 
 def make_crowd(vehicles: int = 12, members: int = 6, points: int = 13, steps: int = 200) -> Trace:

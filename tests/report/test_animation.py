@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 from PIL import Image, ImageSequence
-from report_fakes import STEPS, make_trace
+from report_fakes import COMES, LEAVES, STEPS, make_stray, make_trace
 
 from coverdrive.errors import SettingError
 from coverdrive.planning.obstacles import ObstacleSettings
@@ -63,7 +63,14 @@ def test_frames_show_the_drive(tmp_path):
     vermilion = (frames[..., 0] - frames[..., 2] > 120).sum(axis=(1, 2))
     assert (vermilion > 100).all()
     light = ((frames[..., 0] > 230) & (np.ptp(frames, axis=-1) > 15)).sum(axis=(1, 2))
-    assert light[0] > 3 * light[-1]  # the last moment has no predicted sets
+    assert light[-1] > 0.8 * light[STEPS - 1]  # the last moment has the sets of the step before
+
+
+def test_vehicles_that_left_their_sets_are_framed_from_then_on(tmp_path):
+    animate(make_stray(), tmp_path / "drive.mp4")
+    road = frames_of(tmp_path / "drive.mp4")[:, 70:120]
+    dark = (road.max(-1) < 60).sum(axis=(1, 2))
+    assert dark[LEAVES : STEPS + 1].min() > dark[COMES:LEAVES].max() + 20
 
 
 def test_a_failure_leaves_no_file(trace, tmp_path):

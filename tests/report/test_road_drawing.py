@@ -5,12 +5,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.colors import same_color
-from report_fakes import HORIZON, PATHS_PER_VEHICLE, STEPS, make_trace
+from report_fakes import HORIZON, LEAVES, PATHS_PER_VEHICLE, STEPS, make_stray, make_trace
 
 from coverdrive.geometry import turned_half_extents
 from coverdrive.paths import PredictedPaths
 from coverdrive.report import style
 from coverdrive.report.road_drawing import RoadDrawing, Window, body_corners, set_boxes
+from coverdrive.simulation.misses import find_windows, left_recently
 
 pytestmark = pytest.mark.usefixtures("no_global_change")
 
@@ -61,13 +62,28 @@ def test_the_plan_starts_at_the_own_car(drawing, trace):
     assert polygons(drawing.bodies)[0].mean(0) == pytest.approx([24.4, trace.scene.lat[3, 0]])
 
 
-def test_the_last_moment_has_neither_prediction_nor_plan(drawing, trace):
-    drawing.show_moment(trace, 0)
+def test_the_last_moment_shows_what_was_planned_the_step_before_where_it_belongs(drawing, trace):
+    drawing.show_moment(trace, STEPS - 1)
+    plan, members = drawing.plan.get_xydata(), np.array(drawing.members.get_segments())
     drawing.show_moment(trace, STEPS)
-    assert len(drawing.vehicles.get_paths()) == 3
-    for collection in (drawing.sets, drawing.members, drawing.bodies):
-        assert len(collection.get_paths()) == 0
-    assert len(drawing.plan.get_xdata()) == 0
+    moved = [trace.scene.lon[STEPS, 0] - trace.scene.lon[STEPS - 1, 0], 0.0]
+    assert drawing.plan.get_xydata() == pytest.approx(plan - moved)
+    assert np.array(drawing.members.get_segments()) == pytest.approx(members - moved)
+    assert polygons(drawing.vehicles)[0].mean(0) == pytest.approx([0, trace.scene.lat[STEPS, 0]])
+
+
+def test_vehicles_that_left_their_sets_have_a_frame(drawing):
+    stray = make_stray()
+    left = left_recently(stray, find_windows(stray))
+    drawing.show_moment(stray, LEAVES - 1, left=left)
+    assert len(drawing.frames.get_paths()) == 0
+    drawing.show_moment(stray, LEAVES, left=left)
+    (frame,) = polygons(drawing.frames)
+    body = polygons(drawing.vehicles)[2]
+    assert np.ptp(frame, axis=0) == pytest.approx(np.ptp(body, axis=0) + 0.9)
+    assert frame.mean(0) == pytest.approx(body.mean(0))
+    drawing.show_moment(stray, LEAVES)
+    assert len(drawing.frames.get_paths()) == 0
 
 
 def test_an_empty_prediction_is_drawn_as_none(drawing, trace):

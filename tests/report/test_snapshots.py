@@ -4,7 +4,7 @@ import struct
 
 import numpy as np
 import pytest
-from report_fakes import make_trace
+from report_fakes import LEAVES, make_stray, make_trace
 
 from coverdrive.errors import DataError
 from coverdrive.report.road_drawing import Window
@@ -65,6 +65,14 @@ def test_four_moments_are_chosen_by_default(trace):
     assert [axes.get_title(loc="left")[:3] for axes in figure.axes] == ["(a)", "(b)", "(c)", "(d)"]
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert labels[-1] == "predicted set, now … 2 s ahead"
+
+
+def test_frames_are_explained_where_there_are_some():
+    def labels(step):
+        return [text.get_text() for text in snapshots(make_stray(), steps=[step]).legends[0].get_texts()]
+
+    assert labels(LEAVES)[-1] == "left its predicted set"
+    assert len(labels(LEAVES - 1)) == len(labels(LEAVES)) - 1
 
 
 @pytest.mark.parametrize("steps", [[], [12], [-1]])

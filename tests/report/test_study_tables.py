@@ -6,7 +6,7 @@ from rich.table import Table
 
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.report.study_tables import collisions_table, comparison_table, drives_table, grid_table, safety_table
-from coverdrive.simulation.comparison import Comparison, Difference
+from coverdrive.simulation.comparison import MEASURES, Comparison, Difference
 from coverdrive.simulation.trial import SCHEMA
 
 
@@ -102,5 +102,28 @@ def test_comparisons_show_both_studies_and_the_difference() -> None:
     side = Difference("frontal_or_side", 10, 0.6, 0.2, -0.7, 0.0, 0.2188, (5, 1))
     speed = Difference("mean_speed", 10, 20.0, 21.0, 0.5, 1.5, 1e-9)
     text = printed(comparison_table(Comparison(10, {}, (side,), (speed,))), 100)
-    for part in ("10 pairs", "60.0%", "-40.0% (-70.0% … +0.0%)", "0.219", "5:1", "+1 (+0.5 … +1.5)", "1e-09"):
+    for part in ("10 pairs", "60.0%", "-40.0% (-70.0% … +0.0%)", "0.22", "5:1", "+1 (+0.5 … +1.5)", "<0.001"):
         assert part in text
+
+
+def test_comparisons_fit_a_narrow_terminal() -> None:
+    side = Difference("frontal_or_side", 1000, 0.6, 0.2, -0.7, 0.0, 0.2188, (115, 111))
+    measures = [
+        Difference(name, 1000, scale * 0.17853, scale * 0.21478, -scale * 0.23214, scale * 0.14631, 4.3211e-5)
+        for name in MEASURES
+        for scale in (0.01, 1.0, 1000.0)
+    ]
+    text = printed(comparison_table(Comparison(1000, {}, (side,), tuple(measures))))
+    rows = text.split("115:111")[1].split("collisions:")[0]
+    for name in MEASURES:
+        assert all(word in text for word in name.split("_"))
+    for part in (
+        "0.00179",
+        "0.00215",
+        "+0.000362 (-0.00232 … +0.00146)",
+        "<0.001",
+        " 1000",
+        "178.5",
+        "+36.2 (-232 … +146)",
+    ):
+        assert rows.count(part) >= len(MEASURES)

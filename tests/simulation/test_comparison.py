@@ -86,5 +86,22 @@ def test_other_seeds_or_vehicles_are_refused(tmp_path):
         compare_studies(tmp_path / "a", tmp_path / "b")
     with pytest.raises(DataError, match=r"numbers of vehicles differ: trial 2 has 5 and 6"):
         compare_studies(tmp_path / "a", tmp_path / "c")
-    with pytest.raises(DataError, match="holds no finished study"):
-        compare_studies(tmp_path / "a", tmp_path / "nothing")
+
+
+def test_what_is_missing_in_a_folder_is_named(tmp_path):
+    run_study(build_fakes, FAST, tmp_path / "a", trials=1)
+    run_study(build_fakes, FAST, tmp_path / "b" / "study", trials=1)
+    (tmp_path / "empty").mkdir()
+
+    def complaint(folder):
+        with pytest.raises(DataError) as caught:
+            compare_studies(tmp_path / "a", folder)
+        assert "Errno" not in str(caught.value)
+        return str(caught.value)
+
+    assert f"there is no folder {tmp_path / 'nothing'}" in complaint(tmp_path / "nothing")
+    assert f"{tmp_path / 'empty'} holds no study: study.json" in complaint(tmp_path / "empty")
+    (tmp_path / "b" / "study" / "trials.parquet").write_text("torn")
+    assert "cannot be read" in complaint(tmp_path / "b")
+    (tmp_path / "b" / "study" / "trials.parquet").unlink()
+    assert f"the study in {tmp_path / 'b' / 'study'} is not finished" in complaint(tmp_path / "b")

@@ -7,7 +7,7 @@ from coverdrive.paths import PredictedPaths
 from coverdrive.prediction.basis import Basis
 from coverdrive.prediction.motion import follow
 from coverdrive.road import Road
-from coverdrive.simulation.misses import cause_of, find_windows
+from coverdrive.simulation.misses import cause_of, find_windows, left_recently
 from coverdrive.simulation.outcome import Cause, Fault, Kind, Outcome
 from coverdrive.simulation.trace import Step, Trace, make_trace
 
@@ -85,6 +85,17 @@ def test_without_a_path_a_vehicle_is_missed_at_once_and_one_that_goes_away_is_no
     gone = find_windows(trace_of(lambda t: 9.0, here(1.8), valid=lambda t: t < 2.0))
     assert not gone.seen.any()
     assert np.isfinite(gone.left[0, 1]) and np.isinf(gone.left[30, 1])
+
+
+def test_a_vehicle_has_left_recently_from_when_it_leaves_until_the_prediction_is_over():
+    trace = trace_of(lambda t: 4.8 if 0.55 < t < 0.65 else 1.8, here(1.8))
+    left = left_recently(trace, find_windows(trace))
+    assert left.shape == (51, 2) and not left[:, 0].any()
+    assert np.flatnonzero(left[:, 1]).tolist() == list(
+        range(6, 32)
+    )  # left at 0.6 s what was predicted at 0.1 s for 3 s
+    gone = trace_of(lambda t: 9.0, here(1.8), valid=lambda t: t < 2.0)
+    assert np.flatnonzero(left_recently(gone, find_windows(gone))[:, 1]).tolist() == list(range(5, 20))
 
 
 def test_a_collision_is_a_planning_failure_unless_the_partner_left_its_set_shortly_before():

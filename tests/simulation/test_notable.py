@@ -21,10 +21,23 @@ def test_the_liveliest_lasts_longest_first() -> None:
     assert liveliest(TRIALS) == 3
 
 
-def test_order_is_liveliest_collisions_near_misses() -> None:
-    assert notable(TRIALS, 9) == [3, 1, 2, 0, 4]
-    assert notable(TRIALS, 3) == [3, 1, 2]
+def test_collisions_come_first_then_near_misses_and_the_liveliest_last() -> None:
+    assert notable(TRIALS, 9) == [1, 2, 0, 4, 3]
+    assert notable(TRIALS, 3) == [1, 2, 3]
+    assert notable(TRIALS, 1) == [1]
     assert notable(TRIALS, 0) == []
+
+
+def test_without_danger_the_least_gap_comes_first() -> None:
+    calm = TRIALS.filter(pl.col("trial") != 1).with_columns(
+        minimum_gap=pl.Series([7.0, 3.0, 5.0, 5.0]), minimum_time_to_collision=9.0
+    )
+    assert notable(calm, 9) == [2, 3]
+    assert notable(calm, 1) == [2]
+
+
+def test_a_lively_collision_leaves_its_place_to_another_danger() -> None:
+    assert notable(TRIALS.with_columns(lane_changes=pl.Series([9, 0, 0, 0, 0])), 3) == [1, 2, 0]
 
 
 def test_nothing_is_named_twice() -> None:

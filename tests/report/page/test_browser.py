@@ -9,7 +9,7 @@ from urllib.parse import urlparse
 from urllib.request import url2pathname
 
 import pytest
-from report_fakes import make_contents, make_crowd, make_trace
+from report_fakes import COMES, LEAVES, make_contents, make_crowd, make_stray, make_trace
 
 from coverdrive.report.page.page import write_page
 from coverdrive.simulation.outcome import Kind
@@ -55,7 +55,7 @@ def browser() -> Iterator:
 @pytest.fixture(scope="module")
 def address(tmp_path_factory: pytest.TempPathFactory) -> str:
     path = tmp_path_factory.mktemp("page") / "report.html"
-    drives = {0: make_trace(STEPS), 3: make_crowd(steps=STEPS), 7: make_trace(kind=Kind.SIDE)}
+    drives = {0: make_trace(STEPS), 3: make_crowd(steps=STEPS), 7: make_trace(kind=Kind.SIDE), 9: make_stray()}
     write_page(make_contents(drives), path)
     return path.as_uri()
 
@@ -168,9 +168,53 @@ def test_arrows_step(page) -> None:
     assert moment(page) == 12
     page.keyboard.press("End")
     assert moment(page) == STEPS
-    assert page.inner_text("#read-status") == "finished"
+    assert page.inner_text("#read-end") == "finished"
+    assert page.inner_text("#read-status") == "blind"  # of the last plan
     page.keyboard.press("Home")
     assert moment(page) == 0
+
+
+DRAWN = """() => {
+    window.drawn = {};
+    for (const name of ["body", "frame", "sets", "plan"]) {
+        const draw = RoadView.prototype[name];
+        RoadView.prototype[name] = function (...what) {
+            (window.drawn[name] ??= []).push(what);
+            return draw.apply(this, what);
+        };
+    }
+}"""
+"""keeps what is drawn"""
+
+
+def drawn_at(page, key: str, times: int) -> dict[str, list]:
+    """What the last of so many strokes of a key draws."""
+    for _ in range(times):
+        page.evaluate("window.drawn = {}")
+        page.keyboard.press(key)
+    return page.evaluate("window.drawn")
+
+
+def test_vehicles_come_and_those_that_left_their_sets_are_framed(page) -> None:
+    page.select_option("#trial", "9")
+    page.wait_for_selector("#player[data-loaded='9']")
+    page.evaluate(DRAWN)
+    page.focus("#player")
+    before = drawn_at(page, "ArrowRight", COMES - 1)
+    assert len(before["body"]) == 2
+    there = drawn_at(page, "ArrowRight", LEAVES - COMES)
+    assert len(there["body"]) == 3 and "frame" not in there
+    assert page.inner_text("#read-left") == "0"
+    left = drawn_at(page, "ArrowRight", 1)
+    assert [vehicle["lat"] for (vehicle,) in left["frame"]] == [pytest.approx(6.0)]
+    assert page.inner_text("#read-left") == "1"
+
+
+def test_the_last_moment_shows_the_sets_and_the_plan_of_the_step_before(page) -> None:
+    page.evaluate(DRAWN)
+    page.focus("#player")
+    last = drawn_at(page, "End", 1)
+    assert [step for _, step in last["sets"]] == [step for _, step in last["plan"]] == [STEPS - 1]
 
 
 def test_plus_and_minus_change_the_speed(page) -> None:
@@ -206,9 +250,11 @@ def test_the_table_opens_sorts_and_filters(page) -> None:
     page.wait_for_selector("#player[data-loaded='7']")
     page.focus("#player")
     page.keyboard.press("End")
-    assert page.inner_text("#read-status") == "side collision (at fault: other)"
+    assert page.inner_text("#read-end") == "side collision (at fault: other; planning failure)"
+    page.keyboard.press("ArrowLeft")
+    assert page.inner_text("#read-end") == ""
     page.click("#trials th:first-child button")
-    assert page.evaluate("document.querySelector('#trials tbody tr').cells[0].dataset.value") == "7"
+    assert page.evaluate("document.querySelector('#trials tbody tr').cells[0].dataset.value") == "9"
     page.click(".filters button[data-show='collision']")
     assert page.locator("#trials tbody tr:visible").count() == 1
 

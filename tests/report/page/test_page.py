@@ -4,10 +4,15 @@ import json
 import re
 from dataclasses import replace
 
+import polars as pl
 import pytest
-from report_fakes import make_contents
+from report_fakes import make_contents, make_stray
 
 from coverdrive.report.page.page import page, write_page
+from coverdrive.report.page.study import ends
+from coverdrive.report.page.summary import heading
+from coverdrive.report.page.trials import COLUMNS, trial_rows
+from coverdrive.simulation.trial import measure
 
 
 @pytest.fixture(scope="module")
@@ -57,6 +62,41 @@ def test_missing_parts_name_their_command(tmp_path) -> None:
     assert "<code>coverdrive study</code>" in html
     assert 'id="player"' not in html
     assert shares[-1] == 1.0
+
+
+def test_the_heading_says_what_was_run() -> None:
+    contents = make_contents()
+    run = {**contents.run, "recordings": [{"name": f"generated {k}", "rows": 1, "fingerprint": ""} for k in (1, 2)]}
+    assert heading(contents) == "coverdrive on made up, 2 closed-loop trials"
+    assert heading(replace(contents, run=run)) == "coverdrive on generated traffic, 2 closed-loop trials"
+    assert (
+        heading(replace(contents, run={"recordings": 3 * [{"name": "a"}]}, trials=None)) == "coverdrive on 3 recordings"
+    )
+    html = page(contents)
+    assert "<h1>coverdrive on made up, 2 closed-loop trials</h1>" in html
+    assert "driven in set-sampling traffic" in html
+
+
+def test_ends_are_counted_by_cause_and_fault() -> None:
+    trials = make_contents().trials
+    assert trials is not None
+    columns = {"share_unsafe": pl.Series([0.5, 0.2]), "time": pl.Series([20.0, 10.0])}
+    assert ends(trials.with_columns(**columns)) == (
+        "1 of 2 drives ended in a collision (planning failure: 1, prediction miss: 0). At fault: own car: 0, other "
+        "vehicle: 1, nobody: 0. In 40% of the steps no plan was clear of every predicted path."
+    )
+    calm = ends(trials.head(1).with_columns(share_unsafe=pl.lit(0.0)))
+    assert calm.startswith("None of 1 drives ended in a collision. In 0% of")
+
+
+def test_the_table_of_trials_counts_missed_windows_and_vehicles() -> None:
+    stray = make_stray(40)
+    (row,) = trial_rows(make_contents({0: stray}))
+    found = measure(stray, 0, 0)
+    texts = {name: text for (name, _, _), (_, text) in zip(COLUMNS, row.numbers, strict=True)}
+    assert found.prediction_misses > 0
+    assert texts["prediction_misses"] == f"{found.prediction_misses} of {found.windows}"
+    assert texts["vehicles_missed"] == "1 of 2"
 
 
 def test_a_replay_that_ends_otherwise_is_said_to() -> None:

@@ -5,7 +5,7 @@ import zlib
 
 import numpy as np
 import pytest
-from report_fakes import make_contents
+from report_fakes import COMES, LEAVES, STEPS, make_contents, make_stray
 
 from coverdrive.report.page.replay import replay_data
 
@@ -37,6 +37,15 @@ def test_arrays_are_restored_up_to_half_a_unit() -> None:
     assert arrays["plan"] == pytest.approx(np.stack([plan.states[:, [0, 1, 3]] for plan in trace.plans]), abs=0.00051)
     assert (data["kind"], data["partner"], data["fault"]) == ("side", 1, "other")
     assert [data["statuses"][index] for index in data["status"]] == [plan.status.value for plan in trace.plans]
+
+
+def test_who_is_there_and_who_left_its_set_is_told_of_every_moment() -> None:
+    data = replay_data(7, make_stray(), make_contents().binding)
+    arrays, moment = restored(data), np.arange(STEPS + 1)
+    always, never = moment >= 0, moment < 0
+    assert np.array_equal(arrays["valid"].T, [always, moment >= COMES, always, never])
+    assert np.array_equal(arrays["left"].T, [never, never, moment >= LEAVES, never])
+    assert data["cause"] == "none"
 
 
 def test_binding_paths_are_marked_point_by_point() -> None:

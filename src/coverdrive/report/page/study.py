@@ -28,7 +28,9 @@ def ends(trials: pl.DataFrame) -> str:
     clear = f"In {unsafe_share(trials):.0%} of the steps no plan was clear of every predicted path."
     if collided.height == 0:
         return f"None of {trials.height} drives ended in a collision. {clear}"
-    causes = [f"{cause.value}: {(collided['cause'] == cause.value).sum()}" for cause in (Cause.PLANNING, Cause.PREDICTION)]
+    causes = [
+        f"{cause.value}: {(collided['cause'] == cause.value).sum()}" for cause in (Cause.PLANNING, Cause.PREDICTION)
+    ]
     faults = [f"{who}: {(collided['at_fault'] == fault.value).sum()}" for fault, who in _FAULTS.items()]
     return (
         f"{collided.height} of {trials.height} drives ended in a collision ({', '.join(causes)}). At fault: "
@@ -37,7 +39,7 @@ def ends(trials: pl.DataFrame) -> str:
 
 
 def unsafe_share(trials: pl.DataFrame) -> float:
-    """Share of the plans of all drives that were clear of no more than a part of the predicted paths."""
+    """Share of the plans of all drives that are unsafe."""
     return float(np.average(trials["share_unsafe"].to_numpy(), weights=trials["time"].to_numpy()))
 
 
