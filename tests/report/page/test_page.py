@@ -69,9 +69,8 @@ def test_the_heading_says_what_was_run() -> None:
     run = {**contents.run, "recordings": [{"name": f"generated {k}", "rows": 1, "fingerprint": ""} for k in (1, 2)]}
     assert heading(contents) == "coverdrive on made up, 2 closed-loop trials"
     assert heading(replace(contents, run=run)) == "coverdrive on generated traffic, 2 closed-loop trials"
-    assert (
-        heading(replace(contents, run={"recordings": 3 * [{"name": "a"}]}, trials=None)) == "coverdrive on 3 recordings"
-    )
+    three = {"recordings": [{"name": name} for name in "abc"]}
+    assert heading(replace(contents, run=three, trials=None)) == "coverdrive on 3 recordings"
     html = page(contents)
     assert "<h1>coverdrive on made up, 2 closed-loop trials</h1>" in html
     assert "driven in set-sampling traffic" in html
@@ -83,10 +82,10 @@ def test_ends_are_counted_by_cause_and_fault() -> None:
     columns = {"share_unsafe": pl.Series([0.5, 0.2]), "time": pl.Series([20.0, 10.0])}
     assert ends(trials.with_columns(**columns)) == (
         "1 of 2 drives ended in a collision (planning failure: 1, prediction miss: 0). At fault: own car: 0, other "
-        "vehicle: 1, nobody: 0. In 40% of the steps no plan was clear of every predicted path."
+        "vehicle: 1, nobody: 0. 40% of all plans were unsafe: nothing clear of the predicted paths was found."
     )
     calm = ends(trials.head(1).with_columns(share_unsafe=pl.lit(0.0)))
-    assert calm.startswith("None of 1 drives ended in a collision. In 0% of")
+    assert calm.startswith("None of 1 drives ended in a collision. 0% of")
 
 
 def test_the_table_of_trials_counts_missed_windows_and_vehicles() -> None:

@@ -78,7 +78,7 @@ def page(contents: Contents, progress: Callable[[float], None] | None = None) ->
         study_plots=_study_plots(contents),
         columns=[label for _, label, _ in COLUMNS],
         rows=trial_rows(contents),
-        ends=_ends(contents),
+        ends="" if contents.trials is None else ends(contents.trials),
         replays=replays,
         horizon=max((trace.horizon for trace in contents.traces.values()), default=0.0),
         period=contents.period,
@@ -89,10 +89,6 @@ def page(contents: Contents, progress: Callable[[float], None] | None = None) ->
 
 def _study_plots(contents: Contents) -> list[Plot]:
     return [] if contents.trials is None else study_plots(contents.trials, contents.period)
-
-
-def _ends(contents: Contents) -> str:
-    return "" if contents.trials is None else ends(contents.trials)
 
 
 def _script_json(value: Any) -> str:

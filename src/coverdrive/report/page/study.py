@@ -25,16 +25,16 @@ _TICKS = [value * 10**power for power in range(5) for value in (1, 2, 5)]
 def ends(trials: pl.DataFrame) -> str:
     """How many drives ended in a collision, and why, in sentences."""
     collided = trials.filter(COLLIDED)
-    clear = f"In {unsafe_share(trials):.0%} of the steps no plan was clear of every predicted path."
+    unsafe = f"{unsafe_share(trials):.0%} of all plans were unsafe: nothing clear of the predicted paths was found."
     if collided.height == 0:
-        return f"None of {trials.height} drives ended in a collision. {clear}"
+        return f"None of {trials.height} drives ended in a collision. {unsafe}"
     causes = [
         f"{cause.value}: {(collided['cause'] == cause.value).sum()}" for cause in (Cause.PLANNING, Cause.PREDICTION)
     ]
     faults = [f"{who}: {(collided['at_fault'] == fault.value).sum()}" for fault, who in _FAULTS.items()]
     return (
         f"{collided.height} of {trials.height} drives ended in a collision ({', '.join(causes)}). At fault: "
-        f"{', '.join(faults)}. {clear}"
+        f"{', '.join(faults)}. {unsafe}"
     )
 
 

@@ -64,7 +64,7 @@ def _study_tiles(trials: pl.DataFrame, period: float) -> list[Tile]:
             "windows missed in the drives",
             f"{missed.missed} of {missed.total}; 95 %: {missed.low:.1%} – {missed.high:.1%}",
         ),
-        Tile(f"{unsafe_share(trials):.0%}", "plans that are unsafe", "not clear of every predicted path"),
+        Tile(f"{unsafe_share(trials):.0%}", "plans that were unsafe", "nothing clear of the predicted paths"),
         Tile(f"{median:.0f} ms", "per prediction and plan", f"median; due every {1e3 * period:g} ms"),
     ]
 
