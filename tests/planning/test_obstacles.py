@@ -8,22 +8,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from coverdrive.geometry import boxes_overlap
-from coverdrive.paths import PredictedPaths
 from coverdrive.planning.motion import drive
 from coverdrive.planning.obstacles import (
     FAR,
     Obstacles,
     ObstacleSettings,
-    braking_rear,
     chosen_obstacles,
     clearances,
     obstacles_of,
     reachable,
     smallest_slack,
-    without_rear,
 )
 from coverdrive.planning.vehicle import VehicleSettings
-from coverdrive.road import Road
 
 CAR = VehicleSettings()
 ORDERS: tuple[Literal[2, 4, 8], ...] = (2, 4, 8)
@@ -116,31 +112,3 @@ def test_free_slots_are_out_of_reach(straight_paths) -> None:
     np.testing.assert_array_equal(got.speed[:, 0], [FAR] * 11 + [10.0])
     states = np.tile([50.0, 0.0, 20.0, 0.0], (13, 1))
     assert (clearances(states, got, CAR, ObstacleSettings())[:, 1:] > 100).all()
-
-
-def test_without_rear_drops_the_nearest_behind_in_the_lane(straight_paths) -> None:
-    state = np.array([0.0, 5.4, 20.0, 0.0])
-    paths = straight_paths((-30, 5.0, 20), (-10, 5.8, 20), (-5, 1.8, 20), (20, 5.4, 20))
-    two_each = PredictedPaths(
-        np.repeat(paths.points, 2, axis=0), np.repeat(paths.vehicle, 2), np.repeat(paths.half_sizes, 2, 0), 0.25
-    )
-    kept = without_rear(state, two_each, Road.straight())
-    np.testing.assert_array_equal(kept.vehicle, [0, 0, 2, 2, 3, 3])
-    nobody = straight_paths((-5, 1.8, 20), (20, 5.4, 20))
-    assert len(without_rear(state, nobody, Road.straight())) == 2
-
-
-def test_braking_rear_keeps_the_path_that_stays_back_furthest(straight_paths) -> None:
-    paths = straight_paths((-9, 1.8, 25), (30, 1.8, 15), (-12, 5.4, 20))
-    faster = PredictedPaths(paths.points + np.array([1.0, 0.0]), paths.vehicle, paths.half_sizes, paths.dt)
-    both = PredictedPaths(
-        np.concatenate([faster.points, paths.points]),
-        np.concatenate([paths.vehicle, paths.vehicle]),
-        np.concatenate([paths.half_sizes, paths.half_sizes]),
-        paths.dt,
-    )
-    kept = braking_rear(np.array([0, 1.8, 20, 0.0]), both, Road.straight())
-    assert sorted(kept.vehicle.tolist()) == [0, 1, 1, 2, 2]
-    np.testing.assert_array_equal(kept.points[kept.vehicle == 0], paths.points[paths.vehicle == 0])
-    nobody = both.of(both.vehicle != 0)
-    assert len(braking_rear(np.array([0, 1.8, 20, 0.0]), nobody, Road.straight())) == 4

@@ -13,6 +13,7 @@ from coverdrive.errors import SettingError
 from coverdrive.geometry import boxes_overlap, turned_half_extents
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning import search
+from coverdrive.planning.follower import FollowerSettings, with_careful_follower
 from coverdrive.planning.obstacles import ObstacleSettings, clearances, obstacles_of
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
@@ -213,7 +214,9 @@ def test_a_follower_does_not_push_where_nothing_is_clear_anyway(straight_paths) 
     plan = MpcPlanner().plan(state, paths, ROAD)
     assert plan.status is Status.UNSAFE
     assert plan.slack.max() > 0.1
-    polite = MpcPlanner().plan(state, paths.of(np.array([0, 1, 2, 4])), ROAD)
+    careful = with_careful_follower(state, paths, ROAD, FollowerSettings())
+    assert careful is not None
+    polite = MpcPlanner().plan(state, careful, ROAD)
     np.testing.assert_array_equal(plan.inputs, polite.inputs)
     pushed = MpcPlanner(PlannerSettings(rear_last=False)).plan(state, paths, ROAD)
     assert np.abs(pushed.inputs - plan.inputs).max() > 0.1

@@ -1,5 +1,6 @@
 """The norm, the greedy cover and the interpolation."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -55,6 +56,40 @@ def test_distance_agrees_with_the_formula_of_the_paper() -> None:
             apart = first[i] - second[j]
             expected[i, j] = max(np.hypot(apart[t, 0] * s[t] / 4, apart[t, 1] * s[t]) for t in range(7))
     assert basis_of(second).distance(first) == pytest.approx(expected, rel=1e-5)
+
+
+def test_a_cut_tube_by_hand() -> None:
+    reach = np.tile([6.0, 2.0], (7, 1))
+    reach[1] = [0.35, 0.5]  # at 0.5 s the ellipse of ε = 0.5 is 7/3 m × 7/12 m
+    basis = replace(basis_of(np.zeros((1, 7, 2))), reach=reach)
+    halves = 0.5 * basis.tube(np.array([0.0, 0.25, 0.5, 3.0]))
+    assert halves == pytest.approx(np.array([[0, 0], [0.175, 0.25], [0.35, 0.5], [4.0, 1.0]]))
+    point = np.zeros((3, 7, 2))
+    point[0, 1] = [0.7, 0.0]
+    point[1, 1] = [0.0, 0.25]
+    point[2, 6] = [4.0, 0.0]
+    assert basis.distance(point)[:, 0] == pytest.approx([1.0, 0.25, 0.5])
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_cut_tube_covers_the_same_segments(seed: int) -> None:
+    segments = random_segments(400, seed, scale=2.0)
+    cut, whole = (make_basis(segments, BasisSettings(cut=cut)) for cut in (True, False))
+    assert np.array_equal(cut.points, whole.points)
+    for points in (segments.points, segments.points * MIRROR):
+        assert np.array_equal(cut.distance(points) <= 0.75, whole.distance(points) <= 0.75)
+    early = np.array([0.5])
+    assert (cut.tube(early) < 0.5 * whole.tube(early)).all()
+    new, radius = random_segments(400, seed + 100, scale=2.0).points, 0.6
+    inside = cut.distance(new) <= radius
+    apart = np.abs(new[:, None] - cut.points)
+    assert inside.any() and not inside.all()
+    assert (apart[inside] <= radius * cut.tube(cut.times) * (1 + 1e-5)).all()
+
+
+def test_segments_that_are_all_alike_leave_some_tube() -> None:
+    basis = make_basis(segments_of(np.zeros((3, 7, 2))))
+    assert (basis.tube(np.array([0.5, 3.0])) > 0).all()
 
 
 @settings(deadline=None, max_examples=20)
@@ -146,6 +181,7 @@ def test_a_saved_basis_is_the_same_basis(tmp_path: Path) -> None:
     basis.save(tmp_path / "basis.safetensors", source="abc")
     loaded = Basis.load(tmp_path / "basis.safetensors")
     assert np.array_equal(loaded.points, basis.points) and loaded.tolerances == basis.tolerances
+    assert np.array_equal(loaded.reach, basis.reach)
     with safe_open(tmp_path / "basis.safetensors", framework="numpy") as file:
         assert file.metadata() == {
             "format": "coverdrive basis 1", "epsilon": "0.75", "aspect": "4.0", "growth": "1.0", "step": "0.5",

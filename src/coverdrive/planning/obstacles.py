@@ -20,7 +20,6 @@ from pydantic import Field
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.reach import reachable_range
 from coverdrive.planning.vehicle import VehicleSettings
-from coverdrive.road import Road
 from coverdrive.settings import Settings
 
 TINY = 1e-12
@@ -191,25 +190,3 @@ def chosen_obstacles(obstacles: Obstacles, chosen: Bool[np.ndarray, " n"], lon: 
         np.concatenate([obstacles.half_sizes[:, chosen], np.ones((steps, free, 2))], axis=1),
         np.concatenate([obstacles.speed[:, chosen], np.full((steps, free), FAR)], axis=1),
     )
-
-
-def without_rear(state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> PredictedPaths:
-    """The paths without those of the vehicle directly behind in the own lane (paper, Remark 2)."""
-    return paths.of(~_of_rear(state, paths, road))
-
-
-def braking_rear(state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> PredictedPaths:
-    """The paths, but for the vehicle directly behind in the own lane only the one that stays back furthest."""
-    rear = _of_rear(state, paths, road)
-    front = np.where(rear, paths.points[:, -1, 0] + paths.half_sizes[:, -1, 0], np.inf)
-    return paths.of(~rear | (np.arange(len(paths)) == np.argmin(front))) if rear.any() else paths
-
-
-def _of_rear(state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> Bool[np.ndarray, " S"]:
-    """Which paths are those of the vehicle directly behind in the own lane."""
-    now = paths.points[:, 0]
-    same_lane = np.asarray(road.lane_of(now[:, 1]) == road.lane_of(state[1:2]))
-    gap = np.where(same_lane & (now[:, 0] < state[0]), state[0] - now[:, 0], np.inf)
-    if not np.isfinite(gap).any():
-        return np.zeros(len(paths), bool)
-    return paths.vehicle == paths.vehicle[np.argmin(gap)]

@@ -20,8 +20,8 @@ class Status(enum.Enum):
     FALLBACK = "fallback"
     """no optimised plan is clear; the rest of the last plan, or a simple braking or swerving manoeuvre, is"""
     REAR = "rear"
-    """nothing clear was found; it is clear of everything but the vehicle directly behind in the own lane (paper, Remark
-    2), and even of that one's path that stays back furthest"""
+    """nothing clear was found; it is clear of everything else if the vehicle directly behind in the own lane (paper,
+    Remark 2) reacts and brakes as a careful driver would"""
     UNSAFE = "unsafe"
     """nothing clear was found; of all that was tried, this violates least"""
     BLIND = "blind"

@@ -16,15 +16,10 @@ from coverdrive.paths import PredictedPaths
 from coverdrive.planning.constants import constants_of
 from coverdrive.planning.domination import mark_undominated
 from coverdrive.planning.fallback import braking_motion, dead_reckoning, plausible
+from coverdrive.planning.follower import FollowerSettings, with_careful_follower, without_follower
 from coverdrive.planning.merit import Surroundings
 from coverdrive.planning.motion import Motion, judged, shifted_inputs
-from coverdrive.planning.obstacles import (
-    Obstacles,
-    braking_rear,
-    obstacles_of,
-    reachable,
-    without_rear,
-)
+from coverdrive.planning.obstacles import Obstacles, obstacles_of, reachable
 from coverdrive.planning.path_memory import PathMemory
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.problem import ProblemSettings, Situation
@@ -49,9 +44,10 @@ class PlannerSettings(Settings):
     iterations_at_once: int = Field(default=8, ge=1)
     """iterations between two looks at the clock"""
     rear_last: bool = True
-    """if nothing is clear, of the vehicle directly behind in the own lane (paper, Remark 2) only the path that stays
-    back furthest counts: it has to keep its distance, and does not push the own car into another, even where nothing is
-    clear without it either"""
+    """if nothing is clear, the vehicle directly behind in the own lane (paper, Remark 2) is taken to keep its distance
+    as ``follower`` says, so that it does not push the own car into another, even where nothing is clear then either"""
+    follower: FollowerSettings = FollowerSettings()
+    """what that vehicle is trusted to do"""
     grace: float = Field(default=0.5, ge=0)
     """[s] for which a vehicle that vanished is taken to be on one of its last predicted paths"""
 
@@ -154,7 +150,7 @@ class MpcPlanner:
         """The chosen motion; remembers what the next call needs."""
         problem = self.settings.problem
         if problem.obstacles.ignore_rear:
-            paths = without_rear(state, paths, road)
+            paths = without_follower(state, paths, road)
         obstacles = obstacles_of(paths, problem.obstacles)
         lane = int(road.lane_of(state[1]))
         found, targets = self._search(state, obstacles, road, lane, begin) if complete else (None, [lane])
@@ -181,8 +177,8 @@ class MpcPlanner:
         self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, lane: int, begin: float
     ) -> Found | None:
         """What is found if the vehicle directly behind keeps its distance; None if there is none that could."""
-        others = braking_rear(state, paths, road)
-        if not self.settings.rear_last or len(others) == len(paths):
+        others = with_careful_follower(state, paths, road, self.settings.follower) if self.settings.rear_last else None
+        if others is None:
             return None
         obstacles = obstacles_of(others, self.settings.problem.obstacles)
         found, _ = self._search(state, obstacles, road, lane, begin)

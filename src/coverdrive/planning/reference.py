@@ -13,8 +13,9 @@ from pydantic import Field
 
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.fallback import braking_motion
+from coverdrive.planning.follower import without_follower
 from coverdrive.planning.motion import Motion, drive, judged, lane_seeking_inputs, shifted_inputs
-from coverdrive.planning.obstacles import Obstacles, chosen_obstacles, obstacles_of, reachable, without_rear
+from coverdrive.planning.obstacles import Obstacles, chosen_obstacles, obstacles_of, reachable
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.planner import check_times
 from coverdrive.planning.problem import ProblemSettings, Situation
@@ -96,7 +97,7 @@ class ReferencePlanner:
         problem, memory = self.settings.problem, self._memory
         check_times(paths, problem)
         if problem.obstacles.ignore_rear:
-            paths = without_rear(state, paths, road)
+            paths = without_follower(state, paths, road)
         applied = memory.applied if memory else np.zeros(2)
         edges = (float(road.edges[0]), float(road.edges[-1]))
         situation = Situation(state, applied, edges, packed(state, obstacles_of(paths, problem.obstacles), problem))

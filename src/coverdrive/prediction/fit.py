@@ -46,6 +46,7 @@ class PredictionSettings(Settings):
     def paper() -> "PredictionSettings":
         """The paper's labels, network and certificate; ε and the split are ours, and no sample is left out."""
         return PredictionSettings(
+            basis=BasisSettings(cut=False),
             assignment="nearest",
             training=TrainingSettings.paper(),
             certificate=CertificateSettings(method=Method.POST_BLOATING),

@@ -45,7 +45,7 @@ class Predictor:
     @property
     def fingerprint(self) -> str:
         """A short hash of everything that the verdicts depend on."""
-        arrays = (*jax.tree.leaves(self.network), self.basis.points, *self.rule.arrays.values())
+        arrays = (*jax.tree.leaves((self.network, self.basis)), *self.rule.arrays.values())
         return fingerprint(*map(np.asarray, arrays))
 
     def possible(self, scene: Scene, road: Road) -> Bool[np.ndarray, "A M"]:
@@ -90,19 +90,15 @@ class Predictor:
         """Times, deviations and their rates, and half axes of the tubes at these times; kept for the next call."""
         if (dt, steps) not in self._rollouts:
             times = dt * np.arange(steps + 1)
-            tube = self.rule.tube[:, None, None] * self._tube(times)
+            tube = self.rule.tube[:, None, None] * self.basis.tube(times)
             self._rollouts[dt, steps] = (times, *self.basis.rollout(times), tube)
         return self._rollouts[dt, steps]
-
-    def _tube(self, times: Float[np.ndarray, " n"]) -> Float[np.ndarray, "n 2"]:
-        """Half axes of the tube of radius 1. All paths start at the same point, so that it begins at zero."""
-        begun = np.minimum(times / self.basis.step, 1)
-        return self.basis.tolerance(1.0, np.maximum(times, self.basis.step)) * begun[:, None]
 
     def save(self, path: Path) -> None:
         """Write the predictor to a file; an interrupted write leaves no file behind."""
         arrays = {
             "basis": self.basis.points,
+            **({} if self.basis.reach is None else {"reach": self.basis.reach}),
             "trained_on": self.trained_on,
             **self.rule.arrays,
             **self.network.arrays,
@@ -124,7 +120,7 @@ class Predictor:
         """
         header, arrays = load_arrays(path, "predictor", "coverdrive fit")
         return Predictor(
-            basis=Basis(arrays["basis"], **header["basis"]),
+            basis=Basis(arrays["basis"], reach=arrays.get("reach"), **header["basis"]),
             network=Network.of(arrays, header["network"]),
             rule=rule_of(header["rule"], arrays),
             certificate=Certificate(**header["certificate"]),
