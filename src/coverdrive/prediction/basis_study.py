@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil
 from typing import Any
 
@@ -94,7 +94,7 @@ def _study(segments: Segments, settings: BasisSettings, seed: int, source: str) 
     if settings.centres == "segments":
         among_segments = max(anywhere, ceil(fractional_bound(bounded_by, settings.epsilon, seed=seed).value))
     bounded = time.perf_counter()
-    nearest = basis.distance(segments.points).argmin(1)
+    nearest = replace(basis, reach=None).distance(segments.points).argmin(1)
     distance = np.linalg.norm(scaled - basis.scaled(basis.points)[nearest], axis=-1).max(-1)
     return StudiedBasis(
         basis=basis,
