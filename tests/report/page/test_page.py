@@ -82,10 +82,11 @@ def test_ends_are_counted_by_cause_and_fault() -> None:
     columns = {"share_unsafe": pl.Series([0.5, 0.2]), "time": pl.Series([20.0, 10.0])}
     assert ends(trials.with_columns(**columns)) == (
         "1 of 2 drives ended in a collision (planning failure: 1, prediction miss: 0). At fault: own car: 0, other "
-        "vehicle: 1, nobody: 0. 40% of all plans were unsafe: nothing clear of the predicted paths was found."
+        "vehicle: 1, nobody: 0. 1 was a near miss. 40% of all plans were unsafe: nothing clear of the "
+        "predicted paths was found."
     )
     calm = ends(trials.head(1).with_columns(share_unsafe=pl.lit(0.0)))
-    assert calm.startswith("None of 1 drives ended in a collision. 0% of")
+    assert calm.startswith("None of 1 drives ended in a collision. 1 was a near miss. 0% of")
 
 
 def test_the_table_of_trials_counts_missed_windows_and_vehicles() -> None:

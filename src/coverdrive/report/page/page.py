@@ -22,6 +22,7 @@ from coverdrive.report.page.replay import replay_data
 from coverdrive.report.page.study import ends, study_plots
 from coverdrive.report.page.summary import facts, heading, tiles
 from coverdrive.report.page.trials import COLUMNS, trial_rows
+from coverdrive.simulation.notable import NEAR_GAP, NEAR_TIME
 
 _TEMPLATES = Path(__file__).parent / "templates"
 
@@ -79,6 +80,8 @@ def page(contents: Contents, progress: Callable[[float], None] | None = None) ->
         columns=[label for _, label, _ in COLUMNS],
         rows=trial_rows(contents),
         ends="" if contents.trials is None else ends(contents.trials),
+        near_gap=NEAR_GAP,
+        near_time=NEAR_TIME,
         replays=replays,
         horizon=max((trace.horizon for trace in contents.traces.values()), default=0.0),
         period=contents.period,

@@ -4,9 +4,10 @@ import numpy as np
 import plotly.graph_objects as go
 import polars as pl
 
+from coverdrive.planning.plan import Status
 from coverdrive.report import style
 from coverdrive.report.page.plots import Plot, plot
-from coverdrive.simulation.notable import COLLIDED
+from coverdrive.simulation.notable import COLLIDED, NEARLY
 from coverdrive.simulation.outcome import Cause, Fault
 from coverdrive.simulation.statistics import collision_table
 
@@ -25,7 +26,11 @@ _TICKS = [value * 10**power for power in range(5) for value in (1, 2, 5)]
 def ends(trials: pl.DataFrame) -> str:
     """How many drives ended in a collision, and why, in sentences."""
     collided = trials.filter(COLLIDED)
-    unsafe = f"{unsafe_share(trials):.0%} of all plans were unsafe: nothing clear of the predicted paths was found."
+    near = trials.filter(NEARLY).height
+    unsafe = (
+        f"{near} {'was a near miss' if near == 1 else 'were near misses'}. {plan_share(trials, Status.UNSAFE):.0%} of "
+        "all plans were unsafe: nothing clear of the predicted paths was found."
+    )
     if collided.height == 0:
         return f"None of {trials.height} drives ended in a collision. {unsafe}"
     causes = [
@@ -38,9 +43,10 @@ def ends(trials: pl.DataFrame) -> str:
     )
 
 
-def unsafe_share(trials: pl.DataFrame) -> float:
-    """Share of the plans of all drives that are unsafe."""
-    return float(np.average(trials["share_unsafe"].to_numpy(), weights=trials["time"].to_numpy()))
+def plan_share(trials: pl.DataFrame, *statuses: Status) -> float:
+    """Share of the plans of all drives that were found in one of these ways."""
+    shares = sum(trials[f"share_{status.value}"].to_numpy() for status in statuses)
+    return float(np.average(shares, weights=trials["time"].to_numpy()))
 
 
 def study_plots(trials: pl.DataFrame, period: float) -> list[Plot]:

@@ -7,8 +7,9 @@ import numpy as np
 import polars as pl
 
 from coverdrive.certificates.evaluation import Rate
+from coverdrive.planning.plan import Status
 from coverdrive.report.contents import Contents
-from coverdrive.report.page.study import unsafe_share
+from coverdrive.report.page.study import plan_share
 from coverdrive.simulation.statistics import collision_table, miss_rate
 
 
@@ -64,7 +65,11 @@ def _study_tiles(trials: pl.DataFrame, period: float) -> list[Tile]:
             "windows missed in the drives",
             f"{missed.missed} of {missed.total}; 95 %: {missed.low:.1%} – {missed.high:.1%}",
         ),
-        Tile(f"{unsafe_share(trials):.0%}", "plans that were unsafe", "nothing clear of the predicted paths"),
+        Tile(
+            f"{plan_share(trials, Status.SOLVED, Status.FALLBACK):.1%}",
+            "plans clear of every predicted path",
+            f"unsafe: {plan_share(trials, Status.UNSAFE):.1%}; rear: {plan_share(trials, Status.REAR):.1%}",
+        ),
         Tile(f"{median:.0f} ms", "per prediction and plan", f"median; due every {1e3 * period:g} ms"),
     ]
 
