@@ -26,7 +26,7 @@ from coverdrive.certificates.evaluation import Rate
 from coverdrive.config import Experiment
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.cost import input_cost, state_cost
-from coverdrive.planning.follower import FollowerSettings, with_careful_follower
+from coverdrive.planning.follower import with_careful_follower
 from coverdrive.planning.motion import Motion, judged
 from coverdrive.planning.obstacles import obstacles_of
 from coverdrive.planning.plan import Status
@@ -57,7 +57,7 @@ def summary(seconds: list[float]) -> dict[str, float]:
 
 def recorded(experiment: Experiment, predictor: Predictor, trials: int) -> tuple[list[dict], dict]:
     """Instances of closed-loop trials, and how the planner did on all steps."""
-    parts = participants(experiment, predictor)
+    parts, road = participants(experiment, predictor), experiment.episode.initial.road()
     instances, seconds, planning, statuses = [], [], [], Counter()
     for trial in range(trials):
         trace = run_trial(parts, experiment.episode, experiment.study.vehicles[trial % 5], experiment.seed, trial)
@@ -67,7 +67,7 @@ def recorded(experiment: Experiment, predictor: Predictor, trials: int) -> tuple
             if usual or (tight and k % 3 == 0):
                 state = trace.scene.states[k, 0]
                 if plan.status in (Status.REAR, Status.UNSAFE):
-                    careful = with_careful_follower(state, paths, experiment.episode.initial.road(), FollowerSettings())
+                    careful = with_careful_follower(state, paths, road, experiment.planner.follower)
                     paths = paths if careful is None else careful
                 flags = {"usual": usual, "tight": tight}
                 instances.append({"state": state, "paths": paths, "before": before, "plan": plan, **flags})

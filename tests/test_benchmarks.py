@@ -58,9 +58,20 @@ def test_motion(us101: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
 
 @pytest.mark.slow
+def test_planner(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    result = ran("planner", tmp_path / "planner.json", monkeypatch, "--trials", "1", "--compared", "4")
+    assert sum(result["coverdrive"]["share of each status"].values()) == pytest.approx(1.0)
+    agreement = result["cost at most 1 % above IPOPT's best of eight starts"]
+    assert agreement["of those that are solved"]["of"] + agreement["of those that are not"]["of"] == 4
+    assert result["the paper's way"]["converged"] > 0
+    assert result["times faster, medians"] > 1
+
+
+@pytest.mark.slow
 def test_closed_loop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     result = ran("closed_loop", tmp_path / "closed_loop.json", monkeypatch, "--trials", "1", "--workers", "1")
     assert set(result["means"]) == {"reference", "coverdrive"}
     assert result["means"]["reference"]["planning_median"] > 0
+    assert min(each["mean_speed"] for each in result["means"].values()) > 5
     names = {each["name"] for each in result["differences, coverdrive minus reference"]}
     assert {"frontal_or_side", "rear_end", "mean_speed", "lane_changes"} <= names

@@ -180,9 +180,12 @@ def test_half_sizes_hold_body_and_tube(fitted: Fit) -> None:
     predictor = fitted.predictor
     paths = predictor.predict(three_vehicles(), Road.straight(), own=0, dt=0.5, steps=6)
     base = np.nonzero(predictor.possible(three_vehicles(), Road.straight())[1:])[1]
-    tube = predictor.basis.tube(np.array([3.0])) * predictor.rule.tube[base, None]
+    basis = predictor.basis
+    assert basis.reach is not None
+    half = np.minimum(basis.tolerance(1.0, np.array([3.0]))[0], basis.reach[-1] / basis.epsilon)
+    tube = half * predictor.rule.tube[base, None]
     assert (paths.half_sizes[:, 6] >= np.array([2.4, 0.95]) * np.cos(0.3) + tube - 1e-9).all()
-    heading_free = np.abs(predictor.basis.points[base][:, -1, 1]) < 1e-9
+    heading_free = np.abs(basis.points[base][:, -1, 1]) < 1e-9
     assert paths.half_sizes[heading_free, 6] == pytest.approx(np.array([2.4, 0.95]) + tube[heading_free], abs=1e-6)
 
 

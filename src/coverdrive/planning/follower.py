@@ -1,8 +1,9 @@
 """The vehicle directly behind in the own lane, which has to keep its distance (paper, Remark 2).
 
-The paper leaves it out of the constraints. Here it is taken to react as a careful driver would, which is the rule of
-responsibility-sensitive safety (Shalev-Shwartz, Shammah, Shashua 2017) for the rear vehicle: it goes on at its speed
+The paper leaves it out of the constraints. Here it is taken to react as a careful driver would: it goes on at its speed
 for a time of reaction, and then brakes at a given deceleration. Braking much harder in front of it is still unsafe.
+The rear vehicle of responsibility-sensitive safety (Shalev-Shwartz, Shammah, Shashua 2017) does the same, but for
+speeding up while it has not reacted yet.
 """
 
 import numpy as np
@@ -20,8 +21,7 @@ class FollowerSettings(Settings):
     reaction: float = Field(default=0.5, ge=0)
     """[s] for which it goes on at its speed"""
     deceleration: float = Field(default=2.0, gt=0)
-    """[m/s²] at which it brakes then: a comfortable one (Treiber, Hennecke, Helbing 2000), which the base trajectories
-    of recorded traffic reach"""
+    """[m/s²] at which it brakes then, a little more than what is comfortable (1.67: Treiber, Hennecke, Helbing 2000)"""
 
 
 def without_follower(state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> PredictedPaths:
