@@ -22,7 +22,16 @@ from coverdrive.simulation.study import run_study
 from coverdrive.simulation.trial import Participants
 from coverdrive.workflow import participants
 
-MEASURES = ("planning_median", "planning_p99", "planning_maximum", "share_solved", "share_fallback", "share_unsafe")
+MEASURES = (
+    "mean_speed",
+    "lane_changes",
+    "planning_median",
+    "planning_p99",
+    "planning_maximum",
+    "share_solved",
+    "share_fallback",
+    "share_unsafe",
+)
 
 
 def with_reference(experiment: Experiment, predictor: Predictor) -> Participants:
