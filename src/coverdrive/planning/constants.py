@@ -38,12 +38,10 @@ class Constants(NamedTuple):
     """factor on the errors of every state: the last one counts more"""
     slack: Float[np.ndarray, " K"]
     """weights c_k of the slacks"""
-    form: Float[np.ndarray, "U U"]
-    """cost of inputs u and their changes: uᵀ·form·u − 2·previous_inputᵀ·pull·u + constant"""
-    pull: Float[np.ndarray, "2 U"]
-    """see ``form``"""
     straight: Float[np.ndarray, "U U"]
-    """``form`` and the curvature of the costs of speed and heading, which are sums of the inputs"""
+    """half the second derivatives of the costs of inputs, speed and heading; the two are sums of the inputs"""
+    least_curvature: float
+    """smallest eigenvalue of ``straight``; errors across the road, constraints and damping only add to it"""
 
 
 def constants_of(problem: ProblemSettings) -> Constants:
@@ -51,10 +49,13 @@ def constants_of(problem: ProblemSettings) -> Constants:
     cost, steps = problem.cost, problem.steps
     weight = np.ones(steps)
     weight[-1] = cost.terminal
-    form, pull = _input_form(cost, steps)
     summed = problem.dt * np.tril(np.ones((steps, steps)))
-    gathered = summed.T @ (weight[:, None] * summed)
-    straight = form + np.kron(np.diag([cost.speed, cost.heading]), gathered)
+    change = np.eye(steps) - np.eye(steps, k=-1)
+    straight = (
+        np.kron(np.diag([cost.acceleration, cost.yaw_rate]), np.eye(steps))
+        + np.kron(np.diag([cost.acceleration_change, cost.yaw_rate_change]), change.T @ change)
+        + np.kron(np.diag([cost.speed, cost.heading]), summed.T @ (weight[:, None] * summed))
+    )
     return Constants(
         steps=steps,
         dt=problem.dt,
@@ -64,18 +65,6 @@ def constants_of(problem: ProblemSettings) -> Constants:
         inflation=problem.obstacles.inflation,
         weight=weight,
         slack=cost.slack_weights(steps),
-        form=form,
-        pull=pull,
         straight=straight,
+        least_curvature=float(np.linalg.eigvalsh(straight)[0]),
     )
-
-
-def _input_form(cost: CostSettings, steps: int) -> tuple[Float[np.ndarray, "U U"], Float[np.ndarray, "2 U"]]:
-    change = np.eye(steps) - np.eye(steps, k=-1)
-    form, pull = np.zeros((2 * steps, 2 * steps)), np.zeros((2, 2 * steps))
-    weights = ((cost.acceleration, cost.acceleration_change), (cost.yaw_rate, cost.yaw_rate_change))
-    for i, (size, changes) in enumerate(weights):
-        own = slice(i * steps, (i + 1) * steps)
-        form[own, own] = size * np.eye(steps) + changes * change.T @ change
-        pull[i, i * steps] = changes
-    return form, pull

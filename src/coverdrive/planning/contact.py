@@ -48,11 +48,11 @@ def box_excess(
     half_way, braking = faster**2 / (4 * vehicle.max_deceleration), faster / (2 * vehicle.max_deceleration)
     long = inflation * (boxes[2, step, slot] + own[0] + half_way)
     wide = inflation * (boxes[3, step, slot] + own[1])
-    ahead = (state[0] + half_way - boxes[0, step, slot]) / long
-    aside = (state[1] - boxes[1, step, slot]) / wide
+    ahead, aside = state[0] + half_way - boxes[0, step, slot], state[1] - boxes[1, step, slot]
     touching = 1 + constants.shape.margin
-    if max(abs(ahead), abs(aside)) >= touching + view:
+    if abs(ahead) >= (touching + view) * long or abs(aside) >= (touching + view) * wide:
         return -view, (0.0, 0.0, 0.0, 0.0)
+    ahead, aside = ahead / long, aside / wide
     of_ahead, of_aside = _to_order(ahead, constants), _to_order(aside, constants)
     power = of_ahead + of_aside + TINY
     norm = _root(power, constants)

@@ -13,7 +13,7 @@ from jaxtyping import Bool, Float
 
 from coverdrive.planning.compiled import compiled
 from coverdrive.planning.constants import Constants
-from coverdrive.planning.merit import Model, Surroundings, add_square, input_bounds, merit
+from coverdrive.planning.merit import Model, Surroundings, add_square, input_bounds, merit, penalty
 
 _FIRST_DAMPING = 0.1
 _LEAST_DAMPING = 1e-4
@@ -79,31 +79,42 @@ def _step(
     high -= inputs
     damped = damping * np.diag(model.smooth)
     step = np.minimum(np.maximum(np.zeros(len(inputs)), low), high)
-    value = start = _value(step, model, damped)
+    excess = _excess(step, model)
+    value = start = _value(step, excess, model, damped)
     for _ in range(_INNER):
-        direction, possible = _newton(step, model, damped, low, high)
-        if possible < _INNER_TOLERANCE * value:
+        enough = _INNER_TOLERANCE * value
+        direction, possible = _newton(step, excess, model, damped, low, high, enough * constants.least_curvature)
+        if possible < enough:
             break
         trial = np.minimum(np.maximum(step + direction, low), high)
-        found = _value(trial, model, damped)
+        ahead = _excess(trial, model)
+        found = _value(trial, ahead, model, damped)
         if found > value:
-            share = _share(step, direction, model, damped, _room(step, direction, low, high))
+            share = _share(step, excess, direction, model, damped, _room(step, direction, low, high))
             trial = np.minimum(np.maximum(step + share * direction, low), high)
-            found = _value(trial, model, damped)
+            ahead = _excess(trial, model)
+            found = _value(trial, ahead, model, damped)
         if found > value:
             break
-        step, value = trial, found
+        step, excess, value = trial, ahead, found
     return step, start - value + (damped * step**2).sum()
 
 
 @compiled
-def _value(step: Float[np.ndarray, " U"], model: Model, damped: Float[np.ndarray, " U"]) -> float:
+def _excess(step: Float[np.ndarray, " U"], model: Model) -> Float[np.ndarray, " C"]:
+    """The linear constraints at a step."""
+    excess = model.excess.copy()
+    for c in range(len(excess)):
+        excess[c] += _dot(model.normal[c], step)
+    return excess
+
+
+@compiled
+def _value(
+    step: Float[np.ndarray, " U"], excess: Float[np.ndarray, " C"], model: Model, damped: Float[np.ndarray, " U"]
+) -> float:
     """The damped quadratic problem at a step."""
-    result = model.value
-    for c in range(len(model.excess)):
-        result += model.weight[c] * (
-            max(0.0, model.excess[c] + _dot(model.normal[c], step)) ** 2 - max(0.0, model.excess[c]) ** 2
-        )
+    result = model.cost + penalty(excess, model.weight)
     for i in range(len(step)):
         row = 2 * _dot(model.smooth[i, :i], step[:i]) + (model.smooth[i, i] + damped[i]) * step[i]
         result += step[i] * (2 * model.slope[i] + row)
@@ -113,6 +124,7 @@ def _value(step: Float[np.ndarray, " U"], model: Model, damped: Float[np.ndarray
 @compiled
 def _share(
     step: Float[np.ndarray, " U"],
+    excess: Float[np.ndarray, " C"],
     direction: Float[np.ndarray, " U"],
     model: Model,
     damped: Float[np.ndarray, " U"],
@@ -120,20 +132,21 @@ def _share(
 ) -> float:
     """The share of a direction, up to a largest one, that lowers the damped quadratic problem most, by bisection."""
     steady = rising = 0.0
+    curvature = _times(model.smooth, direction) + damped * direction
     for i in range(len(step)):
-        row = _row_times(model.smooth, i, step) + damped[i] * step[i] + model.slope[i]
-        steady += direction[i] * row
-        rising += direction[i] * (_row_times(model.smooth, i, direction) + damped[i] * direction[i])
-    excess, towards = np.empty(len(model.excess)), np.empty(len(model.excess))
-    for c in range(len(model.excess)):
-        excess[c] = model.excess[c] + _dot(model.normal[c], step)
-        towards[c] = _dot(model.normal[c], direction)
+        steady += curvature[i] * step[i] + direction[i] * model.slope[i]
+        rising += curvature[i] * direction[i]
+    seen, start, towards, weight = 0, np.empty(len(excess)), np.empty(len(excess)), np.empty(len(excess))
+    for c in range(len(excess)):
+        start[seen], towards[seen], weight[seen] = excess[c], _dot(model.normal[c], direction), model.weight[c]
+        if start[seen] > 0 or start[seen] + most * towards[seen] > 0:
+            seen += 1
     low, high = 0.0, most
     for _ in range(_BISECTIONS):
         share = (low + high) / 2
         slope = steady + share * rising
-        for c in range(len(excess)):
-            slope += model.weight[c] * max(0.0, excess[c] + share * towards[c]) * towards[c]
+        for c in range(seen):
+            slope += weight[c] * max(0.0, start[c] + share * towards[c]) * towards[c]
         if slope > 0:
             high = share
         else:
@@ -161,28 +174,36 @@ def _room(
 @compiled
 def _newton(
     step: Float[np.ndarray, " U"],
+    excess: Float[np.ndarray, " C"],
     model: Model,
     damped: Float[np.ndarray, " U"],
     low: Float[np.ndarray, " U"],
     high: Float[np.ndarray, " U"],
+    flat: float,
 ) -> tuple[Float[np.ndarray, " U"], float]:
     """The Newton direction of the damped quadratic problem at a step, and its gain if nothing came in its way.
 
-    Constraints count that are violated at the step; inputs stay that a bound holds.
+    Constraints count that are violated at the step; inputs stay that a bound holds. Where the square of the gradient
+    is below ``flat``, the gain is called zero and no direction is computed.
     """
     size = len(step)
-    hessian, gradient = model.smooth.copy(), model.slope.copy()
+    gradient, held = model.slope + damped * step + _times(model.smooth, step), np.zeros(size, np.bool_)
+    for c in range(len(excess)):
+        if excess[c] > 0:
+            gradient += (model.weight[c] * excess[c]) * model.normal[c]
+    for i in range(size):
+        held[i] = (step[i] <= low[i] and gradient[i] > 0) or (step[i] >= high[i] and gradient[i] < 0)
+        if held[i]:
+            gradient[i] = 0.0
+    if _dot(gradient, gradient) < flat:
+        return np.zeros(size), 0.0
+    hessian = model.smooth.copy()
+    for c in range(len(excess)):
+        if excess[c] > 0:
+            add_square(hessian, model.normal[c], model.weight[c])
     for i in range(size):
         hessian[i, i] += damped[i]
-    for i in range(size):
-        gradient[i] += _row_times(hessian, i, step)
-    for c in range(len(model.excess)):
-        excess = model.excess[c] + _dot(model.normal[c], step)
-        if excess > 0:
-            add_square(hessian, model.normal[c], model.weight[c])
-            gradient += (model.weight[c] * excess) * model.normal[c]
-    for i in range(size):
-        if (step[i] <= low[i] and gradient[i] > 0) or (step[i] >= high[i] and gradient[i] < 0):
+        if held[i]:
             _hold(hessian, gradient, i)
     while True:
         direction, stays = _solved(hessian.copy(), -gradient), True
@@ -204,29 +225,38 @@ def _hold(hessian: Float[np.ndarray, "U U"], gradient: Float[np.ndarray, " U"], 
 def _solved(system: Float[np.ndarray, "U U"], right: Float[np.ndarray, " U"]) -> Float[np.ndarray, " U"]:
     """Solution of a symmetric positive definite system by Cholesky's decomposition; both arguments are overwritten.
 
+    The system is made LᵀL, from the last row to the first, so that all inner loops run along rows.
+
     Args:
         system: on and below the diagonal.
         right: right-hand side.
     """
     size = len(right)
-    inverse = np.empty(size)
+    for j in range(size - 1, -1, -1):
+        inverse = 1 / np.sqrt(system[j, j])
+        for i in range(j):
+            system[j, i] *= inverse
+        for i in range(j):
+            factor = system[j, i]
+            for k in range(i + 1):
+                system[i, k] -= factor * system[j, k]
+        right[j] *= inverse
+        for i in range(j):
+            right[i] -= right[j] * system[j, i]
+        system[j, j] = inverse
     for i in range(size):
-        for j in range(i):
-            system[i, j] = (system[i, j] - _dot(system[i, :j], system[j, :j])) * inverse[j]
-        inverse[i] = 1 / np.sqrt(system[i, i] - _dot(system[i, :i], system[i, :i]))
-        right[i] = (right[i] - _dot(system[i, :i], right[:i])) * inverse[i]
-    for i in range(size - 1, -1, -1):
-        right[i] *= inverse[i]
-        right[:i] -= right[i] * system[i, :i]
+        right[i] = (right[i] - _dot(system[i, :i], right[:i])) * system[i, i]
     return right
 
 
 @compiled
-def _row_times(lower: Float[np.ndarray, "U U"], row: int, values: Float[np.ndarray, " U"]) -> float:
-    """A row of a symmetric matrix of which only the part on and below the diagonal counts, times a vector."""
-    result = _dot(lower[row, : row + 1], values[: row + 1])
-    for j in range(row + 1, len(values)):
-        result += lower[j, row] * values[j]
+def _times(lower: Float[np.ndarray, "U U"], values: Float[np.ndarray, " U"]) -> Float[np.ndarray, " U"]:
+    """A symmetric matrix, of which only the part on and below the diagonal counts, times a vector."""
+    result = np.empty(len(values))
+    for i in range(len(values)):
+        result[i] = _dot(lower[i, : i + 1], values[: i + 1])
+        for j in range(i):
+            result[j] += lower[i, j] * values[i]
     return result
 
 

@@ -54,6 +54,8 @@ class Model(NamedTuple):
     """Merit of a motion, and what it is made of, linear in the inputs."""
 
     value: float
+    cost: float
+    """the merit without the constraints"""
     smooth: Float[np.ndarray, "U U"]
     """half the second derivatives without the constraints (Gauss–Newton); the part below the diagonal counts"""
     slope: Float[np.ndarray, " U"]
@@ -78,10 +80,17 @@ def merit(inputs: Float[np.ndarray, " U"], target: float, around: Surroundings, 
     """
     course = course_of(around.state, inputs, constants.dt)
     excess, normal, weight = _constraints(course, around, constants)
-    value, smooth, slope = _smooth(inputs, course, target, around, constants)
+    cost, smooth, slope = _smooth(inputs, course, target, around, constants)
+    return Model(cost + penalty(excess, weight), cost, smooth, slope, excess, normal, weight)
+
+
+@compiled
+def penalty(excess: Float[np.ndarray, " C"], weight: Float[np.ndarray, " C"]) -> float:
+    """What the constraints add to the merit."""
+    result = 0.0
     for i in range(len(excess)):
-        value += weight[i] * max(0.0, excess[i]) ** 2
-    return Model(value, smooth, slope, excess, normal, weight)
+        result += weight[i] * max(0.0, excess[i]) ** 2
+    return result
 
 
 @compiled
@@ -90,9 +99,7 @@ def _smooth(
 ) -> tuple[float, Float[np.ndarray, "U U"], Float[np.ndarray, " U"]]:
     """Cost without constraints, half its second and half its first derivatives."""
     cost, steps = constants.cost, constants.steps
-    smooth, by_inputs = constants.straight.copy(), np.empty(len(inputs))
-    slope = constants.form @ inputs
-    slope -= around.previous_input @ constants.pull
+    smooth, by_inputs, slope = constants.straight.copy(), np.empty(len(inputs)), np.zeros(len(inputs))
     value, acceleration, yaw_rate = 0.0, around.previous_input[0], around.previous_input[1]
     for k in range(steps):
         changes = inputs[k] - acceleration, inputs[steps + k] - yaw_rate
@@ -106,6 +113,11 @@ def _smooth(
         slope += (weight * cost.lane * lat_error) * by_inputs
         slope[: k + 1] += weight * constants.dt * faster
         slope[steps : steps + k + 1] += weight * constants.dt * cost.heading * course.heading[k]
+        slope[k] += cost.acceleration * acceleration + cost.acceleration_change * changes[0]
+        slope[steps + k] += cost.yaw_rate * yaw_rate + cost.yaw_rate_change * changes[1]
+        if k > 0:
+            slope[k - 1] -= cost.acceleration_change * changes[0]
+            slope[steps + k - 1] -= cost.yaw_rate_change * changes[1]
     return value, smooth, slope
 
 
@@ -114,18 +126,29 @@ def _constraints(
     course: Course, around: Surroundings, constants: Constants
 ) -> tuple[Float[np.ndarray, " C"], Float[np.ndarray, "C U"], Float[np.ndarray, " C"]]:
     """Excess, its derivatives and weight of the constraints in view."""
-    vehicle, steps = constants.vehicle, constants.steps
-    most = steps * (2 * around.boxes.shape[2] + _LIMITS)
-    excess, normal, weight = np.empty(most), np.empty((most, 2 * steps)), np.empty(most)
+    most = constants.steps * (2 * around.boxes.shape[2] + _LIMITS)
+    excess, normal, weight = np.empty(most), np.empty((most, 2 * constants.steps)), np.empty(most)
+    count = _limits(course, around, constants, excess, normal, weight)
+    count = _bodies(course, False, around, constants, excess, normal, weight, count)
+    count = _bodies(course, True, around, constants, excess, normal, weight, count)
+    return excess[:count], normal[:count], weight[:count]
+
+
+@compiled
+def _limits(
+    course: Course,
+    around: Surroundings,
+    constants: Constants,
+    excess: Float[np.ndarray, " most"],
+    normal: Float[np.ndarray, "most U"],
+    weight: Float[np.ndarray, " most"],
+) -> int:
+    """Write the limits of speed and heading; returns their number."""
+    vehicle, count = constants.vehicle, 0
     fastest, slowest = max(vehicle.max_speed, around.state[2]), min(0.0, around.state[2])
     widest = max(vehicle.max_heading, abs(around.state[3]))
-    count = 0
-    for k in range(steps):
+    for k in range(constants.steps):
         speed, heading = course.speed[k], course.heading[k]
-        sign = 1.0 if heading >= 0 else -1.0
-        count = _bodies(course, k, sign, _IN_VIEW, around, constants, excess, normal, weight, count)
-        if abs(heading) < _TURNED:
-            count = _bodies(course, k, -sign, _MIRRORED_IN_VIEW, around, constants, excess, normal, weight, count)
         for value, by, penalty, view in (
             (speed - fastest, (0.0, 0.0, 1.0, 0.0), _SPEED, _IN_VIEW),
             (slowest - speed, (0.0, 0.0, -1.0, 0.0), _SPEED, _IN_VIEW),
@@ -136,15 +159,13 @@ def _constraints(
                 excess[count], weight[count] = value, penalty
                 pull_back(course, k, by, constants.dt, normal[count])
                 count += 1
-    return excess[:count], normal[:count], weight[:count]
+    return count
 
 
 @compiled
 def _bodies(
     course: Course,
-    k: int,
-    sign: float,
-    view: float,
+    mirrored: bool,
     around: Surroundings,
     constants: Constants,
     excess: Float[np.ndarray, " most"],
@@ -152,21 +173,30 @@ def _bodies(
     weight: Float[np.ndarray, " most"],
     count: int,
 ) -> int:
-    """Append the boxes and road edges of a step, for one sign of the heading; returns the number of constraints."""
-    lon, lat, speed, heading = course.lon[k], course.lat[k], course.speed[k], course.heading[k]
-    own, boxes = half_sizes_of(sign * heading, constants.vehicle), around.boxes
-    for slot in range(boxes.shape[2]):
-        value, by = box_excess((lon, lat, speed), own, sign, boxes, k, slot, view, constants)
-        if value > -view:
-            excess[count], weight[count] = value, constants.slack[k]
-            pull_back(course, k, by, constants.dt, normal[count])
-            count += 1
-    half_width, widening = own[1] + constants.shape.edge_margin, sign * constants.vehicle.length / 2
-    for side, beyond in ((1.0, lat - around.edges[1]), (-1.0, around.edges[0] - lat)):
-        if beyond + half_width > -view:
-            excess[count], weight[count] = beyond + half_width, constants.cost.off_road
-            pull_back(course, k, (0.0, side, 0.0, widening), constants.dt, normal[count])
-            count += 1
+    """Append the boxes and road edges for the heading, or for the other sign of it; returns the number of constraints.
+
+    Called once for all steps: handing over so many arrays takes longer than looking at the boxes of one.
+    """
+    vehicle, boxes, edges = constants.vehicle, around.boxes, around.edges
+    view = _MIRRORED_IN_VIEW if mirrored else _IN_VIEW
+    for k in range(constants.steps):
+        lon, lat, speed, heading = course.lon[k], course.lat[k], course.speed[k], course.heading[k]
+        if mirrored and abs(heading) >= _TURNED:
+            continue
+        sign = 1.0 if (heading >= 0) != mirrored else -1.0
+        own = half_sizes_of(sign * heading, vehicle)
+        for slot in range(boxes.shape[2]):
+            value, by = box_excess((lon, lat, speed), own, sign, boxes, k, slot, view, constants)
+            if value > -view:
+                excess[count], weight[count] = value, constants.slack[k]
+                pull_back(course, k, by, constants.dt, normal[count])
+                count += 1
+        half_width, widening = own[1] + constants.shape.edge_margin, sign * vehicle.length / 2
+        for side, beyond in ((1.0, lat - edges[1]), (-1.0, edges[0] - lat)):
+            if beyond + half_width > -view:
+                excess[count], weight[count] = beyond + half_width, constants.cost.off_road
+                pull_back(course, k, (0.0, side, 0.0, widening), constants.dt, normal[count])
+                count += 1
     return count
 
 
