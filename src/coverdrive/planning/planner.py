@@ -247,8 +247,9 @@ def _status_of(found: Found) -> Status:
 
 def _after(motion: Motion, elapsed: float, dt: float) -> Float[np.ndarray, " 4"]:
     """The state that a motion leads to after some time [s] of it."""
-    times = dt * np.arange(len(motion.states))
-    return np.array([np.interp(elapsed, times, column) for column in motion.states.T])
+    at = min(elapsed / dt, len(motion.states) - 1)
+    before = min(int(at), len(motion.states) - 2)
+    return motion.states[before] + (at - before) * (motion.states[before + 1] - motion.states[before])
 
 
 def check_times(paths: PredictedPaths, problem: ProblemSettings) -> None:
