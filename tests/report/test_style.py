@@ -2,6 +2,7 @@
 
 import re
 import struct
+from importlib.resources import files
 
 import matplotlib as mpl
 import numpy as np
@@ -60,3 +61,10 @@ def test_style_ends_with_its_context():
 def test_own_and_other_differ_in_brightness_on_grey_paper():
     luminance = [np.dot(to_rgb(colour), [0.2126, 0.7152, 0.0722]) for colour in (style.OWN, style.OTHER, style.ROAD)]
     assert luminance[0] < luminance[1] < luminance[2]
+
+
+def test_page_and_figures_tell_how_plans_were_found_by_the_same_colours():
+    css = (files("coverdrive.report.page") / "templates" / "page.css").read_text(encoding="utf-8")
+    light = css[: css.index('[data-theme="dark"]')]
+    for status, colour in style.STATUS.items():
+        assert f"--{status.value}: {colour.lower()};" in light

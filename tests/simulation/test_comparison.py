@@ -67,6 +67,13 @@ def test_two_planners_in_the_same_traffic(tmp_path):
     assert compare_studies(tmp_path / "a", tmp_path / "a").measures[0].p == 1.0
 
 
+def test_one_pair_has_means_but_no_interval(tmp_path):
+    run_study(build_fakes, FAST, tmp_path, trials=1)
+    speed = compare_studies(tmp_path, tmp_path).measures[0]
+    assert (speed.pairs, speed.first, speed.value) == (1, pytest.approx(20.0), 0.0)
+    assert np.isnan([speed.low, speed.high, speed.p]).all()
+
+
 def test_collisions_are_compared_by_the_trials_in_which_only_one_collided(tmp_path):
     kinds = {"a": ["side"] * 6 + ["finished"] * 4, "b": ["finished"] * 5 + ["side"] + ["finished"] * 3 + ["side"]}
     for name, ends in kinds.items():

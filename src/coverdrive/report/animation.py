@@ -40,13 +40,7 @@ _SIZE = 1600, 608
 
 _DPI = 150
 
-_STATUS_LOOK = {
-    Status.SOLVED: (style.GREEN, "o"),
-    Status.FALLBACK: (style.ORANGE, "s"),
-    Status.REAR: (style.ORANGE, "D"),
-    Status.UNSAFE: (style.PURPLE, "X"),
-    Status.BLIND: (style.PURPLE, "P"),
-}
+_MARKERS = {Status.SOLVED: "o", Status.FALLBACK: "s", Status.REAR: "D", Status.UNSAFE: "X", Status.BLIND: "P"}
 
 
 def animate(
@@ -177,8 +171,8 @@ def _planning_panel(axes: Axes, trace: Trace, milliseconds: np.ndarray) -> dict[
     axes.grid(True)
     look: dict[str, Any] = {"linestyle": "none", "markersize": 4}
     dots = {
-        status: axes.plot([], [], color=colour, marker=marker, label=status.value, **look)[0]
-        for status, (colour, marker) in _STATUS_LOOK.items()
+        status: axes.plot([], [], color=style.STATUS[status], marker=marker, label=status.value, **look)[0]
+        for status, marker in _MARKERS.items()
         if any(plan.status is status for plan in trace.plans)
     }
     axes.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=1 + len(dots), borderaxespad=0, handletextpad=0.3)

@@ -17,6 +17,7 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
 from coverdrive.files import write_atomically
+from coverdrive.planning.plan import Status
 
 BLUE, SKY, VERMILION, ORANGE = "#0072B2", "#56B4E9", "#D55E00", "#E69F00"
 GREEN, PURPLE, BLACK, GREY = "#009E73", "#CC79A7", "#000000", "#8A8A8A"
@@ -29,6 +30,17 @@ OWN, OTHER = BLUE, VERMILION
 
 BINDS = "#8F1D5F"
 """members of predicted sets that bind a plan"""
+
+STATUS = MappingProxyType(
+    {
+        Status.SOLVED: GREEN,
+        Status.FALLBACK: PURPLE,
+        Status.REAR: SKY,
+        Status.UNSAFE: VERMILION,
+        Status.BLIND: "#882255",
+    }
+)
+"""how plans were found; the page has the same"""
 
 ROAD, MARKING, PAPER = "#EFEFEF", "#A0A0A0", "#FFFFFF"
 """surface, lane markings, and the background of a figure"""

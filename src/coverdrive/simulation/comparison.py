@@ -158,10 +158,10 @@ def _of_means(name: str, ours: pl.DataFrame, theirs: pl.DataFrame, confidence: f
     a, b = (table[name].to_numpy().astype(float) for table in (ours, theirs))
     finite = np.isfinite(a) & np.isfinite(b)
     a, b = a[finite], b[finite]
-    if len(a) < 2:
-        nothing = float("nan")
-        return Difference(name, len(a), nothing, nothing, nothing, nothing, nothing)
-    low, high, p = paired_t(b - a, confidence)
+    nothing = float("nan")
+    if len(a) == 0:
+        return Difference(name, 0, nothing, nothing, nothing, nothing, nothing)
+    low, high, p = paired_t(b - a, confidence) if len(a) > 1 else (nothing, nothing, nothing)
     return Difference(name, len(a), float(a.mean()), float(b.mean()), low, high, p)
 
 

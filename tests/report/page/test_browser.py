@@ -255,6 +255,15 @@ def test_the_table_opens_sorts_and_filters(page) -> None:
     assert page.inner_text("#read-end") == ""
     page.click("#trials th:first-child button")
     assert page.evaluate("document.querySelector('#trials tbody tr').cells[0].dataset.value") == "9"
+    for name, worst in (("least gap [m]", min), ("unsafe plans", max)):
+        head = page.locator("#trials th", has_text=name)
+        head.locator("button").click()
+        column = head.evaluate("head => head.cellIndex")
+        values = page.evaluate(
+            "column => [...document.querySelectorAll('#trials tbody tr')].map(row => row.cells[column].dataset.value)",
+            column,
+        )
+        assert float(values[0]) == worst(map(float, values))
     page.click(".filters button[data-show='collision']")
     assert page.locator("#trials tbody tr:visible").count() == 1
 

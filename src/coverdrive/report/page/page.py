@@ -21,7 +21,7 @@ from coverdrive.report.page.plots import Plot
 from coverdrive.report.page.replay import replay_data
 from coverdrive.report.page.study import ends, study_plots
 from coverdrive.report.page.summary import facts, heading, tiles
-from coverdrive.report.page.trials import COLUMNS, trial_rows
+from coverdrive.report.page.trials import COLUMNS, LEAST_FIRST, trial_rows
 from coverdrive.simulation.notable import NEAR_GAP, NEAR_TIME
 
 _TEMPLATES = Path(__file__).parent / "templates"
@@ -77,7 +77,7 @@ def page(contents: Contents, progress: Callable[[float], None] | None = None) ->
         calibration_plots=calibration_plots(contents.predictor, contents.learned, contents.compared),
         refused=[each for each in contents.compared if each.refusal],
         study_plots=_study_plots(contents),
-        columns=[label for _, label, _ in COLUMNS],
+        columns=[(label, "ascending" if name in LEAST_FIRST else "descending") for name, label, _ in COLUMNS],
         rows=trial_rows(contents),
         ends="" if contents.trials is None else ends(contents.trials),
         near_gap=NEAR_GAP,

@@ -45,6 +45,9 @@ COLUMNS = (
 )
 """name in the table of trials, name on the page with its unit, and format, which may name other columns too"""
 
+LEAST_FIRST = {"mean_speed", "minimum_gap", "minimum_time_to_collision"}
+"""columns of which the least values are worth a look; of the others the largest are"""
+
 _THOUSANDTHS = "planning_p99"
 
 

@@ -9,9 +9,11 @@
     return text === "inf" ? Infinity : isNaN(text) ? text : Number(text);
   };
   heads.forEach((head, column) => head.querySelector("button").addEventListener("click", () => {
-    const sign = head.getAttribute("aria-sort") === "ascending" ? -1 : 1;
+    const before = head.getAttribute("aria-sort");
+    const order = { ascending: "descending", descending: "ascending" }[before] || head.dataset.first || "ascending";
+    const sign = order === "ascending" ? 1 : -1;
     heads.forEach((other) => other.removeAttribute("aria-sort"));
-    head.setAttribute("aria-sort", sign > 0 ? "ascending" : "descending");
+    head.setAttribute("aria-sort", order);
     const rows = [...body.rows].sort((one, other) => {
       const a = value(one, column), b = value(other, column);
       return a < b ? -sign : a > b ? sign : 0;
