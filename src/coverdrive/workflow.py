@@ -7,13 +7,10 @@
 
 import json
 import os
-import platform
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from functools import cache, partial
-from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import polars as pl
@@ -36,6 +33,7 @@ from coverdrive.prediction.predictor import Predictor
 from coverdrive.recordings.generated import generate
 from coverdrive.recordings.read import read
 from coverdrive.recordings.recording import Recording
+from coverdrive.records import certificate_record, provenance, write_json
 from coverdrive.results import CERTIFICATE, CONFIG, LEARNED, METHODS, PREDICTOR, RUN, clips_of
 from coverdrive.simulation.replay import Clip, ReplaySettings, cut_clips
 from coverdrive.simulation.storage import load_trace, save_trace
@@ -63,7 +61,7 @@ def fit_predictor(
     result.predictor.save(folder / PREDICTOR)
     Learned.of(result).save(folder / LEARNED)
     write_json(folder / CERTIFICATE, certificate_record(result))
-    write_json(folder / RUN, _provenance(experiment, recordings) | {"seconds": result.seconds})
+    write_json(folder / RUN, provenance(experiment, recordings) | {"seconds": result.seconds})
     return result
 
 
@@ -74,7 +72,7 @@ def save_bases(
     experiment.save(folder / CONFIG)
     write_json(
         folder / "bases.json",
-        _provenance(experiment, recordings) | {"bases": [basis_record(each) for each in studied]},
+        provenance(experiment, recordings) | {"bases": [basis_record(each) for each in studied]},
     )
     for each in studied:
         name = f"basis_{number_in_name(each.basis.epsilon)}"
@@ -265,50 +263,5 @@ def participants(experiment: Experiment, predictor: Predictor, clips: Sequence[C
     return Participants(predictor, MpcPlanner(experiment.planner), traffic)
 
 
-def write_json(path: Path, content: Any) -> None:
-    """Write JSON atomically."""
-    text = json.dumps(content, indent=2)
-    write_atomically(path, lambda file: file.write_text(text + "\n", encoding="utf-8"))
-
-
-_PACKAGES = ("jax", "equinox", "numba", "numpy", "scipy", "casadi", "polars")
-
-
-def _provenance(experiment: Experiment, recordings: Sequence[Recording]) -> dict[str, Any]:
-    """What a result was made from."""
-    return {
-        "coverdrive": coverdrive.__version__,
-        "python": platform.python_version(),
-        "packages": {name: version(name) for name in _PACKAGES},
-        "seed": experiment.seed,
-        "recordings": [
-            {"name": recording.name, "rows": len(recording.table), "fingerprint": _fingerprint(recording)}
-            for recording in recordings
-        ],
-    }
-
-
 def _fingerprint_of(clips: Sequence[Clip]) -> str:
     return fingerprint(*(clip.states for clip in clips))
-
-
-def _fingerprint(recording: Recording) -> str:
-    return fingerprint(*(recording.table[name].to_numpy() for name in recording.table.columns))
-
-
-def certificate_record(result: Fit) -> dict[str, Any]:
-    """Certificates, and how they did on the test split, as JSON values."""
-    return {
-        "certificates": [
-            asdict(certificate) | {"sentence": certificate.sentence} for certificate in result.certificates
-        ],
-        "test": asdict(result.evaluation),
-        "uncovered": asdict(result.uncovered),
-        "samples": {
-            "segments": len(result.segments),
-            "train": len(result.split.train),
-            "calibration": len(result.split.calibration),
-            "test": len(result.split.test),
-            "dropped": result.split.dropped,
-        },
-    }

@@ -29,6 +29,7 @@ def fit(
 def fit_and_print(experiment: "Experiment", paths: Sequence[Path], out: Path) -> dict[str, Any]:
     """Learn, certify, test, and say how it went."""
     from coverdrive import workflow
+    from coverdrive.records import certificate_record
     from coverdrive.report.terminal import fit_table
 
     with stages() as bars:
@@ -37,4 +38,4 @@ def fit_and_print(experiment: "Experiment", paths: Sequence[Path], out: Path) ->
     console.print(fit_table(result))
     for certificate in result.certificates:
         console.print(f"• {certificate.sentence}")
-    return {"results": str(out), **workflow.certificate_record(result)}
+    return {"results": str(out), **certificate_record(result)}
