@@ -24,6 +24,9 @@ class PredictedPaths:
     """[m] half extent along lon and lat of a box around the point that holds the turned body and the tube"""
     dt: float
     """[s] between two points"""
+    ellipses: Float[np.ndarray, "S P 2"] | None = None
+    """[m] half axes along lon and lat of the ellipse around the point to which a certificate holds the centre besides
+    the box; planning keeps clear of the whole box. None: the ellipse that the tube's share of the box encloses"""
 
     def __len__(self) -> int:
         """Number of paths S."""
@@ -31,4 +34,5 @@ class PredictedPaths:
 
     def of(self, keep: "np.ndarray") -> "PredictedPaths":
         """The paths selected by an index or boolean array over S."""
-        return PredictedPaths(self.points[keep], self.vehicle[keep], self.half_sizes[keep], self.dt)
+        ellipses = None if self.ellipses is None else self.ellipses[keep]
+        return PredictedPaths(self.points[keep], self.vehicle[keep], self.half_sizes[keep], self.dt, ellipses)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from coverdrive.planning.fallback import braking_motion, dead_reckoning, plausible
+from coverdrive.planning.fallback import assumed_state, braking_motion, plausible
 from coverdrive.planning.obstacles import obstacles_of
 from coverdrive.planning.problem import ProblemSettings, Situation
 from coverdrive.planning.vehicle import rollout
@@ -49,14 +49,17 @@ def test_slack_is_that_of_the_boxes_it_meets(straight_paths) -> None:
         [0.0, 5.0, 400.0, 0.0],
         [0.0, 5.0, 20.0, 3.0],
         [1e12, 5.0, 20.0, 0.0],
+        [0.0, 5.0, -80.0, 0.0],
+        [0.0, 1e6, 20.0, 0.0],
+        [0.0, -6.0, 20.0, 0.0],
     ],
 )
 def test_impossible_states_are_told(state: list[float]) -> None:
-    assert not plausible(np.array(state), PROBLEM.vehicle)
-    assert plausible(np.array([0.0, -1.0, 50.0, -0.5]), PROBLEM.vehicle)
+    assert not plausible(np.array(state), PROBLEM.vehicle, Road.straight()).all()
+    assert plausible(np.array([0.0, -1.0, 50.0, -0.5]), PROBLEM.vehicle, Road.straight()).all()
 
 
-def test_expected_state_takes_the_place_of_an_impossible_one() -> None:
-    expected, measured = np.array([3.0, 5.4, 20.0, 0.0]), np.array([np.nan] * 4)
-    np.testing.assert_array_equal(dead_reckoning(measured, expected, Road.straight()), expected)
-    np.testing.assert_array_equal(dead_reckoning(measured, None, Road.straight()), [0.0, 5.4, 0.0, 0.0])
+def test_what_cannot_be_true_is_assumed_to_need_braking() -> None:
+    measured, road = np.array([3.0, np.nan, np.inf, 0.1]), Road.straight()
+    assumed = assumed_state(measured, plausible(measured, PROBLEM.vehicle, road), PROBLEM.vehicle, road)
+    np.testing.assert_array_equal(assumed, [3.0, 5.4, 45.0, 0.1])

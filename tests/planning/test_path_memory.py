@@ -1,6 +1,7 @@
 """Vehicles that vanish, come back, or have numbers that are none."""
 
 import numpy as np
+import pytest
 
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.path_memory import PathMemory, later
@@ -37,6 +38,21 @@ def test_a_returned_vehicle_has_its_new_paths(straight_paths) -> None:
     memory.completed(both.of(np.array([1])), 0.1)
     got, _ = memory.completed(both, 0.1)
     np.testing.assert_array_equal(got.points, both.points)
+
+
+@pytest.mark.parametrize("index", range(3))
+def test_bodies_without_a_size_and_impossible_speeds_are_broken(straight_paths, index: int) -> None:
+    memory, paths = PathMemory(1.0), straight_paths((10, 1.8, 20), (15, 5.4, 0))
+    points, half_sizes = paths.points.copy(), np.array(paths.half_sizes)
+    if index == 0:
+        half_sizes[1] = -5.0
+    elif index == 1:
+        half_sizes[1, 3, 1] = np.nan
+    else:
+        points[1, 6:, 0] += 1e4
+    got, complete = memory.completed(PredictedPaths(points, paths.vehicle, half_sizes, paths.dt), 0.1)
+    assert not complete
+    np.testing.assert_array_equal(got.vehicle, [0])
 
 
 def test_broken_paths_are_replaced_if_the_vehicle_is_known(straight_paths) -> None:

@@ -178,6 +178,33 @@ def test_a_search_that_never_arrives_ends_with_the_time(straight_paths, monkeypa
     assert len(calls) == 11
 
 
+def test_no_second_search_begins_when_the_time_is_spent(straight_paths, monkeypatch: pytest.MonkeyPatch) -> None:
+    calls, search = [], planning.search
+    monkeypatch.setattr(planning, "search", lambda *args: calls.append(args) or search(*args))
+    paths = straight_paths((6, 5.4, 0), (0, 1.8, 20), (0, 9.0, 20), (-7, 5.4, 20))
+    state = np.array([0, 5.4, 20, 0.0])
+    MpcPlanner(PlannerSettings(budget=1e-9)).plan(state, paths, ROAD)
+    assert len(calls) == 1
+    MpcPlanner(PlannerSettings(budget=60.0)).plan(state, paths, ROAD)
+    assert len(calls) > 2
+
+
+def test_the_more_paths_the_fewer_iterations_between_two_looks_at_the_clock(
+    straight_paths, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    iterations, search = [], planning.search
+
+    def counted(*args):
+        iterations.append(args[3])
+        return search(*args)._replace(done=True)
+
+    monkeypatch.setattr(planning, "search", counted)
+    for count in (10, 250, 1500):
+        paths = straight_paths(*[(20.0 + i / 100, 1.8, 18 + i / 1000) for i in range(count)])
+        MpcPlanner(PlannerSettings(rear_last=False)).plan(np.array([0, 5.4, 20, 0.0]), paths, ROAD)
+    assert iterations == [8, 4, 1]
+
+
 def test_what_cannot_be_reached_changes_nothing(straight_paths) -> None:
     """The plan is the same when nothing is left out: culling loses nothing."""
     state, rows = (
@@ -279,7 +306,29 @@ def test_unknown_state_is_reckoned_and_promises_nothing(straight_paths, index: i
     np.testing.assert_allclose(plan.states[0], first.states[0] + 0.4 * (first.states[1] - first.states[0]))
     without = MpcPlanner().plan(state, paths, ROAD)
     assert without.status is Status.BLIND
-    assert np.isfinite(without.states).all()
+    np.testing.assert_allclose(without.inputs[:9, 0], -8.0)
+
+
+def test_a_car_that_stays_blind_follows_its_plan_for_the_grace_and_then_brakes(straight_paths) -> None:
+    planner, nothing = MpcPlanner(), np.full(4, np.nan)
+    planner.reset(PERIOD)
+    planner.plan(np.array([0, 1.8, 20, 0.0]), straight_paths((60, 5.4, 20)), ROAD)
+    plans = [planner.plan(nothing, straight_paths((60, 5.4, 20)), ROAD) for _ in range(40)]
+    assert all(plan.status is Status.BLIND for plan in plans)
+    assert min(plan.inputs[0, 0] for plan in plans[:5]) > 0
+    np.testing.assert_allclose([plan.inputs[0, 0] for plan in plans[5:30]], -8.0)
+    assert plans[-1].states[-1, 2] == pytest.approx(0.0)
+    seen = planner.plan(np.array([40, 1.8, 5, 0.0]), straight_paths((90, 5.4, 20)), ROAD)
+    assert seen.status is Status.SOLVED and seen.inputs[0, 0] > 0
+
+
+def test_a_vehicle_that_appears_is_kept_clear_of_at_once(straight_paths) -> None:
+    planner, state = MpcPlanner(), np.array([0, 1.8, 20, 0.0])
+    planner.reset(PERIOD)
+    sides = [(0, 5.4, 20), (60, 5.4, 20)]
+    assert planner.plan(state, straight_paths(*sides), ROAD).inputs[0, 0] > 0
+    plan = planner.plan(state, straight_paths(*sides, (25, 1.8, 10)), ROAD)
+    assert plan.status is Status.SOLVED and plan.inputs[0, 0] < -2
 
 
 def test_unknown_path_of_a_new_vehicle_brakes_and_promises_nothing(straight_paths) -> None:

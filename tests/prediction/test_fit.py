@@ -184,6 +184,9 @@ def test_half_sizes_hold_body_and_tube(fitted: Fit) -> None:
     assert basis.reach is not None
     half = np.minimum(basis.tolerance(1.0, np.array([3.0]))[0], basis.reach[-1] / basis.epsilon)
     tube = half * predictor.rule.tube[base, None]
+    assert paths.ellipses is not None
+    ellipses = basis.tolerance(1.0, 0.5 * np.arange(7)) * predictor.rule.tube[base, None, None]
+    np.testing.assert_allclose(paths.ellipses, ellipses)
     assert (paths.half_sizes[:, 6] >= np.array([2.4, 0.95]) * np.cos(0.3) + tube - 1e-9).all()
     heading_free = np.abs(basis.points[base][:, -1, 1]) < 1e-9
     assert paths.half_sizes[heading_free, 6] == pytest.approx(np.array([2.4, 0.95]) + tube[heading_free], abs=1e-6)

@@ -1,10 +1,13 @@
 """Small stand-ins for a predictor and planners, and hand-made scenes."""
 
+import math
+
 import equinox as eqx
 import numpy as np
 
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.plan import Plan, Status
+from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.planning.vehicle import rollout
 from coverdrive.scene import Scene
 from coverdrive.simulation.episode import EpisodeSettings
@@ -101,3 +104,8 @@ def build_fakes() -> Participants:
     """The participants of a study with stand-ins."""
     predictor = FakePredictor(FakeBasis.make())
     return Participants(predictor, ConstantPlanner(), SetSamplingTraffic(predictor))
+
+
+def build_planner() -> Participants:
+    """The same with the planner that drives, whatever time it takes."""
+    return build_fakes()._replace(planner=MpcPlanner(PlannerSettings(budget=math.inf)))

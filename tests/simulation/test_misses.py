@@ -102,35 +102,46 @@ def test_a_collision_is_a_planning_failure_unless_the_partner_left_its_set_short
     hit = Outcome(Kind.FRONTAL, 5.0, 1, Fault.OWN)
 
     def cause(lat):
-        trace = trace_of(lat, here(1.8), outcome=hit)
-        return cause_of(trace, find_windows(trace))
+        return cause_of(trace_of(lat, here(1.8), outcome=hit))
 
     assert cause(lambda t: 1.8) is Cause.PLANNING
     assert cause(lambda t: 4.8 if t > 4.6 else 1.8) is Cause.PREDICTION
     assert cause(lambda t: 4.8 if 0.5 < t < 1.0 else 1.8) is Cause.PLANNING  # long before
     finished = trace_of(lambda t: 9.0, here(1.8))
-    assert cause_of(finished, find_windows(finished)) is Cause.NONE
+    assert cause_of(finished) is Cause.NONE
+
+
+def test_who_is_in_the_box_but_not_in_the_tube_was_planned_against():
+    hit = Outcome(Kind.FRONTAL, 5.0, 1, Fault.OWN)
+    corner = trace_of(lambda t: 1.8 + 0.9, lambda k: paths_of(1.8, start=50.0 + 2.0 * k - 0.9), outcome=hit)
+    assert find_windows(corner).missed[:, 1].any()
+    assert not find_windows(corner, boxes=True).missed.any()
+    assert cause_of(corner) is Cause.PLANNING
 
 
 @pytest.mark.parametrize("share", [0.97, 1.03])
-def test_curved_paths_have_the_certified_tube(share):
-    """Vehicles at 97 % and 103 % of the radius of the tubes that a predictor hands out."""
+@pytest.mark.parametrize("cut", [False, True])
+def test_curved_paths_have_the_certified_tube(share, cut):
+    """Vehicles at 97 % and 103 % of the radius of the tubes that a predictor hands out, whole or cut to a box."""
     times = DT * np.arange(HORIZON + 1)
     bases = FakeBasis.make((0.0, -3.0), (0.0, 3.6))
     deviation, rate = bases.rollout(times)
     size = np.array([[2.4, 0.95]])
-    basis = Basis(np.zeros((1, 7, 2)), epsilon=0.75, aspect=4.0, growth=1.0, step=0.5)
-    tube = basis.tolerance(0.75, times)
+    reach = 0.75 * Basis(np.zeros((1, 7, 2)), epsilon=0.75, aspect=4.0, growth=1.0, step=0.5).tolerance(0.75, times)
+    basis = Basis(np.zeros((1, 7, 2)), epsilon=0.75, aspect=4.0, growth=1.0, step=0.5, reach=reach if cut else None)
+    tube, ellipse = 0.75 * basis.tube(times), basis.tolerance(0.75, times)
     for base in range(4):
         state = np.array([50.0, 5.4, 20.0, 0.0])
         motion = follow(state, times, deviation[base], rate[base])
         half_sizes = turned_half_extents(size, motion[:, 3]) + tube
-        paths = PredictedPaths(motion[None, :, :2], np.array([1]), half_sizes[None], DT)
+        paths = PredictedPaths(motion[None, :, :2], np.array([1]), half_sizes[None], DT, ellipse[None])
         fine = 0.1 * np.arange(31)
-        radius = basis.tolerance(0.75, fine) * share
         for angle in np.linspace(0, 2 * np.pi, 8):
             path = follow(state, fine, *(part[base] for part in bases.rollout(fine)))[:, :2]
-            actual = path + radius * [np.cos(angle), np.sin(angle)]
+            direction = np.array([np.cos(angle), np.sin(angle)])
+            offset = basis.tolerance(0.75, fine) * direction
+            offset *= np.minimum(1.0, (0.75 * basis.tube(fine) / np.maximum(np.abs(offset), 1e-9)).min(-1))[:, None]
+            actual = path + share * offset
             scenes = [make_scene([0.0, lon], [1.8, lat]) for lon, lat in actual]
             plan = ConstantPlanner().plan(np.zeros(4), paths, Road.straight())
             nobody, none = np.zeros(2, dtype=bool), np.full(2, -1)

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import polars as pl
 import pytest
@@ -120,3 +122,23 @@ def test_scenes_that_are_too_short_or_too_full_are_refused():
     full = cut_clips([recording((0, 1.8, 20, 10), (9, 1.8, 20, 10))])
     with pytest.raises(DataError, match="fits nowhere"):
         begin("between", clips=full)
+
+
+def test_a_vehicle_that_would_appear_on_the_own_car_comes_when_there_is_room():
+    late = recording((0, 1.8, 20, 10), (40, 1.8, 20, 10), (20, 1.8, 20, 10))
+    table = late.table.filter((pl.col("vehicle") != 2) | (pl.col("time") >= 1.95))
+    (clip,) = cut_clips([replace(late, table=table)])
+    traffic = ReplayTraffic([clip], ReplaySettings(place="between", shortest=9.9))
+    start = traffic.start(InitialSettings(), 3, np.random.default_rng(0))
+    traffic.reset(start.scene, start.road, np.random.default_rng(0))
+    scene, own = start.scene, start.scene.states[OWN].copy()
+    assert own[0] == pytest.approx(20.0, abs=2.5)
+    came = None
+    for k in range(1, 90):
+        own[0] += 0.1 * (20.0 if k < 30 else 14.0)
+        own[2] = 20.0 if k < 30 else 14.0
+        scene.lon[OWN], scene.speed[OWN] = own[0] - 0.1 * own[2], own[2]
+        scene = traffic.step(scene, 0.1).scene
+        if scene.valid[3] and came is None:
+            came = scene.lon[3] - own[0] - 4.8
+    assert came is not None and 4.0 <= came < 5.0

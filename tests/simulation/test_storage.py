@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import jax
 import numpy as np
 import pytest
@@ -35,6 +37,16 @@ def test_paths_stay_with_their_step(tmp_path):
     trace = type(trace)(**{**vars(trace), "paths": (few, none, *trace.paths[2:])})
     save_trace(trace, tmp_path / "trace.npz")
     assert [len(paths) for paths in load_trace(tmp_path / "trace.npz").paths] == [2, 0, *[36] * 8]
+
+
+def test_ellipses_of_the_paths_are_kept(tmp_path):
+    trace = a_trace(3)
+    paths = tuple(replace(each, ellipses=each.half_sizes / 3) for each in trace.paths)
+    save_trace(replace(trace, paths=paths), tmp_path / "trace.npz")
+    found = load_trace(tmp_path / "trace.npz").paths
+    for ours, theirs in zip(paths, found, strict=True):
+        assert ours.ellipses is not None and theirs.ellipses is not None
+        assert np.array_equal(ours.ellipses, theirs.ellipses)
 
 
 def test_missing_and_foreign_files_are_named(tmp_path):

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
-from simulation_fakes import FAST, build_fakes
+from simulation_fakes import FAST, build_fakes, build_planner
 
 from coverdrive.errors import DataError, SettingError
 from coverdrive.simulation.statistics import widest_interval
@@ -115,11 +115,17 @@ def test_results_do_not_depend_on_the_number_of_workers(tmp_path):
     assert together.drop(WALL_TIMES).equals(alone.drop(WALL_TIMES))
 
 
+@pytest.mark.slow
+def test_drives_of_the_planner_do_not_depend_on_the_number_of_workers(tmp_path):
+    alone = run_study(build_planner, FAST, tmp_path / "1", trials=8, seed=3)
+    together = run_study(build_planner, FAST, tmp_path / "4", trials=8, seed=3, workers=4)
+    assert alone["share_solved"].max() > 0 and alone["mean_speed"].n_unique() == 8
+    assert together.drop(WALL_TIMES).equals(alone.drop(WALL_TIMES))
+
+
 def test_a_study_stops_after_the_batch_that_makes_its_intervals_narrow_enough(tmp_path):
-    def run(name, until_width, batch, workers=1):
-        return run_study(
-            build_fakes, FAST, tmp_path / name, trials=30, until_width=until_width, batch=batch, workers=workers
-        )  # fmt: skip
+    def run(name, until_width, batch):
+        return run_study(build_fakes, FAST, tmp_path / name, trials=30, until_width=until_width, batch=batch)
 
     full = run("full", 1e-9, 8)
     assert full.height == 30

@@ -2,6 +2,9 @@
 
 Numba takes kept code for valid as long as the file of the function is the same, whatever became of the functions that
 it calls in other files. Code is therefore kept in a folder that is named after all sources of this package.
+
+Sums are computed in the order in which they are written: with Numba's ``fastmath``, the last digits would depend on
+whether code was compiled in this process or read from the disk, and drives with the same seed would drift apart.
 """
 
 import hashlib
@@ -17,8 +20,6 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 _numba: Any = numba
-_REORDERED = {"reassoc", "contract", "arcp", "nsz"}
-"""what may be done to sums and quotients to make them faster; NaN and infinity stay what they are"""
 
 
 def compiled(function: Callable[P, R]) -> Callable[P, R]:
@@ -33,7 +34,7 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
     folder = _folder()
     kept, _numba.config.CACHE_DIR = _numba.config.CACHE_DIR, str(folder or "")
     try:
-        compiler = _numba.njit(cache=folder is not None, fastmath=_REORDERED, error_model="numpy")
+        compiler = _numba.njit(cache=folder is not None, error_model="numpy")
         return compiler(inspect.unwrap(function))
     finally:
         _numba.config.CACHE_DIR = kept

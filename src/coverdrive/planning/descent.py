@@ -26,8 +26,12 @@ _INNER = 20
 """Newton steps of a quadratic problem at the most"""
 _INNER_TOLERANCE = 1e-3
 """a Newton step that promises to lower the quadratic problem by a smaller share is the last"""
-_BISECTIONS = 30
-"""of the share of a Newton step that is taken where the whole does not gain"""
+_SHARES = 30
+"""shares of a Newton step that are tried at the most where the whole does not gain"""
+_SHARE_TOLERANCE = 1e-9
+"""two shares that are nearer to each other are the same"""
+_ROUNDING = 1e-12
+"""[m/s²] or [rad/s] of an input"""
 _GOOD = 0.75
 """share of the promised gain from which on the damping falls"""
 _POOR = 0.25
@@ -130,28 +134,38 @@ def _share(
     damped: Float[np.ndarray, " U"],
     most: float,
 ) -> float:
-    """The share of a direction, up to a largest one, that lowers the damped quadratic problem most, by bisection."""
+    """The share of a direction, up to a largest one, that lowers the damped quadratic problem most.
+
+    Its slope along the direction is linear in pieces and rises: Newton's method, kept within bounds by bisection.
+    """
     steady = rising = 0.0
-    curvature = _times(model.smooth, direction) + damped * direction
+    bent = _times(model.smooth, direction) + damped * direction
     for i in range(len(step)):
-        steady += curvature[i] * step[i] + direction[i] * model.slope[i]
-        rising += curvature[i] * direction[i]
+        steady += bent[i] * step[i] + direction[i] * model.slope[i]
+        rising += bent[i] * direction[i]
     seen, start, towards, weight = 0, np.empty(len(excess)), np.empty(len(excess)), np.empty(len(excess))
     for c in range(len(excess)):
         start[seen], towards[seen], weight[seen] = excess[c], _dot(model.normal[c], direction), model.weight[c]
         if start[seen] > 0 or start[seen] + most * towards[seen] > 0:
             seen += 1
-    low, high = 0.0, most
-    for _ in range(_BISECTIONS):
-        share = (low + high) / 2
-        slope = steady + share * rising
+    low, high, share = 0.0, most, most
+    for _ in range(_SHARES):
+        slope, curvature = steady + share * rising, rising
         for c in range(seen):
-            slope += weight[c] * max(0.0, start[c] + share * towards[c]) * towards[c]
+            beyond = start[c] + share * towards[c]
+            if beyond > 0:
+                slope += weight[c] * beyond * towards[c]
+                curvature += weight[c] * towards[c] ** 2
         if slope > 0:
             high = share
         else:
             low = share
-    return high
+        before, share = share, share - slope / curvature
+        if not low < share < high:
+            share = (low + high) / 2
+        if abs(share - before) < _SHARE_TOLERANCE:
+            break
+    return share
 
 
 @compiled
@@ -192,7 +206,7 @@ def _newton(
         if excess[c] > 0:
             gradient += (model.weight[c] * excess[c]) * model.normal[c]
     for i in range(size):
-        held[i] = (step[i] <= low[i] and gradient[i] > 0) or (step[i] >= high[i] and gradient[i] < 0)
+        held[i] = _at_bound(step[i], low[i], high[i], -gradient[i])
         if held[i]:
             gradient[i] = 0.0
     if _dot(gradient, gradient) < flat:
@@ -208,11 +222,17 @@ def _newton(
     while True:
         direction, stays = _solved(hessian.copy(), -gradient), True
         for i in range(size):
-            if (step[i] <= low[i] and direction[i] < 0) or (step[i] >= high[i] and direction[i] > 0):
+            if _at_bound(step[i], low[i], high[i], direction[i]):
                 _hold(hessian, gradient, i)
                 stays = False
         if stays:
             return direction, -_dot(gradient, direction)
+
+
+@compiled
+def _at_bound(value: float, low: float, high: float, direction: float) -> bool:
+    """Whether an input is where a direction leads out of its bounds, rounding apart."""
+    return (value <= low + _ROUNDING and direction < 0) or (value >= high - _ROUNDING and direction > 0)
 
 
 @compiled

@@ -1,7 +1,7 @@
 """What is done when the search cannot say: the state is not known, or no search result is at hand."""
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from coverdrive.planning.motion import Motion, drive, judged, lane_seeking_inputs
 from coverdrive.planning.problem import ProblemSettings, Situation
@@ -10,6 +10,10 @@ from coverdrive.road import Road
 
 _FARTHEST = 1e9
 """[m] no road is longer"""
+_BESIDE = 5.0
+"""[m] beyond the edge of the road where the own car may be"""
+_BACKWARDS = 1.0
+"""[m/s] at which it may roll backwards"""
 
 
 def braking_motion(situation: Situation, lane_centre: float, problem: ProblemSettings) -> Motion:
@@ -32,31 +36,32 @@ def braking_motion(situation: Situation, lane_centre: float, problem: ProblemSet
     return judged(states[0], inputs[0], lane_centre, situation, problem)
 
 
-def plausible(state: Float[np.ndarray, " 4"], vehicle: VehicleSettings) -> bool:
-    """Whether a measured state can be true: finite, and no speed or heading that a car on a road cannot have.
+def plausible(state: Float[np.ndarray, " 4"], vehicle: VehicleSettings, road: Road) -> Bool[np.ndarray, " 4"]:
+    """Which measured values can be true: finite, and not beyond what a car on this road can have.
 
     Args:
         state: lon [m], lat [m], speed [m/s], heading [rad].
         vehicle: limits of the own car; up to twice its largest speed is believed.
+        road: the lanes.
     """
-    largest = np.array([_FARTHEST, _FARTHEST, 2 * vehicle.max_speed, np.pi / 2])
-    return bool((np.abs(state) <= largest).all())
+    least = np.array([-_FARTHEST, road.edges[0] - _BESIDE, -_BACKWARDS, -np.pi / 2])
+    largest = np.array([_FARTHEST, road.edges[-1] + _BESIDE, 2 * vehicle.max_speed, np.pi / 2])
+    return (state >= least) & (state <= largest)
 
 
-def dead_reckoning(
-    measured: Float[np.ndarray, " 4"], expected: Float[np.ndarray, " 4"] | None, road: Road
+def assumed_state(
+    measured: Float[np.ndarray, " 4"], believed: Bool[np.ndarray, " 4"], vehicle: VehicleSettings, road: Road
 ) -> Float[np.ndarray, " 4"]:
-    """What is assumed in place of a state that cannot be true.
+    """What is assumed of a state of which not everything can be true, where nothing is known from before.
 
     Args:
         measured: the state.
-        expected: where the last plan leads to, if there is one.
+        believed: which of its values can be true.
+        vehicle: limits of the own car.
         road: the lanes.
 
     Returns:
-        ``expected``; without it, a car at rest in the middle of the road, so that nothing but braking follows.
+        The state, with the middle of the road, the largest speed and the road's direction for what cannot be true.
     """
-    if expected is not None:
-        return expected
-    lon = measured[0] if abs(measured[0]) < _FARTHEST else 0.0
-    return np.array([lon, (road.edges[0] + road.edges[-1]) / 2, 0.0, 0.0])
+    middle = float(road.edges[0] + road.edges[-1]) / 2
+    return np.where(believed, measured, np.array([0.0, middle, vehicle.max_speed, 0.0]))

@@ -1,8 +1,12 @@
 """Vehicles that vanish: for a short time they are taken to be on one of the paths that were last predicted for them."""
 
 import numpy as np
+from jaxtyping import Bool
 
 from coverdrive.paths import PredictedPaths
+
+_FASTEST = 150.0
+"""[m/s] along the road or across it"""
 
 
 class PathMemory:
@@ -15,7 +19,7 @@ class PathMemory:
         self._ages: dict[int, float] = {}
 
     def completed(self, paths: PredictedPaths, elapsed: float) -> tuple[PredictedPaths, bool]:
-        """The paths, with those of vehicles that vanished or whose numbers are not finite taken from memory.
+        """The paths, with those of vehicles that vanished or whose numbers cannot be true taken from memory.
 
         Args:
             paths: predicted now.
@@ -25,9 +29,9 @@ class PathMemory:
             The paths, all finite, and whether every vehicle among ``paths`` is represented.
         """
         broken: set[int] = set()
-        if not (np.isfinite(paths.points).all() and np.isfinite(paths.half_sizes).all()):
-            finite = np.isfinite(paths.points).all((1, 2)) & np.isfinite(paths.half_sizes).all((1, 2))
-            broken = set(paths.vehicle[~finite].tolist())
+        possible = _possible(paths)
+        if not possible.all():
+            broken = set(paths.vehicle[~possible].tolist())
             paths = paths.of(~np.isin(paths.vehicle, list(broken)))
         seen = set(paths.vehicle.tolist())
         ages = {vehicle: age + elapsed for vehicle, age in self._ages.items() if vehicle not in seen}
@@ -37,6 +41,13 @@ class PathMemory:
         self._last = paths
         self._ages = dict.fromkeys(seen, 0.0) | {vehicle: ages[vehicle] for vehicle in kept}
         return paths, broken <= self._ages.keys()
+
+
+def _possible(paths: PredictedPaths) -> Bool[np.ndarray, " S"]:
+    """Which paths can be true: finite bodies of a positive size, no faster than any car."""
+    moved = np.abs(np.diff(paths.points, axis=1)) <= _FASTEST * paths.dt
+    sized = (paths.half_sizes > 0) & (paths.half_sizes < np.inf)
+    return np.logical_and(moved.all((1, 2)), sized.all((1, 2)))
 
 
 def later(paths: PredictedPaths, elapsed: float) -> PredictedPaths:

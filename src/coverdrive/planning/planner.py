@@ -15,7 +15,7 @@ from coverdrive.errors import SettingError
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.constants import constants_of
 from coverdrive.planning.domination import mark_undominated
-from coverdrive.planning.fallback import braking_motion, dead_reckoning, plausible
+from coverdrive.planning.fallback import assumed_state, braking_motion, plausible
 from coverdrive.planning.follower import FollowerSettings, with_careful_follower, without_follower
 from coverdrive.planning.merit import Surroundings
 from coverdrive.planning.motion import Motion, judged, shifted_inputs
@@ -26,6 +26,9 @@ from coverdrive.planning.problem import ProblemSettings, Situation
 from coverdrive.planning.search import Found, SearchSettings, Wanted, search
 from coverdrive.road import Road
 from coverdrive.settings import Settings
+
+_PATHS_BETWEEN_LOOKS = 1000
+"""paths times iterations of the search between two looks at the clock"""
 
 
 class PlannerSettings(Settings):
@@ -38,18 +41,20 @@ class PlannerSettings(Settings):
     lane_change: float = Field(default=10.0, ge=0)
     """cost of aiming at another lane than the last plan, against dithering"""
     iterations: int = Field(default=24, ge=1)
-    """of the search, at the most; the same seed then gives the same drive, whatever the machine"""
+    """of the search, at the most"""
     budget: float = Field(default=0.05, gt=0)
-    """[s] wall time after which no further iterations are begun: half of the time between two plans"""
+    """[s] wall time after which no further iterations are begun: half of the time between two plans. Simulated drives
+    leave it out unless `episode.real_time` says otherwise, so that they do not depend on the machine"""
     iterations_at_once: int = Field(default=8, ge=1)
-    """iterations between two looks at the clock"""
+    """iterations between two looks at the clock; fewer where there are more than a hundred paths"""
     rear_last: bool = True
     """if nothing is clear, the vehicle directly behind in the own lane (paper, Remark 2) is taken to keep its distance
     as ``follower`` says, so that it does not push the own car into another, even where nothing is clear then either"""
     follower: FollowerSettings = FollowerSettings()
     """what that vehicle is trusted to do"""
     grace: float = Field(default=0.5, ge=0)
-    """[s] for which a vehicle that vanished is taken to be on one of its last predicted paths"""
+    """[s] for which a vehicle that vanished is taken to be on one of its last predicted paths, and for which the own
+    car, where its state cannot be true, is taken to follow its last plan; then it brakes"""
 
 
 class _Memory(NamedTuple):
@@ -63,6 +68,8 @@ class _Memory(NamedTuple):
     """where the plan leads to by the time of the next call"""
     inputs: dict[int, Float[np.ndarray, "K 2"]]
     """inputs of the best motion to each lane, shifted to the time of the next call"""
+    blind: float
+    """[s] for which the own state has not been known"""
 
 
 class MpcPlanner:
@@ -133,11 +140,14 @@ class MpcPlanner:
         problem = self.settings.problem
         check_times(paths, problem)
         measured = np.asarray(state, dtype=float)
-        known = plausible(measured, problem.vehicle)
-        if not known:
-            measured = dead_reckoning(measured, self._memory.state if self._memory else None, road)
+        believed, memory = plausible(measured, problem.vehicle, road), self._memory
+        known, blind = bool(believed.all()), 0.0
+        if not known and memory is not None:
+            measured, blind = memory.state, memory.blind + self._period
+        elif not known:
+            measured, blind = assumed_state(measured, believed, problem.vehicle, road), np.inf
         paths, complete = self._paths.completed(paths, self._period)
-        motion, status = self._decide(measured, paths, road, complete, begin)
+        motion, status = self._decide(measured, paths, road, complete and blind <= self.settings.grace, blind, begin)
         slack = np.maximum(0.0, motion.slack - problem.obstacles.margin)
         if not (known and complete):
             status, slack = Status.BLIND, np.ones(problem.steps)
@@ -145,15 +155,21 @@ class MpcPlanner:
         return Plan(motion.states, motion.inputs, slack, status, float(motion.cost), seconds, problem.dt)
 
     def _decide(
-        self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, complete: bool, begin: float
+        self,
+        state: Float[np.ndarray, " 4"],
+        paths: PredictedPaths,
+        road: Road,
+        searching: bool,
+        blind: float,
+        begin: float,
     ) -> tuple[Motion, Status]:
-        """The chosen motion; remembers what the next call needs."""
+        """The chosen motion, full braking unless ``searching``; remembers what the next call needs."""
         problem = self.settings.problem
         if problem.obstacles.ignore_rear:
             paths = without_follower(state, paths, road)
         obstacles = obstacles_of(paths, problem.obstacles)
         lane = int(road.lane_of(state[1]))
-        found, targets = self._search(state, obstacles, road, lane, begin) if complete else (None, [lane])
+        found, targets = self._search(state, obstacles, road, lane, begin) if searching else (None, [lane])
         memory = self._memory
         applied = memory.applied if memory else np.zeros(2)
         situation = Situation(state, applied, (float(road.edges[0]), float(road.edges[-1])), obstacles)
@@ -170,7 +186,7 @@ class MpcPlanner:
                 motion = judged(motion.states, motion.inputs, float(road.centres[target]), situation, problem)
             inputs = dict(zip(targets, map(_by_step, found.arrays.best), strict=True))
         later = {lane: self._shift @ each for lane, each in inputs.items()}
-        self._memory = _Memory(target, motion.inputs[0], _after(motion, self._period, problem.dt), later)
+        self._memory = _Memory(target, motion.inputs[0], _after(motion, self._period, problem.dt), later, blind)
         return motion, status
 
     def _yielded(
@@ -178,7 +194,7 @@ class MpcPlanner:
     ) -> Found | None:
         """What is found if the vehicle directly behind keeps its distance; None if there is none that could."""
         others = with_careful_follower(state, paths, road, self.settings.follower) if self.settings.rear_last else None
-        if others is None:
+        if others is None or time.perf_counter() - begin > self.settings.budget:
             return None
         obstacles = obstacles_of(others, self.settings.problem.obstacles)
         found, _ = self._search(state, obstacles, road, lane, begin)
@@ -199,8 +215,9 @@ class MpcPlanner:
         around = self._surroundings(state, obstacles, road)
         wanted = Wanted(np.array(road.centres)[targets], extra, np.zeros(2 * lanes, int), starts, resumed=False)
         tolerance, left = settings.search.tolerance, settings.iterations
+        at_once = min(settings.iterations_at_once, max(1, _PATHS_BETWEEN_LOOKS // max(1, around.boxes.shape[2])))
         while True:
-            iterations = min(settings.iterations_at_once, left)
+            iterations = min(at_once, left)
             found = search(around, wanted, self._accelerations, iterations, tolerance, self._constants)
             left -= iterations
             if found.done or left == 0 or time.perf_counter() - begin > settings.budget:

@@ -70,11 +70,11 @@ class Predictor:
         possible[np.asarray(scene.valid) & ~possible.any(axis=1)] = True
         possible[own] = False
         vehicle, base = np.nonzero(possible)
-        times, deviation, rate, tube = self._rollout(dt, steps)
+        times, deviation, rate, tube, ellipses = self._rollout(dt, steps)
         motion = follow(scene.states[vehicle], times, deviation[base], rate[base])
         body = turned_half_extents(scene.half_sizes[vehicle, None], motion[..., 3])
         half_sizes = body + tube[base]
-        return PredictedPaths(motion[..., :2], vehicle, half_sizes, dt)
+        return PredictedPaths(motion[..., :2], vehicle, half_sizes, dt, ellipses[base])
 
     @cached_property
     def _parameters(self) -> tuple[list[Array], Any]:
@@ -87,11 +87,12 @@ class Predictor:
         return {each.name: getattr(self, each.name) for each in fields(self)}
 
     def _rollout(self, dt: float, steps: int) -> tuple[np.ndarray, ...]:
-        """Times, deviations and their rates, and half axes of the tubes at these times; kept for the next call."""
+        """Times, deviations and their rates, tubes and their ellipses at these times; kept for the next call."""
         if (dt, steps) not in self._rollouts:
             times = dt * np.arange(steps + 1)
-            tube = self.rule.tube[:, None, None] * self.basis.tube(times)
-            self._rollouts[dt, steps] = (times, *self.basis.rollout(times), tube)
+            tubes = (self.basis.tube(times), self.basis.tolerance(1.0, times))
+            tube, ellipses = (self.rule.tube[:, None, None] * each for each in tubes)
+            self._rollouts[dt, steps] = (times, *self.basis.rollout(times), tube, ellipses)
         return self._rollouts[dt, steps]
 
     def save(self, path: Path) -> None:

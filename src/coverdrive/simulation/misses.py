@@ -1,9 +1,10 @@
 """Prediction misses: vehicles that left their predicted sets, told from where they really went.
 
 A *window* is one vehicle at one planning moment. It is missed if, at some later point of the plan, every path that was
-predicted for the vehicle at that moment has had the vehicle outside its tube: the ellipse around the path that the
-predictor's boxes leave beside the vehicle's body. The certificate's ε is a bound on the same event, at its own points
-of time and with one path in place of all, the one that is nearest to what the vehicle did. n steps, A vehicles.
+predicted for the vehicle at that moment has had the vehicle outside its tube: the box that the predictor leaves beside
+the vehicle's body, and the ellipse in it. The certificate's ε is a bound on the same event, at its own points of time
+and with one path in place of all, the one that is nearest to what the vehicle did. Plans keep clear of the whole box;
+a collision is therefore put down to a miss only if the vehicle left the boxes. n steps, A vehicles.
 """
 
 from dataclasses import dataclass
@@ -40,8 +41,13 @@ class Windows:
         return self.seen & np.isfinite(self.left)
 
 
-def find_windows(trace: Trace) -> Windows:
-    """Follow every vehicle over the horizon of every prediction, as far as the trace goes."""
+def find_windows(trace: Trace, boxes: bool = False) -> Windows:
+    """Follow every vehicle over the horizon of every prediction, as far as the trace goes.
+
+    Args:
+        trace: one episode.
+        boxes: whether to look at the boxes that plans keep clear of, in place of the tubes that are certified.
+    """
     step = float(trace.time[1] - trace.time[0])
     seen = np.zeros((len(trace), trace.scene.vehicles), dtype=bool)
     left = np.full(seen.shape, np.inf)
@@ -49,7 +55,7 @@ def find_windows(trace: Trace) -> Windows:
         times = paths.dt * np.arange(1, paths.points.shape[1])
         actual, observed = _positions(trace, k + times / step)
         present = np.asarray(trace.scene.valid[k]) & (np.arange(trace.scene.vehicles) != OWN)
-        inside = _inside(trace, k, paths, actual[:, paths.vehicle]) | ~observed[:, paths.vehicle]
+        inside = _inside(trace, k, paths, actual[:, paths.vehicle], boxes) | ~observed[:, paths.vehicle]
         anywhere = np.zeros(observed.T.shape, dtype=bool)
         np.logical_or.at(anywhere, paths.vehicle, np.logical_and.accumulate(inside, axis=0).T)
         gone = ~anywhere.T & observed & present
@@ -66,16 +72,17 @@ def left_recently(trace: Trace, windows: Windows) -> Bool[np.ndarray, "m A"]:
     return (gone & recent[..., None]).any(1) & np.asarray(trace.scene.valid)
 
 
-def cause_of(trace: Trace, windows: Windows) -> Cause:
+def cause_of(trace: Trace) -> Cause:
     """Whether a collision had to do with a vehicle that left its predicted set.
 
-    It had if the vehicle in contact left a set, before the contact, that was predicted for it within one horizon of
-    the contact. Else the planner knew of everything that the vehicle did, and did not keep clear of it.
+    It had if the vehicle in contact left all boxes, before the contact, that were predicted for it at one moment within
+    one horizon of the contact. Else the planner knew of everything that the vehicle did, and did not keep clear of it.
     """
     outcome = trace.outcome
     if outcome.kind is Kind.FINISHED or outcome.partner is None:
         return Cause.NONE
-    return Cause.PREDICTION if left_recently(trace, windows)[-1, outcome.partner] else Cause.PLANNING
+    left = left_recently(trace, find_windows(trace, boxes=True))
+    return Cause.PREDICTION if left[-1, outcome.partner] else Cause.PLANNING
 
 
 def _positions(
@@ -91,11 +98,17 @@ def _positions(
     return (1 - share) * positions[before] + share * positions[after], known
 
 
-def _inside(trace: Trace, k: int, paths: PredictedPaths, actual: Float[np.ndarray, "K S 2"]) -> Bool[np.ndarray, "K S"]:
-    """Whether these positions lie in the tubes around the paths at the same times."""
+def _inside(
+    trace: Trace, k: int, paths: PredictedPaths, actual: Float[np.ndarray, "K S 2"], boxes: bool
+) -> Bool[np.ndarray, "K S"]:
+    """Whether these positions lie in the tubes around the paths, or in their boxes, at the same times."""
     velocity = np.gradient(paths.points, paths.dt, axis=1, edge_order=2)
     heading = np.arctan2(velocity[..., 1], np.maximum(velocity[..., 0], CREEP))
     body = turned_half_extents(trace.scene.half_sizes[k, paths.vehicle, None], heading)
     tube = np.maximum(paths.half_sizes - body, _TOLERANCE)[:, 1:]
-    apart = (np.moveaxis(actual, 0, 1) - paths.points[:, 1:]) / tube
-    return ((apart**2).sum(-1) <= 1.0).T
+    apart = np.moveaxis(actual, 0, 1) - paths.points[:, 1:]
+    inside = (np.abs(apart) <= tube).all(-1)
+    if not boxes:
+        axes = tube if paths.ellipses is None else np.maximum(paths.ellipses[:, 1:], _TOLERANCE)
+        inside &= ((apart / axes) ** 2).sum(-1) <= 1.0
+    return inside.T

@@ -1,7 +1,8 @@
 """Replayed traffic: recorded vehicles drive as they did, with the own car in the place of one of them or between two.
 
 Recorded vehicles do not react to the own car: they may run into it, which is counted as their fault, and none makes
-room for it. A vehicle is there while it was recorded. Use scenes that neither trained nor calibrated the predictor
+room for it. A vehicle is there while it was recorded, but for the time in which it would appear on the own car. Use
+scenes that neither trained nor calibrated the predictor
 (`coverdrive.prediction.held_out`). F moments, A vehicles.
 """
 
@@ -143,9 +144,19 @@ class ReplayTraffic:
             ends = states[[chosen, leader], 0] + clip.sizes[[chosen, leader], 0] * [0.5, -0.5]
             own[0], own[1], own[3] = ends.mean(), clip.road.centres[lane[chosen]], 0.0
         near = clip.valid[first] & kept
-        apart = np.abs(states[:, :2] - own[:2]) - (clip.sizes + np.array([settings.length, settings.width])) / 2
-        blocked = near & (apart[:, 0] < self._settings.gap) & (apart[:, 1] < 0)
-        return None if blocked.any() else (own, kept)
+        in_the_way = self._in_the_way(own, np.array([settings.length, settings.width]), states, clip.sizes)
+        return None if (near & in_the_way).any() else (own, kept)
+
+    def _in_the_way(
+        self,
+        own: Float[np.ndarray, " 4"],
+        own_size: Float[np.ndarray, " 2"],
+        states: Float[np.ndarray, "A 4"],
+        sizes: Float[np.ndarray, "A 2"],
+    ) -> Bool[np.ndarray, " A"]:
+        """Which vehicles are nearer to the own car, in its way, than a start allows."""
+        apart = np.abs(states[:, :2] - own[:2]) - (sizes + own_size) / 2
+        return (apart[:, 0] < self._settings.gap) & (apart[:, 1] < 0)
 
     def _begin(
         self, clip: Clip, first: int, own: Float[np.ndarray, " 4"], kept: Bool[np.ndarray, " A"],
@@ -171,8 +182,12 @@ class ReplayTraffic:
         before, after = int(moment + _ROUNDING), int(np.ceil(moment - _ROUNDING))
         share = moment - before
         there = self._valid[before] & self._valid[after]
-        states = scene.states
-        states[OWN + 1 :][there] = ((1 - share) * self._states[before] + share * self._states[after])[there]
+        states, sizes = scene.states, 2 * scene.half_sizes
+        recorded = (1 - share) * self._states[before] + share * self._states[after]
+        own = states[OWN] + np.array([dt * states[OWN, 2], 0.0, 0.0, 0.0])
+        appearing = there & ~np.asarray(scene.valid)[OWN + 1 :]
+        there &= ~(appearing & self._in_the_way(own, sizes[OWN], recorded, sizes[OWN + 1 :]))
+        states[OWN + 1 :][there] = recorded[there]
         lon, lat, speed, heading = states.T
         valid = np.concatenate([[True], there])
         nobody = np.zeros(scene.vehicles, dtype=bool)

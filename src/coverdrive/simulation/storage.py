@@ -67,6 +67,7 @@ def _flat(trace: Trace) -> dict[str, np.ndarray]:
         **{f"plan.{name}": np.stack([getattr(plan, name) for plan in trace.plans]) for name in _PLAN},
         "plan.status": np.array([plan.status.value for plan in trace.plans]),
         **{f"paths.{name}": np.concatenate([getattr(paths, name) for paths in trace.paths]) for name in _PATHS},
+        **_ellipses(trace),
         "paths.count": np.array([len(paths) for paths in trace.paths]),
         "paths.dt": np.array([paths.dt for paths in trace.paths]),
         "outcome.kind": np.array(outcome.kind.value),
@@ -74,6 +75,12 @@ def _flat(trace: Trace) -> dict[str, np.ndarray]:
         "outcome.partner": np.asarray(_NOBODY if outcome.partner is None else outcome.partner),
         "outcome.at_fault": np.array(outcome.at_fault.value),
     }
+
+
+def _ellipses(trace: Trace) -> dict[str, np.ndarray]:
+    """Ellipses of all paths, if there are any."""
+    known = [paths.ellipses for paths in trace.paths if paths.ellipses is not None]
+    return {"paths.ellipses": np.concatenate(known)} if len(known) == len(trace.paths) else {}
 
 
 def _trace(arrays: Mapping[str, np.ndarray]) -> Trace:
@@ -93,7 +100,9 @@ def _paths(arrays: Mapping[str, np.ndarray]) -> tuple[PredictedPaths, ...]:
     ends = np.cumsum(arrays["paths.count"])[:-1]
     points, vehicle, half_sizes = (np.split(arrays[f"paths.{name}"], ends) for name in _PATHS)
     steps = arrays["paths.dt"].tolist()
-    return tuple(PredictedPaths(*fields) for fields in zip(points, vehicle, half_sizes, steps, strict=True))
+    known = "paths.ellipses" in arrays
+    ellipses = np.split(arrays["paths.ellipses"], ends) if known else [None] * len(steps)
+    return tuple(PredictedPaths(*fields) for fields in zip(points, vehicle, half_sizes, steps, ellipses, strict=True))
 
 
 def _plan(arrays: Mapping[str, np.ndarray], k: int) -> Plan:

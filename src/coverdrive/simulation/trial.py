@@ -142,7 +142,7 @@ def measure(trace: Trace, seed: int, trial: int) -> TrialResult:
         time=trace.outcome.time,
         partner=trace.outcome.partner,
         at_fault=trace.outcome.at_fault.value,
-        cause=cause_of(trace, windows).value,
+        cause=cause_of(trace).value,
         mean_speed=metrics.mean_speed(trace),
         distance=metrics.distance(trace),
         lane_changes=metrics.lane_changes(trace),

@@ -49,7 +49,7 @@ def replay_data(trial: int, trace: Trace, binding: Binding) -> dict[str, Any]:
         "kind": trace.outcome.kind.value,
         "partner": trace.outcome.partner,
         "fault": trace.outcome.at_fault.value,
-        "cause": cause_of(trace, windows).value,
+        "cause": cause_of(trace).value,
         "dt": float(trace.time[1] - trace.time[0]),
         "planDt": plans[0].dt,
         "edges": np.asarray(trace.road.edges).round(3).tolist(),
