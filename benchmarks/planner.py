@@ -104,15 +104,20 @@ def own_motion(instance: dict, problem: ProblemSettings, road: Road) -> tuple[Mo
     return min(each, key=lambda pair: float(pair[0].cost))
 
 
-def reference_cost(instance: dict, problem: ProblemSettings, road: Road) -> float:
-    """Best cost of IPOPT from eight starts to the plan's lane; if the plan is clear, of the clear results."""
+def reference_costs(instance: dict, problem: ProblemSettings, road: Road) -> tuple[float, float]:
+    """Best cost of IPOPT from eight starts to the plan's lane: of results with no more slack than the plan, and of all.
+
+    A clear plan is not worse than one that buys its comfort with slack; if all results do, the first is infinite.
+    """
     own, target = own_motion(instance, problem, road)
     situation, options = situation_of(instance, problem, road), SolverSettings(tolerance=1e-6, max_iterations=500)
     motions = simple_motions(situation, target, [instance["plan"].inputs], problem)
     starts = [motions.at(int(i)) for i in np.argsort(motions.lasting_cost)[:STARTS]]
-    found = [solved(situation, target, start, "ipopt", problem, options) for start in starts]
+    results = [solved(situation, target, start, "ipopt", problem, options) for start in starts]
+    found = [each for each in results if each is not None]
     wanted = max(float(own.slack.max()), problem.obstacles.margin)
-    return min((float(each.cost) for each in found if each is not None and each.slack.max() <= wanted), default=np.inf)
+    alike = [float(each.cost) for each in found if each.slack.max() <= wanted]
+    return min(alike, default=np.inf), min((float(each.cost) for each in found), default=np.inf)
 
 
 def paper_plan(instance: dict, target: float, road: Road, problem: ProblemSettings) -> tuple[bool, float]:
@@ -183,10 +188,15 @@ def main() -> None:
     instances = [instance for instance in instances if len(instance["paths"])]
     chosen = np.random.default_rng(0).permutation(len(instances))[: arguments.compared]
     compared = [instances[i] for i in chosen]
-    best = np.array([reference_cost(each, problem, road) for each in compared])
+    best, best_of_all = np.array([reference_costs(each, problem, road) for each in compared]).T
     own = np.array([float(own_motion(each, problem, road)[0].cost) for each in compared])
     usual, tight = (np.array([each[flag] for each in compared]) for flag in ("usual", "tight"))
-    agrees = own <= 1.01 * best
+    known = np.isfinite(best)
+    kinds = {
+        "of every tenth plan": usual,
+        "of those that are solved": ~tight,
+        "of those that are not": tight,
+    }
     paper = [
         paper_plan(each, float(road.centres[int(road.lane_of(each["state"][1]))]), road, problem) for each in compared
     ]
@@ -195,11 +205,14 @@ def main() -> None:
         "coverdrive": driven,
         "paths per instance": float(np.mean([len(each["paths"]) for each in compared])),
         "cost at most 1 % above IPOPT's best of eight starts": {
-            "of every tenth plan": counted(agrees[usual]),
-            "of those that are solved": counted(agrees[~tight]),
-            "of those that are not": counted(agrees[tight]),
+            name: {
+                "with no more slack": counted((own <= 1.01 * best)[kind & known]),
+                "with any slack": counted((own <= 1.01 * best_of_all)[kind & np.isfinite(best_of_all)]),
+                "IPOPT found none with no more slack": int((kind & ~known).sum()),
+            }
+            for name, kind in kinds.items()
         },
-        "cost over IPOPT's best, median, 90th and 95th percentile": np.quantile(own / best, [0.5, 0.9, 0.95]).tolist(),
+        "cost over IPOPT's best, median, 90th and 95th percentile": np.quantile((own / best)[known], [0.5, 0.9, 0.95]).tolist(),
         "the paper's way": baseline | {"converged": float(np.mean([converged for converged, _ in paper]))},
         "times faster, medians": baseline["median ms"] / driven["planning"]["median ms"],
         "times faster, p99": baseline["p99 ms"] / driven["planning"]["p99 ms"],
