@@ -1,6 +1,10 @@
-"""Every Python example of the documentation runs, in the order of its page, beside results as users have them."""
+"""Every Python example of the documentation runs, in the order of its page, beside results as users have them.
+
+Every command of the documentation exists with its options.
+"""
 
 import re
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -8,11 +12,14 @@ import polars as pl
 import pytest
 
 from coverdrive import workflow
+from coverdrive.cli import app
 from coverdrive.config import Experiment
 from coverdrive.prediction.basis_study import study_bases
 from coverdrive.prediction.segments import cut_segments
 
 ROOT = Path(__file__).parents[1]
+COMMAND = re.compile(r"^(?:.*&& )?(?:\S*/)?coverdrive (.+?)(?:\s{2,}.*|\s+#.*)?$", re.MULTILINE)
+SHELL = re.compile(r"^```(?:sh|text)\n(.*?)^```", re.DOTALL | re.MULTILINE)
 FENCE = re.compile(r"^```python\n(.*?)^```", re.DOTALL | re.MULTILINE)
 PAGES = sorted(
     path.relative_to(ROOT).as_posix()
@@ -70,6 +77,15 @@ def test_examples_run(page: str, beside: Path, monkeypatch: pytest.MonkeyPatch) 
     names: dict[str, object] = {"__name__": page}
     for number, example in enumerate(FENCE.findall((ROOT / page).read_text(encoding="utf-8")), start=1):
         exec(compile(example, f"{page}, example {number}", "exec"), names)
+
+
+def test_commands_exist_with_their_options() -> None:
+    pages = (ROOT / "README.md", *(ROOT / "docs").rglob("*.md"))
+    texts = [block for page in pages for block in SHELL.findall(page.read_text(encoding="utf-8"))]
+    commands = [command for text in texts for command in COMMAND.findall(text)]
+    assert len(commands) > 25
+    for command in commands:
+        app.parse_args(shlex.split(command), exit_on_error=False, print_error=False)
 
 
 def test_pages_with_examples_are_found() -> None:

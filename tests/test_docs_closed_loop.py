@@ -1,12 +1,10 @@
 """What the page on closed loops shows works."""
 
 import re
-import shlex
 from pathlib import Path
 
 import pytest
 
-from coverdrive.cli import app
 from coverdrive.config import Experiment
 from coverdrive.prediction.basis import BasisSettings
 from coverdrive.prediction.calibrate import CertificateSettings
@@ -19,13 +17,6 @@ PAGE = (Path(__file__).parents[1] / "docs" / "closed-loop.md").read_text(encodin
 
 def blocks(language: str) -> list[str]:
     return re.findall(rf"^```{language}\n(.*?)^```", PAGE, flags=re.MULTILINE | re.DOTALL)
-
-
-def test_commands_exist_with_their_options() -> None:
-    lines = [line for block in blocks("sh") for line in block.splitlines() if line.startswith("coverdrive ")]
-    assert len(lines) >= 8
-    for line in lines:
-        app.parse_args(shlex.split(line, comments=True)[1:], exit_on_error=False, print_error=False)
 
 
 def test_settings_are_known(tmp_path: Path) -> None:
