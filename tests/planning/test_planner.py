@@ -369,3 +369,14 @@ def test_a_car_off_its_limits_still_gets_a_plan(straight_paths) -> None:
     assert plan.status in (Status.SOLVED, Status.FALLBACK, Status.UNSAFE)
     assert plan.states[-1, 3] > -0.3
     assert plan.states[-1, 2] < 50
+
+
+def test_with_a_follower_that_is_no_obstacle_nobody_else_is_trusted_to_brake(straight_paths, monkeypatch) -> None:
+    """The vehicle behind the follower would be the next one to be trusted."""
+    asked = []
+    monkeypatch.setattr(planning, "with_careful_follower", lambda *arguments: asked.append(arguments))
+    paths = straight_paths((6, 5.4, 0), (0, 1.8, 20), (0, 9.0, 20), (-7, 5.4, 20), (-14, 5.4, 20))
+    for ignored in (True, False):
+        problem = ProblemSettings(obstacles=ObstacleSettings(ignore_rear=ignored))
+        MpcPlanner(PlannerSettings(problem=problem)).plan(np.array([0, 5.4, 20, 0.0]), paths, ROAD)
+        assert bool(asked) is not ignored

@@ -35,7 +35,7 @@ class ObstacleSettings(Settings):
 
     order: Literal[2, 4, 8] = 8
     """p of the superellipse (paper: 2); a higher order is nearer to the box"""
-    margin: float = Field(default=0.01, ge=0)
+    margin: float = Field(default=0.01, ge=0, le=0.1)
     """by which the constraints ask for more than not touching; slack up to it costs, but is no contact"""
     edge_margin: float = Field(default=0.05, ge=0)
     """[m] by which the body is kept further inside the road than it must"""

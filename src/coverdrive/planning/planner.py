@@ -193,10 +193,12 @@ class MpcPlanner:
         self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, lane: int, begin: float
     ) -> Found | None:
         """What is found if the vehicle directly behind keeps its distance; None if there is none that could."""
-        others = with_careful_follower(state, paths, road, self.settings.follower) if self.settings.rear_last else None
-        if others is None or time.perf_counter() - begin > self.settings.budget:
+        settings = self.settings
+        wanted = settings.rear_last and not settings.problem.obstacles.ignore_rear
+        others = with_careful_follower(state, paths, road, settings.follower) if wanted else None
+        if others is None or time.perf_counter() - begin > settings.budget:
             return None
-        obstacles = obstacles_of(others, self.settings.problem.obstacles)
+        obstacles = obstacles_of(others, settings.problem.obstacles)
         found, _ = self._search(state, obstacles, road, lane, begin)
         return found
 

@@ -28,13 +28,13 @@ class VehicleSettings(Settings):
     max_deceleration: float = Field(default=8.0, gt=0)
     """[m/s²] full braking on dry asphalt (0.8 g; UN R13-H asks for at least 6.43 m/s²)"""
     max_yaw_rate: float = Field(default=0.5, gt=0)
-    """[rad/s] bound at low speed; at speed `max_lateral_acceleration` is the tighter one"""
+    """[rad/s] own choice; above 8 m/s `max_lateral_acceleration` is the tighter bound"""
     max_lateral_acceleration: float = Field(default=4.0, gt=0)
-    """[m/s²] bound of speed · yaw rate, half of what dry asphalt gives"""
+    """[m/s²] bound of speed · yaw rate; own choice, half of what the tyres of `max_deceleration` give"""
     max_speed: float = Field(default=45.0, gt=0)
     """[m/s] a little above the reference speed of 40 m/s"""
     max_heading: float = Field(default=0.35, gt=0, lt=np.pi / 2)
-    """[rad] largest angle between the car and the road"""
+    """[rad] largest angle between the car and the road; own choice, 20°, more than a lane change at speed needs"""
 
     @property
     def half_sizes(self) -> Float[np.ndarray, " 2"]:
