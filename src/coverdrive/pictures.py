@@ -110,7 +110,7 @@ def animate_trial(
     Raises:
         DataError: there is no fit in the folder, or no such trial.
     """
-    number = liveliest(load_trials(folder, study)) if trial is None else trial
+    number = liveliest(load_trials(folder, study)) if trial is None else _replayed(folder, study, [trial], 0)[0]
     trace = _traces(folder, study, [number], progress, clips)[number]
     path = _figures(folder, study) / f"drive_{number}.{file_format}"
     animate(trace, path, partial(progress, "video"), binding_of(load_experiment(folder, study)))
@@ -129,8 +129,18 @@ def _traces(folder: Path, study: str, trials: Sequence[int], progress: StageProg
 
 def _replayed(folder: Path, study: str, named: Sequence[int], most: int) -> list[int]:
     """The named trials, then the notable ones of the study."""
-    wrong = [trial for trial in named if trial < 0]
-    if wrong:
-        raise DataError(f"trials are numbered from 0, got {wrong[0]}; name one of the study's table")
-    chosen = notable(load_trials(folder, study), most) if has_trials(folder, study) else []
-    return list(dict.fromkeys([*named, *chosen]))
+    if not has_trials(folder, study):
+        _refuse_unknown(named, load_experiment(folder, study).study.trials)
+        return list(named)
+    trials = load_trials(folder, study)
+    _refuse_unknown(named, len(trials))
+    return list(dict.fromkeys([*named, *notable(trials, most)]))
+
+
+def _refuse_unknown(named: Sequence[int], trials: int) -> None:
+    for trial in named:
+        if not 0 <= trial < trials:
+            raise DataError(
+                f"the study has the trials 0 to {trials - 1}, got {trial}; name one of them, or drive it by itself "
+                "with `coverdrive drive --trial`"
+            )
