@@ -12,11 +12,14 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import polars as pl
 import pytest
 from rich.console import Console
 
+from coverdrive import cli
 from coverdrive.certificates.methods import Method
 from coverdrive.cli import app
 from coverdrive.config import Experiment
@@ -120,7 +123,7 @@ def test_report_replays_named_trials(results: Path) -> None:
     assert sorted((results / "study" / "traces").iterdir()) == stored
     for command in ("report", "figures", "animate"):
         for trial in ("-1", "99"):
-            assert "the trials 0 to" in coverdrive(command, results, "--trial", trial, status=2)
+            assert "trials of the study are 0 to" in coverdrive(command, results, "--trial", trial, status=2)
 
 
 @pytest.mark.slow
@@ -235,7 +238,9 @@ def test_a_grid_is_driven_cell_by_cell_and_its_cells_are_compared(results: Path)
 
 @pytest.mark.slow
 def test_certify_compares_all_methods(results: Path) -> None:
+    compared = outcomes(results)
     printed = coverdrive("certify", "--epsilon", "0.2", "--out", results)
+    assert outcomes(results) == [each for each in compared if each["target"] in (None, 0.2)]  # as `run` has them
     for method in Method:
         assert f"{method.value}: {method.help}"[:60] in printed
     table = pl.read_csv(results / "methods.csv")
@@ -246,6 +251,12 @@ def test_certify_compares_all_methods(results: Path) -> None:
     other = replace(predictor, rule=replace(predictor.rule, values=0 * predictor.rule.values))
     assert load_comparison(results, other) == []
     assert "also trained" in coverdrive("certify", "--out", results, "--config", reseeded(results), status=2)
+
+
+def outcomes(results: Path) -> list[dict[str, Any]]:
+    """What a comparison of methods found, wall times apart."""
+    methods = json.loads((results / "methods.json").read_text())["methods"]
+    return [{name: value for name, value in each.items() if name != "seconds"} for each in methods]
 
 
 def reseeded(results: Path) -> Path:
@@ -363,3 +374,13 @@ def test_a_stopped_study_says_how_to_go_on(results: Path, tmp_path: Path, heeds_
         _, complaint = process.communicate()
     assert process.returncode == 130
     assert "goes on from them" in complaint and "Traceback" not in complaint
+
+
+def test_an_interrupt_outside_of_a_study_promises_nothing(monkeypatch, capsys: pytest.CaptureFixture[str]) -> None:
+    def interrupted() -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli, "app", SimpleNamespace(meta=interrupted))
+    with pytest.raises(SystemExit) as stopped:
+        cli.main()
+    assert stopped.value.code == 130 and capsys.readouterr().err == "stopped\n"

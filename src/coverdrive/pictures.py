@@ -130,17 +130,14 @@ def _traces(folder: Path, study: str, trials: Sequence[int], progress: StageProg
 def _replayed(folder: Path, study: str, named: Sequence[int], most: int) -> list[int]:
     """The named trials, then the notable ones of the study."""
     if not has_trials(folder, study):
-        _refuse_unknown(named, load_experiment(folder, study).study.trials)
+        _refuse_unknown([trial for trial in named if trial < 0], "are numbered from 0")
         return list(named)
     trials = load_trials(folder, study)
-    _refuse_unknown(named, len(trials))
+    driven = trials["trial"].to_list()
+    _refuse_unknown([trial for trial in named if trial not in driven], f"of the study are 0 to {max(driven)}")
     return list(dict.fromkeys([*named, *notable(trials, most)]))
 
 
-def _refuse_unknown(named: Sequence[int], trials: int) -> None:
-    for trial in named:
-        if not 0 <= trial < trials:
-            raise DataError(
-                f"the study has the trials 0 to {trials - 1}, got {trial}; name one of them, or drive it by itself "
-                "with `coverdrive drive --trial`"
-            )
+def _refuse_unknown(unknown: Sequence[int], known: str) -> None:
+    if unknown:
+        raise DataError(f"trials {known}, got {unknown[0]}; name one of them; `coverdrive drive` drives any other")

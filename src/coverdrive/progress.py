@@ -17,7 +17,7 @@ console = Console(stderr=True)
 
 
 class Stages:
-    """Bars that appear as their stages begin."""
+    """Bars that appear as their stages begin, and pulse until the first share of them is done."""
 
     def __init__(self, bars: Progress, interrupted: threading.Event):
         """Draw on the given display until somebody interrupts."""
@@ -34,8 +34,8 @@ class Stages:
         if self._interrupted.is_set():
             raise KeyboardInterrupt
         if stage not in self._tasks:
-            self._tasks[stage] = self._bars.add_task(stage, total=1.0)
-        self._bars.update(self._tasks[stage], completed=share)
+            self._tasks[stage] = self._bars.add_task(stage, total=None)  # pulses
+        self._bars.update(self._tasks[stage], completed=share, total=1.0 if share > 0 else None)
 
     def share(self, stage: str) -> Callable[[float], None]:
         """A callback for one stage that takes the share that is done."""

@@ -40,8 +40,10 @@ app = App(
     something that you can put right: an argument, a setting, a file, a claim that the data do not support · 130,
     stopped.""",
 )
-_FIRST_VISIT = (run, inspect, fit, certify, study, drive, compare, report, figures, animate, basis, paper, doctor)
-for number, command in enumerate(_FIRST_VISIT):
+_COMMANDS = (run, inspect, fit, certify, study, drive, compare, report, figures, animate, basis, paper, doctor)
+"""in the order of a first visit"""
+
+for number, command in enumerate(_COMMANDS):
     app.command(command, sort_key=number)
 
 app.meta.group_parameters = Group("Options of every command")
