@@ -10,12 +10,18 @@ import sys
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import polars as pl
 import pytest
+from rich.console import Console
 
+from coverdrive import cli
 from coverdrive.certificates.methods import Method
+from coverdrive.cli import app
 from coverdrive.config import Experiment
 from coverdrive.recordings.generated import generate
 from coverdrive.recordings.parquet import write_parquet
@@ -95,12 +101,15 @@ def test_run_writes_everything(results: Path) -> None:
     assert certificates["certificates"][0]["unit"] == "window"
     assert json.loads((results / "run.json").read_text())["recordings"][0]["fingerprint"]
     assert pl.read_parquet(results / "study" / "trials.parquet")["vehicles"].to_list() == [3, 4, 5, 6]
-    for name in ("affordance", "basis", "collisions", "planning", "scores", "snapshots"):
+    assert json.loads((results / "methods.json").read_text())["methods"]
+    assert pl.read_csv(results / "methods.csv")["method"].unique().sort().to_list() == sorted(Method)
+    for name in ("affordance", "basis", "collisions", "methods", "planning", "scores", "snapshots"):
         assert (results / "figures" / f"{name}.png").read_bytes().startswith(b"\x89PNG")
         assert (results / "figures" / f"{name}.pdf").read_bytes().startswith(b"%PDF")
     (video,) = (results / "figures").glob("drive_*.mp4")
     assert video.stat().st_size > 10_000
-    assert "With confidence 0.9" in (results / "report.html").read_text(encoding="utf-8")
+    html = (results / "report.html").read_text(encoding="utf-8")
+    assert "With confidence 0.9" in html and "Every method of calibration on the same scores" in html
 
 
 @pytest.mark.slow
@@ -112,7 +121,9 @@ def test_report_replays_named_trials(results: Path) -> None:
     stored = sorted((results / "study" / "traces").iterdir())
     coverdrive("report", results, "--trial", "2", "--replays", "0")
     assert sorted((results / "study" / "traces").iterdir()) == stored
-    assert "numbered from 0" in coverdrive("report", results, "--trial", "-1", status=2)
+    for command in ("report", "figures", "animate"):
+        for trial in ("-1", "99"):
+            assert "trials of the study are 0 to" in coverdrive(command, results, "--trial", trial, status=2)
 
 
 @pytest.mark.slow
@@ -196,12 +207,14 @@ def test_a_study_of_replayed_recordings_is_shown_with_them(results: Path, tmp_pa
     for named in (wrong, None):  # without a name, that is the generated traffic that made the predictor
         arguments = [*replayed, named] if named else replayed[:2]
         assert "replayed other recordings" in coverdrive("report", out, *arguments, status=2)
-    coverdrive("report", out, *replayed, right)
+    coverdrive("report", out, *replayed, right, "--replays", "1")
     html = (out / "report-replay.html").read_text(encoding="utf-8")
-    assert re.findall(r'id="replay-data-(\d+)"', html) and "out, study-replay" in html
-    coverdrive("animate", out, *replayed, right, "--trial", "5", "--format", "gif")
-    coverdrive("animate", out, *replayed[:2], "--trial", "5", "--format", "gif")  # stored by now
-    assert (out / "figures-replay" / "drive_5.gif").exists()
+    (shown,) = re.findall(r'id="replay-data-(\d+)"', html)
+    assert "out, study-replay" in html
+    other = str(1 - int(shown))
+    coverdrive("animate", out, *replayed, right, "--trial", other, "--format", "gif")
+    coverdrive("animate", out, *replayed[:2], "--trial", other, "--format", "gif")  # stored by now
+    assert (out / "figures-replay" / f"drive_{other}.gif").exists()
     for command in ("report", "animate"):
         assert "--traffic drivers" in coverdrive(command, out, "--traffic", "drivers", "--trial", "0", status=2)
 
@@ -225,7 +238,9 @@ def test_a_grid_is_driven_cell_by_cell_and_its_cells_are_compared(results: Path)
 
 @pytest.mark.slow
 def test_certify_compares_all_methods(results: Path) -> None:
+    compared = outcomes(results)
     printed = coverdrive("certify", "--epsilon", "0.2", "--out", results)
+    assert outcomes(results) == [each for each in compared if each["target"] in (None, 0.2)]  # as `run` has them
     for method in Method:
         assert f"{method.value}: {method.help}"[:60] in printed
     table = pl.read_csv(results / "methods.csv")
@@ -236,6 +251,12 @@ def test_certify_compares_all_methods(results: Path) -> None:
     other = replace(predictor, rule=replace(predictor.rule, values=0 * predictor.rule.values))
     assert load_comparison(results, other) == []
     assert "also trained" in coverdrive("certify", "--out", results, "--config", reseeded(results), status=2)
+
+
+def outcomes(results: Path) -> list[dict[str, Any]]:
+    """What a comparison of methods found, wall times apart."""
+    methods = json.loads((results / "methods.json").read_text())["methods"]
+    return [{name: value for name, value in each.items() if name != "seconds"} for each in methods]
 
 
 def reseeded(results: Path) -> Path:
@@ -257,7 +278,9 @@ def test_inspect_reads_all_real_recordings(us101: Path) -> None:
     ("arguments", "complaint"),
     [
         (["study", "--out", "nowhere"], "make one with `coverdrive fit`"),
-        (["report", "nowhere"], "nowhere"),
+        (["report", "nowhere"], "no results in nowhere; make some with `coverdrive run --out nowhere`"),
+        (["figures", "nowhere"], "no results in nowhere; make some with `coverdrive run --out nowhere`"),
+        (["animate", "nowhere"], "no results in nowhere; make some with `coverdrive run --out nowhere`"),
         (["animate", "--format", "avi"], "--format"),
         (["inspect"], "nothing to inspect"),
         (["inspect", "missing.csv"], "missing.csv"),
@@ -290,26 +313,45 @@ def test_unknown_keys_are_named(tmp_path: Path) -> None:
     assert "prediction.basis.epsilom" in coverdrive("fit", "--config", config, "--out", tmp_path / "out", status=2)
 
 
-@pytest.mark.parametrize(
-    "subcommand",
-    [
-        "run",
-        "fit",
-        "certify",
-        "paper",
-        "study",
-        "compare",
-        "drive",
-        "report",
-        "figures",
-        "animate",
-        "inspect",
-        "doctor",
-    ],
-)
-def test_help_teaches(subcommand: str) -> None:
-    printed = coverdrive(subcommand, "--help")
-    assert "Usage" in printed and len(printed.splitlines()) >= 8
+COMMANDS = [name for name in app if not name.startswith("-")]
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_teaches(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    help_of = partial(app.help_print, console=Console(width=80))
+    help_of([command])
+    printed = " ".join(capsys.readouterr().out.split())
+    examples = re.findall(r"`(coverdrive[^`]*)`", str(app[command].help))
+    assert len(examples) >= 2
+    for example in examples:
+        assert example in printed
+        name, *arguments = example.split()[1:]
+        called, _, unused = app.parse_args([name, *arguments], print_error=False, exit_on_error=False)
+        assert called.__name__ == command and not unused
+    assert "--empty-" not in printed
+
+
+def test_help_lists_commands_in_the_order_of_a_first_visit(capsys: pytest.CaptureFixture[str]) -> None:
+    printed = coverdrive("--help", only="stdout")
+    listed = re.findall(r"^│ (\w+)  ", printed, re.MULTILINE)
+    assert listed[:4] == ["run", "inspect", "fit", "certify"] and sorted(listed) == sorted(COMMANDS)
+    for status in ("0, done", "1, an error", "2, something", "130, stopped"):
+        assert status in " ".join(printed.split())
+
+
+def test_help_says_the_defaults_of_the_settings(capsys: pytest.CaptureFixture[str]) -> None:
+    experiment = Experiment()
+    vehicles, basis = " ".join(map(str, experiment.study.vehicles)), experiment.prediction.basis
+    defaults = {
+        "study": (experiment.study.trials, experiment.study.workers, experiment.seed, experiment.traffic.kind),
+        "run": (f"{vehicles}, as in the paper,",),
+        "certify": (experiment.prediction.certificate.unit,),
+        "basis": (experiment.prediction.segments.stride, "yes" if basis.symmetric else "no", basis.centres),
+    }
+    for command, values in defaults.items():
+        app.help_print([command], console=Console(width=200))
+        printed = capsys.readouterr().out
+        assert [value for value in values if f"[default: {value} unless the settings differ]" not in printed] == []
 
 
 @pytest.fixture
@@ -332,3 +374,13 @@ def test_a_stopped_study_says_how_to_go_on(results: Path, tmp_path: Path, heeds_
         _, complaint = process.communicate()
     assert process.returncode == 130
     assert "goes on from them" in complaint and "Traceback" not in complaint
+
+
+def test_an_interrupt_outside_of_a_study_promises_nothing(monkeypatch, capsys: pytest.CaptureFixture[str]) -> None:
+    def interrupted() -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli, "app", SimpleNamespace(meta=interrupted))
+    with pytest.raises(SystemExit) as stopped:
+        cli.main()
+    assert stopped.value.code == 130 and capsys.readouterr().err == "stopped\n"

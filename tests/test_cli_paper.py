@@ -1,5 +1,6 @@
 """The command ``coverdrive paper``, as a user calls it."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -20,7 +21,13 @@ def coverdrive_paper(*arguments: str | Path, status: int = 0) -> str:
         capture_output=True,
         text=True,
         check=False,
-        env={"PATH": "/usr/bin:/bin", "COLUMNS": "120", "PYTHONWARNINGS": "error", "JAX_PLATFORMS": "cpu"},
+        env={
+            "PATH": "/usr/bin:/bin",
+            "COLUMNS": "120",
+            "PYTHONWARNINGS": "error",
+            "JAX_PLATFORMS": "cpu",
+            "PYTHONPATH": os.environ.get("PYTHONPATH", ""),
+        },
     )
     assert result.returncode == status, result.stderr
     assert "Traceback" not in result.stderr

@@ -4,12 +4,24 @@ import importlib
 import os
 import platform
 import shutil
-import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
 from tempfile import TemporaryFile
+
+from packaging.requirements import Requirement
+
+import coverdrive
+
+_MODULES = {
+    "commonroad-io": "commonroad.common.file_reader",
+    "imageio-ffmpeg": "imageio_ffmpeg",
+    "pillow": "PIL",
+    "tomli-w": "tomli_w",
+}
+"""what to import of packages whose modules are not called like them"""
 
 
 @dataclass(frozen=True)
@@ -27,6 +39,21 @@ class Finding:
     """whether the commands need it"""
 
 
+@dataclass(frozen=True)
+class _Check:
+    """One thing to try."""
+
+    name: str
+    look: Callable[[], str]
+    """says what is there; whatever it raises is what went wrong"""
+    hint: str
+    needed: bool = True
+
+
+class _Wrong(Exception):
+    """Something is there, but not as it should be."""
+
+
 def examine(folder: Path, progress: Callable[[float], None] | None = None) -> list[Finding]:
     """Try everything.
 
@@ -34,114 +61,145 @@ def examine(folder: Path, progress: Callable[[float], None] | None = None) -> li
         folder: where results are to be written.
         progress: called with the share that is done.
     """
-    checks: list[Callable[[], Finding]] = [
-        _python,
-        *(lambda name=name: _package(name) for name in _packages()),
-        _devices,
-        *(lambda name=name: _solver(name) for name in ("fatrop", "ipopt")),
-        _video,
-        lambda: _writable("results", folder, "name another folder with --out"),
-        lambda: _writable("cache of matplotlib", _cache(), "set MPLCONFIGDIR to a folder that you can write to"),
-        _data,
-        _browser,
-    ]
+    checks = _checks(folder)
     findings: list[Finding] = []
     for check in checks:
-        findings.append(check())
+        findings.append(_tried(check))
         if progress is not None:
             progress(len(findings) / len(checks))
     return findings
 
 
-def _python() -> Finding:
-    where = f"{platform.python_version()} on {platform.system()} {platform.machine()}, {os.cpu_count()} processors"
-    return Finding("Python", sys.version_info >= (3, 11), where, "coverdrive needs Python 3.11 or newer")
-
-
-def _packages() -> list[str]:
-    """Names of the packages that coverdrive requires."""
-    lines = [line for line in requires("coverdrive") or [] if "extra ==" not in line]
-    return sorted(line.split(">")[0].split("=")[0].strip() for line in lines)
-
-
-def _package(name: str) -> Finding:
+def _tried(check: _Check) -> Finding:
     try:
-        return Finding(name, True, version(name))
+        return Finding(check.name, True, check.look(), needed=check.needed)
+    except _Wrong as wrong:
+        found = str(wrong)
+    except Exception as error:  # a broken package raises whatever it likes
+        found = _in_one_line(error)
+    return Finding(check.name, False, found, check.hint, check.needed)
+
+
+def _in_one_line(error: Exception) -> str:
+    first, _, _ = str(error).strip().partition("\n")
+    return f"{type(error).__name__}: {first}"
+
+
+def _checks(folder: Path) -> Sequence[_Check]:
+    upgrade = "pip install --upgrade"
+    return (
+        _Check("Python", _python, ""),
+        _Check("coverdrive", partial(_version, "coverdrive"), "pip install . in the folder of its sources"),
+        *(
+            _Check(each.name, partial(_package, each), f'{upgrade} "{each.name}{each.specifier}"')
+            for each in _requirements()
+        ),
+        _Check("JAX device", _devices, f"{upgrade} jax; JAX_PLATFORMS=cpu avoids a broken GPU"),
+        *(_Check(f"solver {name}", partial(_solver, name), f"{upgrade} casadi") for name in ("fatrop", "ipopt")),
+        _Check("ffmpeg", _ffmpeg, f"{upgrade} imageio-ffmpeg, or set IMAGEIO_FFMPEG_EXE to a program of your own"),
+        _Check("results", lambda: _writable(folder), "name another folder with --out"),
+        _Check(
+            "cache of matplotlib",
+            lambda: _writable(Path(importlib.import_module("matplotlib").get_cachedir())),
+            "set MPLCONFIGDIR to a folder that you can write to",
+        ),
+        _Check(
+            "cache of Numba",
+            lambda: _writable(_compiled()),
+            "planning is compiled anew by every command; set NUMBA_CACHE_DIR to a folder that you can write to",
+            needed=False,
+        ),
+        _Check(
+            "recorded US-101 traffic",
+            _data,
+            "only for tests: set COVERDRIVE_DATA to the folder that holds us101/",
+            needed=False,
+        ),
+        _Check(
+            "Chromium and Playwright",
+            _browser,
+            "only for tests of the report: apt-get install chromium, pip install playwright",
+            needed=False,
+        ),
+    )
+
+
+def _python() -> str:
+    return f"{platform.python_version()} on {platform.system()} {platform.machine()}, {os.cpu_count()} processors"
+
+
+def _requirements() -> list[Requirement]:
+    """What coverdrive requires, extras apart; nothing if it is not installed."""
+    try:
+        lines = requires("coverdrive") or []
     except PackageNotFoundError:
-        return Finding(name, False, "not installed", f"pip install {name}")
+        return []
+    required = [Requirement(line) for line in lines]
+    here = [each for each in required if each.marker is None or each.marker.evaluate({"extra": ""})]
+    return sorted(here, key=lambda each: each.name)
 
 
-def _devices() -> Finding:
+def _version(name: str) -> str:
     try:
-        import jax
-
-        devices = ", ".join(str(device) for device in jax.devices())
-    except (ImportError, RuntimeError) as error:
-        return Finding(
-            "JAX device", False, str(error), "pip install --upgrade jax; JAX_PLATFORMS=cpu avoids a broken GPU"
-        )
-    return Finding("JAX device", True, devices)
+        return version(name)
+    except PackageNotFoundError:
+        raise _Wrong("not installed") from None
 
 
-def _solver(name: str) -> Finding:
+def _package(required: Requirement) -> str:
+    found = _version(required.name)
+    if not required.specifier.contains(found, prereleases=True):
+        raise _Wrong(f"{found}, but coverdrive needs {required.specifier}")
     try:
-        found = importlib.import_module("casadi").has_nlpsol(name)
-    except ImportError as error:
-        return Finding(f"solver {name}", False, str(error), "pip install --upgrade casadi")
-    return Finding(f"solver {name}", found, "works" if found else "not in this CasADi", "pip install --upgrade casadi")
+        importlib.import_module(_MODULES.get(required.name, required.name))
+    except Exception as error:
+        raise _Wrong(f"{found}, but it cannot be imported ({_in_one_line(error)})") from error
+    return found
 
 
-def _video() -> Finding:
-    hint = "pip install --upgrade imageio-ffmpeg, or set IMAGEIO_FFMPEG_EXE to a program of your own"
-    try:
-        ffmpeg = importlib.import_module("imageio_ffmpeg")
-        return Finding("ffmpeg", True, f"{ffmpeg.get_ffmpeg_version()} ({ffmpeg.get_ffmpeg_exe()})")
-    except (ImportError, RuntimeError) as error:
-        return Finding("ffmpeg", False, str(error), hint)
+def _devices() -> str:
+    return ", ".join(str(device) for device in importlib.import_module("jax").devices())
 
 
-def _cache() -> Path:
-    """Where matplotlib keeps its list of fonts."""
-    return Path(importlib.import_module("matplotlib").get_cachedir())
+def _solver(name: str) -> str:
+    if not importlib.import_module("casadi").has_nlpsol(name):
+        raise _Wrong("not in this CasADi")
+    return "works"
 
 
-def _writable(name: str, folder: Path, hint: str) -> Finding:
+def _ffmpeg() -> str:
+    ffmpeg = importlib.import_module("imageio_ffmpeg")
+    return f"{ffmpeg.get_ffmpeg_version()} ({ffmpeg.get_ffmpeg_exe()})"
+
+
+def _compiled() -> Path:
+    """Where Numba's code is kept (`coverdrive.planning.compiled`)."""
+    return Path(os.environ.get("NUMBA_CACHE_DIR") or Path(coverdrive.__file__).parent / "planning" / "__pycache__")
+
+
+def _writable(folder: Path) -> str:
     """Try the folder itself, or the nearest one above it that is there."""
     place = next(each for each in (folder.resolve(), *folder.resolve().parents) if each.exists())
-    try:
-        with TemporaryFile(dir=place):
-            free = shutil.disk_usage(place).free / 1e9
-    except OSError as error:
-        return Finding(name, False, str(error), hint)
-    return Finding(name, True, f"{folder} is writable, {free:.0f} GB free")
+    with TemporaryFile(dir=place):
+        free = shutil.disk_usage(place).free / 1e9
+    return f"{folder} is writable, {free:.0f} GB free"
 
 
-def _data() -> Finding:
-    name = "recorded US-101 traffic"
-    hint = "only for tests: set COVERDRIVE_DATA to the folder that holds us101/"
+def _data() -> str:
     named = os.environ.get("COVERDRIVE_DATA")
     if named is None:
-        return Finding(name, False, "COVERDRIVE_DATA is not set", hint, needed=False)
+        raise _Wrong("COVERDRIVE_DATA is not set")
     folder = Path(named) / "us101"
     try:
         with next(file for file in sorted(folder.rglob("*")) if file.is_file()).open("rb") as file:
             file.read(1)
     except (OSError, StopIteration):
-        return Finding(name, False, f"nothing readable in {folder}", hint, needed=False)
-    return Finding(name, True, f"readable, {folder}", needed=False)
+        raise _Wrong(f"nothing readable in {folder}") from None
+    return f"readable, {folder}"
 
 
-def _browser() -> Finding:
-    name, hint = (
-        "Chromium and Playwright",
-        "only for tests of the report: apt-get install chromium, pip install playwright",
-    )
-    program = shutil.which("chromium")
-    try:
-        playwright = version("playwright")
-    except PackageNotFoundError:
-        playwright = None
-    fine = program is not None and playwright is not None
-    return Finding(
-        name, fine, f"{program or 'no chromium'}, playwright {playwright or 'not installed'}", hint, needed=False
-    )
+def _browser() -> str:
+    program, playwright = shutil.which("chromium"), _version("playwright")
+    if program is None:
+        raise _Wrong(f"playwright {playwright}, but no chromium")
+    return f"{program}, playwright {playwright}"

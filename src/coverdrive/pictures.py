@@ -110,7 +110,7 @@ def animate_trial(
     Raises:
         DataError: there is no fit in the folder, or no such trial.
     """
-    number = liveliest(load_trials(folder, study)) if trial is None else trial
+    number = liveliest(load_trials(folder, study)) if trial is None else _replayed(folder, study, [trial], 0)[0]
     trace = _traces(folder, study, [number], progress, clips)[number]
     path = _figures(folder, study) / f"drive_{number}.{file_format}"
     animate(trace, path, partial(progress, "video"), binding_of(load_experiment(folder, study)))
@@ -129,8 +129,15 @@ def _traces(folder: Path, study: str, trials: Sequence[int], progress: StageProg
 
 def _replayed(folder: Path, study: str, named: Sequence[int], most: int) -> list[int]:
     """The named trials, then the notable ones of the study."""
-    wrong = [trial for trial in named if trial < 0]
-    if wrong:
-        raise DataError(f"trials are numbered from 0, got {wrong[0]}; name one of the study's table")
-    chosen = notable(load_trials(folder, study), most) if has_trials(folder, study) else []
-    return list(dict.fromkeys([*named, *chosen]))
+    if not has_trials(folder, study):
+        _refuse_unknown([trial for trial in named if trial < 0], "are numbered from 0")
+        return list(named)
+    trials = load_trials(folder, study)
+    driven = trials["trial"].to_list()
+    _refuse_unknown([trial for trial in named if trial not in driven], f"of the study are 0 to {max(driven)}")
+    return list(dict.fromkeys([*named, *notable(trials, most)]))
+
+
+def _refuse_unknown(unknown: Sequence[int], known: str) -> None:
+    if unknown:
+        raise DataError(f"trials {known}, got {unknown[0]}; name one of them; `coverdrive drive` drives any other")

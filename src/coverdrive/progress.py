@@ -1,4 +1,4 @@
-"""Progress bars in the terminal, with the time left; one line for each stage. They go to stderr."""
+"""Progress in the terminal: bars with the time left, one line for each stage, or a sign of life. It goes to stderr."""
 
 import signal
 import threading
@@ -9,12 +9,15 @@ from types import FrameType
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
+_MEMORY = 3600.0
+"""[s] that the speed of a stage is averaged over; its steps may be minutes apart"""
+
 console = Console(stderr=True)
 """of the bars; may be made quiet"""
 
 
 class Stages:
-    """Bars that appear as their stages begin."""
+    """Bars that appear as their stages begin, and pulse until the first share of them is done."""
 
     def __init__(self, bars: Progress, interrupted: threading.Event):
         """Draw on the given display until somebody interrupts."""
@@ -31,8 +34,8 @@ class Stages:
         if self._interrupted.is_set():
             raise KeyboardInterrupt
         if stage not in self._tasks:
-            self._tasks[stage] = self._bars.add_task(stage, total=1.0)
-        self._bars.update(self._tasks[stage], completed=share)
+            self._tasks[stage] = self._bars.add_task(stage, total=None)  # pulses
+        self._bars.update(self._tasks[stage], completed=share, total=1.0 if share > 0 else None)
 
     def share(self, stage: str) -> Callable[[float], None]:
         """A callback for one stage that takes the share that is done."""
@@ -43,9 +46,8 @@ class Stages:
         return lambda done, total: self.report(f"{stage} ({total})", done / total)
 
 
-@contextmanager
-def stages() -> Generator[Stages]:
-    """Show bars while the block runs."""
+def display(clock: Callable[[], float] | None = None) -> Progress:
+    """What the bars look like; they take the time from a clock in seconds."""
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
@@ -53,8 +55,21 @@ def stages() -> Generator[Stages]:
         TimeElapsedColumn(),
         TimeRemainingColumn(),
     )
-    with _interrupts() as interrupted, Progress(*columns, console=console, disable=console.quiet) as bars:
+    return Progress(*columns, console=console, disable=console.quiet, speed_estimate_period=_MEMORY, get_time=clock)
+
+
+@contextmanager
+def stages() -> Generator[Stages]:
+    """Show bars while the block runs."""
+    with _interrupts() as interrupted, display() as bars:
         yield Stages(bars, interrupted)
+
+
+@contextmanager
+def waiting(task: str = "loading") -> Generator[None]:
+    """Show that something goes on while the block runs, where nobody knows how long it takes."""
+    with console.status(task):
+        yield
 
 
 @contextmanager

@@ -39,8 +39,9 @@ def load_experiment(folder: Path, study: str = STUDY) -> Experiment:
         study: name of the study's folder in it; that of the usual traffic need not be there.
 
     Raises:
-        DataError: the study was driven with another predictor, or not at all.
+        DataError: there are no results in the folder, or the study was driven with another predictor or not at all.
     """
+    _refuse_empty(folder)
     experiment = Experiment.load(folder / CONFIG)
     file = folder / study / _DESCRIPTION
     if not file.exists():
@@ -77,9 +78,15 @@ def load_trials(folder: Path, study: str = STUDY) -> pl.DataFrame:
     Raises:
         DataError: there was no such study.
     """
+    _refuse_empty(folder)
     if not has_trials(folder, study):
         raise _not_driven(folder, study)
     return pl.read_parquet(folder / study / _TRIALS)
+
+
+def _refuse_empty(folder: Path) -> None:
+    if not (folder / CONFIG).exists():
+        raise DataError(f"there are no results in {folder}; make some with `coverdrive run --out {folder}`")
 
 
 def _not_driven(folder: Path, study: str) -> DataError:

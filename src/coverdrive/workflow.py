@@ -1,8 +1,9 @@
 """What the commands do: each stage reads and writes one results folder.
 
 ``config.toml`` (all settings) · ``run.json`` (versions, data, times) · ``predictor.safetensors`` ·
-``certificate.json`` · ``learned.npz`` (what pictures of the fit show) · ``study/trials.parquet`` (one row per trial) ·
-``study/traces/`` (drives that were looked at) · ``figures/`` · ``report.html``. `coverdrive.results` reads it.
+``certificate.json`` · ``learned.npz`` (what pictures of the fit show) · ``methods.json`` (all methods of calibration) ·
+``study/trials.parquet`` (one row per trial) · ``study/traces/`` (drives that were looked at) · ``figures/`` ·
+``report.html``. `coverdrive.results` reads it.
 """
 
 import json
@@ -26,6 +27,7 @@ from coverdrive.errors import DataError
 from coverdrive.files import number_in_name, write_atomically
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.prediction.basis_study import StudiedBasis, basis_record, point_table
+from coverdrive.prediction.calibrate import ScoredSides
 from coverdrive.prediction.fit import Fit, StageProgress, fit, score_sides
 from coverdrive.prediction.held_out import held_out
 from coverdrive.prediction.learned import Learned
@@ -81,18 +83,36 @@ def save_bases(
         write_atomically(folder / f"{name}.csv", point_table(each).write_csv)
 
 
+def scores_of(
+    experiment: Experiment, predictor: Predictor, recordings: Sequence[Recording], progress: StageProgress | None = None
+) -> ScoredSides:
+    """Score the recordings that made a predictor again, on the split that it was fitted with."""
+    share = partial(progress, "affordances and labels") if progress else None
+    return score_sides(predictor, recordings, experiment.prediction, experiment.seed, share)
+
+
 def compare_methods(
     experiment: Experiment,
     predictor: Predictor,
-    recordings: Sequence[Recording],
+    sides: ScoredSides,
     targets: Sequence[float],
     unit: Counted | None = None,
     progress: StageProgress | None = None,
 ) -> list[Compared]:
-    """Calibrate a predictor by every method on the split that it was fitted with, and test it."""
-    report = progress or (lambda stage, share: None)
-    settings, seed = experiment.prediction, experiment.seed
-    sides = score_sides(predictor, recordings, settings, seed, partial(report, "affordances and labels"))
+    """Calibrate a predictor by every method, and test it.
+
+    Args:
+        experiment: all settings.
+        predictor: whose network gave the scores.
+        sides: scores of the split that the predictor was fitted with: those of its `Fit`, or `scores_of`.
+        targets: bounds ε on the miss rate to ask for.
+        unit: what the bounds count; else that of the settings.
+        progress: called with the stage and the share of it that is done.
+
+    Raises:
+        CertificateError: the scores are of another split, so that calibration samples trained the network.
+    """
+    settings = experiment.prediction
     task = Task(
         samples=sides.calibration,
         tube=predictor.basis.epsilon,
@@ -100,10 +120,10 @@ def compare_methods(
         confidence=settings.certificate.confidence,
         unit=unit or settings.certificate.unit,
         training=sides.train,
-        seed=seed,
+        seed=experiment.seed,
         tubes=settings.certificate.tube,
     )
-    return compare(task, sides.test, targets, partial(report, "methods"))
+    return compare(task, sides.test, targets, partial(progress, "methods") if progress else None)
 
 
 def save_comparison(compared: Sequence[Compared], predictor: Predictor, folder: Path) -> None:
@@ -180,10 +200,17 @@ def study(
     )
 
 
-def drive(experiment: Experiment, predictor: Predictor, vehicles: int, trial: int, clips: Sequence[Clip] = ()) -> Trace:
+def drive(
+    experiment: Experiment,
+    predictor: Predictor,
+    vehicles: int,
+    trial: int,
+    clips: Sequence[Clip] = (),
+    progress: Callable[[float], None] | None = None,
+) -> Trace:
     """One trial of the study, with everything that happened in it."""
     parts = participants(experiment, predictor, clips)
-    return run_trial(parts, experiment.episode, vehicles, experiment.seed, trial)
+    return run_trial(parts, experiment.episode, vehicles, experiment.seed, trial, progress)
 
 
 def drives(
@@ -218,14 +245,20 @@ def drives(
     report = progress or (lambda share: None)
     traces: dict[int, Trace] = {}
     for number, trial in enumerate(trials):
-        report(number / len(trials))
+        driven = partial(_share_of_one, report, number, len(trials))
+        driven(0.0)
         vehicles = vehicles_of(experiment, trial)
         file = folder / "traces" / f"{trial:06d}_{vehicles}_{key}.npz"
         if not file.exists():
-            save_trace(drive(experiment, predictor, vehicles, trial, clips()), file)
+            save_trace(drive(experiment, predictor, vehicles, trial, clips(), driven), file)
         traces[trial] = load_trace(file)
     report(1.0)
     return traces
+
+
+def _share_of_one(report: Callable[[float], None], number: int, total: int, share: float) -> None:
+    """Report the share of all, where a share of one of them is done, and those before it."""
+    report((number + share) / total)
 
 
 def _checked_clips(clips: Callable[[], Sequence[Clip]], folder: Path) -> Sequence[Clip]:

@@ -29,6 +29,7 @@ app = App(
     name="coverdrive",
     version=__version__,
     result_action="return_value",
+    default_parameter=Parameter(negative_iterable=()),
     suppress_keyboard_interrupt=False,
     help="""Certified manoeuvre sets from recorded highway traffic, and planning against every member of them.
 
@@ -39,22 +40,11 @@ app = App(
     something that you can put right: an argument, a setting, a file, a claim that the data do not support · 130,
     stopped.""",
 )
-for command in (
-    run,
-    fit,
-    certify,
-    paper,
-    basis,
-    study,
-    compare,
-    drive,
-    report,
-    figures,
-    animate,
-    inspect,
-    doctor,
-):  # in the order of a first visit
-    app.command(command)
+_COMMANDS = (run, inspect, fit, certify, study, drive, compare, report, figures, animate, basis, paper, doctor)
+"""in the order of a first visit"""
+
+for number, command in enumerate(_COMMANDS):
+    app.command(command, sort_key=number)
 
 app.meta.group_parameters = Group("Options of every command")
 app.meta.suppress_keyboard_interrupt = False
@@ -86,8 +76,8 @@ def main() -> None:
         complaints.print("error:", style="bold red", end=" ")
         complaints.print(str(error), markup=False)
         sys.exit(2)
-    except KeyboardInterrupt:
-        complaints.print("stopped; finished trials are kept, and the same command goes on from them")
+    except KeyboardInterrupt as stop:
+        complaints.print("; ".join(["stopped", *getattr(stop, "__notes__", [])]), markup=False)
         sys.exit(130)
     sys.exit(1 if result is not None and result.get("missing") else 0)
 

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 from cyclopts import Parameter
 
 from coverdrive.cli.options import Folder, Replayed, Studied, Trial, clips_reader, console, shown_study
-from coverdrive.progress import stages
+from coverdrive.progress import stages, waiting
 
 
 def animate(
@@ -17,9 +17,15 @@ def animate(
     traffic: Studied = None,
     recording: Replayed = None,
 ) -> dict[str, Any]:
-    """Write one drive of a results folder as a video that plays in real time."""
-    from coverdrive.pictures import animate_trial
+    """Write one drive of a results folder as a video that plays in real time.
 
+    For example:
+
+    - the drive of `results/` in which most happens: `coverdrive animate`
+    - another one, for slides: `coverdrive animate us101 --trial 7 --format gif`
+    """
+    with waiting():
+        from coverdrive.pictures import animate_trial
     study = shown_study(folder, traffic)
     with stages() as bars:
         clips = clips_reader(folder, study, recording, bars.share("recordings"))

@@ -5,41 +5,56 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from coverdrive.cli.options import Config, Location, Out, Seed, console, experiment_of
-from coverdrive.progress import stages
+from coverdrive.cli.options import Config, Location, Out, Seed, console, experiment_of, usually
+from coverdrive.progress import stages, waiting
 
 
 def basis(
     *recording: Annotated[Path, Parameter(help="Files or folders of recordings; without any, generated traffic.")],
     epsilon: Annotated[tuple[float, ...], Parameter(help="Radius of a cover.")] = (0.5, 0.75, 1.0, 2.0),
-    stride: Annotated[float | None, Parameter(help="Time from one segment of a vehicle to the next [s].")] = None,
-    symmetric: Annotated[bool | None, Parameter(help="With every base trajectory its mirror image.")] = None,
+    stride: Annotated[
+        float | None,
+        Parameter(help="Time from one segment of a vehicle to the next [s].", show_default=usually("0.2")),
+    ] = None,
+    symmetric: Annotated[
+        bool | None, Parameter(help="With every base trajectory its mirror image.", show_default=usually("no"))
+    ] = None,
     centres: Annotated[
         Literal["segments", "free"] | None,
-        Parameter(help="Base trajectories are segments, or any trajectories: fewer, with a longer search."),
+        Parameter(
+            help="Base trajectories are segments, or any trajectories: fewer, with a longer search.",
+            show_default=usually("segments"),
+        ),
     ] = None,
     seed: Seed = None,
     out: Out = Path("results"),
     config: Config = None,
     location: Location = None,
 ) -> dict[str, Any]:
-    """Cover all trajectory segments of recordings by few, for several ε, and bound how few could do."""
-    from coverdrive import workflow
-    from coverdrive.prediction.basis_study import basis_record, study_bases
-    from coverdrive.prediction.segments import cut_segments
-    from coverdrive.report.figures import draw_bases
-    from coverdrive.report.terminal import bases_table
+    """Cover all trajectory segments of recordings by few, for several ε, and bound how few could do.
 
+    For example:
+
+    - of generated traffic: `coverdrive basis --out bases`
+    - of recordings, with one ε: `coverdrive basis scenarios/ --epsilon 1 --symmetric --out bases`
+    """
     experiment = experiment_of(config, seed, location).overridden(
         prediction={"segments": {"stride": stride}, "basis": {"symmetric": symmetric, "centres": centres}}
     )
+    with waiting():
+        from coverdrive import workflow
+        from coverdrive.prediction.basis_study import basis_record, study_bases
+        from coverdrive.prediction.segments import cut_segments
+        from coverdrive.report.figures import draw_bases
+        from coverdrive.report.terminal import bases_table
     settings = experiment.prediction
     with stages() as bars:
         recordings = workflow.load_recordings(experiment, recording, bars.share("recordings"))
         segments = cut_segments(recordings, settings.segments)
         studied = study_bases(segments, epsilon, settings.basis, experiment.seed, bars.share("bases"))
     workflow.save_bases(experiment, recordings, studied, out)
-    draw_bases(studied, segments, out / "figures")
+    with waiting("drawing"):
+        draw_bases(studied, segments, out / "figures")
     console.print(f"{len(segments)} segments of {studied[0].basis.horizon:g} s")
     console.print(bases_table(studied))
     console.print(f"Bases and figures are in {out}")

@@ -6,10 +6,16 @@ from pathlib import Path
 from typing import Any
 
 from coverdrive.cli.options import console
+from coverdrive.progress import waiting
 
 
 def compare(first: Path, second: Path, /) -> dict[str, Any]:
     """Compare two studies trial by trial: paired differences, second minus first, with 95 % intervals.
+
+    For example:
+
+    - two results folders: `coverdrive compare one/ other/`
+    - two cells of a grid: `coverdrive compare results/grid/traffic.kind=drivers results/grid/traffic.kind=mixed`
 
     Parameters
     ----------
@@ -18,9 +24,9 @@ def compare(first: Path, second: Path, /) -> dict[str, Any]:
     second
         The same; its trials must have the same seed and numbers of vehicles.
     """
-    from coverdrive.report.study_tables import comparison_table
-    from coverdrive.simulation.comparison import compare_studies
-
+    with waiting():
+        from coverdrive.report.study_tables import comparison_table
+        from coverdrive.simulation.comparison import compare_studies
     comparison = compare_studies(first, second)
     for name, (one, two) in comparison.settings.items():
         console.print(f"{name}: {json.dumps(one)} and {json.dumps(two)}", highlight=False, markup=False)

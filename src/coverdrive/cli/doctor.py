@@ -12,6 +12,11 @@ def doctor(folder: Folder = Path("results")) -> dict[str, Any]:
     """Say what is installed and what is missing: packages, solvers, video, data, a place to write; with hints.
 
     The exit status is 1 if something is missing that the commands need.
+
+    For example:
+
+    - after an installation: `coverdrive doctor`
+    - for results in another folder: `coverdrive doctor us101`
     """
     from rich.box import SIMPLE_HEAD
     from rich.table import Table

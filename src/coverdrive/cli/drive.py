@@ -7,16 +7,16 @@ from cyclopts import Parameter
 
 from coverdrive.cli.options import (
     Config,
+    DrivingSeed,
     Out,
-    Recordings,
-    Seed,
+    ToReplay,
     TrafficName,
     config_of,
     console,
     experiment_of,
     study_name,
 )
-from coverdrive.progress import stages
+from coverdrive.progress import stages, waiting
 
 
 def drive(
@@ -24,21 +24,27 @@ def drive(
     trial: Annotated[int, Parameter(help="Number of the trial: it gives the start and the traffic.")] = 0,
     vehicles: Annotated[int | None, Parameter(help="Number of uncontrolled vehicles; else that of the trial.")] = None,
     traffic: TrafficName = None,
-    recording: Recordings = None,
-    seed: Seed = None,
+    recording: ToReplay = None,
+    seed: DrivingSeed = None,
     out: Out = Path("results"),
     config: Config = None,
 ) -> dict[str, Any]:
-    """Drive one trial with the predictor in a results folder; write its trace, snapshots and a video."""
-    from coverdrive import workflow
-    from coverdrive.report.figures import draw_drive
-    from coverdrive.report.study_tables import drives_table
-    from coverdrive.results import binding_of, load_predictor
-    from coverdrive.simulation.outcome import Cause
-    from coverdrive.simulation.storage import save_trace
-    from coverdrive.simulation.trial import measure, table_of
+    """Drive one trial with the predictor in a results folder; write its trace, snapshots and a video.
 
+    For example:
+
+    - a trial of the study again: `coverdrive drive --trial 7`
+    - among other traffic: `coverdrive drive --vehicles 8 --traffic aggressive`
+    """
     experiment = experiment_of(config_of(out, config), seed, traffic=traffic)
+    with waiting():
+        from coverdrive import workflow
+        from coverdrive.report.figures import draw_drive
+        from coverdrive.report.study_tables import drives_table
+        from coverdrive.results import binding_of, load_predictor
+        from coverdrive.simulation.outcome import Cause
+        from coverdrive.simulation.storage import save_trace
+        from coverdrive.simulation.trial import measure, table_of
     number = vehicles or workflow.vehicles_of(experiment, trial)
     predictor = load_predictor(out)
     folder = out / study_name(experiment, out).replace("study", "drive")
@@ -46,9 +52,10 @@ def drive(
     with stages() as bars:
         clips = workflow.clips_to_replay(experiment, predictor, out, recording or [], bars.share("recordings"))
         bars.report("drive", 0.0)
-        trace = workflow.drive(experiment, predictor, number, trial, clips)
-        save_trace(trace, folder / "trace.npz")
+        trace = workflow.drive(experiment, predictor, number, trial, clips, bars.share("drive"))
         bars.report("drive", 1.0)
+        save_trace(trace, folder / "trace.npz")
+        bars.report("video", 0.0)
         draw_drive(trace, folder, binding_of(experiment), bars.share("video"))
     result = measure(trace, experiment.seed, trial)
     console.print(f"{result.kind} at {result.time:.1f} s with {result.vehicles} vehicles")

@@ -4,15 +4,21 @@ from pathlib import Path
 from typing import Any
 
 from coverdrive.cli.options import Folder, Replayed, Studied, Trial, clips_reader, console, shown_study
-from coverdrive.progress import stages
+from coverdrive.progress import stages, waiting
 
 
 def figures(
     folder: Folder = Path("results"), *, trial: Trial = None, traffic: Studied = None, recording: Replayed = None
 ) -> dict[str, Any]:
-    """Draw all figures of a results folder, as PDF (vectors) and PNG."""
-    from coverdrive.pictures import draw_figures
+    """Draw all figures of a results folder, as PDF (vectors) and PNG.
 
+    For example:
+
+    - those of `results/`: `coverdrive figures`
+    - with snapshots of a certain drive: `coverdrive figures us101 --trial 7`
+    """
+    with waiting():
+        from coverdrive.pictures import draw_figures
     study = shown_study(folder, traffic)
     with stages() as bars:
         clips = clips_reader(folder, study, recording, bars.share("recordings"))

@@ -5,10 +5,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from coverdrive.cli.options import Config, Location, Out, Preset, Recordings, Seed, console, experiment_of
-from coverdrive.progress import stages
+from coverdrive.progress import stages, waiting
 
 if TYPE_CHECKING:
     from coverdrive.config import Experiment
+    from coverdrive.prediction.fit import Fit
 
 
 def fit(
@@ -20,17 +21,25 @@ def fit(
     preset: Preset = "default",
     location: Location = None,
 ) -> dict[str, Any]:
-    """Learn a predictor from recordings, certify it, and test it on scenes that it never saw."""
-    record = fit_and_print(experiment_of(config, seed, location, preset=preset), recording or [], out)
-    console.print(f"The predictor is in {out}")
-    return record
+    """Learn a predictor from recordings, certify it, and test it on scenes that it never saw.
 
+    For example:
 
-def fit_and_print(experiment: "Experiment", paths: Sequence[Path], out: Path) -> dict[str, Any]:
-    """Learn, certify, test, and say how it went."""
-    from coverdrive import workflow
+    - from a download of NGSIM: `coverdrive fit --recording us-101.csv --location us-101`
+    - from generated traffic, as in the paper: `coverdrive fit --preset paper --out paper`
+    """
     from coverdrive.records import certificate_record
-    from coverdrive.report.terminal import fit_table
+
+    result = fit_and_print(experiment_of(config, seed, location, preset=preset), recording or [], out)
+    console.print(f"The predictor is in {out}")
+    return {"results": str(out), **certificate_record(result)}
+
+
+def fit_and_print(experiment: "Experiment", paths: Sequence[Path], out: Path) -> "Fit":
+    """Learn, certify, test, and say how it went."""
+    with waiting():
+        from coverdrive import workflow
+        from coverdrive.report.terminal import fit_table
 
     with stages() as bars:
         recordings = workflow.load_recordings(experiment, paths, bars.share("recordings"))
@@ -38,4 +47,4 @@ def fit_and_print(experiment: "Experiment", paths: Sequence[Path], out: Path) ->
     console.print(fit_table(result))
     for certificate in result.certificates:
         console.print(f"• {certificate.sentence}")
-    return {"results": str(out), **certificate_record(result)}
+    return result

@@ -8,19 +8,25 @@ from cyclopts import Parameter
 
 from coverdrive.cli.options import Location, console
 from coverdrive.errors import DataError
-from coverdrive.progress import stages
+from coverdrive.progress import stages, waiting
 
 
 def inspect(
     *recording: Annotated[Path, Parameter(help="Files or folders of recordings.")], location: Location = None
 ) -> dict[str, Any]:
-    """Say what is in recordings: vehicles, minutes, lanes, speeds, and what had to be repaired."""
-    from coverdrive.recordings.read import read
-    from coverdrive.recordings.summary import summarise
-    from coverdrive.report.terminal import recordings_table
+    """Say what is in recordings: vehicles, minutes, lanes, speeds, and what had to be repaired.
 
+    For example:
+
+    - a download of NGSIM: `coverdrive inspect us-101.csv --location us-101`
+    - a folder of CommonRoad scenarios: `coverdrive inspect scenarios/`
+    """
     if not recording:
         raise DataError("there is nothing to inspect; name a file or folder, as in `coverdrive inspect us-101.csv`")
+    with waiting():
+        from coverdrive.recordings.read import read
+        from coverdrive.recordings.summary import summarise
+        from coverdrive.report.terminal import recordings_table
     with stages() as bars:
         recordings = read(recording, location=location, progress=bars.share("reading"))
     summaries = summarise(recordings)

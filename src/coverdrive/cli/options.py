@@ -3,10 +3,12 @@
 from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 from rich.console import Console
+
+from coverdrive.progress import waiting
 
 if TYPE_CHECKING:
     from coverdrive.config import Experiment
@@ -14,12 +16,29 @@ if TYPE_CHECKING:
 
 console = Console()
 
+TARGETS = (0.05, 0.1, 0.2)
+"""bounds ε on the miss rate at which methods of calibration are compared"""
+
+
+def usually(value: str) -> Callable[[Any], str]:
+    """What the help says of an option whose default is in the settings, which are slow to load."""
+    return lambda _: f"{value} unless the settings differ"
+
+
 Recordings = Annotated[
     list[Path] | None,
     Parameter(
         name="--recording",
         consume_multiple=True,
         help="Files or folders: NGSIM CSV or text, CommonRoad XML, Parquet. Without any, traffic is generated.",
+    ),
+]
+ToReplay = Annotated[
+    list[Path] | None,
+    Parameter(
+        name="--recording",
+        consume_multiple=True,
+        help="Only with --traffic replay: files or folders to replay. Without any, the generated traffic is replayed.",
     ),
 ]
 Config = Annotated[Path | None, Parameter(help="TOML file with the settings that differ from the defaults.")]
@@ -32,19 +51,32 @@ Preset = Annotated[
 Seed = Annotated[
     int | None,
     Parameter(
-        help="Seed of every random choice; the same seed gives the same result unless planning runs out of time."
+        help="Seed of every random choice; the same seed gives the same result.",
+        show_default=usually("0"),
+    ),
+]
+DrivingSeed = Annotated[
+    int | None,
+    Parameter(
+        help="Seed of every random choice; the same seed gives the same result unless planning runs out of time.",
+        show_default=usually("0"),
     ),
 ]
 Out = Annotated[Path, Parameter(help="Results folder.")]
 Folder = Annotated[Path, Parameter(help="Results folder.")]
-Trials = Annotated[int | None, Parameter(help="Number of closed-loop trials; the paper has 1000.")]
-Workers = Annotated[int | None, Parameter(help="Number of processes; 0: one for each processor.")]
+Trials = Annotated[
+    int | None, Parameter(help="Number of closed-loop trials; the paper has 1000.", show_default=usually("20"))
+]
+Workers = Annotated[
+    int | None, Parameter(help="Number of processes; 0: one for each processor.", show_default=usually("0"))
+]
 TrafficName = Annotated[
     Literal["set-sampling", "drivers", "aggressive", "mixed", "replay"] | None,
     Parameter(
         name="--traffic",
         help="Uncontrolled vehicles: of the paper (set-sampling), IDM and MOBIL drivers, aggressive ones, a mixture, "
         "or recorded ones that do not react (replay).",
+        show_default=usually("set-sampling"),
     ),
 ]
 Studied = Annotated[
@@ -61,7 +93,11 @@ Replayed = Annotated[
 ]
 Vehicles = Annotated[
     list[int] | None,
-    Parameter(consume_multiple=True, help="Numbers of uncontrolled vehicles, taken in turn; the paper has 3 to 7."),
+    Parameter(
+        consume_multiple=True,
+        help="Numbers of uncontrolled vehicles, taken in turn by the trials.",
+        show_default=usually("3 4 5 6 7, as in the paper,"),
+    ),
 ]
 Location = Annotated[str | None, Parameter(help="Site to take from an NGSIM file that holds several.")]
 Named = Annotated[
@@ -83,7 +119,8 @@ def experiment_of(
     preset: Preset = "default",
 ) -> "Experiment":
     """The settings of a file or the defaults, with what the command line says put over them."""
-    from coverdrive.config import Experiment
+    with waiting():
+        from coverdrive.config import Experiment
 
     experiment = Experiment.load(config, preset) if config else Experiment.preset(preset)
     study = {"trials": trials, "workers": workers, "vehicles": vehicles}

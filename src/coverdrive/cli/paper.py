@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from coverdrive.cli.options import Config, Location, Out, Recordings, Seed, console, experiment_of
-from coverdrive.progress import stages
+from coverdrive.progress import stages, waiting
 
 
 def paper(
@@ -23,13 +23,18 @@ def paper(
 
     Both are repeated on generated traffic with more segments than the paper has, and on the recordings, if any are
     given. All numbers are written to `paper/` in the results folder as CSV, the curves as PNG and PDF.
-    """
-    from coverdrive import workflow
-    from coverdrive.certificates.paper_tables import table_1_bounds
-    from coverdrive.report import paper_tables, style
-    from coverdrive.report.paper_figure import paper_figure
 
+    For example:
+
+    - on generated traffic: `coverdrive paper`
+    - on recordings, too: `coverdrive paper --recording scenarios/ --out us101`
+    """
     experiment = experiment_of(config, seed, location)
+    with waiting():
+        from coverdrive import workflow
+        from coverdrive.certificates.paper_tables import table_1_bounds
+        from coverdrive.report import paper_tables, style
+        from coverdrive.report.paper_figure import paper_figure
     sources = {"generated": [], **({"recordings": recording} if recording else {})}
     titles = {"generated": "generated traffic", "recordings": "the recordings"}
     bounds = table_1_bounds()
@@ -49,7 +54,8 @@ def paper(
         }
         figures[name] = paper_figure(tables)
     workflow.save_paper_tables(experiment, frames, folder)
-    for name, figure in figures.items():
-        style.save(figure, folder / f"tables_{name}")
+    with waiting("drawing"):
+        for name, figure in figures.items():
+            style.save(figure, folder / f"tables_{name}")
     console.print(f"The tables are in {folder}")
     return {"results": str(folder), "tables": {name: frame.to_dicts() for name, frame in frames.items()}}

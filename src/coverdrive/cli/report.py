@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from coverdrive.cli.options import Folder, Named, Replayed, Replays, Studied, clips_reader, console, shown_study
-from coverdrive.progress import stages
+from coverdrive.progress import stages, waiting
 
 
 def report(
@@ -18,9 +18,14 @@ def report(
     """Show everything in a results folder on one HTML page that needs no network, with drives to replay.
 
     Drives that are to be replayed are driven again from their seeds, and kept in the folder.
-    """
-    from coverdrive.pictures import write_report
 
+    For example:
+
+    - write `results/report.html` again: `coverdrive report`
+    - with the replays of certain drives: `coverdrive report us101 --trial 7 12`
+    """
+    with waiting():
+        from coverdrive.pictures import write_report
     study = shown_study(folder, traffic)
     with stages() as bars:
         clips = clips_reader(folder, study, recording, bars.share("recordings"))

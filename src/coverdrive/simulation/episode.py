@@ -5,6 +5,7 @@ is planned against them and its first input applied; meanwhile the traffic moves
 """
 
 import time
+from collections.abc import Callable
 
 import numpy as np
 from pydantic import PositiveFloat
@@ -52,6 +53,7 @@ def run_episode(
     settings: EpisodeSettings,
     vehicles: int,
     seed: int | np.random.SeedSequence,
+    progress: Callable[[float], None] | None = None,
 ) -> Trace:
     """Drive until the duration or the recorded traffic is over, or the own car collides.
 
@@ -64,6 +66,7 @@ def run_episode(
         settings: start, length and time steps.
         vehicles: number of uncontrolled vehicles.
         seed: of the start and of the traffic.
+        progress: called with the share of the episode that is driven.
 
     Raises:
         SettingError: the vehicles cannot be placed.
@@ -81,6 +84,8 @@ def run_episode(
         taken = _step(predictor, planner, traffic, settings, scenes[-1], road)
         steps.append(taken)
         scenes.append(taken.scene)
+        if progress is not None:
+            progress(k / last)
         collision = judge(scenes[-2], scenes[-1], k * settings.step)
         if collision is not None:
             outcome = collision

@@ -117,7 +117,14 @@ WALL_TIMES = ("planning_median", "planning_p99", "planning_maximum")
 """columns that depend on the machine, not only on the seed"""
 
 
-def run_trial(participants: Participants, settings: EpisodeSettings, vehicles: int, seed: int, trial: int) -> Trace:
+def run_trial(
+    participants: Participants,
+    settings: EpisodeSettings,
+    vehicles: int,
+    seed: int,
+    trial: int,
+    progress: Callable[[float], None] | None = None,
+) -> Trace:
     """The episode of one trial, alone; the same as within a study.
 
     Args:
@@ -126,8 +133,9 @@ def run_trial(participants: Participants, settings: EpisodeSettings, vehicles: i
         vehicles: number of uncontrolled vehicles.
         seed: of the study.
         trial: number of the trial in its study.
+        progress: called with the share of the episode that is driven.
     """
-    return run_episode(*participants, settings, vehicles, np.random.SeedSequence(seed, spawn_key=(trial,)))
+    return run_episode(*participants, settings, vehicles, np.random.SeedSequence(seed, spawn_key=(trial,)), progress)
 
 
 def measure(trace: Trace, seed: int, trial: int) -> TrialResult:
