@@ -7,8 +7,8 @@ from cyclopts import Parameter
 
 from coverdrive.cli.options import (
     Config,
-    DrivingSeed,
     Out,
+    Seed,
     ToReplay,
     TrafficName,
     config_of,
@@ -25,7 +25,7 @@ def drive(
     vehicles: Annotated[int | None, Parameter(help="Number of uncontrolled vehicles; else that of the trial.")] = None,
     traffic: TrafficName = None,
     recording: ToReplay = None,
-    seed: DrivingSeed = None,
+    seed: Seed = None,
     out: Out = Path("results"),
     config: Config = None,
 ) -> dict[str, Any]:

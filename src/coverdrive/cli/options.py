@@ -55,13 +55,6 @@ Seed = Annotated[
         show_default=usually("0"),
     ),
 ]
-DrivingSeed = Annotated[
-    int | None,
-    Parameter(
-        help="Seed of every random choice; the same seed gives the same result unless planning runs out of time.",
-        show_default=usually("0"),
-    ),
-]
 Out = Annotated[Path, Parameter(help="Results folder.")]
 Folder = Annotated[Path, Parameter(help="Results folder.")]
 Trials = Annotated[

@@ -9,8 +9,8 @@ from cyclopts import Parameter
 
 from coverdrive.cli.options import (
     Config,
-    DrivingSeed,
     Out,
+    Seed,
     ToReplay,
     TrafficName,
     Trials,
@@ -48,7 +48,7 @@ def study(
             help="Settings to vary, as in planner.problem.obstacles.order=2,4; every combination is a study.",
         ),
     ] = None,
-    seed: DrivingSeed = None,
+    seed: Seed = None,
     out: Out = Path("results"),
     config: Config = None,
     workers: Workers = None,
