@@ -85,14 +85,56 @@ def pixels(page, name: str) -> str:
     return page.evaluate(f"document.getElementById('{name}').toDataURL()")
 
 
-def test_plots_have_data(page) -> None:
-    traces = page.evaluate(
-        "Object.fromEntries([...document.querySelectorAll('.plot[id]')].map((p) => [p.id, p.data.length]))"
-    )
-    assert {"plot-basis", "plot-methods", "plot-collisions"} <= set(traces)
-    for name, count in traces.items():
-        assert count > 0
-        page.wait_for_selector(f"#{name} .cartesianlayer :is(path, image)", state="attached")
+EMPTY = """() => {
+    const known = (value) => typeof value === "string" || Number.isFinite(value);
+    const row = (values) => (values && typeof values === "object" ? [...values] : [values]);
+    const filled = (values) => values && [...values].flatMap(row).some(known);
+    const marks = {
+        scatter: [".scatterlayer .trace", "path.js-line[d^=M], path.point[d^=M]"],
+        bar: [".barlayer .trace", ".point path[d^=M]"],
+        box: [".boxlayer .trace", "path.point[d^=M]"],
+        heatmap: [".heatmaplayer .hm", "image"],
+    };
+    const empty = new Set();
+    for (const plot of document.querySelectorAll(".plot[id]")) {
+        const traces = plot._fullData;
+        if (!traces.length) empty.add(plot.id);
+        for (const { type, x, y, z } of traces) {
+            if (![x, y, ...(type === "heatmap" ? [z] : [])].every(filled)) empty.add(plot.id);
+        }
+        for (const [type, [trace, mark]] of Object.entries(marks)) {
+            const drawn = [...plot.querySelectorAll(trace)].filter((each) => each.querySelector(mark));
+            if (drawn.length !== traces.filter((each) => each.type === type).length) empty.add(plot.id);
+        }
+    }
+    return [...empty];
+}"""
+"""the plots of which a trace has no numbers, or no mark on the screen"""
+
+CHANGED = """([name, trace, change]) => {
+    const plot = document.getElementById(name), data = plot.data.map((each) => ({ ...each }));
+    Object.assign(data[trace], change);
+    return Plotly.react(plot, data, plot.layout);
+}"""
+
+
+def counted(page) -> dict[str, int]:
+    """The plots with the number of their traces."""
+    found = "Object.fromEntries([...document.querySelectorAll('.plot[id]')].map((p) => [p.id, p.data.length]))"
+    return page.evaluate(found)
+
+
+def test_every_trace_of_every_plot_has_numbers_and_marks(page) -> None:
+    page.wait_for_function(f"({EMPTY})().length === 0")
+    assert {"plot-basis", "plot-methods", "plot-collisions", "plot-scores-driven", "plot-gap"} <= set(counted(page))
+
+
+@pytest.mark.parametrize("change", [{"x": [], "y": [], "z": []}, {"visible": "legendonly"}])
+def test_an_empty_trace_would_be_seen(page, change: dict) -> None:
+    plots = counted(page)
+    for name, count in plots.items():
+        page.evaluate(CHANGED, [name, count - 1, change])
+    assert set(page.evaluate(EMPTY)) == set(plots)
 
 
 def test_space_plays_and_pauses(page) -> None:
