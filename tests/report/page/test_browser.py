@@ -90,7 +90,7 @@ EMPTY = """() => {
     const row = (values) => (values && typeof values === "object" ? [...values] : [values]);
     const filled = (values) => values && [...values].flatMap(row).some(known);
     const marks = {
-        scatter: [".scatterlayer .trace", "path.js-line[d^=M], path.point[d^=M]"],
+        scatter: [".scatterlayer .trace", "path.js-line[d^=M], path.point[d^=M], .textpoint text"],
         bar: [".barlayer .trace", ".point path[d^=M]"],
         box: [".boxlayer .trace", "path.point[d^=M]"],
         heatmap: [".heatmaplayer .hm", "image"],
