@@ -210,7 +210,7 @@ def test_arrows_step(page) -> None:
     assert moment(page) == 12
     page.keyboard.press("End")
     assert moment(page) == STEPS
-    assert page.inner_text("#read-end") == "finished"
+    assert page.inner_text("#read-end") == "finished, near miss"
     assert page.inner_text("#read-status") == "blind"  # of the last plan
     page.keyboard.press("Home")
     assert moment(page) == 0
@@ -257,6 +257,60 @@ def test_the_last_moment_shows_the_sets_and_the_plan_of_the_step_before(page) ->
     page.focus("#player")
     last = drawn_at(page, "End", 1)
     assert [step for _, step in last["sets"]] == [step for _, step in last["plan"]] == [STEPS - 1]
+
+
+def test_space_on_a_button_presses_that_button(page) -> None:
+    page.focus("#player")
+    for _ in range(5):
+        page.keyboard.press("ArrowRight")
+    for button, key, expected in (("#back", "Space", 4), ("#forward", "Space", 5), ("#forward", "Enter", 6)):
+        page.focus(button)
+        page.keyboard.press(key)
+        assert moment(page) == expected
+    page.wait_for_timeout(300)
+    assert moment(page) == 6 and page.get_attribute("#play", "aria-label") == "Play"
+    page.focus("#play")
+    page.keyboard.press("Space")
+    page.wait_for_function("Number(document.getElementById('scrub').value) >= 9")
+    assert page.get_attribute("#play", "aria-label") == "Pause"
+
+
+def test_near_misses_are_named_and_readings_explained(page) -> None:
+    assert page.inner_text("#trial option[value='0']") == "trial 0: 2 vehicles, finished, near miss"
+    assert page.inner_text("#trial option[value='7']") == "trial 7: 2 vehicles, side"
+    assert "0 at its edge" in page.get_attribute("div:has(> #read-slack)", "title")
+    page.focus("#player")
+    page.keyboard.press("End")
+    assert page.inner_text("#read-status") == "blind"
+    assert "cannot be true" in page.get_attribute("#read-status", "title")
+
+
+RULER = """() => {
+    const canvas = document.getElementById("road"), ratio = canvas.width / canvas.clientWidth, height = 22 * ratio;
+    const { data } = canvas.getContext("2d").getImageData(0, canvas.height - height, canvas.width, height);
+    const colours = [];
+    for (let i = 0; i < data.length; i += 4) colours.push(data[i] - data[i + 2]);
+    return colours.reduce((most, each) => Math.max(most, each), -255);
+}"""
+"""how red at most, rather than blue, the band is in which the distances stand"""
+
+
+def test_sets_leave_the_ruler_readable(crowd) -> None:
+    crowd.focus("#player")
+    crowd.keyboard.press("ArrowRight")
+    assert crowd.evaluate(RULER) < 10
+
+
+def test_a_phone_sees_three_seconds_of_road_and_every_section(browser, address: str) -> None:
+    context = browser.new_context(viewport={"width": 400, "height": 800})
+    page = context.new_page()
+    page.goto(address)
+    page.wait_for_selector("#player[data-loaded='0']")
+    assert page.locator("#road").bounding_box()["height"] >= 160
+    assert page.evaluate("new RoadView(document.getElementById('road')).window()[1]") >= 60
+    assert page.evaluate("(nav => nav.scrollWidth <= nav.clientWidth)(document.querySelector('nav'))")
+    assert page.locator(".hint").is_visible()
+    context.close()
 
 
 def test_plus_and_minus_change_the_speed(page) -> None:
