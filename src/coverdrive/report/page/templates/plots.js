@@ -49,6 +49,7 @@ const Theme = (() => {
   const draw = () => figures.forEach(([place, text]) => {
     const figure = JSON.parse(shown(text));
     const width = document.documentElement.classList.contains("printing") ? { width: place.clientWidth } : {};
+    if (place.clientWidth < 620) figure.data.forEach((trace) => { if (trace.meta === "wide text") trace.mode = "markers"; });
     Plotly.react(place, figure.data, { ...figure.layout, ...width, template: template() }, config);
   });
   draw();
