@@ -191,9 +191,10 @@ def _draw_over_time(
 def _label(axes: Axes, share: Float[np.ndarray, " M"], places: Float[np.ndarray, "M 2"]) -> None:
     """The numbers of the base trajectories, beside where they end."""
     for base in labelled(share):
-        side, align = (-3, "right") if places[base, 0] < 0 else (3, "left")
+        lon, lat = places[base]
+        side, align = (-3, "right") if lon < 0 else (3, "left")
         axes.annotate(
-            str(base), places[base], xytext=(side, 0), textcoords="offset points", va="center", ha=align, fontsize=8,
+            str(base), (lon, lat), xytext=(side, 0), textcoords="offset points", va="center", ha=align, fontsize=8,
             zorder=7, annotation_clip=False, path_effects=[withStroke(linewidth=2, foreground=style.PAPER)],
         )  # fmt: skip
 

@@ -26,7 +26,8 @@ def whose(certificate: Certificate) -> str:
     """Of which samples the bound says how many are missed."""
     if certificate.groups == 1:
         return f"{certificate.unit}s"
-    return f"the {certificate.unit}s that drive a {_group(certificate)}, for {_scope(certificate)}"
+    group = _group(certificate)
+    return f"the {certificate.unit}s that drive a {group}, for each {group} by itself"
 
 
 def signs(certificate: Certificate) -> str:
@@ -38,13 +39,9 @@ def legend(compared: Sequence[Compared]) -> str:
     """The name of a method with what sets its bounds apart from those on a miss of any kind with confidence."""
     certificates = [each.certificate for each in compared if each.certificate]
     kinds = ["on average" for each in certificates if each.confidence is None]
-    kinds += [_scope(each) for each in certificates if each.groups > 1]
+    kinds += [f"each {_group(each).split()[0]}" for each in certificates if each.groups > 1]
     named = ", ".join(dict.fromkeys(kinds))
     return compared[0].method.value + (f" ({named})" if named else "")
-
-
-def _scope(certificate: Certificate) -> str:
-    return f"each {_group(certificate)} by itself"
 
 
 def _group(certificate: Certificate) -> str:

@@ -2,6 +2,7 @@
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from coverdrive.prediction.learned import Learned
 from coverdrive.report import style
@@ -22,7 +23,7 @@ def set_sizes_figure(learned: Learned) -> Figure:
         axes.bar(sizes, 100 * counts / max(counts.sum(), 1), 0.85, color=style.BLUE)
         axes.axvline(mean, color=style.VERMILION, linestyle="--", linewidth=2, label=f"mean: {mean:.1f} of {sizes[-1]}")
         axes.set(xlabel="size of the predicted set [base trajectories]", ylabel="test windows [%]")
-        axes.xaxis.get_major_locator().set_params(integer=True)
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.grid(True, axis="y")
         figure.legend(loc="outside upper left")
     return figure

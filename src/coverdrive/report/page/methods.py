@@ -43,7 +43,7 @@ def methods_plot(compared: Sequence[Compared]) -> Plot:
     cut = any(beyond(each, limit) for each in shown)
     return plot(
         "methods", traces, _CAPTION.format(unit=unit) + _CUT * cut, x=f"missed {unit}s [%]",
-        y="mean set size [base trajectories]", wide=True, height=560, xaxis_range=[0, limit],
+        y="mean set size [base trajectories]", wide=True, height=560, xaxis_range=[0, limit], legend_font_size=11.5,
     )  # fmt: skip
 
 

@@ -5,6 +5,7 @@ from itertools import pairwise
 import numpy as np
 import plotly.graph_objects as go
 import polars as pl
+from jaxtyping import Float
 
 from coverdrive.planning.plan import Status
 from coverdrive.report import style
@@ -105,8 +106,7 @@ def _collisions(trials: pl.DataFrame) -> Plot:
 def _planning(trials: pl.DataFrame, period: float) -> Plot:
     """How long prediction and planning took; bins are equal on a logarithmic axis."""
     times = 1e3 * trials.select(list(_TIMES)).to_numpy()
-    bins = int(np.clip(2 * np.sqrt(trials.height), _LEAST_BINS, _MOST_BINS))
-    edges = np.geomspace(times.min() / 1.2, 1.2 * max(times.max(), 1e3 * period), bins + 1)
+    edges = _edges(times, 1e3 * period)
     between = [f"{low:.3g} to {high:.3g} ms" for low, high in pairwise(edges)]
     steps = [
         go.Scatter(
@@ -127,6 +127,14 @@ def _planning(trials: pl.DataFrame, period: float) -> Plot:
             "xanchor": "left", "yanchor": "top", "xshift": 4,
         }],
     )  # fmt: skip
+
+
+def _edges(times: Float[np.ndarray, "trials kinds"], due: float) -> Float[np.ndarray, " _"]:
+    """Of equal bins on a logarithmic axis, more of them for more trials; what is due is an edge."""
+    bins = np.clip(2 * np.sqrt(len(times)), _LEAST_BINS, _MOST_BINS)
+    low, high = np.log([times.min() / 1.05, 1.05 * max(times.max(), due)]) - np.log(due)
+    width = (high - low) / bins
+    return due * np.exp(width * np.arange(np.floor(low / width), np.ceil(high / width) + 1))
 
 
 def _distribution(name: str, trials: pl.DataFrame, column: str, caption: str, label: str) -> Plot:
