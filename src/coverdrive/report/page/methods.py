@@ -57,7 +57,10 @@ def _bounds(points: list[Compared], colour: str, symbol: str, limit: float) -> g
             _ARROW if is_far else _symbol(symbol, each) for is_far, each in zip(far, certificates, strict=True)
         ],
         "color": colour, "size": 12,
-        "line": {"width": 1.8, "color": [_edge(each, colour) for each in certificates]},
+        "line": {
+            "width": [1.8 if _edge(each, colour) == colour else 0.9 for each in certificates],
+            "color": [_edge(each, colour) for each in certificates],
+        },
     }  # fmt: skip
     return go.Scatter(
         x=np.minimum(bounds, limit).round(4), y=_sizes(points), mode="markers+text", name=name, legendgroup=name,
