@@ -18,8 +18,10 @@ from coverdrive.report.contents import Contents
 from coverdrive.report.planning_figure import planning_figure
 from coverdrive.report.risk_figure import risk_figure
 from coverdrive.report.scores_figure import scores_figure
+from coverdrive.report.set_sizes_figure import set_sizes_figure
 from coverdrive.report.size_figure import size_figure
 from coverdrive.report.snapshots import snapshots
+from coverdrive.report.speed_and_gap_figure import speed_and_gap_figure
 from coverdrive.simulation.trace import Trace
 
 
@@ -39,12 +41,14 @@ def draw_all(contents: Contents, folder: Path, progress: Callable[[float], None]
         "affordance": affordance_figure,
         "basis": lambda: basis_figure(basis, learned.base_share, learned.examples),
         "scores": lambda: scores_figure(learned, contents.predictor.rule),
+        "set_sizes": lambda: set_sizes_figure(learned),
     }
     if any(each.certificate for each in contents.compared):
         drawings["methods"] = lambda: risk_figure(contents.compared)
     trials = contents.trials
     if trials is not None:
         drawings["collisions"] = lambda: collisions_figure(trials)
+        drawings["speed_and_gap"] = lambda: speed_and_gap_figure(trials)
         drawings["planning"] = lambda: planning_figure(trials, contents.period)
     for trace in list(contents.traces.values())[:1]:
         drawings["snapshots"] = lambda trace=trace: snapshots(trace, binding=contents.binding)

@@ -11,6 +11,7 @@ from rich.table import Table
 
 from coverdrive.certificates.bounds import clopper_pearson
 from coverdrive.certificates.certificate import Certificate
+from coverdrive.report.claim import strength, whose
 from coverdrive.simulation.comparison import Comparison, Difference
 from coverdrive.simulation.outcome import Cause, Fault
 from coverdrive.simulation.statistics import PAPER, PAPER_TRIALS, MissRate, collision_table, miss_rate
@@ -47,7 +48,7 @@ def _rate(count: int, trials: int, digits: int = 1) -> str:
 
 
 def safety_table(trials: pl.DataFrame, certificates: Sequence[Certificate] = ()) -> Table:
-    """Why the own car collided, and how often vehicles left their predicted sets beside what is certified."""
+    """Why the own car collided, and how often vehicles left their predicted sets beside the bounds of certificates."""
     table = _facts("Faults, failures and misses")
     collided = trials.filter(pl.col("kind") != "finished")
     for cause, text in (
@@ -58,7 +59,7 @@ def safety_table(trials: pl.DataFrame, certificates: Sequence[Certificate] = ())
         table.add_row(text, f"{_rate(count, trials.height)} of {trials.height} trials")
     faults = {fault: int((collided["at_fault"] == fault.value).sum()) for fault in Fault}
     table.add_row("at fault: own car / other / nobody", " / ".join(str(count) for count in faults.values()))
-    bounds = {certificate.unit: certificate.epsilon for certificate in certificates}
+    bounds = {certificate.unit: certificate for certificate in certificates}
     windows = miss_rate(trials, "prediction_misses", "windows")
     vehicles = miss_rate(trials, "vehicles_missed", "vehicles_seen")
     table.add_row("windows that left their set", _missed(windows, bounds.get("window")))
@@ -68,11 +69,14 @@ def safety_table(trials: pl.DataFrame, certificates: Sequence[Certificate] = ())
     return table
 
 
-def _missed(rate: MissRate, bound: float | None) -> str:
+def _missed(rate: MissRate, bound: Certificate | None) -> str:
     observed = (
         f"{rate.missed / max(rate.total, 1):.2%} ({rate.missed} of {rate.total}; 95 % {rate.low:.2%}–{rate.high:.2%})"
     )
-    return observed if bound is None else f"{observed}; certified: at most {bound:.2%} in traffic like the recorded one"
+    if bound is None:
+        return observed
+    said = f"at most {bound.epsilon:.2%} of {whose(bound)}, {strength(bound)}"
+    return f"{observed}; bound in traffic like the recorded one: {said}"
 
 
 def drives_table(trials: pl.DataFrame) -> Table:

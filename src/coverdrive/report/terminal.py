@@ -9,6 +9,7 @@ from coverdrive.certificates.comparison import Compared
 from coverdrive.prediction.basis_study import StudiedBasis
 from coverdrive.prediction.fit import Fit
 from coverdrive.recordings.summary import Summary
+from coverdrive.report.claim import BY_ITSELF, ON_AVERAGE, signs, strength, whose
 
 
 def recordings_table(summaries: Sequence[Summary]) -> Table:
@@ -54,11 +55,10 @@ def fit_table(result: Fit) -> Table:
     )
     table.add_row("base trajectories", f"{len(basis)} (ε = {basis.epsilon:g}, all training segments covered)")
     for certificate in result.certificates:
-        confidence = "on average" if certificate.confidence is None else f"with confidence {certificate.confidence:.4g}"
         table.add_row(
             f"bound on missed {certificate.unit}s",
-            f"{certificate.epsilon:.3%} {confidence} by {certificate.method} ({certificate.samples} "
-            f"{certificate.unit}s, {certificate.uncovered} of them uncovered)",
+            f"{certificate.epsilon:.3%} of {whose(certificate)}, {strength(certificate)}, by {certificate.method} "
+            f"({certificate.samples} {certificate.unit}s, {certificate.uncovered} of them uncovered)",
         )
         if certificate.prediction_epsilon is not None and certificate.paper_epsilon is not None:
             ours = (
@@ -86,10 +86,10 @@ def fit_table(result: Fit) -> Table:
 
 
 def methods_table(compared: Sequence[Compared]) -> Table:
-    """What every method proves, what happened on unseen samples, how large its sets are, and how long it took."""
+    """The bounds of every method, what happened on unseen samples, how large its sets are, and how long it took."""
     table = Table(title="Methods", box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False)
     table.add_column("method", no_wrap=True)
-    for name in ("asked ε", "proved ε", "observed (95 %)", "set size", "s"):
+    for name in ("asked ε", "bound ε", "observed (95 %)", "set size", "s"):
         table.add_column(name, justify="right", no_wrap=True)
     for each in compared:
         asked = "" if each.target is None else f"{each.target:.3g}"
@@ -100,14 +100,15 @@ def methods_table(compared: Sequence[Compared]) -> Table:
         table.add_row(
             each.method.value,
             asked,
-            f"{each.certificate.epsilon:.2%}",
+            f"{each.certificate.epsilon:.2%}{signs(each.certificate):\u00a0<2}",
             f"{missed.value:.2%} ({missed.low:.1%}–{missed.high:.1%})",
             f"{sizes.mean_set_size:.1f}, {sizes.median_set_size:g}",
             f"{each.seconds:.2f}",
         )
     table.caption = (
-        "set size: mean, median; bounds per base or cluster are for each of them by itself: "
-        "a vehicle that drives several may be missed more often"
+        f"bounds hold with the confidence asked for, but {ON_AVERAGE} only on average over calibrations, without it; "
+        f"{BY_ITSELF} each base or group of bases by itself: a vehicle that drives several may be missed more often; "
+        "set size: mean, median"
     )
     return table
 

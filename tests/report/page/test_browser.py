@@ -85,14 +85,56 @@ def pixels(page, name: str) -> str:
     return page.evaluate(f"document.getElementById('{name}').toDataURL()")
 
 
-def test_plots_have_data(page) -> None:
-    traces = page.evaluate(
-        "Object.fromEntries([...document.querySelectorAll('.plot[id]')].map((p) => [p.id, p.data.length]))"
-    )
-    assert {"plot-basis", "plot-methods", "plot-collisions"} <= set(traces)
-    for name, count in traces.items():
-        assert count > 0
-        page.wait_for_selector(f"#{name} .cartesianlayer :is(path, image)", state="attached")
+EMPTY = """() => {
+    const known = (value) => typeof value === "string" || Number.isFinite(value);
+    const row = (values) => (values && typeof values === "object" ? [...values] : [values]);
+    const filled = (values) => values && [...values].flatMap(row).some(known);
+    const marks = {
+        scatter: [".scatterlayer .trace", "path.js-line[d^=M], path.point[d^=M], .textpoint text"],
+        bar: [".barlayer .trace", ".point path[d^=M]"],
+        box: [".boxlayer .trace", "path.point[d^=M]"],
+        heatmap: [".heatmaplayer .hm", "image"],
+    };
+    const empty = new Set();
+    for (const plot of document.querySelectorAll(".plot[id]")) {
+        const traces = plot._fullData;
+        if (!traces.length) empty.add(plot.id);
+        for (const { type, x, y, z } of traces) {
+            if (![x, y, ...(type === "heatmap" ? [z] : [])].every(filled)) empty.add(plot.id);
+        }
+        for (const [type, [trace, mark]] of Object.entries(marks)) {
+            const drawn = [...plot.querySelectorAll(trace)].filter((each) => each.querySelector(mark));
+            if (drawn.length !== traces.filter((each) => each.type === type).length) empty.add(plot.id);
+        }
+    }
+    return [...empty];
+}"""
+"""the plots of which a trace has no numbers, or no mark on the screen"""
+
+CHANGED = """([name, trace, change]) => {
+    const plot = document.getElementById(name), data = plot.data.map((each) => ({ ...each }));
+    Object.assign(data[trace], change);
+    return Plotly.react(plot, data, plot.layout);
+}"""
+
+
+def counted(page) -> dict[str, int]:
+    """The plots with the number of their traces."""
+    found = "Object.fromEntries([...document.querySelectorAll('.plot[id]')].map((p) => [p.id, p.data.length]))"
+    return page.evaluate(found)
+
+
+def test_every_trace_of_every_plot_has_numbers_and_marks(page) -> None:
+    page.wait_for_function(f"({EMPTY})().length === 0")
+    assert {"plot-basis", "plot-methods", "plot-collisions", "plot-scores-driven", "plot-gap"} <= set(counted(page))
+
+
+@pytest.mark.parametrize("change", [{"x": [], "y": [], "z": []}, {"visible": "legendonly"}])
+def test_an_empty_trace_would_be_seen(page, change: dict) -> None:
+    plots = counted(page)
+    for name, count in plots.items():
+        page.evaluate(CHANGED, [name, count - 1, change])
+    assert set(page.evaluate(EMPTY)) == set(plots)
 
 
 def test_space_plays_and_pauses(page) -> None:
@@ -168,7 +210,7 @@ def test_arrows_step(page) -> None:
     assert moment(page) == 12
     page.keyboard.press("End")
     assert moment(page) == STEPS
-    assert page.inner_text("#read-end") == "finished"
+    assert page.inner_text("#read-end") == "finished, near miss"
     assert page.inner_text("#read-status") == "blind"  # of the last plan
     page.keyboard.press("Home")
     assert moment(page) == 0
@@ -215,6 +257,60 @@ def test_the_last_moment_shows_the_sets_and_the_plan_of_the_step_before(page) ->
     page.focus("#player")
     last = drawn_at(page, "End", 1)
     assert [step for _, step in last["sets"]] == [step for _, step in last["plan"]] == [STEPS - 1]
+
+
+def test_space_on_a_button_presses_that_button(page) -> None:
+    page.focus("#player")
+    for _ in range(5):
+        page.keyboard.press("ArrowRight")
+    for button, key, expected in (("#back", "Space", 4), ("#forward", "Space", 5), ("#forward", "Enter", 6)):
+        page.focus(button)
+        page.keyboard.press(key)
+        assert moment(page) == expected
+    page.wait_for_timeout(300)
+    assert moment(page) == 6 and page.get_attribute("#play", "aria-label") == "Play"
+    page.focus("#play")
+    page.keyboard.press("Space")
+    page.wait_for_function("Number(document.getElementById('scrub').value) >= 9")
+    assert page.get_attribute("#play", "aria-label") == "Pause"
+
+
+def test_near_misses_are_named_and_readings_explained(page) -> None:
+    assert page.inner_text("#trial option[value='0']") == "trial 0: 2 vehicles, finished, near miss"
+    assert page.inner_text("#trial option[value='7']") == "trial 7: 2 vehicles, side"
+    assert "0 at its edge" in page.get_attribute("div:has(> #read-slack)", "title")
+    page.focus("#player")
+    page.keyboard.press("End")
+    assert page.inner_text("#read-status") == "blind"
+    assert "cannot be true" in page.get_attribute("#read-status", "title")
+
+
+RULER = """() => {
+    const canvas = document.getElementById("road"), ratio = canvas.width / canvas.clientWidth, height = 22 * ratio;
+    const { data } = canvas.getContext("2d").getImageData(0, canvas.height - height, canvas.width, height);
+    const colours = [];
+    for (let i = 0; i < data.length; i += 4) colours.push(data[i] - data[i + 2]);
+    return colours.reduce((most, each) => Math.max(most, each), -255);
+}"""
+"""how red at most, rather than blue, the band is in which the distances stand"""
+
+
+def test_sets_leave_the_ruler_readable(crowd) -> None:
+    crowd.focus("#player")
+    crowd.keyboard.press("ArrowRight")
+    assert crowd.evaluate(RULER) < 10
+
+
+def test_a_phone_sees_three_seconds_of_road_and_every_section(browser, address: str) -> None:
+    context = browser.new_context(viewport={"width": 400, "height": 800})
+    page = context.new_page()
+    page.goto(address)
+    page.wait_for_selector("#player[data-loaded='0']")
+    assert page.locator("#road").bounding_box()["height"] >= 160
+    assert page.evaluate("new RoadView(document.getElementById('road')).window()[1]") >= 60
+    assert page.evaluate("(nav => nav.scrollWidth <= nav.clientWidth)(document.querySelector('nav'))")
+    assert page.locator(".hint").is_visible()
+    context.close()
 
 
 def test_plus_and_minus_change_the_speed(page) -> None:

@@ -8,6 +8,7 @@ import polars as pl
 import pytest
 from report_fakes import make_contents, make_stray
 
+from coverdrive.report.numbers import readable
 from coverdrive.report.page.page import page, write_page
 from coverdrive.report.page.study import ends
 from coverdrive.report.page.summary import heading
@@ -23,7 +24,8 @@ def html() -> str:
 def test_certificate_is_in_plain_view(html: str) -> None:
     certificate = make_contents().predictor.certificate
     (shown,) = re.findall(r'<blockquote class="certificate">\s*<p>(.*?)</p>', html, re.DOTALL)
-    assert shown == certificate.sentence
+    assert shown == readable(certificate.sentence)
+    assert shown.startswith("With 99 % confidence, ") and "at most 14.4 % (" in shown
 
 
 def test_nothing_is_fetched(html: str) -> None:
@@ -82,11 +84,11 @@ def test_ends_are_counted_by_cause_and_fault() -> None:
     columns = {"share_unsafe": pl.Series([0.5, 0.2]), "time": pl.Series([20.0, 10.0])}
     assert ends(trials.with_columns(**columns)) == (
         "1 of 2 drives ended in a collision (planning failure: 1, prediction miss: 0). At fault: own car: 0, other "
-        "vehicle: 1, nobody: 0. 1 was a near miss. 40% of all plans were unsafe: nothing clear of the "
+        "vehicle: 1, nobody: 0. 1 was a near miss. 40 % of all plans were unsafe: nothing clear of the "
         "predicted paths was found."
     )
     calm = ends(trials.head(1).with_columns(share_unsafe=pl.lit(0.0)))
-    assert calm.startswith("None of 1 drives ended in a collision. 1 was a near miss. 0% of")
+    assert calm.startswith("None of 1 drives ended in a collision. 1 was a near miss. 0 % of")
 
 
 def test_the_table_of_trials_counts_missed_windows_and_vehicles() -> None:

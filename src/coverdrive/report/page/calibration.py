@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
@@ -12,11 +11,9 @@ from coverdrive.certificates.rule import Thresholds
 from coverdrive.prediction.learned import Learned
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.report import style
+from coverdrive.report.page.methods import methods_plot
 from coverdrive.report.page.plots import Plot, plot
 from coverdrive.report.score_axis import ScoreAxis
-
-_SYMBOLS = ("circle", "square", "diamond", "triangle-up", "triangle-down", "triangle-left", "triangle-right", "x",
-            "pentagon", "star")  # fmt: skip
 
 
 def calibration_plots(predictor: Predictor, learned: Learned, compared: Sequence[Compared]) -> list[Plot]:
@@ -32,7 +29,7 @@ def calibration_plots(predictor: Predictor, learned: Learned, compared: Sequence
         _set_sizes(learned),
         _losses(learned),
     ]  # fmt: skip
-    return [_risk(compared), *plots] if any(each.certificate for each in compared) else plots
+    return [methods_plot(compared), *plots] if any(each.certificate for each in compared) else plots
 
 
 def _scores(name: str, learned: Learned, counts: np.ndarray, thresholds: np.ndarray, colour: str, caption: str) -> Plot:
@@ -85,60 +82,6 @@ def _losses(learned: Learned) -> Plot:
         line={"color": style.BLUE}, hovertemplate="epoch %{x}: %{y:.4g}<extra></extra>",
     )  # fmt: skip
     return plot("losses", [line], "Mean training loss of every epoch.", x="epoch", y="loss", yaxis_type="log")
-
-
-def _risk(compared: Sequence[Compared]) -> Plot:
-    """Certified and observed misses of every method against the mean size of its sets."""
-    traces: list[go.Scatter] = []
-    methods = list(dict.fromkeys(each.method for each in compared if each.certificate))
-    for number, method in enumerate(methods):
-        colour, symbol = style.CYCLE[number % len(style.CYCLE)], _SYMBOLS[number % len(_SYMBOLS)]
-        points = [each for each in compared if each.method is method and each.certificate]
-        look: dict[str, Any] = {"color": colour, "symbol": symbol, "size": 10}
-        traces += [
-            _certified(points, method.value, colour, look),
-            _observed(points, method.value, {**look, "symbol": f"{symbol}-open", "line": {"width": 1.8}}),
-        ]
-    unit = next(each.certificate.unit for each in compared if each.certificate)
-    figure = plot(
-        "methods", traces,
-        "Every method of calibration on the same scores. Filled: the bound that is proved; open: what was observed on "
-        "unseen scenes, with its 95 % interval. Left is safer, low is more useful. A click on a name hides it.",
-        x=f"missed {unit}s [%]", y="mean set size [base trajectories]", wide=True, height=520,
-    )  # fmt: skip
-    figure.figure.update_xaxes(rangemode="tozero")
-    return figure
-
-
-def _certified(points: list[Compared], name: str, colour: str, look: dict[str, Any]) -> go.Scatter:
-    bounds = [100 * each.certificate.epsilon for each in points if each.certificate]
-    return go.Scatter(
-        x=np.round(bounds, 4), y=_sizes(points), mode="lines+markers", name=name, legendgroup=name, marker=look,
-        line={"color": colour, "width": 1.5},
-        hovertemplate=f"<b>{name}</b><br>at most %{{x:.2f}} % missed (proved)<br>%{{y:.2f}} possible bases"
-        "<extra></extra>",
-    )  # fmt: skip
-
-
-def _observed(points: list[Compared], name: str, look: dict[str, Any]) -> go.Scatter:
-    rates = [each.missed for each in points if each.missed]
-    values = np.array([100 * rate.value for rate in rates])
-    return go.Scatter(
-        x=values.round(4), y=_sizes(points), mode="markers", name=name, legendgroup=name, marker=look,
-        showlegend=False,
-        error_x={
-            "type": "data", "symmetric": False, "thickness": 1, "width": 3,
-            "array": [100 * rate.high for rate in rates] - values,
-            "arrayminus": values - [100 * rate.low for rate in rates],
-        },
-        text=[f"{rate.count} of {rate.total}" for rate in rates],
-        hovertemplate=f"<b>{name}</b><br>%{{x:.2f}} % missed on unseen scenes (%{{text}})<br>%{{y:.2f}} possible bases"
-        "<extra></extra>",
-    )  # fmt: skip
-
-
-def _sizes(points: list[Compared]) -> list[float]:
-    return [round(each.evaluation.mean_set_size, 4) for each in points if each.evaluation]
 
 
 def _fade(colour: str, opacity: float) -> str:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import plotly.offline
+import polars as pl
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
@@ -15,14 +16,16 @@ from coverdrive.prediction.affordance import FEATURES
 from coverdrive.report import style
 from coverdrive.report.affordance_figure import affordance_figure
 from coverdrive.report.contents import Contents
+from coverdrive.report.numbers import readable
 from coverdrive.report.page.basis import basis_plots
 from coverdrive.report.page.calibration import calibration_plots
 from coverdrive.report.page.plots import Plot
-from coverdrive.report.page.replay import replay_data
+from coverdrive.report.page.replay import SLACK, STATUSES, replay_data
 from coverdrive.report.page.study import ends, study_plots
 from coverdrive.report.page.summary import facts, heading, tiles
 from coverdrive.report.page.trials import COLUMNS, LEAST_FIRST, trial_rows
-from coverdrive.simulation.notable import NEAR_GAP, NEAR_TIME
+from coverdrive.simulation.notable import NEAR_GAP, NEAR_TIME, NEARLY
+from coverdrive.simulation.outcome import Kind
 
 _TEMPLATES = Path(__file__).parent / "templates"
 
@@ -57,10 +60,13 @@ def page(contents: Contents, progress: Callable[[float], None] | None = None) ->
         loader=FileSystemLoader(_TEMPLATES), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
         lstrip_blocks=True,
     )  # fmt: skip
+    environment.filters["readable"] = readable
     replays: list[Replay] = []
     for trial, trace in contents.traces.items():
-        data = replay_data(trial, trace, contents.binding)
-        label = f"trial {trial}: {int(trace.scene.valid[0].sum()) - 1} vehicles, {trace.outcome.kind.value}"
+        near = trace.outcome.kind is Kind.FINISHED and _was_near(contents, trial)
+        data = {**replay_data(trial, trace, contents.binding), "near": near}
+        ended = trace.outcome.kind.value + ", near miss" * near
+        label = f"trial {trial}: {int(trace.scene.valid[0].sum()) - 1} vehicles, {ended}"
         replays.append(Replay(trial, label, _script_json(data)))
         report(0.5 * len(replays) / len(contents.traces))
     html = environment.get_template("page.html.jinja").render(
@@ -82,12 +88,19 @@ def page(contents: Contents, progress: Callable[[float], None] | None = None) ->
         ends="" if contents.trials is None else ends(contents.trials),
         near_gap=NEAR_GAP,
         near_time=NEAR_TIME,
+        statuses=STATUSES,
+        slack=SLACK,
         replays=replays,
         horizon=max((trace.horizon for trace in contents.traces.values()), default=0.0),
         period=contents.period,
     )
     report(1.0)
     return html
+
+
+def _was_near(contents: Contents, trial: int) -> bool:
+    """Whether a trial without a collision was a near miss."""
+    return contents.trials is not None and contents.trials.filter(NEARLY, pl.col("trial") == trial).height > 0
 
 
 def _study_plots(contents: Contents) -> list[Plot]:

@@ -8,6 +8,8 @@ import plotly.io
 
 HEIGHT = 380
 """[pixel] of a figure"""
+WIDE_TEXT = "wide text"
+"""``meta`` of a trace whose text is left out where the figure is narrow"""
 
 
 @dataclass(frozen=True)

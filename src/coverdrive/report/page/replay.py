@@ -6,6 +6,7 @@ All numbers are rounded to integers of a unit, replaced by their differences alo
 
 import base64
 import zlib
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,20 @@ from coverdrive.simulation.misses import cause_of, find_windows, left_recently
 from coverdrive.simulation.trace import Trace
 
 _CENTIMETRE, _FINE = 0.01, 0.001
+
+STATUSES = MappingProxyType(
+    {
+        Status.SOLVED.value: "an optimised plan that is clear of every predicted path",
+        Status.FALLBACK.value: "the rest of the last plan or a simple manoeuvre, clear of every predicted path",
+        Status.REAR.value: "clear as long as the vehicle behind keeps its distance",
+        Status.UNSAFE.value: "nothing clear was found",
+        Status.BLIND.value: "what was seen cannot be true, so that nothing can be promised",
+    }
+)
+"""how plans were found, each in one line"""
+
+SLACK = "how far a plan reaches into a predicted box, tube included: 0 at its edge, 1 at its centre"
+"""in one line"""
 
 
 def replay_data(trial: int, trace: Trace, binding: Binding) -> dict[str, Any]:

@@ -6,9 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 import polars as pl
 
+from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.evaluation import Rate
 from coverdrive.planning.plan import Status
+from coverdrive.report.claim import strength, whose
 from coverdrive.report.contents import Contents
+from coverdrive.report.numbers import interval, percent, readable
 from coverdrive.report.page.study import plan_share
 from coverdrive.simulation.statistics import collision_table, miss_rate
 
@@ -36,10 +39,9 @@ def tiles(contents: Contents) -> list[Tile]:
     certified, basis = contents.certified, contents.predictor.basis
     certificate, evaluation = certified.certificates[0], certified.evaluation
     observed = evaluation.vehicles if certificate.unit == "vehicle" else evaluation.windows
-    confidence = "on average" if certificate.confidence is None else f"with {certificate.confidence:.4g} confidence"
     shown = [
-        Tile(f"≤ {certificate.epsilon:.2%}", f"{certificate.unit}s missed, certified", confidence),
-        Tile(f"{observed.value:.2%}", f"{certificate.unit}s missed on unseen scenes", _counted(observed)),
+        Tile(f"≤ {percent(certificate.epsilon)}", _bounded(certificate), strength(certificate)),
+        Tile(percent(observed.value), f"{certificate.unit}s missed on unseen scenes", _counted(observed)),
         Tile(
             f"{evaluation.mean_set_size:.1f} of {len(basis)}", "possible manoeuvres", "mean size of the predicted set"
         ),
@@ -49,6 +51,11 @@ def tiles(contents: Contents) -> list[Tile]:
     return shown
 
 
+def _bounded(certificate: Certificate) -> str:
+    """What is missed at most so often."""
+    return f"{certificate.unit}s missed" if certificate.groups == 1 else f"missed of {whose(certificate)}"
+
+
 def _study_tiles(trials: pl.DataFrame, period: float) -> list[Tile]:
     total = collision_table(trials).row(-1, named=True)
     collisions = total["frontal_or_side"] + total["rear_end"]
@@ -56,19 +63,17 @@ def _study_tiles(trials: pl.DataFrame, period: float) -> list[Tile]:
     missed = miss_rate(trials, "prediction_misses", "windows")
     median = 1e3 * float(np.median(trials["planning_median"].to_numpy()))
     return [
-        Tile(
-            f"{collisions} of {total['trials']}", "drives with a collision", f"95 %: {rate.low:.1%} – {rate.high:.1%}"
-        ),
+        Tile(f"{collisions} of {total['trials']}", "drives with a collision", f"95 %: {interval(rate.low, rate.high)}"),
         Tile(f"{trials['mean_speed'].to_numpy().mean():.1f} m/s", "mean speed of the own car", "over all trials"),
         Tile(
-            f"{missed.missed / max(missed.total, 1):.2%}",
+            percent(missed.missed / max(missed.total, 1)),
             "windows missed in the drives",
-            f"{missed.missed} of {missed.total}; 95 %: {missed.low:.1%} – {missed.high:.1%}",
+            f"{missed.missed} of {missed.total}; 95 %: {interval(missed.low, missed.high)}",
         ),
         Tile(
-            f"{plan_share(trials, Status.SOLVED, Status.FALLBACK):.1%}",
+            percent(plan_share(trials, Status.SOLVED, Status.FALLBACK)),
             "plans clear of every predicted path",
-            f"unsafe: {plan_share(trials, Status.UNSAFE):.1%}; rear: {plan_share(trials, Status.REAR):.1%}",
+            f"unsafe: {percent(plan_share(trials, Status.UNSAFE))}; rear: {percent(plan_share(trials, Status.REAR))}",
         ),
         Tile(f"{median:.0f} ms", "per prediction and plan", f"median; due every {1e3 * period:g} ms"),
     ]
@@ -85,10 +90,10 @@ def facts(contents: Contents) -> list[tuple[str, str]]:
         ("segments", f"{samples['segments']} of {basis.horizon:g} s: {samples['train']} to train, "
          f"{samples['calibration']} to calibrate, {samples['test']} to test; {samples['dropped']} left out"),
         ("base trajectories", f"{len(basis)} (ε = {basis.epsilon:g}; all training segments are covered)"),
-        ("missed test windows", str(evaluation.windows)),
-        ("missed test vehicles", str(evaluation.vehicles)),
+        ("missed test windows", readable(str(evaluation.windows))),
+        ("missed test vehicles", readable(str(evaluation.vehicles))),
         ("not predicted / outside the tube", f"{evaluation.not_predicted} / {evaluation.outside_tube} test windows"),
-        ("test windows that no base covers", str(certified.uncovered)),
+        ("test windows that no base covers", readable(str(certified.uncovered))),
         ("set size", f"mean {evaluation.mean_set_size:.2f}, median {evaluation.median_set_size:g} of {len(basis)}"),
         ("time", ", ".join(f"{stage} {seconds:.1f} s" for stage, seconds in run["seconds"].items())),
         ("software", f"coverdrive {run['coverdrive']}, Python {run['python']}, "
@@ -98,4 +103,4 @@ def facts(contents: Contents) -> list[tuple[str, str]]:
 
 
 def _counted(rate: Rate) -> str:
-    return f"{rate.count} of {rate.total}; 95 %: {rate.low:.1%} – {rate.high:.1%}"
+    return f"{rate.count} of {rate.total}; 95 %: {interval(rate.low, rate.high)}"

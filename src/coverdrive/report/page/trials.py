@@ -8,6 +8,7 @@ from typing import Any
 import polars as pl
 
 from coverdrive.report.contents import Contents
+from coverdrive.report.numbers import readable
 from coverdrive.simulation.notable import COLLIDED, NEARLY
 
 
@@ -74,4 +75,4 @@ def trial_rows(contents: Contents) -> list[Row]:
 
 
 def _text(row: Mapping[str, Any], name: str, form: str) -> str:
-    return form.format(row[name], **row) if math.isfinite(row[name]) else "–"
+    return readable(form.format(row[name], **row)) if math.isfinite(row[name]) else "–"

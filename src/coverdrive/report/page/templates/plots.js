@@ -40,8 +40,8 @@ const Theme = (() => {
       hoverlabel: { bgcolor: Theme.colour("raised"), bordercolor: Theme.colour("line"), font: { color: ink } },
     } };
   };
-  /* The darker of Okabe and Ito's colours are lightened on a dark page. */
-  const lighter = { "#0072B2": "#3F9FE0", "#D55E00": "#E57A2E", "#009E73": "#2FC29A", "rgba(0,114,178,": "rgba(63,159,224,", "rgba(213,94,0,": "rgba(229,122,46," };
+  /* The darker of Okabe and Ito's colours are lightened on a dark page, and what is as light as the page is dark. */
+  const lighter = { "#0072B2": "#3F9FE0", "#D55E00": "#E57A2E", "#009E73": "#2FC29A", "rgba(0,114,178,": "rgba(63,159,224,", "rgba(213,94,0,": "rgba(229,122,46,", "#FFFFFF": "#14171B" };
   const shown = (text) => document.documentElement.dataset.theme !== "dark" ? text
     : Object.entries(lighter).reduce((lightened, [from, to]) => lightened.replaceAll(from, to), text);
   const figures = [...document.querySelectorAll("script[data-plot]")].map((script) => [document.getElementById(script.dataset.plot), script.textContent]);
@@ -49,6 +49,7 @@ const Theme = (() => {
   const draw = () => figures.forEach(([place, text]) => {
     const figure = JSON.parse(shown(text));
     const width = document.documentElement.classList.contains("printing") ? { width: place.clientWidth } : {};
+    if (place.clientWidth < 620) figure.data.forEach((trace) => { if (trace.meta === "wide text") trace.mode = "markers"; });
     Plotly.react(place, figure.data, { ...figure.layout, ...width, template: template() }, config);
   });
   draw();

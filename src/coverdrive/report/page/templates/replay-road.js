@@ -9,23 +9,28 @@ class RoadView {
   /* Metres behind and ahead of the own car that are shown, by the width of the page. */
   window() {
     const wide = this.canvas.clientWidth;
-    return wide > 820 ? [35, 105] : wide > 520 ? [25, 70] : [11, 37];
+    return wide > 820 ? [35, 105] : wide > 520 ? [25, 80] : [12, 68];
   }
 
   show(drive, moment) {
     const context = this.context, width = this.canvas.clientWidth, edges = drive.edges;
-    const [behind, ahead] = this.window(), verge = 0.8;
-    const scale = width / (behind + ahead), right = edges[0] - verge, left = edges[edges.length - 1] + verge;
-    const height = Math.round((left - right) * scale) + 22, ratio = devicePixelRatio || 1;
+    const [behind, ahead] = this.window(), verge = 2, ruler = 22;
+    const right = edges[0] - verge, left = edges[edges.length - 1] + verge;
+    this.along = width / (behind + ahead);
+    this.across = width > 520 ? this.along : Math.max(this.along, 160 / (left - right));  // a narrow page stretches the road
+    const road = Math.round((left - right) * this.across), height = road + ruler, ratio = devicePixelRatio || 1;
     this.canvas.style.height = height + "px";
     this.canvas.width = width * ratio;
     this.canvas.height = height * ratio;
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     const step = Math.min(Math.floor(moment), drive.steps), part = moment - step;
     const now = this.vehicles(drive, step, part), origin = now[drive.own].lon - behind;
-    this.place = (lon, lat) => [(lon - origin) * scale, (left - lat) * scale];
-    this.scale = scale;
+    this.place = (lon, lat) => [(lon - origin) * this.along, (left - lat) * this.across];
     this.surface(edges, height);
+    context.save();
+    context.beginPath();
+    context.rect(0, 0, width, road);
+    context.clip();
     const planned = Math.min(step, drive.steps - 1);  // the last moment has no plan of its own
     this.sets(drive, planned);
     this.markings(edges, origin);
@@ -33,6 +38,7 @@ class RoadView {
     this.plan(drive, planned);
     now.forEach((vehicle, slot) => vehicle && drive.left[step * drive.slots + slot] && this.frame(vehicle));
     now.forEach((vehicle, slot) => vehicle && this.body(vehicle, slot === drive.own, step === drive.steps && slot === drive.partner));
+    context.restore();
     this.ruler(behind, ahead, height);
   }
 
@@ -62,8 +68,8 @@ class RoadView {
     lines.forEach((y, number) => {
       const outer = number === 0 || number === lines.length - 1;
       context.lineWidth = outer ? 1.8 : 1.3;
-      context.setLineDash(outer ? [] : [3 * this.scale, 9 * this.scale]);
-      context.lineDashOffset = outer ? 0 : (origin % 12) * this.scale;
+      context.setLineDash(outer ? [] : [3 * this.along, 9 * this.along]);
+      context.lineDashOffset = outer ? 0 : (origin % 12) * this.along;
       context.beginPath();
       context.moveTo(0, y);
       context.lineTo(width, y);
@@ -117,7 +123,7 @@ class RoadView {
     const at = (values, k) => (values[2 * (path * drive.points + low) + k] + values[2 * (path * drive.points + high) + k]) / 2;
     const [halfLength, halfWidth] = [at(drive.boxes, 0), at(drive.boxes, 1)];
     const [x, y] = this.place(at(drive.paths, 0) - halfLength, at(drive.paths, 1) + halfWidth);
-    return [x, y, 2 * halfLength * this.scale, 2 * halfWidth * this.scale];
+    return [x, y, 2 * halfLength * this.along, 2 * halfWidth * this.across];
   }
 
   plan(drive, step) {
@@ -145,9 +151,10 @@ class RoadView {
     const context = this.context, [x, y] = this.place(lon, lat);
     context.save();
     context.translate(x, y);
+    context.scale(this.along, this.across);
     context.rotate(-heading);
     context.beginPath();
-    context.roundRect(-size[0] / 2 * this.scale, -size[1] / 2 * this.scale, size[0] * this.scale, size[1] * this.scale, 2);
+    context.roundRect(-size[0] / 2, -size[1] / 2, size[0], size[1], 2 / this.across);
     context.restore();
   }
 
@@ -166,9 +173,9 @@ class RoadView {
     this.outline(vehicle);
     context.fill();
     context.stroke();
-    if (vehicle.size[0] * this.scale < 16) return;
+    if (vehicle.size[0] * this.along < 16) return;
     context.fillStyle = "#ffffff";
-    context.font = `600 ${Math.min(12, 0.75 * vehicle.size[1] * this.scale)}px system-ui, sans-serif`;
+    context.font = `600 ${Math.min(12, 0.75 * vehicle.size[1] * this.across)}px system-ui, sans-serif`;
     context.textAlign = "center";
     context.textBaseline = "middle";
     context.fillText(vehicle.speed.toFixed(0), ...this.place(vehicle.lon, vehicle.lat));
@@ -181,7 +188,7 @@ class RoadView {
     context.textAlign = "center";
     context.textBaseline = "alphabetic";
     for (let metre = -20; metre < ahead - 5; metre += 20) {
-      if (metre > -behind + 2) context.fillText(metre === 0 ? "own car" : `${metre > 0 ? "+" : "−"}${Math.abs(metre)} m`, (metre + behind) * this.scale, height - 7);
+      if (metre > -behind + 2) context.fillText(metre === 0 ? "own car" : `${metre > 0 ? "+" : "−"}${Math.abs(metre)} m`, (metre + behind) * this.along, height - 7);
     }
   }
 }

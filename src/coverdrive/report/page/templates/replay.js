@@ -21,10 +21,11 @@
   };
   const readings = (step) => {
     const now = reading(drive, Math.min(step, drive.steps - 1));  // in the last moment, of the last plan
-    const ended = drive.kind === "finished" ? "finished" : `${drive.kind} collision (at fault: ${drive.fault}; ${drive.cause})`;
+    const ended = drive.kind === "finished" ? (drive.near ? "finished, near miss" : "finished") : `${drive.kind} collision (at fault: ${drive.fault}; ${drive.cause})`;
     element("read-speed").textContent = `${drive.speed[step * drive.slots + drive.own].toFixed(1)} m/s`;
     element("read-acceleration").textContent = `${now.acceleration.toFixed(1).replace("-", "−")} m/s²`;
     element("read-status").textContent = now.status;
+    element("read-status").title = element("status-" + now.status).title;
     element("read-status").style.color = Theme.colour(now.status);
     element("read-time").textContent = `${now.milliseconds.toFixed(1)} ms`;
     element("read-slack").textContent = now.slack.toFixed(3);
@@ -32,7 +33,7 @@
     element("read-binding").textContent = now.binding;
     element("read-left").textContent = countLeft(drive, step);
     element("read-end").textContent = step < drive.steps ? "" : ended;
-    element("read-end").className = drive.kind === "finished" ? "" : "mark collision";
+    element("read-end").className = drive.kind !== "finished" ? "mark collision" : drive.near ? "mark near" : "";
   };
   const go = (to) => {
     moment = Math.max(0, Math.min(drive ? drive.steps : 0, to));
@@ -113,6 +114,7 @@
   };
   player.addEventListener("keydown", (event) => {
     if (!drive || !keys[event.key] || event.target.tagName === "SELECT" || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (event.key === " " && event.target.tagName === "BUTTON") return;  // the browser presses it
     event.preventDefault();
     keys[event.key](event);
   });

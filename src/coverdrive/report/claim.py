@@ -1,0 +1,48 @@
+"""What the ε of a certificate bounds, in the words of captions, hovers and tables.
+
+Bounds differ in two ways. They hold with a confidence over the draw of the calibration samples, or only on average over
+such draws (marginal conformal prediction). And they are about a miss of any kind, or about those who drive one base, or
+one of a group of bases, for each by itself.
+"""
+
+from collections.abc import Sequence
+
+from coverdrive.certificates.certificate import Certificate
+from coverdrive.certificates.comparison import Compared
+from coverdrive.report.numbers import percent
+
+ON_AVERAGE, BY_ITSELF = "†", "‡"
+"""signs at a bound in a table: it holds on average; it is about every base or group of bases by itself"""
+
+
+def strength(certificate: Certificate) -> str:
+    """How surely the bound holds."""
+    if certificate.confidence is None:
+        return "on average over calibrations, without confidence"
+    return f"with {percent(certificate.confidence, 4)} confidence"
+
+
+def whose(certificate: Certificate) -> str:
+    """Of which samples the bound says how many are missed."""
+    if certificate.groups == 1:
+        return f"{certificate.unit}s"
+    group = _group(certificate)
+    return f"the {certificate.unit}s that drive a {group}, for each {group} by itself"
+
+
+def signs(certificate: Certificate) -> str:
+    """The signs of the bound in a table."""
+    return ON_AVERAGE * (certificate.confidence is None) + BY_ITSELF * (certificate.groups > 1)
+
+
+def legend(compared: Sequence[Compared]) -> str:
+    """The name of a method with what sets its bounds apart from those on a miss of any kind with confidence."""
+    certificates = [each.certificate for each in compared if each.certificate]
+    kinds = ["on average" for each in certificates if each.confidence is None]
+    kinds += [f"each {_group(each).split()[0]}" for each in certificates if each.groups > 1]
+    named = ", ".join(dict.fromkeys(kinds))
+    return compared[0].method.value + (f" ({named})" if named else "")
+
+
+def _group(certificate: Certificate) -> str:
+    return "base" if certificate.groups == certificate.bases else "group of bases"
