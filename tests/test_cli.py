@@ -85,7 +85,7 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_run_prints_certificate_misses_sets_collisions_and_times(results: Path) -> None:
     printed = (results.parent / "printed.txt").read_text()
     for text in (
-        "With confidence 0.9, the probability",
+        "With 90 % confidence, the probability",
         "missed test windows",
         "set size",
         "frontal or side",
@@ -109,7 +109,7 @@ def test_run_writes_everything(results: Path) -> None:
     (video,) = (results / "figures").glob("drive_*.mp4")
     assert video.stat().st_size > 10_000
     html = (results / "report.html").read_text(encoding="utf-8")
-    assert "With confidence 0.9" in html and "Every method of calibration on the same scores" in html
+    assert "With 90 % confidence" in html and "Every method of calibration on the same scores" in html
 
 
 @pytest.mark.slow

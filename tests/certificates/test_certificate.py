@@ -23,8 +23,8 @@ PLAIN = Certificate(
 
 def test_the_whole_sentence() -> None:
     assert PLAIN.sentence == (
-        "With confidence 0.99, the probability that a vehicle leaves its predicted set within the horizon of one "
-        "window is at most 1.230% (post-bloating, 1000 calibration windows, 3 of them uncovered, 17 bases), if new "
+        "With 99 % confidence, the probability that a vehicle leaves its predicted set within the horizon of one "
+        "window is at most 1.23 % (post-bloating, 1000 calibration windows, 3 of them uncovered, 17 bases), if new "
         "windows are independent draws from the same traffic as the calibration windows."
     )
 
@@ -45,14 +45,14 @@ def test_the_whole_sentence() -> None:
     ],
 )
 def test_what_is_counted(unit: Counted, groups: int, miss: str) -> None:
-    assert f"{miss} at most 1.230%" in replace(PLAIN, unit=unit, groups=groups).sentence
+    assert f"{miss} at most 1.23 %" in replace(PLAIN, unit=unit, groups=groups).sentence
 
 
 def test_a_marginal_certificate_claims_no_confidence() -> None:
     sentence = replace(PLAIN, confidence=None).sentence
     assert sentence.startswith("Over calibration and test together, the probability that")
     assert sentence.endswith("without confidence: the rule of this one calibration may miss more often.")
-    assert "With confidence" not in sentence
+    assert "confidence, the" not in sentence
 
 
 def test_bases_that_are_not_calibrated_are_named_where_the_claim_leaves_them_out() -> None:

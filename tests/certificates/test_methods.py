@@ -42,7 +42,7 @@ def test_every_method_keeps_its_claim(task: Task, draw: Draw, method: Method, un
     marginal = method in (Method.POOLED, Method.PER_BASE, Method.CLUSTERED)
     assert (certificate.confidence is None) == marginal
     assert ("Over calibration and test together" in certificate.sentence) == marginal
-    assert ("With confidence 0.99" in certificate.sentence) != marginal
+    assert ("With 99 % confidence" in certificate.sentence) != marginal
     if not method.computes_epsilon:
         assert certificate.epsilon <= 0.1
         assert certificate.discarded > 0

@@ -6,6 +6,8 @@ from typing import Literal
 
 import numpy as np
 
+from coverdrive.numbers import percent
+
 Unit = Literal["window", "vehicle"]
 """What is counted: single windows, or vehicles (a vehicle misses if any of its windows does)"""
 
@@ -61,7 +63,7 @@ class Certificate:
     def sentence(self) -> str:
         """The statement that is proved, with its assumption."""
         return (
-            f"{self._probability} that {self._miss} is at most {self.epsilon:.3%} "
+            f"{self._probability} that {self._miss} is at most {percent(self.epsilon, 4)} "
             f"({self.method}, {self.samples} calibration {self.unit}s, {self.uncovered} of them uncovered, "
             f"{self._numbers}), if new {self.unit}s are independent draws from the same traffic as the calibration "
             f"{self.unit}s.{self._limits}"
@@ -76,7 +78,7 @@ class Certificate:
     def _probability(self) -> str:
         if self.confidence is None:
             return "Over calibration and test together, the probability"
-        return f"With confidence {self.confidence:.4g}, the probability"
+        return f"With {percent(self.confidence, 4)} confidence, the probability"
 
     @property
     def _miss(self) -> str:

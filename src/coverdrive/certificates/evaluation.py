@@ -7,6 +7,7 @@ import numpy as np
 from coverdrive.certificates.bounds import clopper_pearson
 from coverdrive.certificates.calibration import ScoredSamples
 from coverdrive.certificates.rule import Rule
+from coverdrive.numbers import interval, percent
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,7 @@ class Rate:
 
     def __str__(self) -> str:
         """The rate, its counts and its interval."""
-        return f"{self.value:.3%} ({self.count} of {self.total}; 95 % {self.low:.3%}–{self.high:.3%})"
+        return f"{percent(self.value)} ({self.count} of {self.total}; 95 % {interval(self.low, self.high)})"
 
 
 @dataclass(frozen=True)

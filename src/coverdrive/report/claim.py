@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.comparison import Compared
-from coverdrive.report.numbers import percent
+from coverdrive.numbers import percent
 
 ON_AVERAGE, BY_ITSELF = "†", "‡"
 """signs at a bound in a table: it holds on average; it is about every base or group of bases by itself"""

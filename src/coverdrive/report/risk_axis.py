@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from coverdrive.certificates.comparison import Compared
-from coverdrive.report.numbers import percent
+from coverdrive.numbers import percent
 
 _BEYOND = 1.5
 """times the largest ε that was asked for, to which the axis reaches"""

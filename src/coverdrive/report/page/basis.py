@@ -3,12 +3,12 @@
 import numpy as np
 import plotly.graph_objects as go
 
+from coverdrive.numbers import percent
 from coverdrive.prediction.basis import Basis
 from coverdrive.prediction.learned import Learned
 from coverdrive.report import style
 from coverdrive.report.basis_figure import most_telling, tube_of
 from coverdrive.report.labels import labelled, spread
-from coverdrive.report.numbers import percent
 from coverdrive.report.page.plots import Plot, plot
 
 _CURVE = 31

@@ -8,9 +8,9 @@ import plotly.graph_objects as go
 
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.comparison import Compared
+from coverdrive.numbers import percent
 from coverdrive.report import style
 from coverdrive.report.claim import legend, strength, whose
-from coverdrive.report.numbers import percent
 from coverdrive.report.page.plots import Plot, plot
 from coverdrive.report.risk_axis import beyond, risk_limit
 

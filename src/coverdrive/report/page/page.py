@@ -16,7 +16,6 @@ from coverdrive.prediction.affordance import FEATURES
 from coverdrive.report import style
 from coverdrive.report.affordance_figure import affordance_figure
 from coverdrive.report.contents import Contents
-from coverdrive.report.numbers import readable
 from coverdrive.report.page.basis import basis_plots
 from coverdrive.report.page.calibration import calibration_plots
 from coverdrive.report.page.plots import Plot
@@ -60,7 +59,6 @@ def page(contents: Contents, progress: Callable[[float], None] | None = None) ->
         loader=FileSystemLoader(_TEMPLATES), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
         lstrip_blocks=True,
     )  # fmt: skip
-    environment.filters["readable"] = readable
     replays: list[Replay] = []
     for trial, trace in contents.traces.items():
         near = trace.outcome.kind is Kind.FINISHED and _was_near(contents, trial)

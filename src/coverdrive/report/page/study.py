@@ -7,9 +7,9 @@ import plotly.graph_objects as go
 import polars as pl
 from jaxtyping import Float
 
+from coverdrive.numbers import percent
 from coverdrive.planning.plan import Status
 from coverdrive.report import style
-from coverdrive.report.numbers import percent
 from coverdrive.report.page.plots import WIDE_TEXT, Plot, plot
 from coverdrive.simulation.notable import COLLIDED, NEARLY
 from coverdrive.simulation.outcome import Cause, Fault

@@ -8,10 +8,10 @@ import polars as pl
 
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.evaluation import Rate
+from coverdrive.numbers import interval, percent
 from coverdrive.planning.plan import Status
 from coverdrive.report.claim import strength, whose
 from coverdrive.report.contents import Contents
-from coverdrive.report.numbers import interval, percent, readable
 from coverdrive.report.page.study import plan_share
 from coverdrive.simulation.statistics import collision_table, miss_rate
 
@@ -90,10 +90,10 @@ def facts(contents: Contents) -> list[tuple[str, str]]:
         ("segments", f"{samples['segments']} of {basis.horizon:g} s: {samples['train']} to train, "
          f"{samples['calibration']} to calibrate, {samples['test']} to test; {samples['dropped']} left out"),
         ("base trajectories", f"{len(basis)} (ε = {basis.epsilon:g}; all training segments are covered)"),
-        ("missed test windows", readable(str(evaluation.windows))),
-        ("missed test vehicles", readable(str(evaluation.vehicles))),
+        ("missed test windows", str(evaluation.windows)),
+        ("missed test vehicles", str(evaluation.vehicles)),
         ("not predicted / outside the tube", f"{evaluation.not_predicted} / {evaluation.outside_tube} test windows"),
-        ("test windows that no base covers", readable(str(certified.uncovered))),
+        ("test windows that no base covers", str(certified.uncovered)),
         ("set size", f"mean {evaluation.mean_set_size:.2f}, median {evaluation.median_set_size:g} of {len(basis)}"),
         ("time", ", ".join(f"{stage} {seconds:.1f} s" for stage, seconds in run["seconds"].items())),
         ("software", f"coverdrive {run['coverdrive']}, Python {run['python']}, "

@@ -8,7 +8,6 @@ from typing import Any
 import polars as pl
 
 from coverdrive.report.contents import Contents
-from coverdrive.report.numbers import readable
 from coverdrive.simulation.notable import COLLIDED, NEARLY
 
 
@@ -75,4 +74,4 @@ def trial_rows(contents: Contents) -> list[Row]:
 
 
 def _text(row: Mapping[str, Any], name: str, form: str) -> str:
-    return readable(form.format(row[name], **row)) if math.isfinite(row[name]) else "–"
+    return form.format(row[name], **row).replace("%", " %") if math.isfinite(row[name]) else "–"
