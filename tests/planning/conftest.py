@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from coverdrive.paths import PredictedPaths
+from coverdrive.planning.merit import Surroundings
 
 STEPS, DT = 12, 0.25
 
@@ -23,5 +24,23 @@ def straight_paths() -> PathMaker:
         points[..., 1] = cars[:, 1, None]
         half_sizes = np.tile([2.4, 0.95], (len(cars), STEPS + 1, 1))
         return PredictedPaths(points, np.arange(len(cars)), half_sizes, DT)
+
+    return make
+
+
+@pytest.fixture
+def crowded() -> Callable[[int], tuple[np.ndarray, Surroundings]]:
+    """A function of a seed that gives inputs and surroundings of a car among eight moving boxes."""
+
+    def make(seed: int) -> tuple[np.ndarray, Surroundings]:
+        rng = np.random.default_rng(seed)
+        state = np.array([0.0, rng.uniform(1.5, 9.3), rng.uniform(10, 30), rng.uniform(-0.05, 0.05)])
+        boxes = np.empty((5, 12, 8))
+        boxes[0] = rng.uniform(-20, 60, 8) + rng.uniform(5, 8, 8) * np.arange(12)[:, None]
+        boxes[1], boxes[2], boxes[3] = rng.choice([1.8, 5.4, 9.0], 8), 2.6, 1.1
+        boxes[4] = 1e5
+        boxes[4, -1] = 20.0
+        inputs = rng.normal(0, np.repeat([1.0, 0.02], 12))
+        return inputs, Surroundings(state, np.zeros(2), np.array([0.0, 10.8]), boxes)
 
     return make
