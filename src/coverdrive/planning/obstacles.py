@@ -18,6 +18,7 @@ from jaxtyping import Bool, Float
 from pydantic import Field
 
 from coverdrive.paths import PredictedPaths
+from coverdrive.planning.compiled import compiled
 from coverdrive.planning.reach import reachable_range
 from coverdrive.planning.vehicle import VehicleSettings
 from coverdrive.settings import Settings
@@ -168,11 +169,29 @@ def reachable(
     """
     low, high = reachable_range(state, len(obstacles.centres), dt, vehicle)
     half_length = own_half_sizes(max(abs(state[3]), vehicle.max_heading), vehicle)[0]
-    brake = max(state[2], vehicle.max_speed) ** 2 / (2 * vehicle.max_deceleration) * (obstacles.speed < FAR)
-    reach = _MARGIN * settings.inflation * (obstacles.half_sizes[..., 0] + half_length)
-    ahead, behind = reach + settings.inflation * brake, reach + (settings.inflation - 1) * brake
-    lon = obstacles.centres[..., 0]
-    return np.any((lon > low[:, None] - behind) & (lon < high[:, None] + ahead), axis=0)
+    brake = max(state[2], vehicle.max_speed) ** 2 / (2 * vehicle.max_deceleration)
+    near = np.zeros(obstacles.slots, dtype=bool)
+    _mark_near(obstacles, low, high, float(half_length), float(brake), settings.inflation, near)
+    return near
+
+
+@compiled
+def _mark_near(
+    obstacles: Obstacles,
+    low: Float[np.ndarray, " K"],
+    high: Float[np.ndarray, " K"],
+    half_length: float,
+    brake: float,
+    inflation: float,
+    near: Bool[np.ndarray, " n"],
+) -> None:
+    """Tell which obstacles an own car of this half length [m] comes near between the ends, at any step."""
+    for k in range(len(low)):
+        for slot in range(len(near)):
+            lon, reach = obstacles.centres[k, slot, 0], obstacles.half_sizes[k, slot, 0] + half_length
+            way = brake if obstacles.speed[k, slot] < FAR else 0.0
+            behind = _MARGIN * inflation * reach + (inflation - 1) * way
+            near[slot] |= low[k] - behind < lon < high[k] + behind + way
 
 
 def chosen_obstacles(obstacles: Obstacles, chosen: Bool[np.ndarray, " n"], lon: float, slots: int) -> Obstacles:

@@ -3,6 +3,7 @@
 import numpy as np
 from jaxtyping import Float
 
+from coverdrive.planning.compiled import compiled
 from coverdrive.planning.vehicle import VehicleSettings
 
 
@@ -23,9 +24,24 @@ def reachable_range(
         [m] least and largest lon.
     """
     lon, _, speed, heading = state
-    time = dt * np.arange(steps)
-    slowest = np.maximum(speed - vehicle.max_deceleration * time, min(speed, 0.0))
-    fastest = np.minimum(speed + vehicle.max_acceleration * time, max(speed, vehicle.max_speed))
     cosine = np.cos(max(abs(heading), vehicle.max_heading))
-    low, high = np.minimum(slowest, slowest * cosine), np.maximum(fastest, fastest * cosine)
-    return lon + dt * np.cumsum(low), lon + dt * np.cumsum(high)
+    limits = (vehicle.max_deceleration, vehicle.max_acceleration, vehicle.max_speed)
+    low, high = _ways(speed, cosine, steps, dt, limits)
+    return lon + low, lon + high
+
+
+@compiled
+def _ways(
+    speed: float, cosine: float, steps: int, dt: float, limits: tuple[float, float, float]
+) -> tuple[Float[np.ndarray, " K"], Float[np.ndarray, " K"]]:
+    """[m] least and largest way along the road."""
+    deceleration, acceleration, top_speed = limits
+    low, high = np.empty(steps), np.empty(steps)
+    least = most = 0.0
+    for k in range(steps):
+        slowest = max(speed - deceleration * dt * k, min(speed, 0.0))
+        fastest = min(speed + acceleration * dt * k, max(speed, top_speed))
+        least += dt * min(slowest, slowest * cosine)
+        most += dt * max(fastest, fastest * cosine)
+        low[k], high[k] = least, most
+    return low, high
