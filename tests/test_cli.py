@@ -176,7 +176,8 @@ def test_every_traffic_has_its_own_study(results: Path) -> None:
         printed = coverdrive(
             "study", "--traffic", traffic, "--trials", "3", "--vehicles", "3", "8", "--workers", "1", "--out", results
         )
-        assert "planning failures" in printed and "of windows, with 90 % confidence" in printed
+        words = " ".join(printed.replace("│", " ").split())
+        assert "planning failures" in words and "of windows, with 90 % confidence" in words
         table = pl.read_parquet(results / f"study-{traffic}" / "trials.parquet")
         assert table["vehicles"].to_list() == [3, 8, 3]
         assert table["impossible_choices"].sum() == 0 or traffic == "mixed"
