@@ -13,8 +13,6 @@ from tempfile import TemporaryFile
 
 from packaging.requirements import Requirement
 
-import coverdrive
-
 _MODULES = {
     "commonroad-io": "commonroad.common.file_reader",
     "imageio-ffmpeg": "imageio_ffmpeg",
@@ -105,7 +103,7 @@ def _checks(folder: Path) -> Sequence[_Check]:
         ),
         _Check(
             "cache of Numba",
-            lambda: _writable(_compiled()),
+            lambda: _writable(importlib.import_module("coverdrive.planning.compiled").cache_folder()),
             "planning is compiled anew by every command; set NUMBA_CACHE_DIR to a folder that you can write to",
             needed=False,
         ),
@@ -170,11 +168,6 @@ def _solver(name: str) -> str:
 def _ffmpeg() -> str:
     ffmpeg = importlib.import_module("imageio_ffmpeg")
     return f"{ffmpeg.get_ffmpeg_version()} ({ffmpeg.get_ffmpeg_exe()})"
-
-
-def _compiled() -> Path:
-    """Where Numba's code is kept (`coverdrive.planning.compiled`)."""
-    return Path(os.environ.get("NUMBA_CACHE_DIR") or Path(coverdrive.__file__).parent / "planning" / "__pycache__")
 
 
 def _writable(folder: Path) -> str:

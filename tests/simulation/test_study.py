@@ -123,6 +123,24 @@ def test_drives_of_the_planner_do_not_depend_on_the_number_of_workers(tmp_path):
     assert together.drop(WALL_TIMES).equals(alone.drop(WALL_TIMES))
 
 
+@pytest.mark.slow
+def test_code_that_was_just_compiled_drives_like_code_that_was_kept(tmp_path):
+    script = (
+        "from simulation_fakes import FAST, build_planner; from coverdrive.simulation.trial import run_trial; "
+        "print([run_trial(build_planner(), FAST, 5, 3, trial).scene.states[-1].tolist() for trial in range(3)])"
+    )
+    path = os.pathsep.join([str(SCRIPT.parent), *sys.path])
+    ends = [
+        subprocess.run(
+            [sys.executable, "-c", script], capture_output=True, text=True, check=True,
+            env=os.environ | {"PYTHONPATH": path, "NUMBA_CACHE_DIR": str(tmp_path)},
+        ).stdout
+        for _ in range(2)
+    ]  # fmt: skip
+    assert list(tmp_path.rglob("search._search-*.nbc"))
+    assert ends[0] == ends[1] and ends[0].startswith("[[[")
+
+
 def test_a_study_stops_after_the_batch_that_makes_its_intervals_narrow_enough(tmp_path):
     def run(name, until_width, batch):
         return run_study(build_fakes, FAST, tmp_path / name, trials=30, until_width=until_width, batch=batch)

@@ -70,6 +70,11 @@ class Certificate:
         )
 
     @property
+    def group(self) -> str:
+        """What each bound is about, where there is one for each of several groups of bases."""
+        return "base" if self.groups == self.bases else "group of bases"
+
+    @property
     def _numbers(self) -> str:
         bases = f"{self.bases} bases" + (", each with a tube of its own" if self.tubes == "per base" else "")
         return bases if self.support is None else f"{bases}, {self.support} supporting {self.unit}s"
@@ -89,7 +94,7 @@ class Certificate:
         }[self.unit]
         if self.groups == 1:
             return miss
-        which = "base" if self.groups == self.bases else "group of bases"
+        which = self.group
         if self.unit == "vehicle":
             return (
                 f"a vehicle that drives a calibrated {which} leaves its predicted set in any window in which it does, "

@@ -40,11 +40,14 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
         _numba.config.CACHE_DIR = kept
 
 
+def cache_folder() -> Path:
+    """Where code is kept, in a folder for each version of the sources."""
+    return Path(os.environ.get("NUMBA_CACHE_DIR") or Path(__file__).parent / "__pycache__")
+
+
 def _folder() -> Path | None:
-    """Where code is kept, or None if nothing can be written there."""
-    here = Path(__file__).parent
-    base = Path(os.environ.get("NUMBA_CACHE_DIR") or here / "__pycache__")
-    folder = base / f"compiled-{_SOURCES}"
+    """Where code of these sources is kept, or None if nothing can be written there."""
+    folder = cache_folder() / f"compiled-{_SOURCES}"
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError:

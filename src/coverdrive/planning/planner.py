@@ -46,7 +46,7 @@ class PlannerSettings(Settings):
     """[s] wall time after which no further iterations are begun: half of the time between two plans. Simulated drives
     leave it out unless `episode.real_time` says otherwise, so that they do not depend on the machine"""
     iterations_at_once: int = Field(default=8, ge=1)
-    """iterations between two looks at the clock; fewer where there are more than a hundred paths"""
+    """iterations between two looks at the clock; fewer where there are more than 125 paths"""
     rear_last: bool = True
     """if nothing is clear, the vehicle directly behind in the own lane (paper, Remark 2) is taken to keep its distance
     as ``follower`` says, so that it does not push the own car into another, even where nothing is clear then either"""

@@ -26,8 +26,7 @@ def whose(certificate: Certificate) -> str:
     """Of which samples the bound says how many are missed."""
     if certificate.groups == 1:
         return f"{certificate.unit}s"
-    group = _group(certificate)
-    return f"the {certificate.unit}s that drive a {group}, for each {group} by itself"
+    return f"the {certificate.unit}s that drive a {certificate.group}, for each {certificate.group} by itself"
 
 
 def signs(certificate: Certificate) -> str:
@@ -39,10 +38,6 @@ def legend(compared: Sequence[Compared]) -> str:
     """The name of a method with what sets its bounds apart from those on a miss of any kind with confidence."""
     certificates = [each.certificate for each in compared if each.certificate]
     kinds = ["on average" for each in certificates if each.confidence is None]
-    kinds += [f"each {_group(each).split()[0]}" for each in certificates if each.groups > 1]
+    kinds += [f"each {each.group.split()[0]}" for each in certificates if each.groups > 1]
     named = ", ".join(dict.fromkeys(kinds))
     return compared[0].method.value + (f" ({named})" if named else "")
-
-
-def _group(certificate: Certificate) -> str:
-    return "base" if certificate.groups == certificate.bases else "group of bases"
