@@ -21,12 +21,12 @@ class PredictedPaths:
     vehicle: Int[np.ndarray, " S"]
     """slot of the vehicle in the scene the prediction was made from"""
     half_sizes: Float[np.ndarray, "S P 2"]
-    """[m] half extent along lon and lat of a box around the point that holds the turned body and the tube"""
+    """[m] half extent along lon and lat of the box around the point in which the whole body is predicted to stay"""
     dt: float
     """[s] between two points"""
     ellipses: Float[np.ndarray, "S P 2"] | None = None
-    """[m] half axes along lon and lat of the ellipse around the point to which a certificate holds the centre besides
-    the box; planning keeps clear of the whole box. None: the ellipse that the tube's share of the box encloses"""
+    """[m] half axes along lon and lat of the ellipse around the point in which the centre is predicted to stay besides;
+    planning keeps clear of the whole box. None: the centre may be anywhere"""
 
     def __len__(self) -> int:
         """Number of paths S."""

@@ -1,4 +1,7 @@
-"""Small recordings for the prediction tests."""
+"""Small recordings for the prediction tests, which may import `prediction_fakes`."""
+
+import sys
+from pathlib import Path
 
 import numpy as np
 import polars as pl
@@ -6,6 +9,8 @@ import pytest
 
 from coverdrive.recordings.recording import SCHEMA, Recording
 from coverdrive.road import Road
+
+sys.path.insert(0, str(Path(__file__).parent))
 
 
 def recording_of(tracks: list[dict[str, object]], name: str = "made", dt: float = 0.1) -> Recording:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from prediction_fakes import segments_of
 from safetensors import safe_open
 
 from coverdrive.errors import DataError
@@ -14,11 +15,6 @@ from coverdrive.prediction.basis import Basis, BasisSettings, make_basis
 from coverdrive.prediction.cover import MIRROR, greedy_cover
 from coverdrive.prediction.segments import Segments
 from coverdrive.prediction.storage import save_arrays
-
-
-def segments_of(points: np.ndarray) -> Segments:
-    keys = np.arange(len(points))
-    return Segments(points, np.full(len(points), 20.0), 0.5, keys, keys, np.zeros_like(keys), keys)
 
 
 def random_segments(count: int, seed: int, scale: float = 1.0) -> Segments:

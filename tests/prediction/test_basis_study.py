@@ -3,6 +3,7 @@
 import numpy as np
 import polars as pl
 import pytest
+from prediction_fakes import segments_of
 
 from coverdrive.errors import SettingError
 from coverdrive.prediction.basis import BasisSettings, make_basis
@@ -15,8 +16,7 @@ def segments() -> Segments:
     random = np.random.default_rng(0)
     time = 0.5 * np.arange(7)
     points = np.stack([random.normal(0, 1.5, (300, 1)) * time**2, random.normal(0, 0.5, (300, 1)) * time], axis=-1)
-    keys = np.arange(300)
-    return Segments(points, np.full(300, 20.0), 0.5, keys, keys, np.zeros_like(keys), keys)
+    return segments_of(points)
 
 
 @pytest.fixture(scope="module")

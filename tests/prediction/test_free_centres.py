@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from prediction_fakes import segments_of
 
 from coverdrive.prediction import free_centres as module
 from coverdrive.prediction.basis import Basis, BasisSettings, make_basis
 from coverdrive.prediction.cover import MIRROR, greedy_cover
 from coverdrive.prediction.free_centres import free_centres
-from coverdrive.prediction.segments import Segments
 
 
 def distances(points: np.ndarray, centres: np.ndarray) -> np.ndarray:
@@ -78,8 +78,7 @@ def test_never_more_bases_than_with_segments(count: int, seed: int, epsilon: flo
     time = 0.5 * np.arange(7)
     points = np.stack([random.normal(size=(count, 1)) * time**2, random.normal(size=(count, 1)) * time], axis=-1)
     points[::3, :, 1] = 0
-    keys = np.arange(count)
-    segments = Segments(points, np.full(count, 20.0), 0.5, keys, keys, keys, keys)
+    segments = segments_of(points)
     of_segments = BasisSettings(epsilon=epsilon, symmetric=symmetric)
     free = make_basis(segments, of_segments.model_copy(update={"centres": "free"}), seed)
     assert len(free) <= len(make_basis(segments, of_segments, seed))
@@ -92,7 +91,6 @@ def test_never_more_bases_than_with_segments(count: int, seed: int, epsilon: flo
 def test_default_takes_segments() -> None:
     points = np.cumsum(np.random.default_rng(0).normal(size=(200, 7, 2)), axis=1)
     points[:, 0] = 0
-    keys = np.arange(200)
-    basis = make_basis(Segments(points, np.full(200, 20.0), 0.5, keys, keys, keys, keys))
+    basis = make_basis(segments_of(points))
     assert isinstance(basis, Basis)
     assert all((base == points).all((1, 2)).any() for base in basis.points)

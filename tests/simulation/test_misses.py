@@ -16,11 +16,11 @@ DT, HORIZON = 0.5, 6
 
 
 def paths_of(*lats, vehicle=None, speed=20.0, start=50.0, tube=1.0) -> PredictedPaths:
-    """Straight paths at 20 m/s, one for each lat, with round tubes."""
+    """Straight paths at 20 m/s, one for each lat, with tubes that are round and boxes around them."""
     times = DT * np.arange(HORIZON + 1)
     points = np.stack([np.stack([start + speed * times, np.full(len(times), lat)], -1) for lat in lats])
     half_sizes = np.broadcast_to([2.4 + tube, 0.95 + tube], points.shape)
-    return PredictedPaths(points, np.array(vehicle or [1] * len(lats)), half_sizes, DT)
+    return PredictedPaths(points, np.array(vehicle or [1] * len(lats)), half_sizes, DT, np.full(points.shape, tube))
 
 
 def trace_of(lat, paths, seconds=5.0, outcome=None, valid=None) -> Trace:
@@ -117,6 +117,19 @@ def test_who_is_in_the_box_but_not_in_the_tube_was_planned_against():
     assert find_windows(corner).missed[:, 1].any()
     assert not find_windows(corner, boxes=True).missed.any()
     assert cause_of(corner) is Cause.PLANNING
+
+
+def test_a_body_that_is_turned_out_of_its_box_is_missed():
+    def turned(heading):
+        trace = trace_of(lambda t: 1.8, here(1.8, tube=0.5))
+        trace.scene.heading[:, 1] = heading
+        return trace
+
+    corner = np.arcsin(0.5 / 2.4)  # by which the length alone reaches the edge of the box
+    assert not find_windows(turned(0.9 * corner)).missed.any()
+    for sign in (-1.0, 1.0):
+        assert find_windows(turned(sign * 1.1 * corner)).missed[:21, 1].all()
+        assert find_windows(turned(sign * 1.1 * corner), boxes=True).missed[:21, 1].all()
 
 
 @pytest.mark.parametrize("share", [0.97, 1.03])

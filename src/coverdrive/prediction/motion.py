@@ -6,7 +6,7 @@ A state is (lon [m], lat [m], speed [m/s], heading [rad]); n times.
 import numpy as np
 from jaxtyping import Float
 
-CREEP = 1.0
+_CREEP = 1.0
 """[m/s] below this speed the direction of motion says little about where a vehicle points"""
 
 
@@ -32,5 +32,5 @@ def follow(
     unbounded = initial_speed * times + deviation[..., 0]
     forward = np.maximum.accumulate(unbounded, axis=-1)
     speed_lon = np.where(forward > unbounded, 0.0, np.maximum(initial_speed + rate[..., 0], 0.0))
-    heading = np.arctan2(rate[..., 1], np.maximum(speed_lon, CREEP))
+    heading = np.arctan2(rate[..., 1], np.maximum(speed_lon, _CREEP))
     return np.stack([lon + forward, lat + deviation[..., 1], speed_lon / np.cos(heading), heading], axis=-1)

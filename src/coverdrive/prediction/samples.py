@@ -10,8 +10,8 @@ from jaxtyping import Bool, Float, Int, Int8
 
 from coverdrive.prediction.affordance import FEATURES, MOTION, described
 from coverdrive.prediction.basis import Basis
+from coverdrive.prediction.bodies import body_distance
 from coverdrive.prediction.collision import colliding_bases
-from coverdrive.prediction.cover import MIRROR
 from coverdrive.prediction.segments import Segments
 from coverdrive.recordings.recording import Recording
 from coverdrive.scene import Scene
@@ -34,7 +34,8 @@ class Samples:
     features: Float[np.ndarray, "N F"]
     """affordance at the start of the segment, followed by the lateral speed"""
     distance: Float[np.ndarray, "N M"]
-    """atomic norm of the difference to every base; where none is within the basis' ε, no base covers the segment"""
+    """radius of the tube around every base in which the vehicle stays: its centre by the atomic norm, its body by the
+    boxes (`coverdrive.prediction.bodies`); where none is within the basis' ε, no base covers the segment"""
     collides: Bool[np.ndarray, "N M"]
     """whether each base would collide"""
     base: Int[np.ndarray, " N"]
@@ -80,7 +81,8 @@ def make_samples(
         segments: N segments; may be a selection of those of the recordings.
         basis: M base trajectories.
         assignment: which base stands for a segment: the first in the basis' order of choice that covers it, so that
-            few bases stand for most segments, or the nearest. Where none covers it, it is the nearest.
+            few bases stand for most segments, or the nearest by the atomic norm. Where none covers it, it is the
+            nearest.
         mirrored: describe the mirror images, left for right, of scenes and segments.
         progress: called with the share of the recordings done.
     """
@@ -92,8 +94,10 @@ def make_samples(
             features[chosen], collides[chosen] = _describe(recording, segments.row[chosen], basis, mirrored)
         if progress is not None:
             progress((index + 1) / len(recordings))
-    distance = basis.distance(segments.points * MIRROR if mirrored else segments.points)
-    base = distance.argmin(1)
+    driven = segments.mirrored if mirrored else segments
+    apart = basis.distance(driven.points)
+    distance = np.maximum(apart, body_distance(basis, driven))
+    base = apart.argmin(1)
     if assignment == "covering":
         covered = distance <= basis.epsilon
         base = np.where(covered.any(1), covered.argmax(1), base)

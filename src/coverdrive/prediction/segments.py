@@ -13,7 +13,8 @@ from jaxtyping import Float, Int
 from pydantic import PositiveFloat
 
 from coverdrive.errors import DataError, SettingError
-from coverdrive.recordings.recording import Recording
+from coverdrive.prediction.cover import MIRROR
+from coverdrive.recordings.recording import MEASURES, Recording
 from coverdrive.settings import Settings
 
 
@@ -41,6 +42,10 @@ class Segments:
     """[m] deviation from constant velocity along lon and lat; the first point is zero"""
     speed: Float[np.ndarray, " N"]
     """[m/s] along the road at the start"""
+    heading: Float[np.ndarray, "N T"]
+    """[rad] at the points"""
+    half_sizes: Float[np.ndarray, "N 2"]
+    """[m] half length and half width of the vehicle"""
     step: float
     """[s] between two points"""
     vehicle: Int[np.ndarray, " N"]
@@ -55,6 +60,11 @@ class Segments:
     def __len__(self) -> int:
         """Number of segments N."""
         return self.points.shape[0]
+
+    @property
+    def mirrored(self) -> "Segments":
+        """The mirror images, left for right."""
+        return replace(self, points=self.points * MIRROR, heading=-self.heading)
 
     def of(self, keep: np.ndarray) -> "Segments":
         """The segments selected by an index or boolean array."""
@@ -84,14 +94,14 @@ def cut_segments(recordings: Sequence[Recording], settings: SegmentSettings | No
     return Segments(step=settings.step, **dict(zip(_PER_SEGMENT, joined, strict=True)))
 
 
-_PER_SEGMENT = ("points", "speed", "vehicle", "group", "recording", "row")
+_PER_SEGMENT = ("points", "speed", "heading", "half_sizes", "vehicle", "group", "recording", "row")
 
 
 def _cut(recording: Recording, index: int, settings: SegmentSettings) -> Segments:
     step = _samples(settings.step, recording, "step")
     stride = _samples(settings.stride, recording, "stride")
     reach = step * (settings.points - 1)
-    column = {name: recording.table[name].to_numpy() for name in ("vehicle", "group", "lon", "lat", "speed", "heading")}
+    column = {name: recording.table[name].to_numpy() for name in ("vehicle", "group", *MEASURES)}
     vehicle = column["vehicle"]
     first = np.flatnonzero(np.r_[True, vehicle[1:] != vehicle[:-1]][: len(vehicle)])
     since_first = np.arange(len(vehicle)) - np.repeat(first, np.diff(np.r_[first, len(vehicle)]))
@@ -105,6 +115,8 @@ def _cut(recording: Recording, index: int, settings: SegmentSettings) -> Segment
     return Segments(
         points=np.stack([lon, lat], axis=-1),
         speed=speed,
+        heading=column["heading"][rows],
+        half_sizes=np.stack([column["length"][starts], column["width"][starts]], axis=-1) / 2,
         step=settings.step,
         vehicle=_vehicle_keys(recording.name, vehicle)[starts],
         group=column["group"][starts],

@@ -1,10 +1,10 @@
 """Prediction misses: vehicles that left their predicted sets, told from where they really went.
 
 A *window* is one vehicle at one planning moment. It is missed if, at some later point of the plan, every path that was
-predicted for the vehicle at that moment has had the vehicle outside its tube: the box that the predictor leaves beside
-the vehicle's body, and the ellipse in it. The certificate's ε is a bound on the same event, at its own points of time
-and with one path in place of all, the one that is nearest to what the vehicle did. Plans keep clear of the whole box;
-a collision is therefore put down to a miss only if the vehicle left the boxes. n steps, A vehicles.
+predicted for the vehicle at that moment has had the vehicle outside: its body outside the box, or its centre outside
+the ellipse in it. The certificate's ε is a bound on the same event, at its own points of time and with one path in
+place of all, the one that is nearest to what the vehicle did. Plans keep clear of the whole box; a collision is
+therefore put down to a miss only if the vehicle left the boxes. n steps, A vehicles.
 """
 
 from dataclasses import dataclass
@@ -14,13 +14,12 @@ from jaxtyping import Bool, Float
 
 from coverdrive.geometry import turned_half_extents
 from coverdrive.paths import PredictedPaths
-from coverdrive.prediction.motion import CREEP
 from coverdrive.simulation.initial import OWN
 from coverdrive.simulation.outcome import Cause, Kind
 from coverdrive.simulation.trace import Trace
 
 _TOLERANCE = 0.01
-"""[m] narrowest tube; rounding must not make a vehicle leave a path that it follows exactly"""
+"""[m] by which a body may leave a box, because between two steps of the trace its position is not exact"""
 
 _ROUNDING = 1e-6
 """[s] of a time"""
@@ -46,14 +45,14 @@ def find_windows(trace: Trace, boxes: bool = False) -> Windows:
 
     Args:
         trace: one episode.
-        boxes: whether to look at the boxes that plans keep clear of, in place of the tubes that are certified.
+        boxes: whether to look at the boxes alone, which are what plans keep clear of.
     """
     step = float(trace.time[1] - trace.time[0])
     seen = np.zeros((len(trace), trace.scene.vehicles), dtype=bool)
     left = np.full(seen.shape, np.inf)
     for k, paths in enumerate(trace.paths):
         times = paths.dt * np.arange(1, paths.points.shape[1])
-        actual, observed = _positions(trace, k + times / step)
+        actual, observed = _poses(trace, k + times / step)
         present = np.asarray(trace.scene.valid[k]) & (np.arange(trace.scene.vehicles) != OWN)
         inside = _inside(trace, k, paths, actual[:, paths.vehicle], boxes) | ~observed[:, paths.vehicle]
         anywhere = np.zeros(observed.T.shape, dtype=bool)
@@ -85,30 +84,27 @@ def cause_of(trace: Trace) -> Cause:
     return Cause.PREDICTION if left[-1, outcome.partner] else Cause.PLANNING
 
 
-def _positions(
+def _poses(
     trace: Trace, moments: Float[np.ndarray, " K"]
-) -> tuple[Float[np.ndarray, "K A 2"], Bool[np.ndarray, "K A"]]:
-    """Positions [m] of all vehicles at fractional moments, and whether they are known."""
+) -> tuple[Float[np.ndarray, "K A 3"], Bool[np.ndarray, "K A"]]:
+    """Position [m] and heading [rad] of all vehicles at fractional moments, and whether they are known."""
     last = len(trace.time) - 1
     before = np.minimum(np.floor(moments + 1e-6).astype(int), last)
     share = np.maximum(moments - before, 0.0)[:, None, None]
     after = np.where(share[:, 0, 0] > 1e-6, np.minimum(before + 1, last), before)
-    positions, valid = trace.scene.states[..., :2], np.asarray(trace.scene.valid)
+    poses, valid = trace.scene.states[..., [0, 1, 3]], np.asarray(trace.scene.valid)
     known = valid[before] & valid[after] & (moments <= last + 1e-6)[:, None]
-    return (1 - share) * positions[before] + share * positions[after], known
+    return (1 - share) * poses[before] + share * poses[after], known
 
 
 def _inside(
-    trace: Trace, k: int, paths: PredictedPaths, actual: Float[np.ndarray, "K S 2"], boxes: bool
+    trace: Trace, k: int, paths: PredictedPaths, actual: Float[np.ndarray, "K S 3"], boxes: bool
 ) -> Bool[np.ndarray, "K S"]:
-    """Whether these positions lie in the tubes around the paths, or in their boxes, at the same times."""
-    velocity = np.gradient(paths.points, paths.dt, axis=1, edge_order=2)
-    heading = np.arctan2(velocity[..., 1], np.maximum(velocity[..., 0], CREEP))
-    body = turned_half_extents(trace.scene.half_sizes[k, paths.vehicle, None], heading)
-    tube = np.maximum(paths.half_sizes - body, _TOLERANCE)[:, 1:]
-    apart = np.moveaxis(actual, 0, 1) - paths.points[:, 1:]
-    inside = (np.abs(apart) <= tube).all(-1)
-    if not boxes:
-        axes = tube if paths.ellipses is None else np.maximum(paths.ellipses[:, 1:], _TOLERANCE)
+    """Whether these poses at the same times are in the boxes of the paths, and in their ellipses unless ``boxes``."""
+    body = turned_half_extents(trace.scene.half_sizes[k, paths.vehicle], actual[..., 2])
+    apart = actual[..., :2] - paths.points[:, 1:].swapaxes(0, 1)
+    inside = (np.abs(apart) + body <= paths.half_sizes[:, 1:].swapaxes(0, 1) + _TOLERANCE).all(-1)
+    if not boxes and paths.ellipses is not None:
+        axes = np.maximum(paths.ellipses[:, 1:].swapaxes(0, 1), _TOLERANCE)
         inside &= ((apart / axes) ** 2).sum(-1) <= 1.0
-    return inside.T
+    return inside
