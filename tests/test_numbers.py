@@ -1,6 +1,6 @@
 """Numbers as they are written for readers."""
 
-from coverdrive.numbers import interval, percent
+from coverdrive.numbers import at_most, interval, percent
 
 
 def test_percentages_have_a_space_and_no_needless_zeros() -> None:
@@ -10,3 +10,10 @@ def test_percentages_have_a_space_and_no_needless_zeros() -> None:
     assert percent(0.9999, 4) == "99.99 %"
     assert interval(0.0021, 0.028) == "0.21–2.8 %"
     assert interval(0.0, 1.0) == "0–100 %"
+
+
+def test_bounds_from_above_are_rounded_up() -> None:
+    assert [at_most(bound) for bound in (0.1, 0.144, 0.13583, 0.135831, 0.0012341, 0.002, 0.0, 1.0)] == [
+        "10 %", "14.4 %", "13.59 %", "13.59 %", "0.1235 %", "0.2 %", "0 %", "100 %",
+    ]  # fmt: skip
+    assert at_most(0.07230000000000001, 3) == "7.23 %" and at_most(0.0723001, 3) == "7.24 %"

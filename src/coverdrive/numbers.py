@@ -1,11 +1,24 @@
 """How numbers are written for readers: 10 %, not 10.000%."""
 
+import math
+
 import numpy as np
+
+_ROUNDING = 1e-9
+"""share of the last digit by which a number may be above it only because it was computed"""
 
 
 def percent(share: float, digits: int = 3) -> str:
     """A share as a percentage with so many significant digits at most, as in 10 % or 0.286 %."""
     return f"{_significant(100 * share, digits)} %"
+
+
+def at_most(bound: float, digits: int = 4) -> str:
+    """A bound from above as a percentage, rounded up to so many significant digits."""
+    if not 0 < bound < math.inf:
+        return percent(bound, digits)
+    unit = 10.0 ** (math.floor(math.log10(100 * bound)) + 1 - digits)
+    return percent(math.ceil(100 * bound / unit - _ROUNDING) * unit / 100, digits)
 
 
 def interval(low: float, high: float) -> str:

@@ -67,7 +67,7 @@ def test_every_kind_has_its_words(certificate: Certificate, strong: str, who: st
     with console.capture() as capture:
         console.print(methods_table([compared]))
     (row,) = (line for line in capture.get().splitlines() if line.startswith("family"))
-    assert f"14.40%{sign}" in row and "proved" not in capture.get()
+    assert f"14.4 %{sign}" in row and "proved" not in capture.get()
     axes = risk_figure([compared]).axes[0]
     (line,) = (line for line in axes.lines if line.get_label() == name)
     assert (line.get_markerfacecolor() == "#FFFFFF") == ("†" in sign)

@@ -64,8 +64,8 @@ def test_misses_stand_beside_the_certificate_and_apart_from_failures() -> None:
     text = printed(safety_table(table, [certificate("window", 0.02), certificate("vehicle", 0.144)]), 240)
     for part in (
         "1  (0.6%–80.6%) of 4 trials", "2  (6.8%–93.2%) of 4 trials", "2 / 1 / 0", "1.00% (4 of 400;",
-        "at most 2.00% of windows, with 99 % confidence", "15.00% (3 of 20;",
-        "at most 14.40% of vehicles, with 99 % confidence", " 7 ",
+        "at most 2 % of windows, with 99 % confidence", "15.00% (3 of 20;",
+        "at most 14.4 % of vehicles, with 99 % confidence", " 7 ",
     ):  # fmt: skip
         assert part in text
 

@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from coverdrive.numbers import percent
+from coverdrive.numbers import at_most, percent
 
 Unit = Literal["window", "vehicle"]
 """What is counted: single windows, or vehicles (a vehicle misses if any of its windows does)"""
@@ -63,7 +63,7 @@ class Certificate:
     def sentence(self) -> str:
         """The statement that is proved, with its assumption."""
         return (
-            f"{self._probability} that {self._miss} is at most {percent(self.epsilon, 4)} "
+            f"{self._probability} that {self._miss} is at most {at_most(self.epsilon)} "
             f"({self.method}, {self.samples} calibration {self.unit}s, {self.uncovered} of them uncovered, "
             f"{self._numbers}), if new {self.unit}s are independent draws from the same traffic as the calibration "
             f"{self.unit}s.{self._limits}"

@@ -11,6 +11,7 @@ from rich.table import Table
 
 from coverdrive.certificates.bounds import clopper_pearson
 from coverdrive.certificates.certificate import Certificate
+from coverdrive.numbers import at_most
 from coverdrive.report.claim import strength, whose
 from coverdrive.simulation.comparison import Comparison, Difference
 from coverdrive.simulation.outcome import Cause, Fault
@@ -75,7 +76,7 @@ def _missed(rate: MissRate, bound: Certificate | None) -> str:
     )
     if bound is None:
         return observed
-    said = f"at most {bound.epsilon:.2%} of {whose(bound)}, {strength(bound)}"
+    said = f"at most {at_most(bound.epsilon)} of {whose(bound)}, {strength(bound)}"
     return f"{observed}; bound in traffic like the recorded one: {said}"
 
 

@@ -6,6 +6,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from coverdrive.certificates.comparison import Compared
+from coverdrive.numbers import at_most
 from coverdrive.prediction.basis_study import StudiedBasis
 from coverdrive.prediction.fit import Fit
 from coverdrive.recordings.summary import Summary
@@ -57,7 +58,7 @@ def fit_table(result: Fit) -> Table:
     for certificate in result.certificates:
         table.add_row(
             f"bound on missed {certificate.unit}s",
-            f"{certificate.epsilon:.3%} of {whose(certificate)}, {strength(certificate)}, by {certificate.method} "
+            f"{at_most(certificate.epsilon)} of {whose(certificate)}, {strength(certificate)}, by {certificate.method} "
             f"({certificate.samples} {certificate.unit}s, {certificate.uncovered} of them uncovered)",
         )
         if certificate.prediction_epsilon is not None and certificate.paper_epsilon is not None:
@@ -66,7 +67,8 @@ def fit_table(result: Fit) -> Table:
             )
             table.add_row(
                 "  of those that a base covers",
-                f"{certificate.prediction_epsilon:.3%} {ours}, {certificate.paper_epsilon:.3%} by the paper's theorem",
+                f"{at_most(certificate.prediction_epsilon)} {ours}, {at_most(certificate.paper_epsilon)} "
+                "by the paper's theorem",
             )
     table.add_row("missed test windows", str(evaluation.windows))
     table.add_row("missed test vehicles", str(evaluation.vehicles))
@@ -100,7 +102,7 @@ def methods_table(compared: Sequence[Compared]) -> Table:
         table.add_row(
             each.method.value,
             asked,
-            f"{each.certificate.epsilon:.2%}{signs(each.certificate):\u00a0<2}",
+            f"{at_most(each.certificate.epsilon)}{signs(each.certificate):\u00a0<2}",
             f"{missed.value:.2%} ({missed.low:.1%}–{missed.high:.1%})",
             f"{sizes.mean_set_size:.1f}, {sizes.median_set_size:g}",
             f"{each.seconds:.2f}",

@@ -8,7 +8,7 @@ import plotly.graph_objects as go
 
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.comparison import Compared
-from coverdrive.numbers import percent
+from coverdrive.numbers import at_most, percent
 from coverdrive.report import style
 from coverdrive.report.claim import legend, strength, whose
 from coverdrive.report.page.plots import Plot, plot
@@ -73,7 +73,7 @@ def _bounds(points: list[Compared], colour: str, symbol: str, limit: float) -> g
 
 def _said(certificate: Certificate) -> str:
     """The bound in words, in two lines."""
-    return f"at most {percent(certificate.epsilon)} of {whose(certificate)} missed,<br>{strength(certificate)}"
+    return f"at most {at_most(certificate.epsilon, 3)} of {whose(certificate)} missed,<br>{strength(certificate)}"
 
 
 def _symbol(symbol: str, certificate: Certificate) -> str:

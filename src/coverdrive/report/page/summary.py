@@ -8,7 +8,7 @@ import polars as pl
 
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.evaluation import Rate
-from coverdrive.numbers import interval, percent
+from coverdrive.numbers import at_most, interval, percent
 from coverdrive.planning.plan import Status
 from coverdrive.report.claim import strength, whose
 from coverdrive.report.contents import Contents
@@ -40,7 +40,7 @@ def tiles(contents: Contents) -> list[Tile]:
     certificate, evaluation = certified.certificates[0], certified.evaluation
     observed = evaluation.vehicles if certificate.unit == "vehicle" else evaluation.windows
     shown = [
-        Tile(f"≤ {percent(certificate.epsilon)}", _bounded(certificate), strength(certificate)),
+        Tile(f"≤ {at_most(certificate.epsilon, 3)}", _bounded(certificate), strength(certificate)),
         Tile(percent(observed.value), f"{certificate.unit}s missed on unseen scenes", _counted(observed)),
         Tile(
             f"{evaluation.mean_set_size:.1f} of {len(basis)}", "possible manoeuvres", "mean size of the predicted set"
