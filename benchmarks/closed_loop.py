@@ -1,9 +1,15 @@
-"""The planner against a general solver in closed loop: `python benchmarks/closed_loop.py [--out closed_loop.json]`.
+"""The planner against two baselines in closed loop: `python benchmarks/closed_loop.py [--out closed_loop.json]`.
 
-Both planners pose the same problem in the same trials of the paper's protocol. The baseline is
-`coverdrive.planning.reference.ReferencePlanner`: a nonlinear program for each lane within reach, solved by IPOPT from
-the best of simple manoeuvres and its last plans. It knows neither fallbacks nor the rule for the vehicle behind. The
-studies lie in a folder named like the output; one that was stopped goes on where it was.
+All drive the same trials of the paper's protocol, with the same predictor, car and weights. The baselines
+(`--baselines`) know neither fallbacks nor the rule for the vehicle behind:
+
+- *paper*: the paper's way (`paper_way.py`), an own nonlinear program with plain ellipses for each lane within reach,
+  built anew for every plan, solved by IPOPT from its last solution; no input where IPOPT fails. As an ellipse that a
+  plan touches always keeps some slack, its `share_slack` says little; `share_solved` has a tolerance.
+- *reference*: `coverdrive.planning.reference.ReferencePlanner`, the package's problem as a nonlinear program for each
+  lane within reach, solved by IPOPT from the best of simple manoeuvres and its last plans.
+
+The studies lie in a folder named like the output; one that was stopped goes on where it was.
 """
 
 import argparse
@@ -21,6 +27,7 @@ from coverdrive.simulation.comparison import compare_studies
 from coverdrive.simulation.study import run_study
 from coverdrive.simulation.trial import Participants
 from coverdrive.workflow import participants
+from paper_way import PaperPlanner
 
 MEASURES = (
     "mean_speed",
@@ -34,16 +41,25 @@ MEASURES = (
 )
 
 
+def with_paper(experiment: Experiment, predictor: Predictor) -> Participants:
+    planner = PaperPlanner(experiment.planner.problem, experiment.planner.lane_change)
+    return participants(experiment, predictor)._replace(planner=planner)
+
+
 def with_reference(experiment: Experiment, predictor: Predictor) -> Participants:
-    ours = participants(experiment, predictor)
     settings = ReferenceSettings(problem=experiment.planner.problem, lane_change=experiment.planner.lane_change)
-    return Participants(ours.predictor, ReferencePlanner(settings), ours.traffic)
+    return participants(experiment, predictor)._replace(planner=ReferencePlanner(settings))
+
+
+BASELINES = {"paper": with_paper, "reference": with_reference}
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--predictor", type=Path, help="file of a predictor; learnt from generated traffic if left out")
+    parser.add_argument("--baselines", nargs="+", choices=BASELINES, default=list(BASELINES))
     parser.add_argument("--trials", type=int, default=40)
+    parser.add_argument("--duration", type=float, default=20.0, help="[s] of a trial without a collision")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--out", type=Path, default=Path("closed_loop.json"))
     arguments = parser.parse_args()
@@ -55,10 +71,11 @@ def main() -> None:
             generate(experiment.generated, experiment.seed), experiment.prediction, experiment.seed
         ).predictor
     folder = arguments.out.with_suffix("")
+    builds = {name: BASELINES[name] for name in arguments.baselines} | {"coverdrive": participants}
     tables = {
         name: run_study(
             partial(build, experiment, predictor),
-            experiment.episode,
+            experiment.episode.model_copy(update={"duration": arguments.duration}),
             folder / name,
             trials=arguments.trials,
             seed=experiment.seed,
@@ -67,16 +84,17 @@ def main() -> None:
             configuration={"planner": name},
             progress=lambda done, trials, name=name: print(f"{name}: {done} of {trials} trials", flush=True),
         )
-        for name, build in (("reference", with_reference), ("coverdrive", participants))
+        for name, build in builds.items()
     }
-    comparison = compare_studies(folder / "reference", folder / "coverdrive")
     result = {
         "collisions": {name: int((table["kind"] != "finished").sum()) for name, table in tables.items()},
         "means": {name: table.select(MEASURES).mean().to_dicts()[0] for name, table in tables.items()},
-        "differences, coverdrive minus reference": [
-            asdict(each) for each in (*comparison.collisions, *comparison.measures)
-        ],
     }
+    for name in arguments.baselines:
+        comparison = compare_studies(folder / name, folder / "coverdrive")
+        result[f"differences, coverdrive minus {name}"] = [
+            asdict(each) for each in (*comparison.collisions, *comparison.measures)
+        ]
     text = json.dumps(result, indent=2)
     arguments.out.write_text(text + "\n", encoding="utf-8")
     print(text)

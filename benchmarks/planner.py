@@ -7,10 +7,9 @@ kept. On the same instances, in the same run:
 - *coverdrive*: the planner as it drives, warm: the instances of one drive in their order, prediction apart.
 - *reference*: the same problem, with the lane of the plan, solved by IPOPT from eight starts; the best cost of them.
   Where nothing is clear of every path, it is the problem with a careful follower, which the planner then solves.
-- *the paper's way*: what the paper describes, written from its text. At every step a nonlinear program is built anew in
-  CasADi and solved by IPOPT: states and inputs of all steps as variables, the dynamics as equality constraints, one
-  plain ellipse (p = 2, semi-axes summed) for every path and step, one slack for every step. It has a cost of its own
-  (its ellipses are smaller than the bodies), so that costs are compared with the reference alone.
+- *the paper's way*: what the paper describes (`paper_way.py`). At every step a nonlinear program is built anew in
+  CasADi and solved by IPOPT, here once for the lane of the car, from the recorded plan. It has a cost of its own (its
+  ellipses are smaller than the bodies), so that costs are compared with the reference alone.
 """
 
 import argparse
@@ -19,13 +18,11 @@ import time
 from collections import Counter
 from pathlib import Path
 
-import casadi as ca
 import numpy as np
 
 from coverdrive.certificates.evaluation import Rate
 from coverdrive.config import Experiment
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.cost import input_cost, state_cost
 from coverdrive.planning.follower import with_careful_follower
 from coverdrive.planning.motion import Motion, judged
 from coverdrive.planning.obstacles import obstacles_of
@@ -34,13 +31,13 @@ from coverdrive.planning.planner import MpcPlanner
 from coverdrive.planning.problem import ProblemSettings, Situation
 from coverdrive.planning.reference import packed, simple_motions, solved
 from coverdrive.planning.solvers import SolverSettings
-from coverdrive.planning.vehicle import euler_step
 from coverdrive.prediction.fit import fit
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.recordings.generated import generate
 from coverdrive.road import Road
 from coverdrive.simulation.trial import run_trial
 from coverdrive.workflow import participants
+from paper_way import situation_for, solve_paper_program
 
 STARTS = 8
 PATHS = (10, 30, 60, 119)
@@ -123,35 +120,9 @@ def reference_costs(instance: dict, problem: ProblemSettings, road: Road) -> tup
 def paper_plan(instance: dict, target: float, road: Road, problem: ProblemSettings) -> tuple[bool, float]:
     """Build and solve the paper's program once: whether IPOPT converged, and the time it took [s]."""
     begin = time.perf_counter()
-    steps, dt, car, paths = problem.steps, problem.dt, problem.vehicle, instance["paths"]
-    opti = ca.Opti()
-    x, u, slack = opti.variable(4, steps + 1), opti.variable(2, steps), opti.variable(steps)
-    opti.subject_to(x[:, 0] == instance["state"])
-    weights, cost, last = problem.cost.slack_weights(steps), 0, ca.DM(instance["before"])
-    for k in range(steps):
-        direction = ca.cos(x[3, k]), ca.sin(x[3, k])
-        successor = euler_step(tuple(ca.vertsplit(x[:, k])), direction, (u[0, k], u[1, k]), dt)
-        opti.subject_to(x[:, k + 1] == ca.vertcat(*successor))
-        change = u[:, k] - last
-        cost += input_cost(u[0, k], u[1, k], change[0], change[1], problem.cost)
-        factor = problem.cost.terminal if k == steps - 1 else 1
-        cost += factor * state_cost(x[1, k + 1] - target, x[2, k + 1], x[3, k + 1], problem.cost)
-        cost += weights[k] * slack[k] ** 2
-        last = u[:, k]
-        for point, half in zip(paths.points[:, k + 1], paths.half_sizes[:, k + 1], strict=True):
-            axes = half + car.half_sizes
-            ellipse = ((x[0, k + 1] - point[0]) / axes[0]) ** 2 + ((x[1, k + 1] - point[1]) / axes[1]) ** 2
-            opti.subject_to(ellipse + slack[k] >= 1)
-    opti.subject_to(opti.bounded(-car.max_deceleration, u[0, :], car.max_acceleration))
-    opti.subject_to(opti.bounded(-car.max_yaw_rate, u[1, :], car.max_yaw_rate))
-    opti.subject_to(opti.bounded(road.edges[0] + car.width / 2, x[1, 1:], road.edges[-1] - car.width / 2))
-    opti.subject_to(slack >= 0)
-    opti.minimize(cost)
-    opti.set_initial(x, instance["plan"].states.T)
-    opti.set_initial(u, instance["plan"].inputs.T)
-    opti.solver("ipopt", {"print_time": False, "error_on_fail": False}, {"print_level": 0, "sb": "yes"})
-    solution = opti.solve_limited()
-    return bool(solution.stats()["success"]), time.perf_counter() - begin
+    situation = situation_for(instance["state"], instance["before"], instance["paths"], road, problem)
+    solution = solve_paper_program(situation, target, instance["plan"].inputs, problem)
+    return solution is not None, time.perf_counter() - begin
 
 
 def scaling(planner: MpcPlanner, instances: list[dict], road: Road) -> dict[str, dict[str, float]]:

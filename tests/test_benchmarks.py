@@ -9,6 +9,11 @@ from typing import Any
 import pytest
 
 from coverdrive.certificates.methods import Method
+from coverdrive.prediction.basis import BasisSettings
+from coverdrive.prediction.calibrate import CertificateSettings
+from coverdrive.prediction.fit import PredictionSettings, fit
+from coverdrive.prediction.training import TrainingSettings
+from coverdrive.recordings.generated import GeneratedSettings, generate
 
 FOLDER = Path(__file__).parents[1] / "benchmarks"
 
@@ -71,10 +76,25 @@ def test_planner(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.slow
-def test_closed_loop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    result = ran("closed_loop", tmp_path / "closed_loop.json", monkeypatch, "--trials", "1", "--workers", "1")
-    assert set(result["means"]) == {"reference", "coverdrive"}
-    assert result["means"]["reference"]["planning_median"] > 0
+def test_closed_loop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    settings = PredictionSettings(
+        basis=BasisSettings(epsilon=1.0),
+        training=TrainingSettings(epochs=1),
+        certificate=CertificateSettings(confidence=0.9, unit="window"),
+    )
+    recordings = generate(GeneratedSettings(scenes=6, duration=10.0, vehicles=(8, 10)), seed=0)
+    predictor = tmp_path / "predictor.safetensors"
+    fit(recordings, settings).predictor.save(predictor)
+    quick = ("--predictor", str(predictor), "--trials", "1", "--duration", "1", "--workers", "1")
+    alone = ran("closed_loop", tmp_path / "closed_loop.json", monkeypatch, *quick, "--baselines", "paper")
+    assert set(alone["means"]) == {"paper", "coverdrive"}
+    capsys.readouterr()
+    result = ran("closed_loop", tmp_path / "closed_loop.json", monkeypatch, *quick)
+    assert "paper: 0 of 1" not in capsys.readouterr().out  # kept on disk
+    assert set(result["means"]) == set(result["collisions"]) == {"paper", "reference", "coverdrive"}
+    assert result["means"]["paper"] == alone["means"]["paper"]
+    for baseline in ("paper", "reference"):
+        assert result["means"][baseline]["planning_median"] > 0
+        names = {each["name"] for each in result[f"differences, coverdrive minus {baseline}"]}
+        assert {"frontal_or_side", "rear_end", "mean_speed", "lane_changes"} <= names
     assert min(each["mean_speed"] for each in result["means"].values()) > 5
-    names = {each["name"] for each in result["differences, coverdrive minus reference"]}
-    assert {"frontal_or_side", "rear_end", "mean_speed", "lane_changes"} <= names

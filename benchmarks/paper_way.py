@@ -1,0 +1,264 @@
+"""The paper's way to plan: its optimal control problem (§4), built anew in CasADi for every plan and solved by IPOPT.
+
+`solve_paper_program` is the program, `PaperPlanner` drives with it. What the paper says is followed:
+
+- Variables are the states, inputs and slacks of all steps; the Euler steps of the Dubins car are constraints.
+- One plain ellipse for every predicted path and step (k = 1 … K; no plan changes k = 0), its semi-axes the sums of the
+  two cars' half sizes; such an ellipse does not contain the corners of the boxes. The half sizes of the other car
+  include its tube ("contains the predicted future position […] with the error bound").
+- One slack γ_k for all ellipses of a step, of either sign, that costs c_k·γ_k².
+- Every vehicle counts, the one directly behind as well, unless `ignore_rear` is set (Remark 2).
+- The first input is applied, and everything is solved again from the next state.
+
+What the paper leaves open:
+
+- *The solver's form.* The authors' scripts write each ellipse as an equality: a variable of its own, at least 1, is
+  what the ellipse and γ_k give. That is done here.
+- *The costs h and Q, the weights c_k, the bounds U.* They are those of the package's problem, so that both planners
+  want the same; its bound of the lateral acceleration is none of the paper's. As in the scripts, the car is held inside
+  the road, here with its sides; nothing else bounds the state.
+- *The lane.* The paper poses one problem and says that the planner is "designed to perform lane changes and overtaking
+  maneuvers", but not what it aims at; the scripts aim at one fixed place on the road. Here there is a program for the
+  own lane and for each beside it, and the cheapest is driven, changes of the aim priced as by the package's planners.
+- *The start of the solver.* As in the scripts, the last solution, here shifted by the time since and driven with the
+  model; going straight on if there is none.
+- *A solver that fails.* As in the scripts, a second attempt without the last solution, then no input at all.
+
+P = K + 1 is the number of states, n that of the predicted paths.
+"""
+
+import itertools
+import time
+from typing import Any, NamedTuple
+
+import casadi as ca
+import numpy as np
+from jaxtyping import Float
+
+from coverdrive.paths import PredictedPaths
+from coverdrive.planning.cost import input_cost, plan_cost, state_cost
+from coverdrive.planning.follower import without_follower
+from coverdrive.planning.motion import shifted_inputs
+from coverdrive.planning.obstacles import Obstacles, obstacles_of
+from coverdrive.planning.plan import Plan, Status
+from coverdrive.planning.planner import check_times
+from coverdrive.planning.problem import ProblemSettings, Situation
+from coverdrive.planning.vehicle import euler_step, rollout
+from coverdrive.road import Road
+
+NEGLIGIBLE = 0.01
+"""slack that does not count: half a percent of the way to the centre. A quadratic penalty leaves some at every ellipse
+that a plan touches"""
+
+
+class Solution(NamedTuple):
+    """What the program gives."""
+
+    states: Float[np.ndarray, "P 4"]
+    """lon [m], lat [m], speed [m/s], heading [rad]"""
+    inputs: Float[np.ndarray, "K 2"]
+    """acceleration [m/s²], yaw rate [rad/s]"""
+    slack: Float[np.ndarray, " K"]
+    """γ_k of the steps k = 1 … K"""
+    cost: float
+    """value of the objective"""
+
+
+def situation_for(
+    state: Float[np.ndarray, " 4"],
+    previous_input: Float[np.ndarray, " 2"],
+    paths: PredictedPaths,
+    road: Road,
+    problem: ProblemSettings,
+) -> Situation:
+    """What the program is posed for: every predicted path is an obstacle, however far away."""
+    edges = (float(road.edges[0]), float(road.edges[-1]))
+    return Situation(state, previous_input, edges, obstacles_of(paths, problem.obstacles))
+
+
+def solve_paper_program(
+    situation: Situation, target_lat: float, start: Float[np.ndarray, "K 2"], problem: ProblemSettings
+) -> Solution | None:
+    """Build the program and solve it once; None if IPOPT does not converge.
+
+    Args:
+        situation: what the plan is made for.
+        target_lat: [m] centre of the target lane.
+        start: the inputs that IPOPT starts from.
+        problem: horizon, own car and weights.
+    """
+    steps, quiet = problem.steps, {"print_time": False, "error_on_fail": False, "show_eval_warnings": False}
+    program = _program(situation, target_lat, problem)
+    solver = ca.nlpsol("paper", "ipopt", program, quiet | {"ipopt": {"print_level": 0, "sb": "yes"}})
+    low, high = _bounds(situation, problem)
+    result = solver(x0=_start(situation, start, problem), lbx=low, ubx=high, lbg=0.0, ubg=0.0)
+    values = np.asarray(result["x"]).ravel()
+    if not solver.stats()["success"] or not np.isfinite(values).all():
+        return None
+    inputs, later, slack = np.split(values[: 7 * steps], [2 * steps, 6 * steps])
+    states = np.concatenate([situation.state[None], later.reshape(-1, 4)])
+    return Solution(states, inputs.reshape(-1, 2), slack, float(result["f"]))
+
+
+def _program(situation: Situation, target_lat: float, problem: ProblemSettings) -> dict[str, Any]:
+    """Variables x, objective f and constraints g = 0; x holds inputs, states, slacks and what each ellipse gives."""
+    steps, obstacles, axes = problem.steps, situation.obstacles, _axes(situation.obstacles, problem)
+    inputs = [ca.SX.sym(f"u_{k}", 2) for k in range(steps)]
+    states = [ca.SX(situation.state), *(ca.SX.sym(f"x_{k}", 4) for k in range(1, steps + 1))]
+    slack, levels = ca.SX.sym("slack", steps), [ca.SX.sym(f"level_{k}", obstacles.slots) for k in range(1, steps + 1)]
+    weights, cost, constraints, last = problem.cost.slack_weights(steps), 0, [], situation.previous_input
+    for k, (state, after) in enumerate(itertools.pairwise(states)):
+        direction = ca.cos(state[3]), ca.sin(state[3])
+        successor = euler_step(tuple(ca.vertsplit(state)), direction, tuple(ca.vertsplit(inputs[k])), problem.dt)
+        constraints.append(after - ca.vertcat(*successor))
+        constraints.append(_ellipses(after[0], after[1], obstacles.centres[k], axes[k]) + slack[k] - levels[k])
+        change, factor = inputs[k] - last, problem.cost.terminal if k == steps - 1 else 1.0
+        cost += input_cost(inputs[k][0], inputs[k][1], change[0], change[1], problem.cost)
+        cost += factor * state_cost(after[1] - target_lat, after[2], after[3], problem.cost)
+        cost += weights[k] * slack[k] ** 2
+        last = inputs[k]
+    return {"x": ca.vertcat(*inputs, *states[1:], slack, *levels), "f": cost, "g": ca.vertcat(*constraints)}
+
+
+def coasting(situation: Situation, target_lat: float, problem: ProblemSettings) -> Solution:
+    """No input, with the slack and the cost that the program would give it."""
+    inputs, on_road = np.zeros((problem.steps, 2)), np.zeros(problem.steps)
+    states = rollout(situation.state, inputs, problem.dt)
+    slack = _smallest_slack(_levels(states, situation.obstacles, problem))
+    cost = plan_cost(states, inputs, slack, on_road, situation.previous_input, target_lat, problem.cost)
+    return Solution(states, inputs, slack, float(cost))
+
+
+def _axes(obstacles: Obstacles, problem: ProblemSettings) -> Float[np.ndarray, "K n 2"]:
+    """Semi-axes [m] of the ellipses."""
+    return obstacles.half_sizes + problem.vehicle.half_sizes
+
+
+def _ellipses(lon: Any, lat: Any, centres: Float[np.ndarray, "*m n 2"], axes: Float[np.ndarray, "*m n 2"]) -> Any:
+    """Left-hand sides of the obstacle constraints, without slack: below 1 inside an ellipse."""
+    ahead, aside = (lon - centres[..., 0]) / axes[..., 0], (lat - centres[..., 1]) / axes[..., 1]
+    return ahead**2 + aside**2
+
+
+def _levels(
+    states: Float[np.ndarray, "P 4"], obstacles: Obstacles, problem: ProblemSettings
+) -> Float[np.ndarray, "K n"]:
+    """The left-hand sides of given states."""
+    return _ellipses(states[1:, :1], states[1:, 1:2], obstacles.centres, _axes(obstacles, problem))
+
+
+def _smallest_slack(levels: Float[np.ndarray, "K n"]) -> Float[np.ndarray, " K"]:
+    return np.maximum(0.0, 1.0 - levels.min(axis=1, initial=1.0))
+
+
+def _bounds(situation: Situation, problem: ProblemSettings) -> tuple[Float[np.ndarray, " V"], Float[np.ndarray, " V"]]:
+    """Lower and upper bounds of the variables in their order: inputs, states, slacks, what each ellipse gives."""
+    steps, car, free = problem.steps, problem.vehicle, np.full(problem.steps, np.inf)
+    right, left = situation.road_edges
+    levels = np.ones(steps * situation.obstacles.slots)
+    low = ([-car.max_deceleration, -car.max_yaw_rate], [-np.inf, right + car.width / 2, -np.inf, -np.inf])
+    high = ([car.max_acceleration, car.max_yaw_rate], [np.inf, left - car.width / 2, np.inf, np.inf])
+    return (
+        np.concatenate([*(np.tile(each, steps) for each in low), -free, levels]),
+        np.concatenate([*(np.tile(each, steps) for each in high), free, np.inf * levels]),
+    )
+
+
+def _start(situation: Situation, inputs: Float[np.ndarray, "K 2"], problem: ProblemSettings) -> Float[np.ndarray, " V"]:
+    """Values of all variables for given inputs; with them the constraints hold."""
+    states = rollout(situation.state, inputs, problem.dt)
+    levels = _levels(states, situation.obstacles, problem)
+    slack = _smallest_slack(levels)
+    return np.concatenate([inputs.ravel(), states[1:].ravel(), slack, (levels + slack[:, None]).ravel()])
+
+
+class _Memory(NamedTuple):
+    """What the planner remembers of its last call."""
+
+    lane: int
+    """the lane that the plan aimed at"""
+    applied: Float[np.ndarray, " 2"]
+    """acceleration [m/s²] and yaw rate [rad/s] applied since"""
+    inputs: dict[int, Float[np.ndarray, "K 2"]]
+    """inputs of the plan to each lane, shifted to the time of the next call"""
+
+
+class PaperPlanner:
+    """Model predictive control the paper's way; implements `coverdrive.planning.plan.Planner`."""
+
+    def __init__(self, problem: ProblemSettings, lane_change: float):
+        """Make a planner.
+
+        Args:
+            problem: horizon, own car and weights; of the obstacles' settings, ``ignore_rear`` alone matters.
+            lane_change: cost of aiming at another lane than the last plan.
+        """
+        self.problem, self.lane_change = problem, lane_change
+        self.reset(self.dt)
+
+    @property
+    def dt(self) -> float:
+        """[s] between two points of the paths that it plans against."""
+        return self.problem.dt
+
+    @property
+    def steps(self) -> int:
+        """Number K of its steps; it plans against paths of K + 1 points."""
+        return self.problem.steps
+
+    def reset(self, period: float) -> None:
+        """Forget the previous plan; called before every episode.
+
+        Args:
+            period: [s] from one call to the next, by which the last plans are shifted to start the solver.
+        """
+        self._period = period
+        self._memory: _Memory | None = None
+
+    def plan(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> Plan:
+        """Plan from a state against every predicted path; the state and the paths must be finite.
+
+        Args:
+            state: lon [m], lat [m], speed [m/s], heading [rad].
+            paths: predicted paths at the times k·dt of the plan, k = 0 … K.
+            road: the lanes to drive on.
+
+        Returns:
+            The cheapest plan; SOLVED if its slack is negligible, else UNSAFE. No input, and UNSAFE, where IPOPT fails
+            for every lane. Its slack is that of the program, which the quadratic penalty leaves above 0 wherever the
+            plan touches an ellipse.
+
+        Raises:
+            SettingError: if the paths have other times than the plan.
+        """
+        begin = time.perf_counter()
+        problem, memory = self.problem, self._memory
+        check_times(paths, problem)
+        if problem.obstacles.ignore_rear:
+            paths = without_follower(state, paths, road)
+        situation = situation_for(state, memory.applied if memory else np.zeros(2), paths, road, problem)
+        lane = int(road.lane_of(state[1]))
+        held = memory.lane if memory else lane
+        found = self._solutions(situation, road, lane, memory.inputs if memory else {})
+        target = min(found, key=lambda each: found[each].cost + self.lane_change * (each != held), default=lane)
+        chosen = found[target] if found else coasting(situation, float(road.centres[lane]), problem)
+        later = {each: shifted_inputs(one.inputs, self._period, problem.dt) for each, one in found.items()}
+        self._memory = _Memory(target, chosen.inputs[0], later)
+        slack = np.maximum(0.0, chosen.slack)
+        status = Status.SOLVED if found and slack.max() <= NEGLIGIBLE else Status.UNSAFE
+        seconds = time.perf_counter() - begin
+        return Plan(chosen.states, chosen.inputs, slack, status, chosen.cost, seconds, problem.dt)
+
+    def _solutions(
+        self, situation: Situation, road: Road, lane: int, former: dict[int, Float[np.ndarray, "K 2"]]
+    ) -> dict[int, Solution]:
+        """The plans to the own lane and to those beside it, by lane; without those for which IPOPT fails."""
+        problem, straight = self.problem, np.zeros((self.steps, 2))
+        solutions: dict[int, Solution] = {}
+        for target in range(max(lane - 1, 0), min(lane + 2, road.lanes)):
+            for start in [former[target], straight] if target in former else [straight]:
+                solution = solve_paper_program(situation, float(road.centres[target]), start, problem)
+                if solution is not None:
+                    solutions[target] = solution
+                    break
+        return solutions
