@@ -81,7 +81,7 @@ def main() -> None:
             seed=experiment.seed,
             vehicles=experiment.study.vehicles,
             workers=arguments.workers,
-            configuration={"planner": name},
+            configuration={"planner": name, "predictor": predictor.fingerprint},
             progress=lambda done, trials, name=name: print(f"{name}: {done} of {trials} trials", flush=True),
         )
         for name, build in builds.items()
