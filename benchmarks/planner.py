@@ -126,12 +126,15 @@ def paper_plan(instance: dict, target: float, road: Road, problem: ProblemSettin
 
 
 def scaling(planner: MpcPlanner, instances: list[dict], road: Road) -> dict[str, dict[str, float]]:
-    """Planning times against a given number of paths: those of an instance, repeated with small offsets."""
+    """Planning times against a given number of paths: those of an instance, repeated with small offsets.
+
+    The instances are of different drives, so that there is no last plan to begin with.
+    """
     random, result = np.random.default_rng(0), {}
     for count in PATHS:
         seconds = []
-        planner.reset(0.1)
         for instance in instances[:200]:
+            planner.reset(0.1)
             paths = instance["paths"]
             chosen = np.resize(np.arange(len(paths)), count)
             offset = random.normal(0, 0.2, (count, 1, 2)) * (np.arange(count) >= len(paths))[:, None, None]

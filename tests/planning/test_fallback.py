@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from coverdrive.planning.fallback import assumed_state, braking_motion, plausible
+from coverdrive.planning.fallback import assumed_state, braking_motion, continued, plausible
 from coverdrive.planning.obstacles import obstacles_of
 from coverdrive.planning.problem import ProblemSettings, Situation
-from coverdrive.planning.vehicle import rollout
+from coverdrive.planning.vehicle import VehicleSettings, feasible_inputs, rollout, step
 from coverdrive.road import Road
 
 PROBLEM = ProblemSettings()
@@ -63,3 +63,32 @@ def test_what_cannot_be_true_is_assumed_to_need_braking() -> None:
     measured, road = np.array([3.0, np.nan, np.inf, 0.1]), Road.straight()
     assumed = assumed_state(measured, plausible(measured, PROBLEM.vehicle, road), PROBLEM.vehicle, road)
     np.testing.assert_array_equal(assumed, [3.0, 5.4, 45.0, 0.1])
+
+
+@pytest.mark.parametrize("index", range(4))
+@pytest.mark.parametrize("side", [-1, 1])
+@pytest.mark.parametrize(("period", "factor"), [(0.05, 1), (0.25, 1), (0.5, 2)])
+def test_jumps_are_told(index: int, side: int, period: float, factor: float) -> None:
+    expected = np.array([100.0, 5.0, 20.0, 0.1])
+    jump = side * factor * np.array([5.0, 1.5, 5.0, 0.3]) * (np.arange(4) == index)
+    assert continued(expected + 0.99 * jump, expected, period)
+    assert not continued(expected + 1.01 * jump, expected, period)
+
+
+@pytest.mark.parametrize("period", [0.02, 0.1, 0.25, 0.5, 1.0])
+@pytest.mark.parametrize("speed", [1.0, 8.0, 20.0, 45.0])
+def test_nothing_that_a_car_can_do_is_a_jump(period: float, speed: float) -> None:
+    """Whatever it does within a period, where any other thing was planned."""
+    state = np.array([0.0, 5.4, speed, 0.0])
+    wishes = [(acceleration, yaw_rate) for acceleration in (-8.0, 3.0) for yaw_rate in (-0.5, 0.5)]
+    ends = []
+    for wish in wishes:
+        driven = state
+        for _ in range(10):
+            driven = step(driven, feasible_inputs(driven, np.array(wish), period / 10, VehicleSettings()), period / 10)
+        ends.append(driven)
+    assert all(continued(first, second, period) for first in ends for second in ends)
+
+
+def test_a_call_that_is_a_tenth_of_a_second_late_is_no_jump() -> None:
+    assert continued(np.array([9.0, 5.4, 45.0, 0.0]), np.array([4.5, 5.4, 45.0, 0.0]), 0.1)

@@ -322,6 +322,46 @@ def test_a_car_that_stays_blind_follows_its_plan_for_the_grace_and_then_brakes(s
     assert seen.status is Status.SOLVED and seen.inputs[0, 0] > 0
 
 
+@pytest.mark.parametrize("jump", [(30, 0, 0, 0), (0, 3, 0, 0), (0, 0, -10, 0), (0, 0, 0, 0.4)])
+def test_a_jump_for_one_period_is_bridged(straight_paths, jump) -> None:
+    """As the car goes where its plan leads to, the plan is the one that a true measurement gives."""
+    planner, undisturbed, state = MpcPlanner(), MpcPlanner(), np.array([0, 1.8, 20, 0.0])
+    planner.reset(PERIOD)
+    undisturbed.reset(PERIOD)
+    for moment in range(8):
+        paths = straight_paths((40 + 1.5 * moment, 1.8, 15))
+        measured = state + np.array(jump) * (moment == 4)
+        plan, wanted = planner.plan(measured, paths, ROAD), undisturbed.plan(state, paths, ROAD)
+        assert (plan.status is Status.BLIND) == (moment == 4)
+        np.testing.assert_allclose(plan.states, wanted.states, atol=1e-3)
+        state = step(state, wanted.inputs[0], PERIOD)
+
+
+def test_a_lasting_jump_is_believed_after_the_grace(straight_paths) -> None:
+    planner, state = MpcPlanner(), np.array([0, 1.8, 20, 0.0])
+    planner.reset(PERIOD)
+    plans, measured = [], []
+    for moment in range(12):
+        measured.append(state + np.array([30.0, 0, 0, 0]) * (moment > 0))
+        plans.append(planner.plan(measured[-1], straight_paths((200, 5.4, 20)), ROAD))
+        state = step(state, plans[-1].inputs[0], PERIOD)
+    assert [plan.status is Status.BLIND for plan in plans] == [False] + 5 * [True] + 6 * [False]
+    assert min(plan.inputs[0, 0] for plan in plans) > 0
+    for plan, true in zip(plans[6:], measured[6:], strict=True):
+        np.testing.assert_array_equal(plan.states[0], true)
+
+
+@pytest.mark.parametrize("period", [0.05, 0.1, 0.25])
+def test_noise_is_no_jump(straight_paths, period: float) -> None:
+    planner, state, rng = MpcPlanner(), np.array([0, 1.8, 35, 0.0]), np.random.default_rng(0)
+    planner.reset(period)
+    for _ in range(100):
+        noise = rng.normal(0, [0.2, 0.2, 0.3, 0.02])
+        plan = planner.plan(state + noise, straight_paths((state[0] + 25, state[1], 30)), ROAD)
+        assert plan.status is not Status.BLIND
+        state = step(state, plan.inputs[0], period)
+
+
 def test_a_vehicle_that_appears_is_kept_clear_of_at_once(straight_paths) -> None:
     planner, state = MpcPlanner(), np.array([0, 1.8, 20, 0.0])
     planner.reset(PERIOD)

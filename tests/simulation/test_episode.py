@@ -128,6 +128,14 @@ def test_own_car_hit_from_behind(monkeypatch):
     assert trace.stuck[0, 1]
 
 
+def test_own_car_cuts_in_and_is_hit_from_behind(monkeypatch):
+    """The bodies overlap across the road after 1.2 s, 10 m ahead of a vehicle that is 10 m/s faster and needs 20 m."""
+    straight = FakePredictor(FakeBasis.make(accelerations=(0.0,), shifts=(0.0,)))
+    scene = make_scene([0, -26.8], [1.8, 5.4], speed=[20.0, 30.0])
+    trace = run_from(monkeypatch, scene, ConstantPlanner(yaw_rate=0.1), straight, duration=5.0)
+    assert (trace.outcome.kind, trace.outcome.at_fault) == (Kind.REAR_END, Fault.OWN)
+
+
 def test_own_car_swerves_into_its_neighbour(monkeypatch):
     straight = FakePredictor(FakeBasis.make(accelerations=(0.0,), shifts=(0.0,)))
     trace = run_from(

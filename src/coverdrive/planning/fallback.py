@@ -14,6 +14,10 @@ _BESIDE = 5.0
 """[m] beyond the edge of the road where the own car may be"""
 _BACKWARDS = 1.0
 """[m/s] at which it may roll backwards"""
+_ASTRAY = np.array([5.0, 1.5, 5.0, 0.3])
+"""lon [m], lat [m], speed [m/s], heading [rad] by which the own car may be off its plan after `_PERIOD`"""
+_PERIOD = 0.25
+"""[s] after which; more than usual between two plans"""
 
 
 def braking_motion(situation: Situation, lane_centre: float, problem: ProblemSettings) -> Motion:
@@ -47,6 +51,22 @@ def plausible(state: Float[np.ndarray, " 4"], vehicle: VehicleSettings, road: Ro
     least = np.array([-_FARTHEST, road.edges[0] - _BESIDE, -_BACKWARDS, -np.pi / 2])
     largest = np.array([_FARTHEST, road.edges[-1] + _BESIDE, 2 * vehicle.max_speed, np.pi / 2])
     return (state >= least) & (state <= largest)
+
+
+def continued(state: Float[np.ndarray, " 4"], expected: Float[np.ndarray, " 4"], period: float) -> bool:
+    """Whether the own car can have come to a state, rather than to the one that its last plan leads to.
+
+    Within 0.25 s full braking (8 m/s²) where full throttle (3 m/s²) was planned makes 2.8 m/s and 0.3 m. All that tyres
+    give to one side (8 m/s²) where as much to the other was planned makes 0.5 m; 0.5 rad/s where as much the other way
+    was planned makes 0.25 rad, below 8 m/s. For noise the limits leave 2 m/s, 1 m across the road and 0.05 rad even
+    then; along the road they allow for a call that comes 0.1 s late at 45 m/s. They grow with longer periods.
+
+    Args:
+        state: measured: lon [m], lat [m], speed [m/s], heading [rad].
+        expected: where the last plan leads to by now.
+        period: [s] since the last plan.
+    """
+    return bool((np.abs(state - expected) <= _ASTRAY * max(1.0, period / _PERIOD)).all())
 
 
 def assumed_state(

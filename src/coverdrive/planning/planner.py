@@ -15,7 +15,7 @@ from coverdrive.errors import SettingError
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.constants import constants_of
 from coverdrive.planning.domination import mark_undominated
-from coverdrive.planning.fallback import assumed_state, braking_motion, plausible
+from coverdrive.planning.fallback import assumed_state, braking_motion, continued, plausible
 from coverdrive.planning.follower import FollowerSettings, with_careful_follower, without_follower
 from coverdrive.planning.merit import Surroundings
 from coverdrive.planning.motion import Motion, judged, shifted_inputs
@@ -54,7 +54,8 @@ class PlannerSettings(Settings):
     """what that vehicle is trusted to do"""
     grace: float = Field(default=0.5, ge=0)
     """[s] for which a vehicle that vanished is taken to be on one of its last predicted paths, and for which the own
-    car, where its state cannot be true, is taken to follow its last plan; then it brakes"""
+    car is taken to follow its last plan where its state cannot be true, or cannot have come about since. Then it brakes
+    in the former case, and believes the state in the latter"""
 
 
 class _Memory(NamedTuple):
@@ -125,13 +126,14 @@ class MpcPlanner:
         """Plan from a state against every predicted path.
 
         Args:
-            state: lon [m], lat [m], speed [m/s], heading [rad].
+            state: lon [m], lat [m], speed [m/s], heading [rad], one period after the last one. `reset` comes first
+                where it is another car's or another drive's.
             paths: predicted paths at the times k·dt of the plan, k = 0 … K.
             road: the lanes to drive on.
 
         Returns:
             The cheapest plan that is clear of all paths, else the one that violates least; its status says which. If
-            the state or a path is not known, the status is BLIND and the slack 1.
+            the state or a path is not known, or the state has jumped, the status is BLIND and the slack 1.
 
         Raises:
             SettingError: if the paths have other times than the plan.
@@ -142,6 +144,8 @@ class MpcPlanner:
         measured = np.asarray(state, dtype=float)
         believed, memory = plausible(measured, problem.vehicle, road), self._memory
         known, blind = bool(believed.all()), 0.0
+        if known and memory is not None and memory.blind + self._period <= self.settings.grace:
+            known = continued(measured, memory.state, self._period)
         if not known and memory is not None:
             measured, blind = memory.state, memory.blind + self._period
         elif not known:

@@ -15,6 +15,7 @@ from coverdrive.planning.vehicle import step as vehicle_step
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.settings import Settings
+from coverdrive.simulation.fault import fault_of
 from coverdrive.simulation.initial import OWN, InitialSettings, initial_scene
 from coverdrive.simulation.motion import with_states
 from coverdrive.simulation.outcome import Fault, Kind, Outcome, judge
@@ -86,9 +87,10 @@ def run_episode(
         scenes.append(taken.scene)
         if progress is not None:
             progress(k / last)
-        collision = judge(scenes[-2], scenes[-1], k * settings.step)
+        collision = judge(scenes[-2], scenes[-1])
         if collision is not None:
-            outcome = collision
+            kind, partner = collision
+            outcome = Outcome(kind, k * settings.step, partner, fault_of(kind, partner, scenes[:-1]))
             break
     return make_trace(scene, road, steps, settings.step, outcome)
 

@@ -1,7 +1,7 @@
 """How an episode ends: without a contact of the own car, or with a frontal, side or rear-end collision (paper §5).
 
 Decided from the last moment before the contact: the other vehicle ahead in the own car's way → frontal; behind in
-its way → rear-end (the own car was hit from behind); else → side.
+its way → rear-end (the own car was hit from behind); else → side. Whose fault it is says `coverdrive.simulation.fault`.
 """
 
 import enum
@@ -32,7 +32,7 @@ class Fault(enum.StrEnum):
     """Whose driving led to the contact."""
 
     OWN = "own"
-    """the own car ran into the other, or moved towards it sideways, faster than the other towards it"""
+    """the own car ran into the other, or had just cut in when the other did; from the side, it moved faster sideways"""
     OTHER = "other"
     """the reverse"""
     NONE = "none"
@@ -62,21 +62,21 @@ class Outcome:
     at_fault: Fault
 
 
-def judge(before: Scene, after: Scene, time: float) -> Outcome | None:
+def judge(before: Scene, after: Scene) -> tuple[Kind, int] | None:
     """The collision of the own car between two successive moments, or None if there is none.
 
     Args:
         before: all vehicles one step earlier, the own car in slot 0.
         after: all vehicles now.
-        time: now [s].
+
+    Returns:
+        Its kind, and the slot of the vehicle in contact; of the first one, if several are.
     """
     contact = contacts(after)[OWN]
     if not contact.any():
         return None
     partner = int(np.flatnonzero(contact)[0])
-    kind = _kind(before, partner)
-    fault = {Kind.FRONTAL: Fault.OWN, Kind.REAR_END: Fault.OTHER}.get(kind) or _side_fault(before, partner)
-    return Outcome(kind, time, partner, fault)
+    return _kind(before, partner), partner
 
 
 def contacts(scene: Scene) -> Bool[np.ndarray, "*batch A A"]:
@@ -97,12 +97,3 @@ def _kind(before: Scene, partner: int) -> Kind:
     if gap_lon < 0 or gap_lat >= 0:
         return Kind.SIDE
     return Kind.FRONTAL if position[partner, 0] > position[OWN, 0] else Kind.REAR_END
-
-
-def _side_fault(before: Scene, partner: int) -> Fault:
-    lateral_speed = before.speed * np.sin(before.heading)
-    to_partner = np.sign(before.lat[partner] - before.lat[OWN])
-    own, other = to_partner * lateral_speed[OWN], -to_partner * lateral_speed[partner]
-    if max(own, other) <= 0 or own == other:
-        return Fault.NONE
-    return Fault.OWN if own > other else Fault.OTHER

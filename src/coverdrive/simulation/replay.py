@@ -1,8 +1,9 @@
 """Replayed traffic: recorded vehicles drive as they did, with the own car in the place of one of them or between two.
 
-Recorded vehicles do not react to the own car: they may run into it, which is counted as their fault, and none makes
-room for it. A vehicle is there while it was recorded, but for the time in which it would appear on the own car. Use
-scenes that neither trained nor calibrated the predictor (`coverdrive.prediction.held_out`). F moments, A vehicles.
+Recorded vehicles do not react to the own car: they may run into it, which is counted as their fault unless it had just
+cut in, and none makes room for it. A vehicle is there while it was recorded, but for the time in which it would appear
+on the own car. Use scenes that neither trained nor calibrated the predictor (`coverdrive.prediction.held_out`). F
+moments, A vehicles.
 """
 
 from collections.abc import Sequence
