@@ -144,8 +144,7 @@ def _constraints(course: Course, around: Surroundings, constants: Constants) -> 
     most = constants.steps * (2 * around.boxes.shape[2] + _LIMITS)
     seen = _Constraints(np.empty(most), np.empty((most, 4)), np.empty(most, np.int64), np.empty(most))
     count = _limits(course, around, constants, seen)
-    count = _bodies(course, False, around, constants, seen, count)
-    count = _bodies(course, True, around, constants, seen, count)
+    count = _bodies(course, around, constants, seen, count)
     return _Constraints(seen.excess[:count], seen.normal[:count], seen.step[:count], seen.weight[:count])
 
 
@@ -180,30 +179,30 @@ def _limits(course: Course, around: Surroundings, constants: Constants, seen: _C
 
 
 @compiled
-def _bodies(
-    course: Course, mirrored: bool, around: Surroundings, constants: Constants, seen: _Constraints, count: int
-) -> int:
-    """Append the boxes and road edges for the heading, or for the other sign of it; returns the number of constraints.
+def _bodies(course: Course, around: Surroundings, constants: Constants, seen: _Constraints, count: int) -> int:
+    """Append the boxes and road edges for either sign of the heading; returns the number of constraints.
 
-    Called once for all steps: handing over so many arrays takes longer than looking at the boxes of one.
+    The own box is smaller for the other sign: what is far from being active for the heading is so for that as well.
     """
     vehicle, boxes, edges = constants.vehicle, around.boxes, around.edges
-    view = _MIRRORED_IN_VIEW if mirrored else _IN_VIEW
     for k in range(constants.steps):
         lon, lat, speed, heading = course.states[k]
-        if mirrored and abs(heading) >= _TURNED:
-            continue
-        sign = 1.0 if (heading >= 0) != mirrored else -1.0
-        own = half_sizes_of(sign * heading, vehicle)
+        sign = 1.0 if heading >= 0 else -1.0
+        other_view = _MIRRORED_IN_VIEW if abs(heading) < _TURNED else -np.inf
+        own, smaller = half_sizes_of(abs(heading), vehicle), half_sizes_of(-abs(heading), vehicle)
         for slot in range(boxes.shape[2]):
-            value, by = box_excess((lon, lat, speed), own, sign, boxes, k, slot, view, constants)
-            if value > -view:
-                count = _append(seen, count, k, value, by, constants.slack[k])
-        half_width, widening = own[1] + constants.shape.edge_margin, sign * vehicle.length / 2
-        for side, beyond in ((1.0, lat - edges[1]), (-1.0, edges[0] - lat)):
-            if beyond + half_width > -view:
-                by = (0.0, side, 0.0, widening)
-                count = _append(seen, count, k, beyond + half_width, by, constants.cost.off_road)
+            for half, turn, view in ((own, sign, _IN_VIEW), (smaller, -sign, other_view)):
+                value, by = box_excess((lon, lat, speed), half, turn, boxes, k, slot, view, constants)
+                if value > -view:
+                    count = _append(seen, count, k, value, by, constants.slack[k])
+                if value <= -other_view:
+                    break
+        for half, turn, view in ((own, sign, _IN_VIEW), (smaller, -sign, other_view)):
+            half_width, widening = half[1] + constants.shape.edge_margin, turn * vehicle.length / 2
+            for side, beyond in ((1.0, lat - edges[1]), (-1.0, edges[0] - lat)):
+                if beyond + half_width > -view:
+                    by = (0.0, side, 0.0, widening)
+                    count = _append(seen, count, k, beyond + half_width, by, constants.cost.off_road)
     return count
 
 
