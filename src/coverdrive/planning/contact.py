@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from coverdrive.planning.compiled import compiled
+from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.obstacles import TINY, own_half_sizes
 

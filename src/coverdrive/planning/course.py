@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from coverdrive.planning.compiled import compiled
+from coverdrive.compiled import compiled
 
 
 class Course(NamedTuple):

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Int
 
-from coverdrive.planning.compiled import compiled
+from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.contact import box_excess, half_sizes_of
 from coverdrive.planning.cost import input_cost, state_cost

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from coverdrive.planning.compiled import compiled
+from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.course import add_pulled_back, changes_of
 from coverdrive.planning.merit import Model, Surroundings, input_bounds, penalty

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
-from coverdrive.planning.compiled import compiled
+from coverdrive.compiled import compiled
 from coverdrive.planning.course import Course
 
 

@@ -17,11 +17,10 @@ from jaxtyping import Bool, Float, Int
 
 from coverdrive.certificates.certificate import Certificate, fingerprint
 from coverdrive.certificates.rule import Rule, rule_of
-from coverdrive.geometry import turned_half_extents
 from coverdrive.paths import PredictedPaths
 from coverdrive.prediction.affordance import described
 from coverdrive.prediction.basis import Basis
-from coverdrive.prediction.motion import follow
+from coverdrive.prediction.motion import add_bodies, follow
 from coverdrive.prediction.network import Network
 from coverdrive.prediction.storage import load_arrays, save_arrays
 from coverdrive.road import Road
@@ -74,8 +73,8 @@ class Predictor:
         vehicle, base = np.nonzero(possible)
         times, deviation, rate, tube, ellipses = self._rollout(dt, steps)
         motion = follow(scene.states[vehicle], times, deviation[base], rate[base])
-        body = turned_half_extents(scene.half_sizes[vehicle, None], motion[..., 3])
-        half_sizes = body + tube[base]
+        half_sizes = tube[base]
+        add_bodies(half_sizes, scene.half_sizes[vehicle], motion)
         return PredictedPaths(motion[..., :2], vehicle, half_sizes, dt, ellipses[base])
 
     @cached_property
