@@ -103,7 +103,7 @@ def _checks(folder: Path) -> Sequence[_Check]:
         ),
         _Check(
             "cache of Numba",
-            lambda: _writable(importlib.import_module("coverdrive.planning.compiled").cache_folder()),
+            lambda: _writable(importlib.import_module("coverdrive.compiled").cache_folder()),
             "planning is compiled anew by every command; set NUMBA_CACHE_DIR to a folder that you can write to",
             needed=False,
         ),

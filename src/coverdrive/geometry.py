@@ -23,11 +23,13 @@ def turned_half_extents(half_sizes: Float[Array, "*#n 2"], heading: Float[Array,
     Returns:
         [m] half extents along lon and lat.
     """
+    return np.stack(turned_extents(half_sizes[..., 0], half_sizes[..., 1], heading), axis=-1)
+
+
+def turned_extents(half_length: Array, half_width: Array, heading: Array) -> tuple[Array, Array]:
+    """`turned_half_extents` of numbers, or of arrays element by element."""
     cosine, sine = np.abs(np.cos(heading)), np.abs(np.sin(heading))
-    half_length, half_width = half_sizes[..., 0], half_sizes[..., 1]
-    along = half_length * cosine + half_width * sine
-    across = half_length * sine + half_width * cosine
-    return np.stack([along, across], axis=-1)
+    return half_length * cosine + half_width * sine, half_length * sine + half_width * cosine
 
 
 def axis_gap(

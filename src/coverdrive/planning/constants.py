@@ -38,10 +38,11 @@ class Constants(NamedTuple):
     """factor on the errors of every state: the last one counts more"""
     slack: Float[np.ndarray, " K"]
     """weights c_k of the slacks"""
-    straight: Float[np.ndarray, "U U"]
-    """half the second derivatives of the costs of inputs, speed and heading; the two are sums of the inputs"""
+    curvature: Float[np.ndarray, " U"]
+    """half the second derivatives of the costs of inputs, speed and heading with respect to every single input"""
     least_curvature: float
-    """smallest eigenvalue of ``straight``; errors across the road, constraints and damping only add to it"""
+    """smallest eigenvalue of half their second derivatives with respect to all inputs; errors across the road,
+    constraints and damping only add to it"""
 
 
 def constants_of(problem: ProblemSettings) -> Constants:
@@ -65,6 +66,6 @@ def constants_of(problem: ProblemSettings) -> Constants:
         inflation=problem.obstacles.inflation,
         weight=weight,
         slack=cost.slack_weights(steps),
-        straight=straight,
+        curvature=np.diag(straight).copy(),
         least_curvature=float(np.linalg.eigvalsh(straight)[0]),
     )

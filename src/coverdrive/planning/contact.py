@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from coverdrive.planning.compiled import compiled
+from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.obstacles import TINY, own_half_sizes
 
@@ -44,21 +44,25 @@ def box_excess(
         The slack, and its derivatives with respect to lon, lat, speed and heading.
     """
     vehicle, inflation = constants.vehicle, constants.inflation
-    faster = max(0.0, state[2] - boxes[4, step, slot])
-    half_way, braking = faster**2 / (4 * vehicle.max_deceleration), faster / (2 * vehicle.max_deceleration)
+    half_way = braking = 0.0
+    faster = state[2] - boxes[4, step, slot]
+    if faster > 0:
+        braking = faster / (2 * vehicle.max_deceleration)
+        half_way = faster * braking / 2
     long = inflation * (boxes[2, step, slot] + own[0] + half_way)
     wide = inflation * (boxes[3, step, slot] + own[1])
     ahead, aside = state[0] + half_way - boxes[0, step, slot], state[1] - boxes[1, step, slot]
     touching = 1 + constants.shape.margin
     if abs(ahead) >= (touching + view) * long or abs(aside) >= (touching + view) * wide:
         return -view, (0.0, 0.0, 0.0, 0.0)
-    ahead, aside = ahead / long, aside / wide
-    of_ahead, of_aside = _to_order(ahead, constants), _to_order(aside, constants)
+    per_long, per_wide = 1 / long, 1 / wide
+    ahead, aside = ahead * per_long, aside * per_wide
+    of_ahead, below_ahead = _to_order(ahead, constants)
+    of_aside, below_aside = _to_order(aside, constants)
     power = of_ahead + of_aside + TINY
     norm = _root(power, constants)
     factor = -norm / power
-    by_ahead = factor * of_ahead / ahead / long if of_ahead > 0 else 0.0
-    by_aside = factor * of_aside / aside / wide if of_aside > 0 else 0.0
+    by_ahead, by_aside = factor * below_ahead * per_long, factor * below_aside * per_wide
     tilting = -inflation / 2 * sign
     by_heading = tilting * (by_ahead * ahead * vehicle.width + by_aside * aside * vehicle.length)
     by_speed = by_ahead * (1 - inflation * ahead) * braking
@@ -66,13 +70,14 @@ def box_excess(
 
 
 @compiled
-def _to_order(value: float, constants: Constants) -> float:
-    """A number to the power of the superellipses' order, which is a power of two."""
-    order = 1
+def _to_order(value: float, constants: Constants) -> tuple[float, float]:
+    """A number to the power of the superellipses' order, which is a power of two, and to the power below."""
+    order, below = 1, 1.0
     while order < constants.shape.order:
+        below *= value
         value *= value
         order *= 2
-    return value
+    return value, below
 
 
 @compiled

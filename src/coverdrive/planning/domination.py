@@ -7,7 +7,7 @@ and for every turn of the own car, the former of one path is in the latter of an
 import numpy as np
 from jaxtyping import Bool, Float
 
-from coverdrive.planning.compiled import compiled
+from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.contact import half_sizes_of
 

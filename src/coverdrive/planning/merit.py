@@ -11,13 +11,13 @@ K steps, U = 2K inputs, n boxes per step, C constraints in view.
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
-from coverdrive.planning.compiled import compiled
-from coverdrive.planning.condensed import Course, course_of, pull_back
+from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.contact import box_excess, half_sizes_of
 from coverdrive.planning.cost import input_cost, state_cost
+from coverdrive.planning.course import Course, add_lat_curvature, course_of
 
 _SPEED = 1e4
 """[s²/m²] penalty beyond the limits"""
@@ -51,21 +51,36 @@ class Surroundings(NamedTuple):
 
 
 class Model(NamedTuple):
-    """Merit of a motion, and what it is made of, linear in the inputs."""
+    """Merit of a motion, and what it is made of, linear in the changes of states and inputs."""
 
     value: float
     cost: float
     """the merit without the constraints"""
-    smooth: Float[np.ndarray, "U U"]
-    """half the second derivatives without the constraints (Gauss–Newton); the part below the diagonal counts"""
-    slope: Float[np.ndarray, " U"]
-    """half the first derivatives without the constraints"""
+    course: Course
+    """the states, and how they change with the inputs"""
+    by_state: Float[np.ndarray, "K 4"]
+    """half the first derivatives of the cost with respect to the states"""
+    by_input: Float[np.ndarray, " U"]
+    """half the first derivatives of the cost with respect to the inputs, the states apart"""
+    curvature: Float[np.ndarray, " U"]
+    """half the second derivatives (Gauss–Newton) of the cost with respect to every single input, states included"""
     excess: Float[np.ndarray, " C"]
     """what must not be positive: boxes, road edges, limits of speed and heading"""
-    normal: Float[np.ndarray, "C U"]
-    """derivatives of the excesses"""
+    normal: Float[np.ndarray, "C 4"]
+    """derivatives of the excesses with respect to the state of their step"""
+    step: Int[np.ndarray, " C"]
+    """index of that step"""
     weight: Float[np.ndarray, " C"]
     """of the squares of positive excesses"""
+
+
+class _Constraints(NamedTuple):
+    """The fields of that name of `Model`, with room for more."""
+
+    excess: Float[np.ndarray, " most"]
+    normal: Float[np.ndarray, "most 4"]
+    step: Int[np.ndarray, " most"]
+    weight: Float[np.ndarray, " most"]
 
 
 @compiled
@@ -79,9 +94,12 @@ def merit(inputs: Float[np.ndarray, " U"], target: float, around: Surroundings, 
         constants: of the problem.
     """
     course = course_of(around.state, inputs, constants.dt)
-    excess, normal, weight = _constraints(course, around, constants)
-    cost, smooth, slope = _smooth(inputs, course, target, around, constants)
-    return Model(cost + penalty(excess, weight), cost, smooth, slope, excess, normal, weight)
+    cost, by_state, by_input = _smooth(inputs, course, target, around, constants)
+    curvature = constants.curvature.copy()
+    add_lat_curvature(course, constants.cost.lane * constants.weight, constants.dt, curvature)
+    excess, normal, step, weight = _constraints(course, around, constants)
+    value = cost + penalty(excess, weight)
+    return Model(value, cost, course, by_state, by_input, curvature, excess, normal, step, weight)
 
 
 @compiled
@@ -89,125 +107,103 @@ def penalty(excess: Float[np.ndarray, " C"], weight: Float[np.ndarray, " C"]) ->
     """What the constraints add to the merit."""
     result = 0.0
     for i in range(len(excess)):
-        result += weight[i] * max(0.0, excess[i]) ** 2
+        if excess[i] > 0:
+            result += weight[i] * excess[i] ** 2
     return result
 
 
 @compiled
 def _smooth(
     inputs: Float[np.ndarray, " U"], course: Course, target: float, around: Surroundings, constants: Constants
-) -> tuple[float, Float[np.ndarray, "U U"], Float[np.ndarray, " U"]]:
-    """Cost without constraints, half its second and half its first derivatives."""
+) -> tuple[float, Float[np.ndarray, "K 4"], Float[np.ndarray, " U"]]:
+    """Cost without constraints, and half its derivatives with respect to states and inputs."""
     cost, steps = constants.cost, constants.steps
-    smooth, by_inputs, slope = constants.straight.copy(), np.empty(len(inputs)), np.zeros(len(inputs))
+    by_state, by_input = np.zeros((steps, 4)), np.empty(len(inputs))
     value, acceleration, yaw_rate = 0.0, around.previous_input[0], around.previous_input[1]
     for k in range(steps):
         changes = inputs[k] - acceleration, inputs[steps + k] - yaw_rate
         acceleration, yaw_rate = inputs[k], inputs[steps + k]
-        lat_error, weight = course.lat[k] - target, constants.weight[k]
+        _, lat, speed, heading = course.states[k]
+        weight = constants.weight[k]
         value += cost_of_input(acceleration, yaw_rate, changes[0], changes[1], cost)
-        value += weight * cost_of_state(lat_error, course.speed[k], course.heading[k], cost)
-        faster = cost.speed * (course.speed[k] - cost.reference_speed)
-        pull_back(course, k, (0.0, 1.0, 0.0, 0.0), constants.dt, by_inputs)
-        add_square(smooth, by_inputs, weight * cost.lane)
-        slope += (weight * cost.lane * lat_error) * by_inputs
-        slope[: k + 1] += weight * constants.dt * faster
-        slope[steps : steps + k + 1] += weight * constants.dt * cost.heading * course.heading[k]
-        slope[k] += cost.acceleration * acceleration + cost.acceleration_change * changes[0]
-        slope[steps + k] += cost.yaw_rate * yaw_rate + cost.yaw_rate_change * changes[1]
+        value += weight * cost_of_state(lat - target, speed, heading, cost)
+        by_state[k, 1] = weight * cost.lane * (lat - target)
+        by_state[k, 2] = weight * cost.speed * (speed - cost.reference_speed)
+        by_state[k, 3] = weight * cost.heading * heading
+        by_input[k] = cost.acceleration * acceleration + cost.acceleration_change * changes[0]
+        by_input[steps + k] = cost.yaw_rate * yaw_rate + cost.yaw_rate_change * changes[1]
         if k > 0:
-            slope[k - 1] -= cost.acceleration_change * changes[0]
-            slope[steps + k - 1] -= cost.yaw_rate_change * changes[1]
-    return value, smooth, slope
+            by_input[k - 1] -= cost.acceleration_change * changes[0]
+            by_input[steps + k - 1] -= cost.yaw_rate_change * changes[1]
+    return value, by_state, by_input
 
 
 @compiled
-def _constraints(
-    course: Course, around: Surroundings, constants: Constants
-) -> tuple[Float[np.ndarray, " C"], Float[np.ndarray, "C U"], Float[np.ndarray, " C"]]:
-    """Excess, its derivatives and weight of the constraints in view."""
+def _constraints(course: Course, around: Surroundings, constants: Constants) -> _Constraints:
+    """The constraints in view."""
     most = constants.steps * (2 * around.boxes.shape[2] + _LIMITS)
-    excess, normal, weight = np.empty(most), np.empty((most, 2 * constants.steps)), np.empty(most)
-    count = _limits(course, around, constants, excess, normal, weight)
-    count = _bodies(course, False, around, constants, excess, normal, weight, count)
-    count = _bodies(course, True, around, constants, excess, normal, weight, count)
-    return excess[:count], normal[:count], weight[:count]
+    seen = _Constraints(np.empty(most), np.empty((most, 4)), np.empty(most, np.int64), np.empty(most))
+    count = _limits(course, around, constants, seen)
+    count = _bodies(course, around, constants, seen, count)
+    return _Constraints(seen.excess[:count], seen.normal[:count], seen.step[:count], seen.weight[:count])
 
 
 @compiled
-def _limits(
-    course: Course,
-    around: Surroundings,
-    constants: Constants,
-    excess: Float[np.ndarray, " most"],
-    normal: Float[np.ndarray, "most U"],
-    weight: Float[np.ndarray, " most"],
+def _append(
+    seen: _Constraints, count: int, step: int, excess: float, normal: tuple[float, float, float, float], weight: float
 ) -> int:
+    """Append a constraint; returns the number of constraints."""
+    seen.excess[count], seen.step[count], seen.weight[count] = excess, step, weight
+    for i in range(4):
+        seen.normal[count, i] = normal[i]
+    return count + 1
+
+
+@compiled
+def _limits(course: Course, around: Surroundings, constants: Constants, seen: _Constraints) -> int:
     """Write the limits of speed and heading; returns their number."""
     vehicle, count = constants.vehicle, 0
     fastest, slowest = max(vehicle.max_speed, around.state[2]), min(0.0, around.state[2])
     widest = max(vehicle.max_heading, abs(around.state[3]))
     for k in range(constants.steps):
-        speed, heading = course.speed[k], course.heading[k]
-        for value, by, penalty, view in (
+        speed, heading = course.states[k, 2], course.states[k, 3]
+        for value, by, weight, view in (
             (speed - fastest, (0.0, 0.0, 1.0, 0.0), _SPEED, _IN_VIEW),
             (slowest - speed, (0.0, 0.0, -1.0, 0.0), _SPEED, _IN_VIEW),
             (heading - widest, (0.0, 0.0, 0.0, 1.0), _HEADING, _HEADING_IN_VIEW),
             (-widest - heading, (0.0, 0.0, 0.0, -1.0), _HEADING, _HEADING_IN_VIEW),
         ):
             if value > -view:
-                excess[count], weight[count] = value, penalty
-                pull_back(course, k, by, constants.dt, normal[count])
-                count += 1
+                count = _append(seen, count, k, value, by, weight)
     return count
 
 
 @compiled
-def _bodies(
-    course: Course,
-    mirrored: bool,
-    around: Surroundings,
-    constants: Constants,
-    excess: Float[np.ndarray, " most"],
-    normal: Float[np.ndarray, "most U"],
-    weight: Float[np.ndarray, " most"],
-    count: int,
-) -> int:
-    """Append the boxes and road edges for the heading, or for the other sign of it; returns the number of constraints.
+def _bodies(course: Course, around: Surroundings, constants: Constants, seen: _Constraints, count: int) -> int:
+    """Append the boxes and road edges for either sign of the heading; returns the number of constraints.
 
-    Called once for all steps: handing over so many arrays takes longer than looking at the boxes of one.
+    The own box is smaller for the other sign: what is far from being active for the heading is so for that as well.
     """
     vehicle, boxes, edges = constants.vehicle, around.boxes, around.edges
-    view = _MIRRORED_IN_VIEW if mirrored else _IN_VIEW
     for k in range(constants.steps):
-        lon, lat, speed, heading = course.lon[k], course.lat[k], course.speed[k], course.heading[k]
-        if mirrored and abs(heading) >= _TURNED:
-            continue
-        sign = 1.0 if (heading >= 0) != mirrored else -1.0
-        own = half_sizes_of(sign * heading, vehicle)
+        lon, lat, speed, heading = course.states[k]
+        sign = 1.0 if heading >= 0 else -1.0
+        other_view = _MIRRORED_IN_VIEW if abs(heading) < _TURNED else -np.inf
+        own, smaller = half_sizes_of(abs(heading), vehicle), half_sizes_of(-abs(heading), vehicle)
         for slot in range(boxes.shape[2]):
-            value, by = box_excess((lon, lat, speed), own, sign, boxes, k, slot, view, constants)
-            if value > -view:
-                excess[count], weight[count] = value, constants.slack[k]
-                pull_back(course, k, by, constants.dt, normal[count])
-                count += 1
-        half_width, widening = own[1] + constants.shape.edge_margin, sign * vehicle.length / 2
-        for side, beyond in ((1.0, lat - edges[1]), (-1.0, edges[0] - lat)):
-            if beyond + half_width > -view:
-                excess[count], weight[count] = beyond + half_width, constants.cost.off_road
-                pull_back(course, k, (0.0, side, 0.0, widening), constants.dt, normal[count])
-                count += 1
+            for half, turn, view in ((own, sign, _IN_VIEW), (smaller, -sign, other_view)):
+                value, by = box_excess((lon, lat, speed), half, turn, boxes, k, slot, view, constants)
+                if value > -view:
+                    count = _append(seen, count, k, value, by, constants.slack[k])
+                if value <= -other_view:
+                    break
+        for half, turn, view in ((own, sign, _IN_VIEW), (smaller, -sign, other_view)):
+            half_width, widening = half[1] + constants.shape.edge_margin, turn * vehicle.length / 2
+            for side, beyond in ((1.0, lat - edges[1]), (-1.0, edges[0] - lat)):
+                if beyond + half_width > -view:
+                    by = (0.0, side, 0.0, widening)
+                    count = _append(seen, count, k, beyond + half_width, by, constants.cost.off_road)
     return count
-
-
-@compiled
-def add_square(matrix: Float[np.ndarray, "U U"], row: Float[np.ndarray, " U"], factor: float) -> None:
-    """Add factor·row·rowᵀ to a matrix, on and below its diagonal."""
-    for i in range(len(row)):
-        scaled = factor * row[i]
-        if scaled != 0:
-            for j in range(i + 1):
-                matrix[i, j] += scaled * row[j]
 
 
 @compiled

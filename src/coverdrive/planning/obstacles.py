@@ -17,8 +17,8 @@ import numpy as np
 from jaxtyping import Bool, Float
 from pydantic import Field
 
+from coverdrive.compiled import compiled
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.compiled import compiled
 from coverdrive.planning.reach import reachable_range
 from coverdrive.planning.vehicle import VehicleSettings
 from coverdrive.settings import Settings
@@ -192,6 +192,28 @@ def _mark_near(
             way = brake if obstacles.speed[k, slot] < FAR else 0.0
             behind = _MARGIN * inflation * reach + (inflation - 1) * way
             near[slot] |= low[k] - behind < lon < high[k] + behind + way
+
+
+@compiled
+def pack(obstacles: Obstacles, near: Bool[np.ndarray, " n"], lon: float, boxes: Float[np.ndarray, "5 K m"]) -> None:
+    """Write the chosen ones as boxes.
+
+    Args:
+        obstacles: one slot for each path.
+        near: which of them; m.
+        lon: [m] where the own car is.
+        boxes: where lon (from there), lat, half length, half width [m] and speed [m/s] are written.
+    """
+    for k in range(boxes.shape[1]):
+        count = 0
+        for slot in range(len(near)):
+            if near[slot]:
+                boxes[0, k, count] = obstacles.centres[k, slot, 0] - lon
+                boxes[1, k, count] = obstacles.centres[k, slot, 1]
+                boxes[2, k, count] = obstacles.half_sizes[k, slot, 0]
+                boxes[3, k, count] = obstacles.half_sizes[k, slot, 1]
+                boxes[4, k, count] = obstacles.speed[k, slot]
+                count += 1
 
 
 def chosen_obstacles(obstacles: Obstacles, chosen: Bool[np.ndarray, " n"], lon: float, slots: int) -> Obstacles:

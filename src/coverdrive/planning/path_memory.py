@@ -1,8 +1,9 @@
 """Vehicles that vanish: for a short time they are taken to be on one of the paths that were last predicted for them."""
 
 import numpy as np
-from jaxtyping import Bool
+from jaxtyping import Bool, Float
 
+from coverdrive.compiled import compiled
 from coverdrive.paths import PredictedPaths
 
 _FASTEST = 150.0
@@ -45,9 +46,26 @@ class PathMemory:
 
 def _possible(paths: PredictedPaths) -> Bool[np.ndarray, " S"]:
     """Which paths can be true: finite bodies of a positive size, no faster than any car."""
-    moved = np.abs(np.diff(paths.points, axis=1)) <= _FASTEST * paths.dt
-    sized = (paths.half_sizes > 0) & (paths.half_sizes < np.inf)
-    return np.logical_and(moved.all((1, 2)), sized.all((1, 2)))
+    result = np.empty(len(paths), dtype=bool)
+    _mark_possible(paths.points, paths.half_sizes, _FASTEST * paths.dt, result)
+    return result
+
+
+@compiled
+def _mark_possible(
+    points: Float[np.ndarray, "S P 2"],
+    half_sizes: Float[np.ndarray, "S P 2"],
+    most: float,
+    possible: Bool[np.ndarray, " S"],
+) -> None:
+    """Tell which paths have finite sizes above 0 and no step beyond a length [m]; what is not a number fails."""
+    for i in range(len(points)):
+        possible[i] = True
+        for k in range(points.shape[1]):
+            for axis in range(2):
+                possible[i] &= 0 < half_sizes[i, k, axis] < np.inf
+                if k > 0:
+                    possible[i] &= abs(points[i, k, axis] - points[i, k - 1, axis]) <= most
 
 
 def later(paths: PredictedPaths, elapsed: float) -> PredictedPaths:

@@ -19,7 +19,7 @@ from coverdrive.planning.fallback import assumed_state, braking_motion, continue
 from coverdrive.planning.follower import FollowerSettings, with_careful_follower, without_follower
 from coverdrive.planning.merit import Surroundings
 from coverdrive.planning.motion import Motion, judged, shifted_inputs
-from coverdrive.planning.obstacles import Obstacles, obstacles_of, reachable
+from coverdrive.planning.obstacles import Obstacles, obstacles_of, pack, reachable
 from coverdrive.planning.path_memory import PathMemory
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.problem import ProblemSettings, Situation
@@ -236,9 +236,7 @@ class MpcPlanner:
         problem, memory = self.settings.problem, self._memory
         near = reachable(state, obstacles, problem.dt, problem.vehicle, problem.obstacles)
         boxes = np.empty((5, problem.steps, int(near.sum())))
-        boxes[:2] = (obstacles.centres[:, near] - [state[0], 0.0]).transpose(2, 0, 1)
-        boxes[2:4] = obstacles.half_sizes[:, near].transpose(2, 0, 1)
-        boxes[4] = obstacles.speed[:, near]
+        pack(obstacles, near, float(state[0]), boxes)
         kept, vehicle = np.empty(boxes.shape[2], bool), problem.vehicle
         turned, fastest = max(abs(state[3]), vehicle.max_heading), max(state[2], vehicle.max_speed)
         mark_undominated(boxes, turned, fastest, self._constants, kept)

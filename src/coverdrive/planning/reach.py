@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Float
 
-from coverdrive.planning.compiled import compiled
+from coverdrive.compiled import compiled
 from coverdrive.planning.vehicle import VehicleSettings
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from pydantic import Field
 
-from coverdrive.planning.compiled import compiled
+from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.descent import descend
 from coverdrive.planning.judge import drive_step, judge

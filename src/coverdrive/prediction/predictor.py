@@ -3,23 +3,24 @@
 Nothing in the file can be executed (`coverdrive.prediction.storage`).
 """
 
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, fields
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 from jax import Array
 from jaxtyping import Bool, Float, Int
 
 from coverdrive.certificates.certificate import Certificate, fingerprint
 from coverdrive.certificates.rule import Rule, rule_of
-from coverdrive.geometry import turned_half_extents
 from coverdrive.paths import PredictedPaths
 from coverdrive.prediction.affordance import described
 from coverdrive.prediction.basis import Basis
-from coverdrive.prediction.motion import follow
+from coverdrive.prediction.motion import add_bodies, follow
 from coverdrive.prediction.network import Network
 from coverdrive.prediction.storage import load_arrays, save_arrays
 from coverdrive.road import Road
@@ -50,8 +51,8 @@ class Predictor:
 
     def possible(self, scene: Scene, road: Road) -> Bool[np.ndarray, "A M"]:
         """The bases that the rule calls possible for every slot of one scene; none for slots without a vehicle."""
-        values = _scene_scores(*self._parameters, scene.packed(_SLOTS), road.edges, road.length)
-        scores, hidden = (np.asarray(each)[: scene.vehicles] for each in values)
+        values = np.asarray(self._values(scene.packed(_SLOTS), road.edges))[: scene.vehicles]
+        scores, hidden = values[:, : len(self.rule.tube)], values[:, len(self.rule.tube) :]
         return self.rule.possible(scores, hidden) & np.asarray(scene.valid)[:, None]
 
     def predict(self, scene: Scene, road: Road, own: int, dt: float, steps: int) -> PredictedPaths:
@@ -72,15 +73,23 @@ class Predictor:
         vehicle, base = np.nonzero(possible)
         times, deviation, rate, tube, ellipses = self._rollout(dt, steps)
         motion = follow(scene.states[vehicle], times, deviation[base], rate[base])
-        body = turned_half_extents(scene.half_sizes[vehicle, None], motion[..., 3])
-        half_sizes = body + tube[base]
+        half_sizes = tube[base]
+        add_bodies(half_sizes, scene.half_sizes[vehicle], motion)
         return PredictedPaths(motion[..., :2], vehicle, half_sizes, dt, ellipses[base])
 
     @cached_property
-    def _parameters(self) -> tuple[list[Array], Any]:
-        """The network in parts; handing it over as a whole takes longer than computing its scores."""
-        parts, whole = jax.tree.flatten(self.network)
-        return jax.device_put(parts), whole
+    def _values(self) -> Callable[[Float[np.ndarray, "7 A"], Float[Array | np.ndarray, " E"]], Array]:
+        """The function of a packed scene and road edges that gives M scores and then the last hidden layer.
+
+        One compiled function that knows the network and gives one array: XLA takes about as long for every array that
+        is handed over as for a layer.
+        """
+
+        def values(rows: Float[Array, "7 A"], edges: Float[Array, " E"]) -> Float[Array, "A _"]:
+            features = described(Scene.unpacked(rows), Road(edges, np.inf))
+            return jnp.concatenate([self.network.scores(features), self.network.hidden(features)], axis=-1)
+
+        return jax.jit(values)
 
     def __getstate__(self) -> dict[str, Any]:
         """The fields alone; what is cached belongs to the process."""
@@ -127,16 +136,3 @@ class Predictor:
             certificate=Certificate(**header["certificate"]),
             trained_on=arrays["trained_on"],
         )
-
-
-@partial(jax.jit, static_argnums=1)
-def _scene_scores(
-    parts: list[Array],
-    whole: Any,
-    scene: Float[Array, "7 A"],
-    edges: Float[Array, " E"],
-    length: Float[Array, ""],
-) -> tuple[Float[Array, "A M"], Float[Array, "A H"]]:
-    network: Network = jax.tree.unflatten(whole, parts)
-    features = described(Scene.unpacked(scene), Road(edges, length))
-    return network.scores(features), network.hidden(features)

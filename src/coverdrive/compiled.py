@@ -1,7 +1,8 @@
 """Compilation of plain loops to machine code with Numba, kept on disk between runs.
 
 Numba takes kept code for valid as long as the file of the function is the same, whatever became of the functions that
-it calls in other files. Code is therefore kept in a folder that is named after all sources of this package.
+it calls in other files. Code is therefore kept in a folder that is named after all sources of its own package and
+those at the top of `coverdrive`; compiled functions call no others.
 
 Sums are computed in the order in which they are written: with Numba's ``fastmath``, the last digits would depend on
 whether code was compiled in this process or read from the disk, and drives with the same seed would drift apart.
@@ -11,6 +12,7 @@ import hashlib
 import inspect
 import os
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
@@ -31,7 +33,7 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
     Args:
         function: of numbers, arrays and named tuples of them, in what of Python and NumPy Numba knows.
     """
-    folder = _folder()
+    folder = _folder(Path(inspect.getfile(inspect.unwrap(function))).parent)
     kept, _numba.config.CACHE_DIR = _numba.config.CACHE_DIR, str(folder or "")
     try:
         compiler = _numba.njit(cache=folder is not None, error_model="numpy")
@@ -45,9 +47,10 @@ def cache_folder() -> Path:
     return Path(os.environ.get("NUMBA_CACHE_DIR") or Path(__file__).parent / "__pycache__")
 
 
-def _folder() -> Path | None:
-    """Where code of these sources is kept, or None if nothing can be written there."""
-    folder = cache_folder() / f"compiled-{_SOURCES}"
+@cache
+def _folder(package: Path) -> Path | None:
+    """Where code of the sources in a folder is kept, or None if nothing can be written there."""
+    folder = cache_folder() / f"compiled-{_fingerprint(package)}"
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError:
@@ -55,9 +58,6 @@ def _folder() -> Path | None:
     return folder if os.access(folder, os.W_OK) else None
 
 
-def _fingerprint(folder: Path) -> str:
-    sources = (path.read_bytes() for path in sorted(folder.glob("*.py")))
-    return hashlib.sha256(b"".join(sources)).hexdigest()[:16]
-
-
-_SOURCES = _fingerprint(Path(__file__).parent)
+def _fingerprint(package: Path) -> str:
+    files = sorted({*package.glob("*.py"), *Path(__file__).parent.glob("*.py")})
+    return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()[:16]
