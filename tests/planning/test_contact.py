@@ -10,7 +10,7 @@ from coverdrive.planning.contact import box_excess
 from coverdrive.planning.obstacles import ObstacleSettings, clearance, own_half_sizes
 from coverdrive.planning.problem import ProblemSettings
 
-SHAPES = {order: ProblemSettings(obstacles=ObstacleSettings(order=order)) for order in (2, 4, 8)}
+SHAPES = {order: ProblemSettings(obstacles=ObstacleSettings(order=order)) for order in (2, 4, 8, 16, 32)}
 
 
 def excess_of(order: int, state: np.ndarray, box: list[float], view: float = 100.0) -> tuple[float, tuple]:
@@ -30,7 +30,7 @@ def slack_of(order: int, state: np.ndarray, box: list[float]) -> float:
     return 1 + problem.obstacles.margin - value
 
 
-@pytest.mark.parametrize("order", [2, 4, 8])
+@pytest.mark.parametrize("order", [2, 4, 8, 16, 32])
 @given(
     lon=st.floats(-20, 20),
     lat=st.floats(-6, 6),
@@ -50,7 +50,7 @@ def test_slack_is_that_of_the_definition(order: int, lon: float, lat: float, spe
     assert near != -1 or slopes == (0, 0, 0, 0)
 
 
-@pytest.mark.parametrize("order", [2, 4, 8])
+@pytest.mark.parametrize("order", [2, 4, 8, 16, 32])
 @pytest.mark.parametrize("lat", [0.5, 2.0, -3.0])
 def test_derivatives(order: int, lat: float) -> None:
     state, box, small = np.array([-4.0, lat, 30.0, 0.1]), [5.0, 0.5, 2.5, 1.1, 12.0], 1e-6

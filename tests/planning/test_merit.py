@@ -31,7 +31,7 @@ def gradient(model: Model) -> np.ndarray:
     return 2 * by_input
 
 
-@pytest.mark.parametrize("order", [2, 4, 8])
+@pytest.mark.parametrize("order", [2, 4, 8, 16, 32])
 @pytest.mark.parametrize("inputs", INPUTS)
 def test_gradient_of_the_merit(inputs: np.ndarray, order: int, around: Surroundings) -> None:
     constants = constants_of(ProblemSettings(obstacles=ObstacleSettings(order=order)))

@@ -34,7 +34,7 @@ FAR = 1e5
 class ObstacleSettings(Settings):
     """Shape and choice of the obstacles."""
 
-    order: Literal[2, 4, 8] = 8
+    order: Literal[2, 4, 8, 16, 32] = 8
     """p of the superellipse (paper: 2); a higher order is nearer to the box"""
     margin: float = Field(default=0.01, ge=0, le=0.1)
     """by which the constraints ask for more than not touching; slack up to it costs, but is no contact"""
