@@ -22,7 +22,7 @@ from coverdrive.planning.obstacles import (
 from coverdrive.planning.vehicle import VehicleSettings
 
 CAR = VehicleSettings()
-ORDERS: tuple[Literal[2, 4, 8], ...] = (2, 4, 8)
+ORDERS: tuple[Literal[2, 4, 8, 16, 32], ...] = (2, 4, 8, 16, 32)
 SHAPES = [ObstacleSettings(order=order) for order in ORDERS]
 
 
