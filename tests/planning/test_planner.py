@@ -1,8 +1,10 @@
 """The planner in single calls and in closed loop."""
 
 import _thread
+import dataclasses
 import itertools
 import pickle
+import sys
 import threading
 
 import numpy as np
@@ -12,7 +14,6 @@ import coverdrive.planning.planner as planning
 from coverdrive.errors import SettingError
 from coverdrive.geometry import boxes_overlap, turned_half_extents
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning import search
 from coverdrive.planning.follower import FollowerSettings, with_careful_follower
 from coverdrive.planning.obstacles import ObstacleSettings, clearances, obstacles_of
 from coverdrive.planning.plan import Plan, Status
@@ -218,15 +219,33 @@ def test_what_cannot_be_reached_changes_nothing(straight_paths) -> None:
     np.testing.assert_allclose(culled.states, everything.states, atol=1e-9)
 
 
+def compiled_functions() -> dict[str, int]:
+    """Numbers of types of arguments for which the functions of the package are compiled."""
+    modules = [module for name, module in sys.modules.items() if name.startswith("coverdrive.")]
+    return {
+        f"{module.__name__}.{name}": len(function.signatures)
+        for module in modules
+        for name, function in vars(module).items()
+        if hasattr(function, "signatures")
+    }
+
+
 def test_plans_compile_nothing_after_the_reset(straight_paths) -> None:
     planner = MpcPlanner()
     planner.reset(PERIOD)
-    compiled = len(search._search.signatures)
+    compiled = compiled_functions()
+    assert len(compiled) > 20
+    state = np.zeros((4, 2))[:, 0]
+    state[:] = [0, 5.4, 20, 0]
     for count in (0, 3, 48, 49, 119):
-        planner.plan(
-            np.array([0, 5.4, 20, 0.0]), straight_paths(*[(20.0 + i / 10, 1.8, 18) for i in range(count)]), ROAD
-        )
-    assert len(search._search.signatures) == compiled
+        paths = straight_paths(*[(20.0 + i / 10, 1.8, 18) for i in range(count)])
+        planner.plan(state, paths, ROAD)
+        strided = np.zeros((count, 13, 4))[..., :2]
+        strided[:] = paths.points
+        planner.plan(state, dataclasses.replace(paths, points=strided), ROAD)
+        single = paths.half_sizes.astype(np.float32)
+        planner.plan(state, dataclasses.replace(paths, half_sizes=single), ROAD)
+    assert compiled_functions() == compiled
 
 
 def test_a_follower_does_not_push_where_nothing_is_clear_anyway(straight_paths) -> None:

@@ -143,8 +143,8 @@ def obstacles_of(paths: PredictedPaths, settings: ObstacleSettings) -> Obstacles
         paths: the predicted paths at the times k·dt, k = 0 … K.
         settings: whether the end of the plan must leave the way to brake.
     """
-    centres = paths.points[:, 1:].swapaxes(0, 1)
-    half_sizes = paths.half_sizes[:, 1:].swapaxes(0, 1)
+    by_step = (each[:, 1:].swapaxes(0, 1) for each in (paths.points, paths.half_sizes))
+    centres, half_sizes = map(np.ascontiguousarray, by_step)  # one layout, whatever the number of paths
     speed = np.full(centres.shape[:2], FAR)
     if settings.terminal_braking:
         speed[-1] = np.maximum(0.0, paths.points[:, -1, 0] - paths.points[:, -2, 0]) / paths.dt

@@ -1,5 +1,7 @@
 """Vehicles that vanish: for a short time they are taken to be on one of the paths that were last predicted for them."""
 
+from dataclasses import replace
+
 import numpy as np
 from jaxtyping import Bool, Float
 
@@ -30,6 +32,7 @@ class PathMemory:
             The paths, all finite, and whether every vehicle among ``paths`` is represented.
         """
         broken: set[int] = set()
+        paths = _plain(paths)
         possible = _possible(paths)
         if not possible.all():
             broken = set(paths.vehicle[~possible].tolist())
@@ -42,6 +45,12 @@ class PathMemory:
         self._last = paths
         self._ages = dict.fromkeys(seen, 0.0) | {vehicle: ages[vehicle] for vehicle in kept}
         return paths, broken <= self._ages.keys()
+
+
+def _plain(paths: PredictedPaths) -> PredictedPaths:
+    """The same in arrays of one type and layout, for which compiled functions were compiled at the planner's reset."""
+    points, half_sizes = (np.ascontiguousarray(each, dtype=float) for each in (paths.points, paths.half_sizes))
+    return replace(paths, points=points, half_sizes=half_sizes)
 
 
 def _possible(paths: PredictedPaths) -> Bool[np.ndarray, " S"]:

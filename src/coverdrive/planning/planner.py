@@ -141,7 +141,7 @@ class MpcPlanner:
         begin = time.perf_counter()
         problem = self.settings.problem
         check_times(paths, problem)
-        measured = np.asarray(state, dtype=float)
+        measured = np.ascontiguousarray(state, dtype=float)
         believed, memory = plausible(measured, problem.vehicle, road), self._memory
         known, blind = bool(believed.all()), 0.0
         if known and memory is not None and memory.blind + self._period <= self.settings.grace:
