@@ -356,6 +356,22 @@ def test_a_jump_for_one_period_is_bridged(straight_paths, jump) -> None:
         state = step(state, wanted.inputs[0], PERIOD)
 
 
+@pytest.mark.parametrize("jump", [(40.0, 0.0), (0.0, 3.0)])
+def test_where_all_others_jump_as_well_it_is_the_origin_that_has_moved(straight_paths, jump) -> None:
+    """Without a jump the plan brakes for the slower car ahead; with it, it does the same."""
+    planner, state = MpcPlanner(), np.array([0, 5.4, 25, 0.0])
+    planner.reset(PERIOD)
+    for moment in range(8):
+        lon, lat = np.array(jump) * (moment >= 3)
+        others = [(30 + 1.2 * moment, 5.4, 12), (2.5 * moment, 1.8, 25), (2.5 * moment, 9.0, 25)]
+        paths = straight_paths(*[(other[0] + lon, other[1] + lat, other[2]) for other in others])
+        road = Road(np.array(ROAD.edges) + lat, ROAD.length)
+        plan = planner.plan(state + np.array([lon, lat, 0, 0]), paths, road)
+        assert plan.status is not Status.BLIND
+        assert plan.inputs[0, 0] < -1
+        state = step(state, plan.inputs[0], PERIOD)
+
+
 def test_a_lasting_jump_is_believed_after_the_grace(straight_paths) -> None:
     planner, state = MpcPlanner(), np.array([0, 1.8, 20, 0.0])
     planner.reset(PERIOD)

@@ -5,6 +5,7 @@ import polars as pl
 import pytest
 
 from coverdrive.prediction.basis import Basis
+from coverdrive.prediction.bodies import body_radius
 from coverdrive.prediction.collision import colliding_bases
 from coverdrive.prediction.samples import COLLIDES, OTHER, POSSIBLE, make_samples
 from coverdrive.prediction.segments import SegmentSettings, cut_segments
@@ -104,7 +105,7 @@ def test_labels(scenes: tuple[Recording, ...]) -> None:
     assert ((samples.labels == POSSIBLE).sum(1) == 1).all()
     distance = basis.distance(segments.points)
     assert np.array_equal(samples.base, distance.argmin(1))
-    assert (samples.distance >= distance).all()
+    assert np.array_equal(samples.distance, np.maximum(distance, body_radius(basis, segments)))
     for i in range(0, len(samples), 37):
         recording = scenes[segments.recording[i]]
         row = recording.table.row(int(segments.row[i]), named=True)
@@ -123,7 +124,7 @@ def test_the_first_base_that_covers_stands_for_a_segment(scenes: tuple[Recording
     samples = make_samples(scenes, segments, basis)
     for distance, base in zip(samples.distance, samples.base, strict=True):
         covering = [index for index in range(4) if distance[index] <= 1.0]
-        assert base == covering[0] if covering else base in range(4)
+        assert not covering or base == covering[0]
     nearest = basis.distance(segments.points).argmin(1)
     uncovered = (samples.distance > 1.0).all(1)
     assert uncovered.any() and (samples.base[uncovered] == nearest[uncovered]).all()

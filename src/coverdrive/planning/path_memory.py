@@ -46,6 +46,22 @@ class PathMemory:
         self._ages = dict.fromkeys(seen, 0.0) | {vehicle: ages[vehicle] for vehicle in kept}
         return paths, broken <= self._ages.keys()
 
+    def shift(self, paths: PredictedPaths, elapsed: float) -> Float[np.ndarray, " 2"]:
+        """By how much [m] along lon and lat vehicles are elsewhere than remembered, in the median; 0 if there are none.
+
+        Args:
+            paths: predicted now.
+            elapsed: [s] since the last call.
+        """
+        if self._last is None:
+            return np.zeros(2)
+        expected = later(self._last, elapsed)
+        moved = [
+            (paths.points[paths.vehicle == each, 0] - expected.points[expected.vehicle == each, 0][:1]).mean(0)
+            for each in np.intersect1d(paths.vehicle, expected.vehicle)
+        ]
+        return np.median(moved, axis=0) if moved else np.zeros(2)
+
 
 def _plain(paths: PredictedPaths) -> PredictedPaths:
     """The same in arrays of one type and layout, for which compiled functions were compiled at the planner's reset."""

@@ -27,6 +27,8 @@ from coverdrive.planning.search import Found, SearchSettings, Wanted, search
 from coverdrive.road import Road
 from coverdrive.settings import Settings
 
+_ROUNDING = 1e-9
+"""[s] of a time"""
 _PATHS_BETWEEN_LOOKS = 1000
 """paths times iterations of the search between two looks at the clock"""
 
@@ -90,8 +92,6 @@ class MpcPlanner:
         problem = self.settings.problem
         self._constants = constants_of(problem)
         self._accelerations = self.settings.search.accelerations(problem.vehicle)
-        self._memory: _Memory | None = None
-        self._paths = PathMemory(self.settings.grace)
         self._start(self.dt)
 
     @property
@@ -115,12 +115,13 @@ class MpcPlanner:
         points = np.zeros((1, self.steps + 1, 2))
         points[..., 0] = 30.0
         self.plan(state, PredictedPaths(points, np.zeros(1, int), np.ones_like(points), self.dt), road)
-        self._memory = None
-        self._paths = PathMemory(self.settings.grace)
+        self._start(period)
 
     def _start(self, period: float) -> None:
         self._period = period
         self._shift = shifted_inputs(np.eye(self.steps), period, self.dt)
+        self._memory: _Memory | None = None
+        self._paths = PathMemory(self.settings.grace)
 
     def plan(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> Plan:
         """Plan from a state against every predicted path.
@@ -144,19 +145,25 @@ class MpcPlanner:
         measured = np.ascontiguousarray(state, dtype=float)
         believed, memory = plausible(measured, problem.vehicle, road), self._memory
         known, blind = bool(believed.all()), 0.0
-        if known and memory is not None and memory.blind + self._period <= self.settings.grace:
-            known = continued(measured, memory.state, self._period)
+        if known and memory is not None and memory.blind + self._period <= self.settings.grace + _ROUNDING:
+            known = continued(measured, memory.state, self._period) or self._moved_with_all(measured, paths)
         if not known and memory is not None:
             measured, blind = memory.state, memory.blind + self._period
         elif not known:
             measured, blind = assumed_state(measured, believed, problem.vehicle, road), np.inf
         paths, complete = self._paths.completed(paths, self._period)
-        motion, status = self._decide(measured, paths, road, complete and blind <= self.settings.grace, blind, begin)
+        searching = complete and blind <= self.settings.grace + _ROUNDING
+        motion, status = self._decide(measured, paths, road, searching, blind, begin)
         slack = np.maximum(0.0, motion.slack - problem.obstacles.margin)
         if not (known and complete):
             status, slack = Status.BLIND, np.ones(problem.steps)
         seconds = time.perf_counter() - begin
         return Plan(motion.states, motion.inputs, slack, status, float(motion.cost), seconds, problem.dt)
+
+    def _moved_with_all(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths) -> bool:
+        """Whether all others have jumped with the own car: not the car was elsewhere, but the origin."""
+        offset = np.concatenate([self._paths.shift(paths, self._period), np.zeros(2)])
+        return self._memory is not None and continued(state - offset, self._memory.state, self._period)
 
     def _decide(
         self,

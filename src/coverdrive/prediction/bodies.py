@@ -3,6 +3,9 @@
 Around every point of a path there is a box: the vehicle's body, turned as the base trajectory turns, and the tube. A
 vehicle whose centre is in the tube sticks out of it if it is turned otherwise. Nothing but its own heading says how
 far, so its body has to stay in the boxes as well for a base to cover what it did.
+
+A base that would go backwards from a low speed is measured as it is; predicted, it stands still (`motion.follow`), and
+is then nearer to a vehicle that does not go backwards either: what counts as covered stays in the predicted boxes.
 """
 
 import numpy as np
@@ -16,7 +19,7 @@ from coverdrive.prediction.segments import Segments
 _CHUNK = 65_536
 
 
-def body_distance(basis: Basis, segments: Segments) -> Float[np.ndarray, "N M"]:
+def body_radius(basis: Basis, segments: Segments) -> Float[np.ndarray, "N M"]:
     """The least radius of the tube around every base with which the boxes hold the whole body at every point.
 
     Args:

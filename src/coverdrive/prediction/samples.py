@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float, Int, Int8
 
 from coverdrive.prediction.affordance import FEATURES, MOTION, described
 from coverdrive.prediction.basis import Basis
-from coverdrive.prediction.bodies import body_distance
+from coverdrive.prediction.bodies import body_radius
 from coverdrive.prediction.collision import colliding_bases
 from coverdrive.prediction.segments import Segments
 from coverdrive.recordings.recording import Recording
@@ -96,7 +96,7 @@ def make_samples(
             progress((index + 1) / len(recordings))
     driven = segments.mirrored if mirrored else segments
     apart = basis.distance(driven.points)
-    distance = np.maximum(apart, body_distance(basis, driven))
+    distance = np.maximum(apart, body_radius(basis, driven))
     base = apart.argmin(1)
     if assignment == "covering":
         covered = distance <= basis.epsilon
