@@ -43,6 +43,7 @@ from coverdrive.planning.obstacles import Obstacles, obstacles_of
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.planner import check_times
 from coverdrive.planning.problem import ProblemSettings, Situation
+from coverdrive.planning.reference import Memory, ReferencePlanner, ReferenceSettings
 from coverdrive.planning.vehicle import euler_step, rollout
 from coverdrive.road import Road
 
@@ -172,19 +173,8 @@ def _start(situation: Situation, inputs: Float[np.ndarray, "K 2"], problem: Prob
     return np.concatenate([inputs.ravel(), states[1:].ravel(), slack, (levels + slack[:, None]).ravel()])
 
 
-class _Memory(NamedTuple):
-    """What the planner remembers of its last call."""
-
-    lane: int
-    """the lane that the plan aimed at"""
-    applied: Float[np.ndarray, " 2"]
-    """acceleration [m/s²] and yaw rate [rad/s] applied since"""
-    inputs: dict[int, Float[np.ndarray, "K 2"]]
-    """inputs of the plan to each lane, shifted to the time of the next call"""
-
-
-class PaperPlanner:
-    """Model predictive control the paper's way; implements `coverdrive.planning.plan.Planner`."""
+class PaperPlanner(ReferencePlanner):
+    """Model predictive control the paper's way: like the reference planner, but for what is solved."""
 
     def __init__(self, problem: ProblemSettings, lane_change: float):
         """Make a planner.
@@ -193,27 +183,7 @@ class PaperPlanner:
             problem: horizon, own car and weights; of the obstacles' settings, ``ignore_rear`` alone matters.
             lane_change: cost of aiming at another lane than the last plan.
         """
-        self.problem, self.lane_change = problem, lane_change
-        self.reset(self.dt)
-
-    @property
-    def dt(self) -> float:
-        """[s] between two points of the paths that it plans against."""
-        return self.problem.dt
-
-    @property
-    def steps(self) -> int:
-        """Number K of its steps; it plans against paths of K + 1 points."""
-        return self.problem.steps
-
-    def reset(self, period: float) -> None:
-        """Forget the previous plan; called before every episode.
-
-        Args:
-            period: [s] from one call to the next, by which the last plans are shifted to start the solver.
-        """
-        self._period = period
-        self._memory: _Memory | None = None
+        super().__init__(ReferenceSettings(problem=problem, lane_change=lane_change))
 
     def plan(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> Plan:
         """Plan from a state against every predicted path; the state and the paths must be finite.
@@ -232,7 +202,7 @@ class PaperPlanner:
             SettingError: if the paths have other times than the plan.
         """
         begin = time.perf_counter()
-        problem, memory = self.problem, self._memory
+        problem, memory = self.settings.problem, self._memory
         check_times(paths, problem)
         if problem.obstacles.ignore_rear:
             paths = without_follower(state, paths, road)
@@ -240,10 +210,12 @@ class PaperPlanner:
         lane = int(road.lane_of(state[1]))
         held = memory.lane if memory else lane
         found = self._solutions(situation, road, lane, memory.inputs if memory else {})
-        target = min(found, key=lambda each: found[each].cost + self.lane_change * (each != held), default=lane)
+        target = min(
+            found, key=lambda each: found[each].cost + self.settings.lane_change * (each != held), default=lane
+        )
         chosen = found[target] if found else coasting(situation, float(road.centres[lane]), problem)
         later = {each: shifted_inputs(one.inputs, self._period, problem.dt) for each, one in found.items()}
-        self._memory = _Memory(target, chosen.inputs[0], later)
+        self._memory = Memory(target, chosen.inputs[0], later)
         slack = np.maximum(0.0, chosen.slack)
         status = Status.SOLVED if found and slack.max() <= NEGLIGIBLE else Status.UNSAFE
         seconds = time.perf_counter() - begin
@@ -253,7 +225,7 @@ class PaperPlanner:
         self, situation: Situation, road: Road, lane: int, former: dict[int, Float[np.ndarray, "K 2"]]
     ) -> dict[int, Solution]:
         """The plans to the own lane and to those beside it, by lane; without those for which IPOPT fails."""
-        problem, straight = self.problem, np.zeros((self.steps, 2))
+        problem, straight = self.settings.problem, np.zeros((self.steps, 2))
         solutions: dict[int, Solution] = {}
         for target in range(max(lane - 1, 0), min(lane + 2, road.lanes)):
             for start in [former[target], straight] if target in former else [straight]:

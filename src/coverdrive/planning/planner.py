@@ -146,7 +146,7 @@ class MpcPlanner:
         believed, memory = plausible(measured, problem.vehicle, road), self._memory
         known, blind = bool(believed.all()), 0.0
         if known and memory is not None and memory.blind + self._period <= self.settings.grace + _ROUNDING:
-            known = continued(measured, memory.state, self._period) or self._moved_with_all(measured, paths)
+            known = self._continued(measured, memory.state, paths)
         if not known and memory is not None:
             measured, blind = memory.state, memory.blind + self._period
         elif not known:
@@ -160,10 +160,14 @@ class MpcPlanner:
         seconds = time.perf_counter() - begin
         return Plan(motion.states, motion.inputs, slack, status, float(motion.cost), seconds, problem.dt)
 
-    def _moved_with_all(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths) -> bool:
-        """Whether all others have jumped with the own car: not the car was elsewhere, but the origin."""
+    def _continued(
+        self, state: Float[np.ndarray, " 4"], expected: Float[np.ndarray, " 4"], paths: PredictedPaths
+    ) -> bool:
+        """Whether the own car has not jumped; where all others have jumped with it, the origin has moved."""
+        if continued(state, expected, self._period):
+            return True
         offset = np.concatenate([self._paths.shift(paths, self._period), np.zeros(2)])
-        return self._memory is not None and continued(state - offset, self._memory.state, self._period)
+        return continued(state - offset, expected, self._period)
 
     def _decide(
         self,

@@ -37,15 +37,15 @@ class ReferenceSettings(Settings):
     """cost of aiming at another lane than the last plan, against dithering"""
 
 
-class _Memory(NamedTuple):
+class Memory(NamedTuple):
     """What the planner remembers of its last call."""
 
     lane: int
     """the lane that the plan aimed at"""
     applied: Float[np.ndarray, " 2"]
     """acceleration [m/s²] and yaw rate [rad/s] applied since"""
-    inputs: list[Float[np.ndarray, "K 2"]]
-    """inputs of the candidates of all lanes, shifted to the time of the next call"""
+    inputs: dict[int, Float[np.ndarray, "K 2"]]
+    """inputs of the candidate of each lane, shifted to the time of the next call"""
 
 
 class ReferencePlanner:
@@ -77,7 +77,7 @@ class ReferencePlanner:
             period: [s] from one call to the next, by which the last plans are shifted to start the search.
         """
         self._period = period
-        self._memory: _Memory | None = None
+        self._memory: Memory | None = None
 
     def plan(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> Plan:
         """Plan from a state against every predicted path; the state and the paths must be finite.
@@ -103,7 +103,7 @@ class ReferencePlanner:
         situation = Situation(state, applied, edges, packed(state, obstacles_of(paths, problem.obstacles), problem))
         lane = int(road.lane_of(state[1]))
         held = memory.lane if memory else lane
-        found = self._candidates(situation, road, lane, memory.inputs if memory else [])
+        found = self._candidates(situation, road, lane, [*memory.inputs.values()] if memory else [])
         target = min(
             found, key=lambda each: found[each].lasting_cost + self.settings.lane_change * (each != held), default=lane
         )
@@ -111,8 +111,8 @@ class ReferencePlanner:
         margins = problem.obstacles
         clear = motion.slack.max() <= margins.margin and motion.off_road.max() <= margins.edge_margin
         status = (Status.SOLVED if found else Status.FALLBACK) if clear else Status.UNSAFE
-        later = [shifted_inputs(each.inputs, self._period, problem.dt) for each in found.values()]
-        self._memory = _Memory(target, motion.inputs[0], later)
+        later = {lane: shifted_inputs(each.inputs, self._period, problem.dt) for lane, each in found.items()}
+        self._memory = Memory(target, motion.inputs[0], later)
         seconds = time.perf_counter() - begin
         slack = np.maximum(0.0, motion.slack - margins.margin)
         return Plan(motion.states, motion.inputs, slack, status, float(motion.cost), seconds, problem.dt)
