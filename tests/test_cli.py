@@ -1,7 +1,6 @@
 """The command from end to end, as a user calls it."""
 
 import json
-import math
 import os
 import re
 import shutil
@@ -20,14 +19,13 @@ import polars as pl
 import pytest
 from rich.console import Console
 
-from coverdrive import cli, workflow
+from coverdrive import cli
 from coverdrive.certificates.methods import Method
 from coverdrive.cli import app
 from coverdrive.config import Experiment
-from coverdrive.planning.planner import MpcPlanner
 from coverdrive.recordings.generated import generate
 from coverdrive.recordings.parquet import write_parquet
-from coverdrive.results import load_comparison, load_experiment, load_predictor
+from coverdrive.results import load_comparison, load_predictor
 from coverdrive.simulation.storage import load_trace
 
 QUICK = """
@@ -183,20 +181,6 @@ def test_every_traffic_has_its_own_study(results: Path) -> None:
         table = pl.read_parquet(results / f"study-{traffic}" / "trials.parquet")
         assert table["vehicles"].to_list() == [3, 8, 3]
         assert table["impossible_choices"].sum() == 0 or traffic == "mixed"
-
-
-@pytest.mark.slow
-def test_drives_have_no_clock_unless_they_are_asked_for_one(results: Path) -> None:
-    experiment, predictor = load_experiment(results), load_predictor(results)
-
-    def budget(real_time: bool) -> float:
-        asked = experiment.overridden(episode={"real_time": real_time})
-        planner = workflow.participants(asked, predictor).planner
-        assert isinstance(planner, MpcPlanner)
-        return planner.settings.budget
-
-    assert budget(True) == experiment.planner.budget < math.inf
-    assert budget(False) == math.inf
 
 
 @pytest.mark.slow

@@ -1,54 +1,67 @@
-"""Progress bars: an interrupt ends the work even where Python loses the exception."""
+"""Progress is heard by whom it concerns, and by nobody else."""
 
-import gc
-import signal
 import threading
 
 import pytest
-from rich.console import Console
 
-from coverdrive import progress
-from coverdrive.progress import Stages, display, stages, waiting
+from coverdrive.progress import done, heard_by, part, stage
 
 
-def interrupt(phase: str, info: dict[str, int]) -> None:
-    """A callback of the garbage collector in which the interrupt arrives."""
-    if phase == "start":
-        signal.raise_signal(signal.SIGINT)
+def test_stages_report_their_begin_their_shares_and_their_end() -> None:
+    heard = []
+    with heard_by(lambda *each: heard.append(each)), stage("reading"):
+        done(1, 4)
+    assert heard == [("reading", 0.0), ("reading", 0.25), ("reading", 1.0)]
 
 
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-def test_an_interrupt_that_python_drops_ends_the_stage_at_its_next_report() -> None:
-    with pytest.raises(KeyboardInterrupt), stages() as bars:
-        bars.report("work", 0.1)
-        gc.callbacks.append(interrupt)
-        gc.collect()
-        gc.callbacks.remove(interrupt)
-        bars.report("work", 0.2)
-        pytest.fail("the interrupt was lost")
-    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+def test_parts_share_their_stage_evenly() -> None:
+    heard = []
+    with heard_by(lambda *each: heard.append(each)), stage("reading"):
+        for number in range(2):
+            with part(number, 2), part(0, 1):
+                done(1, 2)
+    assert [share for _, share in heard] == [0, 0, 0, 0.25, 0.5, 0.5, 0.5, 0.5, 0.75, 1, 1, 1]
 
 
-def test_a_stage_with_known_progress_has_a_time_left() -> None:
-    """Half a minute for each of four steps, three of which are done."""
-    now = 0.0
-    bars = display(lambda: now)
-    trials = Stages(bars, threading.Event()).count("trials")
-    for done in range(4):
-        now = 30.0 * done
-        trials(done, 4)
-    assert bars.tasks[0].time_remaining == 30
+def test_a_stage_within_a_stage_has_a_bar_of_its_own_and_gives_way_to_the_outer_one() -> None:
+    heard = []
+    with heard_by(lambda *each: heard.append(each)), stage("outer"):
+        with stage("inner"):
+            done(1, 2)
+        done(1, 2)
+    assert heard == [("outer", 0), ("inner", 0), ("inner", 0.5), ("inner", 1), ("outer", 0.5), ("outer", 1)]
 
 
-def test_work_without_a_known_end_says_what_it_is(capsys: pytest.CaptureFixture[str], monkeypatch) -> None:
-    monkeypatch.setattr(progress, "console", Console(stderr=True, force_terminal=True))
-    with waiting("loading"):
-        pass
-    assert "loading" in capsys.readouterr().err
+def test_an_error_is_no_end_of_a_stage() -> None:
+    heard = []
+    with pytest.raises(ValueError, match="broken"), heard_by(lambda *each: heard.append(each)), stage("reading"):
+        raise ValueError("broken")
+    assert heard == [("reading", 0.0)]
+    done(1)
 
 
-def test_without_an_interrupt_the_work_goes_on() -> None:
-    with stages() as bars:
-        count = bars.count("trials")
-        for trial in range(3):
-            count(trial, 3)
+def test_what_a_listener_raises_ends_the_work() -> None:
+    def stop(name: str, share: float) -> None:
+        if share > 0:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt), heard_by(stop), stage("reading"):
+        done(1, 2)
+        pytest.fail("went on")
+
+
+def test_nobody_hears_other_threads_nor_work_outside_a_stage() -> None:
+    heard = []
+
+    def work() -> None:
+        with stage("elsewhere"):
+            done(1, 2)
+
+    with heard_by(lambda *each: heard.append(each)):
+        done(1, 2)
+        with part(0, 2):
+            done(1, 2)
+        thread = threading.Thread(target=work)
+        thread.start()
+        thread.join()
+    assert heard == []

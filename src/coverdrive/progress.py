@@ -1,92 +1,77 @@
-"""Progress in the terminal: bars with the time left, one line for each stage, or a sign of life. It goes to stderr."""
+"""Progress of long work: whoever does it says how far it is, and whoever wants to know listens.
 
-import signal
-import threading
+    with stage("training"):
+        for epoch in range(epochs):
+            ...
+            done(epoch + 1, epochs)
+
+Nothing has to be handed down to the functions that do the work; without a listener nothing happens. What is listened to
+belongs to the context (`contextvars`), so that threads do not disturb one another.
+"""
+
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
-from types import FrameType
+from contextvars import ContextVar
+from typing import NamedTuple
 
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-
-_MEMORY = 3600.0
-"""[s] that the speed of a stage is averaged over; its steps may be minutes apart"""
-
-console = Console(stderr=True)
-"""of the bars; may be made quiet"""
+Listener = Callable[[str, float], None]
+"""is told the name of a stage and the share of it, in [0, 1], that is done; what it raises ends the work"""
 
 
-class Stages:
-    """Bars that appear as their stages begin, and pulse until the first share of them is done."""
+class _Stage(NamedTuple):
+    """The stage that is going on, and which share of it the work at hand is."""
 
-    def __init__(self, bars: Progress, interrupted: threading.Event):
-        """Draw on the given display until somebody interrupts."""
-        self._bars = bars
-        self._interrupted = interrupted
-        self._tasks = {task.description: task.id for task in bars.tasks}
-
-    def report(self, stage: str, share: float) -> None:
-        """Say that a share in [0, 1] of a stage is done.
-
-        Raises:
-            KeyboardInterrupt: somebody interrupted since the bars are shown, even if the exception was lost then.
-        """
-        if self._interrupted.is_set():
-            raise KeyboardInterrupt
-        if stage not in self._tasks:
-            self._tasks[stage] = self._bars.add_task(stage, total=None)  # pulses
-        self._bars.update(self._tasks[stage], completed=share, total=1.0 if share > 0 else None)
-
-    def share(self, stage: str) -> Callable[[float], None]:
-        """A callback for one stage that takes the share that is done."""
-        return lambda share: self.report(stage, share)
-
-    def count(self, stage: str) -> Callable[[int, int], None]:
-        """A callback for one stage that takes how many of how many are done."""
-        return lambda done, total: self.report(f"{stage} ({total})", done / total)
+    name: str
+    begin: float
+    end: float
 
 
-def display(clock: Callable[[], float] | None = None) -> Progress:
-    """What the bars look like; they take the time from a clock in seconds."""
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TaskProgressColumn(),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(),
-    )
-    return Progress(*columns, console=console, disable=console.quiet, speed_estimate_period=_MEMORY, get_time=clock)
+_listener: ContextVar[Listener | None] = ContextVar("listener", default=None)
+_stage: ContextVar[_Stage | None] = ContextVar("stage", default=None)
 
 
 @contextmanager
-def stages() -> Generator[Stages]:
-    """Show bars while the block runs."""
-    with _interrupts() as interrupted, display() as bars:
-        yield Stages(bars, interrupted)
-
-
-@contextmanager
-def waiting(task: str = "loading") -> Generator[None]:
-    """Show that something goes on while the block runs, where nobody knows how long it takes."""
-    with console.status(task):
-        yield
-
-
-@contextmanager
-def _interrupts() -> Generator[threading.Event]:
-    """Remember an interrupt: Python drops an exception that is raised in a callback of the garbage collector."""
-    interrupted = threading.Event()
-
-    def interrupt(number: int, frame: FrameType | None) -> None:
-        interrupted.set()
-        signal.default_int_handler(number, frame)
-
-    in_charge = threading.current_thread() is threading.main_thread()
-    if not in_charge or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
-        yield interrupted
-        return
-    signal.signal(signal.SIGINT, interrupt)
+def heard_by(listener: Listener) -> Generator[None]:
+    """Tell a listener how far the work within the block is."""
+    before = _listener.set(listener)
     try:
-        yield interrupted
+        yield
     finally:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+        _listener.reset(before)
+
+
+@contextmanager
+def stage(name: str) -> Generator[None]:
+    """Begin a stage of the work, and report its end if nothing was raised."""
+    before = _stage.set(_Stage(name, 0.0, 1.0))
+    try:
+        done(0)
+        yield
+        done(1)
+    finally:
+        _stage.reset(before)
+
+
+@contextmanager
+def part(number: int, total: int) -> Generator[None]:
+    """Let what the block reports count as one of ``total`` equal parts of the stage; parts are numbered from 0."""
+    whole = _stage.get()
+    if whole is None:
+        yield
+        return
+    width = (whole.end - whole.begin) / total
+    begin = whole.begin + number * width
+    before = _stage.set(_Stage(whole.name, begin, begin + width))
+    try:
+        done(0)
+        yield
+        done(1)
+    finally:
+        _stage.reset(before)
+
+
+def done(count: float, total: float = 1.0) -> None:
+    """Report that ``count`` of ``total`` of the stage, or of its part, are done; nobody hears it outside a stage."""
+    listener, at = _listener.get(), _stage.get()
+    if listener is not None and at is not None:
+        listener(at.name, at.begin + (at.end - at.begin) * count / total)

@@ -7,7 +7,6 @@
 """
 
 import json
-import math
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
@@ -293,10 +292,8 @@ def clips_to_replay(
 
 def participants(experiment: Experiment, predictor: Predictor, clips: Sequence[Clip] = ()) -> Participants:
     """Who takes part in a trial: the predictor, the planner that uses it, and the traffic."""
-    traffic, planner = make_traffic(experiment.traffic, predictor, clips), experiment.planner
-    if not experiment.episode.real_time:
-        planner = planner.model_copy(update={"budget": math.inf})
-    return Participants(predictor, MpcPlanner(planner), traffic)
+    traffic = make_traffic(experiment.traffic, predictor, clips)
+    return Participants(predictor, MpcPlanner(experiment.planner), traffic)
 
 
 def _fingerprint_of(clips: Sequence[Clip]) -> str:

@@ -52,6 +52,6 @@ def test_judge_agrees_with_numpy() -> None:
 def test_costs_no_more_than_the_reference(straight_paths, rows) -> None:
     state, paths = np.array([0.0, 1.8, 20.0, 0.0]), straight_paths(*rows)
     reference = ReferencePlanner().plan(state, paths, Road.straight())
-    patient = PlannerSettings(search=SearchSettings(tolerance=1e-6), iterations=400, budget=60)
+    patient = PlannerSettings(search=SearchSettings(tolerance=1e-6), iterations=400, budget=10)
     plan = MpcPlanner(patient).plan(state, paths, Road.straight())
     assert plan.cost <= 1.01 * reference.cost

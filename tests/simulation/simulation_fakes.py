@@ -1,13 +1,11 @@
 """Small stand-ins for a predictor and planners, and hand-made scenes."""
 
-import math
-
 import equinox as eqx
 import numpy as np
 
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.plan import Plan, Status
-from coverdrive.planning.planner import MpcPlanner, PlannerSettings
+from coverdrive.planning.planner import MpcPlanner
 from coverdrive.planning.vehicle import rollout
 from coverdrive.scene import Scene
 from coverdrive.simulation.episode import EpisodeSettings
@@ -108,4 +106,4 @@ def build_fakes() -> Participants:
 
 def build_planner() -> Participants:
     """The same with the planner that drives, whatever time it takes."""
-    return build_fakes()._replace(planner=MpcPlanner(PlannerSettings(budget=math.inf)))
+    return build_fakes()._replace(planner=MpcPlanner())

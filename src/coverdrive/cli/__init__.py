@@ -9,6 +9,7 @@ from rich.console import Console
 
 from coverdrive import __version__
 from coverdrive.cli.animate import animate
+from coverdrive.cli.bars import console as progress_console
 from coverdrive.cli.basis import basis
 from coverdrive.cli.certify import certify
 from coverdrive.cli.compare import compare
@@ -23,7 +24,6 @@ from coverdrive.cli.report import report
 from coverdrive.cli.run import run
 from coverdrive.cli.study import study
 from coverdrive.errors import CoverdriveError
-from coverdrive.progress import console as progress_console
 
 app = App(
     name="coverdrive",

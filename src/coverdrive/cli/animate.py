@@ -5,8 +5,8 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
+from coverdrive.cli.bars import stages, waiting
 from coverdrive.cli.options import Folder, Replayed, Studied, Trial, clips_reader, console, shown_study
-from coverdrive.progress import stages, waiting
 
 
 def animate(

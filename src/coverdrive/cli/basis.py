@@ -5,8 +5,8 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
+from coverdrive.cli.bars import stages, waiting
 from coverdrive.cli.options import Config, Location, Out, Seed, console, experiment_of, usually
-from coverdrive.progress import stages, waiting
 
 
 def basis(

@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
+from coverdrive.cli.bars import stages, waiting
 from coverdrive.cli.options import (
     TARGETS,
     Config,
@@ -17,7 +18,6 @@ from coverdrive.cli.options import (
     experiment_of,
     usually,
 )
-from coverdrive.progress import stages, waiting
 
 Counted = Literal["window", "vehicle", "drawn window"]
 

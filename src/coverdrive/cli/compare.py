@@ -5,8 +5,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from coverdrive.cli.bars import waiting
 from coverdrive.cli.options import console
-from coverdrive.progress import waiting
 
 
 def compare(first: Path, second: Path, /) -> dict[str, Any]:

@@ -4,8 +4,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from coverdrive.cli.bars import stages
 from coverdrive.cli.options import Folder, console
-from coverdrive.progress import stages
 
 
 def doctor(folder: Folder = Path("results")) -> dict[str, Any]:

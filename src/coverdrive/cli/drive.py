@@ -5,6 +5,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
+from coverdrive.cli.bars import stages, waiting
 from coverdrive.cli.options import (
     Config,
     Out,
@@ -16,7 +17,6 @@ from coverdrive.cli.options import (
     experiment_of,
     study_name,
 )
-from coverdrive.progress import stages, waiting
 
 
 def drive(

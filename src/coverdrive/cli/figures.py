@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import Any
 
+from coverdrive.cli.bars import stages, waiting
 from coverdrive.cli.options import Folder, Replayed, Studied, Trial, clips_reader, console, shown_study
-from coverdrive.progress import stages, waiting
 
 
 def figures(

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from coverdrive.cli.bars import stages, waiting
 from coverdrive.cli.options import Config, Location, Out, Preset, Recordings, Seed, console, experiment_of
-from coverdrive.progress import stages, waiting
 
 if TYPE_CHECKING:
     from coverdrive.config import Experiment

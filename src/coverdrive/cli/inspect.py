@@ -6,9 +6,9 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
+from coverdrive.cli.bars import stages, waiting
 from coverdrive.cli.options import Location, console
 from coverdrive.errors import DataError
-from coverdrive.progress import stages, waiting
 
 
 def inspect(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 from rich.console import Console
 
-from coverdrive.progress import waiting
+from coverdrive.cli.bars import waiting
 
 if TYPE_CHECKING:
     from coverdrive.config import Experiment

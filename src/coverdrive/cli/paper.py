@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import Any
 
+from coverdrive.cli.bars import stages, waiting
 from coverdrive.cli.options import Config, Location, Out, Recordings, Seed, console, experiment_of
-from coverdrive.progress import stages, waiting
 
 
 def paper(

@@ -4,6 +4,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from coverdrive.cli.bars import stages, waiting
 from coverdrive.cli.fit import fit_and_print
 from coverdrive.cli.options import (
     TARGETS,
@@ -22,7 +23,6 @@ from coverdrive.cli.options import (
     experiment_of,
 )
 from coverdrive.cli.study import study_and_print
-from coverdrive.progress import stages, waiting
 
 if TYPE_CHECKING:
     from coverdrive.certificates.comparison import Compared

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+from coverdrive.cli.bars import stages, waiting
 from coverdrive.cli.options import (
     Config,
     Out,
@@ -21,7 +22,6 @@ from coverdrive.cli.options import (
     experiment_of,
     study_name,
 )
-from coverdrive.progress import stages, waiting
 
 if TYPE_CHECKING:
     from coverdrive.config import Experiment

@@ -4,6 +4,7 @@ Each call packs what can be reached into arrays and runs the compiled search, ag
 the time is spent. See `coverdrive.planning.search` for what is searched.
 """
 
+import math
 import time
 from typing import NamedTuple
 
@@ -44,9 +45,9 @@ class PlannerSettings(Settings):
     """cost of aiming at another lane than the last plan, against dithering"""
     iterations: int = Field(default=24, ge=1)
     """of the search, at the most"""
-    budget: float = Field(default=0.05, gt=0)
-    """[s] wall time after which no further iterations are begun: half of the time between two plans. Simulated drives
-    leave it out unless `episode.real_time` says otherwise, so that they do not depend on the machine"""
+    budget: float | None = Field(default=None, gt=0, le=10)
+    """[s] wall time after which no further iterations are begun: in a car, half of the time between two plans is a good
+    choice; without it, the same seed gives the same drive on every machine"""
     iterations_at_once: int = Field(default=8, ge=1)
     """iterations between two looks at the clock; fewer where there are more than 125 paths"""
     rear_last: bool = True
@@ -92,6 +93,7 @@ class MpcPlanner:
         problem = self.settings.problem
         self._constants = constants_of(problem)
         self._accelerations = self.settings.search.accelerations(problem.vehicle)
+        self._budget = math.inf if self.settings.budget is None else self.settings.budget
         self._start(self.dt)
 
     @property
@@ -211,7 +213,7 @@ class MpcPlanner:
         settings = self.settings
         wanted = settings.rear_last and not settings.problem.obstacles.ignore_rear
         others = with_careful_follower(state, paths, road, settings.follower) if wanted else None
-        if others is None or time.perf_counter() - begin > settings.budget:
+        if others is None or time.perf_counter() - begin > self._budget:
             return None
         obstacles = obstacles_of(others, settings.problem.obstacles)
         found, _ = self._search(state, obstacles, road, lane, begin)
@@ -237,7 +239,7 @@ class MpcPlanner:
             iterations = min(at_once, left)
             found = search(around, wanted, self._accelerations, iterations, tolerance, self._constants)
             left -= iterations
-            if found.done or left == 0 or time.perf_counter() - begin > settings.budget:
+            if found.done or left == 0 or time.perf_counter() - begin > self._budget:
                 break
             wanted = wanted._replace(lane=found.arrays.descended_lane, starts=found.arrays.descended, resumed=True)
         return (found if np.isfinite(found.cost) else None), targets

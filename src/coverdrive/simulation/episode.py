@@ -37,10 +37,6 @@ class EpisodeSettings(Settings):
     step: PositiveFloat = 0.1
     """[s] of simulation, and between two plans (own choice; the authors' scripts plan every 0.05 s)"""
 
-    real_time: bool = False
-    """whether the own car's plans end with `planner.budget`; the same seed then gives the same drive only if no plan
-    runs out of time"""
-
     @property
     def steps(self) -> int:
         """Number of simulation steps of an episode without a collision."""

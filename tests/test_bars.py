@@ -1,0 +1,54 @@
+"""Progress bars: an interrupt ends the work even where Python loses the exception."""
+
+import gc
+import signal
+import threading
+
+import pytest
+from rich.console import Console
+
+from coverdrive.cli import bars as module
+from coverdrive.cli.bars import Stages, display, stages, waiting
+
+
+def interrupt(phase: str, info: dict[str, int]) -> None:
+    """A callback of the garbage collector in which the interrupt arrives."""
+    if phase == "start":
+        signal.raise_signal(signal.SIGINT)
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_an_interrupt_that_python_drops_ends_the_stage_at_its_next_report() -> None:
+    with pytest.raises(KeyboardInterrupt), stages() as bars:
+        bars.report("work", 0.1)
+        gc.callbacks.append(interrupt)
+        gc.collect()
+        gc.callbacks.remove(interrupt)
+        bars.report("work", 0.2)
+        pytest.fail("the interrupt was lost")
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_a_stage_with_known_progress_has_a_time_left() -> None:
+    """Half a minute for each of four steps, three of which are done."""
+    now = 0.0
+    bars = display(lambda: now)
+    trials = Stages(bars, threading.Event()).count("trials")
+    for done in range(4):
+        now = 30.0 * done
+        trials(done, 4)
+    assert bars.tasks[0].time_remaining == 30
+
+
+def test_work_without_a_known_end_says_what_it_is(capsys: pytest.CaptureFixture[str], monkeypatch) -> None:
+    monkeypatch.setattr(module, "console", Console(stderr=True, force_terminal=True))
+    with waiting("loading"):
+        pass
+    assert "loading" in capsys.readouterr().err
+
+
+def test_without_an_interrupt_the_work_goes_on() -> None:
+    with stages() as bars:
+        count = bars.count("trials")
+        for trial in range(3):
+            count(trial, 3)
