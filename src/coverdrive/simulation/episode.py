@@ -7,7 +7,7 @@ is planned against them and its first input applied; meanwhile the traffic moves
 import time
 
 import numpy as np
-from pydantic import PositiveFloat
+from pydantic import Field
 
 from coverdrive.planning.plan import Planner
 from coverdrive.planning.vehicle import step as vehicle_step
@@ -32,9 +32,9 @@ class EpisodeSettings(Settings):
 
     initial: InitialSettings = InitialSettings()
     """road and traffic at the start"""
-    duration: PositiveFloat = 20.0
+    duration: float = Field(default=20.0, ge=0.01, le=3600)
     """[s] of an episode without a collision (paper §5)"""
-    step: PositiveFloat = 0.1
+    step: float = Field(default=0.1, ge=0.01, le=1)
     """[s] of simulation, and between two plans (own choice; the authors' scripts plan every 0.05 s)"""
 
     @property

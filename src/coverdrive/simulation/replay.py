@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 import polars as pl
 from jaxtyping import Bool, Float
-from pydantic import Field, PositiveFloat
+from pydantic import Field
 
 from coverdrive.errors import DataError, StartError
 from coverdrive.recordings.recording import MEASURES, Recording
@@ -36,9 +36,9 @@ class ReplaySettings(Settings):
     place: Literal["replace", "between", "either"] = "either"
     """where the own car starts: as a recorded vehicle, which is taken out, in the middle between two successive ones
     of a lane, or as the one or the other by chance"""
-    shortest: PositiveFloat = 5.0
+    shortest: float = Field(default=5.0, ge=0.1, le=3600)
     """[s] for which the recording, and the vehicle that is replaced, must go on: longer than a prediction"""
-    gap: float = Field(default=4.0, ge=0)
+    gap: float = Field(default=4.0, ge=0, le=1000)
     """[m] least bumper-to-bumper distance of the own car at the start"""
 
 

@@ -16,7 +16,8 @@ from coverdrive.simulation.traffic import Traffic
 
 def _kind(settings: Any) -> Any:
     """The name in a table of settings; without one they are the paper's."""
-    return settings.get("kind", "set-sampling") if isinstance(settings, dict) else settings.kind
+    kind = settings.get("kind", "set-sampling") if isinstance(settings, dict) else getattr(settings, "kind", None)
+    return kind if isinstance(kind, str) else None
 
 
 TrafficSettings = Annotated[
