@@ -13,7 +13,24 @@ from coverdrive.errors import SettingError
 from coverdrive.settings import Settings
 
 KINDS = ("set-sampling", "drivers", "aggressive", "mixed", "replay")
-ODD = (math.inf, -math.inf, math.nan, 1e300, -1e300, 10**400, -1, 0, 0.0, "", "ten", "\x00", [], [math.nan] * 2, {}, True)
+ODD = (
+    math.inf,
+    -math.inf,
+    math.nan,
+    1e300,
+    -1e300,
+    10**400,
+    -1,
+    0,
+    0.0,
+    "",
+    "ten",
+    "\x00",
+    [],
+    [math.nan] * 2,
+    {},
+    True,
+)
 
 
 def keys(settings: Settings, *place: str) -> Iterator[tuple[str, ...]]:
@@ -123,7 +140,7 @@ def test_files_that_are_no_text(tmp_path: Path) -> None:
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_written_file_says_what_every_setting_means_and_gives_the_same_back(kind: str, tmp_path: Path) -> None:
     made = Experiment.preset("paper").overridden(
-        traffic={"kind": kind}, location="a \"quoted\" place\n", study={"until_width": 0.1}, seed=2**63 - 1
+        traffic={"kind": kind}, location='a "quoted" place\n', study={"until_width": 0.1}, seed=2**63 - 1
     )
     made.save(tmp_path / "config.toml")
     assert Experiment.load(tmp_path / "config.toml") == made

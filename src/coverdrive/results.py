@@ -205,7 +205,9 @@ class Results:
         """Digest of every file of the fit by name."""
         file = self.folder / MANIFEST
         if not file.exists():
-            raise DataError(f"there are no results in {self.folder}; make some with `coverdrive run --out {self.folder}`")
+            raise DataError(
+                f"there are no results in {self.folder}; make some with `coverdrive run --out {self.folder}`"
+            )
         found = _read(file, dict[str, Any])
         if found.get("format") != _FORMAT:
             raise DataError(

@@ -4,7 +4,7 @@ Trial i has its own random numbers, so that it is the same alone and within a st
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -87,6 +87,15 @@ class Setup:
     def replays(self) -> bool:
         """Whether recorded traffic is replayed."""
         return isinstance(self.traffic, ReplaySettings)
+
+    @property
+    def traffic_name(self) -> str:
+        """What the traffic is called."""
+        return getattr(self.traffic, "kind", None) or str(_described(self.traffic))
+
+    def loaded(self) -> "Setup":
+        """The same with the recorded scenes read, so that other processes need not."""
+        return replace(self, scenarios=tuple(self._read())) if self.replays else self
 
     def description(self) -> dict[str, Any]:
         """Everything that the result of a trial depends on, as JSON values."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import polars as pl
@@ -29,10 +30,17 @@ class Study:
     setup: Setup
     folder: Path
 
-    @property
+    @cached_property
     def files(self) -> StudyFolder:
         """What the folder holds."""
         return StudyFolder(self.folder)
+
+    @cached_property
+    def _loaded(self) -> Setup:
+        """The setup with everything read that it needs; the folder is its own, or refuses it."""
+        setup = self.setup.loaded()
+        self.files.claim(setup.description())
+        return setup
 
     @property
     def trials(self) -> pl.DataFrame:
@@ -49,6 +57,11 @@ class Study:
         return self.files.table().filter(~STARTED).select("trial", "vehicles", "reason")
 
     @property
+    def set_aside(self) -> list[Path]:
+        """Damaged rows that were moved out of the way, and whose trials were driven again."""
+        return self.files.set_aside
+
+    @property
     def collisions(self) -> pl.DataFrame:
         """Collisions by number of uncontrolled vehicles, with intervals (`collision_table`)."""
         return collision_table(self.trials)
@@ -63,17 +76,14 @@ class Study:
         Raises:
             DataError: the study replayed other recordings than the setup has.
         """
-        files, traces = self.files, dict[int, Trace]()
+        if not self.files.exists:
+            self.files.claim(self._loaded.description())
+        traces: dict[int, Trace] = {}
         with stage("drives"):
             for number, trial in enumerate(trials):
                 with part(number, len(trials)):
-                    traces[trial] = files.trace(self.setup.trial(trial), self._drive)
+                    traces[trial] = self.files.trace(self.setup.trial(trial), lambda: self._loaded)
         return traces
-
-    def _drive(self, trial: int) -> Trace:
-        """Drive a trial again, as the folder says."""
-        self.files.claim(self.setup.description())
-        return self.setup.drive(trial)
 
     def run(
         self,
@@ -83,6 +93,7 @@ class Study:
         cluster: str | None = None,
         until_width: float | None = None,
         batch: int = 50,
+        name: str = "closed-loop trials",
     ) -> "Study":
         """Drive all trials that the folder does not hold yet; a study that was killed goes on where it was.
 
@@ -95,6 +106,7 @@ class Study:
             until_width: stop once both 95 % intervals of `collision_table` are at most this wide for all trials. This
                 is decided after whole batches in the order of trials, so that it does not depend on the workers.
             batch: number of trials of a batch.
+            name: of the stage that is reported.
 
         Raises:
             SettingError: fewer than one trial, worker or trial of a batch, or no cluster there.
@@ -105,29 +117,28 @@ class Study:
                 f"a study needs at least one trial, worker and trial of a batch; got {trials} trials, {workers} "
                 f"workers and batches of {batch}"
             )
-        files = self.files
-        files.claim(self.setup.description())
+        setup = self._loaded
         ends = [*range(batch, trials, batch), trials] if until_width else [trials]
         table = table_of([])
-        with stage(f"closed-loop trials ({trials})"):
+        with stage(f"{name} ({trials})"):
             for end in ends:
-                table = self._run_until(files, end, trials, workers, cluster)
+                table = self._run_until(setup, end, trials, workers, cluster)
                 if until_width and widest_interval(table.filter(STARTED)) <= until_width:
                     break
-        files.save_table(table)
+        self.files.save_table(table)
         if not table.select(STARTED.any()).item():
             raise DataError(f"none of the {table.height} trials could start: {table['reason'][0]}")
         return self
 
-    def _run_until(self, files: StudyFolder, end: int, total: int, workers: int, cluster: str | None) -> pl.DataFrame:
+    def _run_until(self, setup: Setup, end: int, total: int, workers: int, cluster: str | None) -> pl.DataFrame:
         """The rows of all trials before ``end``, after driving those that are missing."""
-        wanted = [self.setup.trial(number) for number in range(end)]
-        found = {trial.number: files.row_of(trial) for trial in wanted}
+        wanted = [setup.trial(number) for number in range(end)]
+        found = {trial.number: self.files.row_of(trial) for trial in wanted}
         rows = {number: row for number, row in found.items() if row is not None}
         done(len(rows), total)
         pending = [trial for trial in wanted if trial.number not in rows]
-        for row in run_tasks(self.setup.participants, pending, workers, cluster):
-            files.save(row)
+        for row in run_tasks(setup.participants, pending, workers, cluster):
+            self.files.save(row)
             rows[row["trial"]] = table_of([row])
             done(len(rows), total)
         return pl.concat([rows[number] for number in range(end)])

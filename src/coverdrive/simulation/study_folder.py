@@ -16,6 +16,7 @@ import coverdrive
 from coverdrive.certificates.certificate import fingerprint
 from coverdrive.errors import DataError
 from coverdrive.files import write_atomically, write_json
+from coverdrive.simulation.setup import Setup
 from coverdrive.simulation.storage import load_trace, save_trace
 from coverdrive.simulation.trace import Trace
 from coverdrive.simulation.trial import SCHEMA, Row, TrialSettings, table_of
@@ -115,13 +116,13 @@ class StudyFolder:
             raise DataError(f"{self._table} is damaged; the command that drove the study puts it together again")
         return table
 
-    def trace(self, trial: TrialSettings, drive: Callable[[int], Trace]) -> Trace:
+    def trace(self, trial: TrialSettings, setup: Callable[[], Setup]) -> Trace:
         """A drive that is stored, or is driven now and stored."""
         about = json.dumps(self.description(), sort_keys=True).encode()
         name = f"{trial.number:06d}_{trial.vehicles}_{fingerprint(np.frombuffer(about, np.uint8))}.npz"
         file = self.path / "traces" / name
         if not file.exists():
-            save_trace(drive(trial.number), file)
+            save_trace(setup().drive(trial.number), file)
         return load_trace(file)
 
     @property
