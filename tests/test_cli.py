@@ -8,7 +8,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -353,14 +352,6 @@ def test_help_says_the_defaults_of_the_settings(capsys: pytest.CaptureFixture[st
         app.help_print([command], console=Console(width=200))
         printed = capsys.readouterr().out
         assert [value for value in values if f"[default: {value} unless the settings differ]" not in printed] == []
-
-
-@pytest.fixture
-def heeds_interrupts() -> Iterator[None]:
-    """A job in the background ignores SIGINT, and so would all that it starts."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
 
 
 @pytest.mark.slow
