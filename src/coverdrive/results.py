@@ -10,11 +10,9 @@ A file that is damaged, foreign, edited or older is refused by its name.
 
 import hashlib
 import json
-import platform
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cached_property
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -25,14 +23,16 @@ import coverdrive
 from coverdrive.certificates.comparison import Compared
 from coverdrive.config import Experiment
 from coverdrive.errors import DataError
-from coverdrive.files import write_atomically, write_json
+from coverdrive.files import number_in_name, write_atomically, write_json
 from coverdrive.planning.planner import MpcPlanner
-from coverdrive.prediction.fit import Fit
+from coverdrive.prediction.basis_study import StudiedBasis, basis_record, point_table
+from coverdrive.prediction.fit import Fit, PredictionSettings
 from coverdrive.prediction.held_out import Source, held_out
 from coverdrive.prediction.learned import Learned
 from coverdrive.prediction.predictor import Predictor
+from coverdrive.prediction.provenance import provenance, versions
 from coverdrive.prediction.scored import ScoredSides
-from coverdrive.report.contents import Certified
+from coverdrive.report.contents import Certified, Fitted
 from coverdrive.simulation.replay import Scenario, cut_scenarios
 from coverdrive.simulation.setup import Setup
 from coverdrive.simulation.study import Study
@@ -45,7 +45,6 @@ STUDY = "study"
 """the study in the traffic of the folder's settings; one in another traffic is called ``study-drivers`` or the like"""
 
 _FORMAT = 2
-_PACKAGES = ("jax", "equinox", "numba", "numpy", "scipy", "casadi", "polars")
 
 T = TypeVar("T")
 
@@ -74,7 +73,7 @@ class Results:
         fit.scored.save(self.folder / SCORES)
         Learned.of(fit).save(self.folder / LEARNED)
         write_json(self.folder / CERTIFICATE, certificate_record(fit))
-        write_json(self.folder / RUN, run_record(fit))
+        write_json(self.folder / RUN, provenance(fit))
         self._seal(CONFIG, PREDICTOR, SCORES, LEARNED, CERTIFICATE, RUN)
 
     @property
@@ -107,20 +106,34 @@ class Results:
         """The certificates, and how they did on scenes that were never seen."""
         return _read(self._sealed(CERTIFICATE), Certified)
 
+    @property
+    def settings(self) -> PredictionSettings:
+        """Those that the fit was made with."""
+        return self.experiment.prediction
+
+    @property
+    def seed(self) -> int:
+        """That the fit was made with."""
+        return self.experiment.seed
+
     @cached_property
     def run(self) -> dict[str, Any]:
         """Versions, data and times."""
         return _read(self._sealed(RUN), dict[str, Any])
 
     @property
-    def settings(self) -> str:
-        """The settings as they are written."""
-        return self._sealed(CONFIG).read_text(encoding="utf-8")
-
-    @property
-    def name(self) -> str:
-        """Of the folder."""
-        return self.folder.resolve().name
+    def fitted(self) -> Fitted:
+        """All of it, as pictures show it."""
+        return Fitted(
+            name=self.folder.resolve().name,
+            folder=self.folder,
+            run=self.run,
+            settings=self._sealed(CONFIG).read_text(encoding="utf-8"),
+            predictor=self.predictor,
+            certified=self.certified,
+            learned=self.learned,
+            compared=self.methods,
+        )
 
     # what comparing the methods leaves
 
@@ -211,7 +224,7 @@ class Results:
         found = _read(file, dict[str, Any])
         if found.get("format") != _FORMAT:
             raise DataError(
-                f"{file}: expected results of format {_FORMAT}, got {found.get('format')!r} of another version; fit again"
+                f"{file}: expected results of format {_FORMAT}, got {found.get('format')!r} (another version?); fit again"
             )
         return found["files"]
 
@@ -252,23 +265,14 @@ def certificate_record(fit: Fit) -> dict[str, Any]:
     return {"sentences": sentences} | TypeAdapter(Certified).dump_python(Certified.of(fit), mode="json")
 
 
-def run_record(fit: Fit) -> dict[str, Any]:
-    """What a fit was made with and from, as JSON values."""
-    return {
-        "coverdrive": coverdrive.__version__,
-        "python": platform.python_version(),
-        "packages": {name: _version(name) for name in _PACKAGES},
-        "seed": fit.seed,
-        "recordings": [asdict(each) for each in fit.source],
-        "seconds": fit.seconds,
-    }
-
-
-def _version(package: str) -> str | None:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return None
+def save_bases(experiment: Experiment, studied: Sequence[StudiedBasis], folder: Path) -> None:
+    """Write every basis as safetensors and as a table of points, and what they were made with."""
+    experiment.save(folder / CONFIG)
+    write_json(folder / "bases.json", versions() | {"bases": [basis_record(each) for each in studied]})
+    for each in studied:
+        name = f"basis_{number_in_name(each.basis.radius)}"
+        each.basis.save(folder / f"{name}.safetensors", each.source)
+        write_atomically(folder / f"{name}.csv", point_table(each).write_csv)
 
 
 def _row(each: Compared) -> dict[str, Any]:

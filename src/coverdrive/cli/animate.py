@@ -29,6 +29,6 @@ def animate(
         from coverdrive.results import Results
     results = Results(folder)
     with stages():
-        path = animate_drive(results, results.driven_study(traffic, recording or []), trial, format)
+        path = animate_drive(results.fitted, results.driven_study(traffic, recording or []), trial, format)
     console.print(f"The video is {path}", soft_wrap=True)
     return {"video": str(path)}

@@ -46,7 +46,7 @@ def certify(
         asked = "" if refused.target is None else f" at ε = {refused.target:g}"
         console.print(f"• {refused.method.value}{asked}: {refused.refusal}")
     with waiting("drawing"):
-        draw_methods(results)
+        draw_methods(results.fitted)
     console.print(f"The comparison is in {out}")
     return {"results": str(out), "methods": [asdict(each) for each in compared]}
 
@@ -60,12 +60,8 @@ def compare_and_save(
     """Compare all methods on the scores of a fit."""
     from coverdrive.prediction.certify import certify
 
-    claim = results.experiment.prediction.certificate
     with stages():
-        compared = certify(
-            results.predictor, results.scored, targets,
-            confidence=confidence or claim.confidence, unit=unit or claim.unit, seed=results.experiment.seed,
-        )  # fmt: skip
+        compared = certify(results, targets, unit, confidence)
         results.save_methods(compared)
     console.print(f"• All methods of calibration are compared in {results.folder / 'methods.csv'}")
     return compared

@@ -1,7 +1,6 @@
 """What several commands take, and what they make of it."""
 
-from collections.abc import Callable, Sequence
-from functools import cache
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -12,7 +11,6 @@ from coverdrive.cli.terminal import Terminal
 
 if TYPE_CHECKING:
     from coverdrive.config import Experiment
-    from coverdrive.simulation.replay import Clip
 
 console = Terminal()
 
@@ -118,39 +116,3 @@ def experiment_of(
     experiment = Experiment.load(config, preset) if config else Experiment.preset(preset)
     study = {"trials": trials, "workers": workers, "vehicles": vehicles}
     return experiment.overridden(seed=seed, location=location, study=study, traffic={"kind": traffic})
-
-
-def config_of(out: Path, config: Path | None) -> Path | None:
-    """The given settings, or those that the results folder was made with."""
-    made_with = out / "config.toml"
-    return config or (made_with if made_with.exists() else None)
-
-
-def study_name(experiment: "Experiment", out: Path) -> str:
-    """Folder of a study: each traffic has its own, and that of the results folder's settings is called ``study``."""
-    from coverdrive.config import Experiment
-
-    made_with = out / "config.toml"
-    usual = Experiment.load(made_with) if made_with.exists() else Experiment()
-    return "study" if experiment.traffic.kind == usual.traffic.kind else f"study-{experiment.traffic.kind}"
-
-
-def shown_study(folder: Path, traffic: str | None) -> str:
-    """Name of the study to show, in a results folder."""
-    return study_name(experiment_of(config_of(folder, None), traffic=traffic), folder)
-
-
-def clips_reader(
-    folder: Path, study: str, recordings: list[Path] | None, progress: Callable[[float], None]
-) -> Callable[[], "Sequence[Clip]"]:
-    """Reads the scenes that a study replayed when they are needed, and once."""
-
-    @cache
-    def read() -> "Sequence[Clip]":
-        from coverdrive import workflow
-        from coverdrive.results import load_experiment, load_predictor
-
-        experiment, predictor = load_experiment(folder, study), load_predictor(folder)
-        return workflow.clips_to_replay(experiment, predictor, folder, recordings or [], progress)
-
-    return read

@@ -56,9 +56,9 @@ def run(
     study = results.study(experiment, recording or [])
     studied = study_and_print(study, results, experiment.study)
     with stages():
-        draw_figures(results, study)
-        animate_drive(results, study)
-        page = report(results, study)
+        draw_figures(results.fitted, study)
+        animate_drive(results.fitted, study)
+        page = report(results.fitted, study)
     console.print(f"Results are in {out}; look at {page}")
     return {
         **certificate_record(fitted),
