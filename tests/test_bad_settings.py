@@ -13,7 +13,24 @@ from coverdrive.errors import SettingError
 from coverdrive.settings import Settings
 
 KINDS = ("set-sampling", "drivers", "aggressive", "mixed", "replay")
-ODD = (math.inf, -math.inf, math.nan, 1e300, -1e300, 10**400, -1, 0, 0.0, "", "ten", "\x00", [], [math.nan] * 2, {}, True)
+ODD = (
+    math.inf,
+    -math.inf,
+    math.nan,
+    1e300,
+    -1e300,
+    10**400,
+    -1,
+    0,
+    0.0,
+    "",
+    "ten",
+    "\x00",
+    [],
+    [math.nan] * 2,
+    {},
+    True,
+)
 
 
 def keys(settings: Settings, *place: str) -> Iterator[tuple[str, ...]]:
@@ -90,7 +107,7 @@ def test_every_number_has_bounds(kind: str, place: tuple[str, ...]) -> None:
         ("seed = 100000000000000000000000", "seed"),
         ("seed = -1", "seed"),
         ("[generated]\nvehicles = [12, 10]", "generated.vehicles"),
-        ("[generated]\nspeed = [0, inf]", "generated.speed.1"),
+        ("[generated]\nspeed = [1, inf]", "generated.speed.1"),
         ("[generated]\nscenes = 10000\nduration = 3600", "fewer or shorter scenes"),
         ("[prediction.segments]\nhorizon = 60\nstep = 0.01", "6001 points"),
         ("[prediction.segments]\nhorizon = 0.1\nstep = 10", "1 points"),
@@ -123,7 +140,7 @@ def test_files_that_are_no_text(tmp_path: Path) -> None:
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_written_file_says_what_every_setting_means_and_gives_the_same_back(kind: str, tmp_path: Path) -> None:
     made = Experiment.preset("paper").overridden(
-        traffic={"kind": kind}, location="a \"quoted\" place\n", study={"until_width": 0.1}, seed=2**63 - 1
+        traffic={"kind": kind}, location='a "quoted" place\n', study={"until_width": 0.1}, seed=2**63 - 1
     )
     made.save(tmp_path / "config.toml")
     assert Experiment.load(tmp_path / "config.toml") == made

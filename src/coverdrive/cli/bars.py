@@ -69,4 +69,3 @@ def waiting(task: str = "loading") -> Generator[None]:
     """Show that something goes on while the block runs, where nobody knows how long it takes."""
     with console.status(Text(task)):
         yield
-

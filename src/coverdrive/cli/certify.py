@@ -13,6 +13,7 @@ from coverdrive.cli.options import (
     Location,
     Out,
     Recordings,
+    between,
     config_of,
     console,
     experiment_of,
@@ -25,8 +26,18 @@ Counted = Literal["window", "vehicle", "drawn window"]
 def certify(
     *,
     recording: Recordings = None,
-    epsilon: Annotated[tuple[float, ...], Parameter(help="Bound on the miss rate to ask for.")] = TARGETS,
-    unit: Annotated[Counted | None, Parameter(help="What the bound counts.", show_default=usually("vehicle"))] = None,
+    epsilon: Annotated[
+        tuple[float, ...],
+        Parameter(
+            consume_multiple=True,
+            validator=between(0, 1),
+            help="Bounds to prove on the share that is missed, between 0 and 1, as in `--epsilon 0.05 0.1`.",
+        ),
+    ] = TARGETS,
+    unit: Annotated[
+        Counted | None,
+        Parameter(help="What the bound counts, as in `--unit window`.", show_default=usually("vehicle")),
+    ] = None,
     out: Out = Path("results"),
     config: Config = None,
     location: Location = None,
@@ -38,7 +49,7 @@ def certify(
     - for a predictor from generated traffic, in `results/`: `coverdrive certify`
     - for one from recordings: `coverdrive certify --recording scenarios/ --epsilon 0.1 --unit window`
     """
-    experiment = experiment_of(config_of(out, config), None, location)
+    experiment = experiment_of(config_of(out, config), location=location)
     with waiting():
         from coverdrive import workflow
         from coverdrive.report import style

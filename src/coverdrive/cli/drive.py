@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import Parameter
+from cyclopts.validators import Number
 
 from coverdrive.cli.bars import stages, waiting
 from coverdrive.cli.options import (
@@ -21,8 +22,20 @@ from coverdrive.cli.options import (
 
 def drive(
     *,
-    trial: Annotated[int, Parameter(help="Number of the trial: it gives the start and the traffic.")] = 0,
-    vehicles: Annotated[int | None, Parameter(help="Number of uncontrolled vehicles; else that of the trial.")] = None,
+    trial: Annotated[
+        int,
+        Parameter(
+            validator=Number(gte=0, lte=9_999_999),
+            help="Number of the trial, from 0, as in `--trial 7`: it gives the start and the traffic.",
+        ),
+    ] = 0,
+    vehicles: Annotated[
+        int | None,
+        Parameter(
+            validator=Number(gte=1, lte=100),
+            help="Number of uncontrolled vehicles, as in `--vehicles 8`; else that of the trial.",
+        ),
+    ] = None,
     traffic: TrafficName = None,
     recording: ToReplay = None,
     seed: Seed = None,
@@ -36,7 +49,7 @@ def drive(
     - a trial of the study again: `coverdrive drive --trial 7`
     - among other traffic: `coverdrive drive --vehicles 8 --traffic aggressive`
     """
-    experiment = experiment_of(config_of(out, config), seed, traffic=traffic)
+    experiment = experiment_of(config_of(out, config), seed=seed, traffic={"kind": traffic})
     with waiting():
         from coverdrive import workflow
         from coverdrive.report.figures import draw_drive

@@ -29,7 +29,7 @@ def paper(
     - on generated traffic: `coverdrive paper`
     - on recordings, too: `coverdrive paper --recording scenarios/ --out us101`
     """
-    experiment = experiment_of(config, seed, location)
+    experiment = experiment_of(config, seed=seed, location=location)
     with waiting():
         from coverdrive import workflow
         from coverdrive.certificates.paper_tables import table_1_bounds

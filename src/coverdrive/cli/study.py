@@ -1,4 +1,4 @@
-"""``coverdrive study``: many drives, once or for every cell of a grid."""
+"""``coverdrive study``: many drives, once or for every variant of a sweep."""
 
 from collections.abc import Generator
 from contextlib import contextmanager
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from coverdrive.config import Experiment
 
 Cluster = Annotated[
-    str | None, Parameter(help="Address of a Dask scheduler whose workers drive, as in tcp://host:8786.")
+    str | None, Parameter(help="Address of a Dask scheduler whose workers drive, as in `--cluster tcp://host:8786`.")
 ]
 
 
@@ -38,14 +38,18 @@ def study(
     vehicles: Vehicles = None,
     recording: ToReplay = None,
     until_width: Annotated[
-        float | None, Parameter(help="Stop early once both 95 % intervals of the collision rates are this narrow.")
+        float | None,
+        Parameter(
+            help="Stop early once both 95 % intervals of the collision rates are this narrow, "
+            "as in `--until-width 0.02`."
+        ),
     ] = None,
     settings: Annotated[
         list[str] | None,
         Parameter(
             name="--set",
             consume_multiple=True,
-            help="Settings to vary, as in planner.problem.obstacles.order=2,4; every combination is a study.",
+            help="Settings to vary, as in `--set planner.problem.obstacles.order=2,4`; every combination is a study.",
         ),
     ] = None,
     seed: Seed = None,
@@ -65,11 +69,14 @@ def study(
     - among vehicles that react: `coverdrive study --traffic drivers --vehicles 5 10`
     - one study for each value: `coverdrive study --set planner.problem.obstacles.order=2,4`
     """
-    experiment = experiment_of(config_of(out, config), seed, None, trials, workers, traffic, vehicles).overridden(
-        study={"until_width": until_width}
+    experiment = experiment_of(
+        config_of(out, config),
+        seed=seed,
+        study={"trials": trials, "workers": workers, "vehicles": vehicles, "until_width": until_width},
+        traffic={"kind": traffic},
     )
     if settings:
-        return _grid(experiment, settings, out, recording or [], cluster)
+        return _sweep(experiment, settings, out, recording or [], cluster)
     return study_and_print(experiment, out, recording or [], cluster)
 
 
@@ -100,28 +107,28 @@ def study_and_print(
     }
 
 
-def _grid(
+def _sweep(
     experiment: "Experiment", settings: list[str], out: Path, recording: list[Path], cluster: str | None
 ) -> dict[str, Any]:
     """Drive a study for every combination of settings, each in its own folder, and put them into one table."""
     with waiting():
         from coverdrive import workflow
-        from coverdrive.grid import cells_of
-        from coverdrive.report.study_tables import grid_table
+        from coverdrive.report.study_tables import sweep_table
         from coverdrive.results import load_predictor
         from coverdrive.simulation.statistics import collision_table
+        from coverdrive.sweep import sweep
     predictor = load_predictor(out)
-    cells = {cell.name: experiment.overridden(**cell.changes) for cell in cells_of(settings)}
+    variants = {variant.name: experiment.updated(variant.changes) for variant in sweep(settings)}
     driven = {}
     with stages() as bars, _trials_kept():
-        for name, each in cells.items():
-            folder = out / "grid" / name
+        for name, each in variants.items():
+            folder = out / "sweep" / name
             clips = workflow.clips_to_replay(each, predictor, out, recording, bars.share("recordings"))
             driven[name] = workflow.study(each, predictor, folder, bars.count(name), clips=clips, cluster=cluster)
             each.save(folder / "config.toml")
-    console.print(grid_table(driven))
-    console.print(f"Every cell has its own folder in {out / 'grid'}; two of them go to `coverdrive compare`")
-    return {"grid": {name: collision_table(trials).to_dicts() for name, trials in driven.items()}}
+    console.print(sweep_table(driven))
+    console.print(f"Every variant has its own folder in {out / 'grid'}; two of them go to `coverdrive compare`")
+    return {"sweep": {name: collision_table(trials).to_dicts() for name, trials in driven.items()}}
 
 
 @contextmanager

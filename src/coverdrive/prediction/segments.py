@@ -17,7 +17,6 @@ from coverdrive.prediction.cover import MIRROR
 from coverdrive.recordings.recording import MEASURES, Recording
 from coverdrive.settings import Settings
 
-
 _MOST_POINTS = 200
 
 

@@ -68,7 +68,9 @@ class GeneratedSettings(Settings):
     def _fits_into_memory(self) -> "GeneratedSettings":
         rows = self.scenes * self.vehicles[1] * self.duration / self.dt
         if rows > _MOST_ROWS:
-            raise ValueError(f"{rows:.3g} rows of traffic are more than {_MOST_ROWS:.0e}; generate fewer or shorter scenes")
+            raise ValueError(
+                f"{rows:.3g} rows of traffic are more than {_MOST_ROWS:.0e}; generate fewer or shorter scenes"
+            )
         return self
 
 
