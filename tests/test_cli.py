@@ -220,20 +220,20 @@ def test_a_study_of_replayed_recordings_is_shown_with_them(results: Path, tmp_pa
 
 
 @pytest.mark.slow
-def test_a_grid_is_driven_cell_by_cell_and_its_cells_are_compared(results: Path) -> None:
-    grid = ["--set", "planner.problem.obstacles.ignore_rear=true,false", "traffic.kind=drivers"]
-    printed = coverdrive("study", "--trials", "3", "--workers", "1", *grid, "--out", results)
-    cells = sorted((results / "grid").iterdir())
-    assert [cell.name for cell in cells] == [
+def test_a_sweep_is_driven_and_its_variants_are_compared(results: Path) -> None:
+    swept = ["--set", "planner.problem.obstacles.ignore_rear=true,false", "traffic.kind=drivers"]
+    printed = coverdrive("study", "--trials", "3", "--workers", "1", *swept, "--out", results)
+    variants = sorted((results / "sweep").iterdir())
+    assert [variant.name for variant in variants] == [
         f"planner.problem.obstacles.ignore_rear={value},traffic.kind=drivers" for value in ("false", "true")
     ]
     assert "windows missed" in printed
-    assert Experiment.load(cells[1] / "config.toml").planner.problem.obstacles.ignore_rear
-    compared = coverdrive("compare", *cells)
+    assert Experiment.load(variants[1] / "config.toml").planner.problem.obstacles.ignore_rear
+    compared = coverdrive("compare", *variants)
     assert "configuration.planner.problem.obstacles.ignore_rear: false and true" in compared
     assert "3 pairs of trials" in compared
-    assert json.loads(coverdrive("compare", *cells, "--json", only="stdout"))["trials"] == 3
-    assert "numbers of vehicles differ" in coverdrive("compare", results / "study-drivers", cells[0], status=2)
+    assert json.loads(coverdrive("compare", *variants, "--json", only="stdout"))["trials"] == 3
+    assert "numbers of vehicles differ" in coverdrive("compare", results / "study-drivers", variants[0], status=2)
 
 
 @pytest.mark.slow

@@ -13,7 +13,10 @@ def animate(
     folder: Folder = Path("results"),
     *,
     trial: Trial = None,
-    format: Annotated[Literal["mp4", "gif"], Parameter(help="MP4 for players, GIF for slides and web pages.")] = "mp4",
+    format: Annotated[
+        Literal["mp4", "gif"],
+        Parameter(help="MP4 for players, GIF for slides and web pages; as in `--format gif`."),
+    ] = "mp4",
     traffic: Studied = None,
     recording: Replayed = None,
 ) -> dict[str, Any]:

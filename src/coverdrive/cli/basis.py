@@ -6,15 +6,25 @@ from typing import Annotated, Any, Literal
 from cyclopts import Parameter
 
 from coverdrive.cli.bars import stages, waiting
-from coverdrive.cli.options import Config, Location, Out, Seed, console, experiment_of, usually
+from coverdrive.cli.options import Config, Location, Out, Seed, between, console, experiment_of, usually
 
 
 def basis(
     *recording: Annotated[Path, Parameter(help="Files or folders of recordings; without any, generated traffic.")],
-    epsilon: Annotated[tuple[float, ...], Parameter(help="Radius of a cover.")] = (0.5, 0.75, 1.0, 2.0),
+    epsilon: Annotated[
+        tuple[float, ...],
+        Parameter(
+            consume_multiple=True,
+            validator=between(0, 1000),
+            help="Radii of covers [m across the road], as in `--epsilon 0.5 1`.",
+        ),
+    ] = (0.5, 0.75, 1.0, 2.0),
     stride: Annotated[
         float | None,
-        Parameter(help="Time from one segment of a vehicle to the next [s].", show_default=usually("0.2")),
+        Parameter(
+            help="Time from one segment of a vehicle to the next [s], as in `--stride 0.5`.",
+            show_default=usually("0.2"),
+        ),
     ] = None,
     symmetric: Annotated[
         bool | None, Parameter(help="With every base trajectory its mirror image.", show_default=usually("no"))
@@ -38,8 +48,11 @@ def basis(
     - of generated traffic, to `results/bases/`: `coverdrive basis`
     - of recordings, with one ε: `coverdrive basis scenarios/ --epsilon 1 --symmetric --out us101`
     """
-    experiment = experiment_of(config, seed, location).overridden(
-        prediction={"segments": {"stride": stride}, "basis": {"symmetric": symmetric, "centres": centres}}
+    experiment = experiment_of(
+        config,
+        seed=seed,
+        location=location,
+        prediction={"segments": {"stride": stride}, "basis": {"symmetric": symmetric, "centres": centres}},
     )
     with waiting():
         from coverdrive.prediction.basis_study import basis_record, study_bases

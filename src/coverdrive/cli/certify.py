@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from coverdrive.cli.bars import stages, waiting
-from coverdrive.cli.options import TARGETS, Out, console, usually
+from coverdrive.cli.options import TARGETS, Confidence, Out, between, console, usually
 
 if TYPE_CHECKING:
     from coverdrive.certificates.comparison import Compared
@@ -19,11 +19,19 @@ Counted = Literal["window", "vehicle", "drawn window"]
 
 def certify(
     *,
-    epsilon: Annotated[tuple[float, ...], Parameter(help="Bounds on the miss rate to ask for.")] = TARGETS,
-    confidence: Annotated[
-        float | None, Parameter(help="With which the bounds are to hold.", show_default=usually("0.99"))
+    epsilon: Annotated[
+        tuple[float, ...],
+        Parameter(
+            consume_multiple=True,
+            validator=between(0, 1),
+            help="Bounds to prove on the share that is missed, between 0 and 1, as in `--epsilon 0.05 0.1`.",
+        ),
+    ] = TARGETS,
+    confidence: Confidence = None,
+    unit: Annotated[
+        Counted | None,
+        Parameter(help="What the bound counts, as in `--unit window`.", show_default=usually("vehicle")),
     ] = None,
-    unit: Annotated[Counted | None, Parameter(help="What the bound counts.", show_default=usually("vehicle"))] = None,
     out: Out = Path("results"),
 ) -> dict[str, Any]:
     """Compare all methods of calibration on the predictor in a results folder, on the scores that its fit has kept.

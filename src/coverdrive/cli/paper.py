@@ -36,7 +36,7 @@ def paper(
         from coverdrive.prediction.paper_settings import paper_settings
         from coverdrive.report import paper_tables, style
         from coverdrive.report.paper_figure import paper_figure
-    experiment = experiment_of(config, seed, location).model_copy(update={"prediction": paper_settings()})
+    experiment = experiment_of(config, seed=seed, location=location).model_copy(update={"prediction": paper_settings()})
     sources = {"generated": [], **({"recordings": recording} if recording else {})}
     titles = {"generated": "generated traffic", "recordings": "the recordings"}
     bounds = table_1_bounds()

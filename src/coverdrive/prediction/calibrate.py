@@ -31,8 +31,8 @@ class CertificateSettings(Settings):
     method: Method = Method.PAC_POOLED
     """how thresholds are calibrated; `coverdrive certify` compares all methods"""
     epsilon: Epsilon = DEFAULT_EPSILON
-    """bound on the miss rate to ask for; ``"auto"``: the default if the calibration data can prove it, else the smallest
-    that they can. Post-bloating and svm compute their own and ignore it"""
+    """bound on the miss rate to ask for; ``"auto"``: the default if the calibration data can prove it, else the
+    smallest that they can. Post-bloating and svm compute their own and ignore it"""
     confidence: float = Field(default=0.99, gt=0, lt=1)
     """probability with which the bound on the miss rate holds (paper, Table 1)"""
     unit: Unit = "vehicle"

@@ -29,6 +29,7 @@ class DriverTrafficSettings(Settings):
     """Drivers by IDM and MOBIL, at the speeds of the experiment's start but farther apart than the paper's."""
 
     kind: Literal["drivers"] = "drivers"
+    """name of this traffic"""
     drivers: DriverSettings = DriverSettings(desired_speed=25.0)
     """how people drive; a desired speed a little above the 20 m/s at which they start"""
     behind: float = Field(default=-60.0, ge=-10_000, le=10_000)
@@ -56,6 +57,7 @@ class AggressiveTrafficSettings(DriverTrafficSettings):
     """The same with tailgating, cut-ins that force others to brake hard, and sudden braking; fits 12 vehicles."""
 
     kind: Literal["aggressive"] = "aggressive"  # pyright: ignore[reportIncompatibleVariableOverride]
+    """name of this traffic"""
     drivers: DriverSettings = DriverSettings(
         desired_speed=27.0,
         time_gap=0.6,
