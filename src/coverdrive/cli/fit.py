@@ -10,6 +10,7 @@ from coverdrive.cli.options import Config, Location, Out, Preset, Recordings, Se
 if TYPE_CHECKING:
     from coverdrive.config import Experiment
     from coverdrive.prediction.fit import Fit
+    from coverdrive.results import Results
 
 
 def fit(
@@ -28,22 +29,21 @@ def fit(
     - from a download of NGSIM: `coverdrive fit --recording us-101.csv --location us-101`
     - from generated traffic, as in the paper: `coverdrive fit --preset paper --out paper`
     """
-    from coverdrive.records import certificate_record
-
-    result = fit_and_print(experiment_of(config, seed, location, preset=preset), recording or [], out)
+    with waiting():
+        from coverdrive.results import Results, certificate_record
+    result = fit_and_print(experiment_of(config, seed, location, preset=preset), recording or [], Results(out))
     console.print(f"The predictor is in {out}")
     return {"results": str(out), **certificate_record(result)}
 
 
-def fit_and_print(experiment: "Experiment", paths: Sequence[Path], out: Path) -> "Fit":
-    """Learn, certify, test, and say how it went."""
+def fit_and_print(experiment: "Experiment", paths: Sequence[Path], results: "Results") -> "Fit":
+    """Learn, certify, test, save, and say how it went."""
     with waiting():
-        from coverdrive import workflow
+        from coverdrive.prediction.fit import fit
         from coverdrive.report.terminal import fit_table
-
-    with stages() as bars:
-        recordings = workflow.load_recordings(experiment, paths, bars.share("recordings"))
-        result = workflow.fit_predictor(experiment, recordings, out, bars.report)
+    with stages():
+        result = fit(experiment.recordings(paths), experiment.prediction, experiment.seed)
+        results.save_fit(experiment, result)
     console.print(fit_table(result))
     for certificate in result.certificates:
         console.print(f"• {certificate.sentence}")

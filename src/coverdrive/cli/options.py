@@ -6,15 +6,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
-from rich.console import Console
 
 from coverdrive.cli.bars import waiting
+from coverdrive.cli.terminal import Terminal
 
 if TYPE_CHECKING:
     from coverdrive.config import Experiment
     from coverdrive.simulation.replay import Clip
 
-console = Console()
+console = Terminal()
 
 TARGETS = (0.05, 0.1, 0.2)
 """bounds ε on the miss rate at which methods of calibration are compared"""

@@ -19,7 +19,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 from jaxtyping import Bool, Float
-from pydantic import Field, PositiveFloat, PositiveInt
+from pydantic import Field
 from scipy.interpolate import CubicSpline
 
 from coverdrive.errors import DataError
@@ -40,14 +40,14 @@ _LEAST_REACH = 0.05
 class BasisSettings(Settings):
     """Size of the tolerance, and how the cover is searched."""
 
-    epsilon: PositiveFloat = 0.75
+    epsilon: float = Field(default=0.75, ge=0.01, le=1000)
     """radius ε of the cover: the tolerance across the road at the start [m]. The authors' scripts have 0.5, and reach
     17 bases by dropping rare ones; covering every segment, 0.75 gives about as many"""
-    aspect: PositiveFloat = 4.0
+    aspect: float = Field(default=4.0, ge=0.01, le=1000)
     """tolerance along the road over tolerance across it (authors' scripts)"""
-    growth: float = Field(default=1.0, ge=0)
+    growth: float = Field(default=1.0, ge=0, le=1000)
     """relative growth of the tolerance over the horizon (authors' scripts: it doubles)"""
-    candidates: PositiveInt = 4096
+    candidates: int = Field(default=4096, ge=1, le=10_000_000)
     """segments that greedy choice picks from at a time; more can give a smaller basis and takes longer"""
     symmetric: bool = False
     """with every base trajectory, its mirror image (left for right) is in the basis"""

@@ -1,7 +1,7 @@
 """Calibrating a trained network: its scores become a rule with a certificate (paper §3.2)."""
 
 from contextlib import suppress
-from typing import NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
 import jax
 import numpy as np
@@ -20,14 +20,19 @@ from coverdrive.prediction.predictor import Predictor
 from coverdrive.prediction.samples import Samples
 from coverdrive.settings import Settings
 
+DEFAULT_EPSILON = 0.1
+
+Epsilon = Annotated[float, Field(gt=0, lt=1)] | Literal["auto"]
+
 
 class CertificateSettings(Settings):
     """What the certificate claims."""
 
     method: Method = Method.PAC_POOLED
     """how thresholds are calibrated; `coverdrive certify` compares all methods"""
-    epsilon: float = Field(default=0.1, gt=0, lt=1)
-    """bound on the miss rate to ask for; post-bloating and svm compute their own and ignore it"""
+    epsilon: Epsilon = DEFAULT_EPSILON
+    """bound on the miss rate to ask for; ``"auto"``: the default if the calibration data can prove it, else the smallest
+    that they can. Post-bloating and svm compute their own and ignore it"""
     confidence: float = Field(default=0.99, gt=0, lt=1)
     """probability with which the bound on the miss rate holds (paper, Table 1)"""
     unit: Unit = "vehicle"
@@ -46,7 +51,9 @@ class CertificateSettings(Settings):
     @property
     def asked(self) -> float | None:
         """The bound to ask the method for."""
-        return None if self.method.computes_epsilon else self.epsilon
+        if self.method.computes_epsilon:
+            return None
+        return DEFAULT_EPSILON if self.epsilon == "auto" else self.epsilon
 
 
 class ScoredSides(NamedTuple):

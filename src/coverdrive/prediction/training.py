@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import Annotated, Any
 
 import equinox as eqx
 import jax
@@ -11,7 +11,7 @@ import numpy as np
 import optax
 from jax import Array
 from jaxtyping import Float, Int8, PRNGKeyArray
-from pydantic import Field, PositiveFloat, PositiveInt
+from pydantic import Field
 
 from coverdrive.errors import DataError
 from coverdrive.prediction.inputs import Inputs
@@ -32,27 +32,27 @@ class TrainingSettings(Settings):
     """what the network sees of the affordance; ``motion`` only of recordings whose smoothing is ``causal``"""
     mirrored: bool = True
     """with every sample, its mirror image (left for right) is trained on"""
-    members: PositiveInt = 4
+    members: int = Field(default=4, ge=1, le=1000)
     """networks whose scores are averaged"""
     prior: float = Field(default=0.3, ge=0, lt=1)
     """share of every score that comes from how often each base was driven in training"""
-    hidden: tuple[PositiveInt, ...] = (100, 50)
+    hidden: tuple[Annotated[int, Field(ge=1, le=10_000)], ...] = Field(default=(100, 50), max_length=20)
     """neurons of the hidden layers (authors' scripts)"""
     dropout: float = Field(default=0.2, ge=0, lt=1)
     """share of the hidden neurons that are left out in each step"""
-    noise: float = Field(default=0.1, ge=0)
+    noise: float = Field(default=0.1, ge=0, le=100)
     """standard deviation of noise on the scaled inputs"""
-    weight_decay: float = Field(default=1e-2, ge=0)
+    weight_decay: float = Field(default=1e-2, ge=0, le=1e3)
     """of AdamW (Loshchilov & Hutter 2019); with 0 it is Adam"""
-    learning_rate: PositiveFloat = 1e-3
+    learning_rate: float = Field(default=1e-3, gt=0, le=10)
     """of the first step"""
     annealed: bool = True
     """the learning rate falls to zero along a cosine"""
-    batch: PositiveInt = 256
+    batch: int = Field(default=256, ge=1, le=1_000_000)
     """samples per step"""
-    epochs: PositiveInt = 50
+    epochs: int = Field(default=50, ge=1, le=1_000_000)
     """passes over the training samples (authors' scripts)"""
-    most_steps: PositiveInt = 2500
+    most_steps: int = Field(default=2500, ge=1, le=100_000_000)
     """training on many samples ends after so many steps, be it in fewer passes"""
 
     @staticmethod

@@ -9,6 +9,7 @@ import polars as pl
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.comparison import Compared
 from coverdrive.certificates.evaluation import Evaluation, Rate
+from coverdrive.prediction.fit import Fit
 from coverdrive.prediction.learned import Learned
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.report.binding import Binding
@@ -26,6 +27,14 @@ class Certified:
     """test windows that no base covers"""
     samples: Mapping[str, int]
     """windows on every side of the split"""
+
+    @staticmethod
+    def of(fit: Fit) -> "Certified":
+        """What a fit has certified."""
+        split = fit.split
+        samples = {"segments": len(fit.segments), "dropped": split.dropped}
+        samples |= {side: len(getattr(split, side)) for side in ("train", "calibration", "test")}
+        return Certified(fit.certificates, fit.evaluation, fit.uncovered, samples)
 
 
 @dataclass(frozen=True)
@@ -49,7 +58,7 @@ class Contents:
     """in which the trials were driven"""
     period: float
     """[s] between two plans"""
-    binding: Binding
+    binding: Binding | None
     """tells which obstacles bind a plan"""
     traces: Mapping[int, Trace]
     """drives to replay, by the number of their trial"""

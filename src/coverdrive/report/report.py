@@ -1,0 +1,171 @@
+"""From a fit and a study to what a person looks at: the page, the figures, the video of a drive."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Literal, Protocol
+
+from coverdrive.certificates.comparison import Compared
+from coverdrive.errors import DataError
+from coverdrive.prediction.fit import Fit
+from coverdrive.prediction.learned import Learned
+from coverdrive.prediction.predictor import Predictor
+from coverdrive.report import style
+from coverdrive.report.animation import animate
+from coverdrive.report.binding import Binding
+from coverdrive.report.contents import Certified, Contents
+from coverdrive.report.figures import draw_all
+from coverdrive.report.page.page import write_page
+from coverdrive.report.risk_figure import risk_figure
+from coverdrive.report.snapshots import snapshots
+from coverdrive.simulation.notable import liveliest, notable
+from coverdrive.simulation.study import Study
+from coverdrive.simulation.trace import Trace
+
+
+class Results(Protocol):
+    """What a fit has left in a folder (`coverdrive.results`)."""
+
+    @property
+    def folder(self) -> Path: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def settings(self) -> str: ...
+    @property
+    def run(self) -> dict[str, Any]: ...
+    @property
+    def predictor(self) -> Predictor: ...
+    @property
+    def certified(self) -> Certified: ...
+    @property
+    def learned(self) -> Learned: ...
+    @property
+    def methods(self) -> list[Compared]: ...
+
+
+def report(
+    fitted: Fit | Results,
+    study: Study | None = None,
+    path: Path | str | None = None,
+    *,
+    trials: Sequence[int] = (),
+    replays: int = 8,
+) -> Path:
+    """Write one HTML page that shows everything and needs no network, with drives to replay.
+
+    Args:
+        fitted: a fit, or the results folder that it is in.
+        study: that was driven with its predictor, if any.
+        path: of the page; in the results folder if left out, or ``report.html``.
+        trials: to replay in any case.
+        replays: number of notable trials to replay at most.
+
+    Returns:
+        The HTML file.
+
+    Raises:
+        DataError: there is no such trial.
+    """
+    page = Path(path) if path else _beside(fitted, study, "report").with_suffix(".html")
+    write_page(contents_of(fitted, study, _replayed(study, trials, replays)), page)
+    return page
+
+
+def draw_figures(fitted: Fit | Results, study: Study | None = None, trial: int | None = None) -> list[Path]:
+    """Draw every figure that there are results for, as PDF and PNG.
+
+    Args:
+        fitted: a fit, or the results folder that it is in.
+        study: that was driven with its predictor, if any.
+        trial: whose snapshots are drawn; the liveliest, if left out.
+
+    Returns:
+        The files.
+
+    Raises:
+        DataError: there is no such trial.
+    """
+    return draw_all(contents_of(fitted, study, _one(study, trial)), _beside(fitted, study, "figures"))
+
+
+def animate_drive(
+    fitted: Fit | Results, study: Study, trial: int | None = None, file_format: Literal["mp4", "gif"] = "mp4"
+) -> Path:
+    """Write the video of a drive, of the liveliest one if no trial is named.
+
+    Raises:
+        DataError: there is no such trial, or the study was not driven.
+    """
+    chosen = _one(study, trial) or [liveliest(study.trials)]
+    path = _beside(fitted, study, "figures") / f"drive_{chosen[0]}.{file_format}"
+    animate(study.trace(chosen[0]), path, Binding.of_study(study))
+    return path
+
+
+def draw_drive(trace: Trace, folder: Path, study: Study) -> None:
+    """Draw snapshots and a video of one drive into a folder."""
+    binding = Binding.of_study(study)
+    style.save(snapshots(trace, binding=binding), folder / "snapshots")
+    animate(trace, folder / "drive.mp4", binding)
+
+
+def draw_methods(results: Results) -> None:
+    """Draw the comparison of all methods of calibration."""
+    style.save(risk_figure(results.methods), results.folder / "figures" / "methods")
+
+
+def contents_of(fitted: Fit | Results, study: Study | None, replayed: Sequence[int]) -> Contents:
+    """Everything that a report shows, with the trials that it replays."""
+    results = _Unsaved(fitted) if isinstance(fitted, Fit) else fitted
+    driven = study is not None and study.files.finished
+    return Contents(
+        name=results.name if study is None or study.folder.name == "study" else f"{results.name}, {study.folder.name}",
+        run=results.run,
+        settings=results.settings,
+        predictor=results.predictor,
+        certified=results.certified,
+        learned=results.learned,
+        compared=results.methods,
+        trials=study.trials if study and driven else None,
+        traffic=study.setup.traffic_name if study else "",
+        period=study.setup.episode.step if study else 0.1,
+        binding=Binding.of_study(study) if study else None,
+        traces=study.traces(replayed) if study and replayed else {},
+    )
+
+
+class _Unsaved:
+    """A fit that is in no folder."""
+
+    name, folder, methods = "coverdrive", Path(), list[Compared]()
+
+    def __init__(self, fit: Fit):
+        self.predictor, self.certified, self.learned = fit.predictor, Certified.of(fit), Learned.of(fit)
+        self.settings, self.run = fit.settings.model_dump_json(indent=2), fit.record
+
+
+def _beside(fitted: Fit | Results, study: Study | None, name: str) -> Path:
+    """Where the pictures of a study go in a results folder: each study has its own."""
+    folder = Path() if isinstance(fitted, Fit) else fitted.folder
+    return folder / (study.folder.name.replace("study", name, 1) if study and not isinstance(fitted, Fit) else name)
+
+
+def _one(study: Study | None, trial: int | None) -> list[int]:
+    """The named trial, else the liveliest of a study that was driven."""
+    if trial is not None:
+        return _replayed(study, [trial], 0)
+    return [liveliest(study.trials)] if study and study.files.finished else []
+
+
+def _replayed(study: Study | None, named: Sequence[int], most: int) -> list[int]:
+    """The named trials, then the notable ones of the study."""
+    if study is None or not study.files.finished:
+        return list(named) if study else []
+    trials = study.trials
+    unknown = sorted(set(named) - set(trials["trial"]))
+    if unknown:
+        raise DataError(
+            f"trials of the study are 0 to {trials['trial'].max()}, got {unknown[0]}; name one of them; "
+            "`coverdrive drive` drives any other"
+        )
+    return list(dict.fromkeys([*named, *notable(trials, most)]))
