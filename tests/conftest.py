@@ -2,10 +2,11 @@
 
 import os
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from filelock import FileLock
 from hypothesis import HealthCheck, settings
 from jaxtyping import install_import_hook
 
@@ -17,6 +18,29 @@ for name, examples in {"fast": 25, "all": 100}.items():  # no deadline: a first 
     settings.register_profile(
         name, deadline=None, derandomize=True, max_examples=examples, suppress_health_check=[HealthCheck.too_slow]
     )
+
+QUICK = """
+seed = 3
+
+[generated]
+scenes = 6
+duration = 20.0
+vehicles = [10, 12]
+
+[prediction.basis]
+epsilon = 1.0
+
+[prediction.training]
+epochs = 4
+
+[prediction.certificate]
+confidence = 0.9
+unit = "window"
+
+[episode]
+duration = 1.0
+"""
+"""settings of a run that takes seconds"""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -52,6 +76,37 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if not (config.getoption("--all") or config.getoption("-m") or named):
         config.hook.pytest_deselected(items=slow)
         items[:] = [item for item in items if item not in set(slow)]
+
+
+@pytest.fixture(scope="session")
+def once(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, Callable[[Path], None]], Path]:
+    """A function that gives a folder of a name, filled once for all processes of the session; leave it as it is."""
+    base = tmp_path_factory.getbasetemp()
+    shared = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+
+    def folder_of(name: str, fill: Callable[[Path], None]) -> Path:
+        folder, complete = shared / f"once-{name}", shared / f"once-{name}.complete"
+        with FileLock(shared / f"once-{name}.lock"):
+            if not complete.exists():
+                folder.mkdir()
+                fill(folder)
+                complete.touch()
+        return folder
+
+    return folder_of
+
+
+@pytest.fixture(scope="session")
+def quick_run(once: Callable[[str, Callable[[Path], None]], Path]) -> Path:
+    """A folder with the results of one quick ``coverdrive run`` in ``out``, its settings and what it printed."""
+    from command import coverdrive
+
+    def run(folder: Path) -> None:
+        (folder / "quick.toml").write_text(QUICK)
+        printed = coverdrive("run", "--config", folder / "quick.toml", "--trials", "4", "--out", folder / "out")
+        (folder / "printed.txt").write_text(printed, encoding="utf-8")
+
+    return once("quick-run", run)
 
 
 @pytest.fixture(scope="session")
