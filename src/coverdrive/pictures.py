@@ -13,7 +13,7 @@ from coverdrive.report.figures import draw_all
 from coverdrive.report.page.page import write_page
 from coverdrive.results import (
     STUDY,
-    binding_of,
+    constraints_of,
     has_trials,
     load_contents,
     load_experiment,
@@ -56,7 +56,7 @@ def write_report(
     """
     traces = _traces(folder, study, _replayed(folder, study, named, most), progress, clips)
     path = folder / f"{study.replace(STUDY, 'report', 1)}.html"
-    write_page(load_contents(folder, traces, study), path, partial(progress, "report"))
+    write_page(load_contents(folder, traces, study), path)
     return path
 
 
@@ -83,7 +83,7 @@ def draw_figures(
     else:
         drawn = _replayed(folder, study, [trial], 0)
     traces = _traces(folder, study, drawn, progress, clips)
-    return draw_all(load_contents(folder, traces, study), _figures(folder, study), partial(progress, "figures"))
+    return draw_all(load_contents(folder, traces, study), _figures(folder, study))
 
 
 def animate_trial(
@@ -113,7 +113,7 @@ def animate_trial(
     number = liveliest(load_trials(folder, study)) if trial is None else _replayed(folder, study, [trial], 0)[0]
     trace = _traces(folder, study, [number], progress, clips)[number]
     path = _figures(folder, study) / f"drive_{number}.{file_format}"
-    animate(trace, path, partial(progress, "video"), binding_of(load_experiment(folder, study)))
+    animate(trace, path, constraints_of(load_experiment(folder, study)))
     return path
 
 

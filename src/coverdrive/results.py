@@ -15,7 +15,7 @@ from coverdrive.config import Experiment
 from coverdrive.errors import DataError
 from coverdrive.prediction.learned import Learned
 from coverdrive.prediction.predictor import Predictor
-from coverdrive.report.binding import Binding
+from coverdrive.report.active_constraints import ActiveConstraints
 from coverdrive.report.contents import Certified, Contents
 from coverdrive.simulation.trace import Trace
 
@@ -121,15 +121,15 @@ def load_contents(folder: Path, traces: Mapping[int, Trace], study: str = STUDY)
         trials=load_trials(folder, study) if has_trials(folder, study) else None,
         traffic=experiment.traffic.kind,
         period=experiment.episode.step,
-        binding=binding_of(experiment),
+        constraints=constraints_of(experiment),
         traces=traces,
     )
 
 
-def binding_of(experiment: Experiment) -> Binding:
-    """Tells which obstacles bind a plan of the experiment's planner."""
+def constraints_of(experiment: Experiment) -> ActiveConstraints:
+    """Tells which constraints are active in a plan of the experiment's planner."""
     problem = experiment.planner.problem
-    return Binding(problem.vehicle, problem.obstacles)
+    return ActiveConstraints(problem.vehicle, problem.obstacles)
 
 
 def load_certified(folder: Path) -> Certified:

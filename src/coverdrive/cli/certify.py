@@ -41,7 +41,7 @@ def certify(
     experiment = experiment_of(config_of(out, config), None, location)
     with waiting():
         from coverdrive import workflow
-        from coverdrive.report import style
+        from coverdrive.report.drawing import save
         from coverdrive.report.risk_figure import risk_figure
         from coverdrive.report.terminal import methods_table
         from coverdrive.results import load_predictor
@@ -58,6 +58,6 @@ def certify(
         asked = "" if refused.target is None else f" at ε = {refused.target:g}"
         console.print(f"• {refused.method.value}{asked}: {refused.refusal}")
     with waiting("drawing"):
-        style.save(risk_figure(compared), out / "figures" / "methods")
+        save(risk_figure(compared), out / "figures" / "methods")
     console.print(f"The comparison is in {out}")
     return {"results": str(out), "methods": [asdict(each) for each in compared]}

@@ -41,7 +41,7 @@ def drive(
         from coverdrive import workflow
         from coverdrive.report.figures import draw_drive
         from coverdrive.report.study_tables import drives_table
-        from coverdrive.results import binding_of, load_predictor
+        from coverdrive.results import constraints_of, load_predictor
         from coverdrive.simulation.outcome import Cause
         from coverdrive.simulation.storage import save_trace
         from coverdrive.simulation.trial import measure, table_of
@@ -56,7 +56,7 @@ def drive(
         bars.report("drive", 1.0)
         save_trace(trace, folder / "trace.npz")
         bars.report("video", 0.0)
-        draw_drive(trace, folder, binding_of(experiment), bars.share("video"))
+        draw_drive(trace, folder, constraints_of(experiment))
     result = measure(trace, experiment.seed, trial)
     console.print(f"{result.kind} at {result.time:.1f} s with {result.vehicles} vehicles")
     if result.cause != Cause.NONE.value:

@@ -33,7 +33,8 @@ def paper(
     with waiting():
         from coverdrive import workflow
         from coverdrive.certificates.paper_tables import table_1_bounds
-        from coverdrive.report import paper_tables, style
+        from coverdrive.report import paper_tables
+        from coverdrive.report.drawing import save
         from coverdrive.report.paper_figure import paper_figure
     sources = {"generated": [], **({"recordings": recording} if recording else {})}
     titles = {"generated": "generated traffic", "recordings": "the recordings"}
@@ -56,6 +57,6 @@ def paper(
     workflow.save_paper_tables(experiment, frames, folder)
     with waiting("drawing"):
         for name, figure in figures.items():
-            style.save(figure, folder / f"tables_{name}")
+            save(figure, folder / f"tables_{name}")
     console.print(f"The tables are in {folder}")
     return {"results": str(folder), "tables": {name: frame.to_dicts() for name, frame in frames.items()}}

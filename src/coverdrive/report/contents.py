@@ -1,7 +1,7 @@
-"""Everything that a report can show; what a results folder does not hold yet is None or empty."""
+"""Everything that a report can show; what there is not (yet) is None or empty, and its section says how to make it."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import polars as pl
@@ -11,8 +11,12 @@ from coverdrive.certificates.comparison import Compared
 from coverdrive.certificates.evaluation import Evaluation, Rate
 from coverdrive.prediction.learned import Learned
 from coverdrive.prediction.predictor import Predictor
-from coverdrive.report.binding import Binding
+from coverdrive.report.active_constraints import ActiveConstraints
 from coverdrive.simulation.trace import Trace
+
+
+NOT_STARTED = "not started"
+"""kind of a trial whose vehicles could not be placed"""
 
 
 @dataclass(frozen=True)
@@ -28,12 +32,12 @@ class Certified:
     """windows on every side of the split"""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Contents:
-    """One results folder."""
+    """A fit, and the studies and drives that were made with it."""
 
     name: str
-    """of the folder"""
+    """of the whole, as a results folder has one"""
     run: Mapping[str, Any]
     """versions, data and times"""
     settings: str
@@ -41,15 +45,23 @@ class Contents:
     predictor: Predictor
     certified: Certified
     learned: Learned
-    compared: Sequence[Compared]
+    compared: Sequence[Compared] = ()
     """all methods of calibration; empty before ``coverdrive certify``"""
-    trials: pl.DataFrame | None
+    trials: pl.DataFrame | None = None
     """one row for each trial; none before ``coverdrive study``"""
-    traffic: str
+    traffic: str = ""
     """in which the trials were driven"""
-    period: float
+    period: float = 0.1
     """[s] between two plans"""
-    binding: Binding
-    """tells which obstacles bind a plan"""
-    traces: Mapping[int, Trace]
+    constraints: ActiveConstraints | None = None
+    """tells which are active in a plan; none are marked if it is left out"""
+    traces: Mapping[int, Trace] = field(default_factory=dict[int, Trace])
     """drives to replay, by the number of their trial"""
+
+    @property
+    def driven(self) -> pl.DataFrame | None:
+        """The trials that could start; none if there is no study, or none of its trials could."""
+        if self.trials is None:
+            return None
+        started = self.trials.filter(pl.col("kind") != NOT_STARTED)
+        return None if started.is_empty() else started

@@ -1,4 +1,4 @@
-"""Which predicted paths bind a plan: those that it could not come any closer to."""
+"""Which constraints of a plan are active: the predicted boxes that it could not come any closer to."""
 
 from typing import NamedTuple
 
@@ -10,19 +10,19 @@ from coverdrive.planning.vehicle import VehicleSettings
 from coverdrive.simulation.trace import Trace
 
 _MARGIN = 0.02
-"""an obstacle binds if the left-hand side of its constraint is at most this much above what the planner asks for"""
+"""a constraint is active if its left-hand side is at most this much above what the planner asks for"""
 
 
-class Binding(NamedTuple):
+class ActiveConstraints(NamedTuple):
     """What decides it."""
 
     car: VehicleSettings
-    """the own car"""
+    """the ego"""
     obstacles: ObstacleSettings
     """shape of the obstacles that the planner stays clear of"""
 
     def of(self, trace: Trace, step: int) -> Bool[np.ndarray, "S P"]:
-        """Which of the S paths bind the plan of a step, and at which of their points; never at the first, now."""
+        """Which of the S paths constrain the plan of a step, and at which of their points; never at the first, now."""
         paths = trace.paths[step]
         boxes = obstacles_of(paths, self.obstacles)
         values = clearances(trace.plans[step].states, boxes, self.car, self.obstacles)
