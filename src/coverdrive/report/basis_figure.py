@@ -199,5 +199,7 @@ def _shares(share: Float[np.ndarray, " M"]) -> Panel:
     shown = {place: str(base) for place, base in enumerate(order)} if len(order) <= 40 else None
     hover = [f"base {base}: {percent(float(share[base]))} of the training segments" for base in order]
     bars = Bars(x=np.arange(len(order)), height=100 * share[order], width=0.75, hover=hover)
+    text = [percent(float(share[base]), 2) for base in order] if shown else []
+    words = Texts(x=np.arange(len(text)), y=100 * share[order][: len(text)], text=text, anchor="middle", above=2)
     x = Axis("base trajectory" if shown else "base trajectories, the most common first", -0.7, len(order) - 0.3, ticks=shown)
-    return Panel([bars], x, Axis("training segments [%]", low=0))
+    return Panel([bars, words], x, Axis("training segments [%]", low=0))

@@ -271,7 +271,7 @@ def _ticks(low: float, high: float) -> list[float]:
 
 
 def _log_ticks(low: float, high: float) -> list[float]:
-    """Powers of ten, and twice and five times them if there are few."""
+    """Powers of ten, and twice and five times them if there are few; round numbers on less than a decade."""
     first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
     within = [
         float(f"{factor * 10.0**power:.3g}")
@@ -280,5 +280,5 @@ def _log_ticks(low: float, high: float) -> list[float]:
         if low <= factor * 10.0**power <= high
     ]
     powers = [tick for tick in within if math.log10(tick).is_integer()]
-    return powers if len(powers) > 3 else within
+    return powers if len(powers) > 3 else within if len(within) > 2 else _ticks(low, high)
 

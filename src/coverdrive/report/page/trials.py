@@ -42,7 +42,7 @@ COLUMNS = (
     ("share_unsafe", "unsafe plans", "{:.0%}"),
     ("prediction_misses", "windows missed", "{:d} of {windows}"),
     ("vehicles_missed", "vehicles missed", "{:d} of {vehicles_seen}"),
-    ("planning_p99", "planning, 99th percentile [ms]", "{:.0f}"),
+    ("planning_p99", "planning, 99 % [ms]", "{:.0f}"),
 )
 """name in the table of trials, name on the page with its unit, and format, which may name other columns too"""
 
