@@ -50,7 +50,8 @@ def drive(
     - among other traffic: `coverdrive drive --vehicles 8 --traffic aggressive`
     """
     with waiting():
-        from coverdrive.report.report import draw_drive
+        from coverdrive.report.active_constraints import ActiveConstraints
+        from coverdrive.report.figures import draw_drive
         from coverdrive.report.study_tables import drives_table
         from coverdrive.results import Results
         from coverdrive.simulation.outcome import Cause
@@ -68,7 +69,7 @@ def drive(
         with stage("drive"):
             trace = setup.drive(trial)
         save_trace(trace, folder / "trace.npz")
-        draw_drive(trace, folder, study)
+        draw_drive(trace, folder, ActiveConstraints.of_study(study))
     result = measure(trace, setup.seed, trial)
     console.print(f"{result.kind} at {result.time:.1f} s with {result.vehicles} vehicles")
     if result.cause != Cause.NONE.value:

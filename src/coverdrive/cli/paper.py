@@ -34,7 +34,8 @@ def paper(
         from coverdrive.files import write_atomically
         from coverdrive.prediction.fit import fit
         from coverdrive.prediction.paper_settings import paper_settings
-        from coverdrive.report import paper_tables, style
+        from coverdrive.report import paper_tables
+        from coverdrive.report.drawing import save
         from coverdrive.report.paper_figure import paper_figure
     experiment = experiment_of(config, seed=seed, location=location).model_copy(update={"prediction": paper_settings()})
     sources = {"generated": [], **({"recordings": recording} if recording else {})}
@@ -60,6 +61,6 @@ def paper(
         write_atomically(folder / f"{name}.csv", frame.write_csv)
     with waiting("drawing"):
         for name, figure in figures.items():
-            style.save(figure, folder / f"tables_{name}")
+            save(figure, folder / f"tables_{name}")
     console.print(f"The tables are in {folder}")
     return {"results": str(folder), "tables": {name: frame.to_dicts() for name, frame in frames.items()}}

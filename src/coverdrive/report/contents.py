@@ -1,4 +1,4 @@
-"""Everything that a report can show; what a results folder does not hold yet is None or empty."""
+"""Everything that a report can show; what there is not (yet) is None or empty, and its section says how to make it."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -14,8 +14,9 @@ from coverdrive.prediction.fit import Fit
 from coverdrive.prediction.learned import Learned
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.prediction.provenance import provenance
-from coverdrive.report.binding import Binding
+from coverdrive.report.active_constraints import ActiveConstraints
 from coverdrive.simulation.trace import Trace
+from coverdrive.simulation.trial import STARTED
 
 
 @dataclass(frozen=True)
@@ -76,7 +77,15 @@ class Contents(Fitted):
     """in which the trials were driven"""
     period: float = 0.1
     """[s] between two plans"""
-    binding: Binding | None = None
-    """tells which obstacles bind a plan"""
-    traces: Mapping[int, Trace] = field(default_factory=dict)
+    constraints: ActiveConstraints | None = None
+    """tells which are active in a plan; none are marked if it is left out"""
+    traces: Mapping[int, Trace] = field(default_factory=dict[int, Trace])
     """drives to replay, by the number of their trial"""
+
+    @property
+    def driven(self) -> pl.DataFrame | None:
+        """The trials that could start; none if there is no study, or none of its trials could."""
+        if self.trials is None:
+            return None
+        started = self.trials.filter(STARTED)
+        return None if started.is_empty() else started

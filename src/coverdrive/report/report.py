@@ -6,17 +6,15 @@ from typing import Literal
 
 from coverdrive.errors import DataError
 from coverdrive.prediction.fit import Fit
-from coverdrive.report import style
+from coverdrive.report.active_constraints import ActiveConstraints
 from coverdrive.report.animation import animate
-from coverdrive.report.binding import Binding
 from coverdrive.report.contents import Contents, Fitted
+from coverdrive.report.drawing import save
 from coverdrive.report.figures import draw_all
 from coverdrive.report.page.page import write_page
 from coverdrive.report.risk_figure import risk_figure
-from coverdrive.report.snapshots import snapshots
 from coverdrive.simulation.notable import liveliest, notable
 from coverdrive.simulation.study import Study
-from coverdrive.simulation.trace import Trace
 
 
 def report(
@@ -74,20 +72,13 @@ def animate_drive(
     """
     chosen = _one(study, trial) or [liveliest(study.trials)]
     path = _beside(fitted, study, "figures") / f"drive_{chosen[0]}.{file_format}"
-    animate(study.trace(chosen[0]), path, Binding.of_study(study))
+    animate(study.trace(chosen[0]), path, ActiveConstraints.of_study(study))
     return path
-
-
-def draw_drive(trace: Trace, folder: Path, study: Study) -> None:
-    """Draw snapshots and a video of one drive into a folder."""
-    binding = Binding.of_study(study)
-    style.save(snapshots(trace, binding=binding), folder / "snapshots")
-    animate(trace, folder / "drive.mp4", binding)
 
 
 def draw_methods(fitted: Fitted) -> None:
     """Draw the comparison of all methods of calibration."""
-    style.save(risk_figure(fitted.compared), fitted.folder / "figures" / "methods")
+    save(risk_figure(fitted.compared), fitted.folder / "figures" / "methods")
 
 
 def contents_of(fitted: Fit | Fitted, study: Study | None, replayed: Sequence[int]) -> Contents:
@@ -98,10 +89,10 @@ def contents_of(fitted: Fit | Fitted, study: Study | None, replayed: Sequence[in
     other = "" if study.folder.name == "study" else f", {study.folder.name}"
     return Contents(
         **known | {"name": known["name"] + other},
-        trials=study.trials if study.files.finished else None,
+        trials=study.files.table() if study.files.finished else None,
         traffic=study.setup.traffic_name,
         period=study.setup.episode.step,
-        binding=Binding.of_study(study),
+        constraints=ActiveConstraints.of_study(study),
         traces=study.traces(replayed),
     )
 
