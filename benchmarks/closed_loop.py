@@ -22,7 +22,7 @@ from coverdrive.config import Experiment
 from coverdrive.planning.reference import ReferencePlanner, ReferenceSettings
 from coverdrive.prediction.fit import fit
 from coverdrive.prediction.predictor import Predictor
-from coverdrive.recordings.generated import generate
+from coverdrive.simulation.generated import generate
 from coverdrive.simulation.comparison import compare_studies
 from coverdrive.simulation.study import run_study
 from coverdrive.simulation.trial import Participants

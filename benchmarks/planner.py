@@ -33,7 +33,7 @@ from coverdrive.planning.reference import packed, simple_motions, solved
 from coverdrive.planning.solvers import SolverSettings
 from coverdrive.prediction.fit import fit
 from coverdrive.prediction.predictor import Predictor
-from coverdrive.recordings.generated import generate
+from coverdrive.simulation.generated import generate
 from coverdrive.road import Road
 from coverdrive.simulation.trial import run_trial
 from coverdrive.workflow import participants

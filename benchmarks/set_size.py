@@ -25,7 +25,7 @@ from coverdrive.prediction.network import Network
 from coverdrive.prediction.samples import Samples, make_samples
 from coverdrive.prediction.split import Split
 from coverdrive.prediction.training import TrainingSettings, train
-from coverdrive.recordings.generated import GeneratedSettings, generate
+from coverdrive.simulation.generated import GeneratedSettings, generate
 from coverdrive.recordings.read import read
 from coverdrive.recordings.recording import Recording
 

@@ -15,10 +15,10 @@ from coverdrive.errors import SettingError
 from coverdrive.files import write_atomically
 from coverdrive.planning.planner import PlannerSettings
 from coverdrive.prediction.fit import PredictionSettings
-from coverdrive.recordings.generated import GeneratedSettings
 from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.settings import Settings
 from coverdrive.simulation.episode import EpisodeSettings
+from coverdrive.simulation.generated import GeneratedSettings
 from coverdrive.simulation.set_sampling import SetSamplingSettings
 from coverdrive.simulation.traffics import TrafficSettings
 

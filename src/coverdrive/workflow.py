@@ -32,11 +32,11 @@ from coverdrive.prediction.held_out import held_out
 from coverdrive.prediction.learned import Learned
 from coverdrive.prediction.paper_settings import paper_settings
 from coverdrive.prediction.predictor import Predictor
-from coverdrive.recordings.generated import generate
 from coverdrive.recordings.read import read
 from coverdrive.recordings.recording import Recording
 from coverdrive.records import certificate_record, provenance, write_json
 from coverdrive.results import CERTIFICATE, CONFIG, LEARNED, METHODS, PREDICTOR, RUN, clips_of
+from coverdrive.simulation.generated import generate
 from coverdrive.simulation.replay import Clip, ReplaySettings, cut_clips
 from coverdrive.simulation.storage import load_trace, save_trace
 from coverdrive.simulation.study import run_study
