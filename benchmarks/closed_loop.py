@@ -18,14 +18,13 @@ from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 
-from coverdrive.simulation.generated import generate
-
 from coverdrive.config import Experiment
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.planning.reference import ReferencePlanner, ReferenceSettings
 from coverdrive.prediction.fit import fit
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.simulation.comparison import compare
+from coverdrive.simulation.generated import generate
 from coverdrive.simulation.study import study
 from paper_way import PaperPlanner
 

@@ -33,8 +33,8 @@ from coverdrive.planning.reference import packed, simple_motions, solved
 from coverdrive.planning.solvers import SolverSettings
 from coverdrive.prediction.fit import fit
 from coverdrive.prediction.predictor import Predictor
-from coverdrive.recordings.generated import generate
 from coverdrive.road import Road
+from coverdrive.simulation.generated import generate
 from coverdrive.simulation.setup import Setup
 from paper_way import situation_for, solve_paper_program
 

@@ -22,9 +22,9 @@ from coverdrive import cli
 from coverdrive.certificates.methods import Method
 from coverdrive.cli import app
 from coverdrive.config import Experiment
-from coverdrive.recordings.generated import generate
 from coverdrive.recordings.parquet import write_parquet
 from coverdrive.results import Results
+from coverdrive.simulation.generated import generate
 from coverdrive.simulation.storage import load_trace
 
 

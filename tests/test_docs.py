@@ -9,7 +9,6 @@ from pathlib import Path
 
 import polars as pl
 import pytest
-from coverdrive.simulation.generated import GeneratedSettings, generate
 
 from coverdrive.cli import app
 from coverdrive.config import Experiment
@@ -17,6 +16,7 @@ from coverdrive.prediction.basis_study import study_bases
 from coverdrive.prediction.fit import fit
 from coverdrive.prediction.segments import cut_segments
 from coverdrive.results import Results, save_bases
+from coverdrive.simulation.generated import GeneratedSettings, generate
 
 ROOT = Path(__file__).parents[1]
 COMMAND = re.compile(r"^(?:.*&& )?(?:\S*/)?coverdrive (.+?)(?:\s{2,}.*|\s+#.*)?$", re.MULTILINE)

@@ -17,12 +17,12 @@ from coverdrive.files import write_atomically
 from coverdrive.planning.planner import PlannerSettings
 from coverdrive.prediction.fit import PredictionSettings
 from coverdrive.progress import stage
-from coverdrive.recordings.generated import GeneratedSettings, generate
 from coverdrive.recordings.read import read
 from coverdrive.recordings.recording import Recording
 from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.settings import Settings, to_toml
 from coverdrive.simulation.episode import EpisodeSettings
+from coverdrive.simulation.generated import GeneratedSettings, generate
 from coverdrive.simulation.set_sampling import SetSamplingSettings
 from coverdrive.simulation.traffics import TrafficSettings
 
