@@ -7,7 +7,7 @@ from typing import Literal
 
 from coverdrive import workflow
 from coverdrive.errors import DataError
-from coverdrive.prediction.fit import StageProgress
+from coverdrive.progress import Listener
 from coverdrive.report.animation import animate
 from coverdrive.report.figures import draw_all
 from coverdrive.report.page.page import write_page
@@ -32,7 +32,7 @@ Format = Literal["mp4", "gif"]
 
 def write_report(
     folder: Path,
-    progress: StageProgress,
+    progress: Listener,
     named: Sequence[int] = (),
     most: int = 8,
     clips: Clips = tuple,
@@ -61,7 +61,7 @@ def write_report(
 
 
 def draw_figures(
-    folder: Path, progress: StageProgress, trial: int | None = None, clips: Clips = tuple, study: str = STUDY
+    folder: Path, progress: Listener, trial: int | None = None, clips: Clips = tuple, study: str = STUDY
 ) -> list[Path]:
     """Draw every figure that the folder has results for, as PDF and PNG.
 
@@ -88,7 +88,7 @@ def draw_figures(
 
 def animate_trial(
     folder: Path,
-    progress: StageProgress,
+    progress: Listener,
     trial: int | None,
     file_format: Format,
     clips: Clips = tuple,
@@ -122,7 +122,7 @@ def _figures(folder: Path, study: str) -> Path:
     return folder / study.replace(STUDY, "figures", 1)
 
 
-def _traces(folder: Path, study: str, trials: Sequence[int], progress: StageProgress, clips: Clips) -> dict[int, Trace]:
+def _traces(folder: Path, study: str, trials: Sequence[int], progress: Listener, clips: Clips) -> dict[int, Trace]:
     experiment, predictor = load_experiment(folder, study), load_predictor(folder)
     return workflow.drives(experiment, predictor, folder / study, trials, partial(progress, "drives"), clips)
 

@@ -20,8 +20,9 @@ from coverdrive.report.contents import Certified, Contents
 from coverdrive.simulation.trace import Trace
 
 CONFIG, RUN, CERTIFICATE, METHODS = "config.toml", "run.json", "certificate.json", "methods.json"
-PREDICTOR, LEARNED = "predictor.safetensors", "learned.npz"
+PREDICTOR, LEARNED = "predictor.safetensors", "learned.safetensors"
 _TRIALS, _DESCRIPTION = "trials.parquet", "study.json"
+SCORES = "scores.safetensors"
 STUDY = "study"
 """the study in the traffic of the folder's settings; one in another traffic is called ``study-drivers`` or the like"""
 

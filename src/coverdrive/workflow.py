@@ -1,7 +1,8 @@
 """What the commands do: each stage reads and writes one results folder.
 
 ``config.toml`` (all settings) · ``run.json`` (versions, data, times) · ``predictor.safetensors`` ·
-``certificate.json`` · ``learned.npz`` (what pictures of the fit show) · ``methods.json`` (all methods of calibration) ·
+``certificate.json`` · ``learned.safetensors`` (what pictures of the fit show) · ``scores.safetensors`` ·
+``methods.json`` (all methods of calibration) ·
 ``study/trials.parquet`` (one row per trial) · ``study/traces/`` (drives that were looked at) · ``figures/`` ·
 ``report.html``. `coverdrive.results` reads it.
 """
@@ -26,17 +27,18 @@ from coverdrive.errors import DataError
 from coverdrive.files import number_in_name, write_atomically
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.prediction.basis_study import StudiedBasis, basis_record, point_table
-from coverdrive.prediction.calibrate import ScoredSides
-from coverdrive.prediction.fit import Fit, StageProgress, fit, score_sides
-from coverdrive.prediction.held_out import held_out
+from coverdrive.prediction.fit import Fit, fit
+from coverdrive.prediction.held_out import Source, held_out
 from coverdrive.prediction.learned import Learned
 from coverdrive.prediction.paper_settings import paper_settings
 from coverdrive.prediction.predictor import Predictor
+from coverdrive.prediction.scored import ScoredSides
+from coverdrive.progress import Listener, heard_by, stage
 from coverdrive.recordings.generated import generate
 from coverdrive.recordings.read import read
 from coverdrive.recordings.recording import Recording
 from coverdrive.records import certificate_record, provenance, write_json
-from coverdrive.results import CERTIFICATE, CONFIG, LEARNED, METHODS, PREDICTOR, RUN, clips_of
+from coverdrive.results import CERTIFICATE, CONFIG, LEARNED, METHODS, PREDICTOR, RUN, SCORES, clips_of
 from coverdrive.simulation.replay import Clip, ReplaySettings, cut_clips
 from coverdrive.simulation.storage import load_trace, save_trace
 from coverdrive.simulation.study import run_study
@@ -55,15 +57,18 @@ def load_recordings(
 
 
 def fit_predictor(
-    experiment: Experiment, recordings: Sequence[Recording], folder: Path, progress: StageProgress | None = None
+    experiment: Experiment, recordings: Sequence[Recording], folder: Path, progress: Listener | None = None
 ) -> Fit:
     """Learn, certify and test a predictor; write it, its certificates and the settings."""
-    result = fit(recordings, experiment.prediction, experiment.seed, progress)
+    with heard_by(progress or _nobody):
+        result = fit(recordings, experiment.prediction, experiment.seed)
     experiment.save(folder / CONFIG)
     result.predictor.save(folder / PREDICTOR)
     Learned.of(result).save(folder / LEARNED)
+    result.scored.save(folder / SCORES)
     write_json(folder / CERTIFICATE, certificate_record(result))
-    write_json(folder / RUN, provenance(experiment, recordings) | {"seconds": result.seconds})
+    sources = {"recordings": [asdict(each) for each in result.source]}
+    write_json(folder / RUN, provenance(experiment, recordings) | sources | {"seconds": result.seconds})
     return result
 
 
@@ -82,12 +87,8 @@ def save_bases(
         write_atomically(folder / f"{name}.csv", point_table(each).write_csv)
 
 
-def scores_of(
-    experiment: Experiment, predictor: Predictor, recordings: Sequence[Recording], progress: StageProgress | None = None
-) -> ScoredSides:
-    """Score the recordings that made a predictor again, on the split that it was fitted with."""
-    share = partial(progress, "affordances and labels") if progress else None
-    return score_sides(predictor, recordings, experiment.prediction, experiment.seed, share)
+def _nobody(name: str, share: float) -> None:
+    """Nobody listens."""
 
 
 def compare_methods(
@@ -96,14 +97,14 @@ def compare_methods(
     sides: ScoredSides,
     targets: Sequence[float],
     unit: Counted | None = None,
-    progress: StageProgress | None = None,
+    progress: Listener | None = None,
 ) -> list[Compared]:
     """Calibrate a predictor by every method, and test it.
 
     Args:
         experiment: all settings.
         predictor: whose network gave the scores.
-        sides: scores of the split that the predictor was fitted with: those of its `Fit`, or `scores_of`.
+        sides: scores of the split that the predictor was fitted with: those of its `Fit`.
         targets: bounds ε on the miss rate to ask for.
         unit: what the bounds count; else that of the settings.
         progress: called with the stage and the share of it that is done.
@@ -122,7 +123,8 @@ def compare_methods(
         seed=experiment.seed,
         tubes=settings.certificate.tube,
     )
-    return compare(task, sides.test, targets, partial(progress, "methods") if progress else None)
+    with heard_by(progress or _nobody), stage("methods"):
+        return compare(task, sides.test, targets)
 
 
 def save_comparison(compared: Sequence[Compared], predictor: Predictor, folder: Path) -> None:
@@ -147,12 +149,16 @@ def save_comparison(compared: Sequence[Compared], predictor: Predictor, folder: 
 
 
 def paper_tables(
-    experiment: Experiment, recordings: Sequence[Recording], progress: StageProgress | None = None
+    experiment: Experiment, recordings: Sequence[Recording], progress: Listener | None = None
 ) -> PaperTables:
     """Repeat the tables of the paper on recordings, with the paper's settings and the seed of the experiment."""
-    result = fit(recordings, paper_settings(), experiment.seed, progress)
-    share = partial(progress, "tables") if progress else None
-    return make_tables(*result.scored, result.predictor.basis.epsilon, experiment.seed, share)
+    with heard_by(progress or _nobody):
+        result = fit(recordings, paper_settings(), experiment.seed)
+        scored = result.scored
+        with stage("tables"):
+            return make_tables(
+                scored.train, scored.calibration, scored.test, result.predictor.basis.epsilon, experiment.seed
+            )
 
 
 def save_paper_tables(experiment: Experiment, frames: Mapping[str, pl.DataFrame], folder: Path) -> None:
@@ -287,7 +293,8 @@ def clips_to_replay(
     settings = folder / CONFIG
     made_with = Experiment.load(settings) if settings.exists() else experiment
     recordings = load_recordings(made_with, paths, progress)
-    return cut_clips(held_out(predictor, recordings, made_with.prediction, made_with.seed))
+    run = json.loads((folder / RUN).read_text(encoding="utf-8"))
+    return cut_clips(held_out([Source(**each) for each in run["recordings"]], predictor, recordings))
 
 
 def participants(experiment: Experiment, predictor: Predictor, clips: Sequence[Clip] = ()) -> Participants:

@@ -45,13 +45,15 @@ def basis(
         from coverdrive import workflow
         from coverdrive.prediction.basis_study import basis_record, study_bases
         from coverdrive.prediction.segments import cut_segments
+        from coverdrive.progress import heard_by, stage
         from coverdrive.report.figures import draw_bases
         from coverdrive.report.terminal import bases_table
     settings = experiment.prediction
     with stages() as bars:
         recordings = workflow.load_recordings(experiment, recording, bars.share("recordings"))
         segments = cut_segments(recordings, settings.segments)
-        studied = study_bases(segments, epsilon, settings.basis, experiment.seed, bars.share("bases"))
+        with heard_by(bars.report), stage("bases"):
+            studied = study_bases(segments, epsilon, settings.basis, experiment.seed)
     workflow.save_bases(experiment, recordings, studied, out)
     with waiting("drawing"):
         draw_bases(studied, segments, out / "figures")

@@ -41,14 +41,14 @@ def certify(
     experiment = experiment_of(config_of(out, config), None, location)
     with waiting():
         from coverdrive import workflow
+        from coverdrive.prediction.scored import ScoredSides
         from coverdrive.report import style
         from coverdrive.report.risk_figure import risk_figure
         from coverdrive.report.terminal import methods_table
-        from coverdrive.results import load_predictor
+        from coverdrive.results import SCORES, load_predictor
     predictor = load_predictor(out)
     with stages() as bars:
-        recordings = workflow.load_recordings(experiment, recording or [], bars.share("recordings"))
-        sides = workflow.scores_of(experiment, predictor, recordings, bars.report)
+        sides = ScoredSides.load(out / SCORES, predictor)
         compared = workflow.compare_methods(experiment, predictor, sides, epsilon, unit, bars.report)
     workflow.save_comparison(compared, predictor, out)
     console.print(methods_table(compared))
