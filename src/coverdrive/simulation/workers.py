@@ -8,13 +8,15 @@ import os
 import threading
 import uuid
 from collections.abc import Generator, Sequence
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 from joblib import Parallel, delayed, parallel_config
 
-from coverdrive.errors import SettingError
+from coverdrive.errors import DataError, SettingError
 from coverdrive.simulation.episode import EpisodeSettings
+from coverdrive.simulation.orphans import end_with_parent
 from coverdrive.simulation.trial import Build, Participants, TrialResult, measure, run_trial
 
 _CONNECT = "10s"
@@ -51,7 +53,7 @@ def run_tasks(build: Build, tasks: Sequence[Task], workers: int, cluster: str | 
         with _cluster(cluster):
             yield from _run_parallel(build, tasks, -1)
     elif workers > 1 and len(tasks) > 1:
-        with _one_thread_each(), parallel_config(backend="loky", inner_max_num_threads=1):
+        with _one_thread_each(), parallel_config("loky", inner_max_num_threads=1, initializer=end_with_parent), _told():
             yield from _run_parallel(build, tasks, min(workers, len(tasks)))
     else:
         participants = build()
@@ -63,6 +65,18 @@ def _run_parallel(build: Build, tasks: Sequence[Task], workers: int) -> Generato
     study = uuid.uuid4().hex
     parallel: Any = Parallel(n_jobs=workers, batch_size=1, return_as="generator_unordered")  # pyright: ignore[reportArgumentType]
     yield from parallel(delayed(_run_in_worker)(build, study, task) for task in tasks)
+
+
+@contextmanager
+def _told() -> Generator[None]:
+    """Say what it means that a worker is gone."""
+    try:
+        yield
+    except BrokenProcessPool as error:
+        raise DataError(
+            "a worker process was killed, most often because memory ran out; finished trials are kept: start the same "
+            "command again, with fewer --workers"
+        ) from error
 
 
 @contextmanager
