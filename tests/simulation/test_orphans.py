@@ -40,11 +40,13 @@ def alive(process: int) -> bool:
 
 
 SLEEPERS = """
+import os
 import time
+from functools import partial
 from joblib import Parallel, delayed, parallel_config
 from coverdrive.simulation.orphans import end_with_parent
 
-with parallel_config("loky", initializer=end_with_parent):
+with parallel_config("loky", initializer=partial(end_with_parent, os.getpid())):
     rows = Parallel(n_jobs=2, return_as="generator_unordered")(delayed(time.sleep)(each) for each in (0, 0, 60, 60))
     for _ in rows:
         print("one", flush=True)

@@ -12,9 +12,9 @@ _PAUSE = 0.5
 """[s] between two looks"""
 
 
-def end_with_parent() -> None:
-    """Let this process end within a second of its parent."""
-    threading.Thread(target=_watch, args=(os.getppid(),), daemon=True, name="watches the parent").start()
+def end_with_parent(parent: int) -> None:
+    """Let this process end within a second of its parent, a process of this number, which may be gone by now."""
+    threading.Thread(target=_watch, args=(parent,), daemon=True, name="watches the parent").start()
 
 
 def _watch(parent: int) -> None:

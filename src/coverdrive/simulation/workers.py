@@ -10,6 +10,7 @@ import uuid
 from collections.abc import Generator, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from functools import partial
 from typing import Any, NamedTuple
 
 from joblib import Parallel, delayed, parallel_config
@@ -53,7 +54,8 @@ def run_tasks(build: Build, tasks: Sequence[Task], workers: int, cluster: str | 
         with _cluster(cluster):
             yield from _run_parallel(build, tasks, -1)
     elif workers > 1 and len(tasks) > 1:
-        with _one_thread_each(), parallel_config("loky", inner_max_num_threads=1, initializer=end_with_parent), _told():
+        watch = partial(end_with_parent, os.getpid())
+        with _one_thread_each(), parallel_config("loky", inner_max_num_threads=1, initializer=watch), _told():
             yield from _run_parallel(build, tasks, min(workers, len(tasks)))
     else:
         participants = build()
