@@ -5,7 +5,7 @@ from rich.console import Console
 from rich.table import Table
 
 from coverdrive.certificates.certificate import Certificate
-from coverdrive.report.study_tables import collisions_table, comparison_table, drives_table, sweep_table, safety_table
+from coverdrive.report.study_tables import collisions_table, comparison_table, drives_table, safety_table, sweep_table
 from coverdrive.simulation.comparison import MEASURES, Comparison, Difference
 from coverdrive.simulation.trial import SCHEMA
 
