@@ -5,7 +5,6 @@ import signal
 
 import pytest
 from rich.console import Console
-from rich.console import Console
 
 from coverdrive.cli import bars as module
 from coverdrive.cli.bars import Stages, display, stages, waiting

@@ -6,6 +6,7 @@ from the defaults; unknown keys are errors.
 
 import textwrap
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, cast
 
@@ -15,10 +16,13 @@ from coverdrive.errors import SettingError
 from coverdrive.files import write_atomically
 from coverdrive.planning.planner import PlannerSettings
 from coverdrive.prediction.fit import PredictionSettings
-from coverdrive.recordings.generated import GeneratedSettings
+from coverdrive.progress import stage
+from coverdrive.recordings.read import read
+from coverdrive.recordings.recording import Recording
 from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.settings import Settings, to_toml
 from coverdrive.simulation.episode import EpisodeSettings
+from coverdrive.simulation.generated import GeneratedSettings, generate
 from coverdrive.simulation.set_sampling import SetSamplingSettings
 from coverdrive.simulation.traffics import TrafficSettings
 
@@ -120,6 +124,13 @@ class Experiment(Settings):
             return Experiment.model_validate(merged(self.model_dump(), changes))
         except ValidationError as error:
             raise SettingError(_first_problem(error)) from error
+
+    def recordings(self, paths: Sequence[Path]) -> tuple[Recording, ...]:
+        """The recordings in some files and folders, or generated traffic where none is given."""
+        with stage("recordings"):
+            if paths:
+                return read(paths, self.location, self.smoothing)
+            return generate(self.generated, self.seed)
 
     def save(self, path: Path) -> None:
         """Write all settings, defaults included, to a TOML file that says what each means."""

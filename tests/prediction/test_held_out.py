@@ -7,8 +7,8 @@ from coverdrive.prediction.calibrate import CertificateSettings
 from coverdrive.prediction.fit import Fit, PredictionSettings, fit
 from coverdrive.prediction.held_out import held_out
 from coverdrive.prediction.training import TrainingSettings
-from coverdrive.recordings.generated import GeneratedSettings, generate
 from coverdrive.recordings.recording import Recording
+from coverdrive.simulation.generated import GeneratedSettings, generate
 
 SETTINGS = PredictionSettings(
     basis=BasisSettings(epsilon=1.0),

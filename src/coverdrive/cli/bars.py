@@ -9,6 +9,7 @@ from rich.text import Text
 
 from coverdrive.cli import interrupts
 from coverdrive.cli.terminal import Terminal
+from coverdrive.progress import heard_by
 
 _MEMORY = 3600.0
 """[s] that the speed of a stage is averaged over; its steps may be minutes apart"""
@@ -36,14 +37,6 @@ class Stages:
             self._tasks[stage] = self._bars.add_task(stage, total=None)  # pulses
         self._bars.update(self._tasks[stage], completed=share, total=1.0 if share > 0 else None)
 
-    def share(self, stage: str) -> Callable[[float], None]:
-        """A callback for one stage that takes the share that is done."""
-        return lambda share: self.report(stage, share)
-
-    def count(self, stage: str) -> Callable[[int, int], None]:
-        """A callback for one stage that takes how many of how many are done."""
-        return lambda done, total: self.report(f"{stage} ({total})", done / total)
-
 
 def display(clock: Callable[[], float] | None = None) -> Progress:
     """What the bars look like; they take the time from a clock in seconds."""
@@ -58,10 +51,10 @@ def display(clock: Callable[[], float] | None = None) -> Progress:
 
 
 @contextmanager
-def stages() -> Generator[Stages]:
-    """Show bars while the block runs."""
-    with interrupts.heeded(), display() as bars:
-        yield Stages(bars)
+def stages() -> Generator[None]:
+    """Show a bar for each stage of the work in the block."""
+    with interrupts.heeded(), display() as bars, heard_by(Stages(bars).report):
+        yield
 
 
 @contextmanager

@@ -45,8 +45,8 @@ def basis(
 
     For example:
 
-    - of generated traffic: `coverdrive basis --out bases`
-    - of recordings, with one ε: `coverdrive basis scenarios/ --epsilon 1 --symmetric --out bases`
+    - of generated traffic, to `results/bases/`: `coverdrive basis`
+    - of recordings, with one ε: `coverdrive basis scenarios/ --epsilon 1 --symmetric --out us101`
     """
     experiment = experiment_of(
         config,
@@ -55,20 +55,19 @@ def basis(
         prediction={"segments": {"stride": stride}, "basis": {"symmetric": symmetric, "centres": centres}},
     )
     with waiting():
-        from coverdrive import workflow
         from coverdrive.prediction.basis_study import basis_record, study_bases
         from coverdrive.prediction.segments import cut_segments
         from coverdrive.report.figures import draw_bases
         from coverdrive.report.terminal import bases_table
-    settings = experiment.prediction
-    with stages() as bars:
-        recordings = workflow.load_recordings(experiment, recording, bars.share("recordings"))
-        segments = cut_segments(recordings, settings.segments)
-        studied = study_bases(segments, epsilon, settings.basis, experiment.seed, bars.share("bases"))
-    workflow.save_bases(experiment, recordings, studied, out)
+        from coverdrive.results import save_bases
+    settings, folder = experiment.prediction, out / "bases"
+    with stages():
+        segments = cut_segments(experiment.recordings(recording), settings.segments)
+        studied = study_bases(segments, epsilon, settings.basis, experiment.seed)
+    save_bases(experiment, studied, folder)
     with waiting("drawing"):
-        draw_bases(studied, segments, out / "figures")
+        draw_bases(studied, segments, folder)
     console.print(f"{len(segments)} segments of {studied[0].basis.horizon:g} s")
     console.print(bases_table(studied))
-    console.print(f"Bases and figures are in {out}")
-    return {"results": str(out), "segments": len(segments), "bases": [basis_record(each) for each in studied]}
+    console.print(f"Bases and figures are in {folder}")
+    return {"results": str(folder), "segments": len(segments), "bases": [basis_record(each) for each in studied]}

@@ -1,5 +1,6 @@
 """``coverdrive drive``: one drive of a study again."""
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,11 +14,10 @@ from coverdrive.cli.options import (
     Seed,
     ToReplay,
     TrafficName,
-    config_of,
     console,
     experiment_of,
-    study_name,
 )
+from coverdrive.progress import stage
 
 
 def drive(
@@ -49,32 +49,32 @@ def drive(
     - a trial of the study again: `coverdrive drive --trial 7`
     - among other traffic: `coverdrive drive --vehicles 8 --traffic aggressive`
     """
-    experiment = experiment_of(config_of(out, config), seed=seed, traffic={"kind": traffic})
     with waiting():
-        from coverdrive import workflow
+        from coverdrive.report.active_constraints import ActiveConstraints
         from coverdrive.report.figures import draw_drive
         from coverdrive.report.study_tables import drives_table
-        from coverdrive.results import binding_of, load_predictor
+        from coverdrive.results import Results
         from coverdrive.simulation.outcome import Cause
         from coverdrive.simulation.storage import save_trace
         from coverdrive.simulation.trial import measure, table_of
-    number = vehicles or workflow.vehicles_of(experiment, trial)
-    predictor = load_predictor(out)
-    folder = out / study_name(experiment, out).replace("study", "drive")
-    folder = folder.with_name(f"{folder.name}_{trial}_{number}")
-    with stages() as bars:
-        clips = workflow.clips_to_replay(experiment, predictor, out, recording or [], bars.share("recordings"))
-        bars.report("drive", 0.0)
-        trace = workflow.drive(experiment, predictor, number, trial, clips, bars.share("drive"))
-        bars.report("drive", 1.0)
+    results = Results(out)
+    numbers = None if vehicles is None else [vehicles]
+    options = {"seed": seed, "traffic": {"kind": traffic}, "study": {"vehicles": numbers}}
+    experiment = experiment_of(config, base=results.experiment, **options)
+    study = results.study(experiment, recording or [])
+    setup = study.setup.loaded()
+    number = setup.trial(trial).vehicles
+    folder = out / f"{study.folder.name.replace('study', 'drive', 1)}_{trial}_{number}"
+    with stages():
+        with stage("drive"):
+            trace = setup.drive(trial)
         save_trace(trace, folder / "trace.npz")
-        bars.report("video", 0.0)
-        draw_drive(trace, folder, binding_of(experiment), bars.share("video"))
-    result = measure(trace, experiment.seed, trial)
+        draw_drive(trace, folder, ActiveConstraints.of_study(study))
+    result = measure(trace, setup.seed, trial)
     console.print(f"{result.kind} at {result.time:.1f} s with {result.vehicles} vehicles")
     if result.cause != Cause.NONE.value:
         console.print(f"at fault: {result.at_fault}; {result.cause}")
-    measures = table_of([result])
+    measures = table_of([asdict(result)])
     console.print(drives_table(measures))
     console.print(f"Trace, snapshots and video are in {folder}")
     return {"drive": str(folder), **measures.row(0, named=True)}

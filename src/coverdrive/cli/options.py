@@ -1,7 +1,6 @@
 """What several commands take, and what they make of it."""
 
-from collections.abc import Callable, Sequence
-from functools import cache
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -13,7 +12,6 @@ from coverdrive.cli.terminal import Terminal
 
 if TYPE_CHECKING:
     from coverdrive.config import Experiment
-    from coverdrive.simulation.replay import Clip
 
 console = Terminal()
 
@@ -202,6 +200,7 @@ def experiment_of(
     preset: Preset = "default",
     settings: Sequence[str] | None = None,
     usual: dict[str, Any] | None = None,
+    base: "Experiment | None" = None,
     **options: Any,
 ) -> "Experiment":
     """All settings: the usual ones, over them those of a file, then the options, and last what ``--set`` says.
@@ -211,6 +210,7 @@ def experiment_of(
         preset: what is usual.
         settings: of ``--set``.
         usual: parts of an experiment that are usual for this command.
+        base: the settings of a results folder, which hold where no file is given.
         options: parts of an experiment by name; what is None was not asked for.
 
     Raises:
@@ -220,8 +220,8 @@ def experiment_of(
         from coverdrive.config import Experiment, merged
         from coverdrive.sweep import changes_of
 
-    base = Experiment.preset(preset).updated(usual or {})
-    experiment = Experiment.load(config, base) if config else base
+    preset_with = Experiment.preset(preset).updated(usual or {})
+    experiment = Experiment.load(config, preset_with) if config else base or preset_with
     return experiment.updated(merged(options, changes_of(settings or [])))
 
 
@@ -230,39 +230,3 @@ def certificate(
 ) -> dict[str, dict[str, Any]]:
     """What the options of the certificate say, as a part of an experiment."""
     return {"certificate": {"epsilon": epsilon, "confidence": confidence, "unit": unit}}
-
-
-def config_of(out: Path, config: Path | None) -> Path | None:
-    """The given settings, or those that the results folder was made with."""
-    made_with = out / "config.toml"
-    return config or (made_with if made_with.exists() else None)
-
-
-def study_name(experiment: "Experiment", out: Path) -> str:
-    """Folder of a study: each traffic has its own, and that of the results folder's settings is called ``study``."""
-    from coverdrive.config import Experiment
-
-    made_with = out / "config.toml"
-    usual = Experiment.load(made_with) if made_with.exists() else Experiment()
-    return "study" if experiment.traffic.kind == usual.traffic.kind else f"study-{experiment.traffic.kind}"
-
-
-def shown_study(folder: Path, traffic: str | None) -> str:
-    """Name of the study to show, in a results folder."""
-    return study_name(experiment_of(config_of(folder, None), traffic={"kind": traffic}), folder)
-
-
-def clips_reader(
-    folder: Path, study: str, recordings: list[Path] | None, progress: Callable[[float], None]
-) -> Callable[[], "Sequence[Clip]"]:
-    """Reads the scenes that a study replayed when they are needed, and once."""
-
-    @cache
-    def read() -> "Sequence[Clip]":
-        from coverdrive import workflow
-        from coverdrive.results import load_experiment, load_predictor
-
-        experiment, predictor = load_experiment(folder, study), load_predictor(folder)
-        return workflow.clips_to_replay(experiment, predictor, folder, recordings or [], progress)
-
-    return read

@@ -1,4 +1,4 @@
-"""Traffic of IDM and MOBIL drivers who react to the own car (`coverdrive.drivers`).
+"""Traffic of IDM and MOBIL drivers who react to the own car (`coverdrive.simulation.drivers`).
 
 Unlike the paper's traffic it knows nothing of the predictor, so that predictions can miss. The own car, and every
 vehicle that another model moves, is to these drivers one more vehicle in the lanes that its body is in.
@@ -10,13 +10,12 @@ import numpy as np
 from jaxtyping import Bool
 from pydantic import Field
 
-from coverdrive.drivers import DriverSettings, draw_drivers
 from coverdrive.geometry import turned_half_extents
-from coverdrive.recordings.traffic import DECISION
-from coverdrive.recordings.traffic import Traffic as Freeway
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.settings import InOrder, Settings
+from coverdrive.simulation.drivers import DriverSettings, draw_drivers
+from coverdrive.simulation.freeway import DECISION, Freeway
 from coverdrive.simulation.initial import OWN, InitialSettings, initial_scene
 from coverdrive.simulation.motion import with_states
 from coverdrive.simulation.traffic import Start, TrafficStep
@@ -142,9 +141,7 @@ class DriverTraffic:
             self._age = DECISION
         self._age -= dt
         freeway.advance(dt)
-        lat, lat_rate = freeway.lateral(self._lane_width)
-        speed, heading = np.hypot(freeway.speed, lat_rate), np.arctan2(lat_rate, freeway.speed)
-        states = np.stack([freeway.lon, lat, speed, heading], axis=-1)[0]
+        states = freeway.states(self._lane_width)[0]
         moved = np.where((self._controlled & scene.valid)[:, None], states, scene.states)
         nobody = np.zeros(scene.vehicles, dtype=bool)
         return TrafficStep(with_states(scene, moved), np.full(scene.vehicles, -1), nobody, nobody.copy())

@@ -7,7 +7,7 @@ order of place.
 import numpy as np
 from pydantic import Field
 
-from coverdrive.errors import SettingError
+from coverdrive.errors import StartError
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.settings import Settings
@@ -61,13 +61,13 @@ def initial_scene(settings: InitialSettings, vehicles: int, rng: np.random.Gener
         A scene of ``vehicles`` + 1 valid slots, the own car in slot 0.
 
     Raises:
-        SettingError: the vehicles cannot be placed.
+        StartError: the vehicles cannot be placed.
     """
     for _ in range(_ATTEMPTS):
         scene = _draw(settings, vehicles, rng)
         if scene is not None:
             return scene
-    raise SettingError(
+    raise StartError(
         f"{vehicles} uncontrolled vehicles of {settings.length} m could not be placed on {settings.lanes} lanes "
         f"between lon {settings.behind} and {settings.ahead} m with gaps of {settings.gap} m in {_ATTEMPTS} attempts; "
         "use fewer vehicles, a longer stretch or a smaller gap"

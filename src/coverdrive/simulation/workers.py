@@ -11,32 +11,20 @@ from collections.abc import Generator, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 from joblib import Parallel, delayed, parallel_config
 
 from coverdrive.errors import DataError, SettingError
-from coverdrive.simulation.episode import EpisodeSettings
+from coverdrive.extras import require
 from coverdrive.simulation.orphans import end_with_parent
-from coverdrive.simulation.trial import Build, Participants, TrialResult, measure, run_trial
+from coverdrive.simulation.trial import Build, Participants, Row, TrialSettings, run_and_measure
 
 _CONNECT = "10s"
 """time that a cluster has to answer"""
 
 
-class Task(NamedTuple):
-    """One trial to run."""
-
-    settings: EpisodeSettings
-    vehicles: int
-    """number of uncontrolled vehicles"""
-    seed: int
-    """of the study"""
-    trial: int
-    """its number"""
-
-
-def run_tasks(build: Build, tasks: Sequence[Task], workers: int, cluster: str | None = None) -> Generator[TrialResult]:
+def run_tasks(build: Build, tasks: Sequence[TrialSettings], workers: int, cluster: str | None = None) -> Generator[Row]:
     """Run trials in any order, yielding the row of each when it is done.
 
     Args:
@@ -46,7 +34,8 @@ def run_tasks(build: Build, tasks: Sequence[Task], workers: int, cluster: str | 
         cluster: address of a Dask scheduler whose workers are used instead.
 
     Raises:
-        SettingError: there is no cluster, or the package for it is not installed.
+        SettingError: there is no cluster.
+        MissingExtraError: the package for it is not installed.
     """
     if not tasks:
         return
@@ -60,10 +49,10 @@ def run_tasks(build: Build, tasks: Sequence[Task], workers: int, cluster: str | 
     else:
         participants = build()
         for task in tasks:
-            yield _run_task(participants, task)
+            yield run_and_measure(participants, task)
 
 
-def _run_parallel(build: Build, tasks: Sequence[Task], workers: int) -> Generator[TrialResult]:
+def _run_parallel(build: Build, tasks: Sequence[TrialSettings], workers: int) -> Generator[Row]:
     study = uuid.uuid4().hex
     parallel: Any = Parallel(n_jobs=workers, batch_size=1, return_as="generator_unordered")  # pyright: ignore[reportArgumentType]
     yield from parallel(delayed(_run_in_worker)(build, study, task) for task in tasks)
@@ -84,12 +73,9 @@ def _told() -> Generator[None]:
 @contextmanager
 def _cluster(address: str) -> Generator[None]:
     """Let joblib run on the workers of a Dask scheduler; a task whose worker dies is given to another."""
+    dask = require("distributed")
     try:
-        from distributed import Client  # pyright: ignore[reportMissingImports]
-    except ImportError as error:
-        raise SettingError("--cluster needs Dask; install it with `pip install coverdrive[cluster]`") from error
-    try:
-        client = Client(address, timeout=_CONNECT, set_as_default=False)
+        client = dask.Client(address, timeout=_CONNECT, set_as_default=False)
     except (OSError, ValueError) as error:
         raise SettingError(
             f"no Dask scheduler answers at {address} ({error}); start one with `dask scheduler`, and workers with "
@@ -106,17 +92,13 @@ _driving = threading.Lock()
 """held while a trial runs in this process"""
 
 
-def _run_in_worker(build: Build, study: str, task: Task) -> TrialResult:
+def _run_in_worker(build: Build, study: str, task: TrialSettings) -> Row:
     """Run a task in this process, with participants that were built on its first task of the study."""
     with _driving:
         if study not in _participants:
             _participants.clear()
             _participants[study] = build()
-        return _run_task(_participants[study], task)
-
-
-def _run_task(participants: Participants, task: Task) -> TrialResult:
-    return measure(run_trial(participants, *task), task.seed, task.trial)
+        return run_and_measure(_participants[study], task)
 
 
 @contextmanager
