@@ -2,7 +2,7 @@
 
 ``manifest.json`` (format, and a digest of every other file of the fit) · ``config.toml`` (all settings) · ``run.json``
 (versions, data, times) · ``predictor.safetensors`` · ``scores.safetensors`` (of every side of the split) ·
-``certificate.json`` · ``learned.npz`` (what pictures of the fit show) · ``methods.json`` (all methods of calibration) ·
+``certificate.json`` · ``learned.safetensors`` (what pictures of the fit show) · ``methods.json`` (all methods of calibration) ·
 ``study/`` (`coverdrive.simulation.study_folder`) · ``figures/`` · ``report.html``.
 
 A file that is damaged, foreign, edited or older is refused by its name.
@@ -39,7 +39,7 @@ from coverdrive.simulation.study import Study
 from coverdrive.simulation.study_folder import StudyFolder
 
 MANIFEST, CONFIG, RUN = "manifest.json", "config.toml", "run.json"
-PREDICTOR, SCORES, LEARNED = "predictor.safetensors", "scores.safetensors", "learned.npz"
+PREDICTOR, SCORES, LEARNED = "predictor.safetensors", "scores.safetensors", "learned.safetensors"
 CERTIFICATE, METHODS = "certificate.json", "methods.json"
 STUDY = "study"
 """the study in the traffic of the folder's settings; one in another traffic is called ``study-drivers`` or the like"""
@@ -270,7 +270,7 @@ def save_bases(experiment: Experiment, studied: Sequence[StudiedBasis], folder: 
     experiment.save(folder / CONFIG)
     write_json(folder / "bases.json", versions() | {"bases": [basis_record(each) for each in studied]})
     for each in studied:
-        name = f"basis_{number_in_name(each.basis.radius)}"
+        name = f"basis_{number_in_name(each.basis.epsilon)}"
         each.basis.save(folder / f"{name}.safetensors", each.source)
         write_atomically(folder / f"{name}.csv", point_table(each).write_csv)
 

@@ -24,8 +24,8 @@ def doctor(folder: Folder = Path("results")) -> dict[str, Any]:
     from coverdrive.doctor import examine
     from coverdrive.report.fitting import FittingTable
 
-    with stages() as bars:
-        findings = examine(folder, bars.share("examination"))
+    with stages():
+        findings = examine(folder)
     table = FittingTable(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False)
     for name in ("what", "found"):
         table.add_column(name, overflow="fold")

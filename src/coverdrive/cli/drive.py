@@ -59,7 +59,7 @@ def drive(
         from coverdrive.simulation.trial import measure, table_of
     results = Results(out)
     numbers = None if vehicles is None else [vehicles]
-    options = {"seed": seed, "traffic": {"kind": traffic}, "study": {"vehicles": numbers}}
+    options: dict[str, Any] = {"seed": seed, "traffic": {"kind": traffic}, "study": {"vehicles": numbers}}
     experiment = experiment_of(config, base=results.experiment, **options)
     study = results.study(experiment, recording or [])
     setup = study.setup.loaded()

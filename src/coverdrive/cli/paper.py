@@ -48,7 +48,7 @@ def paper(
     for name, paths in sources.items():
         with stages():
             result = fit(experiment.recordings(paths), experiment.prediction, experiment.seed)
-            tables = make_tables(result.scored, result.predictor.basis.radius, experiment.seed)
+            tables = make_tables(result.scored, result.predictor.basis.epsilon, experiment.seed)
         console.print(paper_tables.growth_table(tables, titles[name]))
         console.print(paper_tables.conformal_table(tables, titles[name]))
         frames |= {
