@@ -20,11 +20,11 @@ def interrupt(phase: str, info: dict[str, int]) -> None:
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 def test_an_interrupt_that_python_drops_ends_the_stage_at_its_next_report() -> None:
     with pytest.raises(KeyboardInterrupt), stages(), stage("work"):
-        done(1, 10)
+        done(0.1)
         gc.callbacks.append(interrupt)
         gc.collect()
         gc.callbacks.remove(interrupt)
-        done(2, 10)
+        done(0.2)
         pytest.fail("the interrupt was lost")
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
@@ -33,10 +33,9 @@ def test_a_stage_with_known_progress_has_a_time_left() -> None:
     """Half a minute for each of four steps, three of which are done."""
     now = 0.0
     bars = display(lambda: now)
-    listener = Stages(bars)
-    for finished in range(4):
-        now = 30.0 * finished
-        listener.report("trials", finished / 4)
+    for count in range(4):
+        now = 30.0 * count
+        Stages(bars).report("trials", count / 4)
     assert bars.tasks[0].time_remaining == 30
 
 
