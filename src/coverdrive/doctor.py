@@ -15,7 +15,6 @@ from packaging.requirements import Requirement
 
 _MODULES = {
     "commonroad-io": "commonroad.common.file_reader",
-    "imageio-ffmpeg": "imageio_ffmpeg",
     "pillow": "PIL",
     "tomli-w": "tomli_w",
 }
@@ -94,7 +93,7 @@ def _checks(folder: Path) -> Sequence[_Check]:
         ),
         _Check("JAX device", _devices, f"{upgrade} jax; JAX_PLATFORMS=cpu avoids a broken GPU"),
         *(_Check(f"solver {name}", partial(_solver, name), f"{upgrade} casadi") for name in ("fatrop", "ipopt")),
-        _Check("ffmpeg", _ffmpeg, f"{upgrade} imageio-ffmpeg, or set IMAGEIO_FFMPEG_EXE to a program of your own"),
+        _Check("ffmpeg", _ffmpeg, f"{upgrade} av"),
         _Check("results", lambda: _writable(folder), "name another folder with --out"),
         _Check(
             "cache of matplotlib",
@@ -166,8 +165,9 @@ def _solver(name: str) -> str:
 
 
 def _ffmpeg() -> str:
-    ffmpeg = importlib.import_module("imageio_ffmpeg")
-    return f"{ffmpeg.get_ffmpeg_version()} ({ffmpeg.get_ffmpeg_exe()})"
+    """The library that writes videos; its encoder of H.264 has to be there."""
+    av = importlib.import_module("av")
+    return f"{av.ffmpeg_version_info} with {av.codec.Codec('libx264', 'w').name}"
 
 
 def _writable(folder: Path) -> str:

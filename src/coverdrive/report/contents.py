@@ -14,7 +14,6 @@ from coverdrive.prediction.predictor import Predictor
 from coverdrive.report.active_constraints import ActiveConstraints
 from coverdrive.simulation.trace import Trace
 
-
 NOT_STARTED = "not started"
 """kind of a trial whose vehicles could not be placed"""
 

@@ -101,9 +101,7 @@ def _bound(
     return marks
 
 
-def _observed(
-    each: Compared, missed: Rate, size: float, marker: str, colour: str, name: str, limit: float
-) -> Mark:
+def _observed(each: Compared, missed: Rate, size: float, marker: str, colour: str, name: str, limit: float) -> Mark:
     value = 100 * missed.value
     said = f"{percent(missed.value)} missed on unseen scenes ({missed.count} of {missed.total})"
     return Points(

@@ -60,7 +60,9 @@ def snapshots(
         for letter, (axes, moment) in enumerate(zip(panels, moments, strict=True)):
             _draw_moment(axes, trace, moment, window, chr(ord("a") + letter), constraints, left)
         panels[-1].set_xlabel("distance ahead of the ego [m]")
-        add_legend(figure, trace.horizon, constraints is not None, bool(left[[moment.step for moment in moments]].any()))
+        add_legend(
+            figure, trace.horizon, constraints is not None, bool(left[[moment.step for moment in moments]].any())
+        )
     return figure
 
 

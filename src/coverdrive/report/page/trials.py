@@ -57,7 +57,8 @@ def trial_rows(contents: Contents) -> list[Row]:
     if contents.trials is None:
         return []
     trials = contents.trials.with_columns(
-        collided=COLLIDED & (pl.col("kind") != NOT_STARTED), nearly=NEARLY, planning_p99=1e3 * pl.col(_THOUSANDTHS))
+        collided=COLLIDED & (pl.col("kind") != NOT_STARTED), nearly=NEARLY, planning_p99=1e3 * pl.col(_THOUSANDTHS)
+    )
     rows: list[Row] = []
     for row in trials.iter_rows(named=True):
         trace = contents.traces.get(row["trial"])
