@@ -1,9 +1,9 @@
 """What a figure of a result shows, said once: pages and files show the same.
 
-A page is drawn by `page/templates/figure.js`, a file by `coverdrive.report.drawing`. A figure has rows of panels, a panel
-has two axes and marks. Limits and ticks are decided here, once for both. Colours are those of `coverdrive.report.style`;
-widths and sizes are in points, places in the units of the axes. Marks of one name are one entry of the legend, and on a
-page they are shown and hidden together.
+A page is drawn by `page/templates/figure.js`, a file by `coverdrive.report.drawing`. A figure has rows of panels, a
+panel has two axes and marks. Limits and ticks are decided here, once for both. Colours are those of
+`coverdrive.report.style`; widths and sizes are in points, places in the units of the axes. Marks of one name are one
+entry of the legend, and on a page they are shown and hidden together.
 """
 
 import dataclasses
