@@ -45,13 +45,11 @@ from coverdrive.simulation.traffics import make_traffic
 from coverdrive.simulation.trial import Participants, run_trial
 
 
-def load_recordings(
-    experiment: Experiment, paths: Sequence[Path], progress: Callable[[float], None] | None = None
-) -> tuple[Recording, ...]:
+def load_recordings(experiment: Experiment, paths: Sequence[Path]) -> tuple[Recording, ...]:
     """The given recordings, or generated traffic where none is given."""
     if paths:
-        return read(paths, experiment.location, progress, experiment.smoothing)
-    return generate(experiment.generated, experiment.seed, progress=progress)
+        return read(paths, experiment.location, experiment.smoothing)
+    return generate(experiment.generated, experiment.seed)
 
 
 def fit_predictor(
@@ -279,14 +277,13 @@ def clips_to_replay(
     predictor: Predictor,
     folder: Path,
     paths: Sequence[Path],
-    progress: Callable[[float], None] | None = None,
 ) -> tuple[Clip, ...]:
     """Recorded scenes that neither trained nor calibrated the predictor of a folder; none if nothing is replayed."""
     if not isinstance(experiment.traffic, ReplaySettings):
         return ()
     settings = folder / CONFIG
     made_with = Experiment.load(settings) if settings.exists() else experiment
-    recordings = load_recordings(made_with, paths, progress)
+    recordings = load_recordings(made_with, paths)
     return cut_clips(held_out(predictor, recordings, made_with.prediction, made_with.seed))
 
 

@@ -49,7 +49,7 @@ def basis(
         from coverdrive.report.terminal import bases_table
     settings = experiment.prediction
     with stages() as bars:
-        recordings = workflow.load_recordings(experiment, recording, bars.share("recordings"))
+        recordings = workflow.load_recordings(experiment, recording)
         segments = cut_segments(recordings, settings.segments)
         studied = study_bases(segments, epsilon, settings.basis, experiment.seed, bars.share("bases"))
     workflow.save_bases(experiment, recordings, studied, out)

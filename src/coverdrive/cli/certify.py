@@ -47,7 +47,7 @@ def certify(
         from coverdrive.results import load_predictor
     predictor = load_predictor(out)
     with stages() as bars:
-        recordings = workflow.load_recordings(experiment, recording or [], bars.share("recordings"))
+        recordings = workflow.load_recordings(experiment, recording or [])
         sides = workflow.scores_of(experiment, predictor, recordings, bars.report)
         compared = workflow.compare_methods(experiment, predictor, sides, epsilon, unit, bars.report)
     workflow.save_comparison(compared, predictor, out)

@@ -50,7 +50,7 @@ def drive(
     folder = out / study_name(experiment, out).replace("study", "drive")
     folder = folder.with_name(f"{folder.name}_{trial}_{number}")
     with stages() as bars:
-        clips = workflow.clips_to_replay(experiment, predictor, out, recording or [], bars.share("recordings"))
+        clips = workflow.clips_to_replay(experiment, predictor, out, recording or [])
         bars.report("drive", 0.0)
         trace = workflow.drive(experiment, predictor, number, trial, clips, bars.share("drive"))
         bars.report("drive", 1.0)

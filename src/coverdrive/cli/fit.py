@@ -42,7 +42,7 @@ def fit_and_print(experiment: "Experiment", paths: Sequence[Path], out: Path) ->
         from coverdrive.report.terminal import fit_table
 
     with stages() as bars:
-        recordings = workflow.load_recordings(experiment, paths, bars.share("recordings"))
+        recordings = workflow.load_recordings(experiment, paths)
         result = workflow.fit_predictor(experiment, recordings, out, bars.report)
     console.print(fit_table(result))
     for certificate in result.certificates:

@@ -27,8 +27,8 @@ def inspect(
         from coverdrive.recordings.read import read
         from coverdrive.recordings.summary import summarise
         from coverdrive.report.terminal import recordings_table
-    with stages() as bars:
-        recordings = read(recording, location=location, progress=bars.share("reading"))
+    with stages():
+        recordings = read(recording, location=location)
     summaries = summarise(recordings)
     console.print(recordings_table(summaries))
     return {"recordings": [asdict(summary) for summary in summaries]}

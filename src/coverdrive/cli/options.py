@@ -151,6 +151,6 @@ def clips_reader(
         from coverdrive.results import load_experiment, load_predictor
 
         experiment, predictor = load_experiment(folder, study), load_predictor(folder)
-        return workflow.clips_to_replay(experiment, predictor, folder, recordings or [], progress)
+        return workflow.clips_to_replay(experiment, predictor, folder, recordings or [])
 
     return read

@@ -44,7 +44,7 @@ def paper(
     figures = {}
     for name, paths in sources.items():
         with stages() as bars:
-            recordings = workflow.load_recordings(experiment, paths, bars.share("recordings"))
+            recordings = workflow.load_recordings(experiment, paths)
             tables = workflow.paper_tables(experiment, recordings, bars.report)
         console.print(paper_tables.growth_table(tables, titles[name]))
         console.print(paper_tables.conformal_table(tables, titles[name]))

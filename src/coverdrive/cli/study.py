@@ -85,7 +85,7 @@ def study_and_print(
     predictor = load_predictor(out)
     name = study_name(experiment, out)
     with stages() as bars:
-        clips = workflow.clips_to_replay(experiment, predictor, out, recording or [], bars.share("recordings"))
+        clips = workflow.clips_to_replay(experiment, predictor, out, recording or [])
         progress = bars.count("closed-loop trials")
         with _trials_kept():
             trials = workflow.study(experiment, predictor, out / name, progress, clips=clips, cluster=cluster)
@@ -116,7 +116,7 @@ def _grid(
     with stages() as bars, _trials_kept():
         for name, each in cells.items():
             folder = out / "grid" / name
-            clips = workflow.clips_to_replay(each, predictor, out, recording, bars.share("recordings"))
+            clips = workflow.clips_to_replay(each, predictor, out, recording)
             driven[name] = workflow.study(each, predictor, folder, bars.count(name), clips=clips, cluster=cluster)
             each.save(folder / "config.toml")
     console.print(grid_table(driven))
