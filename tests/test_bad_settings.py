@@ -107,7 +107,7 @@ def test_every_number_has_bounds(kind: str, place: tuple[str, ...]) -> None:
         ("seed = 100000000000000000000000", "seed"),
         ("seed = -1", "seed"),
         ("[generated]\nvehicles = [12, 10]", "generated.vehicles"),
-        ("[generated]\nspeed = [0, inf]", "generated.speed.1"),
+        ("[generated]\nspeed = [1, inf]", "generated.speed.1"),
         ("[generated]\nscenes = 10000\nduration = 3600", "fewer or shorter scenes"),
         ("[prediction.segments]\nhorizon = 60\nstep = 0.01", "6001 points"),
         ("[prediction.segments]\nhorizon = 0.1\nstep = 10", "1 points"),

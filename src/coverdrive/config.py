@@ -17,20 +17,20 @@ from coverdrive.files import write_atomically
 from coverdrive.planning.planner import PlannerSettings
 from coverdrive.prediction.fit import PredictionSettings
 from coverdrive.progress import stage
-from coverdrive.recordings.generated import GeneratedSettings, generate
 from coverdrive.recordings.read import read
 from coverdrive.recordings.recording import Recording
 from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.settings import Settings, to_toml
 from coverdrive.simulation.episode import EpisodeSettings
+from coverdrive.simulation.generated import GeneratedSettings, generate
 from coverdrive.simulation.set_sampling import SetSamplingSettings
 from coverdrive.simulation.traffics import TrafficSettings
 
 Preset = Literal["default", "paper"]
 
 
-_HEAD = """# All settings of an experiment, as `coverdrive --config FILE` takes them; a file may leave out what is as usual.
-# SI units.
+_HEAD = """# All settings of an experiment, as `coverdrive --config FILE` takes them; it may leave out what is as usual.
+# All in SI units.
 
 """
 
@@ -91,12 +91,12 @@ class Experiment(Settings):
         return Experiment(prediction=PredictionSettings.paper()) if name == "paper" else Experiment()
 
     @staticmethod
-    def load(path: Path, preset: Preset = "default") -> "Experiment":
+    def load(path: Path, usual: "Experiment | None" = None) -> "Experiment":
         """Read an experiment from a TOML file.
 
         Args:
             path: of the file.
-            preset: what holds where the file says nothing.
+            usual: what holds where the file says nothing; without it, the defaults.
 
         Raises:
             SettingError: the file is missing, is not TOML, or holds an unknown key or a bad value.
@@ -106,7 +106,7 @@ class Experiment(Settings):
         except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
             raise SettingError(f"{path}: not a readable TOML file ({error})") from error
         try:
-            return Experiment.preset(preset).updated(changes)
+            return (usual or Experiment()).updated(changes)
         except SettingError as error:
             raise SettingError(f"{path}: {error}; the config.toml of any result shows all keys") from error
 
@@ -121,7 +121,7 @@ class Experiment(Settings):
             SettingError: a value is not allowed.
         """
         try:
-            return Experiment.model_validate(_merged(self.model_dump(), changes))
+            return Experiment.model_validate(merged(self.model_dump(), changes))
         except ValidationError as error:
             raise SettingError(_first_problem(error)) from error
 
@@ -147,14 +147,15 @@ def _first_problem(error: ValidationError) -> str:
     return f"{place}: {first['msg']}{shown}{more}"
 
 
-def _merged(values: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
-    merged = dict(values)
+def merged(values: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
+    """Nested tables with others put over them; None changes nothing, and another ``kind`` begins a table anew."""
+    result = dict(values)
     for name, change in changes.items():
         if isinstance(change, dict):
             part, new = values.get(name), cast(dict[str, Any], change)
             if not isinstance(part, dict) or new.get("kind") not in (None, part.get("kind")):
                 part = {}  # settings of another kind
-            merged[name] = _merged(cast(dict[str, Any], part), new)
+            result[name] = merged(cast(dict[str, Any], part), new)
         elif change is not None:
-            merged[name] = change
-    return merged
+            result[name] = change
+    return result

@@ -2,19 +2,16 @@
 
 ``manifest.json`` (format, and a digest of every other file of the fit) · ``config.toml`` (all settings) · ``run.json``
 (versions, data, times) · ``predictor.safetensors`` · ``scores.safetensors`` (of every side of the split) ·
-``certificate.json`` · ``learned.npz`` (what pictures of the fit show) · ``methods.json`` (all methods of calibration) ·
-``study/`` (`coverdrive.simulation.study_folder`) · ``figures/`` · ``report.html``.
+``certificate.json`` · ``learned.safetensors`` (what pictures of the fit show) · ``methods.json`` (all methods of
+calibration) · ``study/`` (`coverdrive.simulation.study_folder`) · ``figures/`` · ``report.html``.
 
 A file that is damaged, foreign, edited or older is refused by its name.
 """
 
 import hashlib
 import json
-import platform
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from functools import cached_property
-from importlib.metadata import PackageNotFoundError, version
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -25,27 +22,28 @@ import coverdrive
 from coverdrive.certificates.comparison import Compared
 from coverdrive.config import Experiment
 from coverdrive.errors import DataError
-from coverdrive.files import write_atomically, write_json
+from coverdrive.files import number_in_name, write_atomically, write_json
 from coverdrive.planning.planner import MpcPlanner
-from coverdrive.prediction.fit import Fit
+from coverdrive.prediction.basis_study import StudiedBasis, basis_record, point_table
+from coverdrive.prediction.fit import Fit, PredictionSettings
 from coverdrive.prediction.held_out import Source, held_out
 from coverdrive.prediction.learned import Learned
 from coverdrive.prediction.predictor import Predictor
+from coverdrive.prediction.provenance import provenance, versions
 from coverdrive.prediction.scored import ScoredSides
-from coverdrive.report.contents import Certified
+from coverdrive.report.contents import Certified, Fitted
 from coverdrive.simulation.replay import Scenario, cut_scenarios
 from coverdrive.simulation.setup import Setup
 from coverdrive.simulation.study import Study
 from coverdrive.simulation.study_folder import StudyFolder
 
 MANIFEST, CONFIG, RUN = "manifest.json", "config.toml", "run.json"
-PREDICTOR, SCORES, LEARNED = "predictor.safetensors", "scores.safetensors", "learned.npz"
+PREDICTOR, SCORES, LEARNED = "predictor.safetensors", "scores.safetensors", "learned.safetensors"
 CERTIFICATE, METHODS = "certificate.json", "methods.json"
 STUDY = "study"
 """the study in the traffic of the folder's settings; one in another traffic is called ``study-drivers`` or the like"""
 
 _FORMAT = 2
-_PACKAGES = ("jax", "equinox", "numba", "numpy", "scipy", "casadi", "polars")
 
 T = TypeVar("T")
 
@@ -63,6 +61,7 @@ class Results:
     def __init__(self, folder: Path | str):
         """Name the folder; it is made as needed."""
         self.folder = Path(folder)
+        self._read: dict[str, Any] = {}
 
     # what a fit leaves
 
@@ -74,7 +73,7 @@ class Results:
         fit.scored.save(self.folder / SCORES)
         Learned.of(fit).save(self.folder / LEARNED)
         write_json(self.folder / CERTIFICATE, certificate_record(fit))
-        write_json(self.folder / RUN, run_record(fit))
+        write_json(self.folder / RUN, provenance(fit))
         self._seal(CONFIG, PREDICTOR, SCORES, LEARNED, CERTIFICATE, RUN)
 
     @property
@@ -82,45 +81,59 @@ class Results:
         """Whether there is a fit."""
         return (self.folder / MANIFEST).exists()
 
-    @cached_property
+    @property
     def experiment(self) -> Experiment:
         """The settings that the fit was made with."""
-        return Experiment.load(self._sealed(CONFIG))
+        return self._kept("experiment", lambda: Experiment.load(self._sealed(CONFIG)))
 
-    @cached_property
+    @property
     def predictor(self) -> Predictor:
         """The certified predictor."""
-        return Predictor.load(self._sealed(PREDICTOR))
+        return self._kept("predictor", lambda: Predictor.load(self._sealed(PREDICTOR)))
 
-    @cached_property
+    @property
     def scored(self) -> ScoredSides:
         """Scores of every side of the split."""
-        return ScoredSides.load(self._sealed(SCORES), self.predictor)
+        return self._kept("scored", lambda: ScoredSides.load(self._sealed(SCORES), self.predictor))
 
-    @cached_property
+    @property
     def learned(self) -> Learned:
         """What pictures of the fit show."""
-        return Learned.load(self._sealed(LEARNED))
+        return self._kept("learned", lambda: Learned.load(self._sealed(LEARNED)))
 
-    @cached_property
+    @property
     def certified(self) -> Certified:
         """The certificates, and how they did on scenes that were never seen."""
-        return _read(self._sealed(CERTIFICATE), Certified)
+        return self._kept("certified", lambda: _read(self._sealed(CERTIFICATE), Certified))
 
-    @cached_property
+    @property
+    def settings(self) -> PredictionSettings:
+        """Those that the fit was made with."""
+        return self.experiment.prediction
+
+    @property
+    def seed(self) -> int:
+        """That the fit was made with."""
+        return self.experiment.seed
+
+    @property
     def run(self) -> dict[str, Any]:
         """Versions, data and times."""
-        return _read(self._sealed(RUN), dict[str, Any])
+        return self._kept("run", lambda: _read(self._sealed(RUN), dict[str, Any]))
 
     @property
-    def settings(self) -> str:
-        """The settings as they are written."""
-        return self._sealed(CONFIG).read_text(encoding="utf-8")
-
-    @property
-    def name(self) -> str:
-        """Of the folder."""
-        return self.folder.resolve().name
+    def fitted(self) -> Fitted:
+        """All of it, as pictures show it."""
+        return Fitted(
+            name=self.folder.resolve().name,
+            folder=self.folder,
+            run=self.run,
+            settings=self._sealed(CONFIG).read_text(encoding="utf-8"),
+            predictor=self.predictor,
+            certified=self.certified,
+            learned=self.learned,
+            compared=self.methods,
+        )
 
     # what comparing the methods leaves
 
@@ -200,7 +213,7 @@ class Results:
 
     # what holds the folder together
 
-    @cached_property
+    @property
     def _digests(self) -> dict[str, str]:
         """Digest of every file of the fit by name."""
         file = self.folder / MANIFEST
@@ -210,9 +223,7 @@ class Results:
             )
         found = _read(file, dict[str, Any])
         if found.get("format") != _FORMAT:
-            raise DataError(
-                f"{file}: expected results of format {_FORMAT}, got {found.get('format')!r} of another version; fit again"
-            )
+            raise DataError(f"{file}: expected results of format {_FORMAT}, got {found.get('format')!r}; fit again")
         return found["files"]
 
     def _seal(self, *names: str) -> None:
@@ -220,8 +231,13 @@ class Results:
         known = self._digests if self.holds_fit else {}
         files = known | {name: _digest(self.folder / name) for name in names}
         write_json(self.folder / MANIFEST, {"format": _FORMAT, "coverdrive": coverdrive.__version__, "files": files})
-        for cached in vars(Results):
-            self.__dict__.pop(cached, None)
+        self._read.clear()
+
+    def _kept(self, name: str, read: Callable[[], T]) -> T:
+        """What was read before, or is read now."""
+        if name not in self._read:
+            self._read[name] = read()
+        return self._read[name]
 
     def _sealed(self, name: str) -> Path:
         """A file that is as it was written."""
@@ -252,23 +268,14 @@ def certificate_record(fit: Fit) -> dict[str, Any]:
     return {"sentences": sentences} | TypeAdapter(Certified).dump_python(Certified.of(fit), mode="json")
 
 
-def run_record(fit: Fit) -> dict[str, Any]:
-    """What a fit was made with and from, as JSON values."""
-    return {
-        "coverdrive": coverdrive.__version__,
-        "python": platform.python_version(),
-        "packages": {name: _version(name) for name in _PACKAGES},
-        "seed": fit.seed,
-        "recordings": [asdict(each) for each in fit.source],
-        "seconds": fit.seconds,
-    }
-
-
-def _version(package: str) -> str | None:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return None
+def save_bases(experiment: Experiment, studied: Sequence[StudiedBasis], folder: Path) -> None:
+    """Write every basis as safetensors and as a table of points, and what they were made with."""
+    experiment.save(folder / CONFIG)
+    write_json(folder / "bases.json", versions() | {"bases": [basis_record(each) for each in studied]})
+    for each in studied:
+        name = f"basis_{number_in_name(each.basis.epsilon)}"
+        each.basis.save(folder / f"{name}.safetensors", each.source)
+        write_atomically(folder / f"{name}.csv", point_table(each).write_csv)
 
 
 def _row(each: Compared) -> dict[str, Any]:

@@ -42,10 +42,10 @@ class FakePredictor(eqx.Module):
         verdict[:, list(self.impossible)] = False
         return verdict
 
-    def predict(self, scene, road, own, dt, steps):
+    def predict(self, scene, road, ego, dt, steps):
         times = dt * np.arange(steps + 1)
         deviation, _ = self.basis.rollout(times)
-        slots = [slot for slot in np.flatnonzero(scene.valid) if slot != own]
+        slots = [slot for slot in np.flatnonzero(scene.valid) if slot != ego]
         points, vehicle = [], []
         for slot in slots:
             for base in np.flatnonzero(self.possible(scene, road)[slot]):

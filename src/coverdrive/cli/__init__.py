@@ -72,5 +72,5 @@ def main(arguments: Sequence[str] | None = None) -> None:
         arguments: of the command; without any, those that the process was started with.
     """
     console.stderr = console.quiet = progress_console.quiet = False
-    tokens = sys.argv[1:] if arguments is None else list(arguments)
-    sys.exit(status_of(lambda: app.meta(tokens), lambda: console.stderr))
+    given = () if arguments is None else (list(arguments),)
+    sys.exit(status_of(lambda: app.meta(*given), lambda: console.stderr))

@@ -13,7 +13,10 @@ def animate(
     folder: Folder = Path("results"),
     *,
     trial: Trial = None,
-    format: Annotated[Literal["mp4", "gif"], Parameter(help="MP4 for players, GIF for slides and web pages.")] = "mp4",
+    format: Annotated[
+        Literal["mp4", "gif"],
+        Parameter(help="MP4 for players, GIF for slides and web pages; as in `--format gif`."),
+    ] = "mp4",
     traffic: Studied = None,
     recording: Replayed = None,
 ) -> dict[str, Any]:
@@ -29,6 +32,6 @@ def animate(
         from coverdrive.results import Results
     results = Results(folder)
     with stages():
-        path = animate_drive(results, results.driven_study(traffic, recording or []), trial, format)
+        path = animate_drive(results.fitted, results.driven_study(traffic, recording or []), trial, format)
     console.print(f"The video is {path}", soft_wrap=True)
     return {"video": str(path)}

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from coverdrive.cli.bars import stages, waiting
-from coverdrive.cli.options import TARGETS, Out, console, usually
+from coverdrive.cli.options import TARGETS, Confidence, Out, between, console, usually
 
 if TYPE_CHECKING:
     from coverdrive.certificates.comparison import Compared
@@ -19,11 +19,19 @@ Counted = Literal["window", "vehicle", "drawn window"]
 
 def certify(
     *,
-    epsilon: Annotated[tuple[float, ...], Parameter(help="Bounds on the miss rate to ask for.")] = TARGETS,
-    confidence: Annotated[
-        float | None, Parameter(help="With which the bounds are to hold.", show_default=usually("0.99"))
+    epsilon: Annotated[
+        tuple[float, ...],
+        Parameter(
+            consume_multiple=True,
+            validator=between(0, 1),
+            help="Bounds to prove on the share that is missed, between 0 and 1, as in `--epsilon 0.05 0.1`.",
+        ),
+    ] = TARGETS,
+    confidence: Confidence = None,
+    unit: Annotated[
+        Counted | None,
+        Parameter(help="What the bound counts, as in `--unit window`.", show_default=usually("vehicle")),
     ] = None,
-    unit: Annotated[Counted | None, Parameter(help="What the bound counts.", show_default=usually("vehicle"))] = None,
     out: Out = Path("results"),
 ) -> dict[str, Any]:
     """Compare all methods of calibration on the predictor in a results folder, on the scores that its fit has kept.
@@ -46,7 +54,7 @@ def certify(
         asked = "" if refused.target is None else f" at ε = {refused.target:g}"
         console.print(f"• {refused.method.value}{asked}: {refused.refusal}")
     with waiting("drawing"):
-        draw_methods(results)
+        draw_methods(results.fitted)
     console.print(f"The comparison is in {out}")
     return {"results": str(out), "methods": [asdict(each) for each in compared]}
 
@@ -60,12 +68,8 @@ def compare_and_save(
     """Compare all methods on the scores of a fit."""
     from coverdrive.prediction.certify import certify
 
-    claim = results.experiment.prediction.certificate
     with stages():
-        compared = certify(
-            results.predictor, results.scored, targets,
-            confidence=confidence or claim.confidence, unit=unit or claim.unit, seed=results.experiment.seed,
-        )  # fmt: skip
+        compared = certify(results, targets, unit, confidence)
         results.save_methods(compared)
     console.print(f"• All methods of calibration are compared in {results.folder / 'methods.csv'}")
     return compared

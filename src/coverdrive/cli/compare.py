@@ -15,7 +15,7 @@ def compare(first: Path, second: Path, /) -> dict[str, Any]:
     For example:
 
     - two results folders: `coverdrive compare one/ other/`
-    - two cells of a grid: `coverdrive compare results/grid/traffic.kind=drivers results/grid/traffic.kind=mixed`
+    - two variants of a sweep: `coverdrive compare results/sweep/traffic.kind=drivers results/sweep/traffic.kind=mixed`
 
     Parameters
     ----------

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import Parameter
+from cyclopts.validators import Number
 
 from coverdrive.cli.bars import stages, waiting
 from coverdrive.cli.options import (
@@ -21,8 +22,20 @@ from coverdrive.progress import stage
 
 def drive(
     *,
-    trial: Annotated[int, Parameter(help="Number of the trial: it gives the start and the traffic.")] = 0,
-    vehicles: Annotated[int | None, Parameter(help="Number of uncontrolled vehicles; else that of the trial.")] = None,
+    trial: Annotated[
+        int,
+        Parameter(
+            validator=Number(gte=0, lte=9_999_999),
+            help="Number of the trial, from 0, as in `--trial 7`: it gives the start and the traffic.",
+        ),
+    ] = 0,
+    vehicles: Annotated[
+        int | None,
+        Parameter(
+            validator=Number(gte=1, lte=100),
+            help="Number of uncontrolled vehicles, as in `--vehicles 8`; else that of the trial.",
+        ),
+    ] = None,
     traffic: TrafficName = None,
     recording: ToReplay = None,
     seed: Seed = None,
@@ -37,16 +50,18 @@ def drive(
     - among other traffic: `coverdrive drive --vehicles 8 --traffic aggressive`
     """
     with waiting():
-        from coverdrive.report.report import draw_drive
+        from coverdrive.report.active_constraints import ActiveConstraints
+        from coverdrive.report.figures import draw_drive
         from coverdrive.report.study_tables import drives_table
         from coverdrive.results import Results
         from coverdrive.simulation.outcome import Cause
         from coverdrive.simulation.storage import save_trace
         from coverdrive.simulation.trial import measure, table_of
     results = Results(out)
-    experiment = experiment_of(config or results.folder / "config.toml", seed, traffic=traffic)
-    if vehicles is not None:
-        experiment = experiment.overridden(study={"vehicles": [vehicles]})
+    numbers = None if vehicles is None else [vehicles]
+    experiment = experiment_of(
+        config, base=results.experiment, seed=seed, traffic={"kind": traffic}, study={"vehicles": numbers}
+    )
     study = results.study(experiment, recording or [])
     setup = study.setup.loaded()
     number = setup.trial(trial).vehicles
@@ -55,7 +70,7 @@ def drive(
         with stage("drive"):
             trace = setup.drive(trial)
         save_trace(trace, folder / "trace.npz")
-        draw_drive(trace, folder, study)
+        draw_drive(trace, folder, ActiveConstraints.of_study(study))
     result = measure(trace, setup.seed, trial)
     console.print(f"{result.kind} at {result.time:.1f} s with {result.vehicles} vehicles")
     if result.cause != Cause.NONE.value:

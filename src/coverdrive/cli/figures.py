@@ -22,7 +22,7 @@ def figures(
         from coverdrive.results import Results
     results = Results(folder)
     with stages():
-        files = draw_figures(results, results.driven_study(traffic, recording or []), trial)
+        files = draw_figures(results.fitted, results.driven_study(traffic, recording or []), trial)
     for file in files:
         console.print(str(file), soft_wrap=True)
     return {"figures": [str(file) for file in files]}

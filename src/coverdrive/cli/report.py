@@ -29,6 +29,8 @@ def report(
         from coverdrive.results import Results
     results = Results(folder)
     with stages():
-        path = write(results, results.driven_study(traffic, recording or []), trials=trial or [], replays=replays)
+        path = write(
+            results.fitted, results.driven_study(traffic, recording or []), trials=trial or [], replays=replays
+        )
     console.print(f"The report is {path}", soft_wrap=True)
     return {"report": str(path)}

@@ -8,16 +8,21 @@ from coverdrive.cli.bars import stages, waiting
 from coverdrive.cli.certify import compare_and_save
 from coverdrive.cli.fit import fit_and_print
 from coverdrive.cli.options import (
+    Confidence,
     Config,
+    EpsilonOfRun,
     Location,
     Out,
     Preset,
     Recordings,
     Seed,
+    Set,
     TrafficName,
     Trials,
+    Unit,
     Vehicles,
     Workers,
+    certificate,
     console,
     experiment_of,
 )
@@ -27,6 +32,9 @@ from coverdrive.cli.study import study_and_print
 def run(
     *,
     recording: Recordings = None,
+    epsilon: EpsilonOfRun = None,
+    confidence: Confidence = None,
+    unit: Unit = None,
     trials: Trials = None,
     traffic: TrafficName = None,
     vehicles: Vehicles = None,
@@ -36,6 +44,7 @@ def run(
     preset: Preset = "default",
     workers: Workers = None,
     location: Location = None,
+    settings: Set = None,
 ) -> dict[str, Any]:
     """Do everything: learn, certify, test, compare methods, drive a closed-loop study, and draw the report.
 
@@ -45,8 +54,19 @@ def run(
 
     - in generated traffic, to `results/`: `coverdrive run`
     - learn from recordings: `coverdrive run --recording scenarios/ --trials 100 --out us101`
+    - a bolder certificate, in less time: `coverdrive run --epsilon 0.2 --set prediction.training.epochs=20`
     """
-    experiment = experiment_of(config, seed, location, trials, workers, traffic, vehicles, preset)
+    experiment = experiment_of(
+        config,
+        preset,
+        settings,
+        usual={"prediction": certificate("auto", None, None)},
+        seed=seed,
+        location=location,
+        prediction=certificate(epsilon, confidence, unit),
+        study={"trials": trials, "workers": workers, "vehicles": vehicles},
+        traffic={"kind": traffic},
+    )
     with waiting():
         from coverdrive.report.report import animate_drive, draw_figures, report
         from coverdrive.results import Results, certificate_record
@@ -56,9 +76,9 @@ def run(
     study = results.study(experiment, recording or [])
     studied = study_and_print(study, results, experiment.study)
     with stages():
-        draw_figures(results, study)
-        animate_drive(results, study)
-        page = report(results, study)
+        draw_figures(results.fitted, study)
+        animate_drive(results.fitted, study)
+        page = report(results.fitted, study)
     console.print(f"Results are in {out}; look at {page}")
     return {
         **certificate_record(fitted),

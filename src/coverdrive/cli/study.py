@@ -1,4 +1,4 @@
-"""``coverdrive study``: many drives, once or for every cell of a grid."""
+"""``coverdrive study``: many drives, once or for every variant of a sweep."""
 
 import os
 from pathlib import Path
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from coverdrive.simulation.study import Study
 
 Cluster = Annotated[
-    str | None, Parameter(help="Address of a Dask scheduler whose workers drive, as in tcp://host:8786.")
+    str | None, Parameter(help="Address of a Dask scheduler whose workers drive, as in `--cluster tcp://host:8786`.")
 ]
 
 
@@ -37,14 +37,18 @@ def study(
     vehicles: Vehicles = None,
     recording: ToReplay = None,
     until_width: Annotated[
-        float | None, Parameter(help="Stop early once both 95 % intervals of the collision rates are this narrow.")
+        float | None,
+        Parameter(
+            help="Stop early once both 95 % intervals of the collision rates are this narrow, "
+            "as in `--until-width 0.02`."
+        ),
     ] = None,
     settings: Annotated[
         list[str] | None,
         Parameter(
             name="--set",
             consume_multiple=True,
-            help="Settings to vary, as in planner.problem.obstacles.order=2,4; every combination is a study.",
+            help="Settings to vary, as in `--set planner.problem.obstacles.order=2,4`; every combination is a study.",
         ),
     ] = None,
     seed: Seed = None,
@@ -67,8 +71,13 @@ def study(
     with waiting():
         from coverdrive.results import Results
     results = Results(out)
-    experiment = experiment_of(config or results.folder / "config.toml", seed, None, trials, workers, traffic, vehicles)
-    experiment = experiment.overridden(study={"until_width": until_width})
+    experiment = experiment_of(
+        config,
+        base=results.experiment,
+        seed=seed,
+        study={"trials": trials, "workers": workers, "vehicles": vehicles, "until_width": until_width},
+        traffic={"kind": traffic},
+    )
     if settings:
         return _sweep(results, experiment, settings, recording or [], cluster)
     return study_and_print(results.study(experiment, recording or []), results, experiment.study, cluster)
@@ -101,20 +110,20 @@ def _sweep(
 ) -> dict[str, Any]:
     """Drive a study for every combination of settings, each in its own folder, and put them into one table."""
     with waiting():
-        from coverdrive.grid import cells_of
-        from coverdrive.report.study_tables import grid_table
-    cells = {cell.name: experiment.overridden(**cell.changes) for cell in cells_of(settings)}
-    studies = {name: results.study(each, recording, f"sweep/{name}") for name, each in cells.items()}
+        from coverdrive.report.study_tables import sweep_table
+        from coverdrive.sweep import sweep
+    variants = {variant.name: experiment.updated(variant.changes) for variant in sweep(settings)}
+    studies = {name: results.study(each, recording, f"sweep/{name}") for name, each in variants.items()}
     for name, study in studies.items():
-        _drive(study, cells[name].study, cluster, name)
-        cells[name].save(study.folder / "config.toml")
-    console.print(grid_table({name: study.trials for name, study in studies.items()}))
+        _drive(study, variants[name].study, cluster, name)
+        variants[name].save(study.folder / "config.toml")
+    console.print(sweep_table({name: study.trials for name, study in studies.items()}))
     folder = results.folder / "sweep"
-    console.print(f"Every cell has its own folder in {folder}; two of them go to `coverdrive compare`")
+    console.print(f"Every variant has its own folder in {folder}; two of them go to `coverdrive compare`")
     return {"sweep": {name: study.collisions.to_dicts() for name, study in studies.items()}}
 
 
-def _drive(study: "Study", size: "StudySettings", cluster: str | None, name: str | None = None) -> None:
+def _drive(study: "Study", size: "StudySettings", cluster: str | None, name: str = "closed-loop trials") -> None:
     """Drive a study; somebody who stops it is told that its finished trials are not lost."""
     try:
         with stages():

@@ -129,7 +129,7 @@ def _cut(recording: Recording, index: int, settings: SegmentSettings) -> Segment
         heading=column["heading"][rows],
         half_sizes=np.stack([column["length"][starts], column["width"][starts]], axis=-1) / 2,
         step=settings.step,
-        vehicle=_vehicle_keys(recording.name, vehicle)[starts],
+        vehicle=vehicle_keys(recording.name, vehicle)[starts],
         group=column["group"][starts],
         recording=np.full(len(starts), index),
         row=starts,
@@ -146,7 +146,8 @@ def _samples(duration: float, recording: Recording, name: str) -> int:
     return count
 
 
-def _vehicle_keys(recording: str, vehicle: Int[np.ndarray, " rows"]) -> Int[np.ndarray, " rows"]:
+def vehicle_keys(recording: str, vehicle: Int[np.ndarray, " rows"]) -> Int[np.ndarray, " rows"]:
+    """Keys of the vehicles of a recording: the same whenever it is read, and unique over all recordings."""
     distinct, inverse = np.unique(vehicle, return_inverse=True)
     digests = (hashlib.blake2b(f"{recording}/{number}".encode(), digest_size=8).digest() for number in distinct)
     keys = np.array([int.from_bytes(digest, "big") >> 1 for digest in digests], dtype=np.int64)

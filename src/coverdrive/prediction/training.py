@@ -1,7 +1,6 @@
 """Training the network, or every member of an ensemble (paper §3.1)."""
 
 import math
-from collections.abc import Callable
 from typing import Annotated, Any
 
 import equinox as eqx
@@ -18,6 +17,7 @@ from coverdrive.prediction.inputs import Inputs
 from coverdrive.prediction.losses import OUTPUT, Loss, MarginSettings, loss_function
 from coverdrive.prediction.network import Network, affine
 from coverdrive.prediction.samples import Samples
+from coverdrive.progress import done
 from coverdrive.settings import Settings
 
 
@@ -85,7 +85,6 @@ def train(
     samples: Samples,
     settings: TrainingSettings | None = None,
     seed: int = 0,
-    progress: Callable[[float], None] | None = None,
 ) -> tuple[Network, Float[np.ndarray, " epochs"]]:
     """Train a network on all given samples.
 
@@ -93,7 +92,6 @@ def train(
         samples: the training split Ω₁.
         settings: network, loss and optimiser.
         seed: of the initial weights, the order of the samples, dropout and noise.
-        progress: called with the share of epochs done.
 
     Returns:
         The network, and the mean loss of every epoch.
@@ -123,8 +121,7 @@ def train(
     for epoch, key in enumerate(jax.random.split(order, passes)):
         parameters, state, loss = _epoch(parameters, state, inputs, targets, settings, key)
         losses.append(float(loss))
-        if progress is not None:
-            progress((epoch + 1) / passes)
+        done(epoch + 1, passes)
     if not np.isfinite(losses[-1]):
         raise DataError(f"training diverged (loss {losses[-1]}); use a smaller learning rate")
     shares = np.bincount(samples.base, minlength=labels.shape[1]) / len(samples)

@@ -2,49 +2,23 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Literal, Protocol
+from typing import Literal
 
-from coverdrive.certificates.comparison import Compared
 from coverdrive.errors import DataError
 from coverdrive.prediction.fit import Fit
-from coverdrive.prediction.learned import Learned
-from coverdrive.prediction.predictor import Predictor
-from coverdrive.report import style
+from coverdrive.report.active_constraints import ActiveConstraints
 from coverdrive.report.animation import animate
-from coverdrive.report.binding import Binding
-from coverdrive.report.contents import Certified, Contents
+from coverdrive.report.contents import Contents, Fitted
+from coverdrive.report.drawing import save
 from coverdrive.report.figures import draw_all
 from coverdrive.report.page.page import write_page
 from coverdrive.report.risk_figure import risk_figure
-from coverdrive.report.snapshots import snapshots
 from coverdrive.simulation.notable import liveliest, notable
 from coverdrive.simulation.study import Study
-from coverdrive.simulation.trace import Trace
-
-
-class Results(Protocol):
-    """What a fit has left in a folder (`coverdrive.results`)."""
-
-    @property
-    def folder(self) -> Path: ...
-    @property
-    def name(self) -> str: ...
-    @property
-    def settings(self) -> str: ...
-    @property
-    def run(self) -> dict[str, Any]: ...
-    @property
-    def predictor(self) -> Predictor: ...
-    @property
-    def certified(self) -> Certified: ...
-    @property
-    def learned(self) -> Learned: ...
-    @property
-    def methods(self) -> list[Compared]: ...
 
 
 def report(
-    fitted: Fit | Results,
+    fitted: Fit | Fitted,
     study: Study | None = None,
     path: Path | str | None = None,
     *,
@@ -71,7 +45,7 @@ def report(
     return page
 
 
-def draw_figures(fitted: Fit | Results, study: Study | None = None, trial: int | None = None) -> list[Path]:
+def draw_figures(fitted: Fit | Fitted, study: Study | None = None, trial: int | None = None) -> list[Path]:
     """Draw every figure that there are results for, as PDF and PNG.
 
     Args:
@@ -89,7 +63,7 @@ def draw_figures(fitted: Fit | Results, study: Study | None = None, trial: int |
 
 
 def animate_drive(
-    fitted: Fit | Results, study: Study, trial: int | None = None, file_format: Literal["mp4", "gif"] = "mp4"
+    fitted: Fit | Fitted, study: Study, trial: int | None = None, file_format: Literal["mp4", "gif"] = "mp4"
 ) -> Path:
     """Write the video of a drive, of the liveliest one if no trial is named.
 
@@ -98,56 +72,36 @@ def animate_drive(
     """
     chosen = _one(study, trial) or [liveliest(study.trials)]
     path = _beside(fitted, study, "figures") / f"drive_{chosen[0]}.{file_format}"
-    animate(study.trace(chosen[0]), path, Binding.of_study(study))
+    animate(study.trace(chosen[0]), path, ActiveConstraints.of_study(study))
     return path
 
 
-def draw_drive(trace: Trace, folder: Path, study: Study) -> None:
-    """Draw snapshots and a video of one drive into a folder."""
-    binding = Binding.of_study(study)
-    style.save(snapshots(trace, binding=binding), folder / "snapshots")
-    animate(trace, folder / "drive.mp4", binding)
-
-
-def draw_methods(results: Results) -> None:
+def draw_methods(fitted: Fitted) -> None:
     """Draw the comparison of all methods of calibration."""
-    style.save(risk_figure(results.methods), results.folder / "figures" / "methods")
+    save(risk_figure(fitted.compared), fitted.folder / "figures" / "methods")
 
 
-def contents_of(fitted: Fit | Results, study: Study | None, replayed: Sequence[int]) -> Contents:
+def contents_of(fitted: Fit | Fitted, study: Study | None, replayed: Sequence[int]) -> Contents:
     """Everything that a report shows, with the trials that it replays."""
-    results = _Unsaved(fitted) if isinstance(fitted, Fit) else fitted
-    driven = study is not None and study.files.finished
+    known = vars(Fitted.of(fitted) if isinstance(fitted, Fit) else fitted)
+    if study is None:
+        return Contents(**known)
+    other = "" if study.folder.name == "study" else f", {study.folder.name}"
     return Contents(
-        name=results.name if study is None or study.folder.name == "study" else f"{results.name}, {study.folder.name}",
-        run=results.run,
-        settings=results.settings,
-        predictor=results.predictor,
-        certified=results.certified,
-        learned=results.learned,
-        compared=results.methods,
-        trials=study.trials if study and driven else None,
-        traffic=study.setup.traffic_name if study else "",
-        period=study.setup.episode.step if study else 0.1,
-        binding=Binding.of_study(study) if study else None,
-        traces=study.traces(replayed) if study and replayed else {},
+        **known | {"name": known["name"] + other},
+        trials=study.files.table() if study.files.finished else None,
+        traffic=study.setup.traffic_name,
+        period=study.setup.episode.step,
+        constraints=ActiveConstraints.of_study(study),
+        traces=study.traces(replayed),
     )
 
 
-class _Unsaved:
-    """A fit that is in no folder."""
-
-    name, folder, methods = "coverdrive", Path(), list[Compared]()
-
-    def __init__(self, fit: Fit):
-        self.predictor, self.certified, self.learned = fit.predictor, Certified.of(fit), Learned.of(fit)
-        self.settings, self.run = fit.settings.model_dump_json(indent=2), fit.record
-
-
-def _beside(fitted: Fit | Results, study: Study | None, name: str) -> Path:
+def _beside(fitted: Fit | Fitted, study: Study | None, name: str) -> Path:
     """Where the pictures of a study go in a results folder: each study has its own."""
-    folder = Path() if isinstance(fitted, Fit) else fitted.folder
-    return folder / (study.folder.name.replace("study", name, 1) if study and not isinstance(fitted, Fit) else name)
+    if isinstance(fitted, Fit):
+        return Path(name)
+    return fitted.folder / (study.folder.name.replace("study", name, 1) if study else name)
 
 
 def _one(study: Study | None, trial: int | None) -> list[int]:

@@ -1,4 +1,4 @@
-"""Traffic of IDM and MOBIL drivers who react to the own car (`coverdrive.drivers`).
+"""Traffic of IDM and MOBIL drivers who react to the own car (`coverdrive.simulation.drivers`).
 
 Unlike the paper's traffic it knows nothing of the predictor, so that predictions can miss. The own car, and every
 vehicle that another model moves, is to these drivers one more vehicle in the lanes that its body is in.
@@ -10,13 +10,12 @@ import numpy as np
 from jaxtyping import Bool
 from pydantic import Field
 
-from coverdrive.drivers import DriverSettings, draw_drivers
 from coverdrive.geometry import turned_half_extents
-from coverdrive.recordings.traffic import DECISION
-from coverdrive.recordings.traffic import Traffic as Freeway
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.settings import InOrder, Settings
+from coverdrive.simulation.drivers import DriverSettings, draw_drivers
+from coverdrive.simulation.freeway import DECISION, Freeway
 from coverdrive.simulation.initial import OWN, InitialSettings, initial_scene
 from coverdrive.simulation.motion import with_states
 from coverdrive.simulation.traffic import Start, TrafficStep
@@ -29,6 +28,7 @@ class DriverTrafficSettings(Settings):
     """Drivers by IDM and MOBIL, at the speeds of the experiment's start but farther apart than the paper's."""
 
     kind: Literal["drivers"] = "drivers"
+    """name of this traffic"""
     drivers: DriverSettings = DriverSettings(desired_speed=25.0)
     """how people drive; a desired speed a little above the 20 m/s at which they start"""
     behind: float = Field(default=-60.0, ge=-10_000, le=10_000)
@@ -56,6 +56,7 @@ class AggressiveTrafficSettings(DriverTrafficSettings):
     """The same with tailgating, cut-ins that force others to brake hard, and sudden braking; fits 12 vehicles."""
 
     kind: Literal["aggressive"] = "aggressive"  # pyright: ignore[reportIncompatibleVariableOverride]
+    """name of this traffic"""
     drivers: DriverSettings = DriverSettings(
         desired_speed=27.0,
         time_gap=0.6,
@@ -140,9 +141,7 @@ class DriverTraffic:
             self._age = DECISION
         self._age -= dt
         freeway.advance(dt)
-        lat, lat_rate = freeway.lateral(self._lane_width)
-        speed, heading = np.hypot(freeway.speed, lat_rate), np.arctan2(lat_rate, freeway.speed)
-        states = np.stack([freeway.lon, lat, speed, heading], axis=-1)[0]
+        states = freeway.states(self._lane_width)[0]
         moved = np.where((self._controlled & scene.valid)[:, None], states, scene.states)
         nobody = np.zeros(scene.vehicles, dtype=bool)
         return TrafficStep(with_states(scene, moved), np.full(scene.vehicles, -1), nobody, nobody.copy())

@@ -33,6 +33,7 @@ class ReplaySettings(Settings):
     """Recorded traffic that does not react."""
 
     kind: Literal["replay"] = "replay"
+    """name of this traffic"""
     place: Literal["replace", "between", "either"] = "either"
     """where the own car starts: as a recorded vehicle, which is taken out, in the middle between two successive ones
     of a lane, or as the one or the other by chance"""

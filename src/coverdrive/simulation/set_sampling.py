@@ -30,6 +30,7 @@ class SetSamplingSettings(Settings):
     """The paper's traffic: vehicles that drive random members of their own predicted sets."""
 
     kind: Literal["set-sampling"] = "set-sampling"
+    """name of this traffic"""
     interval: float = Field(default=0.3, ge=0.01, le=60)
     """[s] between two choices of a vehicle (authors' scripts)"""
 

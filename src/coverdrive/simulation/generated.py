@@ -1,6 +1,6 @@
 """Generated traffic on a straight freeway, for trying everything out without recorded data.
 
-Seeded scenes of IDM and MOBIL drivers (`coverdrive.drivers`): cars and trucks, free flow to stop-and-go.
+Seeded scenes of IDM and MOBIL drivers (`coverdrive.simulation.drivers`): cars and trucks, free flow to stop-and-go.
 """
 
 from collections import Counter
@@ -10,13 +10,14 @@ import numpy as np
 import polars as pl
 from pydantic import Field, model_validator
 
-from coverdrive.drivers import DriverSettings, draw_drivers
-from coverdrive.recordings.recording import MEASURES, SCHEMA, Progress, Recording
+from coverdrive.progress import done
+from coverdrive.recordings.recording import MEASURES, SCHEMA, Recording
 from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.recordings.tracks import RawTracks, regular_table
-from coverdrive.recordings.traffic import DECISION, Traffic
 from coverdrive.road import Road
 from coverdrive.settings import InOrder, Settings
+from coverdrive.simulation.drivers import DriverSettings, draw_drivers
+from coverdrive.simulation.freeway import DECISION, Freeway
 
 BATCH = 24
 """Scenes that are driven at once"""
@@ -74,15 +75,12 @@ class GeneratedSettings(Settings):
         return self
 
 
-def generate(
-    settings: GeneratedSettings | None = None, seed: int = 0, progress: Progress | None = None
-) -> tuple[Recording, ...]:
+def generate(settings: GeneratedSettings | None = None, seed: int = 0) -> tuple[Recording, ...]:
     """Generate scenes; each is a recording and a group of its own, and no vehicle number occurs twice.
 
     Args:
         settings: how much of what.
         seed: the same settings and seed give the same traffic.
-        progress: called with the fraction that is done.
 
     """
     chosen = settings or GeneratedSettings()
@@ -91,8 +89,7 @@ def generate(
     recordings: list[Recording] = []
     for scenes, random in zip(counts, streams, strict=True):
         recordings += _batch(chosen, random, scenes, len(recordings))
-        if progress:
-            progress(len(recordings) / chosen.scenes)
+        done(len(recordings), chosen.scenes)
     return tuple(recordings)
 
 
@@ -105,10 +102,8 @@ def _batch(settings: GeneratedSettings, random: np.random.Generator, scenes: int
     track = np.empty((scenes, traffic.lon.shape[1], steps, len(MEASURES)))
     for step in range(warm_up + steps):
         if step >= warm_up:
-            lat, lat_rate = traffic.lateral(settings.lane_width)
-            speed, heading = np.hypot(traffic.speed, lat_rate), np.arctan2(lat_rate, traffic.speed)
-            values = (traffic.lon, lat, speed, heading, traffic.length, traffic.width)
-            track[:, :, step - warm_up] = np.stack(values, axis=-1)
+            sizes = np.stack([traffic.length, traffic.width], axis=-1)
+            track[:, :, step - warm_up] = np.concatenate([traffic.states(settings.lane_width), sizes], axis=-1)
         traffic.change_desires(random, dt, settings.mood_pause)
         if step % decide == 0:
             traffic.change_lanes(settings.lanes)
@@ -120,7 +115,7 @@ def _batch(settings: GeneratedSettings, random: np.random.Generator, scenes: int
     ]
 
 
-def _start(settings: GeneratedSettings, random: np.random.Generator, scenes: int) -> Traffic:
+def _start(settings: GeneratedSettings, random: np.random.Generator, scenes: int) -> Freeway:
     """Vehicles in lanes at gaps that suit their speed, the frontmost of every lane without a leader."""
     fewest, most = settings.vehicles
     shape = (scenes, most)
@@ -151,7 +146,7 @@ def _start(settings: GeneratedSettings, random: np.random.Generator, scenes: int
         ],
         axis=-1,
     )
-    return Traffic(
+    return Freeway(
         drivers=drivers,
         usual_speed=drivers.desired_speed.copy(),
         moody=front | (random.random(shape) < settings.moody_share),

@@ -1,4 +1,4 @@
-"""Which predicted paths bind a plan: those that it could not come any closer to."""
+"""Which constraints of a plan are active: the predicted boxes that it could not come any closer to."""
 
 from typing import NamedTuple
 
@@ -12,27 +12,27 @@ from coverdrive.simulation.study import Study
 from coverdrive.simulation.trace import Trace
 
 _MARGIN = 0.02
-"""an obstacle binds if the left-hand side of its constraint is at most this much above what the planner asks for"""
+"""a constraint is active if its left-hand side is at most this much above what the planner asks for"""
 
 
-class Binding(NamedTuple):
+class ActiveConstraints(NamedTuple):
     """What decides it."""
 
     car: VehicleSettings
-    """the own car"""
+    """the ego"""
     obstacles: ObstacleSettings
     """shape of the obstacles that the planner stays clear of"""
 
     @staticmethod
-    def of_study(study: Study) -> "Binding | None":
+    def of_study(study: Study) -> "ActiveConstraints | None":
         """That of the planner of a study, if it is ours."""
         if not isinstance(study.setup.planner, MpcPlanner):
             return None
         problem = study.setup.planner.settings.problem
-        return Binding(problem.vehicle, problem.obstacles)
+        return ActiveConstraints(problem.vehicle, problem.obstacles)
 
     def of(self, trace: Trace, step: int) -> Bool[np.ndarray, "S P"]:
-        """Which of the S paths bind the plan of a step, and at which of their points; never at the first, now."""
+        """Which of the S paths constrain the plan of a step, and at which of their points; never at the first, now."""
         paths = trace.paths[step]
         boxes = obstacles_of(paths, self.obstacles)
         values = clearances(trace.plans[step].states, boxes, self.car, self.obstacles)
