@@ -11,7 +11,7 @@ import polars as pl
 import pytest
 
 from coverdrive.config import Experiment
-from coverdrive.prediction.basis import Basis
+from coverdrive.prediction.cover.basis import Basis
 
 GENERATED = "[generated]\nscenes = 2\nduration = 10.0\nvehicles = [8, 8]\n"
 

@@ -30,7 +30,7 @@ def test_names_are_fit_for_folders():
     assert cell.name == "planner.a=_1,_2_"
 
 
-@pytest.mark.parametrize("wrong", ["planner", "planner.a=", "prediction.basis.epsilon=0.5", "seed=1,2"])
+@pytest.mark.parametrize("wrong", ["planner", "planner.a=", "prediction.basis.radius=0.5", "seed=1,2"])
 def test_what_a_study_cannot_vary_is_refused(wrong):
     with pytest.raises(SettingError, match="does not vary a study"):
         cells_of([wrong])

@@ -26,7 +26,7 @@ from coverdrive.config import Experiment
 from coverdrive.errors import DataError
 from coverdrive.files import number_in_name, write_atomically
 from coverdrive.planning.planner import MpcPlanner
-from coverdrive.prediction.basis_study import StudiedBasis, basis_record, point_table
+from coverdrive.prediction.cover.basis_study import StudiedBasis, basis_record, point_table
 from coverdrive.prediction.fit import Fit, fit
 from coverdrive.prediction.held_out import Source, held_out
 from coverdrive.prediction.learned import Learned
@@ -82,7 +82,7 @@ def save_bases(
         provenance(experiment, recordings) | {"bases": [basis_record(each) for each in studied]},
     )
     for each in studied:
-        name = f"basis_{number_in_name(each.basis.epsilon)}"
+        name = f"basis_{number_in_name(each.basis.radius)}"
         each.basis.save(folder / f"{name}.safetensors", each.source)
         write_atomically(folder / f"{name}.csv", point_table(each).write_csv)
 
@@ -115,7 +115,7 @@ def compare_methods(
     settings = experiment.prediction
     task = Task(
         samples=sides.calibration,
-        tube=predictor.basis.epsilon,
+        tube=predictor.basis.radius,
         trained_on=predictor.trained_on,
         confidence=settings.certificate.confidence,
         unit=unit or settings.certificate.unit,
@@ -157,7 +157,7 @@ def paper_tables(
         scored = result.scored
         with stage("tables"):
             return make_tables(
-                scored.train, scored.calibration, scored.test, result.predictor.basis.epsilon, experiment.seed
+                scored.train, scored.calibration, scored.test, result.predictor.basis.radius, experiment.seed
             )
 
 

@@ -43,7 +43,7 @@ def basis(
     )
     with waiting():
         from coverdrive import workflow
-        from coverdrive.prediction.basis_study import basis_record, study_bases
+        from coverdrive.prediction.cover.basis_study import basis_record, study_bases
         from coverdrive.prediction.segments import cut_segments
         from coverdrive.progress import heard_by, stage
         from coverdrive.report.figures import draw_bases

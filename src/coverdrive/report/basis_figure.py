@@ -19,7 +19,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import LogLocator
 
 from coverdrive.errors import DataError
-from coverdrive.prediction.basis import Basis
+from coverdrive.prediction.cover.basis import Basis
 from coverdrive.report import style
 from coverdrive.report.labels import labelled, spread
 
@@ -85,21 +85,21 @@ def basis_figure(
 def most_telling(basis: Basis, share: Float[np.ndarray, " M"]) -> int:
     """The most common base trajectory that ends over twice its tolerance away; if none does, the most common."""
     last = np.linalg.norm(basis.scaled(basis.points)[:, -1], axis=-1)
-    moves = last > 2 * basis.epsilon
+    moves = last > 2 * basis.radius
     return int(np.argmax(share + moves))
 
 
 def tube_of(basis: Basis, times: Float[np.ndarray, " n"]) -> Float[np.ndarray, "n 2"]:
     """Half extents [m] along lon and lat of the tube around a base: of its ellipses, or where it is cut, its boxes."""
     if basis.reach is None:
-        return basis.tolerance(basis.epsilon, times)
-    return basis.epsilon * basis.tube(times)
+        return basis.tolerance(basis.radius, times)
+    return basis.radius * basis.tube(times)
 
 
 def farthest_inside(basis: Basis, base: int, segments: Float[np.ndarray, "N T 2"]) -> Float[np.ndarray, "T 2"] | None:
     """The segment farthest from a base trajectory among those that it covers, or None if it covers none."""
     distance = basis.distance(segments)[:, base]
-    covered = distance <= basis.epsilon
+    covered = distance <= basis.radius
     return segments[np.argmax(np.where(covered, distance, -1))] if covered.any() else None
 
 
@@ -119,7 +119,7 @@ def _draw_plane(axes: Axes, basis: Basis, share: Float[np.ndarray, " M"]) -> Lin
 
 def _draw_highlighted(axes: Axes, basis: Basis, base: int, example: Float[np.ndarray, "T 2"] | None) -> None:
     """One base trajectory with its tube and an example inside it."""
-    widths, heights = 2 * basis.tolerance(basis.epsilon, basis.times).T
+    widths, heights = 2 * basis.tolerance(basis.radius, basis.times).T
     points = basis.points[base]
     cut = basis.reach is not None
     axes.add_collection(
@@ -147,7 +147,7 @@ def _explain(figure: Figure, basis: Basis, base: int, share: float, has_example:
     """The legend."""
     label = f"base trajectory {base} ({100 * share:.2g} % of the segments)"
     handles: list[Artist] = [Line2D([], [], color=style.BLUE, linewidth=2.4, label=label)]
-    ellipses = f"ellipses of ε = {basis.epsilon:g}"
+    ellipses = f"ellipses of ε = {basis.radius:g}"
     label = f"its tube every {basis.step:g} s" + (f": {ellipses}" if basis.reach is None else ", cut to boxes")
     handles.append(Patch(facecolor=_INSIDE, edgecolor=style.BLUE, label=label))
     if basis.reach is not None:

@@ -6,7 +6,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from coverdrive.files import number_in_name
-from coverdrive.prediction.basis_study import StudiedBasis
+from coverdrive.prediction.cover.basis_study import StudiedBasis
 from coverdrive.prediction.segments import Segments
 from coverdrive.report import style
 from coverdrive.report.affordance_figure import affordance_figure
@@ -71,4 +71,4 @@ def draw_bases(studied: Sequence[StudiedBasis], segments: Segments, folder: Path
     style.save(size_figure(studied), folder / "size")
     for each in studied:
         figure = basis_figure(each.basis, each.share, segments.points)
-        style.save(figure, folder / f"basis_{number_in_name(each.basis.epsilon)}")
+        style.save(figure, folder / f"basis_{number_in_name(each.basis.radius)}")

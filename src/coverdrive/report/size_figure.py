@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter, NullFormatter
 
 from coverdrive.errors import DataError
-from coverdrive.prediction.basis_study import StudiedBasis
+from coverdrive.prediction.cover.basis_study import StudiedBasis
 from coverdrive.report import style
 
 
@@ -32,7 +32,7 @@ def size_figure(studied: Sequence[StudiedBasis]) -> Figure:
 
 
 def _draw_size(axes: Axes, studied: Sequence[StudiedBasis]) -> None:
-    epsilon = [each.basis.epsilon for each in studied]
+    epsilon = [each.basis.radius for each in studied]
     size = [len(each.basis) for each in studied]
     among = [each.among_segments for each in studied if each.among_segments is not None]
     anywhere = [each.anywhere for each in studied]
@@ -58,7 +58,7 @@ def _draw_mass(axes: Axes, studied: Sequence[StudiedBasis]) -> None:
     for number, each in enumerate(studied):
         count = np.arange(1, len(each.basis) + 1)
         colour = style.CYCLE[number % len(style.CYCLE)]
-        label = f"ε = {each.basis.epsilon:g} (M = {len(each.basis)})"
+        label = f"ε = {each.basis.radius:g} (M = {len(each.basis)})"
         axes.plot(count, 100 * each.cumulative, color=colour, marker=".", label=label)
     axes.set(xscale="log", xlabel="most common base trajectories", ylabel="segments nearest to them [%]", ylim=(0, 102))
     axes.xaxis.set_major_formatter("{x:g}")

@@ -4,7 +4,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from coverdrive.numbers import percent
-from coverdrive.prediction.basis import Basis
+from coverdrive.prediction.cover.basis import Basis
 from coverdrive.prediction.learned import Learned
 from coverdrive.report import style
 from coverdrive.report.basis_figure import most_telling, tube_of
@@ -56,7 +56,7 @@ def _explained(basis: Basis, base: int) -> str:
         return f"The ellipses around base {base} are its tube (half axes along × across the road: {extents})"
     return (
         f"The boxes around base {base} are its tube (half extents along × across the road: {extents}); what it stands "
-        f"for also stays within the faint ellipses of ε = {basis.epsilon:g}"
+        f"for also stays within the faint ellipses of ε = {basis.radius:g}"
     )
 
 
@@ -100,7 +100,7 @@ def _line(points: np.ndarray, base: int, learned: Learned) -> go.Scatter:
 def _tube(basis: Basis, base: int) -> list[go.Scatter]:
     """The tube around every sample of one base trajectory, and the ellipses if it is cut from them."""
     circle = np.stack([np.cos(_CIRCLE), np.sin(_CIRCLE)], axis=-1)
-    ellipses = _around(basis, base, basis.tolerance(basis.epsilon, basis.times), circle)
+    ellipses = _around(basis, base, basis.tolerance(basis.radius, basis.times), circle)
     filled = {"fill": "toself", "fillcolor": "rgba(86,180,233,0.12)", "line": {"width": 1, "color": style.SKY}}
     if basis.reach is None:
         return [ellipses.update(filled)]
