@@ -13,7 +13,7 @@ from coverdrive.prediction.basis import BasisSettings
 from coverdrive.prediction.calibrate import CertificateSettings
 from coverdrive.prediction.fit import PredictionSettings, fit
 from coverdrive.prediction.training import TrainingSettings
-from coverdrive.recordings.generated import GeneratedSettings, generate
+from coverdrive.simulation.generated import GeneratedSettings, generate
 
 FOLDER = Path(__file__).parents[1] / "benchmarks"
 

@@ -12,7 +12,7 @@ class RecordingError(CoverdriveError):
 
     def __init__(self, file: Path | str, problem: str, row: int | None = None, column: str | None = None):
         """Name the place: ``row`` counts the lines of the file from 1, a header line included."""
-        place = str(file)
+        place = str(file).encode("utf-8", "replace").decode()  # names of files may be any bytes
         if row is not None:
             place += f", row {row}"
         if column is not None:
@@ -26,6 +26,10 @@ class SettingError(CoverdriveError):
 
 class DataError(CoverdriveError):
     """Data that are well formed, but from which the result asked for cannot be made."""
+
+
+class StartError(CoverdriveError):
+    """A drive that cannot begin, because the vehicles find no place."""
 
 
 class CertificateError(CoverdriveError):

@@ -130,7 +130,11 @@ def test_stated_speeds_are_kept_to_find_the_same_vehicles(bend: Path):
         ("<html></html>", "expected the root element commonRoad, got html"),
         (scenario("", ""), "no lanes"),
         (scenario(three_lanes(), ""), "no recorded vehicles"),
-        (scenario(three_lanes(), driving(100, 20.0, -1.75, 20.0, 5))[:-200], "commonroad-io cannot read it"),
+        (
+            scenario(three_lanes(), driving(100, 20.0, -1.75, 20.0, 5))[:-200],
+            "row 1: not a CommonRoad file: it is cut or damaged",
+        ),
+        (scenario(three_lanes(), "<dynamicObstacle/>"), "commonroad-io cannot read it"),
         (scenario(three_lanes(), driving(100, 20.0, -1.75, 20.0, 1)), "no vehicle is on the road at two"),
         (
             scenario(three_lanes(), driving(100, 20.0, -1.75, 20.0, 5)).replace(

@@ -9,9 +9,10 @@ import polars as pl
 import pytest
 
 from coverdrive.errors import DataError, RecordingError
-from coverdrive.recordings.generated import GeneratedSettings, generate
-from coverdrive.recordings.parquet import is_own, read_parquet, write_parquet
+from coverdrive.recordings.parquet import write_parquet
+from coverdrive.recordings.read import read
 from coverdrive.recordings.recording import Recording
+from coverdrive.simulation.generated import GeneratedSettings, generate
 
 SMALL = GeneratedSettings(scenes=2, duration=3.0)
 
@@ -33,9 +34,8 @@ def test_recordings_are_read_back_exactly(tmp_path: Path):
     first, second = generate(SMALL)
     second = replace(second, name="zweite Fahrt, 100 %", dt=0.1, repairs={"split tracks": 3}, causal=False)
     write_parquet([first, second], path)
-    assert is_own(path)
-    for reading, expected in zip(read_parquet(path), (first, second), strict=True):
-        assert_equal(reading.recording, expected)
+    for recording, expected in zip(read([path]), (first, second), strict=True):
+        assert_equal(recording, expected)
     assert list(path.parent.iterdir()) == [path]
 
 
@@ -46,7 +46,7 @@ def test_files_that_do_not_say_whether_they_know_the_future_are_taken_to(tmp_pat
     heads = json.loads(pl.read_parquet_metadata(path)["coverdrive"])
     assert heads[0].pop("causal") is True and recording.causal
     pl.read_parquet(path).write_parquet(path, metadata={"coverdrive": json.dumps(heads)})
-    assert read_parquet(path)[0].recording.causal is False
+    assert read([path])[0].causal is False
 
 
 def test_files_are_replaced_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
@@ -57,7 +57,7 @@ def test_files_are_replaced_whole_or_not_at_all(tmp_path: Path, monkeypatch: pyt
     with pytest.raises(OSError, match="disk full"):
         write_parquet([second], path)
     monkeypatch.undo()
-    assert_equal(read_parquet(path)[0].recording, first)
+    assert_equal(read([path])[0], first)
     assert list(tmp_path.iterdir()) == [path]
 
 
@@ -71,4 +71,4 @@ def test_damaged_files_are_refused(tmp_path: Path):
     path = tmp_path / "own.parquet"
     recording.table.drop("width").write_parquet(path, metadata={"coverdrive": '[{"name": "a"}]'})
     with pytest.raises(RecordingError, match="damaged or of another version"):
-        read_parquet(path)
+        read([path])

@@ -7,9 +7,10 @@ import polars as pl
 import pytest
 
 from coverdrive.errors import RecordingError
-from coverdrive.recordings.generated import GeneratedSettings, generate
+from coverdrive.progress import heard_by, stage
 from coverdrive.recordings.parquet import write_parquet
 from coverdrive.recordings.read import read
+from coverdrive.simulation.generated import GeneratedSettings, generate
 
 
 def test_folders_are_read_in_natural_order(make_ngsim, tmp_path: Path):
@@ -56,7 +57,8 @@ def test_groups_of_several_own_files_are_told_apart(tmp_path: Path):
 
 def test_progress_rises_to_one(make_ngsim, write_csv):
     seen: list[float] = []
-    read([write_csv(make_ngsim(), "one.csv"), write_csv(make_ngsim(), "two.csv")], progress=seen.append)
+    with heard_by(lambda _, share: seen.append(share)), stage("reading"):
+        read([write_csv(make_ngsim(), "one.csv"), write_csv(make_ngsim(), "two.csv")])
     assert seen == sorted(seen)
     assert seen[-1] == 1.0
     assert 0.5 in seen

@@ -12,10 +12,21 @@ from coverdrive.road import Road
 
 
 def recording_of(spans: list[tuple[int, int]], dt: float = 0.1) -> Recording:
-    """Vehicle i is present from moment spans[i][0] for spans[i][1] moments; all measures are told apart."""
+    """Vehicle i is present from moment spans[i][0] for spans[i][1] moments; all measures are told apart.
+
+    It drives 10 + i/100 m/s in its own place, a little to the left.
+    """
     vehicle = np.concatenate([np.full(count, 10 * index) for index, (_, count) in enumerate(spans)])
     moment = np.concatenate([start + np.arange(count) for start, count in spans])
-    values = {name: 100.0 * number + vehicle + moment / 100 for number, name in enumerate(MEASURES)}
+    speed, heading = 10 + vehicle / 1000, 0.001 + vehicle / 1e5
+    values = {
+        "lon": 2.0 * vehicle + dt * speed * np.cos(heading) * moment,
+        "lat": 1.0 + vehicle / 50 + dt * speed * np.sin(heading) * moment,
+        "speed": speed,
+        "heading": heading,
+        "length": 4.0 + vehicle / 100,
+        "width": 1.5 + vehicle / 1000,
+    }
     columns = {"vehicle": vehicle, "group": 0 * vehicle, "time": moment * dt} | values
     return Recording("test", pl.DataFrame(columns, schema=SCHEMA), dt, Road.straight(), {})
 
@@ -25,10 +36,10 @@ def test_scene_holds_the_vehicles_of_the_moment():
     scene = recording.scene_at(0.3)
     assert scene.vehicles == 2
     assert scene.valid.all()
-    assert scene.lon.tolist() == pytest.approx([0.03, 10.03])
-    assert scene.width.tolist() == pytest.approx([500.03, 510.03])
-    assert recording.scene_at(0.6).lon.tolist() == pytest.approx([10.06])
-    assert recording.scene_at(0.58).lon.tolist() == pytest.approx([10.06])
+    assert scene.lon.tolist() == pytest.approx([3.0, 23.003], abs=1e-4)
+    assert scene.width.tolist() == pytest.approx([1.5, 1.51])
+    assert recording.scene_at(0.6).lon.tolist() == pytest.approx([26.006], abs=1e-4)
+    assert recording.scene_at(0.58).lon.tolist() == pytest.approx([26.006], abs=1e-4)
 
 
 def test_moments_without_vehicles_have_empty_scenes():

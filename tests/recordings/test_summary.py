@@ -12,7 +12,7 @@ def test_summary_counts_what_is_there():
     columns = {
         "vehicle": [1, 1, 4],
         "group": [2, 3, 2],
-        "time": [0.0, 90.0, 30.0],
+        "time": [0.0, 90.0, 30.0],  # a vehicle may come back in another group
         "lon": [0.0] * 3,
         "lat": [0.0] * 3,
         "speed": [10.0, 20.0, 30.0],

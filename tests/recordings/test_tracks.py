@@ -20,7 +20,7 @@ def raw_of(rows: list[tuple[int, int]]) -> RawTracks:
     """Vehicles at 1 m per moment, each on its own lateral position."""
     vehicle, moment = (np.array(column, dtype=np.int64) for column in zip(*rows, strict=True))
     size = np.full(len(rows), 4.0)
-    return RawTracks(vehicle, moment, 1.0 * moment, 1.0 * vehicle, size, size / 2, 10 * size, 0 * vehicle)
+    return RawTracks(vehicle, moment, 1.0 * moment, 1.0 * vehicle, size, size / 2, 2.5 * size, 0 * vehicle)
 
 
 @hypothesis_settings(deadline=None)

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 from simulation_fakes import make_scene
 
-from coverdrive.drivers import follow
 from coverdrive.road import Road
 from coverdrive.simulation.driver_traffic import AggressiveTrafficSettings, DriverTraffic, DriverTrafficSettings
+from coverdrive.simulation.drivers import follow
 from coverdrive.simulation.initial import OWN, InitialSettings
 from coverdrive.simulation.motion import with_states
 from coverdrive.simulation.outcome import contacts

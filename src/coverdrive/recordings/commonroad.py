@@ -1,25 +1,36 @@
 """CommonRoad scenarios (XML, 2018b and 2020a): recorded vehicles on lanelets, taken as one straight road.
 
 The left boundary of the leftmost lane, smoothed, becomes the direction of the road; the lanes beside it keep the
-median of their lateral offsets. Ramps that accompany the road for less than half of it are not part of it.
+median of their lateral offsets. Ramps that accompany the road for less than half of it are not part of it. Roads that
+bend are refused.
 """
 
+import logging
+import warnings
 from collections import Counter
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
+from xml.parsers import expat
 
 import numpy as np
 from jaxtyping import Float
 
 from coverdrive.errors import RecordingError
-from coverdrive.recordings.reference_line import ReferenceLine, reference_line
+from coverdrive.recordings.checks import LONGEST_ROAD
+from coverdrive.recordings.reference_line import ReferenceLine, bend, reference_line
 from coverdrive.recordings.smoothing import SmoothingSettings
-from coverdrive.recordings.tracks import RawTracks, Reading, make_reading
+from coverdrive.recordings.tracks import RawTracks, Reading, check_time_step, make_reading, name_of, tidy
 from coverdrive.road import Road
 
 ACCOMPANY = 0.5
 """Smallest share of the road's length that a lane must run beside it to be part of it"""
+
+LARGEST_BEND = 15.0
+"""[degrees] between any two directions of a road that still counts as straight; the recorded scenes of US-101 bend
+by at most 8°, roads of junctions by 40° and more"""
+
+FARTHEST = 1e8
+"""[m] coordinates of maps are smaller"""
 
 
 def read_commonroad(file: Path, settings: SmoothingSettings | None = None) -> Reading:
@@ -30,36 +41,69 @@ def read_commonroad(file: Path, settings: SmoothingSettings | None = None) -> Re
         settings: how positions are smoothed.
 
     Raises:
-        RecordingError: when the file is no CommonRoad scenario, or has no lanes or no recorded vehicles.
+        RecordingError: when the file is no CommonRoad scenario, has no lanes or vehicles, or its road bends.
 
     """
     scenario = _open(file)
-    lanes = _lanes(file, scenario.lanelet_network)
-    line = reference_line(np.concatenate([part.left_vertices for part in lanes[0]]))
+    dt = float(scenario.dt)
+    check_time_step(file, dt, "the attribute timeStepSize")
+    try:
+        lanes = _lanes(file, scenario.lanelet_network)
+    except AttributeError:  # a lanelet that another one names is not there
+        raise RecordingError(file, "a lanelet refers to one that is not in the file; check the file") from None
+    line = _line(file, lanes)
     edges = _edges(lanes, line)
     road = Road(edges=(edges - edges[-1])[::-1].copy(), length=line.length)
     raw = _tracks(file, scenario.dynamic_obstacles, line, edges[-1])
-    dt, chosen = float(scenario.dt), settings or SmoothingSettings()
-    return make_reading(file, file.stem, raw, dt, road, chosen, Counter())
+    repairs: Counter[str] = Counter()
+    return make_reading(file, name_of(file), tidy(raw, dt, repairs), dt, road, settings or SmoothingSettings(), repairs)
 
 
 def _open(file: Path) -> Any:
-    """The scenario as commonroad-io reads it."""
-    try:
-        with file.open("rb") as stream:
-            root = next(ElementTree.iterparse(stream, events=("start",)))[1].tag
-    except (ElementTree.ParseError, StopIteration):
-        raise RecordingError(file, "not a CommonRoad file: it is no XML; check that it was copied whole") from None
+    """The scenario as commonroad-io reads it, without its warnings."""
+    root = _root(file)
     if root != "commonRoad":
         raise RecordingError(file, f"not a CommonRoad file: expected the root element commonRoad, got {root}")
     from commonroad.common.file_reader import CommonRoadFileReader
 
+    logger = logging.getLogger("commonroad")
+    level = logger.level
     try:
-        return CommonRoadFileReader(file).open()[0]
+        logger.setLevel(logging.CRITICAL)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return CommonRoadFileReader(file).open()[0]
+    except OSError:
+        raise
     except Exception as error:  # commonroad-io raises whatever the malformed place happens to trigger
         raise RecordingError(
             file, f"commonroad-io cannot read it ({type(error).__name__}: {error}); check the file"
         ) from error
+    finally:
+        logger.setLevel(level)
+
+
+def _root(file: Path) -> str:
+    """Name of the root element of a well-formed file without entities, which could make a small file huge."""
+    names: list[str] = []
+    parser = expat.ParserCreate()
+
+    def begin(name: str, _: dict[str, str]) -> None:
+        if not names:
+            names.append(name)
+
+    def refuse(*_: Any) -> None:
+        raise RecordingError(file, "it declares a document type; expected none, remove it", parser.CurrentLineNumber)
+
+    parser.StartElementHandler = begin
+    parser.StartDoctypeDeclHandler = refuse
+    try:
+        parser.Parse(file.read_bytes(), True)
+    except expat.ExpatError as error:
+        what = "it is cut or damaged" if names else "it is no XML"
+        problem = f"not a CommonRoad file: {what} ({expat.ErrorString(error.code)}); check that it was copied whole"
+        raise RecordingError(file, problem, error.lineno) from None
+    return names[0]
 
 
 def _lanes(file: Path, network: Any) -> list[list[Any]]:
@@ -68,14 +112,45 @@ def _lanes(file: Path, network: Any) -> list[list[Any]]:
         raise RecordingError(file, "the scenario has no lanes; choose another file")
     beside = [part for part in network.lanelets if part.adj_left is not None or part.adj_right is not None]
     part = max(beside or network.lanelets, key=lambda part: float(part.distance[-1]))
+    seen = {part.lanelet_id}
     while left := _beside(network, [part], "left"):
         part = left[0]
+        _refuse_circle(file, part, seen)
     lanes = [_chain(network, _chain(network, part, "predecessor")[-1], "successor")]
+    seen = {part.lanelet_id for part in lanes[0]}
     while right := _beside(network, lanes[-1], "right"):
         if _length(right) < ACCOMPANY * _length(lanes[0]):
             break
+        for part in right:
+            _refuse_circle(file, part, seen)
         lanes.append(right)
     return lanes
+
+
+def _refuse_circle(file: Path, lanelet: Any, seen: set[int]) -> None:
+    if lanelet.lanelet_id in seen:
+        raise RecordingError(file, f"lanelet {lanelet.lanelet_id} lies beside itself; check the adjacent lanelets")
+    seen.add(lanelet.lanelet_id)
+
+
+def _line(file: Path, lanes: list[list[Any]]) -> ReferenceLine:
+    """The left boundary of the leftmost lane, which must be straight."""
+    bounds = [part.left_vertices for part in lanes[0]] + [part.right_vertices for lane in lanes for part in lane]
+    if not all(np.all(np.abs(bound) < FARTHEST) for bound in bounds):
+        raise RecordingError(
+            file, f"a boundary of a lane is not finite or beyond {FARTHEST:g} m; check the coordinates"
+        )
+    left = np.concatenate([part.left_vertices for part in lanes[0]])
+    if not 1.0 <= np.sum(np.hypot(*np.diff(left, axis=0).T)) <= LONGEST_ROAD:
+        raise RecordingError(file, f"the road is not between 1 m and {LONGEST_ROAD:g} m long; check the coordinates")
+    turned = np.degrees(bend(left))
+    if turned > LARGEST_BEND:
+        raise RecordingError(
+            file,
+            f"the road bends by {turned:.0f}°; only roads that bend by at most {LARGEST_BEND:g}° can be read so far: "
+            "choose a straight one, or cut the scenario",
+        )
+    return reference_line(left)
 
 
 def _length(lane: list[Any]) -> float:
@@ -136,6 +211,12 @@ def _tracks(file: Path, obstacles: list[Any], line: ReferenceLine, right: float)
             raise RecordingError(
                 file, f"obstacle {obstacle.obstacle_id} has uncertain states; expected exact, recorded ones"
             )
+        size = (shape.length, shape.width)
+        for state in states:
+            numbers = (obstacle.obstacle_id, *size, state.time_step, *state.position, state.velocity)
+            if not all(-FARTHEST < number < FARTHEST for number in numbers):
+                found = f"number, size, time step, position and speed of obstacle {obstacle.obstacle_id} are {numbers}"
+                raise RecordingError(file, f"{found}; expected numbers below {FARTHEST:g}, check the file")
         vehicle += [obstacle.obstacle_id] * len(states)
         moment += [state.time_step for state in states]
         position += [state.position for state in states]
@@ -149,5 +230,9 @@ def _tracks(file: Path, obstacles: list[Any], line: ReferenceLine, right: float)
 
 
 def _is_exact(state: Any) -> bool:
-    """Whether position and speed of a state are known, and not sets of possible ones."""
-    return isinstance(state.position, np.ndarray) and isinstance(state.velocity, int | float)
+    """Whether time, position and speed of a state are known, and not sets of possible ones."""
+    numbers = (getattr(state, name, None) for name in ("time_step", "velocity"))
+    position = getattr(state, "position", None)
+    return (
+        isinstance(position, np.ndarray) and position.shape == (2,) and all(isinstance(n, int | float) for n in numbers)
+    )

@@ -1,5 +1,6 @@
 """Reads columns of numbers from large text files block by block, in bounded memory, with precise errors."""
 
+import csv
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -10,13 +11,19 @@ from typing import BinaryIO
 import polars as pl
 
 from coverdrive.errors import RecordingError
-from coverdrive.recordings.recording import Progress
+from coverdrive.progress import done
 
 BLOCK_BYTES = 2**25
 """Size of the blocks that are read at a time"""
 
+LARGEST = 2.0**53
+"""Whole numbers above it are not told apart as float64; nothing that is measured on a road is as large"""
+
 SITE = "location"
 """The one column that may hold text"""
+
+ROW = "row"
+"""The column that says on which line of the file, counted from 1, a row stands"""
 
 
 @dataclass(frozen=True)
@@ -32,21 +39,14 @@ class Layout:
     """lines before the first row of data"""
 
 
-def read_columns(
-    layout: Layout,
-    wanted: Sequence[str],
-    site: str | None,
-    repairs: Counter[str],
-    progress: Progress | None,
-) -> pl.DataFrame:
-    """The wanted columns as float64, of the rows of one site.
+def read_columns(layout: Layout, wanted: Sequence[str], site: str | None, repairs: Counter[str]) -> pl.DataFrame:
+    """The wanted columns as float64, of the rows of one site, and the column `ROW`.
 
     Args:
         layout: the file and its columns.
         wanted: names of columns that hold numbers.
         site: the value of the column ``location`` to keep, in any case; None if there is only one site.
-        repairs: gains ``truncated rows`` when the last line is cut.
-        progress: called with the fraction that is read.
+        repairs: gains ``truncated rows`` when the last line is cut, and ``blank lines``.
 
     Raises:
         RecordingError: for a cell that is no number, for a file without rows, for a site that is not in the
@@ -54,6 +54,9 @@ def read_columns(
 
     """
     names = [*wanted, SITE] if SITE in layout.columns else list(wanted)
+    for name in names:
+        if layout.columns.count(name) > 1:
+            raise RecordingError(layout.file, "the header names this column twice; remove one of them", 1, name)
     chosen = None if site is None else site.strip().lower()
     sites: Counter[str] = Counter()
     kept: list[pl.DataFrame] = []
@@ -63,16 +66,15 @@ def read_columns(
         for _ in range(layout.header_lines):
             stream.readline()
         for text in _blocks(stream, layout, repairs):
-            block = _parse(text, layout, names, row)
-            row += len(block)
+            block = _parse(text, layout, names, row, repairs)
+            row += text.count(b"\n")
             if SITE in names:
                 sites.update(dict(block[SITE].value_counts().iter_rows()))
                 wished = chosen or next(iter(sites), "")
                 block = block.filter(pl.col(SITE) == wished).drop(SITE)
             if chosen or len(sites) <= 1:
                 kept.append(block)
-            if progress:
-                progress(min(1.0, stream.tell() / size))
+            done(min(stream.tell(), size), size)
     _check_sites(layout, sites, chosen)
     if not sum(map(len, kept)):
         raise RecordingError(layout.file, "the file holds no rows of data; check that it was copied whole")
@@ -97,62 +99,77 @@ def _blocks(stream: BinaryIO, layout: Layout, repairs: Counter[str]) -> Iterator
             repairs["truncated rows"] += 1
 
 
-def _parse(text: bytes, layout: Layout, names: list[str], row: int) -> pl.DataFrame:
+def _parse(text: bytes, layout: Layout, names: list[str], row: int, repairs: Counter[str]) -> pl.DataFrame:
     """The named columns of one block whose first line is line ``row`` of the file."""
-    if layout.separator == " ":
-        text = re.sub(rb"[ \t\r]*\n[ \t]*", b"\n", re.sub(rb"[ \t]+", b" ", text)).lstrip()
-    _check_columns(text, layout, row)
-    numbers = [name for name in names if name != SITE]
-    try:
-        block = _read_block(text, layout, names, as_text=False)
-    except pl.exceptions.PolarsError:
-        block = None
-    if block is None or not all(block[name].is_finite().all(ignore_nulls=False) for name in numbers):
-        cells = _read_block(text, layout, names, as_text=True)
-        block = cells.with_columns(pl.col(numbers).str.strip_chars(' "').cast(pl.Float64, strict=False))
-        _check_cells(cells, block, layout, numbers, row)
+    block = _fast(text, layout, names, row)
+    if block is None or not all(block[name].is_finite().all(ignore_nulls=False) for name in names if name != SITE):
+        block = _slow(text, layout, names, row, repairs)
+    for name in names:
+        if name != SITE and (block[name].abs() >= LARGEST).any():
+            index = int((block[name].abs() >= LARGEST).arg_max() or 0)
+            problem = f"expected a number below 2⁵³, got {block[name][index]:g}; put the cell right or remove the row"
+            raise RecordingError(layout.file, problem, block[ROW][index], name)
     return block.with_columns(pl.col(SITE).str.strip_chars().str.to_lowercase()) if SITE in names else block
 
 
-def _read_block(text: bytes, layout: Layout, names: list[str], as_text: bool) -> pl.DataFrame:
-    """The named columns; the numbers as they are written, or as float64."""
-    kind = pl.String if as_text else pl.Float64
-    types = {name: kind if name in names and name != SITE else pl.String for name in layout.columns}
-    wanted = [layout.columns.index(name) for name in names]
-    block = pl.read_csv(text, has_header=False, separator=layout.separator, schema=types, columns=wanted)
-    return block.select(names)
-
-
-def _check_columns(text: bytes, layout: Layout, row: int) -> None:
-    """Refuse lines of another number of columns; quoted text may hold separators and is not checked."""
-    separator, expected = layout.separator.encode(), len(layout.columns) - 1
+def _fast(text: bytes, layout: Layout, names: list[str], row: int) -> pl.DataFrame | None:
+    """The block as polars reads it; None where lines differ in their number of columns, or cells are no numbers."""
+    if layout.separator == " ":
+        text = re.sub(rb"[ \t\r]*\n[ \t]*", b"\n", re.sub(rb"[ \t]+", b" ", text)).lstrip()
     lines = text.count(b"\n") + (not text.endswith(b"\n"))
-    if text.count(separator) == lines * expected or b'"' in text:
-        return
-    for index, line in enumerate(text.split(b"\n")):
-        found = line.count(separator)
-        if line.strip() and found != expected:
-            raise RecordingError(
-                layout.file,
-                f"the line has {found + 1} columns, expected {expected + 1}; put the line right or remove it",
-                row + index,
-            )
+    if text.count(layout.separator.encode()) != lines * (len(layout.columns) - 1) or b'"' in text:
+        return None
+    wanted = [layout.columns.index(name) for name in names]
+    types = {str(k): pl.Float64 if k in wanted and name != SITE else pl.String for k, name in enumerate(layout.columns)}
+    try:
+        block = pl.read_csv(
+            text, has_header=False, separator=layout.separator, schema=types, columns=wanted, quote_char=None
+        )
+    except pl.exceptions.PolarsError:
+        return None
+    block = block.select(pl.col(str(k)).alias(name) for k, name in zip(wanted, names, strict=True))
+    return block.with_row_index(ROW, row) if len(block) == lines else None
 
 
-def _check_cells(cells: pl.DataFrame, block: pl.DataFrame, layout: Layout, numbers: list[str], row: int) -> None:
-    """Refuse cells that are no finite numbers."""
+def _slow(text: bytes, layout: Layout, names: list[str], row: int, repairs: Counter[str]) -> pl.DataFrame:
+    """The block line by line: blank lines are left out, cells may be quoted, and what is wrong is named."""
+    lines = text.removesuffix(b"\n").decode("utf-8", errors="replace").replace("\0", "\ufffd").split("\n")
+    cells: list[list[str]] = []
+    rows: list[int] = []
+    wanted = [layout.columns.index(name) for name in names]
+    for number, line in enumerate(lines, start=row):
+        if not line.strip():
+            repairs["blank lines"] += 1
+            continue
+        found = line.split() if layout.separator == " " else _fields(layout.file, line, number)
+        if len(found) != len(layout.columns):
+            problem = f"the line has {len(found)} columns, expected {len(layout.columns)}; put it right or remove it"
+            raise RecordingError(layout.file, problem, number)
+        cells.append([found[k].strip() for k in wanted])
+        rows.append(number)
+    table = pl.DataFrame(cells, schema=dict.fromkeys(names, pl.String), orient="row")
+    numbers = [name for name in names if name != SITE]
+    block = table.with_columns(pl.col(numbers).cast(pl.Float64, strict=False))
     for name in numbers:
         wrong = ~block[name].is_finite().fill_null(False)
         if wrong.any():
             index = int(wrong.arg_max() or 0)
-            cell = cells[name][index]
-            found = repr(cell) if cell else "an empty cell"
-            raise RecordingError(
-                layout.file,
-                f"expected a number, got {found}; put the cell right or remove the row",
-                row + index,
-                name,
-            )
+            found = repr(table[name][index]) if table[name][index] else "an empty cell"
+            problem = f"expected a number, got {found}; put the cell right or remove the row"
+            raise RecordingError(layout.file, problem, rows[index], name)
+    return block.insert_column(0, pl.Series(ROW, rows, dtype=pl.get_index_type()))
+
+
+def _fields(file: Path, line: str, row: int) -> list[str]:
+    """The cells of a line that may be quoted."""
+    if line.count('"') % 2:
+        raise RecordingError(file, "a quoted cell has no end; close or remove the quotation mark", row)
+    try:
+        return next(csv.reader([line], skipinitialspace=True))
+    except csv.Error as error:
+        raise RecordingError(
+            file, f"the line cannot be cut into cells ({error}); put it right or remove it", row
+        ) from None
 
 
 def _check_sites(layout: Layout, sites: Counter[str], chosen: str | None) -> None:

@@ -12,10 +12,15 @@ import polars as pl
 from jaxtyping import Float, Int
 
 from coverdrive.errors import RecordingError
+from coverdrive.recordings.checks import LENGTHS, LONGEST_ROAD, WIDTHS
+from coverdrive.recordings.delimited import ROW
 from coverdrive.recordings.lanes import edges_from_lanes, edges_from_width
 from coverdrive.recordings.smoothing import SmoothingSettings
-from coverdrive.recordings.tracks import RawTracks, Reading, make_reading
+from coverdrive.recordings.tracks import RawTracks, Reading, check_time_step, make_reading, name_of, tidy
 from coverdrive.road import Road
+
+LENGTH, WIDTH = 4.5, 1.8
+"""[m] of a car, where the file does not tell"""
 
 PAUSE = 60.0
 """[s] a new recording period begins after a longer pause, or when the frame counter was restarted by more"""
@@ -23,8 +28,8 @@ PAUSE = 60.0
 MOST_PERIODS = 20
 """More restarts of the frame counter show that it counts something else"""
 
-FASTEST = 60.0
-"""[m/s] hardly any vehicle drives faster, so a file in which many do is not in metres"""
+MOST_ODD_SIZES = 0.05
+"""Share of the rows whose length or width may be no vehicle's; more show another unit"""
 
 
 def recordings_from_local(
@@ -35,15 +40,17 @@ def recordings_from_local(
     Args:
         file: names the recordings, and is named in errors.
         table: columns ``vehicle``, ``clock`` [s], ``right`` [m] (Local_X), ``front`` [m] (Local_Y),
-            ``length`` and ``width`` [m], ``speed`` [m/s], and if known ``lane`` and ``frame`` (the period's
-            frame counter); all numbers finite.
-        repairs: what has been repaired in the file so far.
+            ``length`` and ``width`` [m], ``speed`` [m/s], ``row`` (of the file), and if known ``lane`` and ``frame``
+            (the period's frame counter); all numbers finite and below 2⁵³.
+        repairs: what has been repaired in the file so far; gains ``odd lengths`` and ``odd widths``.
         settings: how positions are smoothed.
 
     Raises:
         RecordingError: when the numbers cannot be what they claim to be.
 
     """
+    _check_whole(file, table)
+    table = _plausible_sizes(file, table, repairs)
     clock = table["clock"].to_numpy()
     dt = _time_step(file, table)
     moment = np.rint((clock - clock.min()) / dt).astype(np.int64)
@@ -51,8 +58,12 @@ def recordings_from_local(
     vehicle = table["vehicle"].to_numpy().astype(np.int64)
     period = _periods(vehicle, moment, None if frame is None else frame.astype(np.int64), dt)
     right, length = table["right"].to_numpy(), table["length"].to_numpy()
-    edges = edges_from_lanes(right, table["lane"].to_numpy()) if "lane" in table.columns else None
-    edges = edges_from_width(right) if edges is None else edges
+    lane = table["lane"].to_numpy() if "lane" in table.columns else None
+    edges = edges_from_width(right) if lane is None else edges_from_lanes(right, lane)
+    if edges is None:
+        raise RecordingError(
+            file, "the lanes cannot be told; expected a few lanes that most vehicles are in", None, "lane_id"
+        )
     raw = RawTracks(
         vehicle=vehicle,
         moment=moment,
@@ -63,18 +74,19 @@ def recordings_from_local(
         speed=table["speed"].to_numpy(),
         group=np.zeros_like(vehicle),
     )
-    road = Road(edges=(edges[-1] - edges)[::-1], length=float(table["front"].to_numpy().max()))
-
-    found: list[Reading] = []
     periods = np.unique(period)
-    for number in periods:
-        name = file.stem if len(periods) == 1 else f"{file.stem} period {number + 1}"
-        own = repairs.copy() if number == 0 else Counter[str]()
-        rows = raw if len(periods) == 1 else raw.take(period == number)
-        reading = make_reading(file, name, rows, dt, road, settings, own)
-        _check_motion(file, reading.recording.table)
-        found.append(reading)
-    return tuple(found)
+    counts = [repairs, *(Counter[str]() for _ in periods[1:])]
+    parts = [tidy(raw.take(period == number), dt, own) for number, own in zip(periods, counts, strict=True)]
+    length = max(float((part.lon + part.length / 2).max()) for part in parts)
+    if not 0 < length <= LONGEST_ROAD:
+        problem = f"the road is {length:.6g} m long; expected up to {LONGEST_ROAD:g} m, check the unit of the positions"
+        raise RecordingError(file, problem, None, "local_y")
+    road = Road(edges=(edges[-1] - edges)[::-1], length=length)
+    names = [name_of(file) + (f" period {number + 1}" if len(periods) > 1 else "") for number in periods]
+    return tuple(
+        make_reading(file, name, part, dt, road, settings, own)
+        for name, part, own in zip(names, parts, counts, strict=True)
+    )
 
 
 def some_tracks(table: pl.DataFrame, vehicle: str, clock: str) -> pl.DataFrame:
@@ -89,7 +101,9 @@ def _time_step(file: Path, table: pl.DataFrame) -> float:
     steps = np.diff(tracks["clock"].to_numpy())[np.diff(tracks["vehicle"].to_numpy()) == 0]
     if not np.any(steps > 0):
         raise RecordingError(file, "no vehicle was seen at two times; check that the file was copied whole")
-    return round(float(np.median(steps[steps > 0])), 6)
+    dt = round(float(np.median(steps[steps > 0])), 6)
+    check_time_step(file, dt, "the time between two rows of a vehicle (Global_Time is in milliseconds)")
+    return dt
 
 
 def _periods(
@@ -120,23 +134,31 @@ def _clusters(values: Int[np.ndarray, " R"], distance: int) -> Int[np.ndarray, "
     return np.cumsum(np.diff(distinct, prepend=distinct[:1]) > distance)[inverse]
 
 
-def _check_motion(file: Path, table: pl.DataFrame) -> None:
-    """Refuse speeds that no traffic has, and roads with traffic in both directions."""
-    fast = float(np.quantile(table["speed"].to_numpy(), 0.99))
-    if fast > FASTEST:
-        raise RecordingError(
-            file,
-            f"1 % of the rows are faster than {fast:.0f} m/s; expected at most {FASTEST:.0f} m/s, "
-            "check that the positions are in metres and the times in milliseconds",
-        )
-    ends = table.group_by("vehicle").agg(travel=pl.col("lon").last() - pl.col("lon").first())
-    against = float(np.mean(ends["travel"].to_numpy() < -5.0))
-    if against > 0.05:
-        raise RecordingError(
-            file,
-            f"{against:.0%} of the vehicles drive against the direction of the road; expected the rows of "
-            "one carriageway, choose another location",
-        )
+def _plausible_sizes(file: Path, table: pl.DataFrame, repairs: Counter[str]) -> pl.DataFrame:
+    """With the usual size of the same vehicle, or of a car, where the file states one that no vehicle has."""
+    for name, (least, most), usual in (("length", LENGTHS, LENGTH), ("width", WIDTHS, WIDTH)):
+        good = pl.col(name).is_between(least, most)
+        wrong = ~table.select(good).to_series()
+        if not wrong.any():
+            continue
+        if wrong.mean() > MOST_ODD_SIZES:  # pyright: ignore[reportOperatorIssue, reportOptionalOperand]
+            row = int(wrong.arg_max() or 0)
+            problem = f"expected {least:g} to {most:g} m in most rows, got {table[name][row]:g} m; check the unit"
+            raise RecordingError(file, problem, table[ROW][row], name)
+        repairs[f"odd {name}s"] += int(wrong.sum())
+        own = pl.when(good).then(pl.col(name)).median().over("vehicle").fill_null(usual)
+        table = table.with_columns(pl.when(good).then(pl.col(name)).otherwise(own).alias(name))
+    return table
+
+
+def _check_whole(file: Path, table: pl.DataFrame) -> None:
+    """Refuse numbers of vehicles, frames and lanes that are not whole, and vehicles below 0."""
+    for name in (name for name in ("vehicle", "frame", "lane") if name in table.columns):
+        wrong = (table[name] != table[name].round()) | ((table[name] < 0) & (name == "vehicle"))
+        if wrong.any():
+            row = int(wrong.arg_max() or 0)
+            problem = f"expected a whole number, got {table[name][row]:g}; put the cell right or remove the row"
+            raise RecordingError(file, problem, table[ROW][row], name)
 
 
 def check_unit(file: Path, what: str, values: Float[np.ndarray, " R"], low: float, high: float, unit: str) -> None:

@@ -3,13 +3,12 @@
 from collections import Counter
 from pathlib import Path
 
-import numpy as np
 import polars as pl
 
 from coverdrive.errors import RecordingError
-from coverdrive.recordings.delimited import Layout, read_columns
-from coverdrive.recordings.local_frame import check_unit, recordings_from_local, some_tracks
-from coverdrive.recordings.recording import Progress
+from coverdrive.recordings.delimited import ROW, Layout, read_columns
+from coverdrive.recordings.foreign import refuse_foreign
+from coverdrive.recordings.local_frame import check_unit, recordings_from_local
 from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.recordings.tracks import Reading
 
@@ -25,10 +24,7 @@ OPTIONAL = ("lane_id",)
 
 
 def read_ngsim(
-    file: Path,
-    location: str | None = None,
-    settings: SmoothingSettings | None = None,
-    progress: Progress | None = None,
+    file: Path, location: str | None = None, settings: SmoothingSettings | None = None
 ) -> tuple[Reading, ...]:
     """Read one site of an NGSIM file, one recording for each recording period.
 
@@ -37,13 +33,13 @@ def read_ngsim(
         location: the site, such as ``us-101``; needed where the file holds several, and left aside for the
             original text, which cannot.
         settings: how positions are smoothed.
-        progress: called with the fraction of the file that is read.
 
     Raises:
         RecordingError: when the file is not what it claims to be.
 
     """
     layout = _layout(file)
+    refuse_foreign(file, layout.columns)
     missing = [name for name in REQUIRED if name not in layout.columns]
     if missing:
         raise RecordingError(
@@ -52,9 +48,10 @@ def read_ngsim(
     wanted = [name for name in (*REQUIRED, *OPTIONAL) if name in layout.columns]
     repairs: Counter[str] = Counter()
     site = location if layout.header_lines else None  # the original text holds a single site
-    feet = read_columns(layout, wanted, site, repairs, progress)
-    _check_feet(file, feet)
+    feet = read_columns(layout, wanted, site, repairs)
+    check_unit(file, "vehicle length", feet["v_length"].to_numpy(), 8.0, 60.0, "feet")
     metres = feet.select(
+        ROW,
         vehicle=pl.col("vehicle_id"),
         frame=pl.col("frame_id"),
         clock=pl.col("global_time") / 1000,
@@ -63,7 +60,7 @@ def read_ngsim(
         length=pl.col("v_length") * FOOT,
         width=pl.col("v_width") * FOOT,
         speed=pl.col("v_vel") * FOOT,
-        **({"lane": pl.col("lane_id").cast(pl.Int64)} if "lane_id" in wanted else {}),
+        **({"lane": pl.col("lane_id")} if "lane_id" in wanted else {}),
     )
     del feet  # a third of the memory
     return recordings_from_local(file, metres, repairs, settings or SmoothingSettings())
@@ -73,7 +70,7 @@ def _layout(file: Path) -> Layout:
     """Tell the two formats apart by the first line."""
     with file.open("rb") as stream:
         first = stream.readline(100_000).decode("utf-8", errors="replace").lstrip("\ufeff")
-    if not first.strip():
+    if not first.strip(" \t\r\n"):
         raise RecordingError(file, "the file is empty; check that it was copied whole")
     if "," in first:
         columns = tuple(name.strip().strip('"').lower() for name in first.split(","))
@@ -87,16 +84,3 @@ def _layout(file: Path) -> Layout:
             1,
         )
     return Layout(file, columns, " ", header_lines=0)
-
-
-def _check_feet(file: Path, table: pl.DataFrame) -> None:
-    """Refuse metres: the median vehicle is about 15 ft long, and the speeds must agree with the positions."""
-    check_unit(file, "vehicle length", table["v_length"].to_numpy(), 8.0, 60.0, "feet")
-    tracks = some_tracks(table, "vehicle_id", "global_time")
-    same = np.diff(tracks["vehicle_id"].to_numpy()) == 0
-    seconds = np.diff(tracks["global_time"].to_numpy()) / 1000
-    speed = tracks["v_vel"].to_numpy()[1:]
-    usable = same & (seconds > 0) & (seconds < 1) & (speed > 10)
-    if usable.sum() >= 100:
-        ratio = np.diff(tracks["local_y"].to_numpy())[usable] / seconds[usable] / speed[usable]
-        check_unit(file, "ratio of Local_Y's change to v_Vel", ratio, 0.5, 2.0, "feet for both")

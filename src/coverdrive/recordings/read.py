@@ -3,6 +3,7 @@
 import re
 from collections.abc import Sequence
 from dataclasses import replace
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -12,12 +13,14 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from coverdrive.errors import RecordingError
+from coverdrive.progress import part
 from coverdrive.recordings.commonroad import read_commonroad
+from coverdrive.recordings.foreign import refuse_foreign, refuse_json
 from coverdrive.recordings.metric import is_metric, read_metric
 from coverdrive.recordings.ngsim import read_ngsim
 from coverdrive.recordings.overlap import overlapping_groups
-from coverdrive.recordings.parquet import is_own, read_parquet
-from coverdrive.recordings.recording import Progress, Recording
+from coverdrive.recordings.parquet import read_heads, read_parquet
+from coverdrive.recordings.recording import Recording
 from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.recordings.tracks import Reading
 
@@ -32,9 +35,8 @@ LONG = 120.0
 
 
 def read(
-    paths: Sequence[Path],
+    paths: Path | str | Sequence[Path | str],
     location: str | None = None,
-    progress: Progress | None = None,
     smoothing: SmoothingSettings | None = None,
 ) -> tuple[Recording, ...]:
     """Read recordings and number their groups.
@@ -44,9 +46,8 @@ def read(
     time; those of the package's own Parquet files stay as they are, unless other files share their vehicles.
 
     Args:
-        paths: files, or folders whose files of a known kind are read in natural order (2 before 10).
+        paths: one or several files, or folders whose files of a known kind are read in natural order (2 before 10).
         location: the site to read from NGSIM files that hold several.
-        progress: called with the fraction that is done.
         smoothing: how positions are smoothed.
 
     Raises:
@@ -56,29 +57,28 @@ def read(
     settings = smoothing or SmoothingSettings()
     readings: list[Reading] = []
     origin: list[int] = []
-    files = [file for path in paths for file in _files(Path(path))]
+    named = [paths] if isinstance(paths, (Path, str)) else paths
+    files = [file for path in named for file in _files(Path(path))]
     if not files:
         raise RecordingError("no file", "there is nothing to read; name at least one file or folder")
     for number, file in enumerate(files):
-
-        def of_all(fraction: float, number: int = number) -> None:
-            if progress:
-                progress((number + fraction) / len(files))
-
-        found = _read_file(file, location, settings, of_all)
+        with part(number, len(files)):
+            found = _read_file(file, location, settings)
         readings += found
         origin += [number] * len(found)
-        of_all(1.0)
     return _grouped(readings, origin)
 
 
 def _files(path: Path) -> list[Path]:
     """The file itself, or those of a known kind in a folder, in natural order."""
-    if path.is_file():
-        return [path]
-    if not path.is_dir():
-        raise RecordingError(path, "there is no such file or folder; check the path")
-    files = [file for file in path.iterdir() if file.suffix.lower() in SUFFIXES and file.is_file()]
+    try:
+        if path.is_file():
+            return [path]
+        if not path.is_dir():
+            raise RecordingError(path, "there is no such file or folder; check the path")
+        files = [file for file in path.iterdir() if file.suffix.lower() in SUFFIXES and file.is_file()]
+    except (OSError, ValueError) as error:
+        raise RecordingError(path, f"it cannot be looked into ({error}); check the path and its permissions") from error
     if not files:
         raise RecordingError(path, f"the folder holds no recording; expected files {', '.join(SUFFIXES)}")
     return sorted(files, key=lambda file: [(int(part or -1), text) for text, part in _parts(file.name)])
@@ -89,28 +89,41 @@ def _parts(name: str) -> list[tuple[str, str]]:
     return [(text, digits) for text, digits in re.findall(r"(\D*)(\d*)", name.lower())]
 
 
-def _read_file(
-    file: Path, location: str | None, settings: SmoothingSettings, progress: Progress
-) -> tuple[Reading, ...]:
+def _read_file(file: Path, location: str | None, settings: SmoothingSettings) -> tuple[Reading, ...]:
     """The recordings of one file, with groups from 0 on."""
-    suffix = file.suffix.lower()
-    if suffix == ".xml":
-        return _cut((read_commonroad(file, settings),))
-    if suffix in (".csv", ".txt"):
-        return _cut(read_ngsim(file, location, settings, progress))
-    if suffix != ".parquet":
-        raise RecordingError(file, f"unknown kind of file {suffix!r}; expected {', '.join(SUFFIXES)}")
     try:
-        own, columns = is_own(file), pl.read_parquet_schema(file)
-    except pl.exceptions.PolarsError as error:
-        raise RecordingError(file, f"not a Parquet file ({error}); check that it was copied whole") from error
-    if own:
-        return read_parquet(file)
-    if is_metric(list(columns)):
-        return _cut(read_metric(file, settings))
-    raise RecordingError(
-        file, f"unknown columns {', '.join(columns)}; expected NGSIM tracks in metres or own recordings"
-    )
+        suffix = file.suffix.lower()
+        if suffix == ".xml":
+            return _cut((read_commonroad(file, settings),))
+        if suffix in (".csv", ".txt"):
+            return _cut(read_ngsim(file, location, settings))
+        if suffix == ".parquet":
+            return _read_parquet(file, settings)
+        if suffix == ".json":
+            refuse_json(file)
+    except OSError as error:
+        raise RecordingError(
+            file, f"the file cannot be read ({error.strerror or error}); check its permissions"
+        ) from error
+    raise RecordingError(file, f"unknown kind of file {suffix!r}; expected {', '.join(SUFFIXES)}")
+
+
+def _read_parquet(file: Path, settings: SmoothingSettings) -> tuple[Reading, ...]:
+    """The recordings of a Parquet file, of the package's own or of metric tracks."""
+    content = file.read_bytes()  # polars would take brackets and stars in a path for a pattern
+    try:
+        heads, table = read_heads(file, content), pl.read_parquet(BytesIO(content))
+    except (pl.exceptions.PolarsError, pl.exceptions.PanicException) as error:
+        raise RecordingError(
+            file, f"not a Parquet file, or damaged ({error}); check that it was copied whole"
+        ) from error
+    if heads is not None:
+        return read_parquet(file, table, heads)
+    if is_metric(table.columns):
+        return _cut(read_metric(file, table, settings))
+    refuse_foreign(file, table.columns)
+    columns = ", ".join(table.columns)
+    raise RecordingError(file, f"unknown columns {columns}; expected NGSIM tracks in metres or own recordings")
 
 
 def _cut(readings: tuple[Reading, ...]) -> tuple[Reading, ...]:

@@ -4,7 +4,6 @@ Input of the trajectory basis (paper §2.1) and of the affordances (§2.2). F is
 the largest number of vehicles seen at one moment.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -13,11 +12,9 @@ import polars as pl
 from jaxtyping import Float, Int
 
 from coverdrive.errors import DataError
+from coverdrive.recordings.checks import check
 from coverdrive.road import Road
 from coverdrive.scene import Scene
-
-Progress = Callable[[float], None]
-"""Called with the fraction of the work that is done, from 0 to 1."""
 
 MEASURES = ("lon", "lat", "speed", "heading", "length", "width")
 """The columns of a recording's table that `Scene` holds, in its order."""
@@ -44,13 +41,18 @@ class Frames:
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """Tracks of vehicles on one road."""
+    """Tracks of vehicles on one road; one that cannot be traffic (`coverdrive.recordings.checks`) is not made.
+
+    Raises:
+        DataError: names the recording, and the vehicle and time of what is wrong.
+
+    """
 
     name: str
     """what it is called in reports, from the file's name"""
     table: pl.DataFrame
     """columns vehicle, group, time [s], lon, lat [m], speed [m/s], heading [rad], length, width [m] as in
-    `SCHEMA`; sorted by vehicle and time; the times are whole multiples of ``dt``; no track has a gap"""
+    `SCHEMA`; sorted by vehicle and time; times are whole multiples of ``dt``; no vehicle has a gap within a group"""
     dt: float
     """[s] between two rows of a track"""
     road: Road
@@ -61,9 +63,13 @@ class Recording:
     """whether all measures of a moment come from positions up to then, and from none after it"""
 
     def __post_init__(self) -> None:
-        """Refuse a table of other columns or types."""
+        """Refuse a table of other columns or types, and one that cannot be traffic."""
         if self.table.schema != SCHEMA:
             raise DataError(f"the table of a recording has the columns {dict(SCHEMA)}; got {dict(self.table.schema)}")
+        try:
+            check(self.table, self.dt, self.road)
+        except DataError as error:
+            raise DataError(f"recording {self.name}: {error}") from None
 
     @cached_property
     def _moment(self) -> Int[np.ndarray, " rows"]:

@@ -16,6 +16,9 @@ SPACING = 1.0
 SHORTEST_BEND = 80.0
 """[m] wave length below which bends are smoothed out: kinks of a drawn map, not of a freeway"""
 
+BEND_SPACING = 15.0
+"""[m] between the points whose directions tell whether a road bends; shorter kinks are those of a drawn map"""
+
 
 @dataclass(frozen=True)
 class ReferenceLine:
@@ -65,6 +68,15 @@ class ReferenceLine:
         _, slope, _ = self._line(foot)
         arc = np.interp(inside, np.linspace(0.0, self.chord, len(self.arc)), self.arc)
         return arc + (foot - inside) * np.sqrt(1 + slope**2)
+
+
+def bend(points: Float[np.ndarray, "P 2"]) -> float:
+    """Largest angle [rad] between two directions of the polyline through points [m], taken every `BEND_SPACING`."""
+    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    apart = np.insert(np.diff(way) > 0, 0, True)
+    grid = np.linspace(0.0, way[-1], max(2, round(way[-1] / BEND_SPACING) + 1))
+    x, y = (np.interp(grid, way[apart], values[apart]) for values in points.T)
+    return float(np.ptp(np.unwrap(np.arctan2(np.diff(y), np.diff(x)))))
 
 
 def reference_line(points: Float[np.ndarray, "P 2"]) -> ReferenceLine:

@@ -10,9 +10,10 @@ from pathlib import Path
 
 import numpy as np
 import polars as pl
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
-from coverdrive.errors import RecordingError
+from coverdrive.errors import DataError, RecordingError
+from coverdrive.recordings.checks import TIME_STEPS, implausible_vehicles
 from coverdrive.recordings.recording import SCHEMA, Recording
 from coverdrive.recordings.smoothing import SmoothingSettings, motion, smooth
 from coverdrive.road import Road
@@ -20,6 +21,18 @@ from coverdrive.road import Road
 LONGEST_GAP = 1.0
 """[s] longer gaps in a track are not interpolated: the track is split"""
 
+QUICKEST, SLACK = 60.0, 5.0
+"""[m/s] and [m]: positions that are farther apart are not of one motion"""
+
+FASTEST = 60.0
+"""[m/s] hardly any vehicle drives faster, so a file in which many do is not in metres"""
+
+MOST_IMPLAUSIBLE, MOST_BESIDE = 0.2, 0.5
+"""Share of the vehicles (and rows) that may be left out because of their motion, and of the rows because they are off
+the road"""
+
+STATED = (0.8, 1.25)
+"""Median ratio of the speed of the positions to the one that a file states"""
 
 VERGE = 1.8
 """[m] half a lane: vehicles whose centre is farther beside the road than this do not drive on it"""
@@ -68,13 +81,13 @@ def regular_table(raw: RawTracks, dt: float, settings: SmoothingSettings, repair
         raw: positions on the time grid, at least one row.
         dt: [s] between two moments.
         settings: how positions are smoothed.
-        repairs: gains ``rows out of order``, ``duplicated rows``, ``conflicting rows``,
-            ``interpolated rows``, ``split tracks`` and ``dropped tracks`` (of a single row), each where any;
-            with causal smoothing ``rows without a past``, which are left out, and no interpolated ones.
+        repairs: gains what `tidy` repairs, ``interpolated rows``, ``split tracks`` (at long gaps and at jumps) and
+            ``dropped tracks`` (of a single row), each where any; with causal smoothing ``rows without a past``,
+            which are left out, and no interpolated ones.
 
     """
     longest = dt if settings.causal else LONGEST_GAP
-    tracks = _drop_single(_fill_gaps(_drop_duplicates(_sort(raw, repairs), repairs), dt, longest, repairs), repairs)
+    tracks = _drop_single(_fill_gaps(tidy(raw, dt, repairs), dt, longest, repairs), repairs)
     starts = np.flatnonzero(np.diff(tracks.vehicle, prepend=tracks.vehicle[:1] - 1))
     lon, lon_rate = smooth(tracks.lon, starts, dt, settings)
     lat, lat_rate = smooth(tracks.lat, starts, dt, settings)
@@ -97,6 +110,31 @@ def regular_table(raw: RawTracks, dt: float, settings: SmoothingSettings, repair
     ).filter(known)
 
 
+def name_of(file: Path) -> str:
+    """What a recording is called: the file's name without its ending; bytes that are no UTF-8 become question marks."""
+    return file.stem.encode("utf-8", "replace").decode()
+
+
+def tidy(raw: RawTracks, dt: float, repairs: Counter[str]) -> RawTracks:
+    """Rows by vehicle and moment, each moment once, and none far from its neighbours on both sides.
+
+    Args:
+        raw: positions on the time grid.
+        dt: [s] between two moments.
+        repairs: gains ``rows out of order``, ``duplicated rows``, ``conflicting rows`` and ``lone outliers``.
+
+    """
+    return _drop_outliers(_drop_duplicates(_sort(raw, repairs), repairs), dt, repairs)
+
+
+def check_time_step(file: Path, dt: float, what: str) -> None:
+    """Refuse a time between two rows [s] that no recording of traffic has."""
+    if not TIME_STEPS[0] <= dt <= TIME_STEPS[1]:
+        raise RecordingError(
+            file, f"{what} is {dt:g} s; expected {TIME_STEPS[0]} to {TIME_STEPS[1]:g} s, check its unit"
+        )
+
+
 def make_reading(
     file: Path, name: str, raw: RawTracks, dt: float, road: Road, settings: SmoothingSettings, repairs: Counter[str]
 ) -> Reading:
@@ -109,18 +147,64 @@ def make_reading(
         dt: [s] between two moments.
         road: whose right edge is at lat = 0.
         settings: how positions are smoothed.
-        repairs: what has been repaired so far; gains ``rows off the road`` and what `regular_table` repairs.
+        repairs: what has been repaired so far; gains ``rows off the road``, what `regular_table` repairs, and
+            ``implausible vehicles``, which jump, speed or drive backwards.
 
     Raises:
-        RecordingError: when no vehicle is left.
+        RecordingError: when no vehicle is left, or what is left cannot be traffic.
 
     """
     kept = drop_off_road(raw, road, repairs)
+    if len(kept.vehicle) < MOST_BESIDE * len(raw.vehicle):
+        raise RecordingError(
+            file,
+            f"only {len(kept.vehicle)} of {len(raw.vehicle)} rows are on the {road.lanes} lanes that were found, "
+            f"{road.edges[-1]:.1f} m wide; expected a straight road that most vehicles drive on, choose another file",
+        )
+    _check_stated_speeds(file, kept, dt)
     table = regular_table(kept, dt, settings, repairs)
     if table.is_empty():
         long_enough = f"for {settings.past:g} s without a gap" if settings.causal else "at two successive times"
         raise RecordingError(file, f"no vehicle is on the road {long_enough}; choose another file")
-    return Reading(Recording(name, table, dt, road, dict(repairs), settings.causal), kept)
+    table = _drop_implausible(file, table, dt, road, repairs)
+    try:
+        return Reading(Recording(name, table, dt, road, dict(repairs), settings.causal), kept)
+    except DataError as error:
+        raise RecordingError(file, str(error)) from error
+
+
+def _check_stated_speeds(file: Path, raw: RawTracks, dt: float) -> None:
+    """Refuse positions, times and speeds of different units."""
+    order = np.lexsort((raw.moment, raw.vehicle)) if np.any(np.diff(raw.vehicle) < 0) else np.arange(len(raw.vehicle))
+    order = order[:100_000]
+    seconds = np.diff(raw.moment[order]) * dt
+    usable = (np.diff(raw.vehicle[order]) == 0) & (seconds > 0) & (seconds < LONGEST_GAP) & (raw.speed[order][1:] > 3)
+    if usable.sum() < 20:
+        return
+    way = np.hypot(np.diff(raw.lon[order]), np.diff(raw.lat[order]))[usable]
+    ratio = float(np.median(way / seconds[usable] / raw.speed[order][1:][usable]))
+    if not STATED[0] <= ratio <= STATED[1]:
+        raise RecordingError(
+            file,
+            f"the median ratio of the speeds of the positions to the speeds that the file states is {ratio:.3g}; "
+            f"expected 1: check the units of positions and speeds, and the time step of {dt:g} s",
+        )
+
+
+def _drop_implausible(file: Path, table: pl.DataFrame, dt: float, road: Road, repairs: Counter[str]) -> pl.DataFrame:
+    """Without the vehicles that move as none does, unless they are many: then the recording is refused."""
+    fast = float(np.quantile(table["speed"].to_numpy(), 0.99))
+    if fast > FASTEST:
+        raise RecordingError(
+            file,
+            f"1 % of the rows are faster than {fast:.0f} m/s; expected at most {FASTEST:.0f} m/s, "
+            "check that the positions are in metres and the times in milliseconds",
+        )
+    wrong = implausible_vehicles(table, dt, road)
+    if not 0 < len(wrong) <= MOST_IMPLAUSIBLE * table["vehicle"].n_unique():
+        return table
+    repairs["implausible vehicles"] += len(wrong)
+    return table.filter(~pl.col("vehicle").is_in(wrong.tolist()))
 
 
 def drop_off_road(raw: RawTracks, road: Road, repairs: Counter[str]) -> RawTracks:
@@ -155,13 +239,34 @@ def _drop_duplicates(raw: RawTracks, repairs: Counter[str]) -> RawTracks:
     return raw.take(first)
 
 
+def _jumps(raw: RawTracks, dt: float) -> Bool[np.ndarray, " steps"]:
+    """Whether the next row of a vehicle is farther away than it can have driven."""
+    way = np.hypot(np.diff(raw.lon), np.diff(raw.lat))
+    return (np.diff(raw.vehicle) == 0) & (way > QUICKEST * dt * np.diff(raw.moment) + SLACK)
+
+
+def _drop_outliers(raw: RawTracks, dt: float, repairs: Counter[str]) -> RawTracks:
+    """Without rows that are far from the row before and the row after, where there are such rows."""
+    jumps = _jumps(raw, dt)
+    if not jumps.any():
+        return raw
+    last = np.append(np.diff(raw.vehicle) != 0, True)
+    before, after = np.insert(jumps | last[:-1], 0, True), np.append(jumps, False) | last
+    lone = before & after & (np.insert(jumps, 0, False) | np.append(jumps, False))
+    if lone.mean() > MOST_IMPLAUSIBLE:
+        return raw  # not outliers, but another unit
+    _count(repairs, "lone outliers", int(lone.sum()))
+    return raw.take(~lone)
+
+
 def _fill_gaps(raw: RawTracks, dt: float, longest: float, repairs: Counter[str]) -> RawTracks:
-    """Gaps filled by linear interpolation; after one above the longest [s] the vehicle goes on under a new number."""
+    """Short gaps filled by linear interpolation; after a longer one, or a jump, the vehicle gets a new number."""
     same = np.diff(raw.vehicle) == 0
     step = np.diff(raw.moment)
-    if not np.any(same & (step > 1)):
+    jumps = _jumps(raw, dt)
+    if not np.any(same & (step > 1)) and not jumps.any():
         return raw
-    split = same & (step * dt > longest + dt / 2)
+    split = same & (step * dt > longest + dt / 2) | jumps
     part = np.concatenate([[0], np.cumsum(split)])
     renamed = part - np.maximum.accumulate(np.concatenate([[0], np.where(same, 0, part[1:])])) > 0
     vehicle = np.where(renamed, raw.vehicle.max(initial=0) + part, raw.vehicle)

@@ -6,7 +6,9 @@ import numpy as np
 from jaxtyping import Bool
 
 from coverdrive.planning.obstacles import ObstacleSettings, clearances, obstacles_of
+from coverdrive.planning.planner import MpcPlanner
 from coverdrive.planning.vehicle import VehicleSettings
+from coverdrive.simulation.study import Study
 from coverdrive.simulation.trace import Trace
 
 _MARGIN = 0.02
@@ -20,6 +22,14 @@ class ActiveConstraints(NamedTuple):
     """the ego"""
     obstacles: ObstacleSettings
     """shape of the obstacles that the planner stays clear of"""
+
+    @staticmethod
+    def of_study(study: Study) -> "ActiveConstraints | None":
+        """That of the planner of a study, if it is ours."""
+        if not isinstance(study.setup.planner, MpcPlanner):
+            return None
+        problem = study.setup.planner.settings.problem
+        return ActiveConstraints(problem.vehicle, problem.obstacles)
 
     def of(self, trace: Trace, step: int) -> Bool[np.ndarray, "S P"]:
         """Which of the S paths constrain the plan of a step, and at which of their points; never at the first, now."""

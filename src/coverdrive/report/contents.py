@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import polars as pl
@@ -9,13 +10,13 @@ import polars as pl
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.comparison import Compared
 from coverdrive.certificates.evaluation import Evaluation, Rate
+from coverdrive.prediction.fit import Fit
 from coverdrive.prediction.learned import Learned
 from coverdrive.prediction.predictor import Predictor
+from coverdrive.prediction.provenance import provenance
 from coverdrive.report.active_constraints import ActiveConstraints
 from coverdrive.simulation.trace import Trace
-
-NOT_STARTED = "not started"
-"""kind of a trial whose vehicles could not be placed"""
+from coverdrive.simulation.trial import STARTED
 
 
 @dataclass(frozen=True)
@@ -30,22 +31,46 @@ class Certified:
     samples: Mapping[str, int]
     """windows on every side of the split"""
 
+    @staticmethod
+    def of(fit: Fit) -> "Certified":
+        """What a fit has certified."""
+        split = fit.split
+        samples = {"segments": len(fit.segments), "dropped": split.dropped}
+        samples |= {side: len(getattr(split, side)) for side in ("train", "calibration", "test")}
+        return Certified(fit.certificates, fit.evaluation, fit.uncovered, samples)
 
-@dataclass(frozen=True, kw_only=True)
-class Contents:
-    """A fit, and the studies and drives that were made with it."""
+
+@dataclass(frozen=True)
+class Fitted:
+    """What a fit has left."""
 
     name: str
-    """of the whole, as a results folder has one"""
+    """of the results folder"""
+    folder: Path
+    """of results; that of the process if they are in none"""
     run: Mapping[str, Any]
     """versions, data and times"""
     settings: str
-    """all settings, as TOML"""
+    """all settings, as TOML or JSON"""
     predictor: Predictor
     certified: Certified
     learned: Learned
     compared: Sequence[Compared] = ()
     """all methods of calibration; empty before ``coverdrive certify``"""
+
+    @staticmethod
+    def of(fit: Fit) -> "Fitted":
+        """A fit that is in no folder."""
+        settings = fit.settings.model_dump_json(indent=2)
+        return Fitted(
+            "coverdrive", Path(), provenance(fit), settings, fit.predictor, Certified.of(fit), Learned.of(fit)
+        )
+
+
+@dataclass(frozen=True)
+class Contents(Fitted):
+    """A fit, and a study that was driven with its predictor."""
+
     trials: pl.DataFrame | None = None
     """one row for each trial; none before ``coverdrive study``"""
     traffic: str = ""
@@ -62,5 +87,5 @@ class Contents:
         """The trials that could start; none if there is no study, or none of its trials could."""
         if self.trials is None:
             return None
-        started = self.trials.filter(pl.col("kind") != NOT_STARTED)
+        started = self.trials.filter(STARTED)
         return None if started.is_empty() else started

@@ -71,7 +71,7 @@ def draw_all(contents: Contents, folder: Path) -> list[Path]:
     return files
 
 
-def draw_drive(trace: Trace, folder: Path, constraints: ActiveConstraints) -> None:
+def draw_drive(trace: Trace, folder: Path, constraints: ActiveConstraints | None) -> None:
     """Draw snapshots and a video of one drive into a folder."""
     save(snapshots(trace, constraints=constraints), folder / "snapshots")
     animate(trace, folder / "drive.mp4", constraints)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from coverdrive.drivers import Drivers, Neighbours, follow, lane_change_advantage, neighbours
+from coverdrive.simulation.drivers import Drivers, Neighbours, follow, lane_change_advantage, neighbours
 
 HARDEST, STRONGEST = -7.5, 4.0
 """[m/s²] limits of every acceleration: emergency braking on a dry road, a strong car"""
@@ -39,7 +39,7 @@ Values = Float[np.ndarray, "S A"]
 
 
 @dataclass
-class Traffic:
+class Freeway:
     """The moving state of S scenes; the only mutable struct of the package's generator."""
 
     drivers: Drivers
@@ -92,6 +92,12 @@ class Traffic:
         lat = (self.lane + 0.5) * lane_width + way * s**3 * (10 - 15 * s + 6 * s**2) + amplitude * np.sin(angle)
         pace = way * 30 * s**2 * (1 - s) ** 2 * self._progress_rate()
         return lat, pace + amplitude * np.cos(angle) * 2 * np.pi / wave * self.speed
+
+    def states(self, lane_width: float) -> Float[np.ndarray, "S A 4"]:
+        """Lon, lat [m], speed [m/s] and heading [rad] of all vehicles."""
+        lat, lat_rate = self.lateral(lane_width)
+        speed, heading = np.hypot(self.speed, lat_rate), np.arctan2(lat_rate, self.speed)
+        return np.stack([self.lon, lat, speed, heading], axis=-1)
 
     def advance(self, dt: float) -> None:
         """Drive for dt [s] behind the vehicle ahead in all lanes that are used."""

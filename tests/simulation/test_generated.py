@@ -4,9 +4,10 @@ import numpy as np
 import polars as pl
 import pytest
 
-from coverdrive.recordings.generated import GeneratedSettings, generate
+from coverdrive.progress import heard_by, stage
 from coverdrive.recordings.recording import Recording
 from coverdrive.recordings.smoothing import SmoothingSettings
+from coverdrive.simulation.generated import GeneratedSettings, generate
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +30,7 @@ def test_vehicles_never_overlap(recordings):
 
 def test_overlaps_would_be_seen(recordings):
     first = recordings[0]
-    shifted = first.table.with_columns(pl.lit(20.0).alias("lon"))
+    shifted = first.table.with_columns(pl.col("lon") - pl.col("lon").first().over("vehicle"))
     assert overlaps(Recording("", shifted, first.dt, first.road, {})) > 0
 
 
@@ -110,9 +111,10 @@ def test_only_noise_that_is_smoothed_by_later_positions_lets_traffic_know_the_fu
 def test_other_roads_and_numbers():
     settings = GeneratedSettings(scenes=30, duration=1.0, lanes=1, vehicles=(1, 4), truck_share=1.0)
     seen: list[float] = []
-    recordings = generate(settings, progress=seen.append)
+    with heard_by(lambda _, share: seen.append(share)), stage("generating"):
+        recordings = generate(settings)
     assert len(recordings) == 30
-    assert seen == [24 / 30, 1.0]
+    assert seen == [0.0, 24 / 30, 1.0, 1.0]
     assert all(recording.road.lanes == 1 and overlaps(recording) == 0 for recording in recordings)
     assert {recording.table["vehicle"].n_unique() for recording in recordings} == {1, 2, 3, 4}
     assert all(recording.table["length"].min() >= 8 for recording in recordings)

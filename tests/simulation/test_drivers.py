@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from coverdrive.drivers import (
+from coverdrive.simulation.drivers import (
     FREE,
     Drivers,
     DriverSettings,
