@@ -19,7 +19,7 @@ def printed(table: Table, width: int = 80) -> str:
 
 def trials(**columns: list[object]) -> pl.DataFrame:
     count = len(next(iter(columns.values())))
-    usual = {"kind": "finished", "at_fault": "none", "cause": "none"}
+    usual = {"kind": "finished", "at_fault": "none", "cause": "none", "reason": ""}
     empty = {name: [usual.get(name, 0)] * count for name in SCHEMA}
     return pl.DataFrame(empty | {"time": [20.0] * count} | columns, schema=SCHEMA)
 

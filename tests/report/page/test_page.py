@@ -16,7 +16,6 @@ from coverdrive.report.page.trials import COLUMNS, trial_rows
 from coverdrive.simulation.outcome import Kind
 from coverdrive.simulation.trial import measure
 
-
 IDLE = Kind.NOT_STARTED.value
 
 
@@ -88,12 +87,12 @@ def test_the_verdict_is_one_sentence_with_collisions_speed_and_misses() -> None:
 
 def test_trials_that_could_not_start_are_rows_and_counted_apart() -> None:
     contents = make_contents()
-    idle = dict.fromkeys(contents.trials.columns) | {"trial": 8, "vehicles": 9, "kind": IDLE}
+    idle = dict.fromkeys(contents.trials.columns) | {"trial": 8, "vehicles": 9, "kind": IDLE, "reason": "no room"}
     more = pl.concat([contents.trials, pl.DataFrame([idle], schema=contents.trials.schema)])
     some = replace(contents, trials=more)
     assert ends(some).startswith("1 of 2 drives ended") and "1 more could not start" in ends(some)
     row = trial_rows(some)[-1]
-    assert (row.kind, row.mark, row.replay) == (IDLE, "", False)
+    assert (row.kind, row.mark, row.remark, row.replay) == (IDLE, "", "no room", False)
     assert {text for _, text in row.numbers[1:]} == {"–"}
     text = page(some)
     assert IDLE in text and 'id="figure-collisions"' in text
