@@ -13,6 +13,7 @@ from tempfile import TemporaryFile
 
 from packaging.requirements import Requirement
 
+from coverdrive.extras import EXTRAS, require
 from coverdrive.progress import done, stage
 
 _MODULES = {
@@ -93,7 +94,10 @@ def _checks(folder: Path) -> Sequence[_Check]:
             for each in _requirements()
         ),
         _Check("JAX device", _devices, f"{upgrade} jax; JAX_PLATFORMS=cpu avoids a broken GPU"),
-        *(_Check(f"solver {name}", partial(_solver, name), f"{upgrade} casadi") for name in ("fatrop", "ipopt")),
+        *(
+            _Check(each.package, partial(_extra, module), f"only for {each.purpose}: {each.command}", needed=False)
+            for module, each in EXTRAS.items()
+        ),
         _Check("ffmpeg", _ffmpeg, f"{upgrade} av"),
         _Check("results", lambda: _writable(folder), "name another folder with --out"),
         _Check(
@@ -159,10 +163,10 @@ def _devices() -> str:
     return ", ".join(str(device) for device in importlib.import_module("jax").devices())
 
 
-def _solver(name: str) -> str:
-    if not importlib.import_module("casadi").has_nlpsol(name):
-        raise _Wrong("not in this CasADi")
-    return "works"
+def _extra(module: str) -> str:
+    found = _version(module)
+    require(module)
+    return found
 
 
 def _ffmpeg() -> str:

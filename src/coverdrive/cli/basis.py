@@ -10,7 +10,9 @@ from coverdrive.cli.options import Config, Location, Out, Seed, between, console
 
 
 def basis(
-    *recording: Annotated[Path, Parameter(help="Files or folders of recordings; without any, generated traffic.")],
+    *recording: Annotated[
+        Path, Parameter(help="Files or folders of recordings, as in `scenarios/`; without any, traffic is generated.")
+    ],
     epsilon: Annotated[
         tuple[float, ...],
         Parameter(
@@ -32,7 +34,7 @@ def basis(
     centres: Annotated[
         Literal["segments", "free"] | None,
         Parameter(
-            help="Base trajectories are segments, or any trajectories: fewer, with a longer search.",
+            help="Base trajectories are segments, or any: fewer, with a longer search; as in `--centres free`.",
             show_default=usually("segments"),
         ),
     ] = None,
@@ -55,7 +57,7 @@ def basis(
         prediction={"segments": {"stride": stride}, "basis": {"symmetric": symmetric, "centres": centres}},
     )
     with waiting():
-        from coverdrive.prediction.basis_study import basis_record, study_bases
+        from coverdrive.prediction.cover.basis_study import basis_record, study_bases
         from coverdrive.prediction.segments import cut_segments
         from coverdrive.report.figures import draw_bases
         from coverdrive.report.terminal import bases_table

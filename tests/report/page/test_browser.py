@@ -14,6 +14,8 @@ from report_fakes import COMES, LEAVES, make_contents, make_crowd, make_stray, m
 from coverdrive.report.page.page import write_page
 from coverdrive.simulation.outcome import Kind
 
+pytestmark = pytest.mark.slow
+
 DOCUMENTATION = Path(__file__).parents[3] / "docs"
 
 STEPS = 200

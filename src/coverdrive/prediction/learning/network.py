@@ -1,0 +1,150 @@
+"""The network that scores every base trajectory (paper §3.1), or an ensemble of such networks.
+
+The paper has one network of two hidden ReLU layers and a sigmoid for each base. An ensemble of E members averages
+their scores (Lakshminarayanan et al. 2017). Members with a softmax give the probability of each base; their average
+may be mixed with the shares of the bases in training, so that no base is called impossible on little evidence.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Literal, get_args
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from jaxtyping import Float, PRNGKeyArray
+
+from coverdrive.errors import DataError
+from coverdrive.prediction.learning.inputs import Inputs, network_inputs
+
+Output = Literal["sigmoid", "softmax"]
+
+
+class Network(eqx.Module):
+    """E feed-forward networks from the features to M scores in [0, 1]."""
+
+    mean: Float[Array | np.ndarray, " I"]
+    """mean of the inputs over the training samples"""
+    scale: Float[Array | np.ndarray, " I"]
+    """standard deviation of the inputs over the training samples; 1 for constant inputs"""
+    weights: tuple[Float[Array | np.ndarray, "E _ _"], ...]
+    """of each layer, members × outputs × inputs"""
+    biases: tuple[Float[Array | np.ndarray, "E _"], ...]
+    """of each layer, members × outputs"""
+    prior: Float[Array | np.ndarray, " M"]
+    """what every score has at least; the scores of the members have the weight that its sum leaves"""
+    inputs: Inputs = eqx.field(static=True)
+    """what the network sees of the features"""
+    output: Output = eqx.field(static=True)
+    """what turns the last layer into scores"""
+
+    @staticmethod
+    def create(
+        features: Float[np.ndarray, "N F"],
+        hidden: Sequence[int],
+        bases: int,
+        key: PRNGKeyArray,
+        members: int = 1,
+        inputs: Inputs = "affordance",
+        output: Output = "sigmoid",
+    ) -> "Network":
+        """Networks with random weights (He et al. 2015), scaled to the training features, without a prior.
+
+        Args:
+            features: of the training samples.
+            hidden: neurons of the hidden layers.
+            bases: number M of scores.
+            key: of the random weights.
+            members: number E of networks.
+            inputs: what they see of the features.
+            output: what turns the last layer into scores.
+        """
+        seen = np.asarray(network_inputs(features, inputs))
+        sizes = (seen.shape[1], *hidden, bases)
+        keys = jax.random.split(key, len(sizes) - 1)
+        weights = [
+            jax.random.normal(layer, (members, after, before)) * np.sqrt(2 / before)
+            for layer, before, after in zip(keys, sizes[:-1], sizes[1:], strict=True)
+        ]
+        deviation = seen.std(0)
+        return Network(
+            mean=seen.mean(0),
+            scale=np.where(deviation > 0, deviation, 1).astype(np.float32),
+            weights=tuple(weights),
+            biases=tuple(jnp.zeros((members, size)) for size in sizes[1:]),
+            prior=np.zeros(bases, dtype=np.float32),
+            inputs=inputs,
+            output=output,
+        )
+
+    @eqx.filter_jit
+    def scaled(self, features: Float[Array | np.ndarray, "*batch F"]) -> Float[Array, "*batch I"]:
+        """What the first layer sees."""
+        return (network_inputs(features, self.inputs) - self.mean) / self.scale
+
+    @eqx.filter_jit
+    def hidden(self, features: Float[Array | np.ndarray, "*batch F"]) -> Float[Array, "*batch H"]:
+        """Values of the last hidden layer, of H neurons; of the first member, if there are several."""
+        return self._last_hidden(features)[..., 0, :]
+
+    @eqx.filter_jit
+    def scores(self, features: Float[Array | np.ndarray, "*batch F"]) -> Float[Array, "*batch M"]:
+        """Score of every base trajectory, in [0, 1]."""
+        outputs = affine(self._last_hidden(features), self.weights[-1], self.biases[-1])
+        activate = jax.nn.softmax if self.output == "softmax" else jax.nn.sigmoid
+        return (1 - self.prior.sum()) * activate(outputs).mean(-2) + self.prior
+
+    def _last_hidden(self, features: Float[Array | np.ndarray, "*batch F"]) -> Float[Array, "*batch E H"]:
+        values = self.scaled(features)[..., None, :]
+        for weight, bias in zip(self.weights[:-1], self.biases[:-1], strict=True):
+            values = jax.nn.relu(affine(values, weight, bias))
+        return values
+
+    @property
+    def arrays(self) -> dict[str, np.ndarray]:
+        """All parameters by name, to be stored; `of` makes the same network from them and `kind`."""
+        layers = {f"weight_{layer}": weight for layer, weight in enumerate(self.weights)}
+        layers |= {f"bias_{layer}": bias for layer, bias in enumerate(self.biases)}
+        everything = {"feature_mean": self.mean, "feature_scale": self.scale, "prior": self.prior, **layers}
+        return {name: np.asarray(values) for name, values in everything.items()}
+
+    @property
+    def kind(self) -> dict[str, str]:
+        """What the network sees and gives, by name."""
+        return {"inputs": self.inputs, "output": self.output}
+
+    @staticmethod
+    def of(arrays: Mapping[str, np.ndarray], kind: Mapping[str, str]) -> "Network":
+        """The network that `arrays` and `kind` came from; other arrays are ignored.
+
+        Raises:
+            DataError: it sees or gives what this version does not know.
+        """
+        known = {"inputs": get_args(Inputs), "output": get_args(Output)}
+        for name, choices in known.items():
+            if kind.get(name) not in choices:
+                raise DataError(
+                    f"the network has the {name} {kind.get(name)!r}, expected one of {', '.join(choices)}; "
+                    "it was made by another version, make it anew with `coverdrive fit`"
+                )
+        layers = range(sum(name.startswith("weight_") for name in arrays))
+        return Network(
+            mean=arrays["feature_mean"],
+            scale=arrays["feature_scale"],
+            weights=tuple(arrays[f"weight_{layer}"] for layer in layers),
+            biases=tuple(arrays[f"bias_{layer}"] for layer in layers),
+            prior=arrays["prior"],
+            **kind,  # pyright: ignore[reportArgumentType]
+        )
+
+
+def affine(
+    values: Float[Array, "*batch _ inputs"],
+    weight: Float[Array | np.ndarray, "E outputs inputs"],
+    bias: Float[Array | np.ndarray, "E outputs"],
+) -> Float[Array, "*batch E outputs"]:
+    """One layer of every member; values without an axis of members are the same for all."""
+    members, _, inputs = weight.shape
+    values = jnp.broadcast_to(values, (*values.shape[:-2], members, inputs))
+    return jnp.einsum("...ei,eoi->...eo", values, weight) + bias

@@ -1,0 +1,122 @@
+"""Training samples: the affordance of a moment, and a label for every base trajectory (paper §2.3)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Literal
+
+import jax
+import numpy as np
+from jaxtyping import Bool, Float, Int, Int8
+
+from coverdrive.prediction.cover.basis import Basis
+from coverdrive.prediction.learning.affordance import FEATURES, MOTION, described
+from coverdrive.prediction.learning.bodies import body_radius
+from coverdrive.prediction.learning.collision import colliding_bases
+from coverdrive.prediction.segments import Segments
+from coverdrive.progress import done
+from coverdrive.recordings.recording import Recording
+from coverdrive.scene import Scene
+
+POSSIBLE, OTHER, COLLIDES = 1, 0, -1
+"""Labels: the base that stands for what the vehicle did; one that it did not drive; one that would collide (0̄)."""
+
+_CHUNK = 512
+_SLOTS = 16
+
+
+Assignment = Literal["covering", "nearest"]
+"""Which base stands for what a vehicle did: one that covers it, or only the nearest (the paper)"""
+
+
+@dataclass(frozen=True)
+class Samples:
+    """N samples; every recorded segment is one, whatever it does."""
+
+    features: Float[np.ndarray, "N F"]
+    """affordance at the start of the segment, followed by the lateral speed"""
+    distance: Float[np.ndarray, "N M"]
+    """radius of the tube around every base in which the vehicle stays: its centre by the atomic norm, its body by the
+    boxes (`coverdrive.prediction.learning.bodies`); where none is within the basis' ε, no base covers the segment"""
+    collides: Bool[np.ndarray, "N M"]
+    """whether each base would collide"""
+    base: Int[np.ndarray, " N"]
+    """the base that stands for what the vehicle did"""
+    vehicle: Int[np.ndarray, " N"]
+    """key of the vehicle"""
+    group: Int[np.ndarray, " N"]
+    """group of scenes that may share vehicles"""
+
+    def __len__(self) -> int:
+        """Number of samples N."""
+        return len(self.features)
+
+    @property
+    def labels(self) -> Int8[np.ndarray, "N M"]:
+        """`POSSIBLE` for the one base that was driven, `COLLIDES` or `OTHER` for the others."""
+        labels = np.where(self.collides, COLLIDES, OTHER).astype(np.int8)
+        labels[np.arange(len(self)), self.base] = POSSIBLE
+        return labels
+
+    def of(self, keep: np.ndarray) -> "Samples":
+        """The samples selected by an index or boolean array."""
+        return replace(self, **{field.name: getattr(self, field.name)[keep] for field in fields(self)})
+
+    def and_also(self, others: "Samples") -> "Samples":
+        """These samples followed by others of the same basis."""
+        pairs = ((getattr(self, field.name), getattr(others, field.name)) for field in fields(self))
+        return Samples(*map(np.concatenate, pairs))
+
+
+def make_samples(
+    recordings: Sequence[Recording],
+    segments: Segments,
+    basis: Basis,
+    assignment: Assignment = "covering",
+    mirrored: bool = False,
+) -> Samples:
+    """Describe and label the moments at which segments start.
+
+    Args:
+        recordings: what the segments were cut from.
+        segments: N segments; may be a selection of those of the recordings.
+        basis: M base trajectories.
+        assignment: which base stands for a segment: the first in the basis' order of choice that covers it, so that
+            few bases stand for most segments, or the nearest by the atomic norm. Where none covers it, it is the
+            nearest.
+        mirrored: describe the mirror images, left for right, of scenes and segments.
+    """
+    features = np.zeros((len(segments), len(FEATURES) + len(MOTION)), dtype=np.float32)
+    collides = np.zeros((len(segments), len(basis)), dtype=bool)
+    for index, recording in enumerate(recordings):
+        chosen = np.flatnonzero(segments.recording == index)
+        if len(chosen):
+            features[chosen], collides[chosen] = _describe(recording, segments.row[chosen], basis, mirrored)
+        done(index + 1, len(recordings))
+    driven = segments.mirrored if mirrored else segments
+    apart = basis.distance(driven.points)
+    distance = np.maximum(apart, body_radius(basis, driven))
+    base = apart.argmin(1)
+    if assignment == "covering":
+        covered = distance <= basis.radius
+        base = np.where(covered.any(1), covered.argmax(1), base)
+    return Samples(features, distance, collides, base, segments.vehicle, segments.group)
+
+
+def _describe(
+    recording: Recording, rows: Int[np.ndarray, " n"], basis: Basis, mirrored: bool
+) -> tuple[Float[np.ndarray, "n F"], Bool[np.ndarray, "n M"]]:
+    """Describe in chunks of one size, so that everything is compiled once per number of slots and lanes."""
+    frames = recording.frames()
+    scenes, road = frames.scene.padded(_SLOTS), recording.road
+    if mirrored:
+        scenes, road = scenes.mirrored(), road.mirrored()
+    features, collides = [], []
+    for part in np.split(np.resize(rows, len(rows) + -len(rows) % _CHUNK), range(_CHUNK, len(rows), _CHUNK)):
+        scene: Scene = jax.tree.map(lambda values, part=part: values[frames.frame[part]], scenes)
+        own = frames.slot[part]
+        features.append(np.asarray(_described(scene, road))[np.arange(_CHUNK), own])
+        collides.append(np.asarray(colliding_bases(basis, scene, own)))
+    return np.concatenate(features)[: len(rows)], np.concatenate(collides)[: len(rows)]
+
+
+_described = jax.jit(described)

@@ -1,0 +1,182 @@
+"""Training the network, or every member of an ensemble (paper §3.1)."""
+
+import math
+from typing import Annotated, Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import optax
+from jax import Array
+from jaxtyping import Float, Int8, PRNGKeyArray
+from pydantic import Field
+
+from coverdrive.errors import DataError
+from coverdrive.prediction.learning.inputs import Inputs
+from coverdrive.prediction.learning.losses import OUTPUT, Loss, MarginSettings, loss_function
+from coverdrive.prediction.learning.network import Network, affine
+from coverdrive.prediction.learning.samples import Samples
+from coverdrive.progress import done
+from coverdrive.settings import Settings
+
+
+class TrainingSettings(Settings):
+    """Network, loss and optimiser; the defaults are what gave the smallest sets, `paper` what the paper has."""
+
+    loss: Loss = "cross-entropy"
+    """what is minimised"""
+    margin: MarginSettings = MarginSettings()
+    """of the margin loss"""
+    inputs: Inputs = "derived"
+    """what the network sees of the affordance; ``motion`` only of recordings whose smoothing is ``causal``"""
+    mirrored: bool = True
+    """with every sample, its mirror image (left for right) is trained on"""
+    members: int = Field(default=4, ge=1, le=1000)
+    """networks whose scores are averaged"""
+    prior: float = Field(default=0.3, ge=0, lt=1)
+    """share of every score that comes from how often each base was driven in training"""
+    hidden: tuple[Annotated[int, Field(ge=1, le=10_000)], ...] = Field(default=(100, 50), max_length=20)
+    """neurons of the hidden layers (authors' scripts)"""
+    dropout: float = Field(default=0.2, ge=0, lt=1)
+    """share of the hidden neurons that are left out in each step"""
+    noise: float = Field(default=0.1, ge=0, le=100)
+    """standard deviation of noise on the scaled inputs"""
+    weight_decay: float = Field(default=1e-2, ge=0, le=1e3)
+    """of AdamW (Loshchilov & Hutter 2019); with 0 it is Adam"""
+    learning_rate: float = Field(default=1e-3, gt=0, le=10)
+    """of the first step"""
+    annealed: bool = True
+    """the learning rate falls to zero along a cosine"""
+    batch: int = Field(default=256, ge=1, le=1_000_000)
+    """samples per step"""
+    epochs: int = Field(default=50, ge=1, le=1_000_000)
+    """passes over the training samples (authors' scripts)"""
+    most_steps: int = Field(default=2500, ge=1, le=100_000_000)
+    """training on many samples ends after so many steps, be it in fewer passes"""
+
+    @staticmethod
+    def paper() -> "TrainingSettings":
+        """One network on the 21 features, margin loss, Adam (paper §3.1, authors' scripts)."""
+        return TrainingSettings(
+            loss="margin",
+            inputs="affordance",
+            mirrored=False,
+            members=1,
+            prior=0.0,
+            dropout=0.0,
+            noise=0.0,
+            weight_decay=0.0,
+            annealed=False,
+            batch=512,
+            most_steps=1_000_000,
+        )
+
+    def passes(self, samples: int) -> int:
+        """Passes over so many samples."""
+        return min(self.epochs, math.ceil(self.most_steps / self.steps(samples)))
+
+    def steps(self, samples: int) -> int:
+        """Steps of a pass; samples that do not fill a batch wait for another one."""
+        return max(1, samples // self.batch)
+
+
+def train(
+    samples: Samples,
+    settings: TrainingSettings | None = None,
+    seed: int = 0,
+) -> tuple[Network, Float[np.ndarray, " epochs"]]:
+    """Train a network on all given samples.
+
+    Args:
+        samples: the training split Ω₁.
+        settings: network, loss and optimiser.
+        seed: of the initial weights, the order of the samples, dropout and noise.
+
+    Returns:
+        The network, and the mean loss of every epoch.
+
+    Raises:
+        DataError: there are no samples, or training diverged.
+    """
+    settings = settings or TrainingSettings()
+    if len(samples) == 0:
+        raise DataError("there are no samples to train on; give more recordings or a larger training share")
+    start, order = jax.random.split(jax.random.key(seed))
+    labels = samples.labels
+    network = Network.create(
+        samples.features,
+        settings.hidden,
+        labels.shape[1],
+        start,
+        settings.members,
+        settings.inputs,
+        OUTPUT[settings.loss],
+    )
+    parameters = (network.weights, network.biases)
+    state = _optimiser(settings, len(samples)).init(parameters)
+    inputs, targets = network.scaled(samples.features), jnp.asarray(labels)
+    passes = settings.passes(len(samples))
+    losses: list[float] = []
+    for epoch, key in enumerate(jax.random.split(order, passes)):
+        parameters, state, loss = _epoch(parameters, state, inputs, targets, settings, key)
+        losses.append(float(loss))
+        done(epoch + 1, passes)
+    if not np.isfinite(losses[-1]):
+        raise DataError(f"training diverged (loss {losses[-1]}); use a smaller learning rate")
+    shares = np.bincount(samples.base, minlength=labels.shape[1]) / len(samples)
+    prior = (settings.prior * shares).astype(np.float32)
+    trained = eqx.tree_at(lambda made: (made.weights, made.biases, made.prior), network, (*parameters, prior))
+    return jax.tree.map(np.asarray, trained), np.array(losses)
+
+
+def _optimiser(settings: TrainingSettings, samples: int) -> optax.GradientTransformation:
+    rate = settings.learning_rate
+    schedule = optax.cosine_decay_schedule(rate, settings.passes(samples) * settings.steps(samples))
+    return optax.adamw(schedule if settings.annealed else rate, weight_decay=settings.weight_decay)
+
+
+@eqx.filter_jit
+def _epoch(
+    parameters: Any,
+    state: Any,
+    inputs: Float[Array, "N I"],
+    labels: Int8[Array, "N M"],
+    settings: TrainingSettings,
+    key: PRNGKeyArray,
+) -> tuple[Any, Any, Float[Array, ""]]:
+    """One pass over the samples; every member sees them in an order of its own."""
+    optimiser = _optimiser(settings, len(inputs))
+    steps = settings.steps(len(inputs))
+    size = min(settings.batch, len(inputs))
+    orders = [jax.random.permutation(each, len(inputs)) for each in jax.random.split(key, settings.members)]
+    batches = jnp.stack(orders, axis=1)[: steps * size].reshape(steps, size, settings.members)
+    loss_of_member = jax.vmap(loss_function(settings.loss, settings.margin), in_axes=1)
+
+    def loss_of(parameters: Any, batch: Array, key: PRNGKeyArray) -> Array:
+        outputs = _outputs(parameters, inputs[batch], settings, key)
+        return loss_of_member(outputs, labels[batch]).sum()
+
+    def step(carry: tuple[Any, Any], drawn: tuple[Array, PRNGKeyArray]) -> tuple[tuple[Any, Any], Array]:
+        parameters, state = carry
+        loss, gradient = jax.value_and_grad(loss_of)(parameters, *drawn)
+        update, state = optimiser.update(gradient, state, parameters)
+        return (optax.apply_updates(parameters, update), state), loss / settings.members
+
+    (parameters, state), losses = jax.lax.scan(step, (parameters, state), (batches, jax.random.split(key, steps)))
+    return parameters, state, losses.mean()
+
+
+def _outputs(
+    parameters: Any, inputs: Float[Array, "B E I"], settings: TrainingSettings, key: PRNGKeyArray
+) -> Float[Array, "B E M"]:
+    """What the last layers give in training: with noise on the inputs and with neurons left out."""
+    weights, biases = parameters
+    keys = jax.random.split(key, len(weights))
+    values = inputs + settings.noise * jax.random.normal(keys[-1], inputs.shape) if settings.noise else inputs
+    for weight, bias, dropped in zip(weights[:-1], biases[:-1], keys[:-1], strict=True):
+        values = jax.nn.relu(affine(values, weight, bias))
+        if settings.dropout:
+            kept = jax.random.bernoulli(dropped, 1 - settings.dropout, values.shape)
+            values = values * kept / (1 - settings.dropout)
+    return affine(values, weights[-1], biases[-1])

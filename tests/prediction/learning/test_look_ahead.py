@@ -1,0 +1,65 @@
+"""Networks that see the lateral motion: fitted and used without knowing the future, or refused."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from coverdrive.errors import SettingError
+from coverdrive.prediction.calibrate import CertificateSettings
+from coverdrive.prediction.cover.basis import BasisSettings
+from coverdrive.prediction.fit import Fit, PredictionSettings, fit
+from coverdrive.prediction.held_out import held_out
+from coverdrive.prediction.learning.affordance import described
+from coverdrive.prediction.learning.training import TrainingSettings
+from coverdrive.prediction.predictor import Predictor
+from coverdrive.prediction.segments import SegmentSettings
+from coverdrive.recordings.recording import Recording
+from coverdrive.road import Road
+from coverdrive.scene import Scene
+
+SETTINGS = PredictionSettings(
+    segments=SegmentSettings(stride=0.5),
+    basis=BasisSettings(radius=1.0),
+    training=TrainingSettings(epochs=2, inputs="motion"),
+    certificate=CertificateSettings(confidence=0.9, unit="window"),
+)
+
+
+@pytest.fixture(scope="module")
+def by_past(scenes: tuple[Recording, ...]) -> tuple[Recording, ...]:
+    return tuple(replace(recording, causal=True) for recording in scenes)
+
+
+@pytest.fixture(scope="module")
+def fitted(by_past: tuple[Recording, ...]) -> Fit:
+    return fit(by_past, SETTINGS, seed=1)
+
+
+def test_motion_that_was_estimated_from_the_future_is_refused(
+    fitted: Fit, scenes: tuple[Recording, ...], by_past: tuple[Recording, ...]
+) -> None:
+    mixed = (*by_past[:-1], scenes[-1])
+    with pytest.raises(SettingError, match=r"1 of 6 recordings \('scene 5' is one\) were smoothed with later"):
+        fit(mixed, SETTINGS)
+    with pytest.raises(SettingError, match="causal = true"):
+        held_out(fitted.source, fitted.predictor, scenes)
+
+
+def test_a_predictor_that_sees_the_motion_is_stored_whole_and_uses_the_heading(fitted: Fit, tmp_path: Path) -> None:
+    fitted.predictor.save(tmp_path / "predictor.safetensors")
+    loaded = Predictor.load(tmp_path / "predictor.safetensors")
+    assert loaded.network.inputs == "motion" and loaded.network.mean.shape == (40,)
+    features = np.random.default_rng(0).normal(10, 5, (50, 22)).astype(np.float32)
+    assert np.array_equal(loaded.network.scores(features), fitted.predictor.network.scores(features))
+    one = np.ones(2)
+    scene = Scene(np.array([0.0, 30.0]), 5.4 * one, 20 * one, 0.02 * one, 4.8 * one, 1.9 * one, one > 0)
+    assert loaded.possible(scene, Road.straight()).shape == (2, len(loaded.basis))
+    seen = np.asarray(loaded.network.scaled(described(scene, Road.straight())))[:, -1]
+    assert seen * loaded.network.scale[-1] + loaded.network.mean[-1] == pytest.approx(20 * np.sin(0.02) * one)
+
+
+def test_the_paper_sees_no_motion() -> None:
+    assert PredictionSettings.paper().training.inputs == "affordance"
+    assert PredictionSettings().training.inputs == "derived"

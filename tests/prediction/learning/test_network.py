@@ -1,0 +1,102 @@
+"""Layers, members, prior and storage of the network, by hand."""
+
+import jax
+import numpy as np
+import pytest
+
+from coverdrive.errors import DataError
+from coverdrive.prediction.learning.affordance import FEATURES
+from coverdrive.prediction.learning.inputs import network_inputs
+from coverdrive.prediction.learning.network import Network
+
+
+def small(output: str, prior: float = 0.0) -> Network:
+    """Two members on the 21 features, of which only the first two count; one hidden neuron, two bases."""
+    weight = np.zeros((2, 1, 21), dtype=np.float32)
+    weight[:, 0, :2] = [[1, -1], [0, 1]]
+    last = np.array([[[3.0], [1.0]], [[-1.0], [1.0]]], dtype=np.float32)
+    mean, scale = np.zeros(21, dtype=np.float32), np.ones(21, dtype=np.float32)
+    mean[:2], scale[:2] = [1, 2], [2, 1]
+    biases = (np.array([[0.5], [0.0]], dtype=np.float32), np.array([[-1.0, 0.0], [0.0, 0.0]], dtype=np.float32))
+    return Network(mean, scale, (weight, last), biases, np.full(2, prior / 2, dtype=np.float32), "affordance", output)
+
+
+FEATURES_OF_ONE = np.array([[5.0, 1.0] + [0.0] * 19], dtype=np.float32)
+"""scaled: 2, −1; hidden: relu(2 + 1 + 0.5) = 3.5 and relu(−1) = 0; outputs (9.5, 3.5) and (0, 0)"""
+
+
+def sigmoid(value: float) -> float:
+    return 1 / (1 + np.exp(-value))
+
+
+def test_members_are_averaged_after_the_sigmoid() -> None:
+    network = small("sigmoid")
+    assert np.asarray(network.hidden(FEATURES_OF_ONE)) == pytest.approx(np.array([[3.5]]))
+    expected = [(sigmoid(9.5) + 0.5) / 2, (sigmoid(3.5) + 0.5) / 2]
+    assert np.asarray(network.scores(FEATURES_OF_ONE))[0] == pytest.approx(expected)
+
+
+def test_softmax_and_prior() -> None:
+    mixed = np.asarray(small("softmax", prior=0.4).scores(FEATURES_OF_ONE))[0]
+    member = sigmoid(6.0)
+    assert mixed == pytest.approx([0.6 * (member + 0.5) / 2 + 0.2, 0.6 * (1 - member + 0.5) / 2 + 0.2])
+
+
+def test_any_batch_shape() -> None:
+    features = np.random.default_rng(0).normal(size=(4, 3, 21)).astype(np.float32)
+    network = Network.create(features[0], (5, 4), 6, jax.random.key(0), members=3, inputs="derived", output="softmax")
+    assert network.hidden(features).shape == (4, 3, 4)
+    one_by_one = np.stack([np.asarray(network.scores(row)) for row in features])
+    assert np.asarray(network.scores(features)) == pytest.approx(one_by_one, abs=1e-6)
+
+
+def test_what_is_stored_makes_the_same_network() -> None:
+    network = small("softmax", prior=0.2)
+    again = Network.of(network.arrays, network.kind)
+    assert np.array_equal(np.asarray(again.scores(FEATURES_OF_ONE)), np.asarray(network.scores(FEATURES_OF_ONE)))
+
+
+def features_of(**values: float) -> np.ndarray:
+    row = np.zeros(21, dtype=np.float32)
+    for name, value in values.items():
+        row[FEATURES.index(name.replace("_", " "))] = value
+    return row
+
+
+def test_derived_inputs_by_hand() -> None:
+    row = features_of(
+        speed=20,
+        distance_to_lane_centre=-0.4,
+        front_clearance=10,
+        front_relative_speed=-5,
+        left_rear_clearance=-2,
+        left_rear_relative_speed=30,
+    )
+    seen = np.asarray(network_inputs(row, "derived"))
+    assert seen.shape == (21 + 15 + 3,)
+    assert np.array_equal(seen[:21], row)
+    assert seen[21:24] == pytest.approx([0.1, 0.5, 0.5])  # inverse gap, closing at 5 m/s, half a second
+    assert seen[30:33] == pytest.approx([1.0, 10.0, -0.1])  # alongside and faster: everything at its limit
+    assert seen[36:] == pytest.approx([0.4, np.log(21), 0.0])
+
+
+def test_the_affordance_alone_stays_as_it_is() -> None:
+    row = features_of(speed=2)
+    assert np.array_equal(np.asarray(network_inputs(row, "affordance")), row)
+    assert np.asarray(network_inputs(row, "derived"))[-1] == 1.0
+
+
+def test_the_motion_follows_what_is_derived() -> None:
+    row = np.append(features_of(speed=20), np.float32(-0.7))
+    seen = np.asarray(network_inputs(row, "motion"))
+    assert seen.shape == (21 + 15 + 3 + 1,)
+    assert np.array_equal(seen[:-1], np.asarray(network_inputs(row[:21], "derived")))
+    assert seen[-1] == np.float32(-0.7)
+    for inputs in ("affordance", "derived"):
+        assert np.array_equal(np.asarray(network_inputs(row, inputs)), np.asarray(network_inputs(row[:21], inputs)))
+
+
+@pytest.mark.parametrize("kind", [{"inputs": "radar", "output": "softmax"}, {"inputs": "derived"}])
+def test_networks_of_other_versions_are_refused(kind: dict[str, str]) -> None:
+    with pytest.raises(DataError, match="made by another version"):
+        Network.of(small("softmax").arrays, kind)

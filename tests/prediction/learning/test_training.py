@@ -1,0 +1,75 @@
+"""That training learns with every loss, and is reproducible."""
+
+import numpy as np
+import pytest
+
+from coverdrive.errors import DataError
+from coverdrive.prediction.learning.losses import Loss
+from coverdrive.prediction.learning.samples import Samples
+from coverdrive.prediction.learning.training import TrainingSettings, train
+
+
+def toy_samples(count: int, seed: int) -> Samples:
+    """Base 1 is driven where feature 0 is positive, else base 0; base 2 always collides."""
+    random = np.random.default_rng(seed)
+    features = random.normal(0, 5, (count, 21)).astype(np.float32)
+    features[:, 20] = 4.8  # a constant feature
+    collides = np.tile([False, False, True], (count, 1))
+    base = (features[:, 0] > 0).astype(int)
+    distance = np.where(np.arange(3) == base[:, None], 0.0, 1.0)
+    return Samples(features, distance, collides, base, np.arange(count), np.arange(count))
+
+
+@pytest.mark.parametrize("loss", ["margin", "weighted-bce", "cross-entropy"])
+def test_training_learns_the_pattern(loss: Loss) -> None:
+    settings = TrainingSettings.paper().model_copy(update={"loss": loss, "epochs": 40})
+    network, losses = train(toy_samples(4000, seed=0), settings)
+    new = toy_samples(1000, seed=1)
+    scores = np.asarray(network.scores(new.features))
+    driven = scores[np.arange(1000), new.base]
+    assert losses[-1] < losses[0] / 3
+    assert (driven > 0.5).mean() > 0.95
+    assert (scores[:, 2] < 0.5).mean() > 0.99
+
+
+def test_an_ensemble_learns_and_keeps_the_prior() -> None:
+    network, _ = train(toy_samples(4000, seed=0), TrainingSettings(members=2, epochs=30))
+    new = toy_samples(1000, seed=1)
+    scores = np.asarray(network.scores(new.features))
+    assert scores.sum(1) == pytest.approx(np.ones(1000), abs=1e-5)
+    assert (scores.argmax(1) == new.base).mean() > 0.95
+    shares = np.bincount(toy_samples(4000, seed=0).base, minlength=3) / 4000
+    assert np.asarray(network.prior) == pytest.approx(0.3 * shares)
+    assert (scores >= np.asarray(network.prior) - 1e-6).all()
+
+
+def test_members_differ() -> None:
+    network, _ = train(toy_samples(600, seed=0), TrainingSettings(epochs=1, members=3))
+    first = np.asarray(network.weights[0])
+    assert first.shape[0] == 3
+    assert not np.allclose(first[0], first[1])
+
+
+def test_same_seed_same_network() -> None:
+    few = TrainingSettings(epochs=2)
+    samples = toy_samples(600, seed=0)
+    networks = [train(samples, few, seed)[0] for seed in (7, 7, 8)]
+    weights = [np.asarray(network.weights[0]) for network in networks]
+    assert np.array_equal(weights[0], weights[1])
+    assert not np.array_equal(weights[0], weights[2])
+
+
+def test_no_samples_and_divergence_are_refused() -> None:
+    with pytest.raises(DataError, match="no samples"):
+        train(toy_samples(0, seed=0))
+    broken = toy_samples(600, seed=0)
+    broken.features[3, 3] = np.nan
+    with pytest.raises(DataError, match="diverged"):
+        train(broken, TrainingSettings(epochs=1))
+
+
+def test_many_samples_are_trained_on_in_fewer_passes() -> None:
+    settings = TrainingSettings(batch=100, epochs=10, most_steps=50)
+    assert [settings.passes(count) for count in (30, 500, 1000, 2000, 100_000)] == [10, 10, 5, 3, 1]
+    _, losses = train(toy_samples(1000, seed=0), settings)
+    assert len(losses) == 5
