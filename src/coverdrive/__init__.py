@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from coverdrive.errors import CoverdriveError as CoverdriveError
     from coverdrive.paths import PredictedPaths as PredictedPaths
     from coverdrive.planning.plan import Plan as Plan
-    from coverdrive.planning.planner import MpcPlanner as Planner
+    from coverdrive.planning.planner import MpcPlanner
     from coverdrive.prediction.certify import certify as certify
     from coverdrive.prediction.fit import Fit as Fit
     from coverdrive.prediction.fit import fit as fit
@@ -42,6 +42,8 @@ if TYPE_CHECKING:
     from coverdrive.simulation.study import Study as Study
     from coverdrive.simulation.study import study as study
     from coverdrive.simulation.trace import Trace as Trace
+
+    Planner = MpcPlanner
 
 __version__ = "0.1.0"
 

@@ -2,17 +2,16 @@
 
 ``manifest.json`` (format, and a digest of every other file of the fit) · ``config.toml`` (all settings) · ``run.json``
 (versions, data, times) · ``predictor.safetensors`` · ``scores.safetensors`` (of every side of the split) ·
-``certificate.json`` · ``learned.safetensors`` (what pictures of the fit show) · ``methods.json`` (all methods of calibration) ·
-``study/`` (`coverdrive.simulation.study_folder`) · ``figures/`` · ``report.html``.
+``certificate.json`` · ``learned.safetensors`` (what pictures of the fit show) · ``methods.json`` (all methods of
+calibration) · ``study/`` (`coverdrive.simulation.study_folder`) · ``figures/`` · ``report.html``.
 
 A file that is damaged, foreign, edited or older is refused by its name.
 """
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -62,6 +61,7 @@ class Results:
     def __init__(self, folder: Path | str):
         """Name the folder; it is made as needed."""
         self.folder = Path(folder)
+        self._read: dict[str, Any] = {}
 
     # what a fit leaves
 
@@ -81,30 +81,30 @@ class Results:
         """Whether there is a fit."""
         return (self.folder / MANIFEST).exists()
 
-    @cached_property
+    @property
     def experiment(self) -> Experiment:
         """The settings that the fit was made with."""
-        return Experiment.load(self._sealed(CONFIG))
+        return self._kept("experiment", lambda: Experiment.load(self._sealed(CONFIG)))
 
-    @cached_property
+    @property
     def predictor(self) -> Predictor:
         """The certified predictor."""
-        return Predictor.load(self._sealed(PREDICTOR))
+        return self._kept("predictor", lambda: Predictor.load(self._sealed(PREDICTOR)))
 
-    @cached_property
+    @property
     def scored(self) -> ScoredSides:
         """Scores of every side of the split."""
-        return ScoredSides.load(self._sealed(SCORES), self.predictor)
+        return self._kept("scored", lambda: ScoredSides.load(self._sealed(SCORES), self.predictor))
 
-    @cached_property
+    @property
     def learned(self) -> Learned:
         """What pictures of the fit show."""
-        return Learned.load(self._sealed(LEARNED))
+        return self._kept("learned", lambda: Learned.load(self._sealed(LEARNED)))
 
-    @cached_property
+    @property
     def certified(self) -> Certified:
         """The certificates, and how they did on scenes that were never seen."""
-        return _read(self._sealed(CERTIFICATE), Certified)
+        return self._kept("certified", lambda: _read(self._sealed(CERTIFICATE), Certified))
 
     @property
     def settings(self) -> PredictionSettings:
@@ -116,10 +116,10 @@ class Results:
         """That the fit was made with."""
         return self.experiment.seed
 
-    @cached_property
+    @property
     def run(self) -> dict[str, Any]:
         """Versions, data and times."""
-        return _read(self._sealed(RUN), dict[str, Any])
+        return self._kept("run", lambda: _read(self._sealed(RUN), dict[str, Any]))
 
     @property
     def fitted(self) -> Fitted:
@@ -213,7 +213,7 @@ class Results:
 
     # what holds the folder together
 
-    @cached_property
+    @property
     def _digests(self) -> dict[str, str]:
         """Digest of every file of the fit by name."""
         file = self.folder / MANIFEST
@@ -223,9 +223,7 @@ class Results:
             )
         found = _read(file, dict[str, Any])
         if found.get("format") != _FORMAT:
-            raise DataError(
-                f"{file}: expected results of format {_FORMAT}, got {found.get('format')!r} (another version?); fit again"
-            )
+            raise DataError(f"{file}: expected results of format {_FORMAT}, got {found.get('format')!r}; fit again")
         return found["files"]
 
     def _seal(self, *names: str) -> None:
@@ -233,8 +231,13 @@ class Results:
         known = self._digests if self.holds_fit else {}
         files = known | {name: _digest(self.folder / name) for name in names}
         write_json(self.folder / MANIFEST, {"format": _FORMAT, "coverdrive": coverdrive.__version__, "files": files})
-        for cached in vars(Results):
-            self.__dict__.pop(cached, None)
+        self._read.clear()
+
+    def _kept(self, name: str, read: Callable[[], T]) -> T:
+        """What was read before, or is read now."""
+        if name not in self._read:
+            self._read[name] = read()
+        return self._read[name]
 
     def _sealed(self, name: str) -> Path:
         """A file that is as it was written."""

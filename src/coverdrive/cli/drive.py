@@ -59,8 +59,9 @@ def drive(
         from coverdrive.simulation.trial import measure, table_of
     results = Results(out)
     numbers = None if vehicles is None else [vehicles]
-    options: dict[str, Any] = {"seed": seed, "traffic": {"kind": traffic}, "study": {"vehicles": numbers}}
-    experiment = experiment_of(config, base=results.experiment, **options)
+    experiment = experiment_of(
+        config, base=results.experiment, seed=seed, traffic={"kind": traffic}, study={"vehicles": numbers}
+    )
     study = results.study(experiment, recording or [])
     setup = study.setup.loaded()
     number = setup.trial(trial).vehicles

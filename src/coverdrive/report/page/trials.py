@@ -7,8 +7,9 @@ from typing import Any
 
 import polars as pl
 
-from coverdrive.report.contents import NOT_STARTED, Contents
+from coverdrive.report.contents import Contents
 from coverdrive.simulation.notable import COLLIDED, NEARLY
+from coverdrive.simulation.trial import STARTED
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,7 @@ def trial_rows(contents: Contents) -> list[Row]:
     if contents.trials is None:
         return []
     trials = contents.trials.with_columns(
-        collided=COLLIDED & (pl.col("kind") != NOT_STARTED), nearly=NEARLY, planning_p99=1e3 * pl.col(_THOUSANDTHS)
+        collided=COLLIDED & STARTED, nearly=NEARLY, planning_p99=1e3 * pl.col(_THOUSANDTHS)
     )
     rows: list[Row] = []
     for row in trials.iter_rows(named=True):
