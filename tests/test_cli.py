@@ -231,7 +231,7 @@ def test_inspect_reads_all_real_recordings(us101: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
-        (["study", "--out", "nowhere"], "make one with `coverdrive fit`"),
+        (["study", "--out", "nowhere"], "no results in nowhere; make some with `coverdrive run --out nowhere`"),
         (["report", "nowhere"], "no results in nowhere; make some with `coverdrive run --out nowhere`"),
         (["figures", "nowhere"], "no results in nowhere; make some with `coverdrive run --out nowhere`"),
         (["animate", "nowhere"], "no results in nowhere; make some with `coverdrive run --out nowhere`"),
@@ -242,8 +242,7 @@ def test_inspect_reads_all_real_recordings(us101: Path) -> None:
         (["run", "--trials", "0"], "study.trials"),
         (["run", "--trails", "3"], "--trials"),
         (["run", "--traffic", "bicycles"], "set-sampling"),
-        (["compare", "here", "there"], "there is no folder here"),
-        (["study", "--until-width", "2"], "study.until_width"),
+        (["compare", "here", "there"], "here holds no study"),
     ],
 )
 def test_mistakes_are_explained(arguments: list[str], complaint: str, tmp_path: Path, monkeypatch) -> None:

@@ -18,7 +18,6 @@ from coverdrive.progress import done, stage
 
 _MODULES = {
     "commonroad-io": "commonroad.common.file_reader",
-    "imageio-ffmpeg": "imageio_ffmpeg",
     "pillow": "PIL",
     "tomli-w": "tomli_w",
 }
@@ -99,7 +98,7 @@ def _checks(folder: Path) -> Sequence[_Check]:
             _Check(each.package, partial(_extra, module), f"only for {each.purpose}: {each.command}", needed=False)
             for module, each in EXTRAS.items()
         ),
-        _Check("ffmpeg", _ffmpeg, f"{upgrade} imageio-ffmpeg, or set IMAGEIO_FFMPEG_EXE to a program of your own"),
+        _Check("ffmpeg", _ffmpeg, f"{upgrade} av"),
         _Check("results", lambda: _writable(folder), "name another folder with --out"),
         _Check(
             "cache of matplotlib",
@@ -171,8 +170,9 @@ def _extra(module: str) -> str:
 
 
 def _ffmpeg() -> str:
-    ffmpeg = importlib.import_module("imageio_ffmpeg")
-    return f"{ffmpeg.get_ffmpeg_version()} ({ffmpeg.get_ffmpeg_exe()})"
+    """The library that writes videos; its encoder of H.264 has to be there."""
+    av = importlib.import_module("av")
+    return f"{av.ffmpeg_version_info} with {av.codec.Codec('libx264', 'w').name}"
 
 
 def _writable(folder: Path) -> str:

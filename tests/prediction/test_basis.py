@@ -89,7 +89,7 @@ def test_segments_that_are_all_alike_leave_some_tube() -> None:
 
 
 @settings(deadline=None, max_examples=20)
-@given(st.integers(1, 300), st.integers(0, 1000), st.sampled_from([0.2, 0.5, 1.0]), st.sampled_from([8, 64, 4096]))
+@given(st.sampled_from([1, 20, 300]), st.integers(0, 1000), st.sampled_from([0.2, 0.5, 1.0]), st.sampled_from([8, 64]))
 def test_every_segment_is_covered(count: int, seed: int, epsilon: float, candidates: int) -> None:
     segments = random_segments(count, seed, scale=2.0)
     basis = make_basis(segments, BasisSettings(epsilon=epsilon, candidates=candidates), seed)

@@ -75,7 +75,9 @@ def test_a_car_between_two_lanes_is_in_both():
         assert (traffic.step(scene, 0.1).scene.speed[1] < 19.9) == brakes
 
 
-@pytest.mark.parametrize("settings", [DriverTrafficSettings(), AggressiveTrafficSettings()])
+@pytest.mark.parametrize(
+    "settings", [DriverTrafficSettings(), pytest.param(AggressiveTrafficSettings(), marks=pytest.mark.slow)]
+)
 def test_drivers_change_lanes_stay_on_the_road_and_do_not_touch_each_other(settings):
     changes = 0
     for seed in range(6):
@@ -89,6 +91,7 @@ def test_drivers_change_lanes_stay_on_the_road_and_do_not_touch_each_other(setti
     assert changes > 3
 
 
+@pytest.mark.slow
 def test_aggressive_drivers_brake_harder_and_change_lanes_more_often():
     def braking_and_changes(settings):
         hardest, changes = 0.0, 0

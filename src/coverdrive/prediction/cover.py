@@ -46,7 +46,7 @@ def greedy_cover(
     Returns:
         Indices of the chosen segments, in the order of choice; none can be left out.
     """
-    points = jnp.asarray(scaled, dtype=jnp.float32)
+    points = np.asarray(scaled, dtype=np.float32)
     radius = epsilon * (1 - CAUTION)
     random = np.random.default_rng(seed)
     remaining = np.arange(len(scaled))
@@ -75,7 +75,7 @@ def greedy_order(
         epsilon: radius of the cover.
         symmetric: the mirror image of every centre, left for right, covers as well.
     """
-    pool, points = jnp.asarray(centres, dtype=jnp.float32), jnp.asarray(scaled, dtype=jnp.float32)
+    pool, points = np.asarray(centres, dtype=np.float32), np.asarray(scaled, dtype=np.float32)
     covers = _coverage(pool, points, epsilon * (1 - CAUTION), symmetric)
     return np.array(list(_lazy_greedy(covers, _pack(np.ones((1, len(scaled)), dtype=bool))[0])), dtype=np.int64)
 
@@ -113,11 +113,14 @@ def _lazy_greedy(covers: UInt64[np.ndarray, "C words"], uncovered: UInt64[np.nda
 
 
 def _coverage(
-    pool: Float[Array, "C T 2"], segments: Float[Array, "R T 2"], radius: float, symmetric: bool
+    pool: Float[np.ndarray, "C T 2"], segments: Float[np.ndarray, "R T 2"], radius: float, symmetric: bool
 ) -> UInt64[np.ndarray, "C words"]:
-    rows = [_pack(np.asarray(within(pool[i : i + _CHUNK], segments, radius))) for i in range(0, len(pool), _CHUNK)]
+    """Which members cover which segments; their number is rounded up, so that few shapes have to be compiled."""
+    nowhere = np.full((-len(segments) % _WORD, *segments.shape[1:]), np.inf, dtype=np.float32)
+    padded = np.concatenate([segments, nowhere])
+    rows = [_pack(np.asarray(within(pool[i : i + _CHUNK], padded, radius))) for i in range(0, len(pool), _CHUNK)]
     covers = np.concatenate(rows)
-    return covers | _coverage(pool * jnp.asarray(MIRROR), segments, radius, False) if symmetric else covers
+    return covers | _coverage(pool * MIRROR.astype(np.float32), segments, radius, False) if symmetric else covers
 
 
 @jax.jit

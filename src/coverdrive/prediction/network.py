@@ -78,14 +78,17 @@ class Network(eqx.Module):
             output=output,
         )
 
+    @eqx.filter_jit
     def scaled(self, features: Float[Array | np.ndarray, "*batch F"]) -> Float[Array, "*batch I"]:
         """What the first layer sees."""
         return (network_inputs(features, self.inputs) - self.mean) / self.scale
 
+    @eqx.filter_jit
     def hidden(self, features: Float[Array | np.ndarray, "*batch F"]) -> Float[Array, "*batch H"]:
         """Values of the last hidden layer, of H neurons; of the first member, if there are several."""
         return self._last_hidden(features)[..., 0, :]
 
+    @eqx.filter_jit
     def scores(self, features: Float[Array | np.ndarray, "*batch F"]) -> Float[Array, "*batch M"]:
         """Score of every base trajectory, in [0, 1]."""
         outputs = affine(self._last_hidden(features), self.weights[-1], self.biases[-1])

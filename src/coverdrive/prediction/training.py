@@ -113,14 +113,13 @@ def train(
         settings.inputs,
         OUTPUT[settings.loss],
     )
-    optimiser = _optimiser(settings, len(samples))
     parameters = (network.weights, network.biases)
-    state = optimiser.init(parameters)
+    state = _optimiser(settings, len(samples)).init(parameters)
     inputs, targets = network.scaled(samples.features), jnp.asarray(labels)
     passes = settings.passes(len(samples))
     losses: list[float] = []
     for epoch, key in enumerate(jax.random.split(order, passes)):
-        parameters, state, loss = _epoch(parameters, state, optimiser, inputs, targets, settings, key)
+        parameters, state, loss = _epoch(parameters, state, inputs, targets, settings, key)
         losses.append(float(loss))
         done(epoch + 1, passes)
     if not np.isfinite(losses[-1]):
@@ -141,13 +140,13 @@ def _optimiser(settings: TrainingSettings, samples: int) -> optax.GradientTransf
 def _epoch(
     parameters: Any,
     state: Any,
-    optimiser: optax.GradientTransformation,
     inputs: Float[Array, "N I"],
     labels: Int8[Array, "N M"],
     settings: TrainingSettings,
     key: PRNGKeyArray,
 ) -> tuple[Any, Any, Float[Array, ""]]:
     """One pass over the samples; every member sees them in an order of its own."""
+    optimiser = _optimiser(settings, len(inputs))
     steps = settings.steps(len(inputs))
     size = min(settings.batch, len(inputs))
     orders = [jax.random.permutation(each, len(inputs)) for each in jax.random.split(key, settings.members)]
