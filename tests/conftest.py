@@ -28,7 +28,7 @@ duration = 20.0
 vehicles = [10, 12]
 
 [prediction.basis]
-epsilon = 1.0
+radius = 1.0
 
 [prediction.training]
 epochs = 4

@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 
 from coverdrive.certificates.methods import Method
-from coverdrive.prediction.basis import BasisSettings
 from coverdrive.prediction.calibrate import CertificateSettings
+from coverdrive.prediction.cover.basis import BasisSettings
 from coverdrive.prediction.fit import PredictionSettings, fit
-from coverdrive.prediction.training import TrainingSettings
+from coverdrive.prediction.learning.training import TrainingSettings
 from coverdrive.simulation.generated import GeneratedSettings, generate
 
 FOLDER = Path(__file__).parents[1] / "benchmarks"
@@ -78,7 +78,7 @@ def test_planner(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.slow
 def test_closed_loop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     settings = PredictionSettings(
-        basis=BasisSettings(epsilon=1.0),
+        basis=BasisSettings(radius=1.0),
         training=TrainingSettings(epochs=1),
         certificate=CertificateSettings(confidence=0.9, unit="window"),
     )

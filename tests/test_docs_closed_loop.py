@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 from coverdrive.config import Experiment
-from coverdrive.prediction.basis import BasisSettings
 from coverdrive.prediction.calibrate import CertificateSettings
+from coverdrive.prediction.cover.basis import BasisSettings
 from coverdrive.prediction.fit import PredictionSettings, fit
-from coverdrive.prediction.training import TrainingSettings
+from coverdrive.prediction.learning.training import TrainingSettings
 from coverdrive.simulation.generated import GeneratedSettings, generate
 
 PAGE = (Path(__file__).parents[1] / "docs" / "closed-loop.md").read_text(encoding="utf-8")
@@ -29,7 +29,7 @@ def test_settings_are_known(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_an_own_traffic_and_an_own_planner_make_a_study(tmp_path: Path, monkeypatch, capsys) -> None:
     settings = PredictionSettings(
-        basis=BasisSettings(epsilon=1.0),
+        basis=BasisSettings(radius=1.0),
         training=TrainingSettings(epochs=1),
         certificate=CertificateSettings(confidence=0.9, unit="window"),
     )
