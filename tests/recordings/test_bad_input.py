@@ -242,7 +242,7 @@ NGSIM: dict[str, tuple[Callable[[pl.DataFrame], pl.DataFrame], str | dict[str, i
     "one length -17": (put("v_length", -17.0, row_of(2, 30)), {"odd lengths": 1}),
     "one length 1e9": (put("v_length", 1e9, row_of(2, 30)), {"odd lengths": 1}),
     "one Local_Y 1e9": (put("Local_Y", 1e9, row_of(2, 30)), {"lone outliers": 1, "interpolated rows": 1}),
-    "all Local_Y * 1e9": (scaled("Local_Y", 1e9), "column local_y: the road is .* m long; expected up to 100000 m"),
+    "all Local_Y * 1e9": (scaled("Local_Y", 1e9), "column local_y: the road is .* m long; expected up to 200000 m"),
     "all Local_X * 1e9": (scaled("Local_X", 1e9), "speeds that the file states|lane 0 is"),
     "a teleport": (
         shifted("Local_Y", 2000.0, (pl.col("Vehicle_ID") == 2) & (pl.col("Frame_ID") >= 60)),
@@ -373,7 +373,7 @@ def metric(**columns: pl.Expr) -> pl.DataFrame:
     ("table", "problem"),
     [
         (metric(v_vel_mps=pl.col("v_vel_mps") * 3.6), r"speeds that the file states is 0\.278"),
-        (metric(local_y_m=pl.col("local_y_m") * 1e9), "expected up to 100000 m"),
+        (metric(local_y_m=pl.col("local_y_m") * 1e9), "expected up to 200000 m"),
         (metric(Vehicle_ID=pl.lit("a")), "column Vehicle_ID: expected numbers, got String"),
         (metric(Vehicle_ID=pl.col("Vehicle_ID") + 10**18), "row 1, column Vehicle_ID: expected a number"),
         (metric(Vehicle_ID=pl.col("Vehicle_ID") / 3), "row 1, column vehicle: expected a whole number"),

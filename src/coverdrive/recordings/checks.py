@@ -27,7 +27,7 @@ LENGTHS, WIDTHS = (1.0, 60.0), (0.4, 4.0)
 LANE_WIDTHS = (2.0, 7.5)
 """[m] lanes are 2.7 to 3.6 m wide on roads (AASHTO Green Book), narrower in road works, wider on ramps"""
 
-LONGEST_ROAD = 100_000.0
+LONGEST_ROAD = 200_000.0
 """[m]"""
 
 FASTEST = 90.0
