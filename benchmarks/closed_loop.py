@@ -19,14 +19,13 @@ from functools import partial
 from pathlib import Path
 
 from coverdrive.config import Experiment
+from coverdrive.planning.planner import MpcPlanner
 from coverdrive.planning.reference import ReferencePlanner, ReferenceSettings
 from coverdrive.prediction.fit import fit
 from coverdrive.prediction.predictor import Predictor
+from coverdrive.simulation.comparison import compare
 from coverdrive.simulation.generated import generate
-from coverdrive.simulation.comparison import compare_studies
-from coverdrive.simulation.study import run_study
-from coverdrive.simulation.trial import Participants
-from coverdrive.workflow import participants
+from coverdrive.simulation.study import study
 from paper_way import PaperPlanner
 
 MEASURES = (
@@ -41,17 +40,20 @@ MEASURES = (
 )
 
 
-def with_paper(experiment: Experiment, predictor: Predictor) -> Participants:
-    planner = PaperPlanner(experiment.planner.problem, experiment.planner.lane_change)
-    return participants(experiment, predictor)._replace(planner=planner)
+def coverdrive(experiment: Experiment) -> MpcPlanner:
+    return MpcPlanner(experiment.planner)
 
 
-def with_reference(experiment: Experiment, predictor: Predictor) -> Participants:
+def paper(experiment: Experiment) -> PaperPlanner:
+    return PaperPlanner(experiment.planner.problem, experiment.planner.lane_change)
+
+
+def reference(experiment: Experiment) -> ReferencePlanner:
     settings = ReferenceSettings(problem=experiment.planner.problem, lane_change=experiment.planner.lane_change)
-    return participants(experiment, predictor)._replace(planner=ReferencePlanner(settings))
+    return ReferencePlanner(settings)
 
 
-BASELINES = {"paper": with_paper, "reference": with_reference}
+BASELINES = {"paper": paper, "reference": reference}
 
 
 def main() -> None:
@@ -71,27 +73,28 @@ def main() -> None:
             generate(experiment.generated, experiment.seed), experiment.prediction, experiment.seed
         ).predictor
     folder = arguments.out.with_suffix("")
-    builds = {name: BASELINES[name] for name in arguments.baselines} | {"coverdrive": participants}
-    tables = {
-        name: run_study(
-            partial(build, experiment, predictor),
-            experiment.episode.model_copy(update={"duration": arguments.duration}),
-            folder / name,
+    studies = {
+        name: study(
+            predictor,
+            partial(planner, experiment),
+            folder=folder / name,
             trials=arguments.trials,
-            seed=experiment.seed,
             vehicles=experiment.study.vehicles,
+            seed=experiment.seed,
+            episode=experiment.episode.model_copy(update={"duration": arguments.duration}),
             workers=arguments.workers,
-            configuration={"planner": name, "predictor": predictor.fingerprint},
-            progress=lambda done, trials, name=name: print(f"{name}: {done} of {trials} trials", flush=True),
         )
-        for name, build in builds.items()
+        for name, planner in (
+            {name: BASELINES[name] for name in arguments.baselines} | {"coverdrive": coverdrive}
+        ).items()
     }
+    tables = {name: each.trials for name, each in studies.items()}
     result = {
         "collisions": {name: int((table["kind"] != "finished").sum()) for name, table in tables.items()},
         "means": {name: table.select(MEASURES).mean().to_dicts()[0] for name, table in tables.items()},
     }
     for name in arguments.baselines:
-        comparison = compare_studies(folder / name, folder / "coverdrive")
+        comparison = compare(studies[name], studies["coverdrive"])
         result[f"differences, coverdrive minus {name}"] = [
             asdict(each) for each in (*comparison.collisions, *comparison.measures)
         ]

@@ -33,10 +33,9 @@ from coverdrive.planning.reference import packed, simple_motions, solved
 from coverdrive.planning.solvers import SolverSettings
 from coverdrive.prediction.fit import fit
 from coverdrive.prediction.predictor import Predictor
-from coverdrive.simulation.generated import generate
 from coverdrive.road import Road
-from coverdrive.simulation.trial import run_trial
-from coverdrive.workflow import participants
+from coverdrive.simulation.generated import generate
+from coverdrive.simulation.setup import Setup
 from paper_way import situation_for, solve_paper_program
 
 STARTS = 8
@@ -54,10 +53,11 @@ def summary(seconds: list[float]) -> dict[str, float]:
 
 def recorded(experiment: Experiment, predictor: Predictor, trials: int) -> tuple[list[dict], dict]:
     """Instances of closed-loop trials, and how the planner did on all steps."""
-    parts, road = participants(experiment, predictor), experiment.episode.initial.road()
+    setup = Setup(predictor, MpcPlanner(experiment.planner), episode=experiment.episode, seed=experiment.seed)
+    road = experiment.episode.initial.road()
     instances, seconds, planning, statuses = [], [], [], Counter()
     for trial in range(trials):
-        trace = run_trial(parts, experiment.episode, experiment.study.vehicles[trial % 5], experiment.seed, trial)
+        trace = setup.drive(trial)
         before = np.zeros(2)
         for k, (paths, plan) in enumerate(zip(trace.paths, trace.plans, strict=True)):
             usual, tight = k % 10 == 0, plan.status is not Status.SOLVED

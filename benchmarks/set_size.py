@@ -25,9 +25,9 @@ from coverdrive.prediction.network import Network
 from coverdrive.prediction.samples import Samples, make_samples
 from coverdrive.prediction.split import Split
 from coverdrive.prediction.training import TrainingSettings, train
-from coverdrive.simulation.generated import GeneratedSettings, generate
 from coverdrive.recordings.read import read
 from coverdrive.recordings.recording import Recording
+from coverdrive.simulation.generated import GeneratedSettings, generate
 
 PAPER = "the paper's network"
 CLAIMS: tuple[tuple[Unit, float], ...] = (("window", 0.01), ("window", 0.05), ("vehicle", 0.1))

@@ -1,18 +1,112 @@
-"""Fixtures shared by all tests."""
+"""Options, limits and fixtures of all tests."""
 
 import os
+import signal
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from hypothesis import settings
+from filelock import FileLock
+from hypothesis import HealthCheck, settings
 from jaxtyping import install_import_hook
 
 _CHECKER = "beartype.beartype(conf=beartype.BeartypeConf(is_pep484_tower=True))"
 """Shapes are types, which the tests check; an int is good for a float."""
 
 install_import_hook("coverdrive", _CHECKER)
-settings.register_profile("coverdrive", deadline=None)  # a first call compiles
-settings.load_profile("coverdrive")
+for name, examples in {"fast": 25, "all": 100}.items():  # no deadline: a first call compiles
+    settings.register_profile(
+        name, deadline=None, derandomize=True, max_examples=examples, suppress_health_check=[HealthCheck.too_slow]
+    )
+
+QUICK = """
+seed = 3
+
+[generated]
+scenes = 6
+duration = 20.0
+vehicles = [10, 12]
+
+[prediction.basis]
+epsilon = 1.0
+
+[prediction.training]
+epochs = 4
+
+[prediction.certificate]
+confidence = 0.9
+unit = "window"
+
+[episode]
+duration = 1.0
+"""
+"""settings of a run that takes seconds"""
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--all", action="store_true", help="Run the slow tests, too.")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    everything = config.getoption("--all")
+    settings.load_profile("all" if everything else "fast")
+    keep_machine_code(config.cache.mkdir("jax"), optimize=everything)
+
+
+def keep_machine_code(folder: Path, optimize: bool) -> None:
+    """Let JAX keep what it compiles, and compile quickly unless it is to optimize; it is not imported yet."""
+    folder = folder / ("optimized" if optimize else "quick")
+    os.environ["JAX_COMPILATION_CACHE_DIR"] = str(folder)
+    os.environ["JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"] = "0"
+    os.environ["JAX_PERSISTENT_CACHE_MIN_ENTRY_SIZE_BYTES"] = "-1"
+    if not optimize:
+        os.environ["XLA_FLAGS"] = "--xla_backend_optimization_level=0 --xla_llvm_disable_expensive_passes=true"
+
+
+def pytest_report_header(config: pytest.Config) -> str:
+    return "tests: all" if config.getoption("--all") else "tests: the fast ones; `pytest --all` runs the slow ones, too"
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave out slow tests, unless they are asked for by an option or by name."""
+    slow = [item for item in items if item.get_closest_marker("slow")]
+    for item in slow:
+        item.add_marker(pytest.mark.timeout(900))
+    named = any("::" in argument for argument in config.args)
+    if not (config.getoption("--all") or config.getoption("-m") or named):
+        config.hook.pytest_deselected(items=slow)
+        items[:] = [item for item in items if item not in set(slow)]
+
+
+@pytest.fixture(scope="session")
+def once(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, Callable[[Path], None]], Path]:
+    """A function that gives a folder of a name, filled once for all processes of the session; leave it as it is."""
+    base = tmp_path_factory.getbasetemp()
+    shared = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+
+    def folder_of(name: str, fill: Callable[[Path], None]) -> Path:
+        folder, complete = shared / f"once-{name}", shared / f"once-{name}.complete"
+        with FileLock(shared / f"once-{name}.lock"):
+            if not complete.exists():
+                folder.mkdir()
+                fill(folder)
+                complete.touch()
+        return folder
+
+    return folder_of
+
+
+@pytest.fixture(scope="session")
+def quick_run(once: Callable[[str, Callable[[Path], None]], Path]) -> Path:
+    """A folder with the results of one quick ``coverdrive run`` in ``out``, its settings and what it printed."""
+    from command import coverdrive
+
+    def run(folder: Path) -> None:
+        (folder / "quick.toml").write_text(QUICK)
+        printed = coverdrive("run", "--config", folder / "quick.toml", "--trials", "4", "--out", folder / "out")
+        (folder / "printed.txt").write_text(printed, encoding="utf-8")
+
+    return once("quick-run", run)
 
 
 @pytest.fixture(scope="session")
@@ -25,3 +119,11 @@ def us101() -> Path:
     if not folder.is_dir():
         pytest.fail(f"COVERDRIVE_DATA is {named}, but there is no folder us101 in it")
     return folder
+
+
+@pytest.fixture
+def heeds_interrupts() -> Iterator[None]:
+    """A job in the background ignores SIGINT, and so would all that it starts."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)

@@ -2,7 +2,6 @@
 
 import gc
 import signal
-import threading
 
 import pytest
 from rich.console import Console
@@ -33,7 +32,7 @@ def test_a_stage_with_known_progress_has_a_time_left() -> None:
     """Half a minute for each of four steps, three of which are done."""
     now = 0.0
     bars = display(lambda: now)
-    trials = Stages(bars, threading.Event()).count("trials")
+    trials = Stages(bars).count("trials")
     for done in range(4):
         now = 30.0 * done
         trials(done, 4)

@@ -1,14 +1,12 @@
 """The command from end to end, as a user calls it."""
 
 import json
-import os
 import re
 import shutil
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -19,66 +17,21 @@ import polars as pl
 import pytest
 from rich.console import Console
 
+from command import coverdrive, coverdrive_alone
 from coverdrive import cli
 from coverdrive.certificates.methods import Method
 from coverdrive.cli import app
 from coverdrive.config import Experiment
 from coverdrive.recordings.parquet import write_parquet
-from coverdrive.results import load_comparison, load_predictor
+from coverdrive.results import Results
 from coverdrive.simulation.generated import generate
 from coverdrive.simulation.storage import load_trace
 
-QUICK = """
-seed = 3
 
-[generated]
-scenes = 6
-duration = 20.0
-vehicles = [10, 12]
-
-[prediction.basis]
-epsilon = 1.0
-
-[prediction.training]
-epochs = 4
-
-[prediction.certificate]
-confidence = 0.9
-unit = "window"
-
-[episode]
-duration = 1.0
-"""
-
-
-def coverdrive(*arguments: str | Path, status: int = 0, only: str | None = None) -> str:
-    """Call the command and return what it printed; a hint of a traceback is a failure whatever the status."""
-    result = subprocess.run(
-        [sys.executable, "-m", "coverdrive", *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        check=False,
-        env={
-            "PATH": "/usr/bin:/bin",
-            "COLUMNS": "200",
-            "PYTHONWARNINGS": "error",
-            "JAX_PLATFORMS": "cpu",
-            "PYTHONPATH": os.environ.get("PYTHONPATH", ""),
-        },
-    )
-    assert result.returncode == status, result.stderr
-    assert "Traceback" not in result.stderr
-    return getattr(result, only) if only else result.stdout + result.stderr
-
-
-@pytest.fixture(scope="module")
-def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of one quick run, with the settings in ``quick.toml`` beside it."""
-    folder = tmp_path_factory.mktemp("run")
-    (folder / "quick.toml").write_text(QUICK)
-    printed = coverdrive("run", "--config", folder / "quick.toml", "--trials", "4", "--out", folder / "out")
-    (folder / "printed.txt").write_text(printed)
-    return folder / "out"
+@pytest.fixture
+def results(quick_run: Path, tmp_path: Path) -> Path:
+    """A copy of the folder of one quick run, with its settings in ``quick.toml`` beside it."""
+    return Path(shutil.copytree(quick_run, tmp_path / "run")) / "out"
 
 
 @pytest.mark.slow
@@ -148,7 +101,7 @@ def test_figures_and_videos_are_made_again(results: Path) -> None:
 
 @pytest.mark.slow
 def test_results_are_json_for_scripts(results: Path) -> None:
-    studied = json.loads(coverdrive("study", "--json", "--out", results, only="stdout"))
+    studied = json.loads(coverdrive_alone("study", "--json", "--out", results, only="stdout"))
     assert studied["collisions"][-1]["trials"] == len(studied["trials"])
 
 
@@ -221,20 +174,22 @@ def test_a_study_of_replayed_recordings_is_shown_with_them(results: Path, tmp_pa
 
 
 @pytest.mark.slow
-def test_a_grid_is_driven_cell_by_cell_and_its_cells_are_compared(results: Path) -> None:
-    grid = ["--set", "planner.problem.obstacles.ignore_rear=true,false", "traffic.kind=drivers"]
-    printed = coverdrive("study", "--trials", "3", "--workers", "1", *grid, "--out", results)
-    cells = sorted((results / "grid").iterdir())
-    assert [cell.name for cell in cells] == [
+def test_a_sweep_is_driven_and_its_variants_are_compared(results: Path) -> None:
+    swept = ["--set", "planner.problem.obstacles.ignore_rear=true,false", "traffic.kind=drivers"]
+    other = ["--traffic", "drivers", "--trials", "3", "--vehicles", "3", "8"]
+    coverdrive("study", *other, "--workers", "1", "--out", results)
+    printed = coverdrive("study", "--trials", "3", "--workers", "1", *swept, "--out", results)
+    variants = sorted((results / "sweep").iterdir())
+    assert [variant.name for variant in variants] == [
         f"planner.problem.obstacles.ignore_rear={value},traffic.kind=drivers" for value in ("false", "true")
     ]
     assert "windows missed" in printed
-    assert Experiment.load(cells[1] / "config.toml").planner.problem.obstacles.ignore_rear
-    compared = coverdrive("compare", *cells)
+    assert Experiment.load(variants[1] / "config.toml").planner.problem.obstacles.ignore_rear
+    compared = coverdrive("compare", *variants)
     assert "configuration.planner.problem.obstacles.ignore_rear: false and true" in compared
     assert "3 pairs of trials" in compared
-    assert json.loads(coverdrive("compare", *cells, "--json", only="stdout"))["trials"] == 3
-    assert "numbers of vehicles differ" in coverdrive("compare", results / "study-drivers", cells[0], status=2)
+    assert json.loads(coverdrive("compare", *variants, "--json", only="stdout"))["trials"] == 3
+    assert "numbers of vehicles differ" in coverdrive("compare", results / "study-drivers", variants[0], status=2)
 
 
 @pytest.mark.slow
@@ -247,11 +202,9 @@ def test_certify_compares_all_methods(results: Path) -> None:
     table = pl.read_csv(results / "methods.csv")
     assert table.height == len(Method)
     assert (results / "figures" / "methods.png").exists()
-    predictor = load_predictor(results)
-    assert [each.method for each in load_comparison(results, predictor)] == list(Method)
-    other = replace(predictor, rule=replace(predictor.rule, values=0 * predictor.rule.values))
-    assert load_comparison(results, other) == []
-    assert "also trained" in coverdrive("certify", "--out", results, "--config", reseeded(results), status=2)
+    assert [each.method for each in Results(results).methods] == list(Method)
+    coverdrive("fit", "--config", reseeded(results), "--out", results)
+    assert Results(results).methods == []  # those of another predictor are void
 
 
 def outcomes(results: Path) -> list[dict[str, Any]]:
@@ -263,7 +216,7 @@ def outcomes(results: Path) -> list[dict[str, Any]]:
 def reseeded(results: Path) -> Path:
     """The settings of a results folder with another seed, and so another split of the same recordings."""
     path = results.parent / "reseeded.toml"
-    path.write_text(QUICK.replace("seed = 3", "seed = 4"))
+    path.write_text((results.parent / "quick.toml").read_text().replace("seed = 3", "seed = 4"))
     return path
 
 
@@ -300,9 +253,9 @@ def test_mistakes_are_explained(arguments: list[str], complaint: str, tmp_path: 
 
 
 @pytest.mark.slow
-def test_a_refused_certificate_leaves_nothing_behind(tmp_path: Path) -> None:
-    config = tmp_path / "strict.toml"
-    config.write_text(QUICK.replace('unit = "window"', 'unit = "window"\nmethod = "pac-pooled"\nepsilon = 1e-6'))
+def test_a_refused_certificate_leaves_nothing_behind(quick_run: Path, tmp_path: Path) -> None:
+    config, quick = tmp_path / "strict.toml", (quick_run / "quick.toml").read_text()
+    config.write_text(quick.replace('unit = "window"', 'unit = "window"\nmethod = "pac-pooled"\nepsilon = 1e-6'))
     printed = coverdrive("fit", "--config", config, "--out", tmp_path / "out", status=2)
     assert "cannot prove ε = 1e-06; the smallest ε possible with them is" in printed
     assert [path.name for path in tmp_path.iterdir()] == ["strict.toml"]
@@ -333,7 +286,7 @@ def test_help_teaches(command: str, capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_help_lists_commands_in_the_order_of_a_first_visit(capsys: pytest.CaptureFixture[str]) -> None:
-    printed = coverdrive("--help", only="stdout")
+    printed = coverdrive_alone("--help", only="stdout")
     listed = re.findall(r"^│ (\w+)  ", printed, re.MULTILINE)
     assert listed[:4] == ["run", "inspect", "fit", "certify"] and sorted(listed) == sorted(COMMANDS)
     for status in ("0, done", "1, an error", "2, something", "130, stopped"):
@@ -353,14 +306,6 @@ def test_help_says_the_defaults_of_the_settings(capsys: pytest.CaptureFixture[st
         app.help_print([command], console=Console(width=200))
         printed = capsys.readouterr().out
         assert [value for value in values if f"[default: {value} unless the settings differ]" not in printed] == []
-
-
-@pytest.fixture
-def heeds_interrupts() -> Iterator[None]:
-    """A job in the background ignores SIGINT, and so would all that it starts."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
 
 
 @pytest.mark.slow

@@ -1,39 +1,21 @@
 """The command ``coverdrive basis``, as a user calls it."""
 
 import json
-import os
-import subprocess
-import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import polars as pl
 import pytest
 
+from command import coverdrive
 from coverdrive.config import Experiment
 from coverdrive.prediction.basis import Basis
 
 GENERATED = "[generated]\nscenes = 2\nduration = 10.0\nvehicles = [8, 8]\n"
 
 
-def coverdrive_basis(*arguments: str | Path, status: int = 0) -> str:
-    """Call the command and return what it printed."""
-    result = subprocess.run(
-        [sys.executable, "-m", "coverdrive", "basis", *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        check=False,
-        env={
-            "PATH": "/usr/bin:/bin",
-            "COLUMNS": "120",
-            "PYTHONWARNINGS": "error",
-            "JAX_PLATFORMS": "cpu",
-            "PYTHONPATH": os.environ.get("PYTHONPATH", ""),
-        },
-    )
-    assert result.returncode == status, result.stderr
-    assert "Traceback" not in result.stderr
-    return result.stdout + result.stderr
+coverdrive_basis = partial(coverdrive, "basis")
 
 
 @pytest.mark.slow

@@ -1,37 +1,19 @@
 """The command ``coverdrive paper``, as a user calls it."""
 
-import os
-import subprocess
-import sys
+from functools import partial
 from pathlib import Path
 
 import polars as pl
 import pytest
 
+from command import coverdrive
 from coverdrive.config import Experiment
 from coverdrive.prediction.paper_settings import paper_settings
 
 GENERATED = "[generated]\nscenes = 6\nduration = 12.0\nvehicles = [10, 12]\n"
 
 
-def coverdrive_paper(*arguments: str | Path, status: int = 0) -> str:
-    """Call the command and return what it printed."""
-    result = subprocess.run(
-        [sys.executable, "-m", "coverdrive", "paper", *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        check=False,
-        env={
-            "PATH": "/usr/bin:/bin",
-            "COLUMNS": "120",
-            "PYTHONWARNINGS": "error",
-            "JAX_PLATFORMS": "cpu",
-            "PYTHONPATH": os.environ.get("PYTHONPATH", ""),
-        },
-    )
-    assert result.returncode == status, result.stderr
-    assert "Traceback" not in result.stderr
-    return result.stdout + result.stderr
+coverdrive_paper = partial(coverdrive, "paper")
 
 
 @pytest.mark.slow

@@ -7,15 +7,16 @@ import re
 import shlex
 from pathlib import Path
 
-import numpy as np
 import polars as pl
 import pytest
 
-from coverdrive import workflow
 from coverdrive.cli import app
 from coverdrive.config import Experiment
 from coverdrive.prediction.basis_study import study_bases
+from coverdrive.prediction.fit import fit
 from coverdrive.prediction.segments import cut_segments
+from coverdrive.results import Results, save_bases
+from coverdrive.simulation.generated import GeneratedSettings, generate
 
 ROOT = Path(__file__).parents[1]
 COMMAND = re.compile(r"^(?:.*&& )?(?:\S*/)?coverdrive (.+?)(?:\s{2,}.*|\s+#.*)?$", re.MULTILINE)
@@ -40,34 +41,38 @@ def beside(tmp_path_factory: pytest.TempPathFactory) -> Path:
             "certificate": {"confidence": 0.9, "unit": "window"},
         },
     )
-    recordings = workflow.load_recordings(experiment, [])
-    workflow.fit_predictor(experiment, recordings, folder / "results")
+    recordings = experiment.recordings([])
+    Results(folder / "results").save_fit(experiment, fit(recordings, experiment.prediction, experiment.seed))
     segments = cut_segments(recordings, experiment.prediction.segments)
-    workflow.save_bases(experiment, recordings, study_bases(segments, (0.75,)), folder / "bases")
+    save_bases(experiment, study_bases(segments, (0.75,)), folder / "bases")
     ngsim().write_csv(folder / "us-101.csv")
     return folder
 
 
 def ngsim() -> pl.DataFrame:
-    """Four vehicles for 20 s as NGSIM's portal exports them: feet, front bumpers, milliseconds."""
-    frame = np.arange(200)
-    tracks = [
-        {
-            "Vehicle_ID": np.full(200, vehicle),
-            "Frame_ID": frame,
-            "Global_Time": 1118846980000 + 100 * frame,
-            "Local_X": np.full(200, 6.0 + 12 * (vehicle % 3)),
-            "Local_Y": 100.0 * vehicle + 6.0 * frame,
-            "v_length": np.full(200, 15.0),
-            "v_Width": np.full(200, 6.0),
-            "v_Class": np.full(200, 2),
-            "v_Vel": np.full(200, 60.0),
-            "Lane_ID": np.full(200, 1 + vehicle % 3),
-            "Location": ["us-101"] * 200,
-        }
-        for vehicle in range(1, 5)
-    ]
-    return pl.concat([pl.DataFrame(track) for track in tracks])
+    """Eight scenes of generated traffic as NGSIM's portal exports them: feet, front bumpers, milliseconds."""
+    foot, frames = 0.3048, []
+    for number, recording in enumerate(generate(GeneratedSettings(scenes=8, duration=8.0, vehicles=(24, 26)))):
+        table, road = recording.table, recording.road
+        moment = (10 * table["time"].to_numpy()).round().astype(int)
+        frames.append(
+            pl.DataFrame(
+                {
+                    "Vehicle_ID": table["vehicle"] + 1,
+                    "Frame_ID": moment + 1,
+                    "Global_Time": 1118846980000 + 600_000 * number + 100 * moment,
+                    "Local_X": (road.edges[-1] - table["lat"].to_numpy()) / foot,
+                    "Local_Y": (table["lon"] + table["length"] / 2) / foot,
+                    "v_length": table["length"] / foot,
+                    "v_Width": table["width"] / foot,
+                    "v_Class": 2,
+                    "v_Vel": table["speed"] / foot,
+                    "Lane_ID": road.lanes - road.lane_of(table["lat"].to_numpy()),
+                    "Location": "us-101",
+                }
+            )
+        )
+    return pl.concat(frames)
 
 
 @pytest.mark.slow

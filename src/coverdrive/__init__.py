@@ -1,11 +1,90 @@
 """Certified manoeuvre sets from recorded highway traffic, and motion planning against every member of them.
 
-Everything lives in the sub-packages, which read from top to bottom as the data flow: ``recordings`` →
-``prediction`` and ``certificates`` → ``planning`` → ``simulation`` → ``report``. Importing this package loads none
-of them.
+A dozen names are all that most work needs; each is loaded when it is first used:
+
+    import coverdrive as cd
+
+    recordings = cd.read("us-101.csv", location="us-101")       # or cd.generate()
+    result = cd.fit(recordings, epsilon=0.1, confidence=0.99)   # learn, certify, test
+    study = cd.study(result.predictor, cd.Planner(), trials=100, folder="study")
+    cd.report(result, study, path="report.html")
+
+The sub-packages read from top to bottom as the data flow: ``recordings`` → ``prediction`` and ``certificates`` →
+``planning`` → ``simulation`` → ``report``.
 
 Source of the method: Chen, Rosolia, Fan, Ames, Murray, "Reactive motion planning with probabilistic safety
 guarantees", CoRL 2020.
 """
 
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from coverdrive.certificates.certificate import Certificate as Certificate
+    from coverdrive.certificates.comparison import Compared as Compared
+    from coverdrive.errors import CoverdriveError as CoverdriveError
+    from coverdrive.paths import PredictedPaths as PredictedPaths
+    from coverdrive.planning.plan import Plan as Plan
+    from coverdrive.planning.planner import MpcPlanner
+    from coverdrive.prediction.certify import certify as certify
+    from coverdrive.prediction.fit import Fit as Fit
+    from coverdrive.prediction.fit import fit as fit
+    from coverdrive.prediction.predictor import Predictor as Predictor
+    from coverdrive.recordings.read import read as read
+    from coverdrive.recordings.recording import Recording as Recording
+    from coverdrive.report.report import report as report
+    from coverdrive.road import Road as Road
+    from coverdrive.scene import Scene as Scene
+    from coverdrive.simulation.comparison import Comparison as Comparison
+    from coverdrive.simulation.comparison import compare as compare
+    from coverdrive.simulation.generated import generate as generate
+    from coverdrive.simulation.simulate import simulate as simulate
+    from coverdrive.simulation.study import Study as Study
+    from coverdrive.simulation.study import study as study
+    from coverdrive.simulation.trace import Trace as Trace
+
+    Planner = MpcPlanner
+
 __version__ = "0.1.0"
+
+_PLACES = {
+    "read": "recordings.read",
+    "generate": "simulation.generated",
+    "fit": "prediction.fit",
+    "certify": "prediction.certify",
+    "Predictor": "prediction.predictor",
+    "Planner": "planning.planner:MpcPlanner",
+    "simulate": "simulation.simulate",
+    "study": "simulation.study",
+    "compare": "simulation.comparison",
+    "report": "report.report",
+    "Recording": "recordings.recording",
+    "Scene": "scene",
+    "Road": "road",
+    "Fit": "prediction.fit",
+    "Certificate": "certificates.certificate",
+    "Compared": "certificates.comparison",
+    "PredictedPaths": "paths",
+    "Plan": "planning.plan",
+    "Trace": "simulation.trace",
+    "Study": "simulation.study",
+    "Comparison": "simulation.comparison",
+    "CoverdriveError": "errors",
+}
+"""module of every name, and its name there where that is another one"""
+
+__all__ = list(_PLACES)  # pyright: ignore[reportUnsupportedDunderAll]
+
+
+def __getattr__(name: str) -> Any:
+    """Load a name of the façade."""
+    if name not in _PLACES:
+        raise AttributeError(f"module 'coverdrive' has no attribute {name!r}; it offers {', '.join(_PLACES)}")
+    module, _, inner = _PLACES[name].partition(":")
+    value = getattr(import_module(f"coverdrive.{module}"), inner or name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *_PLACES])

@@ -4,51 +4,63 @@ Every table of the file belongs to one part of the package, which documents its 
 from the defaults; unknown keys are errors.
 """
 
+import textwrap
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Literal, cast
+from typing import Annotated, Any, Literal, cast
 
-import tomli_w
-from pydantic import Field, PositiveInt, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from coverdrive.errors import SettingError
 from coverdrive.files import write_atomically
 from coverdrive.planning.planner import PlannerSettings
 from coverdrive.prediction.fit import PredictionSettings
+from coverdrive.progress import stage
+from coverdrive.recordings.read import read
+from coverdrive.recordings.recording import Recording
 from coverdrive.recordings.smoothing import SmoothingSettings
-from coverdrive.settings import Settings
+from coverdrive.settings import Settings, to_toml
 from coverdrive.simulation.episode import EpisodeSettings
-from coverdrive.simulation.generated import GeneratedSettings
+from coverdrive.simulation.generated import GeneratedSettings, generate
 from coverdrive.simulation.set_sampling import SetSamplingSettings
 from coverdrive.simulation.traffics import TrafficSettings
 
 Preset = Literal["default", "paper"]
 
 
+_HEAD = """# All settings of an experiment, as `coverdrive --config FILE` takes them; it may leave out what is as usual.
+# All in SI units.
+
+"""
+
+
 class StudySettings(Settings):
     """Size of the closed-loop study."""
 
-    trials: PositiveInt = 20
+    trials: int = Field(default=20, ge=1, le=10_000_000)
     """number of trials; the paper has 1000"""
-    vehicles: tuple[PositiveInt, ...] = (3, 4, 5, 6, 7)
+    vehicles: tuple[Annotated[int, Field(ge=1, le=100)], ...] = Field(
+        default=(3, 4, 5, 6, 7), min_length=1, max_length=1000
+    )
     """numbers of uncontrolled vehicles, taken in turn by the trials (paper §5)"""
-    workers: int = Field(default=0, ge=0)
+    workers: int = Field(default=0, ge=0, le=1024)
     """processes; 0: one for each processor"""
     until_width: float | None = Field(default=None, gt=0, lt=1)
     """stop early, after a whole batch, once both 95 % intervals of the collision rates are at most this wide"""
-    batch: PositiveInt = 50
+    batch: int = Field(default=50, ge=1, le=10_000_000)
     """number of trials after which an early stop is considered"""
 
 
 class Experiment(Settings):
     """Everything that a result depends on, recordings apart."""
 
-    seed: int = Field(default=0, ge=0)
-    """of every random choice"""
+    seed: int = Field(default=0, ge=0, le=2**63 - 1)
+    """seed of every random choice"""
     location: str | None = None
     """site to take from an NGSIM file that holds several"""
     smoothing: SmoothingSettings = SmoothingSettings()
-    """of recorded positions"""
+    """how recorded positions are smoothed"""
     generated: GeneratedSettings = GeneratedSettings()
     """traffic that is made up when no recording is given"""
     prediction: PredictionSettings = PredictionSettings()
@@ -79,55 +91,71 @@ class Experiment(Settings):
         return Experiment(prediction=PredictionSettings.paper()) if name == "paper" else Experiment()
 
     @staticmethod
-    def load(path: Path, preset: Preset = "default") -> "Experiment":
+    def load(path: Path, usual: "Experiment | None" = None) -> "Experiment":
         """Read an experiment from a TOML file.
 
         Args:
             path: of the file.
-            preset: what holds where the file says nothing.
+            usual: what holds where the file says nothing; without it, the defaults.
 
         Raises:
             SettingError: the file is missing, is not TOML, or holds an unknown key or a bad value.
         """
         try:
             changes = tomllib.loads(path.read_text(encoding="utf-8"))
-            return Experiment.model_validate(_merged(Experiment.preset(preset).model_dump(), changes))
-        except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
             raise SettingError(f"{path}: not a readable TOML file ({error})") from error
-        except ValidationError as error:
-            first = error.errors()[0]
-            place = ".".join(map(str, first["loc"])) or "the file as a whole"
-            raise SettingError(
-                f"{path}: {place}: {first['msg']}, got {first['input']!r} ({error.error_count()} problems in all); "
-                "the resolved config.toml of any result shows all keys"
-            ) from error
+        try:
+            return (usual or Experiment()).updated(changes)
+        except SettingError as error:
+            raise SettingError(f"{path}: {error}; the config.toml of any result shows all keys") from error
 
     def overridden(self, **changes: Any) -> "Experiment":
+        """The same experiment with other values, as `updated` takes them."""
+        return self.updated(changes)
+
+    def updated(self, changes: dict[str, Any]) -> "Experiment":
         """The same experiment with other values; nested dicts name settings of a part, None leaves a value as it is.
 
         Raises:
             SettingError: a value is not allowed.
         """
         try:
-            return Experiment.model_validate(_merged(self.model_dump(), changes))
+            return Experiment.model_validate(merged(self.model_dump(), changes))
         except ValidationError as error:
-            first = error.errors()[0]
-            raise SettingError(f"{'.'.join(map(str, first['loc']))}: {first['msg']}, got {first['input']!r}") from error
+            raise SettingError(_first_problem(error)) from error
+
+    def recordings(self, paths: Sequence[Path]) -> tuple[Recording, ...]:
+        """The recordings in some files and folders, or generated traffic where none is given."""
+        with stage("recordings"):
+            if paths:
+                return read(paths, self.location, self.smoothing)
+            return generate(self.generated, self.seed)
 
     def save(self, path: Path) -> None:
-        """Write all settings, defaults included, to a TOML file."""
-        text = tomli_w.dumps(self.model_dump(mode="json", exclude_none=True))
+        """Write all settings, defaults included, to a TOML file that says what each means."""
+        text = _HEAD + to_toml(self)
         write_atomically(path, lambda file: file.write_text(text, encoding="utf-8"))
 
 
-def _merged(values: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
-    merged = dict(values)
+def _first_problem(error: ValidationError) -> str:
+    """Which setting is wrong, why, and what it was."""
+    first = error.errors()[0]
+    place, got = ".".join(map(str, first["loc"])) or "the settings as a whole", repr(first["input"])
+    shown = "" if isinstance(first["input"], (dict, Settings)) else f", got {textwrap.shorten(got, 60)}"
+    more = f" ({error.error_count()} problems in all)" if error.error_count() > 1 else ""
+    return f"{place}: {first['msg']}{shown}{more}"
+
+
+def merged(values: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
+    """Nested tables with others put over them; None changes nothing, and another ``kind`` begins a table anew."""
+    result = dict(values)
     for name, change in changes.items():
         if isinstance(change, dict):
             part, new = values.get(name), cast(dict[str, Any], change)
             if not isinstance(part, dict) or new.get("kind") not in (None, part.get("kind")):
                 part = {}  # settings of another kind
-            merged[name] = _merged(cast(dict[str, Any], part), new)
+            result[name] = merged(cast(dict[str, Any], part), new)
         elif change is not None:
-            merged[name] = change
-    return merged
+            result[name] = change
+    return result

@@ -13,6 +13,8 @@ from tempfile import TemporaryFile
 
 from packaging.requirements import Requirement
 
+from coverdrive.progress import done, stage
+
 _MODULES = {
     "commonroad-io": "commonroad.common.file_reader",
     "imageio-ffmpeg": "imageio_ffmpeg",
@@ -52,19 +54,18 @@ class _Wrong(Exception):
     """Something is there, but not as it should be."""
 
 
-def examine(folder: Path, progress: Callable[[float], None] | None = None) -> list[Finding]:
+def examine(folder: Path) -> list[Finding]:
     """Try everything.
 
     Args:
         folder: where results are to be written.
-        progress: called with the share that is done.
     """
     checks = _checks(folder)
     findings: list[Finding] = []
-    for check in checks:
-        findings.append(_tried(check))
-        if progress is not None:
-            progress(len(findings) / len(checks))
+    with stage("examination"):
+        for check in checks:
+            findings.append(_tried(check))
+            done(len(findings), len(checks))
     return findings
 
 

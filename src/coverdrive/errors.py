@@ -28,5 +28,9 @@ class DataError(CoverdriveError):
     """Data that are well formed, but from which the result asked for cannot be made."""
 
 
+class StartError(CoverdriveError):
+    """A drive that cannot begin, because the vehicles find no place."""
+
+
 class CertificateError(CoverdriveError):
     """A guarantee that would not hold, and is therefore refused."""

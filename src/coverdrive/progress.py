@@ -31,8 +31,8 @@ _stage: ContextVar[_Stage | None] = ContextVar("stage", default=None)
 
 
 @contextmanager
-def heard_by(listener: Listener) -> Generator[None]:
-    """Tell a listener how far the work within the block is."""
+def heard_by(listener: Listener | None) -> Generator[None]:
+    """Tell a listener how far the work within the block is, or nobody."""
     before = _listener.set(listener)
     try:
         yield

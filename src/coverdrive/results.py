@@ -1,187 +1,309 @@
-"""Reading a results folder back: what its files hold, as the objects that they were written from."""
+"""A results folder, and its one owner: names, format, fingerprints, and what is saved once.
 
+``manifest.json`` (format, and a digest of every other file of the fit) · ``config.toml`` (all settings) · ``run.json``
+(versions, data, times) · ``predictor.safetensors`` · ``scores.safetensors`` (of every side of the split) ·
+``certificate.json`` · ``learned.safetensors`` (what pictures of the fit show) · ``methods.json`` (all methods of
+calibration) · ``study/`` (`coverdrive.simulation.study_folder`) · ``figures/`` · ``report.html``.
+
+A file that is damaged, foreign, edited or older is refused by its name.
+"""
+
+import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import polars as pl
+from pydantic import TypeAdapter, ValidationError
 
-from coverdrive.certificates.certificate import Certificate
+import coverdrive
 from coverdrive.certificates.comparison import Compared
-from coverdrive.certificates.evaluation import Evaluation, Rate
-from coverdrive.certificates.methods import Method
 from coverdrive.config import Experiment
 from coverdrive.errors import DataError
+from coverdrive.files import number_in_name, write_atomically, write_json
+from coverdrive.planning.planner import MpcPlanner
+from coverdrive.prediction.basis_study import StudiedBasis, basis_record, point_table
+from coverdrive.prediction.fit import Fit, PredictionSettings
+from coverdrive.prediction.held_out import Source, held_out
 from coverdrive.prediction.learned import Learned
 from coverdrive.prediction.predictor import Predictor
-from coverdrive.report.binding import Binding
-from coverdrive.report.contents import Certified, Contents
-from coverdrive.simulation.trace import Trace
+from coverdrive.prediction.provenance import provenance, versions
+from coverdrive.prediction.scored import ScoredSides
+from coverdrive.report.contents import Certified, Fitted
+from coverdrive.simulation.replay import Scenario, cut_scenarios
+from coverdrive.simulation.setup import Setup
+from coverdrive.simulation.study import Study
+from coverdrive.simulation.study_folder import StudyFolder
 
-CONFIG, RUN, CERTIFICATE, METHODS = "config.toml", "run.json", "certificate.json", "methods.json"
-PREDICTOR, LEARNED = "predictor.safetensors", "learned.npz"
-_TRIALS, _DESCRIPTION = "trials.parquet", "study.json"
+MANIFEST, CONFIG, RUN = "manifest.json", "config.toml", "run.json"
+PREDICTOR, SCORES, LEARNED = "predictor.safetensors", "scores.safetensors", "learned.safetensors"
+CERTIFICATE, METHODS = "certificate.json", "methods.json"
 STUDY = "study"
 """the study in the traffic of the folder's settings; one in another traffic is called ``study-drivers`` or the like"""
 
+_FORMAT = 2
 
-def load_predictor(folder: Path) -> Predictor:
-    """The predictor of a results folder."""
-    return Predictor.load(folder / PREDICTOR)
+T = TypeVar("T")
 
 
-def load_experiment(folder: Path, study: str = STUDY) -> Experiment:
-    """The settings of a results folder: those of the study, where it was driven with others than the fit.
+@dataclass(frozen=True)
+class _Methods:
+    """What ``methods.json`` holds."""
 
-    Args:
-        folder: of the results.
-        study: name of the study's folder in it; that of the usual traffic need not be there.
+    methods: list[Compared]
 
-    Raises:
-        DataError: there are no results in the folder, or the study was driven with another predictor or not at all.
-    """
-    _refuse_empty(folder)
-    experiment = Experiment.load(folder / CONFIG)
-    file = folder / study / _DESCRIPTION
-    if not file.exists():
-        if study != STUDY:
-            raise _not_driven(folder, study)
-        return experiment
-    described = _json(file)
-    configuration = described["configuration"]
-    if configuration["predictor"] != load_predictor(folder).fingerprint:
-        raise DataError(
-            f"the study in {folder} was driven with another predictor than that in the folder; "
-            f"fit to another folder, or remove the folder `{study}` in it and drive again"
+
+class Results:
+    """Reads and writes the files of one results folder."""
+
+    def __init__(self, folder: Path | str):
+        """Name the folder; it is made as needed."""
+        self.folder = Path(folder)
+        self._read: dict[str, Any] = {}
+
+    # what a fit leaves
+
+    def save_fit(self, experiment: Experiment, fit: Fit) -> None:
+        """Write a fit and the settings that it was made with; whatever the folder held of another one is void."""
+        (self.folder / MANIFEST).unlink(missing_ok=True)
+        experiment.save(self.folder / CONFIG)
+        fit.predictor.save(self.folder / PREDICTOR)
+        fit.scored.save(self.folder / SCORES)
+        Learned.of(fit).save(self.folder / LEARNED)
+        write_json(self.folder / CERTIFICATE, certificate_record(fit))
+        write_json(self.folder / RUN, provenance(fit))
+        self._seal(CONFIG, PREDICTOR, SCORES, LEARNED, CERTIFICATE, RUN)
+
+    @property
+    def holds_fit(self) -> bool:
+        """Whether there is a fit."""
+        return (self.folder / MANIFEST).exists()
+
+    @property
+    def experiment(self) -> Experiment:
+        """The settings that the fit was made with."""
+        return self._kept("experiment", lambda: Experiment.load(self._sealed(CONFIG)))
+
+    @property
+    def predictor(self) -> Predictor:
+        """The certified predictor."""
+        return self._kept("predictor", lambda: Predictor.load(self._sealed(PREDICTOR)))
+
+    @property
+    def scored(self) -> ScoredSides:
+        """Scores of every side of the split."""
+        return self._kept("scored", lambda: ScoredSides.load(self._sealed(SCORES), self.predictor))
+
+    @property
+    def learned(self) -> Learned:
+        """What pictures of the fit show."""
+        return self._kept("learned", lambda: Learned.load(self._sealed(LEARNED)))
+
+    @property
+    def certified(self) -> Certified:
+        """The certificates, and how they did on scenes that were never seen."""
+        return self._kept("certified", lambda: _read(self._sealed(CERTIFICATE), Certified))
+
+    @property
+    def settings(self) -> PredictionSettings:
+        """Those that the fit was made with."""
+        return self.experiment.prediction
+
+    @property
+    def seed(self) -> int:
+        """That the fit was made with."""
+        return self.experiment.seed
+
+    @property
+    def run(self) -> dict[str, Any]:
+        """Versions, data and times."""
+        return self._kept("run", lambda: _read(self._sealed(RUN), dict[str, Any]))
+
+    @property
+    def fitted(self) -> Fitted:
+        """All of it, as pictures show it."""
+        return Fitted(
+            name=self.folder.resolve().name,
+            folder=self.folder,
+            run=self.run,
+            settings=self._sealed(CONFIG).read_text(encoding="utf-8"),
+            predictor=self.predictor,
+            certified=self.certified,
+            learned=self.learned,
+            compared=self.methods,
         )
-    parts = {name: value for name, value in configuration.items() if name in Experiment.model_fields}
-    return experiment.overridden(
-        seed=described["seed"], episode=described["episode"], study={"vehicles": described["vehicles"]}, **parts
-    )
+
+    # what comparing the methods leaves
+
+    def save_methods(self, compared: Sequence[Compared]) -> None:
+        """Write a comparison of methods as JSON, and as a table of one row for each method and target."""
+        write_json(self.folder / METHODS, TypeAdapter(_Methods).dump_python(_Methods(list(compared)), mode="json"))
+        table = pl.DataFrame([_row(each) for each in compared], infer_schema_length=None)
+        write_atomically(self.folder / "methods.csv", table.write_csv)
+        self._seal(METHODS)
+
+    @property
+    def methods(self) -> list[Compared]:
+        """All methods of calibration side by side; none if they were not compared on this predictor yet."""
+        if METHODS not in self._digests:
+            return []
+        return _read(self._sealed(METHODS), _Methods).methods
+
+    # studies
+
+    def study(self, experiment: Experiment, recordings: Sequence[Path] = (), name: str | None = None) -> Study:
+        """The study of an experiment, driven or not.
+
+        Args:
+            experiment: what to drive.
+            recordings: that made the predictor, of which the test scenes are replayed, or new ones; without any, the
+                generated traffic that made it.
+            name: of its folder; else that of its traffic.
+        """
+
+        def scenarios() -> Sequence[Scenario]:
+            read = self.experiment.recordings(recordings)
+            sources = TypeAdapter(tuple[Source, ...]).validate_python(self.run["recordings"])
+            return cut_scenarios(held_out(sources, self.predictor, read))
+
+        setup = Setup(
+            self.predictor,
+            MpcPlanner(experiment.planner),
+            experiment.traffic,
+            experiment.episode,
+            experiment.study.vehicles,
+            experiment.seed,
+            scenarios,
+        )
+        return Study(setup, self.folder / (name or self.study_name(experiment.traffic.kind)))
+
+    def driven_study(self, traffic: str | None = None, recordings: Sequence[Path] = ()) -> Study:
+        """A study as it was driven: with its own settings, where they are others than those of the fit.
+
+        Args:
+            traffic: in which it was driven; else that of the folder's settings.
+            recordings: that it replayed; needed if drives have to be driven again.
+
+        Raises:
+            DataError: it was driven with another predictor, or not at all.
+        """
+        return self.study(self._experiment_of(self.study_name(traffic)), recordings, self.study_name(traffic))
+
+    def study_name(self, traffic: str | None) -> str:
+        """Folder of the study in a traffic: that of the folder's settings is called ``study``."""
+        return STUDY if traffic in (None, self.experiment.traffic.kind) else f"{STUDY}-{traffic}"
+
+    def _experiment_of(self, study: str) -> Experiment:
+        """The settings with which a study was driven, or would be."""
+        folder = StudyFolder(self.folder / study)
+        if not folder.exists:
+            if study == STUDY:
+                return self.experiment
+            raise not_driven(self.folder, study)
+        described = folder.description()
+        if described["predictor"] != self.predictor.fingerprint:
+            raise DataError(
+                f"the study in {folder.path} was driven with another predictor than that in {self.folder}; "
+                f"fit to another folder, or remove the folder `{study}` in it and drive again"
+            )
+        parts = {name: described[name] for name in ("planner", "traffic", "episode", "seed")}
+        return self.experiment.overridden(study={"vehicles": described["vehicles"]}, **parts)
+
+    # what holds the folder together
+
+    @property
+    def _digests(self) -> dict[str, str]:
+        """Digest of every file of the fit by name."""
+        file = self.folder / MANIFEST
+        if not file.exists():
+            raise DataError(
+                f"there are no results in {self.folder}; make some with `coverdrive run --out {self.folder}`"
+            )
+        found = _read(file, dict[str, Any])
+        if found.get("format") != _FORMAT:
+            raise DataError(f"{file}: expected results of format {_FORMAT}, got {found.get('format')!r}; fit again")
+        return found["files"]
+
+    def _seal(self, *names: str) -> None:
+        """Write the digests of files into the manifest."""
+        known = self._digests if self.holds_fit else {}
+        files = known | {name: _digest(self.folder / name) for name in names}
+        write_json(self.folder / MANIFEST, {"format": _FORMAT, "coverdrive": coverdrive.__version__, "files": files})
+        self._read.clear()
+
+    def _kept(self, name: str, read: Callable[[], T]) -> T:
+        """What was read before, or is read now."""
+        if name not in self._read:
+            self._read[name] = read()
+        return self._read[name]
+
+    def _sealed(self, name: str) -> Path:
+        """A file that is as it was written."""
+        file, written = self.folder / name, self._digests.get(name)
+        try:
+            found = _digest(file)
+        except OSError as error:
+            raise DataError(f"{file} cannot be read ({error.strerror}); make it with `coverdrive fit`") from error
+        if found != written:
+            raise DataError(
+                f"{file} is not as it was written: it was damaged, edited, or belongs to another fit; "
+                "put the right one back, or make all anew with `coverdrive fit`"
+            )
+        return file
 
 
-def clips_of(folder: Path) -> str | None:
-    """The fingerprint of the recorded scenes that the study in a folder replayed; None without a study."""
-    file = folder / _DESCRIPTION
-    return _json(file)["configuration"]["clips"] if file.exists() else None
-
-
-def has_trials(folder: Path, study: str = STUDY) -> bool:
-    """Whether a results folder holds a finished study of that name."""
-    return (folder / study / _TRIALS).exists()
-
-
-def load_trials(folder: Path, study: str = STUDY) -> pl.DataFrame:
-    """One row for each trial of a study of a results folder.
-
-    Raises:
-        DataError: there was no such study.
-    """
-    _refuse_empty(folder)
-    if not has_trials(folder, study):
-        raise _not_driven(folder, study)
-    return pl.read_parquet(folder / study / _TRIALS)
-
-
-def _refuse_empty(folder: Path) -> None:
-    if not (folder / CONFIG).exists():
-        raise DataError(f"there are no results in {folder}; make some with `coverdrive run --out {folder}`")
-
-
-def _not_driven(folder: Path, study: str) -> DataError:
+def not_driven(folder: Path, study: str) -> DataError:
+    """What to say where there is no study."""
     traffic = study.removeprefix(STUDY).replace("-", " --traffic ", 1)
     return DataError(
         f"{folder} holds no finished study in `{study}`; drive one with `coverdrive study{traffic} --out {folder}`"
     )
 
 
-def load_contents(folder: Path, traces: Mapping[int, Trace], study: str = STUDY) -> Contents:
-    """Everything that a report shows of a results folder.
-
-    Args:
-        folder: of a fit; a comparison of methods and a study are shown if they are there.
-        traces: drives to replay.
-        study: name of the study's folder.
-
-    Raises:
-        DataError: there is no fit in the folder.
-    """
-    predictor = load_predictor(folder)
-    experiment = load_experiment(folder, study)
-    name = folder.resolve().name
-    return Contents(
-        name=name if study == STUDY else f"{name}, {study}",
-        run=_json(folder / RUN),
-        settings=(folder / CONFIG).read_text(encoding="utf-8"),
-        predictor=predictor,
-        certified=load_certified(folder),
-        learned=Learned.load(folder / LEARNED),
-        compared=load_comparison(folder, predictor),
-        trials=load_trials(folder, study) if has_trials(folder, study) else None,
-        traffic=experiment.traffic.kind,
-        period=experiment.episode.step,
-        binding=binding_of(experiment),
-        traces=traces,
-    )
+def certificate_record(fit: Fit) -> dict[str, Any]:
+    """Certificates, and how they did on the test split, as JSON values."""
+    sentences = [certificate.sentence for certificate in fit.certificates]
+    return {"sentences": sentences} | TypeAdapter(Certified).dump_python(Certified.of(fit), mode="json")
 
 
-def binding_of(experiment: Experiment) -> Binding:
-    """Tells which obstacles bind a plan of the experiment's planner."""
-    problem = experiment.planner.problem
-    return Binding(problem.vehicle, problem.obstacles)
+def save_bases(experiment: Experiment, studied: Sequence[StudiedBasis], folder: Path) -> None:
+    """Write every basis as safetensors and as a table of points, and what they were made with."""
+    experiment.save(folder / CONFIG)
+    write_json(folder / "bases.json", versions() | {"bases": [basis_record(each) for each in studied]})
+    for each in studied:
+        name = f"basis_{number_in_name(each.basis.epsilon)}"
+        each.basis.save(folder / f"{name}.safetensors", each.source)
+        write_atomically(folder / f"{name}.csv", point_table(each).write_csv)
 
 
-def load_certified(folder: Path) -> Certified:
-    """The certificates of a fit, and its test."""
-    record = _json(folder / CERTIFICATE)
-    certificates = [
-        {name: value for name, value in each.items() if name != "sentence"} for each in record["certificates"]
-    ]
-    return Certified(
-        certificates=tuple(Certificate(**each) for each in certificates),
-        evaluation=_evaluation(record["test"]),
-        uncovered=Rate(**record["uncovered"]),
-        samples=record["samples"],
-    )
+def _row(each: Compared) -> dict[str, Any]:
+    """A line of the table of methods."""
+    missed, evaluation = each.missed, each.evaluation
+    return {
+        "method": each.method.value,
+        "asked": each.target,
+        "proved": each.certificate.epsilon if each.certificate else None,
+        "observed": missed.value if missed else None,
+        "low": missed.low if missed else None,
+        "high": missed.high if missed else None,
+        "mean_set_size": evaluation.mean_set_size if evaluation else None,
+        "mean_tube": evaluation.mean_tube if evaluation else None,
+        "seconds": each.seconds,
+        "refusal": each.refusal,
+    }
 
 
-def load_certificates(folder: Path) -> tuple[Certificate, ...]:
-    """The certificates of the predictor of a results folder, in every unit in which there is one."""
-    return (
-        load_certified(folder).certificates
-        if (folder / CERTIFICATE).exists()
-        else (load_predictor(folder).certificate,)
-    )
+def _digest(file: Path) -> str:
+    with file.open("rb") as content:
+        return hashlib.file_digest(content, "sha256").hexdigest()
 
 
-def load_comparison(folder: Path, predictor: Predictor) -> list[Compared]:
-    """All methods of calibration side by side; empty if they were not compared on this predictor yet."""
-    if not (folder / METHODS).exists():
-        return []
-    record = _json(folder / METHODS)
-    if not isinstance(record, dict) or record.get("predictor") != predictor.fingerprint:
-        return []
-    return [
-        Compared(
-            method=Method(each["method"]),
-            target=each["target"],
-            certificate=Certificate(**each["certificate"]) if each["certificate"] else None,
-            evaluation=_evaluation(each["evaluation"]) if each["evaluation"] else None,
-            refusal=each["refusal"],
-            seconds=each["seconds"],
-        )
-        for each in record["methods"]
-    ]
-
-
-def _evaluation(record: Mapping[str, Any]) -> Evaluation:
-    rates: dict[str, Any] = {name: Rate(**record[name]) for name in ("windows", "vehicles")}
-    return Evaluation(**{**record, **rates})
-
-
-def _json(file: Path) -> Any:
+def _read(file: Path, kind: type[T]) -> T:
+    """The content of a JSON file, as what it was written from."""
     try:
-        return json.loads(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise DataError(f"{file}: not a readable result ({error}); make it with `coverdrive fit`") from error
+        return TypeAdapter(kind).validate_python(json.loads(file.read_text(encoding="utf-8")))
+    except (OSError, ValueError, ValidationError) as error:
+        first = str(error).partition("\n")[0]
+        raise DataError(f"{file}: not a readable result ({first}); make it with `coverdrive fit`") from error

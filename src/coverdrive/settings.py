@@ -1,12 +1,66 @@
-"""The base of every settings model: frozen, and unknown keys are errors.
+"""The base of every settings model: frozen, finite, and unknown keys are errors; and how settings are written.
 
-Each part of the package owns one such model; `coverdrive.config` puts them together into one experiment.
+Each part of the package owns one such model; `coverdrive.config` puts them together into one experiment. Every number
+has bounds, far outside of what makes sense and far inside of what breaks arithmetic or memory.
 """
 
-from pydantic import BaseModel, ConfigDict
+import textwrap
+from collections.abc import Iterator
+from typing import Any, cast
+
+import tomli_w
+from pydantic import AfterValidator, BaseModel, ConfigDict
+
+_WIDTH = 110
+"""of the comments in a file"""
 
 
 class Settings(BaseModel):
     """Immutable settings with the paper's constants as defaults."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True, allow_inf_nan=False)
+
+
+def _in_order(pair: tuple[float, float]) -> tuple[float, float]:
+    if pair[0] > pair[1]:
+        raise ValueError("the first of the two must not be more than the second")
+    return pair
+
+
+InOrder = AfterValidator(_in_order)
+"""of a pair of settings, the smaller one first"""
+
+
+def to_toml(settings: Settings) -> str:
+    """Settings as TOML: one table for each part, above every key what it means and its unit."""
+    return "\n".join(_table(settings, "")).lstrip("\n") + "\n"
+
+
+def _table(settings: Settings, name: str) -> Iterator[str]:
+    """Lines of a table, of its keys first, because TOML takes what follows a table's head for a part of it."""
+    values = settings.model_dump(mode="json", exclude_none=True)
+    parts: dict[str, tuple[Settings, str]] = {}
+    for key, field in type(settings).model_fields.items():
+        value: Any = getattr(settings, key)
+        if isinstance(value, Settings):
+            parts[key] = (value, field.description or "")
+            continue
+        yield from _comment(field.description)
+        yield f"{key} = {_literal(values[key])}" if key in values else f"# {key} is not set"
+    for key, (part, description) in parts.items():
+        inner = f"{name}.{key}" if name else key
+        yield ""
+        yield from _comment(description or type(part).__doc__)
+        yield f"[{inner}]"
+        yield from _table(part, inner)
+
+
+def _literal(value: Any) -> str:
+    """A value as TOML writes it, a list in one line."""
+    if isinstance(value, list):
+        return f"[{', '.join(map(_literal, cast(list[Any], value)))}]"
+    return tomli_w.dumps({"value": value}).partition(" = ")[2].rstrip("\n")
+
+
+def _comment(text: str | None) -> list[str]:
+    return textwrap.wrap(" ".join((text or "").split()), _WIDTH, initial_indent="# ", subsequent_indent="# ")

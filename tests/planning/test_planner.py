@@ -272,13 +272,13 @@ def test_a_follower_does_not_push_where_nothing_is_clear_anyway(straight_paths) 
     assert np.abs(pushed.inputs - plan.inputs).max() > 0.1
 
 
-def test_an_interrupt_in_the_middle_of_a_search_is_heeded(straight_paths) -> None:
+def test_an_interrupt_in_the_middle_of_a_search_is_heeded(straight_paths, heeds_interrupts: None) -> None:
     """As often as chance decides, it arrives in compiled code."""
     paths, planner = straight_paths(*[(20.0 + i, 1.8, 18) for i in range(20)]), MpcPlanner()
     planner.reset(PERIOD)
     for _ in range(30):
-        threading.Timer(0.005, _thread.interrupt_main).start()
         with pytest.raises(KeyboardInterrupt):
+            threading.Timer(0.005, _thread.interrupt_main).start()
             while True:
                 planner.plan(np.array([0, 5.4, 20, 0.0]), paths, ROAD)
 

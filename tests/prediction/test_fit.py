@@ -1,22 +1,27 @@
 """The whole line from recordings to a certified predictor, and its file."""
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from coverdrive.certificates.bounds import rate_limit
 from coverdrive.certificates.evaluation import evaluate
 from coverdrive.certificates.methods import Method
+from coverdrive.certificates.provable import rounded_up
 from coverdrive.certificates.rule import Hyperplanes, Thresholds
-from coverdrive.errors import CertificateError, DataError
+from coverdrive.errors import CertificateError, DataError, SettingError
 from coverdrive.prediction.affordance import affordance
 from coverdrive.prediction.basis import BasisSettings
 from coverdrive.prediction.calibrate import CertificateSettings, calibrate
-from coverdrive.prediction.fit import Fit, PredictionSettings, fit, score_sides
+from coverdrive.prediction.certify import certify
+from coverdrive.prediction.fit import Fit, PredictionSettings, fit
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.prediction.segments import SegmentSettings, cut_segments
 from coverdrive.prediction.training import TrainingSettings
+from coverdrive.progress import heard_by
 from coverdrive.recordings.recording import Recording
 from coverdrive.road import Road
 from coverdrive.scene import Scene
@@ -60,27 +65,22 @@ def test_same_seed_same_predictor(fitted: Fit, scenes: tuple[Recording, ...]) ->
     assert np.array_equal(again.rule.values, fitted.predictor.rule.values)
 
 
-def test_calibrating_on_training_samples_is_refused(fitted: Fit, scenes: tuple[Recording, ...]) -> None:
-    predictor = fitted.predictor
-    training = score_sides(predictor, scenes, SETTINGS, seed=1).train
+def test_calibrating_on_training_samples_is_refused(fitted: Fit) -> None:
+    predictor, training = fitted.predictor, fitted.scored.train
     with pytest.raises(CertificateError, match="also trained the network"):
         calibrate(predictor.basis, predictor.network, training, training, SETTINGS.certificate)
 
 
-def test_scores_of_the_same_split_give_the_same_rule(fitted: Fit, scenes: tuple[Recording, ...]) -> None:
-    predictor = fitted.predictor
-    sides = score_sides(predictor, scenes, SETTINGS, seed=1)
+def test_scores_of_the_same_split_give_the_same_rule(fitted: Fit) -> None:
+    predictor, sides = fitted.predictor, fitted.scored
     again, _ = calibrate(predictor.basis, predictor.network, sides.train, sides.calibration, SETTINGS.certificate)
     assert np.array_equal(again.rule.values, predictor.rule.values)
-    other = score_sides(predictor, scenes, SETTINGS, seed=2)
-    with pytest.raises(CertificateError, match="also trained the network"):
-        calibrate(predictor.basis, predictor.network, sides.train, other.calibration, SETTINGS.certificate)
+    assert again.fingerprint == predictor.fingerprint == sides.predictor
 
 
-def test_another_method_by_its_name(fitted: Fit, scenes: tuple[Recording, ...]) -> None:
+def test_another_method_by_its_name(fitted: Fit) -> None:
     settings = CertificateSettings(method=Method.PAC_POOLED, epsilon=0.1, confidence=0.9, unit="window")
-    predictor = fitted.predictor
-    sides = score_sides(predictor, scenes, SETTINGS, seed=1)
+    predictor, sides = fitted.predictor, fitted.scored
     again, certificates = calibrate(predictor.basis, predictor.network, sides.train, sides.calibration, settings)
     assert len(np.unique(again.rule.values)) == 1
     assert [certificate.epsilon for certificate in certificates] == [0.1]
@@ -88,10 +88,9 @@ def test_another_method_by_its_name(fitted: Fit, scenes: tuple[Recording, ...]) 
 
 
 @pytest.fixture(scope="module")
-def hyperplanes(fitted: Fit, scenes: tuple[Recording, ...]) -> Predictor:
+def hyperplanes(fitted: Fit) -> Predictor:
     """The same network with a hyperplane for every base."""
-    predictor = fitted.predictor
-    sides = score_sides(predictor, scenes, SETTINGS, seed=1)
+    predictor, sides = fitted.predictor, fitted.scored
     settings = CertificateSettings(method=Method.SVM, confidence=0.5, unit="window", tube="per base")
     again, certificates = calibrate(predictor.basis, predictor.network, sides.train, sides.calibration, settings)
     assert certificates[0].unit == "window" and certificates[0].tubes == "per base"
@@ -111,7 +110,7 @@ def test_hyperplanes_are_stored_and_predict(hyperplanes: Predictor, fitted: Fit,
     features = affordance(scene, road)
     expected = hyperplanes.rule.possible(np.zeros(possible.shape), np.asarray(hyperplanes.network.hidden(features)))
     assert np.array_equal(possible, expected)
-    paths = loaded.predict(scene, road, own=0, dt=0.5, steps=6)
+    paths = loaded.predict(scene, road, ego=0, dt=0.5, steps=6)
     foreseen = possible[1:] | ~possible[1:].any(1, keepdims=True)  # where nothing is possible, anything may happen
     assert len(paths) == foreseen.sum()
 
@@ -119,12 +118,6 @@ def test_hyperplanes_are_stored_and_predict(hyperplanes: Predictor, fitted: Fit,
 def test_conformal_methods_calibrate_no_tubes() -> None:
     with pytest.raises(ValidationError, match="pac-pooled calibrates no tubes"):
         CertificateSettings(method=Method.PAC_POOLED, epsilon=0.1, tube="per base")
-
-
-@pytest.mark.parametrize("method", ["svm", "post-bloating"])
-def test_methods_that_compute_their_bound_are_not_asked_for_one(method: str) -> None:
-    assert CertificateSettings(method=Method(method)).asked is None
-    assert CertificateSettings(method=Method.PAC_POOLED, epsilon=0.2).asked == 0.2
 
 
 def test_file_round_trip(fitted: Fit, tmp_path) -> None:
@@ -166,7 +159,7 @@ def three_vehicles() -> Scene:
 def test_predicted_paths(fitted: Fit) -> None:
     predictor, scene, road = fitted.predictor, three_vehicles(), Road.straight()
     possible = predictor.possible(scene, road)
-    paths = predictor.predict(scene, road, own=0, dt=0.25, steps=12)
+    paths = predictor.predict(scene, road, ego=0, dt=0.25, steps=12)
     assert len(paths) == possible[1:].sum() > 0
     assert paths.points.shape == paths.half_sizes.shape == (len(paths), 13, 2)
     assert 0 not in paths.vehicle
@@ -178,7 +171,7 @@ def test_predicted_paths(fitted: Fit) -> None:
 
 def test_half_sizes_hold_body_and_tube(fitted: Fit) -> None:
     predictor = fitted.predictor
-    paths = predictor.predict(three_vehicles(), Road.straight(), own=0, dt=0.5, steps=6)
+    paths = predictor.predict(three_vehicles(), Road.straight(), ego=0, dt=0.5, steps=6)
     base = np.nonzero(predictor.possible(three_vehicles(), Road.straight())[1:])[1]
     basis = predictor.basis
     assert basis.reach is not None
@@ -197,12 +190,86 @@ def test_empty_slots_have_no_paths(fitted: Fit) -> None:
     hidden = Scene(
         scene.lon, scene.lat, scene.speed, scene.heading, scene.length, scene.width, np.array([True, False, False])
     )
-    assert len(fitted.predictor.predict(hidden, Road.straight(), own=0, dt=0.25, steps=12)) == 0
+    assert len(fitted.predictor.predict(hidden, Road.straight(), ego=0, dt=0.25, steps=12)) == 0
 
 
 def test_a_vehicle_without_a_possible_base_may_do_anything(fitted: Fit) -> None:
     nothing = Thresholds(np.full(len(fitted.predictor.basis), 2.0), fitted.predictor.rule.tube)
     strict = replace(fitted.predictor, rule=nothing)
     assert not strict.possible(three_vehicles(), Road.straight()).any()
-    paths = strict.predict(three_vehicles(), Road.straight(), own=0, dt=0.25, steps=12)
+    paths = strict.predict(three_vehicles(), Road.straight(), ego=0, dt=0.25, steps=12)
     np.testing.assert_array_equal(np.unique(paths.vehicle, return_counts=True)[1], len(strict.basis))
+
+
+class Grid(NamedTuple):
+    """What a planner looks like from here."""
+
+    dt: float
+    steps: int
+
+
+def test_paths_like_those_of_a_planner_and_of_everybody(fitted: Fit) -> None:
+    predictor, scene, road = fitted.predictor, three_vehicles(), Road.straight()
+    asked, like = predictor.predict(scene, road, 0, 0.25, 12), predictor.predict(scene, road, 0, like=Grid(0.25, 12))
+    assert np.array_equal(asked.points, like.points) and asked.dt == like.dt == 0.25
+    everybody = predictor.predict(scene, road)
+    assert set(everybody.vehicle) == {0, 1, 2}
+    assert (everybody.dt, everybody.points.shape[1]) == (0.5, 7)
+
+
+@pytest.mark.parametrize("ego", [-1, 3, 10, 2])
+def test_who_asks_is_a_vehicle_of_the_scene(fitted: Fit, ego: int) -> None:
+    scene = replace(three_vehicles(), valid=np.array([True, True, False]))
+    with pytest.raises(SettingError, match=rf"ego = {ego} is not the slot .* 2 of them \(slots 0, 1\)"):
+        fitted.predictor.predict(scene, Road.straight(), ego, 0.25, 12)
+
+
+@pytest.mark.parametrize(
+    ("dt", "steps", "said"),
+    [
+        (0.25, 13, "13 steps of 0.25 s are 3.25 s, .* within 3 s; take at most 12 steps"),
+        (0.0, 12, "must be positive"),
+        (-0.25, 12, "must be positive"),
+        (float("nan"), 12, "must be positive"),
+        (0.25, 0, "at least one, got 0"),
+        (0.25, -3, "at least one, got -3"),
+    ],
+)
+def test_paths_end_within_the_horizon(fitted: Fit, dt: float, steps: int, said: str) -> None:
+    with pytest.raises(SettingError, match=said):
+        fitted.predictor.predict(three_vehicles(), Road.straight(), 0, dt, steps)
+
+
+def test_a_claim_is_given_by_name(scenes: tuple[Recording, ...]) -> None:
+    result = fit(scenes, SETTINGS, seed=1, epsilon=0.2, confidence=0.8, unit="vehicle")
+    certificate = result.predictor.certificate
+    assert (certificate.epsilon, certificate.confidence, certificate.unit) == (0.2, 0.8, "vehicle")
+    assert result.settings.certificate.epsilon == 0.2 and result.seed == 1
+    for wrong in ({"epsilon": 1.0}, {"epsilon": 0.0}, {"confidence": 1.0}):
+        with pytest.raises(SettingError, match=next(iter(wrong))):
+            fit(scenes, SETTINGS, **wrong)
+
+
+def test_what_cannot_be_proved_is_said_before_training(scenes: tuple[Recording, ...]) -> None:
+    stages: list[str] = []
+    with (
+        heard_by(lambda stage, share: stages.append(stage)),
+        pytest.raises(CertificateError, match=r"calibration vehicles.* cannot prove ε = 0.1 .*ask for it with"),
+    ):
+        fit(scenes, SETTINGS, seed=1, unit="vehicle")
+    assert "affordances and labels" in stages and "training" not in stages
+    result = fit(scenes, SETTINGS, seed=1, unit="vehicle", epsilon="auto")
+    units = len(np.unique(result.scored.calibration.vehicle))
+    assert result.predictor.certificate.epsilon == rounded_up(rate_limit(0.9, 0, units)) > 0.1
+
+
+def test_methods_side_by_side_need_nothing_but_the_scores(fitted: Fit) -> None:
+    compared = certify(fitted, targets=(0.1, 0.2))
+    assert {each.method for each in compared} == set(Method)
+    assert all(each.certificate is None or each.certificate.confidence in (0.9, None) for each in compared)
+    again = replace(fitted, scored=replace(fitted.scored, predictor="another"))
+    with pytest.raises(DataError, match="scores of the predictor another"):
+        certify(again)
+    for wrong in ({"targets": [1.5]}, {"confidence": 1.0}):
+        with pytest.raises(CertificateError, match="between 0 and 1"):
+            certify(fitted, **wrong)

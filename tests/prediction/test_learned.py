@@ -45,11 +45,11 @@ def test_examples_are_covered_by_their_base(fitted: Fit) -> None:
 
 def test_file_holds_the_same(fitted: Fit, tmp_path: Path) -> None:
     learned = Learned.of(fitted)
-    learned.save(tmp_path / "learned.npz")
-    again = Learned.load(tmp_path / "learned.npz")
+    learned.save(tmp_path / "learned.safetensors")
+    again = Learned.load(tmp_path / "learned.safetensors")
     assert all(np.array_equal(getattr(again, name), values) for name, values in vars(learned).items())
-    (tmp_path / "other.npz").write_text("nothing")
-    for name in ("other.npz", "missing.npz"):
+    (tmp_path / "other").write_text("nothing")
+    for name in ("other", "missing"):
         with pytest.raises(DataError, match="coverdrive fit"):
             Learned.load(tmp_path / name)
 

@@ -5,7 +5,7 @@ from rich.console import Console
 from rich.table import Table
 
 from coverdrive.certificates.certificate import Certificate
-from coverdrive.report.study_tables import collisions_table, comparison_table, drives_table, grid_table, safety_table
+from coverdrive.report.study_tables import collisions_table, comparison_table, drives_table, safety_table, sweep_table
 from coverdrive.simulation.comparison import MEASURES, Comparison, Difference
 from coverdrive.simulation.trial import SCHEMA
 
@@ -94,7 +94,7 @@ def test_a_grid_has_a_line_for_each_cell() -> None:
         "planner.obstacles.order=2,episode.step=0.1": trials(vehicles=[3, 4], kind=["side", "finished"]),
         "planner.obstacles.order=4,episode.step=0.1": trials(vehicles=[3, 4]),
     }
-    lines = printed(grid_table(cells), 120).splitlines()
+    lines = printed(sweep_table(cells), 120).splitlines()
     assert any(" order=2,step=0.1 " in f" {line} " and "1  (1.3%–98.7%)" in line for line in lines)
     assert any(" order=4,step=0.1 " in f" {line} " and "0  (0.0%–84.2%)" in line for line in lines)
 

@@ -6,9 +6,10 @@ import sys
 from pathlib import Path
 
 from distributed import Client, LocalCluster
-from simulation_fakes import FAST, build_fakes
+from simulation_fakes import fakes
 
-from coverdrive.simulation.study import run_study
+from coverdrive.progress import heard_by
+from coverdrive.simulation.study import Study
 
 KILL_AT = 5
 """finished trials after which a worker is killed"""
@@ -20,15 +21,13 @@ def main() -> None:
         with Client(cluster, set_as_default=False) as client:
             pids = client.run(os.getpid)
 
-        def progress(finished: int, _: int) -> None:
-            if finished == KILL_AT:
+        def kill_one(_: str, share: float) -> None:
+            if round(share * trials) == KILL_AT:
                 os.kill(next(iter(pids.values())), signal.SIGKILL)
                 print("killed", flush=True)
 
-        run_study(
-            build_fakes, FAST, Path(folder), trials=trials, seed=seed, cluster=cluster.scheduler_address,
-            progress=progress,
-        )  # fmt: skip
+        with heard_by(kill_one):
+            Study(fakes(seed=seed), Path(folder)).run(trials, cluster=cluster.scheduler_address)
         with Client(cluster, set_as_default=False) as client:
             after = client.run(os.getpid)
         print("survivors", len(set(pids.values()) & set(after.values())), flush=True)

@@ -3,22 +3,16 @@
 import sys
 from pathlib import Path
 
-from simulation_fakes import FAST, build_fakes
+from simulation_fakes import fakes
 
-from coverdrive.simulation.study import run_study
+from coverdrive.progress import heard_by
+from coverdrive.simulation.study import Study
 
 
 def main() -> None:
     folder, trials, seed, workers = sys.argv[1], *map(int, sys.argv[2:])
-    run_study(
-        build_fakes,
-        FAST,
-        Path(folder),
-        trials=trials,
-        seed=seed,
-        workers=workers,
-        progress=lambda finished, trials: print(finished, trials, flush=True),
-    )
+    with heard_by(lambda _, share: print(round(share * trials), flush=True)):
+        Study(fakes(seed=seed), Path(folder)).run(trials, workers=workers)
 
 
 if __name__ == "__main__":

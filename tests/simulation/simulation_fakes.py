@@ -5,12 +5,10 @@ import numpy as np
 
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.plan import Plan, Status
-from coverdrive.planning.planner import MpcPlanner
 from coverdrive.planning.vehicle import rollout
 from coverdrive.scene import Scene
 from coverdrive.simulation.episode import EpisodeSettings
-from coverdrive.simulation.set_sampling import SetSamplingTraffic
-from coverdrive.simulation.trial import Participants
+from coverdrive.simulation.setup import Setup
 
 
 class FakeBasis(eqx.Module):
@@ -44,10 +42,10 @@ class FakePredictor(eqx.Module):
         verdict[:, list(self.impossible)] = False
         return verdict
 
-    def predict(self, scene, road, own, dt, steps):
+    def predict(self, scene, road, ego, dt, steps):
         times = dt * np.arange(steps + 1)
         deviation, _ = self.basis.rollout(times)
-        slots = [slot for slot in np.flatnonzero(scene.valid) if slot != own]
+        slots = [slot for slot in np.flatnonzero(scene.valid) if slot != ego]
         points, vehicle = [], []
         for slot in slots:
             for base in np.flatnonzero(self.possible(scene, road)[slot]):
@@ -98,12 +96,6 @@ FAST = EpisodeSettings(duration=2.0)
 """a short episode"""
 
 
-def build_fakes() -> Participants:
-    """The participants of a study with stand-ins."""
-    predictor = FakePredictor(FakeBasis.make())
-    return Participants(predictor, ConstantPlanner(), SetSamplingTraffic(predictor))
-
-
-def build_planner() -> Participants:
-    """The same with the planner that drives, whatever time it takes."""
-    return build_fakes()._replace(planner=MpcPlanner())
+def fakes(planner=ConstantPlanner, **changes) -> Setup:
+    """A short study with stand-ins."""
+    return Setup(FakePredictor(FakeBasis.make()), planner, episode=FAST, **changes)

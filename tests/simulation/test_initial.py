@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from coverdrive.errors import SettingError
+from coverdrive.errors import StartError
 from coverdrive.simulation.initial import OWN, InitialSettings, initial_scene
 from coverdrive.simulation.outcome import contacts
 
@@ -56,5 +56,5 @@ def test_same_seed_same_scene_and_another_seed_another_scene():
 
 
 def test_too_many_vehicles_are_refused_with_a_way_out():
-    with pytest.raises(SettingError, match=r"20 uncontrolled vehicles.*use fewer vehicles"):
+    with pytest.raises(StartError, match=r"20 uncontrolled vehicles.*use fewer vehicles"):
         initial_scene(InitialSettings(lanes=1), 20, np.random.default_rng(0))

@@ -5,13 +5,13 @@ import polars as pl
 import pytest
 from simulation_fakes import ConstantPlanner, FakeBasis, FakePredictor
 
-from coverdrive.errors import DataError
+from coverdrive.errors import DataError, StartError
 from coverdrive.recordings.recording import SCHEMA, Recording
 from coverdrive.road import Road
 from coverdrive.simulation.episode import EpisodeSettings, run_episode
 from coverdrive.simulation.initial import OWN, InitialSettings
 from coverdrive.simulation.outcome import Fault, Kind
-from coverdrive.simulation.replay import ReplaySettings, ReplayTraffic, cut_clips
+from coverdrive.simulation.replay import ReplaySettings, ReplayTraffic, cut_scenarios
 
 TIMES = 0.1 * np.arange(101)
 
@@ -30,11 +30,11 @@ def recording(*tracks, group=0) -> Recording:
     return Recording("made", pl.concat(frames), 0.1, Road.straight(), {})
 
 
-CLIPS = cut_clips([recording((0, 1.8, 20, 10), (40, 1.8, 15, 10), (10, 5.4, 22, 10), (90, 9.0, 18, 4))])
+SCENARIOS = cut_scenarios([recording((0, 1.8, 20, 10), (40, 1.8, 15, 10), (10, 5.4, 22, 10), (90, 9.0, 18, 4))])
 
 
-def begin(place, seed=0, clips=CLIPS, **settings):
-    traffic = ReplayTraffic(clips, ReplaySettings(place=place, **settings))
+def begin(place, seed=0, scenarios=SCENARIOS, **settings):
+    traffic = ReplayTraffic(scenarios, ReplaySettings(place=place, **settings))
     start = traffic.start(InitialSettings(), 5, np.random.default_rng(seed))
     traffic.reset(start.scene, start.road, np.random.default_rng(0))
     return traffic, start
@@ -44,8 +44,8 @@ def test_the_own_car_takes_the_place_of_a_recorded_vehicle():
     places = set()
     for seed in range(30):
         _, start = begin("replace", seed)
-        clip, own = CLIPS[0], start.scene.states[OWN]
-        moment, slot = np.argwhere(np.isclose(clip.states, own).all(-1))[0]
+        scenario, own = SCENARIOS[0], start.scene.states[OWN]
+        moment, slot = np.argwhere(np.isclose(scenario.states, own).all(-1))[0]
         assert start.duration == pytest.approx(10 - 0.1 * moment)
         assert start.scene.vehicles == 4 - (moment > 40)  # the replaced one is gone, the own car is there
         assert not np.isclose(start.scene.states[1:], own).all(-1).any()
@@ -85,50 +85,50 @@ def test_recorded_vehicles_drive_as_recorded_and_go_when_they_went(dt):
 
 
 def test_a_follower_that_runs_into_the_own_car_is_at_fault():
-    clips = cut_clips([recording((0, 1.8, 20, 10), (60, 1.8, 20, 10))])
+    scenarios = cut_scenarios([recording((0, 1.8, 20, 10), (60, 1.8, 20, 10))])
     predictor = FakePredictor(FakeBasis.make((0.0,), (0.0,)))
-    traffic = ReplayTraffic(clips, ReplaySettings(place="between"))
+    traffic = ReplayTraffic(scenarios, ReplaySettings(place="between"))
     trace = run_episode(predictor, ConstantPlanner(-5.0), traffic, EpisodeSettings(), 3, 0)
     assert (trace.outcome.kind, trace.outcome.at_fault) == (Kind.REAR_END, Fault.OTHER)
 
 
 def test_an_episode_ends_with_its_recording():
     predictor = FakePredictor(FakeBasis.make((0.0,), (0.0,)))
-    apart = cut_clips([recording((0, 1.8, 20, 10), (40, 1.8, 20, 10), (10, 5.4, 20, 10))])
+    apart = cut_scenarios([recording((0, 1.8, 20, 10), (40, 1.8, 20, 10), (10, 5.4, 20, 10))])
     trace = run_episode(predictor, ConstantPlanner(), ReplayTraffic(apart), EpisodeSettings(), 3, 1)
     assert trace.outcome.kind is Kind.FINISHED
     assert trace.outcome.time == pytest.approx(0.1 * len(trace)) and 5 <= trace.outcome.time <= 10
 
 
-def test_groups_of_a_recording_are_clips_of_their_own():
+def test_groups_of_a_recording_are_scenarios_of_their_own():
     two = recording((0, 1.8, 20, 10), (40, 1.8, 15, 10))
     group = (pl.col("time") > 5.05).cast(pl.Int64)
     both = Recording("made", two.table.with_columns(group=group), 0.1, two.road, {})
-    assert [len(clip.states) for clip in cut_clips([both])] == [51, 50]
+    assert [len(scenario.states) for scenario in cut_scenarios([both])] == [51, 50]
 
 
 def test_moments_without_a_vehicle_are_passed_over():
     early = recording((0, 1.8, 20, 5), (40, 1.8, 20, 5))
     late = early.table.with_columns(vehicle=pl.col("vehicle") + 2, time=pl.col("time") + 20.0)
-    clips = cut_clips([Recording("made", pl.concat([early.table, late]), 0.1, early.road, {})])
+    scenarios = cut_scenarios([Recording("made", pl.concat([early.table, late]), 0.1, early.road, {})])
     for seed in range(20):
-        _, start = begin("between", seed, clips, shortest=3.0)
+        _, start = begin("between", seed, scenarios, shortest=3.0)
         assert start.scene.valid.sum() == 3
 
 
 def test_scenes_that_are_too_short_or_too_full_are_refused():
     with pytest.raises(DataError, match=r"none of the 1 recorded scenes lasts 12.0 s"):
-        ReplayTraffic(CLIPS, ReplaySettings(shortest=12.0))
-    full = cut_clips([recording((0, 1.8, 20, 10), (9, 1.8, 20, 10))])
-    with pytest.raises(DataError, match="fits nowhere"):
-        begin("between", clips=full)
+        ReplayTraffic(SCENARIOS, ReplaySettings(shortest=12.0))
+    full = cut_scenarios([recording((0, 1.8, 20, 10), (9, 1.8, 20, 10))])
+    with pytest.raises(StartError, match="fits nowhere"):
+        begin("between", scenarios=full)
 
 
 def test_a_vehicle_that_would_appear_on_the_own_car_comes_when_there_is_room():
     late = recording((0, 1.8, 20, 10), (40, 1.8, 20, 10), (20, 1.8, 20, 10))
     table = late.table.filter((pl.col("vehicle") != 2) | (pl.col("time") >= 1.95))
-    (clip,) = cut_clips([replace(late, table=table)])
-    traffic = ReplayTraffic([clip], ReplaySettings(place="between", shortest=9.9))
+    (scenario,) = cut_scenarios([replace(late, table=table)])
+    traffic = ReplayTraffic([scenario], ReplaySettings(place="between", shortest=9.9))
     start = traffic.start(InitialSettings(), 3, np.random.default_rng(0))
     traffic.reset(start.scene, start.road, np.random.default_rng(0))
     scene, own = start.scene, start.scene.states[OWN].copy()

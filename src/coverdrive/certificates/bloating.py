@@ -17,6 +17,7 @@ from coverdrive.certificates.calibration import ScoredSamples
 from coverdrive.certificates.certificate import Certificate, Counted, Tubes
 from coverdrive.certificates.covered import CoveredSamples
 from coverdrive.certificates.rule import Thresholds
+from coverdrive.errors import CertificateError
 
 
 def post_bloat(
@@ -52,4 +53,9 @@ def post_bloat(
         bound=partial(violation_bound, support=variables, samples=covered.count),
         paper_epsilon=rate_limit(confidence, variables + 1, covered.count),
     )
+    if certificate.epsilon >= 1:
+        raise CertificateError(
+            f"{covered.count} calibration {unit}s, of which {certificate.uncovered} leave the tube of every base, "
+            "prove nothing; calibrate on more data, or use fewer base trajectories (a wider cover)"
+        )
     return Thresholds.at(covered.lowest, covered.radii(tubes)), certificate

@@ -1,15 +1,17 @@
 """All methods on the same scores: what each proves, what happens on unseen samples, and how large its sets are."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from coverdrive.certificates.bounds import check_confidence
 from coverdrive.certificates.calibration import ScoredSamples, refuse_trained
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.evaluation import Evaluation, Rate, evaluate
 from coverdrive.certificates.methods import Method, Task, certify
-from coverdrive.certificates.units import one_window_each
+from coverdrive.certificates.units import check_epsilon, one_window_each
 from coverdrive.errors import CertificateError
+from coverdrive.progress import done
 
 
 @dataclass(frozen=True)
@@ -40,7 +42,6 @@ def compare(
     task: Task,
     test: ScoredSamples,
     targets: Sequence[float],
-    progress: Callable[[float], None] | None = None,
 ) -> list[Compared]:
     """Calibrate by every method for every target, and test on unseen samples.
 
@@ -48,18 +49,20 @@ def compare(
         task: calibration samples and what is claimed about them; its own ε is ignored.
         test: samples that neither trained nor calibrated.
         targets: bounds ε to ask for.
-        progress: called with the share that is done.
 
     Raises:
-        CertificateError: calibration samples trained the network, so that no method can do anything.
+        CertificateError: calibration samples trained the network, so that no method can do anything, or a target or the
+            confidence is not between 0 and 1.
     """
     refuse_trained(task.samples, task.trained_on)
+    check_confidence(task.confidence)
+    for target in targets:
+        check_epsilon(target)
     runs = [(method, target) for method in Method for target in _targets_of(method, targets)]
     compared: list[Compared] = []
     for method, target in runs:
         compared.append(_compared(method, replace(task, epsilon=target), test))
-        if progress is not None:
-            progress(len(compared) / len(runs))
+        done(len(compared), len(runs))
     return compared
 
 

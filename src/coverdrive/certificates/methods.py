@@ -48,6 +48,11 @@ class Method(StrEnum):
         return self in (Method.POST_BLOATING, Method.SVM)
 
     @property
+    def marginal(self) -> bool:
+        """Whether the bound is on average over calibrations, without confidence."""
+        return self in (Method.POOLED, Method.PER_BASE, Method.CLUSTERED)
+
+    @property
     def calibrates_tubes(self) -> bool:
         """Whether it can give every base a tube of its own."""
         return self in (Method.POST_BLOATING, Method.SVM, Method.DISCARDING, Method.FAMILY, Method.RISK_CONTROL)

@@ -7,7 +7,6 @@ the paper leaves out what no base covers, and so do these tables.
 Erratum: of the bounds printed in Table 1, only the first is the 99 % bound of Theorem 1. The others are its 90 % bound.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +20,7 @@ from coverdrive.certificates.evaluation import Evaluation, Rate, evaluate
 from coverdrive.certificates.family import calibrate_family, quantile_family
 from coverdrive.certificates.rule import Thresholds
 from coverdrive.errors import CertificateError
+from coverdrive.progress import done
 
 BASES = 17
 """M of the paper"""
@@ -173,7 +173,6 @@ def make_tables(
     test: ScoredSamples,
     tube: float,
     seed: int = 0,
-    progress: Callable[[float], None] | None = None,
 ) -> PaperTables:
     """Repeat the experiments of both tables.
 
@@ -186,12 +185,10 @@ def make_tables(
         test: of the test split.
         tube: ε of the cover.
         seed: of the order of the vehicles.
-        progress: called with the share that is done.
 
     Raises:
         CertificateError: a calibration vehicle trained the network, or there are fewer calibration samples than bases.
     """
-    report = progress or (lambda share: None)
     uncovered = Rate.of(np.r_[calibration.distance, test.distance] > tube)
     train, calibration, test = (_covered(side, tube) for side in (train, calibration, test))
     ordered = calibration.of(_vehicle_by_vehicle(calibration, seed))
@@ -202,12 +199,12 @@ def make_tables(
     growth: list[Growth] = []
     for size in sizes:
         growth.append(_grown(train, ordered.of(np.arange(size)), test, mixed, tube))
-        report(len(growth) / steps)
+        done(len(growth), steps)
     few = ordered.of(np.arange(min(TABLE_2_SAMPLES, len(ordered))))
     rows: list[ConformalRow] = []
     for nominal, average, observed in TABLE_2:
         rows.append(_conformal_row(train, few, test, tube, nominal, average, observed))
-        report((len(growth) + len(rows)) / steps)
+        done(len(growth) + len(rows), steps)
     bases = test.scores.shape[1]
     return PaperTables(bases, len(train), len(calibration), len(test), uncovered, growth, len(few), rows)
 

@@ -6,14 +6,17 @@ from typing import Annotated, Any, Literal
 from cyclopts import Parameter
 
 from coverdrive.cli.bars import stages, waiting
-from coverdrive.cli.options import Folder, Replayed, Studied, Trial, clips_reader, console, shown_study
+from coverdrive.cli.options import Folder, Replayed, Studied, Trial, console
 
 
 def animate(
     folder: Folder = Path("results"),
     *,
     trial: Trial = None,
-    format: Annotated[Literal["mp4", "gif"], Parameter(help="MP4 for players, GIF for slides and web pages.")] = "mp4",
+    format: Annotated[
+        Literal["mp4", "gif"],
+        Parameter(help="MP4 for players, GIF for slides and web pages; as in `--format gif`."),
+    ] = "mp4",
     traffic: Studied = None,
     recording: Replayed = None,
 ) -> dict[str, Any]:
@@ -25,10 +28,10 @@ def animate(
     - another one, for slides: `coverdrive animate us101 --trial 7 --format gif`
     """
     with waiting():
-        from coverdrive.pictures import animate_trial
-    study = shown_study(folder, traffic)
-    with stages() as bars:
-        clips = clips_reader(folder, study, recording, bars.share("recordings"))
-        path = animate_trial(folder, bars.report, trial, format, clips, study)
+        from coverdrive.report.report import animate_drive
+        from coverdrive.results import Results
+    results = Results(folder)
+    with stages():
+        path = animate_drive(results.fitted, results.driven_study(traffic, recording or []), trial, format)
     console.print(f"The video is {path}", soft_wrap=True)
     return {"video": str(path)}

@@ -1,55 +1,47 @@
 """Progress in the terminal: bars with the time left, one line for each stage, or a sign of life. It goes to stderr."""
 
-import signal
-import threading
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
-from types import FrameType
 
-from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.table import Column
+from rich.text import Text
+
+from coverdrive.cli import interrupts
+from coverdrive.cli.terminal import Terminal
+from coverdrive.progress import heard_by
 
 _MEMORY = 3600.0
 """[s] that the speed of a stage is averaged over; its steps may be minutes apart"""
 
-console = Console(stderr=True)
+console = Terminal(stderr=True)
 """of the bars; may be made quiet"""
 
 
 class Stages:
     """Bars that appear as their stages begin, and pulse until the first share of them is done."""
 
-    def __init__(self, bars: Progress, interrupted: threading.Event):
-        """Draw on the given display until somebody interrupts."""
+    def __init__(self, bars: Progress):
+        """Draw on the given display."""
         self._bars = bars
-        self._interrupted = interrupted
         self._tasks = {task.description: task.id for task in bars.tasks}
 
     def report(self, stage: str, share: float) -> None:
         """Say that a share in [0, 1] of a stage is done.
 
         Raises:
-            KeyboardInterrupt: somebody interrupted since the bars are shown, even if the exception was lost then.
+            Stopped: somebody interrupted since the bars are shown, even if the exception was lost then.
         """
-        if self._interrupted.is_set():
-            raise KeyboardInterrupt
+        interrupts.again()
         if stage not in self._tasks:
             self._tasks[stage] = self._bars.add_task(stage, total=None)  # pulses
         self._bars.update(self._tasks[stage], completed=share, total=1.0 if share > 0 else None)
-
-    def share(self, stage: str) -> Callable[[float], None]:
-        """A callback for one stage that takes the share that is done."""
-        return lambda share: self.report(stage, share)
-
-    def count(self, stage: str) -> Callable[[int, int], None]:
-        """A callback for one stage that takes how many of how many are done."""
-        return lambda done, total: self.report(f"{stage} ({total})", done / total)
 
 
 def display(clock: Callable[[], float] | None = None) -> Progress:
     """What the bars look like; they take the time from a clock in seconds."""
     columns = (
-        TextColumn("{task.description}"),
+        TextColumn("{task.description}", markup=False, table_column=Column(overflow="fold")),
         BarColumn(),
         TaskProgressColumn(),
         TimeElapsedColumn(),
@@ -59,34 +51,14 @@ def display(clock: Callable[[], float] | None = None) -> Progress:
 
 
 @contextmanager
-def stages() -> Generator[Stages]:
-    """Show bars while the block runs."""
-    with _interrupts() as interrupted, display() as bars:
-        yield Stages(bars, interrupted)
+def stages() -> Generator[None]:
+    """Show a bar for each stage of the work in the block."""
+    with interrupts.heeded(), display() as bars, heard_by(Stages(bars).report):
+        yield
 
 
 @contextmanager
 def waiting(task: str = "loading") -> Generator[None]:
     """Show that something goes on while the block runs, where nobody knows how long it takes."""
-    with console.status(task):
+    with console.status(Text(task)):
         yield
-
-
-@contextmanager
-def _interrupts() -> Generator[threading.Event]:
-    """Remember an interrupt: Python drops an exception that is raised in a callback of the garbage collector."""
-    interrupted = threading.Event()
-
-    def interrupt(number: int, frame: FrameType | None) -> None:
-        interrupted.set()
-        signal.default_int_handler(number, frame)
-
-    in_charge = threading.current_thread() is threading.main_thread()
-    if not in_charge or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
-        yield interrupted
-        return
-    signal.signal(signal.SIGINT, interrupt)
-    try:
-        yield interrupted
-    finally:
-        signal.signal(signal.SIGINT, signal.default_int_handler)

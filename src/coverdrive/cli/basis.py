@@ -6,15 +6,25 @@ from typing import Annotated, Any, Literal
 from cyclopts import Parameter
 
 from coverdrive.cli.bars import stages, waiting
-from coverdrive.cli.options import Config, Location, Out, Seed, console, experiment_of, usually
+from coverdrive.cli.options import Config, Location, Out, Seed, between, console, experiment_of, usually
 
 
 def basis(
     *recording: Annotated[Path, Parameter(help="Files or folders of recordings; without any, generated traffic.")],
-    epsilon: Annotated[tuple[float, ...], Parameter(help="Radius of a cover.")] = (0.5, 0.75, 1.0, 2.0),
+    epsilon: Annotated[
+        tuple[float, ...],
+        Parameter(
+            consume_multiple=True,
+            validator=between(0, 1000),
+            help="Radii of covers [m across the road], as in `--epsilon 0.5 1`.",
+        ),
+    ] = (0.5, 0.75, 1.0, 2.0),
     stride: Annotated[
         float | None,
-        Parameter(help="Time from one segment of a vehicle to the next [s].", show_default=usually("0.2")),
+        Parameter(
+            help="Time from one segment of a vehicle to the next [s], as in `--stride 0.5`.",
+            show_default=usually("0.2"),
+        ),
     ] = None,
     symmetric: Annotated[
         bool | None, Parameter(help="With every base trajectory its mirror image.", show_default=usually("no"))
@@ -35,27 +45,29 @@ def basis(
 
     For example:
 
-    - of generated traffic: `coverdrive basis --out bases`
-    - of recordings, with one ε: `coverdrive basis scenarios/ --epsilon 1 --symmetric --out bases`
+    - of generated traffic, to `results/bases/`: `coverdrive basis`
+    - of recordings, with one ε: `coverdrive basis scenarios/ --epsilon 1 --symmetric --out us101`
     """
-    experiment = experiment_of(config, seed, location).overridden(
-        prediction={"segments": {"stride": stride}, "basis": {"symmetric": symmetric, "centres": centres}}
+    experiment = experiment_of(
+        config,
+        seed=seed,
+        location=location,
+        prediction={"segments": {"stride": stride}, "basis": {"symmetric": symmetric, "centres": centres}},
     )
     with waiting():
-        from coverdrive import workflow
         from coverdrive.prediction.basis_study import basis_record, study_bases
         from coverdrive.prediction.segments import cut_segments
         from coverdrive.report.figures import draw_bases
         from coverdrive.report.terminal import bases_table
-    settings = experiment.prediction
-    with stages() as bars:
-        recordings = workflow.load_recordings(experiment, recording)
-        segments = cut_segments(recordings, settings.segments)
-        studied = study_bases(segments, epsilon, settings.basis, experiment.seed, bars.share("bases"))
-    workflow.save_bases(experiment, recordings, studied, out)
+        from coverdrive.results import save_bases
+    settings, folder = experiment.prediction, out / "bases"
+    with stages():
+        segments = cut_segments(experiment.recordings(recording), settings.segments)
+        studied = study_bases(segments, epsilon, settings.basis, experiment.seed)
+    save_bases(experiment, studied, folder)
     with waiting("drawing"):
-        draw_bases(studied, segments, out / "figures")
+        draw_bases(studied, segments, folder)
     console.print(f"{len(segments)} segments of {studied[0].basis.horizon:g} s")
     console.print(bases_table(studied))
-    console.print(f"Bases and figures are in {out}")
-    return {"results": str(out), "segments": len(segments), "bases": [basis_record(each) for each in studied]}
+    console.print(f"Bases and figures are in {folder}")
+    return {"results": str(folder), "segments": len(segments), "bases": [basis_record(each) for each in studied]}

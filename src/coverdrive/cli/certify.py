@@ -1,56 +1,52 @@
 """``coverdrive certify``: all methods of calibration side by side."""
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
 from coverdrive.cli.bars import stages, waiting
-from coverdrive.cli.options import (
-    TARGETS,
-    Config,
-    Location,
-    Out,
-    Recordings,
-    config_of,
-    console,
-    experiment_of,
-    usually,
-)
+from coverdrive.cli.options import TARGETS, Confidence, Out, between, console, usually
+
+if TYPE_CHECKING:
+    from coverdrive.certificates.comparison import Compared
+    from coverdrive.results import Results
 
 Counted = Literal["window", "vehicle", "drawn window"]
 
 
 def certify(
     *,
-    recording: Recordings = None,
-    epsilon: Annotated[tuple[float, ...], Parameter(help="Bound on the miss rate to ask for.")] = TARGETS,
-    unit: Annotated[Counted | None, Parameter(help="What the bound counts.", show_default=usually("vehicle"))] = None,
+    epsilon: Annotated[
+        tuple[float, ...],
+        Parameter(
+            consume_multiple=True,
+            validator=between(0, 1),
+            help="Bounds to prove on the share that is missed, between 0 and 1, as in `--epsilon 0.05 0.1`.",
+        ),
+    ] = TARGETS,
+    confidence: Confidence = None,
+    unit: Annotated[
+        Counted | None,
+        Parameter(help="What the bound counts, as in `--unit window`.", show_default=usually("vehicle")),
+    ] = None,
     out: Out = Path("results"),
-    config: Config = None,
-    location: Location = None,
 ) -> dict[str, Any]:
-    """Compare all methods of calibration on the predictor in a results folder, on the recordings that made it.
+    """Compare all methods of calibration on the predictor in a results folder, on the scores that its fit has kept.
 
     For example:
 
-    - for a predictor from generated traffic, in `results/`: `coverdrive certify`
-    - for one from recordings: `coverdrive certify --recording scenarios/ --epsilon 0.1 --unit window`
+    - of the predictor in `results/`: `coverdrive certify`
+    - with bounds on windows: `coverdrive certify --epsilon 0.1 --unit window --out us101`
     """
-    experiment = experiment_of(config_of(out, config), None, location)
     with waiting():
-        from coverdrive import workflow
-        from coverdrive.report import style
-        from coverdrive.report.risk_figure import risk_figure
+        from coverdrive.report.report import draw_methods
         from coverdrive.report.terminal import methods_table
-        from coverdrive.results import load_predictor
-    predictor = load_predictor(out)
-    with stages() as bars:
-        recordings = workflow.load_recordings(experiment, recording or [])
-        sides = workflow.scores_of(experiment, predictor, recordings, bars.report)
-        compared = workflow.compare_methods(experiment, predictor, sides, epsilon, unit, bars.report)
-    workflow.save_comparison(compared, predictor, out)
+        from coverdrive.results import Results
+    results = Results(out)
+    compared = compare_and_save(results, epsilon, confidence, unit)
     console.print(methods_table(compared))
     for method in dict.fromkeys(each.method for each in compared):
         console.print(f"{method.value}: {method.help}", style="dim", highlight=False)
@@ -58,6 +54,22 @@ def certify(
         asked = "" if refused.target is None else f" at ε = {refused.target:g}"
         console.print(f"• {refused.method.value}{asked}: {refused.refusal}")
     with waiting("drawing"):
-        style.save(risk_figure(compared), out / "figures" / "methods")
+        draw_methods(results.fitted)
     console.print(f"The comparison is in {out}")
     return {"results": str(out), "methods": [asdict(each) for each in compared]}
+
+
+def compare_and_save(
+    results: "Results",
+    targets: Sequence[float] = TARGETS,
+    confidence: float | None = None,
+    unit: Counted | None = None,
+) -> "list[Compared]":
+    """Compare all methods on the scores of a fit."""
+    from coverdrive.prediction.certify import certify
+
+    with stages():
+        compared = certify(results, targets, unit, confidence)
+        results.save_methods(compared)
+    console.print(f"• All methods of calibration are compared in {results.folder / 'methods.csv'}")
+    return compared

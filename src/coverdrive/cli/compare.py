@@ -15,7 +15,7 @@ def compare(first: Path, second: Path, /) -> dict[str, Any]:
     For example:
 
     - two results folders: `coverdrive compare one/ other/`
-    - two cells of a grid: `coverdrive compare results/grid/traffic.kind=drivers results/grid/traffic.kind=mixed`
+    - two variants of a sweep: `coverdrive compare results/sweep/traffic.kind=drivers results/sweep/traffic.kind=mixed`
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ def compare(first: Path, second: Path, /) -> dict[str, Any]:
     """
     with waiting():
         from coverdrive.report.study_tables import comparison_table
-        from coverdrive.simulation.comparison import compare_studies
+        from coverdrive.simulation.comparison import compare as compare_studies
     comparison = compare_studies(first, second)
     for name, (one, two) in comparison.settings.items():
         console.print(f"{name}: {json.dumps(one)} and {json.dumps(two)}", highlight=False, markup=False)

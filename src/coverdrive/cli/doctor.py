@@ -23,8 +23,8 @@ def doctor(folder: Folder = Path("results")) -> dict[str, Any]:
 
     from coverdrive.doctor import examine
 
-    with stages() as bars:
-        findings = examine(folder, bars.share("examination"))
+    with stages():
+        findings = examine(folder)
     table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False)
     for name in ("", "what", "found"):
         table.add_column(name, overflow="fold")

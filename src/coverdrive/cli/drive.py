@@ -1,9 +1,11 @@
 """``coverdrive drive``: one drive of a study again."""
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import Parameter
+from cyclopts.validators import Number
 
 from coverdrive.cli.bars import stages, waiting
 from coverdrive.cli.options import (
@@ -12,17 +14,28 @@ from coverdrive.cli.options import (
     Seed,
     ToReplay,
     TrafficName,
-    config_of,
     console,
     experiment_of,
-    study_name,
 )
+from coverdrive.progress import stage
 
 
 def drive(
     *,
-    trial: Annotated[int, Parameter(help="Number of the trial: it gives the start and the traffic.")] = 0,
-    vehicles: Annotated[int | None, Parameter(help="Number of uncontrolled vehicles; else that of the trial.")] = None,
+    trial: Annotated[
+        int,
+        Parameter(
+            validator=Number(gte=0, lte=9_999_999),
+            help="Number of the trial, from 0, as in `--trial 7`: it gives the start and the traffic.",
+        ),
+    ] = 0,
+    vehicles: Annotated[
+        int | None,
+        Parameter(
+            validator=Number(gte=1, lte=100),
+            help="Number of uncontrolled vehicles, as in `--vehicles 8`; else that of the trial.",
+        ),
+    ] = None,
     traffic: TrafficName = None,
     recording: ToReplay = None,
     seed: Seed = None,
@@ -36,32 +49,33 @@ def drive(
     - a trial of the study again: `coverdrive drive --trial 7`
     - among other traffic: `coverdrive drive --vehicles 8 --traffic aggressive`
     """
-    experiment = experiment_of(config_of(out, config), seed, traffic=traffic)
     with waiting():
-        from coverdrive import workflow
+        from coverdrive.report.active_constraints import ActiveConstraints
         from coverdrive.report.figures import draw_drive
         from coverdrive.report.study_tables import drives_table
-        from coverdrive.results import binding_of, load_predictor
+        from coverdrive.results import Results
         from coverdrive.simulation.outcome import Cause
         from coverdrive.simulation.storage import save_trace
         from coverdrive.simulation.trial import measure, table_of
-    number = vehicles or workflow.vehicles_of(experiment, trial)
-    predictor = load_predictor(out)
-    folder = out / study_name(experiment, out).replace("study", "drive")
-    folder = folder.with_name(f"{folder.name}_{trial}_{number}")
-    with stages() as bars:
-        clips = workflow.clips_to_replay(experiment, predictor, out, recording or [])
-        bars.report("drive", 0.0)
-        trace = workflow.drive(experiment, predictor, number, trial, clips, bars.share("drive"))
-        bars.report("drive", 1.0)
+    results = Results(out)
+    numbers = None if vehicles is None else [vehicles]
+    experiment = experiment_of(
+        config, base=results.experiment, seed=seed, traffic={"kind": traffic}, study={"vehicles": numbers}
+    )
+    study = results.study(experiment, recording or [])
+    setup = study.setup.loaded()
+    number = setup.trial(trial).vehicles
+    folder = out / f"{study.folder.name.replace('study', 'drive', 1)}_{trial}_{number}"
+    with stages():
+        with stage("drive"):
+            trace = setup.drive(trial)
         save_trace(trace, folder / "trace.npz")
-        bars.report("video", 0.0)
-        draw_drive(trace, folder, binding_of(experiment), bars.share("video"))
-    result = measure(trace, experiment.seed, trial)
+        draw_drive(trace, folder, ActiveConstraints.of_study(study))
+    result = measure(trace, setup.seed, trial)
     console.print(f"{result.kind} at {result.time:.1f} s with {result.vehicles} vehicles")
     if result.cause != Cause.NONE.value:
         console.print(f"at fault: {result.at_fault}; {result.cause}")
-    measures = table_of([result])
+    measures = table_of([asdict(result)])
     console.print(drives_table(measures))
     console.print(f"Trace, snapshots and video are in {folder}")
     return {"drive": str(folder), **measures.row(0, named=True)}

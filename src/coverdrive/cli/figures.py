@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from coverdrive.cli.bars import stages, waiting
-from coverdrive.cli.options import Folder, Replayed, Studied, Trial, clips_reader, console, shown_study
+from coverdrive.cli.options import Folder, Replayed, Studied, Trial, console
 
 
 def figures(
@@ -18,11 +18,11 @@ def figures(
     - with snapshots of a certain drive: `coverdrive figures us101 --trial 7`
     """
     with waiting():
-        from coverdrive.pictures import draw_figures
-    study = shown_study(folder, traffic)
-    with stages() as bars:
-        clips = clips_reader(folder, study, recording, bars.share("recordings"))
-        files = draw_figures(folder, bars.report, trial, clips, study)
+        from coverdrive.report.report import draw_figures
+        from coverdrive.results import Results
+    results = Results(folder)
+    with stages():
+        files = draw_figures(results.fitted, results.driven_study(traffic, recording or []), trial)
     for file in files:
         console.print(str(file), soft_wrap=True)
     return {"figures": [str(file) for file in files]}

@@ -9,6 +9,7 @@ from cyclopts import Parameter
 from coverdrive.cli.bars import stages, waiting
 from coverdrive.cli.options import Location, console
 from coverdrive.errors import DataError
+from coverdrive.progress import stage
 
 
 def inspect(
@@ -27,7 +28,7 @@ def inspect(
         from coverdrive.recordings.read import read
         from coverdrive.recordings.summary import summarise
         from coverdrive.report.terminal import recordings_table
-    with stages():
+    with stages(), stage("reading"):
         recordings = read(recording, location=location)
     summaries = summarise(recordings)
     console.print(recordings_table(summaries))

@@ -1,20 +1,19 @@
 """What several commands take, and what they make of it."""
 
 from collections.abc import Callable, Sequence
-from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
-from rich.console import Console
+from cyclopts.validators import Number
 
 from coverdrive.cli.bars import waiting
+from coverdrive.cli.terminal import Terminal
 
 if TYPE_CHECKING:
     from coverdrive.config import Experiment
-    from coverdrive.simulation.replay import Clip
 
-console = Console()
+console = Terminal()
 
 TARGETS = (0.05, 0.1, 0.2)
 """bounds ε on the miss rate at which methods of calibration are compared"""
@@ -25,12 +24,27 @@ def usually(value: str) -> Callable[[Any], str]:
     return lambda _: f"{value} unless the settings differ"
 
 
+_TRAFFICS = Literal["set-sampling", "drivers", "aggressive", "mixed", "replay"]
+
+
+def between(low: float, high: float) -> Callable[[Any, Any], None]:
+    """Refuses numbers that are not within these bounds, themselves excluded, and what is no number."""
+
+    def check(_: Any, values: Any) -> None:
+        for value in values if isinstance(values, tuple) else (values,):
+            if not low < value < high:
+                raise ValueError(f"expected a number between {low:g} and {high:g}, got {value:g}")
+
+    return check
+
+
 Recordings = Annotated[
     list[Path] | None,
     Parameter(
         name="--recording",
         consume_multiple=True,
-        help="Files or folders: NGSIM CSV or text, CommonRoad XML, Parquet. Without any, traffic is generated.",
+        help="Files or folders: NGSIM CSV or text, CommonRoad XML, Parquet; as in `--recording scenarios/ us-101.csv`. "
+        "Without any, traffic is generated.",
     ),
 ]
 ToReplay = Annotated[
@@ -38,119 +52,181 @@ ToReplay = Annotated[
     Parameter(
         name="--recording",
         consume_multiple=True,
-        help="Only with --traffic replay: files or folders to replay. Without any, the generated traffic is replayed.",
+        help="Only with --traffic replay: files or folders to replay, as in `--recording scenarios/`. Without any, the "
+        "generated traffic is replayed.",
     ),
 ]
-Config = Annotated[Path | None, Parameter(help="TOML file with the settings that differ from the defaults.")]
+Config = Annotated[
+    Path | None,
+    Parameter(
+        help="TOML file with the settings that differ from the defaults, as in `--config mine.toml`; the config.toml "
+        "of any result shows all of them, with units.",
+        show_default=False,
+    ),
+]
 Preset = Annotated[
     Literal["default", "paper"],
     Parameter(
-        help="What holds where the TOML file says nothing: our defaults, or the paper's network and certificate."
+        help="What holds where nothing else says it: our defaults, or the paper's network and certificate, as in "
+        "`--preset paper`."
+    ),
+]
+Set = Annotated[
+    list[str] | None,
+    Parameter(
+        name="--set",
+        consume_multiple=True,
+        help="Settings of config.toml by their names, as in `--set prediction.training.epochs=20 generated.lanes=4`; "
+        "they hold over everything else.",
+    ),
+]
+Epsilon = Annotated[
+    float | Literal["auto"] | None,
+    Parameter(
+        help="Bound to prove on the share that is missed, between 0 and 1, or auto: 0.1 if the data can prove it, else "
+        "the smallest that they can; as in `--epsilon 0.05`.",
+        show_default=usually("0.1"),
+    ),
+]
+EpsilonOfRun = Annotated[
+    float | Literal["auto"] | None,
+    Parameter(
+        name="--epsilon",
+        help="Bound to prove on the share that is missed, between 0 and 1, or auto: 0.1 if the data can prove it, else "
+        "the smallest that they can; as in `--epsilon 0.05`.",
+        show_default=usually("auto"),
+    ),
+]
+Confidence = Annotated[
+    float | None,
+    Parameter(
+        help="Probability with which the bound holds, between 0 and 1, as in `--confidence 0.9`.",
+        show_default=usually("0.99"),
+    ),
+]
+Unit = Annotated[
+    Literal["window", "vehicle"] | None,
+    Parameter(
+        help="What the bound counts: whole vehicles, or windows of 3 s as in the paper; as in `--unit window`.",
+        show_default=usually("vehicle"),
     ),
 ]
 Seed = Annotated[
     int | None,
     Parameter(
-        help="Seed of every random choice; the same seed gives the same result.",
+        help="Seed of every random choice, 0 to 2⁶³ − 1, as in `--seed 7`; the same seed gives the same result.",
         show_default=usually("0"),
     ),
 ]
-Out = Annotated[Path, Parameter(help="Results folder.")]
-Folder = Annotated[Path, Parameter(help="Results folder.")]
+Out = Annotated[Path, Parameter(help="Results folder, as in `--out us101`.")]
+Folder = Annotated[Path, Parameter(help="Results folder, as in `us101`.")]
 Trials = Annotated[
-    int | None, Parameter(help="Number of closed-loop trials; the paper has 1000.", show_default=usually("20"))
+    int | None,
+    Parameter(
+        help="Number of closed-loop trials of 20 s, as in `--trials 100`; the paper has 1000.",
+        show_default=usually("20"),
+    ),
 ]
 Workers = Annotated[
-    int | None, Parameter(help="Number of processes; 0: one for each processor.", show_default=usually("0"))
+    int | None,
+    Parameter(
+        help="Number of processes, as in `--workers 4`; 0: one for each processor.",
+        show_default=usually("0"),
+    ),
 ]
 TrafficName = Annotated[
-    Literal["set-sampling", "drivers", "aggressive", "mixed", "replay"] | None,
+    _TRAFFICS | None,
     Parameter(
         name="--traffic",
         help="Uncontrolled vehicles: of the paper (set-sampling), IDM and MOBIL drivers, aggressive ones, a mixture, "
-        "or recorded ones that do not react (replay).",
+        "or recorded ones that do not react (replay); as in `--traffic drivers`.",
         show_default=usually("set-sampling"),
     ),
 ]
 Studied = Annotated[
-    Literal["set-sampling", "drivers", "aggressive", "mixed", "replay"] | None,
-    Parameter(name="--traffic", help="Traffic of the study to show; else that of the results folder's settings."),
+    _TRAFFICS | None,
+    Parameter(
+        name="--traffic",
+        help="Traffic of the study to show, as in `--traffic drivers`; else that of the results folder's settings.",
+    ),
 ]
 Replayed = Annotated[
     list[Path] | None,
     Parameter(
         name="--recording",
         consume_multiple=True,
-        help="Recordings that the study replayed; needed if drives in replayed traffic are not stored yet.",
+        help="Recordings that the study replayed, as in `--recording scenarios/`; needed if drives in replayed traffic "
+        "are not stored yet.",
     ),
 ]
 Vehicles = Annotated[
     list[int] | None,
     Parameter(
         consume_multiple=True,
-        help="Numbers of uncontrolled vehicles, taken in turn by the trials.",
+        help="Numbers of uncontrolled vehicles, 1 to 100, taken in turn by the trials; as in `--vehicles 5 10`.",
         show_default=usually("3 4 5 6 7, as in the paper,"),
     ),
 ]
-Location = Annotated[str | None, Parameter(help="Site to take from an NGSIM file that holds several.")]
-Named = Annotated[
-    list[int] | None,
-    Parameter(name="--trial", consume_multiple=True, help="Trials to replay besides the notable ones."),
+Location = Annotated[
+    str | None, Parameter(help="Site to take from an NGSIM file that holds several, as in `--location us-101`.")
 ]
-Trial = Annotated[int | None, Parameter(help="Number of the trial; else the drive in which most happens.")]
-Replays = Annotated[int, Parameter(help="Number of drives to replay at most: collisions, near misses, the liveliest.")]
+_Number = Number(gte=0, lte=9_999_999)
+Named = Annotated[
+    list[Annotated[int, Parameter(validator=_Number)]] | None,
+    Parameter(
+        name="--trial",
+        consume_multiple=True,
+        help="Trials to replay besides the notable ones, by their numbers from 0; as in `--trial 7 12`.",
+    ),
+]
+Trial = Annotated[
+    int | None,
+    Parameter(
+        validator=_Number,
+        help="Number of the trial, from 0, as in `--trial 7`; else the drive in which most happens.",
+    ),
+]
+Replays = Annotated[
+    int,
+    Parameter(
+        validator=Number(gte=0, lte=1000),
+        help="Number of drives to replay at most, as in `--replays 3`: collisions, near misses, the liveliest.",
+    ),
+]
 
 
 def experiment_of(
-    config: Path | None,
-    seed: int | None = None,
-    location: str | None = None,
-    trials: int | None = None,
-    workers: int | None = None,
-    traffic: str | None = None,
-    vehicles: list[int] | None = None,
+    config: Path | None = None,
     preset: Preset = "default",
+    settings: Sequence[str] | None = None,
+    usual: dict[str, Any] | None = None,
+    base: "Experiment | None" = None,
+    **options: Any,
 ) -> "Experiment":
-    """The settings of a file or the defaults, with what the command line says put over them."""
+    """All settings: the usual ones, over them those of a file, then the options, and last what ``--set`` says.
+
+    Args:
+        config: TOML file.
+        preset: what is usual.
+        settings: of ``--set``.
+        usual: parts of an experiment that are usual for this command.
+        base: the settings of a results folder, which hold where no file is given.
+        options: parts of an experiment by name; what is None was not asked for.
+
+    Raises:
+        SettingError: a setting is unknown, or has a value that makes no sense.
+    """
     with waiting():
-        from coverdrive.config import Experiment
+        from coverdrive.config import Experiment, merged
+        from coverdrive.sweep import changes_of
 
-    experiment = Experiment.load(config, preset) if config else Experiment.preset(preset)
-    study = {"trials": trials, "workers": workers, "vehicles": vehicles}
-    return experiment.overridden(seed=seed, location=location, study=study, traffic={"kind": traffic})
-
-
-def config_of(out: Path, config: Path | None) -> Path | None:
-    """The given settings, or those that the results folder was made with."""
-    made_with = out / "config.toml"
-    return config or (made_with if made_with.exists() else None)
+    preset_with = Experiment.preset(preset).updated(usual or {})
+    experiment = Experiment.load(config, preset_with) if config else base or preset_with
+    return experiment.updated(merged(options, changes_of(settings or [])))
 
 
-def study_name(experiment: "Experiment", out: Path) -> str:
-    """Folder of a study: each traffic has its own, and that of the results folder's settings is called ``study``."""
-    from coverdrive.config import Experiment
-
-    made_with = out / "config.toml"
-    usual = Experiment.load(made_with) if made_with.exists() else Experiment()
-    return "study" if experiment.traffic.kind == usual.traffic.kind else f"study-{experiment.traffic.kind}"
-
-
-def shown_study(folder: Path, traffic: str | None) -> str:
-    """Name of the study to show, in a results folder."""
-    return study_name(experiment_of(config_of(folder, None), traffic=traffic), folder)
-
-
-def clips_reader(
-    folder: Path, study: str, recordings: list[Path] | None, progress: Callable[[float], None]
-) -> Callable[[], "Sequence[Clip]"]:
-    """Reads the scenes that a study replayed when they are needed, and once."""
-
-    @cache
-    def read() -> "Sequence[Clip]":
-        from coverdrive import workflow
-        from coverdrive.results import load_experiment, load_predictor
-
-        experiment, predictor = load_experiment(folder, study), load_predictor(folder)
-        return workflow.clips_to_replay(experiment, predictor, folder, recordings or [])
-
-    return read
+def certificate(
+    epsilon: float | Literal["auto"] | None, confidence: float | None, unit: str | None
+) -> dict[str, dict[str, Any]]:
+    """What the options of the certificate say, as a part of an experiment."""
+    return {"certificate": {"epsilon": epsilon, "confidence": confidence, "unit": unit}}

@@ -29,12 +29,15 @@ def paper(
     - on generated traffic: `coverdrive paper`
     - on recordings, too: `coverdrive paper --recording scenarios/ --out us101`
     """
-    experiment = experiment_of(config, seed, location)
     with waiting():
-        from coverdrive import workflow
-        from coverdrive.certificates.paper_tables import table_1_bounds
-        from coverdrive.report import paper_tables, style
+        from coverdrive.certificates.paper_tables import make_tables, table_1_bounds
+        from coverdrive.files import write_atomically
+        from coverdrive.prediction.fit import fit
+        from coverdrive.prediction.paper_settings import paper_settings
+        from coverdrive.report import paper_tables
+        from coverdrive.report.drawing import save
         from coverdrive.report.paper_figure import paper_figure
+    experiment = experiment_of(config, seed=seed, location=location).model_copy(update={"prediction": paper_settings()})
     sources = {"generated": [], **({"recordings": recording} if recording else {})}
     titles = {"generated": "generated traffic", "recordings": "the recordings"}
     bounds = table_1_bounds()
@@ -43,9 +46,10 @@ def paper(
     frames = {"table_1_bounds": paper_tables.bounds_frame(bounds)}
     figures = {}
     for name, paths in sources.items():
-        with stages() as bars:
-            recordings = workflow.load_recordings(experiment, paths)
-            tables = workflow.paper_tables(experiment, recordings, bars.report)
+        with stages():
+            result = fit(experiment.recordings(paths), experiment.prediction, experiment.seed)
+            scored, tube = result.scored, result.predictor.basis.epsilon
+            tables = make_tables(scored.train, scored.calibration, scored.test, tube, experiment.seed)
         console.print(paper_tables.growth_table(tables, titles[name]))
         console.print(paper_tables.conformal_table(tables, titles[name]))
         frames |= {
@@ -53,9 +57,11 @@ def paper(
             f"table_2_{name}": paper_tables.conformal_frame(tables),
         }
         figures[name] = paper_figure(tables)
-    workflow.save_paper_tables(experiment, frames, folder)
+    experiment.save(folder / "config.toml")
+    for name, frame in frames.items():
+        write_atomically(folder / f"{name}.csv", frame.write_csv)
     with waiting("drawing"):
         for name, figure in figures.items():
-            style.save(figure, folder / f"tables_{name}")
+            save(figure, folder / f"tables_{name}")
     console.print(f"The tables are in {folder}")
     return {"results": str(folder), "tables": {name: frame.to_dicts() for name, frame in frames.items()}}

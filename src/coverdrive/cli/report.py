@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from coverdrive.cli.bars import stages, waiting
-from coverdrive.cli.options import Folder, Named, Replayed, Replays, Studied, clips_reader, console, shown_study
+from coverdrive.cli.options import Folder, Named, Replayed, Replays, Studied, console
 
 
 def report(
@@ -25,10 +25,12 @@ def report(
     - with the replays of certain drives: `coverdrive report us101 --trial 7 12`
     """
     with waiting():
-        from coverdrive.pictures import write_report
-    study = shown_study(folder, traffic)
-    with stages() as bars:
-        clips = clips_reader(folder, study, recording, bars.share("recordings"))
-        path = write_report(folder, bars.report, trial or [], replays, clips, study)
+        from coverdrive.report.report import report as write
+        from coverdrive.results import Results
+    results = Results(folder)
+    with stages():
+        path = write(
+            results.fitted, results.driven_study(traffic, recording or []), trials=trial or [], replays=replays
+        )
     console.print(f"The report is {path}", soft_wrap=True)
     return {"report": str(path)}

@@ -1,7 +1,6 @@
-"""``coverdrive study``: many drives, once or for every cell of a grid."""
+"""``coverdrive study``: many drives, once or for every variant of a sweep."""
 
-from collections.abc import Generator
-from contextlib import contextmanager
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -17,17 +16,17 @@ from coverdrive.cli.options import (
     Trials,
     Vehicles,
     Workers,
-    config_of,
     console,
     experiment_of,
-    study_name,
 )
 
 if TYPE_CHECKING:
-    from coverdrive.config import Experiment
+    from coverdrive.config import Experiment, StudySettings
+    from coverdrive.results import Results
+    from coverdrive.simulation.study import Study
 
 Cluster = Annotated[
-    str | None, Parameter(help="Address of a Dask scheduler whose workers drive, as in tcp://host:8786.")
+    str | None, Parameter(help="Address of a Dask scheduler whose workers drive, as in `--cluster tcp://host:8786`.")
 ]
 
 
@@ -38,14 +37,18 @@ def study(
     vehicles: Vehicles = None,
     recording: ToReplay = None,
     until_width: Annotated[
-        float | None, Parameter(help="Stop early once both 95 % intervals of the collision rates are this narrow.")
+        float | None,
+        Parameter(
+            help="Stop early once both 95 % intervals of the collision rates are this narrow, "
+            "as in `--until-width 0.02`."
+        ),
     ] = None,
     settings: Annotated[
         list[str] | None,
         Parameter(
             name="--set",
             consume_multiple=True,
-            help="Settings to vary, as in planner.problem.obstacles.order=2,4; every combination is a study.",
+            help="Settings to vary, as in `--set planner.problem.obstacles.order=2,4`; every combination is a study.",
         ),
     ] = None,
     seed: Seed = None,
@@ -65,70 +68,71 @@ def study(
     - among vehicles that react: `coverdrive study --traffic drivers --vehicles 5 10`
     - one study for each value: `coverdrive study --set planner.problem.obstacles.order=2,4`
     """
-    experiment = experiment_of(config_of(out, config), seed, None, trials, workers, traffic, vehicles).overridden(
-        study={"until_width": until_width}
+    with waiting():
+        from coverdrive.results import Results
+    results = Results(out)
+    experiment = experiment_of(
+        config,
+        base=results.experiment,
+        seed=seed,
+        study={"trials": trials, "workers": workers, "vehicles": vehicles, "until_width": until_width},
+        traffic={"kind": traffic},
     )
     if settings:
-        return _grid(experiment, settings, out, recording or [], cluster)
-    return study_and_print(experiment, out, recording or [], cluster)
+        return _sweep(results, experiment, settings, recording or [], cluster)
+    return study_and_print(results.study(experiment, recording or []), results, experiment.study, cluster)
 
 
 def study_and_print(
-    experiment: "Experiment", out: Path, recording: list[Path] | None = None, cluster: str | None = None
+    study: "Study", results: "Results", size: "StudySettings", cluster: str | None = None
 ) -> dict[str, Any]:
     """Drive the trials that are missing, and say how they went."""
     with waiting():
-        from coverdrive import workflow
         from coverdrive.report.study_tables import collisions_table, drives_table, safety_table
-        from coverdrive.results import load_certificates, load_predictor
-        from coverdrive.simulation.statistics import collision_table
-    predictor = load_predictor(out)
-    name = study_name(experiment, out)
-    with stages() as bars:
-        clips = workflow.clips_to_replay(experiment, predictor, out, recording or [])
-        progress = bars.count("closed-loop trials")
-        with _trials_kept():
-            trials = workflow.study(experiment, predictor, out / name, progress, clips=clips, cluster=cluster)
+    _drive(study, size, cluster)
+    trials = study.trials
     console.print(collisions_table(trials))
-    console.print(safety_table(trials, load_certificates(out)))
+    console.print(safety_table(trials, results.certified.certificates))
     console.print(drives_table(trials))
-    console.print(f"One row for each trial is in {out / name / 'trials.parquet'}")
+    for number, reason in study.unstarted.select("trial", "reason").iter_rows():
+        console.print(f"• Trial {number} could not start: {reason}")
+    console.print(f"One row for each trial is in {study.folder / 'trials.parquet'}")
     return {
-        "results": str(out / name),
-        "collisions": collision_table(trials).to_dicts(),
+        "results": str(study.folder),
+        "collisions": study.collisions.to_dicts(),
         "trials": trials.to_dicts(),
+        "unstarted": study.unstarted.to_dicts(),
     }
 
 
-def _grid(
-    experiment: "Experiment", settings: list[str], out: Path, recording: list[Path], cluster: str | None
+def _sweep(
+    results: "Results", experiment: "Experiment", settings: list[str], recording: list[Path], cluster: str | None
 ) -> dict[str, Any]:
     """Drive a study for every combination of settings, each in its own folder, and put them into one table."""
     with waiting():
-        from coverdrive import workflow
-        from coverdrive.grid import cells_of
-        from coverdrive.report.study_tables import grid_table
-        from coverdrive.results import load_predictor
-        from coverdrive.simulation.statistics import collision_table
-    predictor = load_predictor(out)
-    cells = {cell.name: experiment.overridden(**cell.changes) for cell in cells_of(settings)}
-    driven = {}
-    with stages() as bars, _trials_kept():
-        for name, each in cells.items():
-            folder = out / "grid" / name
-            clips = workflow.clips_to_replay(each, predictor, out, recording)
-            driven[name] = workflow.study(each, predictor, folder, bars.count(name), clips=clips, cluster=cluster)
-            each.save(folder / "config.toml")
-    console.print(grid_table(driven))
-    console.print(f"Every cell has its own folder in {out / 'grid'}; two of them go to `coverdrive compare`")
-    return {"grid": {name: collision_table(trials).to_dicts() for name, trials in driven.items()}}
+        from coverdrive.report.study_tables import sweep_table
+        from coverdrive.sweep import sweep
+    variants = {variant.name: experiment.updated(variant.changes) for variant in sweep(settings)}
+    studies = {name: results.study(each, recording, f"sweep/{name}") for name, each in variants.items()}
+    for name, study in studies.items():
+        _drive(study, variants[name].study, cluster, name)
+        variants[name].save(study.folder / "config.toml")
+    console.print(sweep_table({name: study.trials for name, study in studies.items()}))
+    folder = results.folder / "sweep"
+    console.print(f"Every variant has its own folder in {folder}; two of them go to `coverdrive compare`")
+    return {"sweep": {name: study.collisions.to_dicts() for name, study in studies.items()}}
 
 
-@contextmanager
-def _trials_kept() -> Generator[None]:
-    """Let somebody who stops the trials know that they are not lost."""
+def _drive(study: "Study", size: "StudySettings", cluster: str | None, name: str = "closed-loop trials") -> None:
+    """Drive a study; somebody who stops it is told that its finished trials are not lost."""
     try:
-        yield
+        with stages():
+            study.run(
+                size.trials, workers=size.workers or os.cpu_count() or 1, cluster=cluster,
+                until_width=size.until_width, batch=size.batch, name=name,
+            )  # fmt: skip
     except KeyboardInterrupt as stop:
         stop.add_note("finished trials are kept, and the same command goes on from them")
         raise
+    for file in study.set_aside:
+        console.print(f"• A damaged row was set aside as {file}, and its trial was driven again")

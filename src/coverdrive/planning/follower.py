@@ -18,9 +18,9 @@ from coverdrive.settings import Settings
 class FollowerSettings(Settings):
     """What the vehicle behind is trusted to do."""
 
-    reaction: float = Field(default=0.5, ge=0)
+    reaction: float = Field(default=0.5, ge=0, le=10)
     """[s] for which it goes on at its speed"""
-    deceleration: float = Field(default=2.0, gt=0)
+    deceleration: float = Field(default=2.0, gt=0, le=15)
     """[m/s²] at which it brakes then, a little more than what is comfortable (1.67: Treiber, Hennecke, Helbing 2000)"""
 
 

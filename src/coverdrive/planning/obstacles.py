@@ -38,7 +38,7 @@ class ObstacleSettings(Settings):
     """p of the superellipse (paper: 2); a higher order is nearer to the box"""
     margin: float = Field(default=0.01, ge=0, le=0.1)
     """by which the constraints ask for more than not touching; slack up to it costs, but is no contact"""
-    edge_margin: float = Field(default=0.05, ge=0)
+    edge_margin: float = Field(default=0.05, ge=0, le=1)
     """[m] by which the body is kept further inside the road than it must"""
     terminal_braking: bool = True
     """whether the end of a plan leaves the way to brake behind a vehicle that keeps its speed"""

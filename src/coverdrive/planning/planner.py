@@ -41,21 +41,21 @@ class PlannerSettings(Settings):
     """horizon, own car, weights and obstacles"""
     search: SearchSettings = SearchSettings()
     """how plans are found"""
-    lane_change: float = Field(default=10.0, ge=0)
+    lane_change: float = Field(default=10.0, ge=0, le=1e6)
     """cost of aiming at another lane than the last plan, against dithering"""
-    iterations: int = Field(default=24, ge=1)
+    iterations: int = Field(default=24, ge=1, le=10_000)
     """of the search, at the most"""
     budget: float | None = Field(default=None, gt=0, le=10)
     """[s] wall time after which no further iterations are begun: in a car, half of the time between two plans is a good
     choice; without it, the same seed gives the same drive on every machine"""
-    iterations_at_once: int = Field(default=8, ge=1)
+    iterations_at_once: int = Field(default=8, ge=1, le=10_000)
     """iterations between two looks at the clock; fewer where there are more than 125 paths"""
     rear_last: bool = True
     """if nothing is clear, the vehicle directly behind in the own lane (paper, Remark 2) is taken to keep its distance
     as ``follower`` says, so that it does not push the own car into another, even where nothing is clear then either"""
     follower: FollowerSettings = FollowerSettings()
     """what that vehicle is trusted to do"""
-    grace: float = Field(default=0.5, ge=0)
+    grace: float = Field(default=0.5, ge=0, le=10)
     """[s] for which a vehicle that vanished is taken to be on one of its last predicted paths, and for which the own
     car is taken to follow its last plan where its state cannot be true, or cannot have come about since. Then it brakes
     in the former case, and believes the state in the latter"""

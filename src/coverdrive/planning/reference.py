@@ -33,7 +33,7 @@ class ReferenceSettings(Settings):
     """which one"""
     options: SolverSettings = SolverSettings()
     """when the solver is done, and when it gives up"""
-    lane_change: float = Field(default=10.0, ge=0)
+    lane_change: float = Field(default=10.0, ge=0, le=1e6)
     """cost of aiming at another lane than the last plan, against dithering"""
 
 

@@ -32,9 +32,9 @@ _lane_seeking = compiled(lane_seeking)
 class SearchSettings(Settings):
     """How long the search goes on."""
 
-    tolerance: float = Field(default=3e-3, gt=0)
+    tolerance: float = Field(default=3e-3, gt=0, le=1)
     """a step of the descent that lowers the merit by a smaller share is the last"""
-    braking_guesses: int = Field(default=4, ge=2)
+    braking_guesses: int = Field(default=4, ge=2, le=100)
     """number of constant accelerations from full braking to none that are tried as manoeuvres"""
 
     def accelerations(self, vehicle: VehicleSettings) -> Float[np.ndarray, " g"]:

@@ -28,14 +28,14 @@ Solver = Literal["fatrop", "ipopt"]
 class SolverSettings(Settings):
     """When a solver is done, and when it gives up."""
 
-    tolerance: float = Field(default=1e-3, gt=0)
+    tolerance: float = Field(default=1e-3, gt=0, le=1)
     """largest violation of the optimality conditions"""
-    barrier: float = Field(default=0.1, gt=0)
+    barrier: float = Field(default=0.1, gt=0, le=1e6)
     """barrier parameter that the interior point methods start with if the start is clear of the obstacles"""
-    far_barrier: float = Field(default=1000.0, gt=0)
+    far_barrier: float = Field(default=1000.0, gt=0, le=1e6)
     """barrier parameter if the start is inside an obstacle; of the size of the slack penalty, it lets the solver leave
     the obstacle before it refines (measured: a third of the failures, half the iterations, cheaper plans)"""
-    max_iterations: int = Field(default=100, ge=0)
+    max_iterations: int = Field(default=100, ge=0, le=10_000)
     """of either solver"""
 
 

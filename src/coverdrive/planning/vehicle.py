@@ -19,19 +19,19 @@ from coverdrive.settings import Settings
 class VehicleSettings(Settings):
     """Size and limits of the own car."""
 
-    length: float = Field(default=4.8, gt=0)
+    length: float = Field(default=4.8, ge=1, le=30)
     """[m] a mid-size sedan (AASHTO Green Book 2018, passenger car: 5.8 m at the most; NGSIM US-101 median: 4.6 m)"""
-    width: float = Field(default=1.9, gt=0)
+    width: float = Field(default=1.9, ge=0.3, le=5)
     """[m] a mid-size sedan without mirrors"""
-    max_acceleration: float = Field(default=3.0, gt=0)
+    max_acceleration: float = Field(default=3.0, gt=0, le=15)
     """[m/s²] brisk but ordinary (CommonRoad vehicle parameters: up to 11.5; the authors' scripts allow 2000)"""
-    max_deceleration: float = Field(default=8.0, gt=0)
+    max_deceleration: float = Field(default=8.0, gt=0, le=15)
     """[m/s²] full braking on dry asphalt (0.8 g; UN R13-H asks for at least 6.43 m/s²)"""
-    max_yaw_rate: float = Field(default=0.5, gt=0)
+    max_yaw_rate: float = Field(default=0.5, gt=0, le=5)
     """[rad/s] own choice; above 8 m/s `max_lateral_acceleration` is the tighter bound"""
-    max_lateral_acceleration: float = Field(default=4.0, gt=0)
+    max_lateral_acceleration: float = Field(default=4.0, gt=0, le=15)
     """[m/s²] bound of speed · yaw rate; own choice, half of what the tyres of `max_deceleration` give"""
-    max_speed: float = Field(default=45.0, gt=0)
+    max_speed: float = Field(default=45.0, gt=0, le=120)
     """[m/s] a little above the reference speed of 40 m/s"""
     max_heading: float = Field(default=0.35, gt=0, lt=np.pi / 2)
     """[rad] largest angle between the car and the road; own choice, 20°, more than a lane change at speed needs"""

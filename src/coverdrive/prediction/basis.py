@@ -8,7 +8,6 @@ No vehicle deviates as much within half a second. Once the base trajectories are
 at every sample to what the segments need that they cover: a narrower tube, which covers the same segments.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
@@ -19,14 +18,14 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 from jaxtyping import Bool, Float
-from pydantic import Field, PositiveFloat, PositiveInt
+from pydantic import Field
 from scipy.interpolate import CubicSpline
 
 from coverdrive.errors import DataError
 from coverdrive.prediction.cover import CAUTION, MIRROR, greedy_cover, with_mirror_images
 from coverdrive.prediction.free_centres import free_centres
 from coverdrive.prediction.segments import Segments
-from coverdrive.prediction.storage import load_arrays, save_arrays
+from coverdrive.prediction.storage import load_arrays, reading, save_arrays
 from coverdrive.settings import Settings
 
 Centres = Literal["segments", "free"]
@@ -40,14 +39,14 @@ _LEAST_REACH = 0.05
 class BasisSettings(Settings):
     """Size of the tolerance, and how the cover is searched."""
 
-    epsilon: PositiveFloat = 0.75
+    epsilon: float = Field(default=0.75, ge=0.01, le=1000)
     """radius ε of the cover: the tolerance across the road at the start [m]. The authors' scripts have 0.5, and reach
     17 bases by dropping rare ones; covering every segment, 0.75 gives about as many"""
-    aspect: PositiveFloat = 4.0
+    aspect: float = Field(default=4.0, ge=0.01, le=1000)
     """tolerance along the road over tolerance across it (authors' scripts)"""
-    growth: float = Field(default=1.0, ge=0)
+    growth: float = Field(default=1.0, ge=0, le=1000)
     """relative growth of the tolerance over the horizon (authors' scripts: it doubles)"""
-    candidates: PositiveInt = 4096
+    candidates: int = Field(default=4096, ge=1, le=10_000_000)
     """segments that greedy choice picks from at a time; more can give a smaller basis and takes longer"""
     symmetric: bool = False
     """with every base trajectory, its mirror image (left for right) is in the basis"""
@@ -156,8 +155,9 @@ class Basis(eqx.Module):
             DataError: the file is missing, or not one that `save` wrote.
         """
         header, arrays = load_arrays(path, "basis", "coverdrive basis")
-        del header["source"]
-        return Basis(**arrays, **header)
+        with reading(path, "basis", "coverdrive basis"):
+            del header["source"]
+            return Basis(**arrays, **header)
 
 
 @jax.jit
@@ -177,7 +177,6 @@ def make_basis(
     segments: Segments,
     settings: BasisSettings | None = None,
     seed: int = 0,
-    progress: Callable[[float], None] | None = None,
 ) -> Basis:
     """Cover all segments with few of them.
 
@@ -186,7 +185,6 @@ def make_basis(
             images if the settings say symmetric, unless the settings leave their centres free.
         settings: tolerance and search.
         seed: of the search.
-        progress: called with the share of segments covered so far.
 
     Raises:
         DataError: there is no segment, or a point is not finite.
@@ -197,7 +195,7 @@ def make_basis(
     tolerance: dict[str, Any] = {"epsilon": settings.epsilon, "aspect": settings.aspect, "growth": settings.growth}
     everything = Basis(segments.points, step=segments.step, **tolerance)
     scaled = everything.scaled(segments.points)
-    chosen = greedy_cover(scaled, settings.epsilon, settings.candidates, seed, progress, settings.symmetric)
+    chosen = greedy_cover(scaled, settings.epsilon, settings.candidates, seed, settings.symmetric)
     points = segments.points[chosen]
     if settings.centres == "free":
         centres = free_centres(scaled, scaled[chosen], settings.epsilon, seed, settings.symmetric)

@@ -1,7 +1,7 @@
 """How large a basis has to be: bases of several ε for the same segments, verified, and bounds on the smallest."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import ceil
 from typing import Any
@@ -16,6 +16,7 @@ from coverdrive.prediction.basis import Basis, BasisSettings, make_basis
 from coverdrive.prediction.cover import MIRROR
 from coverdrive.prediction.cover_bounds import fractional_bound, packing
 from coverdrive.prediction.segments import Segments
+from coverdrive.progress import part
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,6 @@ def study_bases(
     epsilons: Sequence[float],
     settings: BasisSettings | None = None,
     seed: int = 0,
-    progress: Callable[[float], None] | None = None,
 ) -> tuple[StudiedBasis, ...]:
     """Make, verify and bound a basis for every ε.
 
@@ -61,7 +61,6 @@ def study_bases(
         epsilons: radii of the covers; equal ones count once.
         settings: of the basis; their ε is not used.
         seed: of the covers and of the bounds.
-        progress: called with the share of the bases that is done.
 
     Returns:
         By ascending ε.
@@ -76,10 +75,9 @@ def study_bases(
     source = fingerprint(segments.points)
     studied: list[StudiedBasis] = []
     radii = sorted(set(epsilons))
-    for epsilon in radii:
-        studied.append(_study(segments, settings.model_copy(update={"epsilon": float(epsilon)}), seed, source))
-        if progress:
-            progress(len(studied) / len(radii))
+    for number, radius in enumerate(radii):
+        with part(number, len(radii)):
+            studied.append(_study(segments, settings.model_copy(update={"epsilon": float(radius)}), seed, source))
     return tuple(studied)
 
 

@@ -1,24 +1,26 @@
 """Calibrating a trained network: its scores become a rule with a certificate (paper §3.2)."""
 
 from contextlib import suppress
-from typing import NamedTuple
+from typing import Annotated, Literal
 
-import jax
 import numpy as np
-from jax import Array
-from jaxtyping import Float
 from pydantic import Field, model_validator
 
 from coverdrive.certificates.calibration import ScoredSamples
 from coverdrive.certificates.certificate import Certificate, Tubes, Unit
 from coverdrive.certificates.methods import Method, Task
 from coverdrive.certificates.methods import certify as certify_scores
+from coverdrive.certificates.provable import Claim, provable_epsilon
 from coverdrive.errors import CertificateError
 from coverdrive.prediction.basis import Basis
 from coverdrive.prediction.network import Network
+from coverdrive.prediction.own_network import OwnNetwork
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.prediction.samples import Samples
 from coverdrive.settings import Settings
+
+Epsilon = Annotated[float, Field(gt=0, lt=1)] | Literal["auto"]
+"""A bound on the miss rate, or "auto": one that can be proved"""
 
 
 class CertificateSettings(Settings):
@@ -26,16 +28,17 @@ class CertificateSettings(Settings):
 
     method: Method = Method.PAC_POOLED
     """how thresholds are calibrated; `coverdrive certify` compares all methods"""
-    epsilon: float = Field(default=0.1, gt=0, lt=1)
-    """bound on the miss rate to ask for; post-bloating and svm compute their own and ignore it"""
+    epsilon: Epsilon = 0.1
+    """bound on the miss rate to ask for; "auto" is 0.1 or, where so few calibration samples cannot prove that, the
+    smallest that their number can; post-bloating and svm compute their own and ignore it"""
     confidence: float = Field(default=0.99, gt=0, lt=1)
     """probability with which the bound on the miss rate holds (paper, Table 1)"""
     unit: Unit = "vehicle"
     """what the bound stored with the predictor counts: whole vehicles, or windows as in the paper, which takes the
     windows of one vehicle for independent"""
     tube: Tubes = "cover"
-    """radius around every base within which a vehicle has to stay: the ε of the cover, or one of its own, calibrated
-    with the threshold of the base and never above ε"""
+    """radius around every base within which a vehicle has to stay: that of the cover, or one of its own, calibrated
+    with the threshold of the base and never above it"""
 
     @model_validator(mode="after")
     def _asks_for_what_there_is(self) -> "CertificateSettings":
@@ -43,49 +46,36 @@ class CertificateSettings(Settings):
             raise ValueError(f"{self.method.value} calibrates no tubes; take the tube of the cover, or another method")
         return self
 
-    @property
-    def asked(self) -> float | None:
-        """The bound to ask the method for."""
-        return None if self.method.computes_epsilon else self.epsilon
 
-
-class ScoredSides(NamedTuple):
-    """Scores of the samples of each side of a split."""
-
-    train: ScoredSamples
-    calibration: ScoredSamples
-    test: ScoredSamples
-
-
-def score(network: Network, samples: Samples, tube: float | None = None) -> ScoredSamples:
-    """Scores, and the last hidden layer, of samples with a known outcome.
+def provable(samples: Samples, basis: Basis, settings: CertificateSettings) -> float | None:
+    """The bound ε to ask for, found out before a network is trained.
 
     Args:
-        network: any.
-        samples: N samples.
-        tube: a vehicle is in its predicted set if it stays within this radius of any possible base: of the bases that
-            it stayed that close to, the one with the highest score stands for what it did. Without a tube, and
-            where no base is that close, it is the base of the samples.
+        samples: the calibration split Ω₂.
+        basis: its radius is the tube around every base that vehicles have to stay in.
+        settings: what to claim.
+
+    Returns:
+        None for methods that compute ε.
+
+    Raises:
+        CertificateError: whatever the network, so few calibration samples, or with so many of them outside the tube of
+            every base, cannot prove it.
     """
-    scores, hidden = (np.asarray(values) for values in _scores_and_hidden(network, samples.features))
-    base = samples.base
-    if tube is not None:
-        covering = samples.distance <= tube
-        base = np.where(covering.any(1), np.where(covering, scores, -1).argmax(1), base)
-    distance = samples.distance[np.arange(len(samples)), base]
-    return ScoredSamples(scores, base, distance, samples.vehicle, hidden)
+    outside = samples.distance[np.arange(len(samples)), samples.base] > basis.epsilon
+    return _epsilon(samples.vehicle, outside, len(basis), settings)
 
 
-@jax.jit
-def _scores_and_hidden(
-    network: Network, features: Float[Array, "N F"]
-) -> tuple[Float[Array, "N M"], Float[Array, "N H"]]:
-    return network.scores(features), network.hidden(features)
+def _epsilon(vehicle: np.ndarray, outside: np.ndarray, bases: int, settings: CertificateSettings) -> float | None:
+    unit = np.unique(vehicle, return_inverse=True)[1] if settings.unit == "vehicle" else np.arange(len(vehicle))
+    count, uncovered = len(np.unique(unit)), len(np.unique(unit[outside]))
+    claim = Claim(settings.method, settings.confidence, settings.unit, settings.tube)
+    return provable_epsilon(settings.epsilon, claim, bases, count, uncovered)
 
 
 def calibrate(
     basis: Basis,
-    network: Network,
+    network: Network | OwnNetwork,
     training: ScoredSamples,
     calibration: ScoredSamples,
     settings: CertificateSettings,
@@ -94,7 +84,7 @@ def calibrate(
     """Turn a trained network into a predictor with a certificate.
 
     Args:
-        basis: its radius ε is the tube around every base that vehicles have to stay in.
+        basis: its radius is the tube around every base that vehicles have to stay in.
         network: trained on the vehicles of ``training``.
         training: scores of the training split Ω₁.
         calibration: scores of the calibration split Ω₂.
@@ -109,13 +99,14 @@ def calibrate(
         CertificateError: a calibration vehicle trained the network, or there are too few for the claim.
     """
     trained_on = np.unique(training.vehicle)
+    epsilon = _epsilon(calibration.vehicle, calibration.distance > basis.epsilon, len(basis), settings)
 
     def certified(unit: Unit) -> tuple[Predictor, Certificate]:
         task = Task(
             samples=calibration,
             tube=basis.epsilon,
             trained_on=trained_on,
-            epsilon=settings.asked,
+            epsilon=epsilon,
             confidence=settings.confidence,
             unit=unit,
             training=training,

@@ -7,13 +7,15 @@ for the few that no candidate covers, those that are still uncovered. At the end
 superfluous are left out.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 from jaxtyping import Bool, Float, Int, UInt64
+
+from coverdrive.progress import done
 
 _CHUNK = 256
 _WORD = 64
@@ -30,7 +32,6 @@ def greedy_cover(
     epsilon: float,
     candidates: int = 4096,
     seed: int = 0,
-    progress: Callable[[float], None] | None = None,
     symmetric: bool = False,
 ) -> Int[np.ndarray, " M"]:
     """Choose segments such that every segment is within ε of a chosen one.
@@ -40,7 +41,6 @@ def greedy_cover(
         epsilon: radius of the cover.
         candidates: number of segments that greedy choice picks from at a time.
         seed: of the random sample of candidates.
-        progress: called with the share of segments covered so far, in [0, 1].
         symmetric: the mirror image of every chosen segment, left for right, covers as well.
 
     Returns:
@@ -57,8 +57,7 @@ def greedy_cover(
         uncovered = _pack(np.ones((1, len(remaining)), dtype=bool))[0]
         for index in _lazy_greedy(covers, uncovered):
             chosen.append(int(pool[index]))
-            if progress is not None:
-                progress(1 - int(np.bitwise_count(uncovered).sum()) / len(scaled))
+            done(len(scaled) - int(np.bitwise_count(uncovered).sum()), len(scaled))
         remaining = remaining[np.unpackbits(uncovered.view(np.uint8), count=len(remaining)).astype(bool)]
     picked = np.array(chosen, dtype=np.int64)
     covers = _coverage(points[picked], points, radius, symmetric)

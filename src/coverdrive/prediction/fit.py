@@ -5,30 +5,33 @@ evaluation only the test split. Every segment counts, whatever it does.
 """
 
 import time
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Generator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
+from pydantic import ValidationError
 
-from coverdrive.certificates.certificate import Certificate
+from coverdrive.certificates.certificate import Certificate, Unit
 from coverdrive.certificates.evaluation import Evaluation, Rate, evaluate
 from coverdrive.certificates.methods import Method
+from coverdrive.errors import SettingError
 from coverdrive.prediction.basis import Basis, BasisSettings, make_basis
-from coverdrive.prediction.calibrate import CertificateSettings, ScoredSides, calibrate, score
-from coverdrive.prediction.foresight import refuse_foresight
+from coverdrive.prediction.calibrate import CertificateSettings, Epsilon, calibrate, provable
+from coverdrive.prediction.held_out import Source, sources_of
+from coverdrive.prediction.look_ahead import refuse_look_ahead
 from coverdrive.prediction.network import Network
+from coverdrive.prediction.own_network import Learner, OwnNetwork, seen_by
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.prediction.samples import Assignment, Samples, make_samples
+from coverdrive.prediction.scored import ScoredSides, score
 from coverdrive.prediction.segments import Segments, SegmentSettings, cut_segments
 from coverdrive.prediction.split import Split, SplitSettings, split
 from coverdrive.prediction.training import TrainingSettings, train
+from coverdrive.progress import stage
 from coverdrive.recordings.recording import Recording
 from coverdrive.settings import Settings
-
-StageProgress = Callable[[str, float], None]
-"""Called with the name of the stage and the share of it that is done."""
 
 
 class PredictionSettings(Settings):
@@ -55,7 +58,7 @@ class PredictionSettings(Settings):
 
 @dataclass(frozen=True)
 class Fit:
-    """A predictor, and what was measured while it was made."""
+    """A predictor, how it was made, and what was measured meanwhile."""
 
     predictor: Predictor
     certificates: tuple[Certificate, ...]
@@ -63,25 +66,33 @@ class Fit:
     evaluation: Evaluation
     """on the test split"""
     uncovered: Rate
-    """test windows that no base covers within the basis' ε"""
+    """test windows that no base covers within the radius of the cover"""
     segments: Segments
     """all segments cut from the recordings"""
     split: Split
+    source: tuple[Source, ...]
+    """the recordings, and which of their scenes are held out"""
     scored: ScoredSides
     """scores of the samples of each side of the split"""
     base_share: Float[np.ndarray, " M"]
     """share of the training windows that each base stands for"""
     losses: Float[np.ndarray, " epochs"]
-    """mean training loss of every epoch"""
+    """mean training loss of every epoch; none of a network that the user trained"""
     seconds: dict[str, float]
     """[s] wall time of every stage"""
+    settings: PredictionSettings
+    seed: int
 
 
 def fit(
     recordings: Sequence[Recording],
     settings: PredictionSettings | None = None,
     seed: int = 0,
-    progress: StageProgress | None = None,
+    *,
+    epsilon: Epsilon | None = None,
+    confidence: float | None = None,
+    unit: Unit | None = None,
+    learner: Learner | None = None,
 ) -> Fit:
     """Learn a predictor, certify it and test it.
 
@@ -89,95 +100,99 @@ def fit(
         recordings: at least three independent groups of scenes.
         settings: of every stage.
         seed: of the split, the cover and the training.
-        progress: called with the stage and the share of it that is done.
+        epsilon: bound on the miss rate to ask for, in (0, 1), or "auto"; else that of the settings.
+        confidence: with which the bound holds, in (0, 1); else that of the settings.
+        unit: what the bound counts; else that of the settings.
+        learner: makes a network of your own from the training samples, of their ``features`` and ``base``: any function
+            that gives N × M scores for N × 21 features (`coverdrive.prediction.own_network`).
 
     Raises:
-        SettingError: the network would see a motion that was estimated from the future.
+        SettingError: a value is not allowed, or the network would see a motion that was estimated from the future.
         DataError: the recordings cannot be split, or hold no segments.
-        CertificateError: there are too few calibration samples for a bound in the chosen unit.
+        CertificateError: there are too few calibration samples for a bound in the chosen unit; said before training.
     """
-    settings = settings or PredictionSettings()
-    report = progress or _ignore
+    settings = _with_claim(settings or PredictionSettings(), epsilon, confidence, unit)
     seconds: dict[str, float] = {}
     _, basis_seed, training_seed = _seeds(seed)
 
-    with _stage("segments", seconds, report):
+    with _timed("segments", seconds):
         segments, sides = cut_and_split(recordings, settings, seed)
-    with _stage("basis", seconds, report) as share:
-        basis = make_basis(segments.of(sides.train), settings.basis, basis_seed, share)
-    with _stage("affordances and labels", seconds, report) as share:
-        samples = make_samples(recordings, segments, basis, settings.assignment, progress=share)
+    with _timed("basis", seconds):
+        basis = make_basis(segments.of(sides.train), settings.basis, basis_seed)
+    with _timed("affordances and labels", seconds):
+        samples = make_samples(recordings, segments, basis, settings.assignment)
         training = samples.of(sides.train)
-    if settings.training.mirrored:
-        with _stage("mirror images", seconds, report) as share:
-            mirrored = make_samples(
-                recordings, segments.of(sides.train), basis, settings.assignment, mirrored=True, progress=share
-            )
-            mirrored = mirrored.of(mirrored.distance.min(1) <= basis.epsilon)
-    else:
-        mirrored = training.of(np.arange(0))
-    with _stage("training", seconds, report) as share:
-        network, losses = train(training.and_also(mirrored), settings.training, training_seed, share)
-    with _stage("certificate", seconds, report):
-        scored = _scored(network, samples, sides, _tube(basis, settings))
-        predictor, certificates = calibrate(
-            basis, network, scored.train, scored.calibration, settings.certificate, seed
+        provable(samples.of(sides.calibration), basis, settings.certificate)
+    with _timed("mirror images", seconds):
+        lessons = training.and_also(_mirrored(recordings, segments.of(sides.train), basis, settings))
+    with _timed("training", seconds):
+        network, losses = _learned(lessons, settings.training, training_seed, learner)
+    with _timed("certificate", seconds):
+        tube = basis.epsilon if settings.assignment == "covering" else None
+        train_side, calibration, test = (
+            score(network, samples.of(side), tube) for side in (sides.train, sides.calibration, sides.test)
         )
-        evaluation = evaluate(predictor.rule, scored.test)
+        predictor, certificates = calibrate(basis, network, train_side, calibration, settings.certificate, seed)
+        evaluation = evaluate(predictor.rule, test)
     return Fit(
         predictor=predictor,
         certificates=certificates,
         evaluation=evaluation,
-        uncovered=Rate.of(scored.test.distance > basis.epsilon),
+        uncovered=Rate.of(test.distance > basis.epsilon),
         segments=segments,
         split=sides,
-        scored=scored,
+        source=sources_of(recordings, segments, sides),
+        scored=ScoredSides(train_side, calibration, test, predictor.fingerprint),
         base_share=np.bincount(training.base, minlength=len(basis)) / len(training),
         losses=losses,
         seconds=seconds,
+        settings=settings,
+        seed=seed,
     )
 
 
-def score_sides(
-    predictor: Predictor,
-    recordings: Sequence[Recording],
-    settings: PredictionSettings | None = None,
-    seed: int = 0,
-    progress: Callable[[float], None] | None = None,
-) -> ScoredSides:
-    """Scores on the same split that the same recordings, settings and seed give in `fit`.
-
-    Args:
-        predictor: any; a calibrator refuses the split if it is not the one that trained it.
-        recordings: what to cut segments from.
-        settings: of segments and split.
-        seed: of the split.
-        progress: called with the share of the recordings that is described.
-
-    Raises:
-        SettingError: the predictor sees a motion that was estimated from the future.
-    """
-    settings = settings or PredictionSettings()
-    refuse_foresight(recordings, predictor.network.inputs)
-    segments, sides = cut_and_split(recordings, settings, seed)
-    samples = make_samples(recordings, segments, predictor.basis, settings.assignment, progress=progress)
-    return _scored(predictor.network, samples, sides, _tube(predictor.basis, settings))
-
-
 def cut_and_split(recordings: Sequence[Recording], settings: PredictionSettings, seed: int) -> tuple[Segments, Split]:
-    """The segments of recordings, and which of them train, calibrate and test; the same as in `fit`."""
-    refuse_foresight(recordings, settings.training.inputs)
+    """The segments of recordings, and which of them train, calibrate and test."""
+    refuse_look_ahead(recordings, settings.training.inputs)
     segments = cut_segments(recordings, settings.segments)
     return segments, split(segments.vehicle, segments.group, settings.split, _seeds(seed)[0])
 
 
-def _scored(network: Network, samples: Samples, sides: Split, tube: float | None) -> ScoredSides:
-    parts = (sides.train, sides.calibration, sides.test)
-    return ScoredSides(*(score(network, samples.of(part), tube) for part in parts))
+def _with_claim(
+    settings: PredictionSettings, epsilon: Epsilon | None, confidence: float | None, unit: Unit | None
+) -> PredictionSettings:
+    """The settings with another claim where one is given."""
+    given = {"epsilon": epsilon, "confidence": confidence, "unit": unit}
+    changes = {name: value for name, value in given.items() if value is not None}
+    try:
+        claim = CertificateSettings.model_validate(settings.certificate.model_dump() | changes)
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise SettingError(
+            f"{first['loc'][0]}: {first['msg']}, got {first['input']!r}; ε and the confidence are shares between 0 and "
+            '1 (ε may be "auto"), the unit is "vehicle" or "window"'
+        ) from error
+    return settings.model_copy(update={"certificate": claim})
 
 
-def _tube(basis: Basis, settings: PredictionSettings) -> float | None:
-    return basis.epsilon if settings.assignment == "covering" else None
+def _mirrored(
+    recordings: Sequence[Recording], segments: Segments, basis: Basis, settings: PredictionSettings
+) -> Samples:
+    """The mirror images of the training samples that a base covers; none if the settings do not want them."""
+    if not settings.training.mirrored:
+        segments = segments.of(np.arange(0))
+    mirrored = make_samples(recordings, segments, basis, settings.assignment, mirrored=True)
+    return mirrored.of(mirrored.distance.min(1) <= basis.epsilon)
+
+
+def _learned(
+    lessons: Samples, settings: TrainingSettings, seed: int, learner: Learner | None
+) -> tuple[Network | OwnNetwork, Float[np.ndarray, " epochs"]]:
+    """A network, and the mean loss of every epoch of its training."""
+    if learner is None:
+        return train(lessons, settings, seed)
+    seen = replace(lessons, features=seen_by(lessons.features, settings.inputs))
+    return OwnNetwork(learner(seen), settings.inputs, lessons.distance.shape[1]), np.zeros(0)
 
 
 def _seeds(seed: int) -> list[int]:
@@ -186,13 +201,9 @@ def _seeds(seed: int) -> list[int]:
 
 
 @contextmanager
-def _stage(name: str, seconds: dict[str, float], report: StageProgress) -> Generator[Callable[[float], None]]:
+def _timed(name: str, seconds: dict[str, float]) -> Generator[None]:
+    """A stage of the fit, with its wall time."""
     start = time.perf_counter()
-    report(name, 0.0)
-    yield lambda share: report(name, share)
+    with stage(name):
+        yield
     seconds[name] = time.perf_counter() - start
-    report(name, 1.0)
-
-
-def _ignore(stage: str, share: float) -> None:
-    """Report to nobody."""

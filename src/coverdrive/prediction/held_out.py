@@ -1,50 +1,88 @@
-"""Scenes that neither trained nor calibrated a predictor: what it may be tried on without flattering it."""
+"""What a predictor was made from, and which scenes neither trained nor calibrated it.
+
+Only on the latter may it be tried without flattering it. `Source` remembers them, so that nothing has to be cut or
+split again.
+"""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import polars as pl
 
+from coverdrive.certificates.certificate import fingerprint
 from coverdrive.errors import DataError
-from coverdrive.prediction.fit import PredictionSettings, cut_and_split
-from coverdrive.prediction.foresight import refuse_foresight
+from coverdrive.prediction.look_ahead import refuse_look_ahead
 from coverdrive.prediction.predictor import Predictor
+from coverdrive.prediction.segments import Segments, vehicle_keys
+from coverdrive.prediction.split import Split
 from coverdrive.recordings.recording import Recording
 
 
-def held_out(
-    predictor: Predictor,
-    recordings: Sequence[Recording],
-    settings: PredictionSettings | None = None,
-    seed: int = 0,
-) -> tuple[Recording, ...]:
+@dataclass(frozen=True)
+class Source:
+    """One recording that a predictor was made from."""
+
+    name: str
+    rows: int
+    """of its table"""
+    fingerprint: str
+    """of its table"""
+    held_out: tuple[int, ...]
+    """its groups of scenes that are on the test side only"""
+
+
+def recording_fingerprint(recording: Recording) -> str:
+    """A short hash of the whole table of a recording."""
+    return fingerprint(*(recording.table[name].to_numpy() for name in recording.table.columns))
+
+
+def sources_of(recordings: Sequence[Recording], segments: Segments, split: Split) -> tuple[Source, ...]:
+    """What is worth remembering of the recordings that were split."""
+    used = segments.group[np.concatenate([split.train, split.calibration])]
+    free = np.setdiff1d(segments.group[split.test], used)
+    return tuple(
+        Source(
+            name=recording.name,
+            rows=len(recording.table),
+            fingerprint=recording_fingerprint(recording),
+            held_out=tuple(np.intersect1d(recording.table["group"].to_numpy(), free).tolist()),
+        )
+        for recording in recordings
+    )
+
+
+def held_out(source: Sequence[Source], predictor: Predictor, recordings: Sequence[Recording]) -> tuple[Recording, ...]:
     """The recordings without all groups of scenes that the predictor was made from.
 
-    Recordings that share no vehicle with those that trained the predictor are held out as a whole; those that do must
-    be the ones that it was made from, and their test groups are.
-
     Args:
+        source: what the predictor was made from.
         predictor: knows the vehicles that trained it.
-        recordings: to choose from.
-        settings: that the predictor was made with.
-        seed: that the predictor was made with.
+        recordings: to choose from. One that the predictor was made from is left with its groups of the test side; one
+            that shares no vehicle with those that trained it is left as a whole.
 
     Raises:
         SettingError: the predictor sees a motion that was estimated from the future.
-        DataError: the recordings are other ones than the predictor was made from, yet share vehicles with them.
+        DataError: a recording is not as it was when the predictor was made from it.
     """
-    refuse_foresight(recordings, predictor.network.inputs)
-    segments, sides = cut_and_split(recordings, settings or PredictionSettings(), seed)
-    if not np.isin(segments.vehicle, predictor.trained_on).any():
-        return tuple(recordings)
-    trained_on = np.unique(segments.vehicle[sides.train])
-    if not np.array_equal(trained_on, predictor.trained_on):
-        raise DataError(
-            "some of these recordings trained the predictor, so that no scene of them is known to be new to it; give "
-            "exactly those that it was made from, with the same settings and seed, or entirely new ones"
-        )
-    used = np.unique(segments.group[np.concatenate([sides.train, sides.calibration])])
-    kept = np.setdiff1d(np.unique(segments.group[sides.test]), used).tolist()
-    tables = ((recording, recording.table.filter(pl.col("group").is_in(kept))) for recording in recordings)
-    return tuple(replace(recording, table=table) for recording, table in tables if len(table))
+    refuse_look_ahead(recordings, predictor.network.inputs)
+    known = {each.fingerprint: each for each in source}
+    names = {each.name for each in source}
+    kept: list[Recording] = []
+    for recording in recordings:
+        found = known.get(recording_fingerprint(recording))
+        if found is not None:
+            recording = replace(recording, table=recording.table.filter(pl.col("group").is_in(found.held_out)))
+        elif recording.name in names or np.isin(_vehicles(recording), predictor.trained_on).any():
+            raise DataError(
+                f"{recording.name} shares vehicles with what the predictor was made from, but is not as it was then, "
+                "so that no scene of it is known to be new; give it as it was read for the fit, with the same "
+                "smoothing, or entirely new recordings"
+            )
+        if len(recording.table):
+            kept.append(recording)
+    return tuple(kept)
+
+
+def _vehicles(recording: Recording) -> np.ndarray:
+    return vehicle_keys(recording.name, recording.table["vehicle"].unique().to_numpy())

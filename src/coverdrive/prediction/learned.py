@@ -3,8 +3,7 @@
 M base trajectories of T points, B bins of scores.
 """
 
-import zipfile
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +11,8 @@ from jaxtyping import Float, Int
 from scipy.special import expit, logit
 
 from coverdrive.certificates.calibration import ScoredSamples
-from coverdrive.errors import DataError
-from coverdrive.files import write_atomically
 from coverdrive.prediction.fit import Fit
+from coverdrive.prediction.storage import load_arrays, reading, save_arrays
 
 _LOWEST, _HIGHEST, _BINS = 1e-6, 1 - 1e-3, 82
 """inner edges, between which bins have equal log-odds; thresholds give way by the lowest for rounding"""
@@ -60,26 +58,19 @@ class Learned:
         )
 
     def save(self, path: Path) -> None:
-        """Write it, atomically; the file name should end in ``.npz``."""
-
-        def write(temporary: Path) -> None:
-            with temporary.open("wb") as file:
-                np.savez_compressed(file, allow_pickle=False, **vars(self))
-
-        write_atomically(path, write)
+        """Write it to a file; an interrupted write leaves no file behind."""
+        save_arrays(path, "learned", {}, vars(self))
 
     @staticmethod
     def load(path: Path) -> "Learned":
         """Read it.
 
         Raises:
-            DataError: the file is missing or is something else.
+            DataError: the file is missing, was changed, or is not one that `save` wrote.
         """
-        try:
-            with np.load(path, allow_pickle=False) as file:
-                return Learned(**{field.name: file[field.name] for field in fields(Learned)})
-        except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
-            raise DataError(f"{path}: not what a fit leaves behind ({error}); make it with `coverdrive fit`") from error
+        _, arrays = load_arrays(path, "learned", "coverdrive fit")
+        with reading(path, "learned", "coverdrive fit"):
+            return Learned(**arrays)
 
 
 def score_histograms(

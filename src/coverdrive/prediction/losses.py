@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import optax
 from jax import Array
 from jaxtyping import Float, Int8
-from pydantic import Field, PositiveFloat
+from pydantic import Field
 
 from coverdrive.prediction.network import Output
 from coverdrive.prediction.samples import COLLIDES, POSSIBLE
@@ -27,11 +27,11 @@ OUTPUT: dict[Loss, Output] = {"cross-entropy": "softmax", "margin": "sigmoid", "
 class MarginSettings(Settings):
     """The paper's margin loss."""
 
-    weight_possible: PositiveFloat = 100.0
+    weight_possible: float = Field(default=100.0, gt=0, le=1e6)
     """w₁: of the base that was driven (authors' scripts)"""
-    weight_collides: PositiveFloat = 5.0
+    weight_collides: float = Field(default=5.0, gt=0, le=1e6)
     """w_0̄: of bases that would collide (authors' scripts)"""
-    weight_other: PositiveFloat = 0.1
+    weight_other: float = Field(default=0.1, gt=0, le=1e6)
     """w₀: of all other bases (authors' scripts)"""
     margin_possible: float = Field(default=0.8, ge=0, le=1)
     """γ₁: scores of driven bases above it cost nothing (paper §3.1)"""

@@ -1,6 +1,6 @@
 """Training samples: the affordance of a moment, and a label for every base trajectory (paper §2.3)."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Literal
 
@@ -13,6 +13,7 @@ from coverdrive.prediction.basis import Basis
 from coverdrive.prediction.bodies import body_radius
 from coverdrive.prediction.collision import colliding_bases
 from coverdrive.prediction.segments import Segments
+from coverdrive.progress import done
 from coverdrive.recordings.recording import Recording
 from coverdrive.scene import Scene
 
@@ -72,7 +73,6 @@ def make_samples(
     basis: Basis,
     assignment: Assignment = "covering",
     mirrored: bool = False,
-    progress: Callable[[float], None] | None = None,
 ) -> Samples:
     """Describe and label the moments at which segments start.
 
@@ -84,7 +84,6 @@ def make_samples(
             few bases stand for most segments, or the nearest by the atomic norm. Where none covers it, it is the
             nearest.
         mirrored: describe the mirror images, left for right, of scenes and segments.
-        progress: called with the share of the recordings done.
     """
     features = np.zeros((len(segments), len(FEATURES) + len(MOTION)), dtype=np.float32)
     collides = np.zeros((len(segments), len(basis)), dtype=bool)
@@ -92,8 +91,7 @@ def make_samples(
         chosen = np.flatnonzero(segments.recording == index)
         if len(chosen):
             features[chosen], collides[chosen] = _describe(recording, segments.row[chosen], basis, mirrored)
-        if progress is not None:
-            progress((index + 1) / len(recordings))
+        done(index + 1, len(recordings))
     driven = segments.mirrored if mirrored else segments
     apart = basis.distance(driven.points)
     distance = np.maximum(apart, body_radius(basis, driven))

@@ -10,23 +10,34 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float, Int
-from pydantic import PositiveFloat
+from pydantic import Field, model_validator
 
 from coverdrive.errors import DataError, SettingError
 from coverdrive.prediction.cover import MIRROR
 from coverdrive.recordings.recording import MEASURES, Recording
 from coverdrive.settings import Settings
 
+_MOST_POINTS = 200
+
 
 class SegmentSettings(Settings):
     """How recordings are cut into segments."""
 
-    horizon: PositiveFloat = 3.0
+    horizon: float = Field(default=3.0, ge=0.1, le=60)
     """[s] length of a segment (paper §2.1)"""
-    step: PositiveFloat = 0.5
+    step: float = Field(default=0.5, ge=0.01, le=60)
     """[s] between two points of a segment (authors' scripts)"""
-    stride: PositiveFloat = 0.2
+    stride: float = Field(default=0.2, ge=0.01, le=3600)
     """[s] between the starts of two segments of one vehicle; overlapping segments are strongly dependent"""
+
+    @model_validator(mode="after")
+    def _has_few_points(self) -> "SegmentSettings":
+        if not 2 <= self.points <= _MOST_POINTS:
+            raise ValueError(
+                f"a segment of {self.horizon:g} s has {self.points} points every {self.step:g} s; expected 2 to "
+                f"{_MOST_POINTS}"
+            )
+        return self
 
     @property
     def points(self) -> int:
@@ -118,7 +129,7 @@ def _cut(recording: Recording, index: int, settings: SegmentSettings) -> Segment
         heading=column["heading"][rows],
         half_sizes=np.stack([column["length"][starts], column["width"][starts]], axis=-1) / 2,
         step=settings.step,
-        vehicle=_vehicle_keys(recording.name, vehicle)[starts],
+        vehicle=vehicle_keys(recording.name, vehicle)[starts],
         group=column["group"][starts],
         recording=np.full(len(starts), index),
         row=starts,
@@ -135,7 +146,8 @@ def _samples(duration: float, recording: Recording, name: str) -> int:
     return count
 
 
-def _vehicle_keys(recording: str, vehicle: Int[np.ndarray, " rows"]) -> Int[np.ndarray, " rows"]:
+def vehicle_keys(recording: str, vehicle: Int[np.ndarray, " rows"]) -> Int[np.ndarray, " rows"]:
+    """Keys of the vehicles of a recording: the same whenever it is read, and unique over all recordings."""
     distinct, inverse = np.unique(vehicle, return_inverse=True)
     digests = (hashlib.blake2b(f"{recording}/{number}".encode(), digest_size=8).digest() for number in distinct)
     keys = np.array([int.from_bytes(digest, "big") >> 1 for digest in digests], dtype=np.int64)

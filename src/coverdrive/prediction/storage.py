@@ -1,19 +1,33 @@
 """Arrays and what belongs to them in one safetensors file: arrays by name, everything else as JSON in its header.
 
-Nothing in such a file can be executed.
+Nothing in such a file can be executed. Equal contents give equal bytes, and a file holds the fingerprint of its
+contents, so that none of it can be changed unnoticed.
 """
 
 import json
-from collections.abc import Mapping
+import struct
+from collections.abc import Generator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from safetensors import SafetensorError, safe_open
-from safetensors.numpy import save
+from safetensors import SafetensorError
+from safetensors.numpy import load
 
-from coverdrive.errors import DataError
+from coverdrive.certificates.certificate import fingerprint
+from coverdrive.errors import CoverdriveError, DataError
 from coverdrive.files import write_atomically
+
+_VERSION = 2
+_TYPES = {"f8": "F64", "f4": "F32", "i8": "I64", "i4": "I32", "i1": "I8", "u1": "U8", "b1": "BOOL"}
+"""names of NumPy's types in such files"""
+
+
+def fingerprint_of(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> str:
+    """A short hash of everything that a file of this content says."""
+    names = json.dumps([dict(header), sorted(arrays)], sort_keys=True)
+    return fingerprint(np.frombuffer(names.encode(), np.uint8), *(arrays[name] for name in sorted(arrays)))
 
 
 def save_arrays(path: Path, kind: str, header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
@@ -25,9 +39,28 @@ def save_arrays(path: Path, kind: str, header: Mapping[str, Any], arrays: Mappin
         header: anything that JSON can hold, by name.
         arrays: by name.
     """
-    metadata = {"format": _format(kind)} | {name: json.dumps(value) for name, value in header.items()}
-    contiguous = {name: np.ascontiguousarray(values) for name, values in arrays.items()}
-    write_atomically(path, lambda file: file.write_bytes(save(contiguous, metadata=metadata)))
+    metadata = {"format": _format(kind), "fingerprint": fingerprint_of(header, arrays)}
+    metadata |= {name: json.dumps(value, sort_keys=True) for name, value in header.items()}
+    content = _bytes_of(metadata, {name: np.ascontiguousarray(values) for name, values in arrays.items()})
+    write_atomically(path, lambda file: file.write_bytes(content))
+
+
+def _bytes_of(metadata: Mapping[str, str], arrays: Mapping[str, np.ndarray]) -> bytes:
+    """A safetensors file whose names are sorted, unlike those that its library writes; the widest types come first."""
+    order = sorted(arrays, key=lambda name: (-arrays[name].itemsize, name))
+    described: dict[str, Any] = {"__metadata__": dict(sorted(metadata.items()))}
+    end = 0
+    for name in order:
+        values, begin = arrays[name], end
+        end += values.nbytes
+        described[name] = {
+            "dtype": _TYPES[values.dtype.str[1:]],
+            "shape": list(values.shape),
+            "data_offsets": [begin, end],
+        }
+    head = json.dumps(described, ensure_ascii=False, separators=(",", ":")).encode()
+    head += b" " * (-len(head) % 8)
+    return b"".join([struct.pack("<Q", len(head)), head, *(arrays[name].tobytes() for name in order)])
 
 
 def load_arrays(path: Path, kind: str, command: str) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
@@ -39,19 +72,40 @@ def load_arrays(path: Path, kind: str, command: str) -> tuple[dict[str, Any], di
         command: with which a user makes such a file.
 
     Raises:
-        DataError: the file is missing, is no safetensors file, or holds something else.
+        DataError: the file is missing, is no safetensors file, holds something else, or was changed.
     """
-    try:
-        with safe_open(path, framework="numpy") as file:
-            metadata = file.metadata() or {}
-            arrays = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 (not a mapping)
-    except (OSError, SafetensorError) as error:
-        raise DataError(f"{path}: not a {kind} file ({error}); make one with `{command}`") from error
+    with reading(path, kind, command):
+        content = path.read_bytes()
+        arrays = load(content)
+        size = int.from_bytes(content[:8], "little")
+        metadata: dict[str, Any] = json.loads(content[8 : 8 + size]).get("__metadata__", {})
     found = metadata.pop("format", None)
     if found != _format(kind):
         raise DataError(f"{path}: expected the format {_format(kind)!r}, got {found!r}; make one with `{command}`")
-    return {name: json.loads(value) for name, value in metadata.items()}, arrays
+    with reading(path, kind, command):
+        kept = metadata.pop("fingerprint", None)
+        header = {name: json.loads(value) for name, value in metadata.items()}
+        if fingerprint_of(header, arrays) != kept:
+            raise DataError("its content was changed after it was written")
+    return header, arrays
+
+
+@contextmanager
+def reading(path: Path, kind: str, command: str) -> Generator[None]:
+    """Say of whatever goes wrong in the block that the file is no such file.
+
+    Raises:
+        DataError: something went wrong.
+    """
+    try:
+        yield
+    except (OSError, SafetensorError, CoverdriveError, ValueError, LookupError, TypeError, AttributeError) as error:
+        raise DataError(f"{path}: not a {kind} file ({_said(error)}); make one with `{command}`") from error
+
+
+def _said(error: Exception) -> str:
+    return f"there is no {error} in it" if isinstance(error, LookupError) else str(error)
 
 
 def _format(kind: str) -> str:
-    return f"coverdrive {kind} 1"
+    return f"coverdrive {kind} {_VERSION}"

@@ -1,8 +1,7 @@
 """Training the network, or every member of an ensemble (paper §3.1)."""
 
 import math
-from collections.abc import Callable
-from typing import Any
+from typing import Annotated, Any
 
 import equinox as eqx
 import jax
@@ -11,13 +10,14 @@ import numpy as np
 import optax
 from jax import Array
 from jaxtyping import Float, Int8, PRNGKeyArray
-from pydantic import Field, PositiveFloat, PositiveInt
+from pydantic import Field
 
 from coverdrive.errors import DataError
 from coverdrive.prediction.inputs import Inputs
 from coverdrive.prediction.losses import OUTPUT, Loss, MarginSettings, loss_function
 from coverdrive.prediction.network import Network, affine
 from coverdrive.prediction.samples import Samples
+from coverdrive.progress import done
 from coverdrive.settings import Settings
 
 
@@ -32,27 +32,27 @@ class TrainingSettings(Settings):
     """what the network sees of the affordance; ``motion`` only of recordings whose smoothing is ``causal``"""
     mirrored: bool = True
     """with every sample, its mirror image (left for right) is trained on"""
-    members: PositiveInt = 4
+    members: int = Field(default=4, ge=1, le=1000)
     """networks whose scores are averaged"""
     prior: float = Field(default=0.3, ge=0, lt=1)
     """share of every score that comes from how often each base was driven in training"""
-    hidden: tuple[PositiveInt, ...] = (100, 50)
+    hidden: tuple[Annotated[int, Field(ge=1, le=10_000)], ...] = Field(default=(100, 50), max_length=20)
     """neurons of the hidden layers (authors' scripts)"""
     dropout: float = Field(default=0.2, ge=0, lt=1)
     """share of the hidden neurons that are left out in each step"""
-    noise: float = Field(default=0.1, ge=0)
+    noise: float = Field(default=0.1, ge=0, le=100)
     """standard deviation of noise on the scaled inputs"""
-    weight_decay: float = Field(default=1e-2, ge=0)
+    weight_decay: float = Field(default=1e-2, ge=0, le=1e3)
     """of AdamW (Loshchilov & Hutter 2019); with 0 it is Adam"""
-    learning_rate: PositiveFloat = 1e-3
+    learning_rate: float = Field(default=1e-3, gt=0, le=10)
     """of the first step"""
     annealed: bool = True
     """the learning rate falls to zero along a cosine"""
-    batch: PositiveInt = 256
+    batch: int = Field(default=256, ge=1, le=1_000_000)
     """samples per step"""
-    epochs: PositiveInt = 50
+    epochs: int = Field(default=50, ge=1, le=1_000_000)
     """passes over the training samples (authors' scripts)"""
-    most_steps: PositiveInt = 2500
+    most_steps: int = Field(default=2500, ge=1, le=100_000_000)
     """training on many samples ends after so many steps, be it in fewer passes"""
 
     @staticmethod
@@ -85,7 +85,6 @@ def train(
     samples: Samples,
     settings: TrainingSettings | None = None,
     seed: int = 0,
-    progress: Callable[[float], None] | None = None,
 ) -> tuple[Network, Float[np.ndarray, " epochs"]]:
     """Train a network on all given samples.
 
@@ -93,7 +92,6 @@ def train(
         samples: the training split Ω₁.
         settings: network, loss and optimiser.
         seed: of the initial weights, the order of the samples, dropout and noise.
-        progress: called with the share of epochs done.
 
     Returns:
         The network, and the mean loss of every epoch.
@@ -124,8 +122,7 @@ def train(
     for epoch, key in enumerate(jax.random.split(order, passes)):
         parameters, state, loss = _epoch(parameters, state, optimiser, inputs, targets, settings, key)
         losses.append(float(loss))
-        if progress is not None:
-            progress((epoch + 1) / passes)
+        done(epoch + 1, passes)
     if not np.isfinite(losses[-1]):
         raise DataError(f"training diverged (loss {losses[-1]}); use a smaller learning rate")
     shares = np.bincount(samples.base, minlength=labels.shape[1]) / len(samples)

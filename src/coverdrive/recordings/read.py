@@ -35,7 +35,7 @@ LONG = 120.0
 
 
 def read(
-    paths: Sequence[Path],
+    paths: Path | str | Sequence[Path | str],
     location: str | None = None,
     smoothing: SmoothingSettings | None = None,
 ) -> tuple[Recording, ...]:
@@ -46,7 +46,7 @@ def read(
     time; those of the package's own Parquet files stay as they are, unless other files share their vehicles.
 
     Args:
-        paths: files, or folders whose files of a known kind are read in natural order (2 before 10).
+        paths: one or several files, or folders whose files of a known kind are read in natural order (2 before 10).
         location: the site to read from NGSIM files that hold several.
         smoothing: how positions are smoothed.
 
@@ -57,7 +57,8 @@ def read(
     settings = smoothing or SmoothingSettings()
     readings: list[Reading] = []
     origin: list[int] = []
-    files = [file for path in paths for file in _files(Path(path))]
+    named = [paths] if isinstance(paths, (Path, str)) else paths
+    files = [file for path in named for file in _files(Path(path))]
     if not files:
         raise RecordingError("no file", "there is nothing to read; name at least one file or folder")
     for number, file in enumerate(files):

@@ -17,18 +17,18 @@ from coverdrive.settings import Settings
 class SmoothingSettings(Settings):
     """How recorded positions are smoothed."""
 
-    window: float = Field(default=1.7, gt=0, allow_inf_nan=False)
+    window: float = Field(default=1.7, gt=0, le=20)
     """[s] length of the fitted window, taken to the nearest odd number of samples; the noise of NGSIM positions
     is mostly faster than 1 s (Thiemann, Treiber & Kesting 2008), real manoeuvres are slower than 2 s"""
     order: int = Field(default=3, ge=1, le=5)
     """order of the fitted polynomial"""
-    stand_still: float = Field(default=1.0, ge=0, allow_inf_nan=False)
+    stand_still: float = Field(default=1.0, ge=0, le=10)
     """[m/s] below this speed the direction of motion is noise and the heading is set to 0"""
 
     causal: bool = False
     """what holds at a moment comes only from positions up to then, as a car on the road measures it: short gaps are not
     filled, and each track begins one window later. Needed for ``inputs = "motion"``"""
-    past: float = Field(default=0.7, gt=0, allow_inf_nan=False)
+    past: float = Field(default=0.7, gt=0, le=20)
     """[s] length of the window if causal; on US-101, speeds along and across the road then differ from the centred ones
     by 0.34 and 0.16 m/s (root mean square), with 0.5 s about as much, with 1 s and more by more"""
     past_order: int = Field(default=2, ge=1, le=5)

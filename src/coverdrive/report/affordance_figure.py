@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import FancyBboxPatch
 
 from coverdrive.report import style
+from coverdrive.report.figure import TWO_COLUMNS
 
 _LANE = 5.4
 """height of a lane"""
@@ -69,18 +70,18 @@ _OWN_LAT = -0.8
 def affordance_figure() -> Figure:
     """Draw the sketch."""
     with style.style():
-        figure = style.new_figure(10.5, 3.9)
+        figure = style.new_figure(TWO_COLUMNS, 2.7)
         axes = figure.subplots()
         axes.set(xlim=(_LEFT, _RIGHT), ylim=(-1.5 * _LANE - 0.2, 1.5 * _LANE + 0.2), aspect="equal")
         axes.set_axis_off()
         _draw_road(axes)
-        _draw_vehicle(axes, 0.0, _OWN_LAT, style.OWN, "own car")
+        _draw_vehicle(axes, 0.0, _OWN_LAT, style.OWN, "ego")
         _draw_vehicle(axes, _FRONT, 0.0, style.GREY, "front")
         for neighbour in _NEIGHBOURS:
             _draw_vehicle(axes, neighbour.lon, neighbour.lat, style.GREY, neighbour.name)
             _draw_neighbour(axes, neighbour)
         _draw_own(axes)
-        handles = [Line2D([], [], color=kind.value[1], linewidth=2.4, label=kind.value[0]) for kind in _Kind]
+        handles = [Line2D([], [], color=kind.value[1], linewidth=1.8, label=kind.value[0]) for kind in _Kind]
         figure.legend(handles=handles, loc="outside lower center", ncols=3)
     return figure
 
@@ -88,16 +89,16 @@ def affordance_figure() -> Figure:
 def _draw_road(axes: Axes) -> None:
     axes.axhspan(-1.5 * _LANE, 1.5 * _LANE, facecolor=style.ROAD, zorder=0)
     for edge in (-1.5, 1.5):
-        axes.axhline(edge * _LANE, color=style.MARKING, linewidth=1.8, zorder=1)
+        axes.axhline(edge * _LANE, color=style.MARKING, linewidth=1.2, zorder=1)
     for edge in (-0.5, 0.5):
-        axes.axhline(edge * _LANE, color=style.MARKING, linewidth=1.4, linestyle=(0, (9, 9)), zorder=1)
+        axes.axhline(edge * _LANE, color=style.MARKING, linewidth=1.0, linestyle=(0, (9, 9)), zorder=1)
 
 
 def _draw_vehicle(axes: Axes, lon: float, lat: float, colour: str, name: str) -> None:
     corner = lon - _LENGTH / 2, lat - _WIDTH / 2
     shape = "round,pad=0,rounding_size=0.5"
     axes.add_patch(FancyBboxPatch(corner, _LENGTH, _WIDTH, boxstyle=shape, facecolor=colour, linewidth=0, zorder=3))
-    axes.text(lon, lat, name, color="white", fontsize=9, ha="center", va="center_baseline", zorder=4)
+    axes.text(lon, lat, name, color="white", fontsize=6.5, ha="center", va="center_baseline", zorder=4)
 
 
 def _draw_own(axes: Axes) -> None:
@@ -132,7 +133,7 @@ def _length(axes: Axes, lon: float, lat: float, number: int, side: int) -> None:
 
 
 def _speed(axes: Axes, lon: float, lat: float, number: int) -> None:
-    arrow = {"arrowstyle": "-|>", "color": _Kind.SPEED.value[1], "linewidth": 1.8, "shrinkA": 0, "shrinkB": 0}
+    arrow = {"arrowstyle": "-|>", "color": _Kind.SPEED.value[1], "linewidth": 1.2, "shrinkA": 0, "shrinkB": 0}
     axes.annotate("", (lon + _SPEED, lat), (lon, lat), arrowprops=arrow, zorder=4)
     _number(axes, (lon + 0.45 * _SPEED, lat), number, _Kind.SPEED)
 
@@ -146,15 +147,15 @@ def _measure(
     beside: tuple[float, float] = (0.0, 0.0),
 ) -> None:
     """A dimension line with its number in the middle."""
-    arrow = {"arrowstyle": "<|-|>,head_width=0.2,head_length=0.35", "color": kind.value[1], "linewidth": 1.4}
+    arrow = {"arrowstyle": "<|-|>,head_width=0.2,head_length=0.35", "color": kind.value[1], "linewidth": 1.0}
     axes.annotate("", end, start, arrowprops={**arrow, "shrinkA": 0, "shrinkB": 0}, zorder=4)
     middle = (start[0] + end[0]) / 2 + beside[0], (start[1] + end[1]) / 2 + beside[1]
     _number(axes, middle, number, kind)
 
 
 def _number(axes: Axes, at: tuple[float, float], number: int, kind: _Kind) -> None:
-    box = {"boxstyle": "circle,pad=0.18", "facecolor": style.PAPER, "edgecolor": kind.value[1], "linewidth": 1.2}
-    axes.text(*at, str(number), fontsize=8.5, ha="center", va="center", bbox=box, zorder=6)
+    box = {"boxstyle": "circle,pad=0.18", "facecolor": style.PAPER, "edgecolor": kind.value[1], "linewidth": 0.8}
+    axes.text(*at, str(number), fontsize=6, ha="center", va="center", bbox=box, zorder=6)
 
 
 def _helper(axes: Axes, start: tuple[float, float], end: tuple[float, float]) -> None:

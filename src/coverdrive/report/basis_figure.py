@@ -8,32 +8,28 @@ M base trajectories of T points.
 
 import numpy as np
 from jaxtyping import Float
-from matplotlib.artist import Artist
-from matplotlib.axes import Axes
-from matplotlib.collections import EllipseCollection, LineCollection, PolyCollection
-from matplotlib.colors import LogNorm
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
-from matplotlib.patheffects import withStroke
-from matplotlib.ticker import LogLocator
 
 from coverdrive.errors import DataError
+from coverdrive.numbers import percent
 from coverdrive.prediction.basis import Basis
 from coverdrive.report import style
+from coverdrive.report.figure import Axis, Band, Bars, Figure, Line, Mark, Panel, Points, Shapes, Texts
 from coverdrive.report.labels import labelled, spread
 
-_THINNEST, _THICKEST = 0.7, 2.6
+_THINNEST, _THICKEST = 0.6, 2.4
 """[point] line widths of the rarest and the most common base trajectory"""
+
+_PALEST, _DARKEST = 0.25, 0.9
+"""opacity of them"""
 
 _CURVE = 31
 """points of a drawn trajectory: the spline that the vehicles follow, not only the samples"""
 
+_TURN = np.linspace(0, 2 * np.pi, 49)[:-1]
+_CIRCLE = np.stack([np.cos(_TURN), np.sin(_TURN)], axis=-1)
+_SQUARE = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
 
-_INSIDE = style.SKY + "22"
-"""colour of the tube at every sample; they overlap"""
-
-_LABELS_APART = 0.05
+_LABELS_APART = 0.055
 """of the height of a plot"""
 
 
@@ -43,7 +39,7 @@ def basis_figure(
     segments: Float[np.ndarray, "N T 2"] | None = None,
     highlighted: int | None = None,
 ) -> Figure:
-    """Draw a basis.
+    """A basis from above, over time, and how common its trajectories are.
 
     Args:
         basis: M base trajectories.
@@ -63,23 +59,16 @@ def basis_figure(
         )
     base = most_telling(basis, share) if highlighted is None else highlighted
     example = None if segments is None else farthest_inside(basis, base, segments)
-    with style.style():
-        figure = style.new_figure(10.5, 6.6)
-        grid = figure.add_gridspec(2, 2, height_ratios=(1.25, 1))
-        plane = figure.add_subplot(grid[0, :])
-        over_time = figure.add_subplot(grid[1, 0]), figure.add_subplot(grid[1, 1])
-        lines = _draw_plane(plane, basis, share)
-        _draw_highlighted(plane, basis, base, example)
-        _label(plane, share, basis.points[:, -1])
-        for component, axes in enumerate(over_time):
-            _draw_over_time(axes, basis, share, base, example, component)
-        bar = figure.colorbar(lines, ax=[plane, *over_time], aspect=40, pad=0.015)
-        bar.set_label("share of the training segments")
-        bar.ax.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5), numticks=8))
-        bar.ax.yaxis.set_major_formatter(lambda share, _: f"{100 * share:g} %")
-        bar.ax.minorticks_off()
-        _explain(figure, basis, base, float(share[base]), example is not None)
-    return figure
+    over_time = [_over_time(basis, share, base, example, component) for component in (0, 1)]
+    return Figure(
+        [[_plane(basis, share, base, example)], over_time, [_shares(share)]],
+        height=6.2,
+        heights=(1.3, 1, 0.7),
+        caption=f"{len(basis)} base trajectories of {basis.horizon:g} s as deviations from constant velocity, the darker "
+        f"and thicker the more common. {_explained(basis, base)}. Below, the share of the training segments that each "
+        "of them stands for.",
+        legend_columns=2,
+    )
 
 
 def most_telling(basis: Basis, share: Float[np.ndarray, " M"]) -> int:
@@ -103,109 +92,114 @@ def farthest_inside(basis: Basis, base: int, segments: Float[np.ndarray, "N T 2"
     return segments[np.argmax(np.where(covered, distance, -1))] if covered.any() else None
 
 
-def _draw_plane(axes: Axes, basis: Basis, share: Float[np.ndarray, " M"]) -> LineCollection:
-    """All base trajectories, lon against lat."""
-    times = np.linspace(0, basis.horizon, _CURVE)
-    lines = _trajectories(basis.rollout(times)[0], share)
-    axes.add_collection(lines)
-    axes.set(
-        xlabel="deviation from constant velocity along the road [m]",
-        ylabel="across the road, to the left [m]",
+def _explained(basis: Basis, base: int) -> str:
+    """What is drawn around a base."""
+    first, last = (
+        "{:.2g} m × {:.2g} m".format(*half) for half in tube_of(basis, np.array([basis.step, basis.horizon]))
     )
-    axes.set_title(f"{len(basis)} base trajectories of {basis.horizon:g} s", loc="right")
-    axes.grid(True)
-    return lines
+    extents = f"{first} after {basis.step:g} s, {last} after {basis.horizon:g} s"
+    if basis.reach is None:
+        return f"The ellipses around base {base} are its tube (half axes along × across the road: {extents})"
+    return (
+        f"The boxes around base {base} are its tube (half extents along × across the road: {extents}); what it stands "
+        f"for also stays within the dashed ellipses of ε = {basis.epsilon:g}"
+    )
 
 
-def _draw_highlighted(axes: Axes, basis: Basis, base: int, example: Float[np.ndarray, "T 2"] | None) -> None:
-    """One base trajectory with its tube and an example inside it."""
-    widths, heights = 2 * basis.tolerance(basis.epsilon, basis.times).T
-    points = basis.points[base]
-    cut = basis.reach is not None
-    axes.add_collection(
-        EllipseCollection(
-            widths, heights, np.zeros(len(points)), units="xy", offsets=points, offset_transform=axes.transData,
-            facecolor="none" if cut else _INSIDE, edgecolor=style.SKY if cut else style.BLUE,
-            linestyle="--" if cut else "-", linewidth=0.8 if cut else 1.0, zorder=4,
-        )
-    )  # fmt: skip
-    if cut:
-        half = tube_of(basis, basis.times)
-        corners = points[:, None] + half[:, None] * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
-        axes.add_collection(PolyCollection(list(corners), facecolor=_INSIDE, edgecolor=style.BLUE, zorder=4))
-    curve = basis.rollout(np.linspace(0, basis.horizon, _CURVE))[0][base]
-    axes.plot(*curve.T, color=style.BLUE, linewidth=2.4, zorder=5)
-    axes.plot(*points.T, color=style.BLUE, marker="o", markersize=4, linestyle="none", zorder=5)
+def _plane(basis: Basis, share: Float[np.ndarray, " M"], base: int, example: Float[np.ndarray, "T 2"] | None) -> Panel:
+    """All base trajectories, lon against lat; one with its tube and an example inside it."""
+    curves = basis.rollout(np.linspace(0, basis.horizon, _CURVE))[0]
+    marks = [*_trajectories(curves, share), *_tube(basis, base), *_highlighted(curves[base], base, share)]
+    marks.append(Points(x=basis.points[base][:, 0], y=basis.points[base][:, 1], size=3))
     if example is not None:
-        axes.plot(*example.T, color=style.VERMILION, linestyle="--", linewidth=2, zorder=6)
-    reach = np.stack([widths, heights], axis=-1) / 2
-    axes.update_datalim(np.concatenate([points - reach, points + reach]))
-    axes.autoscale_view()
+        marks.append(_recorded(example))
+    marks.append(_labels(share, basis.points[:, -1]))
+    return Panel(marks, Axis("deviation from constant velocity along the road [m]"), Axis("to the left [m]"))
 
 
-def _explain(figure: Figure, basis: Basis, base: int, share: float, has_example: bool) -> None:
-    """The legend."""
-    label = f"base trajectory {base} ({100 * share:.2g} % of the segments)"
-    handles: list[Artist] = [Line2D([], [], color=style.BLUE, linewidth=2.4, label=label)]
-    ellipses = f"ellipses of ε = {basis.epsilon:g}"
-    label = f"its tube every {basis.step:g} s" + (f": {ellipses}" if basis.reach is None else ", cut to boxes")
-    handles.append(Patch(facecolor=_INSIDE, edgecolor=style.BLUE, label=label))
-    if basis.reach is not None:
-        handles.append(Line2D([], [], color=style.SKY, linestyle="--", linewidth=0.8, label=f"the {ellipses}"))
-    if has_example:
-        label = "a recorded segment that it stands for"
-        handles.append(Line2D([], [], color=style.VERMILION, linestyle="--", linewidth=2, label=label))
-    figure.legend(handles=handles, loc="outside upper left", ncols=2)
+def _tube(basis: Basis, base: int) -> list[Mark]:
+    """Ellipses or boxes around every sample; ellipses that a box is cut from are dashed."""
+    rings = basis.points[base][:, None] + basis.tolerance(basis.epsilon, basis.times)[:, None] * _CIRCLE
+    name = f"its tube every {basis.step:g} s"
+    if basis.reach is None:
+        return [Shapes(outlines=list(rings), colour=style.SKY, name=f"{name}: ellipses of ε = {basis.epsilon:g}")]
+    boxes = basis.points[base][:, None] + tube_of(basis, basis.times)[:, None] * _SQUARE
+    return [
+        Shapes(outlines=list(rings), filled=False, dashed=True, width=0.6, colour=style.SKY,
+               name=f"the ellipses of ε = {basis.epsilon:g}"),
+        Shapes(outlines=list(boxes), colour=style.SKY, name=f"{name}, cut to boxes"),
+    ]  # fmt: skip
 
 
-def _draw_over_time(
-    axes: Axes,
+def _over_time(
     basis: Basis,
     share: Float[np.ndarray, " M"],
     base: int,
     example: Float[np.ndarray, "T 2"] | None,
     component: int,
-) -> None:
+) -> Panel:
     """One component of all base trajectories over time; the highlighted one with its tube as a band."""
     times = np.linspace(0, basis.horizon, _CURVE)
     values = basis.rollout(times)[0][..., component]
-    axes.add_collection(_trajectories(np.stack(np.broadcast_arrays(times, values), axis=-1), share))
+    curves = np.stack(np.broadcast_arrays(times, values), axis=-1)
     half = tube_of(basis, times)[:, component]
-    axes.fill_between(
-        times, values[base] - half, values[base] + half, color=style.SKY, alpha=0.25, linewidth=0, zorder=4
-    )
-    axes.plot(times, values[base], color=style.BLUE, linewidth=2.4, zorder=5)
+    band = Band(x=times, low=values[base] - half, high=values[base] + half, colour=style.SKY, opacity=0.25)
+    marks = [*_trajectories(curves, share), band, *_highlighted(curves[base], base, share)]
     if example is not None:
-        samples = basis.step * np.arange(len(example))
-        axes.plot(samples, example[:, component], color=style.VERMILION, linestyle="--", linewidth=2, zorder=6)
-    low, high = axes.get_ylim()
-    ends = np.stack(np.broadcast_arrays(basis.horizon, values[:, -1]), axis=-1)
-    shown = labelled(share)
-    ends[shown, 1] = spread(ends[shown, 1], _LABELS_APART * (high - low))
-    _label(axes, share, ends)
-    axes.set(xlabel="time [s]", ylabel=("along the road [m]", "to the left [m]")[component])
-    axes.set_xlim(0, basis.horizon)
-    axes.grid(True)
+        marks.append(_recorded(np.stack([basis.times, example[:, component]], axis=-1)))
+    shown, ends = labelled(share), np.stack(np.broadcast_arrays(basis.horizon, values[:, -1]), axis=-1)
+    ends[shown, 1] = spread(ends[shown, 1], _LABELS_APART * (np.ptp(values) or 1.0))
+    label = ("along the road [m]", "to the left [m]")[component]
+    return Panel([*marks, _labels(share, ends)], Axis("time [s]", 0, 1.06 * basis.horizon), Axis(label))
 
 
-def _label(axes: Axes, share: Float[np.ndarray, " M"], places: Float[np.ndarray, "M 2"]) -> None:
+def _highlighted(curve: Float[np.ndarray, "n 2"], base: int, share: Float[np.ndarray, " M"]) -> list[Mark]:
+    name = f"base trajectory {base} ({percent(float(share[base]), 2)} of the segments)"
+    return [Line(x=curve[:, 0], y=curve[:, 1], width=2, name=name, hover=name)]
+
+
+def _recorded(points: Float[np.ndarray, "n 2"]) -> Mark:
+    name = "a recorded segment that it stands for"
+    return Line(x=points[:, 0], y=points[:, 1], width=1.6, dashed=True, colour=style.VERMILION, name=name, hover=name)
+
+
+def _labels(share: Float[np.ndarray, " M"], places: Float[np.ndarray, "M 2"]) -> Mark:
     """The numbers of the base trajectories, beside where they end."""
-    for base in labelled(share):
-        lon, lat = places[base]
-        side, align = (-3, "right") if lon < 0 else (3, "left")
-        axes.annotate(
-            str(base), (lon, lat), xytext=(side, 0), textcoords="offset points", va="center", ha=align, fontsize=8,
-            zorder=7, annotation_clip=False, path_effects=[withStroke(linewidth=2, foreground=style.PAPER)],
-        )  # fmt: skip
+    shown = labelled(share)
+    anchors = ["end" if lon < 0 else "start" for lon in places[shown, 0]]
+    text = [str(base) for base in shown]
+    return Texts(x=places[shown, 0], y=places[shown, 1], text=text, anchor=anchors, colour=style.BLACK)
 
 
-def _trajectories(curves: Float[np.ndarray, "M n 2"], share: Float[np.ndarray, " M"]) -> LineCollection:
-    """Lines coloured by share, the most common on top."""
-    rare_first = np.argsort(share)
+def _trajectories(curves: Float[np.ndarray, "M n 2"], share: Float[np.ndarray, " M"]) -> list[Mark]:
+    """Lines as dark and thick as they are common on a scale of logarithms, the most common on top."""
+    common = _commonness(share)
+    return [
+        Line(
+            x=curves[base, :, 0], y=curves[base, :, 1], colour=style.BLACK,
+            width=_THINNEST + (_THICKEST - _THINNEST) * common[base],
+            opacity=_PALEST + (_DARKEST - _PALEST) * common[base],
+            hover=f"base {base}\n{percent(float(share[base]))} of the training segments",
+        )
+        for base in np.argsort(share)
+    ]  # fmt: skip
+
+
+def _commonness(share: Float[np.ndarray, " M"]) -> Float[np.ndarray, " M"]:
+    """From 0 of the rarest that occurs to 1 of the most common."""
     lowest = share[share > 0].min(initial=1.0)
-    norm = LogNorm(lowest, max(share.max(), 1.001 * lowest), clip=True)
-    shown = np.maximum(share[rare_first], lowest)
-    widths = _THINNEST + (_THICKEST - _THINNEST) * np.asarray(norm(shown))
-    lines = LineCollection(list(curves[rare_first]), cmap=style.SHARES, norm=norm, linewidths=widths.tolist(), zorder=2)
-    lines.set_array(shown)
-    return lines
+    logarithm = np.log(np.maximum(share, lowest) / lowest)
+    return logarithm / max(logarithm.max(), 1e-3)
+
+
+def _shares(share: Float[np.ndarray, " M"]) -> Panel:
+    order = np.argsort(-share)
+    shown = {place: str(base) for place, base in enumerate(order)} if len(order) <= 40 else None
+    hover = [f"base {base}: {percent(float(share[base]))} of the training segments" for base in order]
+    bars = Bars(x=np.arange(len(order)), height=100 * share[order], width=0.75, hover=hover)
+    text = [percent(float(share[base]), 2) for base in order] if shown else []
+    words = Texts(x=np.arange(len(text)), y=100 * share[order][: len(text)], text=text, anchor="middle", above=2)
+    x = Axis(
+        "base trajectory" if shown else "base trajectories, the most common first", -0.7, len(order) - 0.3, ticks=shown
+    )
+    return Panel([bars, words], x, Axis("training segments [%]", low=0))

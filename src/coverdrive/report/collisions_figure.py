@@ -1,21 +1,23 @@
 """Collisions by number of uncontrolled vehicles, with exact intervals (paper, Fig. 4a)."""
 
+from collections.abc import Mapping
+from types import MappingProxyType
+
 import numpy as np
 import polars as pl
-from matplotlib.axes import Axes
-from matplotlib.container import BarContainer
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from coverdrive.errors import DataError
 from coverdrive.report import style
+from coverdrive.report.figure import Axis, Bars, Figure, Mark, Panel, Points, Rule, Texts
 from coverdrive.simulation.statistics import PAPER, PAPER_TRIALS, collision_table
 
-_KINDS = {
-    "frontal_or_side": ("frontal or side", style.BLUE),
-    "rear_end": ("rear-end", style.ORANGE),
-}
-"""columns of the table: name and colour"""
+_KINDS: Mapping[str, tuple[str, str, str]] = MappingProxyType(
+    {
+        "frontal_or_side": ("frontal or side", style.BLUE, "o"),
+        "rear_end": ("rear-end", style.VERMILION, "s"),
+    }
+)
+"""columns of the table: name, colour and marker"""
 
 _WIDTH = 0.36
 """of a bar; the numbers of vehicles are 1 apart"""
@@ -25,7 +27,7 @@ _APART = 1.6
 
 
 def collisions_figure(results: pl.DataFrame, confidence: float = 0.95) -> Figure:
-    """Draw how often the own car collides, for every number of vehicles and for all trials together.
+    """How often the ego collides, for every number of vehicles and for all trials together.
 
     Args:
         results: one row per trial, with the columns ``vehicles`` and ``kind``.
@@ -40,42 +42,35 @@ def collisions_figure(results: pl.DataFrame, confidence: float = 0.95) -> Figure
     table = collision_table(results, confidence)
     place = np.arange(table.height, dtype=float)
     place[-1] = place[-2] + _APART
-    with style.style():
-        figure = style.new_figure(9, 5.2)
-        axes = figure.subplots()
-        bars = [_draw_bars(axes, table, kind, place + (side - 0.5) * _WIDTH) for side, kind in enumerate(_KINDS)]
-        lines = [_draw_paper(axes, kind) for kind in _KINDS]
-        numbers = [*table["vehicles"].drop_nulls().to_list(), "all"]
-        labels = [f"{number}\n{trials} trials" for number, trials in zip(numbers, table["trials"], strict=True)]
-        axes.set_xticks(place, labels)
-        axes.tick_params(axis="x", length=0)
-        axes.set(xlabel="uncontrolled vehicles", ylabel="collisions per 100 trials")
-        axes.set_ylim(0, 1.1 * max(100 * float(high) for kind in _KINDS for high in table[f"{kind}_high"]))
-        axes.axvline(float(place[-1]) - _APART / 2, color=style.MARKING, linewidth=0.8)
-        axes.grid(True, axis="y")
-        title = f"number of collisions, and {100 * confidence:g} % Clopper–Pearson interval of their rate"
-        figure.legend(handles=[*bars, *lines], loc="outside upper left", ncols=2, title=title, alignment="left")
-    return figure
+    numbers = [*table["vehicles"].drop_nulls().to_list(), "all"]
+    ticks = {at: f"{n} ({trials})" for at, n, trials in zip(place, numbers, table["trials"], strict=True)}
+    marks: list[Mark] = [Rule(at=float(place[-1]) - _APART / 2, colour=style.MARKING, width=0.6, dashed=False)]
+    for side, kind in enumerate(_KINDS):
+        marks += _marks(table, kind, place + (side - 0.5) * _WIDTH)
+    x = Axis("uncontrolled vehicles (number of trials)", -0.6, float(place[-1]) + 0.6, ticks=ticks)
+    return Figure(
+        [[Panel(marks, x, Axis("collisions per 100 trials", low=0))]],
+        height=3.1,
+        caption="Collisions by number of uncontrolled vehicles (number of trials in brackets): the rate as a mark, its "
+        f"{100 * confidence:g} % Clopper–Pearson interval, and the number of collisions above it. Dashed: the paper's "
+        f"rates over all its {PAPER_TRIALS} trials.",
+        legend_columns=2,
+    )
 
 
-def _draw_bars(axes: Axes, table: pl.DataFrame, kind: str, place: np.ndarray) -> BarContainer:
-    """Rates, intervals and counts of one kind of collision."""
-    name, colour = _KINDS[kind]
+def _marks(table: pl.DataFrame, kind: str, place: np.ndarray) -> list[Mark]:
+    """Rates, intervals and counts of one kind of collision, and the paper's total over all numbers of vehicles."""
+    name, colour, marker = _KINDS[kind]
     rate, low, high = (100 * table[f"{kind}_{part}"].to_numpy() for part in ("rate", "low", "high"))
-    whiskers = np.maximum(np.stack([rate - low, high - rate]), 0)
-    bars = axes.bar(place, rate, _WIDTH, color=colour, label=name)
-    axes.errorbar(place, rate, whiskers, fmt="none", ecolor=style.BLACK, elinewidth=1.2, capsize=4)
-    for at, top, count in zip(place, high, table[kind], strict=True):
-        axes.annotate(
-            str(count), (at, top), xytext=(0, 4), textcoords="offset points", ha="center", fontsize=10,
-            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8},
-        )  # fmt: skip
-    return bars
-
-
-def _draw_paper(axes: Axes, kind: str) -> Line2D:
-    """The paper's total over all numbers of vehicles."""
-    (name, colour), paper = _KINDS[kind], PAPER[kind]
-    label = f"paper, all trials, {name}: {paper} of {PAPER_TRIALS}"
-    rate = 100 * paper / PAPER_TRIALS
-    return axes.axhline(rate, color=colour, linestyle=(0, (1, 1.5)), linewidth=2, zorder=0.9, label=label)
+    counts = table[kind].to_list()
+    hover = [
+        f"{count} of {total} with a {name} collision: {value:.3g} % ({least:.2g}–{most:.3g} %)"
+        for count, total, value, least, most in zip(counts, table["trials"], rate, low, high, strict=True)
+    ]
+    paper = f"paper, {name}: {PAPER[kind]} of {PAPER_TRIALS}"
+    return [
+        Bars(x=place, height=rate, width=_WIDTH, colour=colour, opacity=0.35),
+        Points(x=place, y=rate, marker=marker, low=low, high=high, colour=colour, name=name, hover=hover),
+        Texts(x=place, y=high, text=[str(count) for count in counts], anchor="middle", above=2, colour=colour),
+        Rule(at=100 * PAPER[kind] / PAPER_TRIALS, axis="y", colour=colour, name=paper),
+    ]

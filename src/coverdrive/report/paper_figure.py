@@ -2,13 +2,10 @@
 
 from collections.abc import Sequence
 
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter
-
 from coverdrive.certificates.evaluation import Rate
 from coverdrive.certificates.paper_tables import TABLE_1, PaperTables
 from coverdrive.report import style
+from coverdrive.report.figure import Axis, Figure, Line, Mark, Panel, Points
 
 _METHODS = (
     ("per_base", "conformal per base", style.BLUE, "o"),
@@ -19,77 +16,52 @@ _METHODS = (
 
 
 def paper_figure(tables: PaperTables) -> Figure:
-    """Draw both tables of one network."""
-    with style.style():
-        figure = style.new_figure(11.5, 5.8)
-        growth, conformal = figure.subplots(1, 2)
-        _draw_growth(growth, tables)
-        _draw_conformal(conformal, tables)
-    return figure
+    """Both tables of one network."""
+    growth = Panel(_growth(tables), Axis("calibration windows N₂", low=0, ticks=_sizes(tables)),
+                   Axis("missed windows [%]", log=True), "Table 1")  # fmt: skip
+    conformal = Panel(_conformal(tables), Axis("nominal ε [%]", log=True), Axis("observed ε [%]", log=True), "Table 2")
+    return Figure([[growth, conformal]], height=4.2, legend_columns=4)
 
 
-def _draw_growth(axes: Axes, tables: PaperTables) -> None:
+def _sizes(tables: PaperTables) -> dict[float, str]:
+    """Ticks at the numbers of samples of both, as far as they are apart."""
+    sizes = sorted({row.samples for row in tables.table_1} | {size for size, _, _ in TABLE_1})
+    apart = [size for size, last in zip(sizes, [0, *sizes], strict=False) if size - last > sizes[-1] / 8]
+    return {float(size): f"{size:,}" for size in apart}
+
+
+def _growth(tables: PaperTables) -> list[Mark]:
     rows = tables.table_1
     samples = [row.samples for row in rows]
-    axes.plot(samples, [100 * row.theorem for row in rows], color=style.BLACK, linestyle="--", label="Theorem 1, 99 %")
-    axes.plot(samples, [100 * row.exact for row in rows], color=style.BLUE, label="exact, 99 %")
-    axes.plot(samples, [100 * row.family for row in rows], color=style.GREEN, label="family, 99 %")
-    _draw_rates(axes, samples, [row.observed for row in rows], style.BLUE, "o", "observed on new vehicles")
-    _draw_rates(axes, samples, [row.mixed for row in rows], style.ORANGE, "^", "observed, windows mixed")
-    _draw_rates(axes, samples, [row.family_observed for row in rows], style.GREEN, "s", "observed, family")
-    printed = [100 * observed for _, _, observed in TABLE_1]
-    axes.plot(
-        [size for size, _, _ in TABLE_1],
-        printed,
-        color=style.VERMILION,
-        marker="x",
-        linestyle=":",
-        label="paper, observed",
-    )
-    axes.set(yscale="log", xlabel="calibration windows N₂", ylabel="missed windows [%]", title="Table 1")
-    axes.yaxis.set_major_formatter("{x:g}")
-    axes.yaxis.set_minor_formatter(NullFormatter())
-    axes.xaxis.set_major_formatter("{x:,.0f}")
-    axes.grid(True)
-    axes.legend(fontsize=9, ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.14))
+    return [
+        Line(x=samples, y=[100 * row.theorem for row in rows], colour=style.BLACK, dashed=True, name="Theorem 1, 99 %"),
+        Line(x=samples, y=[100 * row.exact for row in rows], name="exact, 99 %"),
+        Line(x=samples, y=[100 * row.family for row in rows], colour=style.GREEN, name="family, 99 %"),
+        _rates(samples, [row.observed for row in rows], style.BLUE, "o", "observed on new vehicles"),
+        _rates(samples, [row.mixed for row in rows], style.ORANGE, "^", "observed, windows mixed"),
+        _rates(samples, [row.family_observed for row in rows], style.GREEN, "s", "observed, family"),
+        Points(x=[size for size, _, _ in TABLE_1], y=[100 * observed for _, _, observed in TABLE_1], marker="x",
+               colour=style.VERMILION, name="paper, observed"),
+    ]  # fmt: skip
 
 
-def _draw_conformal(axes: Axes, tables: PaperTables) -> None:
+def _conformal(tables: PaperTables) -> list[Mark]:
     rows = tables.table_2
     nominal = [100 * row.nominal for row in rows]
-    axes.plot(nominal, nominal, color=style.GREY, linestyle="--", label="observed = nominal")
-    for name, label, colour, marker in _METHODS:
-        shown = [(row.nominal, getattr(row, name).observed) for row in rows if getattr(row, name) is not None]
-        _draw_rates(axes, [100 * each for each, _ in shown], [rate for _, rate in shown], colour, marker, label)
+    marks: list[Mark] = [Line(x=nominal, y=nominal, colour=style.GREY, dashed=True, name="observed = nominal")]
+    for column, name, colour, marker in _METHODS:
+        shown = [(row.nominal, getattr(row, column).observed) for row in rows if getattr(row, column) is not None]
+        marks.append(_rates([100 * each for each, _ in shown], [rate for _, rate in shown], colour, marker, name))
     printed = [100 * row.printed_observed for row in rows]
-    axes.plot(nominal, printed, color=style.VERMILION, marker="x", linestyle=":", label="paper")
-    axes.set(xscale="log", yscale="log", xlabel="nominal ε [%]", ylabel="observed ε [%]", title="Table 2")
-    axes.xaxis.set_major_formatter("{x:g}")
-    axes.yaxis.set_major_formatter("{x:g}")
-    axes.grid(True)
-    axes.legend(fontsize=9, ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.14))
+    return [*marks, Points(x=nominal, y=printed, marker="x", colour=style.VERMILION, name="paper")]
 
 
-def _draw_rates(
-    axes: Axes, places: Sequence[float], rates: Sequence[Rate], colour: str, marker: str, label: str
-) -> None:
+def _rates(places: Sequence[float], rates: Sequence[Rate], colour: str, marker: str, name: str) -> Mark:
     """Observed rates with their intervals; rates of zero are left out of a logarithmic axis."""
     shown = [(place, rate) for place, rate in zip(places, rates, strict=True) if rate.count]
-    axes.vlines(
-        [place for place, _ in shown],
-        [100 * rate.low for _, rate in shown],
-        [100 * rate.high for _, rate in shown],
-        color=colour,
-        linewidth=0.8,
-        alpha=0.7,
-    )
-    values = [100 * rate.value for _, rate in shown]
-    axes.plot(
-        [place for place, _ in shown],
-        values,
-        color=colour,
-        marker=marker,
-        markerfacecolor="white",
-        linestyle="none",
-        label=label if shown else f"{label}: none",
-    )
+    return Points(
+        x=[place for place, _ in shown], y=[100 * rate.value for _, rate in shown], colour=colour, marker=marker,
+        low=[100 * rate.low for _, rate in shown], high=[100 * rate.high for _, rate in shown], hollow=True,
+        name=name if shown else f"{name}: none",
+        hover=[f"{name}: {100 * rate.value:.3g} % ({100 * rate.low:.2g}–{100 * rate.high:.2g} %)" for _, rate in shown],
+    )  # fmt: skip

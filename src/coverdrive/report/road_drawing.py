@@ -1,8 +1,9 @@
 """One moment of a drive as seen from above, in the coordinates of the own car: what snapshots and animation share.
 
-Vehicles are turned boxes with their speed in them. The predicted sets are the union of all boxes of all paths, the
-paler the later, with a thin line for every path, and an outline where a path binds the plan. The own plan is a line
-with the body's outline at every full second. A vehicle that has left its predicted set has a black frame.
+Vehicles are turned boxes with their speed in them. The predicted sets are the union of all boxes of all paths, their hue
+telling the time, with a thin line for every path, and an outline where a path is an active constraint of the plan. The
+plan is a line with the body's outline at every full second, dark in the hue that the sets of that time have. A vehicle
+that has left its predicted set has a black frame.
 """
 
 from dataclasses import dataclass
@@ -21,7 +22,7 @@ from matplotlib.text import Text
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.plan import Plan
 from coverdrive.report import style
-from coverdrive.report.binding import Binding
+from coverdrive.report.active_constraints import ActiveConstraints
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.simulation.initial import OWN
@@ -34,7 +35,7 @@ _DASH, _DASH_PERIOD = 3.0, 12.0
 """[m] length of a lane marking, and from one to the next (MUTCD: 10 ft of 40 ft)"""
 
 _CLEAR = 10
-"""outlines of binding boxes that are drawn in full colour; more of them are paler"""
+"""outlines of active boxes that are drawn in full colour; more of them are paler"""
 
 _FRAME = 0.45
 """[m] width of the frame of a vehicle that has left its predicted set"""
@@ -64,8 +65,8 @@ class RoadDrawing:
     members: LineCollection
     """one line for every predicted path"""
     edges: tuple[Line2D, ...]
-    binding: PolyCollection
-    """boxes of predicted paths that bind the plan"""
+    active: PolyCollection
+    """boxes of predicted paths that are active constraints of the plan"""
     bodies: PolyCollection
     """the own body at every full second of the plan"""
     plan: Line2D
@@ -93,25 +94,32 @@ class RoadDrawing:
         axes.spines[["left", "bottom"]].set_visible(False)
         axes.axhspan(edges[0], edges[-1], facecolor=style.ROAD, zorder=0)
         sets = PathCollection([], linewidths=0, rasterized=True, zorder=1)
-        dashes = LineCollection([], colors=style.MARKING, linewidths=1.2, capstyle="butt", zorder=2)
-        members = LineCollection([], colors=style.OTHER, linewidths=0.6, zorder=2)
-        bodies = PolyCollection([], facecolors="none", edgecolors=style.OWN, linewidths=1.0, zorder=4)
+        dashes = LineCollection([], colors=style.MARKING, linewidths=0.8, capstyle="butt", zorder=2)
+        members = LineCollection([], colors=style.OTHER, linewidths=0.4, zorder=2)
+        bodies = PolyCollection([], facecolors="none", linewidths=0.9, zorder=4)
         frames = PolyCollection([], facecolors=style.BLACK, linewidths=0, zorder=5.5)
-        vehicles = PolyCollection([], edgecolors="white", linewidths=0.8, zorder=6)
-        binding = PolyCollection([], facecolors="none", edgecolors=style.BINDS, linewidths=1.2, zorder=3.5)
-        for collection in (sets, dashes, members, binding, bodies, frames, vehicles):
+        vehicles = PolyCollection([], edgecolors="white", linewidths=0.5, zorder=6)
+        active = PolyCollection([], facecolors="none", edgecolors=style.ACTIVE, linewidths=0.8, zorder=3.5)
+        for collection in (sets, dashes, members, active, bodies, frames, vehicles):
             axes.add_collection(collection, autolim=False)
-        text = {"color": "white", "fontsize": 8, "ha": "center", "va": "center_baseline", "clip_on": True, "zorder": 7}
+        text = {
+            "color": "white",
+            "fontsize": 5.5,
+            "ha": "center",
+            "va": "center_baseline",
+            "clip_on": True,
+            "zorder": 7,
+        }
         return RoadDrawing(
             road=road,
             window=window,
             sets=sets,
             dashes=dashes,
             members=members,
-            edges=tuple(axes.axhline(edge, color=style.MARKING, linewidth=1.5, zorder=3) for edge in edges[[0, -1]]),
-            binding=binding,
+            edges=tuple(axes.axhline(edge, color=style.MARKING, linewidth=1.0, zorder=3) for edge in edges[[0, -1]]),
+            active=active,
             bodies=bodies,
-            plan=axes.plot([], [], color=style.OWN, marker="o", markersize=2.5, linewidth=1.4, zorder=5)[0],
+            plan=axes.plot([], [], color=style.OWN, marker="o", markersize=1.5, linewidth=1.0, zorder=5)[0],
             frames=frames,
             vehicles=vehicles,
             speeds=tuple(axes.text(0, 0, "", **text) for _ in range(slots)),  # pyright: ignore[reportArgumentType]
@@ -121,13 +129,13 @@ class RoadDrawing:
     def artists(self) -> tuple[Artist, ...]:
         """All that changes, or lies on top of what changes, from back to front."""
         below = (self.sets, self.dashes, self.members, *self.edges)
-        return (*below, self.binding, self.bodies, self.plan, self.frames, self.vehicles, *self.speeds)
+        return (*below, self.active, self.bodies, self.plan, self.frames, self.vehicles, *self.speeds)
 
     def show_moment(
         self,
         trace: Trace,
         moment: int,
-        binding: Binding | None = None,
+        constraints: ActiveConstraints | None = None,
         left: Bool[np.ndarray, "m A"] | None = None,
     ) -> Scene:
         """Show moment 0 … n of a trace of n steps, and return its scene; at moment n, what was planned the step before.
@@ -135,7 +143,7 @@ class RoadDrawing:
         Args:
             trace: the drive.
             moment: which.
-            binding: tells which obstacles bind the plan; they are not marked if it is left out.
+            constraints: tells which are active in the plan; they are not marked if it is left out.
             left: `coverdrive.simulation.misses.left_recently` of the trace; nobody is marked if it is left out.
         """
         scene: Scene = jax.tree.map(lambda values: values[moment], trace.scene)
@@ -143,10 +151,10 @@ class RoadDrawing:
         planned = min(moment, len(trace) - 1)
         self.show(scene, trace.paths[planned], trace.plans[planned])
         boxes = np.zeros((0, 4, 2))
-        if binding is not None:
-            boxes = np.swapaxes(path_boxes(trace.paths[planned]), 0, 1)[binding.of(trace, planned)]
-        self.binding.set_alpha(float(np.clip(_CLEAR / max(len(boxes), 1), 0.15, 1)))
-        self.binding.set_verts(list(boxes - origin))
+        if constraints is not None:
+            boxes = np.swapaxes(path_boxes(trace.paths[planned]), 0, 1)[constraints.of(trace, planned)]
+        self.active.set_alpha(float(np.clip(_CLEAR / max(len(boxes), 1), 0.15, 1)))
+        self.active.set_verts(list(boxes - origin))
         framed = np.zeros(scene.vehicles, dtype=bool) if left is None else left[moment]
         self.frames.set_verts(list(body_corners(scene.states, scene.half_sizes + _FRAME)[framed] - origin))
         return scene
@@ -184,6 +192,7 @@ class RoadDrawing:
         times = np.zeros(0) if plan is None else plan.dt * np.arange(len(states))
         full = np.isclose(times, np.round(times)) & (times > 0.5)
         self.bodies.set_verts(list(body_corners(states[full], half_sizes) - origin))
+        self.bodies.set_edgecolor(style.TIMES(times[full] / times.max(initial=1.0)).tolist())
 
     def _show_vehicles(self, scene: Scene, origin: Float[np.ndarray, " 2"]) -> None:
         corners = body_corners(scene.states, scene.half_sizes) - origin

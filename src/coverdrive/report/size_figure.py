@@ -3,17 +3,15 @@
 from collections.abc import Sequence
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import LogFormatter, NullFormatter
 
 from coverdrive.errors import DataError
 from coverdrive.prediction.basis_study import StudiedBasis
 from coverdrive.report import style
+from coverdrive.report.figure import Axis, Band, Figure, Line, Mark, Panel, Points, Texts
 
 
 def size_figure(studied: Sequence[StudiedBasis]) -> Figure:
-    """Draw the sizes of bases of several ε.
+    """The sizes of bases of several ε.
 
     Args:
         studied: at least one basis, by ascending ε.
@@ -23,44 +21,37 @@ def size_figure(studied: Sequence[StudiedBasis]) -> Figure:
     """
     if not studied:
         raise DataError("a figure of the size of bases needs at least one basis, got none; name an ε")
-    with style.style():
-        figure = style.new_figure(10.5, 4.6)
-        size, mass = figure.subplots(1, 2)
-        _draw_size(size, studied)
-        _draw_mass(mass, studied)
-    return figure
+    epsilons = {each.basis.epsilon: f"{each.basis.epsilon:g}" for each in studied}
+    size = Panel(_sizes(studied), Axis("radius ε of the cover", log=True, ticks=epsilons),
+                 Axis("base trajectories M", log=True))  # fmt: skip
+    mass = Panel(_masses(studied), Axis("most common base trajectories", log=True),
+                 Axis("segments nearest to them [%]", 0, 102))  # fmt: skip
+    return Figure([[size, mass]], height=3.2)
 
 
-def _draw_size(axes: Axes, studied: Sequence[StudiedBasis]) -> None:
+def _sizes(studied: Sequence[StudiedBasis]) -> list[Mark]:
     epsilon = [each.basis.epsilon for each in studied]
     size = [len(each.basis) for each in studied]
     among = [each.among_segments for each in studied if each.among_segments is not None]
     anywhere = [each.anywhere for each in studied]
     of_segments = len(among) == len(studied)
-    lowest, label = (among, "greedy cover") if of_segments else (anywhere, "cover, free centres")
-    axes.fill_between(epsilon, lowest, size, color=style.SKY, alpha=0.2, linewidth=0)
-    axes.plot(epsilon, size, color=style.BLUE, marker="o", label=label)
+    lowest, name = (among, "greedy cover") if of_segments else (anywhere, "cover, free centres")
+    curves = [(size, name, style.BLUE, "o")]
     if of_segments:
-        axes.plot(epsilon, among, color=style.VERMILION, marker="^", label="lower bound, bases are segments")
-    axes.plot(epsilon, anywhere, color=style.GREY, marker="v", linestyle="--", label="lower bound, any bases")
-    axes.set(xscale="log", yscale="log", xlabel="radius ε of the cover", ylabel="base trajectories M")
-    axes.set_xticks(epsilon, [f"{each:g}" for each in epsilon])
-    axes.xaxis.set_minor_formatter(NullFormatter())
-    axes.yaxis.set_major_formatter(LogFormatter())
-    axes.yaxis.set_minor_formatter(LogFormatter(labelOnlyBase=False, minor_thresholds=(2, 0.4)))
-    for x, y in zip(epsilon, size, strict=True):
-        axes.annotate(str(y), (x, y), xytext=(5, 5), textcoords="offset points", fontsize=10)
-    axes.grid(True)
-    axes.legend(loc="lower left")
+        curves.append((among, "lower bound, bases are segments", style.VERMILION, "^"))
+    curves.append((anywhere, "lower bound, any bases", style.GREY, "v"))
+    marks: list[Mark] = [Band(x=epsilon, low=lowest, high=size, colour=style.SKY, opacity=0.2)]
+    for values, label, colour, marker in curves:
+        marks += [Line(x=epsilon, y=values, colour=colour), Points(x=epsilon, y=values, colour=colour, marker=marker,
+                                                                   name=label)]  # fmt: skip
+    return [*marks, Texts(x=epsilon, y=size, text=[str(each) for each in size], above=3)]
 
 
-def _draw_mass(axes: Axes, studied: Sequence[StudiedBasis]) -> None:
-    for number, each in enumerate(studied):
-        count = np.arange(1, len(each.basis) + 1)
-        colour = style.CYCLE[number % len(style.CYCLE)]
-        label = f"ε = {each.basis.epsilon:g} (M = {len(each.basis)})"
-        axes.plot(count, 100 * each.cumulative, color=colour, marker=".", label=label)
-    axes.set(xscale="log", xlabel="most common base trajectories", ylabel="segments nearest to them [%]", ylim=(0, 102))
-    axes.xaxis.set_major_formatter("{x:g}")
-    axes.grid(True)
-    axes.legend(loc="lower right")
+def _masses(studied: Sequence[StudiedBasis]) -> list[Mark]:
+    return [
+        Points(
+            x=np.arange(1, len(each.basis) + 1), y=100 * each.cumulative, colour=style.CYCLE[number % len(style.CYCLE)],
+            size=2.5, name=f"ε = {each.basis.epsilon:g} (M = {len(each.basis)})",
+        )
+        for number, each in enumerate(studied)
+    ]  # fmt: skip

@@ -13,7 +13,8 @@ from matplotlib.patches import Patch
 
 from coverdrive.errors import DataError
 from coverdrive.report import style
-from coverdrive.report.binding import Binding
+from coverdrive.report.active_constraints import ActiveConstraints
+from coverdrive.report.figure import TWO_COLUMNS
 from coverdrive.report.road_drawing import RoadDrawing, Window
 from coverdrive.simulation.initial import OWN
 from coverdrive.simulation.misses import find_windows, left_recently
@@ -35,7 +36,7 @@ def snapshots(
     trace: Trace,
     steps: Sequence[int] | None = None,
     window: Window | None = None,
-    binding: Binding | None = None,
+    constraints: ActiveConstraints | None = None,
 ) -> Figure:
     """Draw moments of a trace: vehicles, predicted sets and the own plan.
 
@@ -43,7 +44,7 @@ def snapshots(
         trace: one episode.
         steps: indices of the steps at whose start the scene is shown; if left out, four interesting ones.
         window: the stretch of road around the own car that is shown.
-        binding: tells which obstacles bind the plan; they are not marked if it is left out.
+        constraints: tells which are active in the plan; they are not marked if it is left out.
 
     Raises:
         DataError: no step, or one that the trace does not have.
@@ -54,40 +55,44 @@ def snapshots(
     window = window or Window()
     left = left_recently(trace, find_windows(trace))
     with style.style():
-        figure = style.new_figure(12, 0.9 + 1.4 * len(moments))
+        figure = style.new_figure(TWO_COLUMNS, 0.7 + 0.9 * len(moments))
         panels = figure.subplots(len(moments), 1, sharex=True, squeeze=False)[:, 0]
         for letter, (axes, moment) in enumerate(zip(panels, moments, strict=True)):
-            _draw_moment(axes, trace, moment, window, chr(ord("a") + letter), binding, left)
-        panels[-1].set_xlabel("distance ahead of the own car [m]")
-        add_legend(figure, trace.horizon, binding is not None, bool(left[[moment.step for moment in moments]].any()))
+            _draw_moment(axes, trace, moment, window, chr(ord("a") + letter), constraints, left)
+        panels[-1].set_xlabel("distance ahead of the ego [m]")
+        add_legend(
+            figure, trace.horizon, constraints is not None, bool(left[[moment.step for moment in moments]].any())
+        )
     return figure
 
 
-def add_legend(figure: Figure, horizon: float, binding: bool, left: bool) -> None:
+def add_legend(figure: Figure, horizon: float, active: bool, left: bool) -> None:
     """Explain a drawing of the road, above all panels.
 
     Args:
         figure: of the drawing.
         horizon: [s] that is predicted.
-        binding: whether obstacles that bind the plan are marked.
+        active: whether active constraints of the plan are marked.
         left: whether a vehicle that left its predicted set is.
     """
-    shades = tuple(Patch(color=style.SETS(age)) for age in (0.0, 0.5, 1.0))
+    ages = (0.0, 0.25, 0.5, 0.75, 1.0)
+    shades = tuple(Patch(color=style.SETS(age)) for age in ages)
+    bodies = tuple(Patch(facecolor="none", edgecolor=style.TIMES(age)) for age in (0.33, 0.67, 1.0))
     explained: dict[str, Patch | Line2D | tuple[Patch, ...]] = {
-        "own car": Patch(color=style.OWN),
-        "its plan, every second": Line2D([], [], color=style.OWN, marker="o", markersize=3),
+        "ego": Patch(color=style.OWN),
+        "its plan every second, in the hue of the sets then": bodies,
         "other vehicles, speed in m/s": Patch(color=style.OTHER),
         f"predicted set, now … {horizon:g} s ahead": shades,
     }
-    if binding:
-        explained["binds the plan"] = Patch(facecolor="none", edgecolor=style.BINDS)
+    if active:
+        explained["active constraint of the plan"] = Patch(facecolor="none", edgecolor=style.ACTIVE)
     if left:
         explained["left its predicted set"] = Patch(facecolor=style.OTHER, edgecolor=style.BLACK, linewidth=2)
     figure.legend(
         list(explained.values()),  # pyright: ignore[reportArgumentType]  (Matplotlib takes tuples too)
         list(explained),
         loc="outside upper left",
-        ncols=3 if left else len(explained),
+        ncols=3,
         handler_map={tuple: HandlerTuple(ndivide=None, pad=0)},
     )
 
@@ -146,10 +151,10 @@ def _draw_moment(
     moment: Moment,
     window: Window,
     letter: str,
-    binding: Binding | None,
+    constraints: ActiveConstraints | None,
     left: Bool[np.ndarray, "m A"],
 ) -> None:
     drawing = RoadDrawing.on(axes, trace.road, trace.scene.vehicles, window)
-    scene = drawing.show_moment(trace, moment.step, binding, left)
-    title = f"({letter})  {trace.time[moment.step]:.1f} s, own car {scene.speed[OWN]:.1f} m/s"
+    scene = drawing.show_moment(trace, moment.step, constraints, left)
+    title = f"({letter})  {trace.time[moment.step]:.1f} s, ego {scene.speed[OWN]:.1f} m/s"
     axes.set_title(title + (f":  {moment.remark}" if moment.remark else ""), loc="left")

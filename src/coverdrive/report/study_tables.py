@@ -128,13 +128,13 @@ def drives_table(trials: pl.DataFrame) -> Table:
     return table
 
 
-def grid_table(cells: Mapping[str, pl.DataFrame]) -> Table:
-    """One line for each cell of a grid, by the last parts of the names of its settings."""
-    table = Table(title="Grid (95 % intervals)", box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False)
-    table.add_column("cell", overflow="fold")
+def sweep_table(variants: Mapping[str, pl.DataFrame]) -> Table:
+    """One line for each variant of a sweep, by the last parts of the names of its settings."""
+    table = Table(title="Sweep (95 % intervals)", box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False)
+    table.add_column("variant", overflow="fold")
     for name in ("trials", "frontal or side", "rear-end", "windows missed", "m/s", "ms"):
         table.add_column(name, justify="right")
-    for name, trials in cells.items():
+    for name, trials in variants.items():
         total = collision_table(trials).row(-1, named=True)
         missed = miss_rate(trials, "prediction_misses", "windows")
         table.add_row(

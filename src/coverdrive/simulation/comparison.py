@@ -5,7 +5,6 @@ the two collided (McNemar), Newcombe's interval for the difference of the two ra
 the difference between binomial proportions based on paired data*, 1998, method 10), and Student's t for all else.
 """
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,15 +16,15 @@ from scipy.stats import binomtest, norm, t
 
 from coverdrive.errors import DataError
 from coverdrive.simulation.statistics import COUNTED
-from coverdrive.simulation.study import flat
+from coverdrive.simulation.study import Study
+from coverdrive.simulation.study_folder import StudyFolder, flat
+from coverdrive.simulation.trial import STARTED
 
 MEASURES = (
     "mean_speed", "distance", "lane_changes", "overtakes", "minimum_gap", "minimum_time_to_collision",
     "jerk_longitudinal", "jerk_lateral", "hardest_braking", "share_slack", "prediction_misses", "planning_median",
 )  # fmt: skip
 """columns that are compared by their mean paired difference"""
-
-_DESCRIPTION, _TRIALS = "study.json", "trials.parquet"
 
 
 @dataclass(frozen=True)
@@ -69,17 +68,18 @@ class Comparison:
     """of everything else"""
 
 
-def compare_studies(first: Path, second: Path, confidence: float = 0.95) -> Comparison:
-    """Compare the trials that two folders both have.
+def compare(first: Study | Path | str, second: Study | Path | str, confidence: float = 0.95) -> Comparison:
+    """Compare the trials that two studies both have.
 
     Args:
-        first: folder of a study, or the results folder around it.
+        first: a study, its folder, or the results folder around it.
         second: the same.
         confidence: coverage of every interval by itself, in (0, 1).
 
     Raises:
         DataError: a folder holds no finished study, or the two have other seeds or numbers of vehicles.
     """
+    first, second = (each.folder if isinstance(each, Study) else Path(each) for each in (first, second))
     (one, ours), (two, theirs) = _load(first), _load(second)
     trials = min(ours.height, theirs.height)
     ours, theirs = ours.head(trials), theirs.head(trials)
@@ -90,8 +90,10 @@ def compare_studies(first: Path, second: Path, confidence: float = 0.95) -> Comp
                 f"{first} and {second} cannot be compared trial by trial, because their {what} differ: trial {at} has "
                 f"{ours[name][at]} and {theirs[name][at]}; drive both with the same seed, start and vehicles"
             )
+    started = ours.select(STARTED).to_series() & theirs.select(STARTED).to_series()
+    ours, theirs = ours.filter(started), theirs.filter(started)
     return Comparison(
-        trials=trials,
+        trials=ours.height,
         settings={name: (one.get(name), two.get(name)) for name in sorted(one | two) if one.get(name) != two.get(name)},
         collisions=tuple(_of_rates(name, kinds, ours, theirs, confidence) for name, kinds in COUNTED.items()),
         measures=tuple(_of_means(name, ours, theirs, confidence) for name in MEASURES),
@@ -100,23 +102,10 @@ def compare_studies(first: Path, second: Path, confidence: float = 0.95) -> Comp
 
 def _load(folder: Path) -> tuple[dict[str, Any], pl.DataFrame]:
     """Settings and trials of a study."""
-    if not folder.is_dir():
-        raise DataError(f"there is no folder {folder}; check the path, or make it with `coverdrive run --out {folder}`")
-    inner = folder if (folder / _DESCRIPTION).exists() else folder / "study"
-    if not (inner / _DESCRIPTION).exists():
-        raise DataError(
-            f"{folder} holds no study: {_DESCRIPTION} is neither in it nor in a folder `study` in it; "
-            f"make one with `coverdrive study --out {folder}`"
-        )
-    if not (inner / _TRIALS).exists():
-        raise DataError(
-            f"the study in {inner} is not finished: {_TRIALS} is missing; the command that began it goes on with it"
-        )
-    try:
-        description = flat(json.loads((inner / _DESCRIPTION).read_text(encoding="utf-8")))
-        return description, pl.read_parquet(inner / _TRIALS)
-    except (OSError, ValueError, pl.exceptions.PolarsError) as error:
-        raise DataError(f"the study in {inner} cannot be read ({error}); drive it again in a new folder") from error
+    found = next((each for each in map(StudyFolder, (folder, folder / "study")) if each.exists), None)
+    if found is None:
+        raise DataError(f"{folder} holds no study, and neither has it a folder `study` that does; check the path")
+    return flat(found.description()), found.table()
 
 
 def _of_rates(

@@ -4,45 +4,49 @@ Unlike the paper's traffic it knows nothing of the predictor, so that prediction
 vehicle that another model moves, is to these drivers one more vehicle in the lanes that its body is in.
 """
 
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from jaxtyping import Bool
-from pydantic import Field, PositiveFloat
+from pydantic import Field
 
 from coverdrive.geometry import turned_half_extents
 from coverdrive.road import Road
 from coverdrive.scene import Scene
-from coverdrive.settings import Settings
+from coverdrive.settings import InOrder, Settings
 from coverdrive.simulation.drivers import DriverSettings, draw_drivers
 from coverdrive.simulation.freeway import DECISION, Freeway
 from coverdrive.simulation.initial import OWN, InitialSettings, initial_scene
 from coverdrive.simulation.motion import with_states
 from coverdrive.simulation.traffic import Start, TrafficStep
 
+_Seconds = Annotated[float, Field(ge=0.1, le=60)]
+ChangeDuration = Annotated[tuple[_Seconds, _Seconds], InOrder]
+
 
 class DriverTrafficSettings(Settings):
     """Drivers by IDM and MOBIL, at the speeds of the experiment's start but farther apart than the paper's."""
 
     kind: Literal["drivers"] = "drivers"
+    """name of this traffic"""
     drivers: DriverSettings = DriverSettings(desired_speed=25.0)
     """how people drive; a desired speed a little above the 20 m/s at which they start"""
-    behind: float = -60.0
+    behind: float = Field(default=-60.0, ge=-10_000, le=10_000)
     """[m] lon of the rearmost vehicle at the start, relative to the own car"""
-    ahead: float = 100.0
+    ahead: float = Field(default=100.0, ge=-10_000, le=10_000)
     """[m] lon of the foremost vehicle at the start, relative to the own car"""
-    gap: float = Field(default=12.0, ge=0)
+    gap: float = Field(default=12.0, ge=0, le=1000)
     """[m] least bumper-to-bumper distance in a lane at the start: 0.6 s at 20 m/s. At the paper's 2 m these drivers
     would brake as hard as they can"""
-    change_duration: tuple[PositiveFloat, PositiveFloat] = (4.0, 6.0)
+    change_duration: ChangeDuration = (4.0, 6.0)
     """[s] shortest and longest lane change (Toledo & Zohar 2007: 4.6 s on average)"""
-    pause: float = Field(default=5.0, ge=0)
+    pause: float = Field(default=5.0, ge=0, le=3600)
     """[s] a driver stays in a lane at least"""
     moody_share: float = Field(default=0.15, ge=0, le=1)
     """share of drivers who slow down now and then without a reason, by up to 70 % of their speed"""
-    mood_pause: PositiveFloat = 12.0
+    mood_pause: float = Field(default=12.0, gt=0, le=1e6)
     """[s] between two such whims on average"""
-    mood_braking: PositiveFloat = 1.0
+    mood_braking: float = Field(default=1.0, gt=0, le=15)
     """[m/s²] how fast a moody driver's desired speed falls"""
     wander: float = Field(default=0.15, ge=0, le=0.3)
     """[m] largest amplitude of the lateral motion within the lane"""
@@ -52,6 +56,7 @@ class AggressiveTrafficSettings(DriverTrafficSettings):
     """The same with tailgating, cut-ins that force others to brake hard, and sudden braking; fits 12 vehicles."""
 
     kind: Literal["aggressive"] = "aggressive"  # pyright: ignore[reportIncompatibleVariableOverride]
+    """name of this traffic"""
     drivers: DriverSettings = DriverSettings(
         desired_speed=27.0,
         time_gap=0.6,
@@ -63,17 +68,17 @@ class AggressiveTrafficSettings(DriverTrafficSettings):
         spread=0.25,
     )
     """selfish drivers (politeness 0, Kesting et al. 2007) who accept to be the reason for full braking"""
-    gap: float = Field(default=6.0, ge=0)
+    gap: float = Field(default=6.0, ge=0, le=1000)
     """[m] least bumper-to-bumper distance in a lane at the start"""
-    change_duration: tuple[PositiveFloat, PositiveFloat] = (2.0, 3.5)
+    change_duration: ChangeDuration = (2.0, 3.5)
     """[s] shortest and longest lane change"""
-    pause: float = Field(default=1.0, ge=0)
+    pause: float = Field(default=1.0, ge=0, le=3600)
     """[s] a driver stays in a lane at least"""
     moody_share: float = Field(default=0.5, ge=0, le=1)
     """share of drivers who brake now and then without a reason"""
-    mood_pause: PositiveFloat = 6.0
+    mood_pause: float = Field(default=6.0, gt=0, le=1e6)
     """[s] between two such whims on average"""
-    mood_braking: PositiveFloat = 6.0
+    mood_braking: float = Field(default=6.0, gt=0, le=15)
     """[m/s²] how fast a moody driver's desired speed falls"""
 
 

@@ -24,21 +24,21 @@ FREE = 1e6
 class DriverSettings(Settings):
     """A usual driver, and how far drivers differ from it."""
 
-    desired_speed: float = Field(default=30.0, gt=0)
+    desired_speed: float = Field(default=30.0, gt=0, le=120)
     """[m/s] on the free road; 108 km/h"""
-    time_gap: float = Field(default=1.4, gt=0)
+    time_gap: float = Field(default=1.4, gt=0, le=20)
     """[s] time gap to the leader (Kesting, Treiber & Helbing 2010: 1.0 to 1.5 s)"""
-    minimum_gap: float = Field(default=2.0, gt=0)
+    minimum_gap: float = Field(default=2.0, gt=0, le=100)
     """[m] bumper to bumper at standstill (Treiber et al. 2000)"""
     acceleration: float = Field(default=1.4, gt=0, le=4)
     """[m/s²] largest acceleration (Kesting et al. 2010)"""
-    deceleration: float = Field(default=2.0, gt=0)
+    deceleration: float = Field(default=2.0, gt=0, le=15)
     """[m/s²] comfortable deceleration (Kesting et al. 2010)"""
-    politeness: float = Field(default=0.3, ge=0)
+    politeness: float = Field(default=0.3, ge=0, le=10)
     """weight of the accelerations of the vehicles behind (Kesting et al. 2007: 0 to 0.5 is realistic)"""
-    threshold: float = Field(default=0.1, ge=0)
+    threshold: float = Field(default=0.1, ge=0, le=15)
     """[m/s²] advantage below which no driver changes lanes (Kesting et al. 2007)"""
-    safe_deceleration: float = Field(default=4.0, gt=0)
+    safe_deceleration: float = Field(default=4.0, gt=0, le=15)
     """[m/s²] hardest braking that a lane change may demand of the new follower (Kesting et al. 2007)"""
     spread: float = Field(default=0.12, ge=0, lt=0.3)
     """relative standard deviation of the drivers' desired speed and time gap, cut off at two of them"""

@@ -5,13 +5,13 @@ is planned against them and its first input applied; meanwhile the traffic moves
 """
 
 import time
-from collections.abc import Callable
 
 import numpy as np
-from pydantic import PositiveFloat
+from pydantic import Field
 
 from coverdrive.planning.plan import Planner
 from coverdrive.planning.vehicle import step as vehicle_step
+from coverdrive.progress import done
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.settings import Settings
@@ -32,9 +32,9 @@ class EpisodeSettings(Settings):
 
     initial: InitialSettings = InitialSettings()
     """road and traffic at the start"""
-    duration: PositiveFloat = 20.0
+    duration: float = Field(default=20.0, ge=0.01, le=3600)
     """[s] of an episode without a collision (paper §5)"""
-    step: PositiveFloat = 0.1
+    step: float = Field(default=0.1, ge=0.01, le=1)
     """[s] of simulation, and between two plans (own choice; the authors' scripts plan every 0.05 s)"""
 
     @property
@@ -50,7 +50,6 @@ def run_episode(
     settings: EpisodeSettings,
     vehicles: int,
     seed: int | np.random.SeedSequence,
-    progress: Callable[[float], None] | None = None,
 ) -> Trace:
     """Drive until the duration or the recorded traffic is over, or the own car collides.
 
@@ -63,10 +62,9 @@ def run_episode(
         settings: start, length and time steps.
         vehicles: number of uncontrolled vehicles.
         seed: of the start and of the traffic.
-        progress: called with the share of the episode that is driven.
 
     Raises:
-        SettingError: the vehicles cannot be placed.
+        StartError: the vehicles cannot be placed.
     """
     start_seed, traffic_seed = _children(seed)
     start = _start(traffic, settings.initial, vehicles, np.random.default_rng(start_seed))
@@ -81,8 +79,7 @@ def run_episode(
         taken = _step(predictor, planner, traffic, settings, scenes[-1], road)
         steps.append(taken)
         scenes.append(taken.scene)
-        if progress is not None:
-            progress(k / last)
+        done(k, last)
         collision = judge(scenes[-2], scenes[-1])
         if collision is not None:
             kind, partner = collision

@@ -4,10 +4,11 @@ Seeded scenes of IDM and MOBIL drivers (`coverdrive.simulation.drivers`): cars a
 """
 
 from collections import Counter
+from typing import Annotated
 
 import numpy as np
 import polars as pl
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from coverdrive.progress import done
 from coverdrive.recordings.recording import MEASURES, SCHEMA, Recording
@@ -15,7 +16,7 @@ from coverdrive.recordings.repair import RawTracks
 from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.recordings.tracks import regular_table
 from coverdrive.road import Road
-from coverdrive.settings import Settings
+from coverdrive.settings import InOrder, Settings
 from coverdrive.simulation.drivers import DriverSettings, draw_drivers
 from coverdrive.simulation.freeway import DECISION, Freeway
 
@@ -25,23 +26,29 @@ BATCH = 24
 WARM_UP = 10.0
 """[s] that each scene is driven before it is recorded"""
 
+_MOST_ROWS = 2e7
+"""of all scenes: about 2 GB"""
+
+_Count = Annotated[int, Field(ge=1, le=1000)]
+_Speed = Annotated[float, Field(gt=0, le=120)]
+
 
 class GeneratedSettings(Settings):
     """How much traffic is generated, and of which kind."""
 
-    scenes: int = Field(default=48, ge=1)
+    scenes: int = Field(default=48, ge=1, le=10_000)
     """number of independent scenes; 48 of them hold over 200,000 windows of 3 s at a stride of 0.1 s"""
-    duration: float = Field(default=20.0, ge=1)
+    duration: float = Field(default=20.0, ge=1, le=3600)
     """[s] of each scene"""
-    dt: float = Field(default=0.1, gt=0, le=0.2)
+    dt: float = Field(default=0.1, ge=0.01, le=0.2)
     """[s] as in NGSIM"""
-    lanes: int = Field(default=3, ge=1)
+    lanes: int = Field(default=3, ge=1, le=20)
     """number of lanes"""
-    lane_width: float = Field(default=3.6, ge=3)
+    lane_width: float = Field(default=3.6, ge=3, le=10)
     """[m] the US freeway standard (AASHTO)"""
-    vehicles: tuple[int, int] = (20, 30)
+    vehicles: Annotated[tuple[_Count, _Count], InOrder] = (20, 30)
     """fewest and most vehicles of a scene"""
-    speed: tuple[float, float] = (14.0, 32.0)
+    speed: Annotated[tuple[_Speed, _Speed], InOrder] = (14.0, 32.0)
     """[m/s] lowest and highest speed at which the vehicles of a scene start"""
     truck_share: float = Field(default=0.1, ge=0, le=1)
     """share of trucks; about 3 % in NGSIM US-101"""
@@ -50,14 +57,23 @@ class GeneratedSettings(Settings):
     slowing down, as it is in recorded US-101 traffic"""
     moody_share: float = Field(default=0.15, ge=0, le=1)
     """share of drivers, besides those in front, who slow down now and then without a reason"""
-    mood_pause: float = Field(default=12.0, gt=0)
+    mood_pause: float = Field(default=12.0, gt=0, le=1e6)
     """[s] between two such whims on average"""
     wander: float = Field(default=0.15, ge=0, le=0.3)
     """[m] largest amplitude of the lateral motion within the lane"""
-    noise: float = Field(default=0.0, ge=0)
+    noise: float = Field(default=0.0, ge=0, le=10)
     """[m] standard deviation of the measured positions; if positive, they are smoothed like recorded ones"""
     smoothing: SmoothingSettings = SmoothingSettings()
     """how noisy positions are smoothed"""
+
+    @model_validator(mode="after")
+    def _fits_into_memory(self) -> "GeneratedSettings":
+        rows = self.scenes * self.vehicles[1] * self.duration / self.dt
+        if rows > _MOST_ROWS:
+            raise ValueError(
+                f"{rows:.3g} rows of traffic are more than {_MOST_ROWS:.0e}; generate fewer or shorter scenes"
+            )
+        return self
 
 
 def generate(settings: GeneratedSettings | None = None, seed: int = 0) -> tuple[Recording, ...]:

@@ -4,12 +4,10 @@ The own car is slot 0 of the scene, at lon = 0 in the rightmost lane; the uncont
 order of place.
 """
 
-from typing import Annotated
-
 import numpy as np
-from pydantic import Field, PositiveFloat, PositiveInt
+from pydantic import Field
 
-from coverdrive.errors import SettingError
+from coverdrive.errors import StartError
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.settings import Settings
@@ -23,27 +21,27 @@ _ATTEMPTS = 10_000
 class InitialSettings(Settings):
     """The road and the traffic at the start of a trial."""
 
-    lanes: PositiveInt = 3
+    lanes: int = Field(default=3, ge=1, le=20)
     """number of lanes (authors' scripts)"""
-    lane_width: PositiveFloat = 3.6
+    lane_width: float = Field(default=3.6, ge=2, le=10)
     """[m] (authors' scripts; US freeway standard, AASHTO)"""
-    road_length: PositiveFloat = 1000.0
+    road_length: float = Field(default=1000.0, ge=1, le=1e6)
     """[m] 20 s at the reference speed of 40 m/s, and some more"""
-    own_speed: PositiveFloat = 20.0
+    own_speed: float = Field(default=20.0, gt=0, le=120)
     """[m/s] of the own car (authors' scripts)"""
-    traffic_speed: PositiveFloat = 20.0
+    traffic_speed: float = Field(default=20.0, gt=0, le=120)
     """[m/s] of the uncontrolled vehicles (authors' scripts)"""
-    behind: float = -10.0
+    behind: float = Field(default=-10.0, ge=-10_000, le=10_000)
     """[m] lon of the rearmost uncontrolled vehicle's centre, relative to the own car (authors' scripts)"""
-    ahead: float = 30.0
+    ahead: float = Field(default=30.0, ge=-10_000, le=10_000)
     """[m] lon of the foremost uncontrolled vehicle's centre, relative to the own car (authors' scripts)"""
-    gap: float = Field(default=2.0, ge=0)
+    gap: float = Field(default=2.0, ge=0, le=1000)
     """[m] least bumper-to-bumper distance in a lane; the paper asks only that vehicles do not overlap"""
-    length: PositiveFloat = 4.8
+    length: float = Field(default=4.8, ge=1, le=30)
     """[m] of a vehicle; a mid-size car (the paper gives no sizes)"""
-    width: PositiveFloat = 1.9
+    width: float = Field(default=1.9, ge=0.3, le=5)
     """[m] of a vehicle; a mid-size car (the paper gives no sizes)"""
-    size_variation: Annotated[float, Field(ge=0, lt=1)] = 0.05
+    size_variation: float = Field(default=0.05, ge=0, lt=1)
     """sizes of uncontrolled vehicles are drawn uniformly from 1 ± this, times the above (own choice)"""
 
     def road(self) -> Road:
@@ -63,13 +61,13 @@ def initial_scene(settings: InitialSettings, vehicles: int, rng: np.random.Gener
         A scene of ``vehicles`` + 1 valid slots, the own car in slot 0.
 
     Raises:
-        SettingError: the vehicles cannot be placed.
+        StartError: the vehicles cannot be placed.
     """
     for _ in range(_ATTEMPTS):
         scene = _draw(settings, vehicles, rng)
         if scene is not None:
             return scene
-    raise SettingError(
+    raise StartError(
         f"{vehicles} uncontrolled vehicles of {settings.length} m could not be placed on {settings.lanes} lanes "
         f"between lon {settings.behind} and {settings.ahead} m with gaps of {settings.gap} m in {_ATTEMPTS} attempts; "
         "use fewer vehicles, a longer stretch or a smaller gap"

@@ -24,6 +24,7 @@ class MixedTrafficSettings(Settings):
     """Set-sampling vehicles among drivers."""
 
     kind: Literal["mixed"] = "mixed"
+    """name of this traffic"""
     share: float = Field(default=0.5, ge=0, le=1)
     """probability with which a vehicle is a driver"""
     drivers: DriverTrafficSettings = DriverTrafficSettings()

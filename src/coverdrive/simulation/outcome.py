@@ -26,6 +26,8 @@ class Kind(enum.StrEnum):
     """contact from the side"""
     REAR_END = "rear-end"
     """a vehicle behind ran into the own car"""
+    NOT_STARTED = "not started"
+    """the vehicles found no place, so that nobody drove"""
 
 
 class Fault(enum.StrEnum):

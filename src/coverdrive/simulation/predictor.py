@@ -40,6 +40,6 @@ class Predictor(Protocol):
         """Which base trajectories every slot of an unbatched scene may follow; arbitrary for invalid slots."""
         ...
 
-    def predict(self, scene: Scene, road: Road, own: int, dt: float, steps: int) -> PredictedPaths:
-        """The possible paths of every valid slot but ``own`` at the times 0, dt, …, steps·dt [s]."""
+    def predict(self, scene: Scene, road: Road, ego: int, dt: float, steps: int) -> PredictedPaths:
+        """The possible paths of every valid slot but ``ego`` at the times 0, dt, …, steps·dt [s]."""
         ...

@@ -13,9 +13,9 @@ from typing import Literal
 import numpy as np
 import polars as pl
 from jaxtyping import Bool, Float
-from pydantic import Field, PositiveFloat
+from pydantic import Field
 
-from coverdrive.errors import DataError
+from coverdrive.errors import DataError, StartError
 from coverdrive.recordings.recording import MEASURES, Recording
 from coverdrive.road import Road
 from coverdrive.scene import Scene
@@ -33,17 +33,18 @@ class ReplaySettings(Settings):
     """Recorded traffic that does not react."""
 
     kind: Literal["replay"] = "replay"
+    """name of this traffic"""
     place: Literal["replace", "between", "either"] = "either"
     """where the own car starts: as a recorded vehicle, which is taken out, in the middle between two successive ones
     of a lane, or as the one or the other by chance"""
-    shortest: PositiveFloat = 5.0
+    shortest: float = Field(default=5.0, ge=0.1, le=3600)
     """[s] for which the recording, and the vehicle that is replaced, must go on: longer than a prediction"""
-    gap: float = Field(default=4.0, ge=0)
+    gap: float = Field(default=4.0, ge=0, le=1000)
     """[m] least bumper-to-bumper distance of the own car at the start"""
 
 
 @dataclass(frozen=True)
-class Clip:
+class Scenario:
     """Recorded vehicles of one road and one group of scenes on one clock."""
 
     states: Float[np.ndarray, "F A 4"]
@@ -57,16 +58,16 @@ class Clip:
     road: Road
 
 
-def cut_clips(recordings: Sequence[Recording]) -> tuple[Clip, ...]:
-    """One clip for each group of scenes of each recording."""
+def cut_scenarios(recordings: Sequence[Recording]) -> tuple[Scenario, ...]:
+    """One for each group of scenes of each recording."""
     return tuple(
-        _clip(recording, table)
+        _scenario(recording, table)
         for recording in recordings
         for table in recording.table.partition_by("group", maintain_order=True)
     )
 
 
-def _clip(recording: Recording, table: pl.DataFrame) -> Clip:
+def _scenario(recording: Recording, table: pl.DataFrame) -> Scenario:
     moment = np.rint(table["time"].to_numpy() / recording.dt).astype(np.int64)
     moment -= moment.min()
     _, first, slot = np.unique(table["vehicle"].to_numpy(), return_index=True, return_inverse=True)
@@ -74,24 +75,24 @@ def _clip(recording: Recording, table: pl.DataFrame) -> Clip:
     states, valid = np.zeros((*shape, 4)), np.zeros(shape, dtype=bool)
     states[moment, slot] = table.select(MEASURES[:4]).to_numpy()
     valid[moment, slot] = True
-    return Clip(states, table.select(MEASURES[4:]).to_numpy()[first], valid, recording.dt, recording.road)
+    return Scenario(states, table.select(MEASURES[4:]).to_numpy()[first], valid, recording.dt, recording.road)
 
 
 class ReplayTraffic:
     """Uncontrolled vehicles that do what they did when they were recorded."""
 
-    def __init__(self, clips: Sequence[Clip], settings: ReplaySettings | None = None):
-        """Replay some of the clips.
+    def __init__(self, scenarios: Sequence[Scenario], settings: ReplaySettings | None = None):
+        """Replay some of the scenarios.
 
         Raises:
-            DataError: no clip lasts long enough.
+            DataError: no scenario lasts long enough.
         """
         self._settings = settings or ReplaySettings()
         least = self._settings.shortest
-        self._clips = [clip for clip in clips if (len(clip.states) - 1) * clip.dt >= least - 1e-6]
-        if not self._clips:
+        self._scenarios = [each for each in scenarios if (len(each.states) - 1) * each.dt >= least - 1e-6]
+        if not self._scenarios:
             raise DataError(
-                f"none of the {len(clips)} recorded scenes lasts {least} s; give longer recordings, or a smaller "
+                f"none of the {len(scenarios)} recorded scenes lasts {least} s; give longer recordings, or a smaller "
                 "traffic.shortest"
             )
 
@@ -104,47 +105,47 @@ class ReplayTraffic:
             rng: source of the choice; long scenes are chosen more often.
 
         Raises:
-            DataError: the own car fits nowhere.
+            StartError: the own car fits nowhere.
         """
-        room = [len(clip.states) - round(self._settings.shortest / clip.dt) for clip in self._clips]
+        room = [len(scenario.states) - round(self._settings.shortest / scenario.dt) for scenario in self._scenarios]
         for _ in range(_ATTEMPTS):
             chosen = int(rng.choice(len(room), p=np.array(room) / sum(room)))
-            clip, first = self._clips[chosen], int(rng.integers(room[chosen]))
-            found = self._place(clip, first, settings, rng)
+            scenario, first = self._scenarios[chosen], int(rng.integers(room[chosen]))
+            found = self._place(scenario, first, settings, rng)
             if found is not None:
                 own, kept = found
-                return self._begin(clip, first, own, kept, settings)
-        raise DataError(
+                return self._begin(scenario, first, own, kept, settings)
+        raise StartError(
             f"the own car of {settings.length} m fits nowhere into the recorded scenes with gaps of "
             f"{self._settings.gap} m in {_ATTEMPTS} attempts; give other recordings, or a smaller traffic.gap"
         )
 
     def _place(
-        self, clip: Clip, first: int, settings: InitialSettings, rng: np.random.Generator
+        self, scenario: Scenario, first: int, settings: InitialSettings, rng: np.random.Generator
     ) -> tuple[Float[np.ndarray, " 4"], Bool[np.ndarray, " A"]] | None:
         """The own car's state and who is left, or None if this draw leaves no room for it."""
-        present = np.flatnonzero(clip.valid[first])
+        present = np.flatnonzero(scenario.valid[first])
         if len(present) == 0:
             return None
-        last = first + round(self._settings.shortest / clip.dt)
+        last = first + round(self._settings.shortest / scenario.dt)
         chosen = rng.choice(present)
-        states, kept = clip.states[first], np.ones(clip.valid.shape[1], dtype=bool)
+        states, kept = scenario.states[first], np.ones(scenario.valid.shape[1], dtype=bool)
         place = self._settings.place
         if place == "replace" or (place == "either" and rng.random() < 0.5):
-            if not clip.valid[first : last + 1, chosen].all():
+            if not scenario.valid[first : last + 1, chosen].all():
                 return None
             own, kept[chosen] = states[chosen], False
         else:
-            lane = np.asarray(clip.road.lane_of(states[:, 1]))
-            ahead = clip.valid[first] & (lane == lane[chosen]) & (states[:, 0] > states[chosen, 0])
+            lane = np.asarray(scenario.road.lane_of(states[:, 1]))
+            ahead = scenario.valid[first] & (lane == lane[chosen]) & (states[:, 0] > states[chosen, 0])
             if not ahead.any():
                 return None
             leader = np.flatnonzero(ahead)[states[ahead, 0].argmin()]
             own = (states[chosen] + states[leader]) / 2
-            ends = states[[chosen, leader], 0] + clip.sizes[[chosen, leader], 0] * [0.5, -0.5]
-            own[0], own[1], own[3] = ends.mean(), clip.road.centres[lane[chosen]], 0.0
-        near = clip.valid[first] & kept
-        in_the_way = self._in_the_way(own, np.array([settings.length, settings.width]), states, clip.sizes)
+            ends = states[[chosen, leader], 0] + scenario.sizes[[chosen, leader], 0] * [0.5, -0.5]
+            own[0], own[1], own[3] = ends.mean(), scenario.road.centres[lane[chosen]], 0.0
+        near = scenario.valid[first] & kept
+        in_the_way = self._in_the_way(own, np.array([settings.length, settings.width]), states, scenario.sizes)
         return None if (near & in_the_way).any() else (own, kept)
 
     def _in_the_way(
@@ -159,17 +160,17 @@ class ReplayTraffic:
         return (apart[:, 0] < self._settings.gap) & (apart[:, 1] < 0)
 
     def _begin(
-        self, clip: Clip, first: int, own: Float[np.ndarray, " 4"], kept: Bool[np.ndarray, " A"],
+        self, scenario: Scenario, first: int, own: Float[np.ndarray, " 4"], kept: Bool[np.ndarray, " A"],
         settings: InitialSettings,
     ) -> Start:  # fmt: skip
         """The scene at the start; what follows is kept for `step`."""
-        kept = kept & clip.valid[first:].any(0)
-        self._states, self._valid, self._dt = clip.states[first:, kept], clip.valid[first:, kept], clip.dt
+        kept = kept & scenario.valid[first:].any(0)
+        self._states, self._valid, self._dt = scenario.states[first:, kept], scenario.valid[first:, kept], scenario.dt
         lon, lat, speed, heading = np.concatenate([own[None], self._states[0]]).T
-        length, width = np.concatenate([[[settings.length, settings.width]], clip.sizes[kept]]).T
+        length, width = np.concatenate([[[settings.length, settings.width]], scenario.sizes[kept]]).T
         valid = np.concatenate([[True], self._valid[0]])
         scene = Scene(lon, lat, speed, heading, length, width, valid)
-        return Start(scene, clip.road, (len(self._states) - 1) * clip.dt)
+        return Start(scene, scenario.road, (len(self._states) - 1) * scenario.dt)
 
     def reset(self, scene: Scene, road: Road, rng: np.random.Generator) -> None:
         """Begin the scene that `start` has drawn."""

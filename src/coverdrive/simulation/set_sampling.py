@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 from jaxtyping import Bool, Float
-from pydantic import PositiveFloat
+from pydantic import Field
 
 from coverdrive.errors import SettingError
 from coverdrive.prediction.motion import follow
@@ -30,7 +30,8 @@ class SetSamplingSettings(Settings):
     """The paper's traffic: vehicles that drive random members of their own predicted sets."""
 
     kind: Literal["set-sampling"] = "set-sampling"
-    interval: PositiveFloat = 0.3
+    """name of this traffic"""
+    interval: float = Field(default=0.3, ge=0.01, le=60)
     """[s] between two choices of a vehicle (authors' scripts)"""
 
 

@@ -1,154 +1,184 @@
-"""Many seeded trials, on several processes, resumable (paper §5: 1000 trials, 200 each for 3 to 7 vehicles).
+"""Many seeded trials, on several processes, resumable (paper §5: 1000 trials, 200 each for 3 to 7 vehicles)."""
 
-Trial i has its own seed, so the results do not depend on the number of processes nor on the order in which trials
-finish. Files in the folder of a study: ``study.json`` says what is studied, ``trials/`` holds one row per finished
-trial, ``trials.parquet`` all rows together. Only the process that runs the study writes them, so that workers may be
-on other machines (`coverdrive.simulation.workers`).
-"""
-
-import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import polars as pl
 
-import coverdrive
 from coverdrive.errors import DataError, SettingError
-from coverdrive.files import write_atomically
+from coverdrive.planning.plan import Planner
+from coverdrive.progress import done, part, stage
+from coverdrive.recordings.recording import Recording
 from coverdrive.simulation.episode import EpisodeSettings
-from coverdrive.simulation.statistics import widest_interval
-from coverdrive.simulation.trial import Build, table_of
-from coverdrive.simulation.workers import Task, run_tasks
+from coverdrive.simulation.predictor import Predictor
+from coverdrive.simulation.setup import VEHICLES, Setup
+from coverdrive.simulation.statistics import collision_table, widest_interval
+from coverdrive.simulation.study_folder import StudyFolder
+from coverdrive.simulation.trace import Trace
+from coverdrive.simulation.traffic import Traffic
+from coverdrive.simulation.traffics import TrafficSettings
+from coverdrive.simulation.trial import STARTED, table_of
+from coverdrive.simulation.workers import run_tasks
 
-Progress = Callable[[int, int], None]
-"""called with the number of finished trials and the number of all trials"""
 
-VEHICLES = (3, 4, 5, 6, 7)
-"""numbers of uncontrolled vehicles, taken in turn by the trials (paper §5)"""
+@dataclass(frozen=True, eq=False)
+class Study:
+    """A closed-loop study: its setup, and the folder that holds what was driven."""
+
+    setup: Setup
+    folder: Path
+
+    @cached_property
+    def files(self) -> StudyFolder:
+        """What the folder holds."""
+        return StudyFolder(self.folder)
+
+    @cached_property
+    def _loaded(self) -> Setup:
+        """The setup with everything read that it needs; the folder is its own, or refuses it."""
+        setup = self.setup.loaded()
+        self.files.claim(setup.description())
+        return setup
+
+    @property
+    def trials(self) -> pl.DataFrame:
+        """One row for each trial that was driven; the columns are `coverdrive.simulation.trial.TrialResult`'s fields.
+
+        Raises:
+            DataError: the study is not finished.
+        """
+        return self.files.table().filter(STARTED)
+
+    @property
+    def unstarted(self) -> pl.DataFrame:
+        """Number and reason of each trial that could not start."""
+        return self.files.table().filter(~STARTED).select("trial", "vehicles", "reason")
+
+    @property
+    def set_aside(self) -> list[Path]:
+        """Damaged rows that were moved out of the way, and whose trials were driven again."""
+        return self.files.set_aside
+
+    @property
+    def collisions(self) -> pl.DataFrame:
+        """Collisions by number of uncontrolled vehicles, with intervals (`collision_table`)."""
+        return collision_table(self.trials)
+
+    def trace(self, trial: int) -> Trace:
+        """Everything that happened in a trial: read if it was looked at before, else driven again and stored."""
+        return self.traces([trial])[trial]
+
+    def traces(self, trials: Sequence[int]) -> dict[int, Trace]:
+        """Several such drives by the numbers of their trials.
+
+        Raises:
+            DataError: the study replayed other recordings than the setup has.
+        """
+        if not self.files.exists:
+            self.files.claim(self._loaded.description())
+        traces: dict[int, Trace] = {}
+        with stage("drives"):
+            for number, trial in enumerate(trials):
+                with part(number, len(trials)):
+                    traces[trial] = self.files.trace(self.setup.trial(trial), lambda: self._loaded)
+        return traces
+
+    def run(
+        self,
+        trials: int,
+        *,
+        workers: int = 1,
+        cluster: str | None = None,
+        until_width: float | None = None,
+        batch: int = 50,
+        name: str = "closed-loop trials",
+    ) -> "Study":
+        """Drive all trials that the folder does not hold yet; a study that was killed goes on where it was.
+
+        A study may be continued with more trials: the first ones stay the same.
+
+        Args:
+            trials: number of trials; the largest, if the study may stop early.
+            workers: number of processes, each on one thread; with 1, trials run in this process.
+            cluster: address of a Dask scheduler whose workers run the trials instead, as in ``tcp://host:8786``.
+            until_width: stop once both 95 % intervals of `collision_table` are at most this wide for all trials. This
+                is decided after whole batches in the order of trials, so that it does not depend on the workers.
+            batch: number of trials of a batch.
+            name: of the stage that is reported.
+
+        Raises:
+            SettingError: fewer than one trial, worker or trial of a batch, or no cluster there.
+            DataError: the folder holds a study of another configuration, or no trial could start.
+        """
+        if min(trials, workers, batch) < 1:
+            raise SettingError(
+                f"a study needs at least one trial, worker and trial of a batch; got {trials} trials, {workers} "
+                f"workers and batches of {batch}"
+            )
+        setup = self._loaded
+        ends = [*range(batch, trials, batch), trials] if until_width else [trials]
+        table = table_of([])
+        with stage(f"{name} ({trials})"):
+            for end in ends:
+                table = self._run_until(setup, end, trials, workers, cluster)
+                if until_width and widest_interval(table.filter(STARTED)) <= until_width:
+                    break
+        self.files.save_table(table)
+        if not table.select(STARTED.any()).item():
+            raise DataError(f"none of the {table.height} trials could start: {table['reason'][0]}")
+        return self
+
+    def _run_until(self, setup: Setup, end: int, total: int, workers: int, cluster: str | None) -> pl.DataFrame:
+        """The rows of all trials before ``end``, after driving those that are missing."""
+        wanted = [setup.trial(number) for number in range(end)]
+        found = {trial.number: self.files.row_of(trial) for trial in wanted}
+        rows = {number: row for number, row in found.items() if row is not None}
+        done(len(rows), total)
+        pending = [trial for trial in wanted if trial.number not in rows]
+        for row in run_tasks(setup.participants, pending, workers, cluster):
+            self.files.save(row)
+            rows[row["trial"]] = table_of([row])
+            done(len(rows), total)
+        return pl.concat([rows[number] for number in range(end)])
 
 
-def run_study(
-    build: Build,
-    settings: EpisodeSettings,
-    folder: Path,
+def study(
+    predictor: Predictor,
+    planner: Planner | Callable[[], Planner] | None = None,
     *,
-    trials: int = 1000,
+    folder: Path | str,
+    trials: int = 20,
+    traffic: str | TrafficSettings | Traffic | Callable[[], Traffic] = "set-sampling",
+    vehicles: Sequence[int] = VEHICLES,
     seed: int = 0,
-    vehicles: tuple[int, ...] = VEHICLES,
+    recordings: Sequence[Recording] = (),
+    episode: EpisodeSettings | None = None,
     workers: int = 1,
     cluster: str | None = None,
     until_width: float | None = None,
-    batch: int = 50,
-    configuration: Mapping[str, Any] | None = None,
-    progress: Progress | None = None,
-) -> pl.DataFrame:
-    """Run all trials that ``folder`` does not hold yet; a study that was killed goes on where it was.
-
-    A study may be continued with more trials: the first ones stay the same.
+) -> Study:
+    """Drive a study in a folder, or go on with it.
 
     Args:
-        build: makes predictor, planner and traffic, once in every process.
-        settings: of every episode.
+        predictor: of the ego.
+        planner: of the ego, or what makes one in every process; ours with its defaults if left out.
         folder: of this study and no other; made as needed.
-        trials: number of trials; the largest, if the study may stop early.
-        seed: of the study; trial i draws from ``SeedSequence(seed, spawn_key=(i,))``.
-        vehicles: numbers of uncontrolled vehicles; trial i has the i-th of them, over and over.
-        workers: number of processes, each on one thread; with 1, trials run in this process.
-        cluster: address of a Dask scheduler whose workers run the trials instead, as in ``tcp://host:8786``.
-        until_width: stop once both 95 % intervals of `collision_table` are at most this wide for all trials. This is
-            decided after whole batches in the order of trials, so that it does not depend on the workers.
-        batch: number of trials of a batch.
-        configuration: what ``build`` was made from, as JSON values; a folder refuses another configuration.
-        progress: called before the first trial and after each.
-
-    Returns:
-        One row per trial, ascending; the columns are `coverdrive.simulation.trial.TrialResult`'s fields.
+        trials: number of trials; the paper has 1000.
+        traffic: ``set-sampling`` (the paper's), ``drivers``, ``aggressive``, ``mixed``, ``replay``, settings of one
+            of them, or a model of your own.
+        vehicles: numbers of uncontrolled vehicles, taken in turn by the trials.
+        seed: of the study.
+        recordings: to replay; they should neither have trained nor calibrated the predictor.
+        episode: start, length and time steps.
+        workers: number of processes.
+        cluster: address of a Dask scheduler whose workers drive instead.
+        until_width: stop early, once both 95 % intervals of the collision rates are this narrow.
 
     Raises:
-        SettingError: fewer than one trial, worker or trial of a batch, no number of vehicles, or no cluster there.
-        DataError: the folder holds a study of another configuration.
+        SettingError: a number makes no sense, or there is no such traffic.
+        DataError: the folder holds another study, or no trial could start.
     """
-    if min(trials, workers, batch) < 1 or not vehicles:
-        raise SettingError(
-            f"a study needs at least one trial, worker, trial of a batch and number of vehicles; got {trials} trials, "
-            f"{workers} workers, batches of {batch} and {len(vehicles)} numbers of vehicles"
-        )
-    _claim(folder, _description(settings, seed, vehicles, configuration or {}))
-    _remove_unfinished(folder)
-    report = progress or _ignore
-    table = table_of([])
-    for batch_end in range(batch, trials + batch, batch) if until_width else [trials]:
-        end = min(batch_end, trials)
-        pending = [trial for trial in range(end) if not _part(folder, trial).exists()]
-        finished = end - len(pending)
-        report(finished, trials)
-        tasks = [Task(settings, vehicles[trial % len(vehicles)], seed, trial) for trial in pending]
-        for result in run_tasks(build, tasks, workers, cluster):
-            write_atomically(_part(folder, result.trial), table_of([result]).write_parquet)
-            finished += 1
-            report(finished, trials)
-        table = pl.concat([pl.read_parquet(_part(folder, trial)) for trial in range(end)])
-        if until_width and widest_interval(table) <= until_width:
-            break
-    write_atomically(folder / "trials.parquet", table.write_parquet)
-    return table
-
-
-def _part(folder: Path, trial: int) -> Path:
-    return folder / "trials" / f"{trial:06d}.parquet"
-
-
-def _remove_unfinished(folder: Path) -> None:
-    """Remove the temporary files that a killed study left behind."""
-    for temporary in (folder / "trials").glob(".*.parquet"):
-        temporary.unlink(missing_ok=True)
-
-
-def _description(
-    settings: EpisodeSettings, seed: int, vehicles: tuple[int, ...], configuration: Mapping[str, Any]
-) -> dict[str, Any]:
-    """Everything that the result of trial i depends on, as JSON values."""
-    description = {
-        "version": coverdrive.__version__,
-        "seed": seed,
-        "vehicles": vehicles,
-        "episode": settings.model_dump(mode="json"),
-        "configuration": configuration,
-    }
-    return json.loads(json.dumps(description))
-
-
-def _claim(folder: Path, description: dict[str, Any]) -> None:
-    """Say in the folder what is studied, or check that it says the same."""
-    file = folder / "study.json"
-    if not file.exists():
-        text = json.dumps(description, indent=2, sort_keys=True)
-        write_atomically(file, lambda temporary: temporary.write_text(text, encoding="utf-8"))
-        return
-    try:
-        found = flat(json.loads(file.read_text(encoding="utf-8")))
-    except ValueError as error:
-        raise DataError(f"{file} is not the description of a study ({error}); use another folder") from error
-    wanted = flat(description)
-    different = sorted(key for key in found | wanted if found.get(key) != wanted.get(key))
-    if different:
-        changes = ", ".join(f"{key} {found.get(key)!r}, now {wanted.get(key)!r}" for key in different[:3])
-        raise DataError(
-            f"{folder} holds a study of another configuration ({len(different)} different: {changes}); "
-            "use another folder, or go back to that configuration"
-        )
-
-
-def flat(value: Any, name: str = "") -> dict[str, Any]:
-    """Nested JSON objects as one object with dotted names."""
-    if not isinstance(value, dict):
-        return {name: value}
-    leaves: dict[str, Any] = {}
-    for key, inner in value.items():
-        leaves |= flat(inner, f"{name}.{key}" if name else key)
-    return leaves
-
-
-def _ignore(finished: int, trials: int) -> None:
-    """Report to nobody."""
+    setup = Setup.of(predictor, planner, traffic, vehicles, seed, recordings, episode)
+    return Study(setup, Path(folder)).run(trials, workers=workers, cluster=cluster, until_width=until_width)

@@ -9,14 +9,15 @@ from coverdrive.errors import DataError
 from coverdrive.simulation.driver_traffic import AggressiveTrafficSettings, DriverTraffic, DriverTrafficSettings
 from coverdrive.simulation.mixed import MixedTraffic, MixedTrafficSettings
 from coverdrive.simulation.predictor import Predictor
-from coverdrive.simulation.replay import Clip, ReplaySettings, ReplayTraffic
+from coverdrive.simulation.replay import ReplaySettings, ReplayTraffic, Scenario
 from coverdrive.simulation.set_sampling import SetSamplingSettings, SetSamplingTraffic
 from coverdrive.simulation.traffic import Traffic
 
 
 def _kind(settings: Any) -> Any:
     """The name in a table of settings; without one they are the paper's."""
-    return settings.get("kind", "set-sampling") if isinstance(settings, dict) else settings.kind
+    kind = settings.get("kind", "set-sampling") if isinstance(settings, dict) else getattr(settings, "kind", None)
+    return kind if isinstance(kind, str) else None
 
 
 TrafficSettings = Annotated[
@@ -30,13 +31,13 @@ TrafficSettings = Annotated[
 """settings of one of the models, told apart by ``kind``"""
 
 
-def make_traffic(settings: TrafficSettings, predictor: Predictor, clips: Sequence[Clip] = ()) -> Traffic:
+def make_traffic(settings: TrafficSettings, predictor: Predictor, scenarios: Sequence[Scenario] = ()) -> Traffic:
     """The traffic model of these settings.
 
     Args:
         settings: of the model.
         predictor: gives the sets of the models that sample them.
-        clips: recorded scenes to replay; other models need none.
+        scenarios: recorded scenes to replay; other models need none.
 
     Raises:
         DataError: there is nothing to replay.
@@ -49,6 +50,6 @@ def make_traffic(settings: TrafficSettings, predictor: Predictor, clips: Sequenc
         case MixedTrafficSettings():
             return MixedTraffic(predictor, settings)
         case ReplaySettings():
-            if not clips:
+            if not scenarios:
                 raise DataError("replayed traffic needs recorded scenes, got none; name some with --recording")
-            return ReplayTraffic(clips, settings)
+            return ReplayTraffic(scenarios, settings)

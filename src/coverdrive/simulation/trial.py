@@ -1,17 +1,20 @@
 """One trial of a study: an episode from a numbered seed, and its measures in one flat row."""
 
 import typing
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, fields
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import polars as pl
 
+from coverdrive.errors import StartError
 from coverdrive.planning.plan import Planner, Status
+from coverdrive.progress import heard_by
 from coverdrive.simulation import metrics
 from coverdrive.simulation.episode import EpisodeSettings, run_episode
 from coverdrive.simulation.misses import cause_of, find_windows
+from coverdrive.simulation.outcome import Kind
 from coverdrive.simulation.predictor import Predictor
 from coverdrive.simulation.trace import Trace
 from coverdrive.simulation.traffic import Traffic
@@ -30,6 +33,23 @@ class Participants(NamedTuple):
 
 Build = Callable[[], Participants]
 """builds the participants of a study; sent to other processes, so its parts must be picklable"""
+
+
+class TrialSettings(NamedTuple):
+    """One trial of a study."""
+
+    episode: EpisodeSettings
+    """start, length and time steps"""
+    vehicles: int
+    """number of uncontrolled vehicles"""
+    seed: int
+    """of the study"""
+    number: int
+    """of the trial in its study, from 0; with the seed it gives the trial's random choices"""
+
+
+Row = dict[str, Any]
+"""the fields of a `TrialResult` by name"""
 
 
 @dataclass(frozen=True)
@@ -106,6 +126,8 @@ class TrialResult:
     """uncontrolled vehicles with at least one such window"""
     vehicles_missed: int
     """those of them that left every predicted path in at least one of them"""
+    reason: str = ""
+    """why the trial could not start; then all measures are null"""
 
 
 _COLUMN_TYPES = {int: pl.Int64(), float: pl.Float64(), str: pl.String(), int | None: pl.Int64()}
@@ -113,29 +135,31 @@ _COLUMN_TYPES = {int: pl.Int64(), float: pl.Float64(), str: pl.String(), int | N
 SCHEMA = {field.name: _COLUMN_TYPES[typing.get_type_hints(TrialResult)[field.name]] for field in fields(TrialResult)}
 """columns of a table of trial results"""
 
+STARTED = pl.col("kind") != Kind.NOT_STARTED.value
+"""whether a trial could start, as an expression on a table of trials"""
+
 WALL_TIMES = ("planning_median", "planning_p99", "planning_maximum")
 """columns that depend on the machine, not only on the seed"""
 
 
-def run_trial(
-    participants: Participants,
-    settings: EpisodeSettings,
-    vehicles: int,
-    seed: int,
-    trial: int,
-    progress: Callable[[float], None] | None = None,
-) -> Trace:
-    """The episode of one trial, alone; the same as within a study.
+def run_trial(participants: Participants, trial: TrialSettings) -> Trace:
+    """The episode of one trial; the same alone as within a study.
 
-    Args:
-        participants: predictor, planner and traffic.
-        settings: of the episode.
-        vehicles: number of uncontrolled vehicles.
-        seed: of the study.
-        trial: number of the trial in its study.
-        progress: called with the share of the episode that is driven.
+    Raises:
+        StartError: the vehicles cannot be placed.
     """
-    return run_episode(*participants, settings, vehicles, np.random.SeedSequence(seed, spawn_key=(trial,)), progress)
+    seed = np.random.SeedSequence(trial.seed, spawn_key=(trial.number,))
+    return run_episode(*participants, trial.episode, trial.vehicles, seed)
+
+
+def run_and_measure(participants: Participants, trial: TrialSettings) -> Row:
+    """The row of a trial; of one that cannot start, only who it is and why."""
+    try:
+        with heard_by(None):
+            return asdict(measure(run_trial(participants, trial), trial.seed, trial.number))
+    except StartError as error:
+        known = {"trial": trial.number, "seed": trial.seed, "vehicles": trial.vehicles}
+        return dict.fromkeys(SCHEMA) | known | {"kind": Kind.NOT_STARTED.value, "reason": str(error)}
 
 
 def measure(trace: Trace, seed: int, trial: int) -> TrialResult:
@@ -181,6 +205,6 @@ def measure(trace: Trace, seed: int, trial: int) -> TrialResult:
     )
 
 
-def table_of(results: list[TrialResult]) -> pl.DataFrame:
-    """Trial results as a table, one row each."""
-    return pl.DataFrame([asdict(result) for result in results], schema=SCHEMA)
+def table_of(rows: Sequence[Row]) -> pl.DataFrame:
+    """Rows as a table."""
+    return pl.DataFrame(rows, schema=SCHEMA)

@@ -9,31 +9,18 @@ import threading
 import uuid
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
-from typing import Any, NamedTuple
+from typing import Any
 
 from joblib import Parallel, delayed, parallel_config
 
 from coverdrive.errors import SettingError
-from coverdrive.simulation.episode import EpisodeSettings
-from coverdrive.simulation.trial import Build, Participants, TrialResult, measure, run_trial
+from coverdrive.simulation.trial import Build, Participants, Row, TrialSettings, run_and_measure
 
 _CONNECT = "10s"
 """time that a cluster has to answer"""
 
 
-class Task(NamedTuple):
-    """One trial to run."""
-
-    settings: EpisodeSettings
-    vehicles: int
-    """number of uncontrolled vehicles"""
-    seed: int
-    """of the study"""
-    trial: int
-    """its number"""
-
-
-def run_tasks(build: Build, tasks: Sequence[Task], workers: int, cluster: str | None = None) -> Generator[TrialResult]:
+def run_tasks(build: Build, tasks: Sequence[TrialSettings], workers: int, cluster: str | None = None) -> Generator[Row]:
     """Run trials in any order, yielding the row of each when it is done.
 
     Args:
@@ -56,10 +43,10 @@ def run_tasks(build: Build, tasks: Sequence[Task], workers: int, cluster: str | 
     else:
         participants = build()
         for task in tasks:
-            yield _run_task(participants, task)
+            yield run_and_measure(participants, task)
 
 
-def _run_parallel(build: Build, tasks: Sequence[Task], workers: int) -> Generator[TrialResult]:
+def _run_parallel(build: Build, tasks: Sequence[TrialSettings], workers: int) -> Generator[Row]:
     study = uuid.uuid4().hex
     parallel: Any = Parallel(n_jobs=workers, batch_size=1, return_as="generator_unordered")  # pyright: ignore[reportArgumentType]
     yield from parallel(delayed(_run_in_worker)(build, study, task) for task in tasks)
@@ -90,17 +77,13 @@ _driving = threading.Lock()
 """held while a trial runs in this process"""
 
 
-def _run_in_worker(build: Build, study: str, task: Task) -> TrialResult:
+def _run_in_worker(build: Build, study: str, task: TrialSettings) -> Row:
     """Run a task in this process, with participants that were built on its first task of the study."""
     with _driving:
         if study not in _participants:
             _participants.clear()
             _participants[study] = build()
-        return _run_task(_participants[study], task)
-
-
-def _run_task(participants: Participants, task: Task) -> TrialResult:
-    return measure(run_trial(participants, *task), task.seed, task.trial)
+        return run_and_measure(_participants[study], task)
 
 
 @contextmanager

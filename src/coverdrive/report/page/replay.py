@@ -1,7 +1,8 @@
 """One drive as compact data for the replay in the page.
 
 All numbers are rounded to integers of a unit, replaced by their differences along one axis, laid out byte by byte
-(all lowest bytes first), deflated, and written as base64; `replay.js` undoes it.
+(all lowest bytes first), deflated, and written as base64; `replay-data.js` undoes it. Paths lie beside each other, so that
+what is alike in them is: their arrays are (points, 2, paths).
 """
 
 import base64
@@ -10,15 +11,16 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool
+from jaxtyping import Bool, Float, Int
 
 from coverdrive.planning.plan import Status
-from coverdrive.report.binding import Binding
+from coverdrive.report.active_constraints import ActiveConstraints
 from coverdrive.simulation.initial import OWN
 from coverdrive.simulation.misses import cause_of, find_windows, left_recently
+from coverdrive.simulation.outcome import Kind
 from coverdrive.simulation.trace import Trace
 
-_CENTIMETRE, _FINE = 0.01, 0.001
+_COARSE, _CENTIMETRE, _FINE = 0.02, 0.01, 0.001
 
 STATUSES = MappingProxyType(
     {
@@ -35,27 +37,27 @@ SLACK = "how far a plan reaches into a predicted box, tube included: 0 at its ed
 """in one line"""
 
 
-def replay_data(trial: int, trace: Trace, binding: Binding) -> dict[str, Any]:
+def replay_data(trial: int, trace: Trace, constraints: ActiveConstraints | None) -> dict[str, Any]:
     """A drive as JSON values.
 
     Args:
         trial: its number.
         trace: the drive.
-        binding: which obstacles bind.
+        constraints: tells which are active; none are marked without.
     """
-    scene, plans, paths, windows = trace.scene, trace.plans, trace.paths, find_windows(trace)
-    points = np.concatenate([each.points for each in paths])
+    scene, plans, paths = trace.scene, trace.plans, trace.paths
+    left = left_recently(trace, find_windows(trace))
     packer = _Packer()
     packer.add("lon", scene.lon, _CENTIMETRE, axis=0)
     packer.add("lat", scene.lat, _CENTIMETRE, axis=0)
     packer.add("speed", scene.speed, _CENTIMETRE, axis=0)
     packer.add("heading", scene.heading, _FINE, axis=0)
     packer.add("valid", scene.valid, 1, axis=0)
-    packer.add("left", left_recently(trace, windows), 1, axis=0)
-    packer.add("paths", points, _CENTIMETRE, axis=1)
-    packer.add("boxes", np.concatenate([each.half_sizes for each in paths]), _CENTIMETRE, axis=1)
+    packer.add("left", left, 1, axis=0)
+    packer.add("paths", _side_by_side([each.points for each in paths]), _COARSE, axis=0)
+    packer.add("boxes", _side_by_side([each.half_sizes for each in paths]), _COARSE, axis=0)
     packer.add("vehicle", np.concatenate([each.vehicle for each in paths]), 1, axis=0)
-    packer.add("binding", _packed_bits([binding.of(trace, step) for step in range(len(trace))]), 1)
+    packer.add("active", _active(trace, constraints), 1)
     packer.add("plan", np.stack([plan.states[:, [0, 1, 3]] for plan in plans]), _FINE, axis=1)
     packer.add("slack", np.stack([plan.slack for plan in plans]), _FINE)
     packer.add("input", np.stack([plan.inputs[0] for plan in plans]), _FINE)
@@ -74,15 +76,48 @@ def replay_data(trial: int, trace: Trace, binding: Binding) -> dict[str, Any]:
         "status": [list(Status).index(plan.status) for plan in plans],
         "statuses": [status.value for status in Status],
         "milliseconds": (1e3 * trace.planning_seconds).round(1).tolist(),
+        "events": _events(trace, left),
         "arrays": packer.arrays,
         "data": packer.text,
     }
 
 
-def _packed_bits(flags: list[Bool[np.ndarray, "_ P"]]) -> np.ndarray:
-    """One integer for each path: bit k says whether it binds at point k."""
-    everything = np.concatenate(flags)
+def _side_by_side(arrays: list[Float[np.ndarray, "_ P 2"]]) -> Float[np.ndarray, "P 2 S"]:
+    """The paths of all steps, with the path as the last axis."""
+    return np.moveaxis(np.concatenate(arrays), 0, -1)
+
+
+def _active(trace: Trace, constraints: ActiveConstraints | None) -> Int[np.ndarray, " S"]:
+    """One integer for each path: bit k says whether it constrains the plan at point k."""
+    if constraints is None:
+        return np.zeros(sum(len(each) for each in trace.paths), dtype=np.int64)
+    everything = np.concatenate([constraints.of(trace, step) for step in range(len(trace))])
     return everything.astype(np.int64) @ (1 << np.arange(everything.shape[1], dtype=np.int64))
+
+
+def _events(trace: Trace, left: Bool[np.ndarray, "m A"]) -> list[tuple[int, str, str]]:
+    """Moments that the ruler of the replay marks: when, which colour of the page, and what happened."""
+    lane = np.asarray(trace.road.lane_of(np.asarray(trace.scene.lat[:, OWN])))
+    changed = [(int(step) + 1, "own", "the ego changes lane") for step in np.flatnonzero(lane[1:] != lane[:-1])]
+    gone = [(step, "ink", "a vehicle has left its predicted set") for step in _begins(left.sum(1))]
+    statuses = [plan.status for plan in trace.plans]
+    plans = [
+        (step, slug(status.value), f"plan {status.value}: {STATUSES[status.value]}")
+        for step, (status, before) in enumerate(zip(statuses, [Status.SOLVED, *statuses], strict=False))
+        if status is not before and status not in (Status.SOLVED, Status.FALLBACK)
+    ]
+    hit = [(len(trace), "bad", f"{trace.outcome.kind.value} collision")] * (trace.outcome.kind is not Kind.FINISHED)
+    return sorted([*changed, *gone, *plans, *hit])
+
+
+def _begins(counts: Int[np.ndarray, " m"]) -> list[int]:
+    """Moments at which a count rises."""
+    return [int(step) for step in np.flatnonzero(np.diff(counts, prepend=0) > 0)]
+
+
+def slug(name: str) -> str:
+    """A name as part of a name of the style sheet."""
+    return name.replace(" ", "-")
 
 
 class _Packer:

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 import polars as pl
 
-from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.evaluation import Rate
 from coverdrive.numbers import at_most, interval, percent
 from coverdrive.planning.plan import Status
 from coverdrive.report.claim import strength, whose
 from coverdrive.report.contents import Contents
 from coverdrive.report.page.study import plan_share
-from coverdrive.simulation.statistics import collision_table, miss_rate
+from coverdrive.simulation.notable import COLLIDED
+from coverdrive.simulation.statistics import miss_rate
 
 
 @dataclass(frozen=True)
@@ -23,6 +23,8 @@ class Tile:
     value: str
     label: str
     note: str
+    main: bool = False
+    """whether it is one of those that everyone looks at first"""
 
 
 def heading(contents: Contents) -> str:
@@ -34,49 +36,83 @@ def heading(contents: Contents) -> str:
     return f"coverdrive on {learned}{trials}"
 
 
+def verdict(contents: Contents) -> str:
+    """What came out, in one sentence."""
+    certificate, observed = contents.certified.certificates[0], _observed(contents)
+    missed = (
+        f"of {whose(certificate)} at most {at_most(certificate.epsilon, 3)} are missed by their predicted sets "
+        f"({strength(certificate)}), and {percent(observed.value)} were on unseen scenes"
+    )
+    if contents.trials is None:
+        return f"{missed[0].upper()}{missed[1:]}."
+    if contents.driven is None:
+        return f"None of {contents.trials.height} drives could start; {missed}."
+    collided = _collided(contents.driven)
+    count = f"{collided.count}" if collided.count else "None"
+    return (
+        f"{count} of {collided.total} drives ended in a collision, at {_mean(contents.driven, 'mean_speed'):.1f} m/s on "
+        f"average; {missed}."
+    )
+
+
 def tiles(contents: Contents) -> list[Tile]:
     """The numbers that count."""
-    certified, basis = contents.certified, contents.predictor.basis
-    certificate, evaluation = certified.certificates[0], certified.evaluation
-    observed = evaluation.vehicles if certificate.unit == "vehicle" else evaluation.windows
-    shown = [
-        Tile(f"≤ {at_most(certificate.epsilon, 3)}", _bounded(certificate), strength(certificate)),
-        Tile(percent(observed.value), f"{certificate.unit}s missed on unseen scenes", _counted(observed)),
-        Tile(
-            f"{evaluation.mean_set_size:.1f} of {len(basis)}", "possible manoeuvres", "mean size of the predicted set"
-        ),
-    ]
-    if contents.trials is not None:
-        shown += _study_tiles(contents.trials, contents.period)
-    return shown
+    certificate, observed = contents.certified.certificates[0], _observed(contents)
+    certified = Tile(
+        f"≤ {at_most(certificate.epsilon, 3)}",
+        f"of {whose(certificate)} missed, {strength(certificate)}",
+        f"observed on unseen scenes: {percent(observed.value)} ({_counted(observed)})",
+        main=True,
+    )
+    if contents.driven is None:
+        evaluation = contents.certified.evaluation
+        bases = f"{evaluation.mean_set_size:.1f} of {len(contents.predictor.basis)}"
+        return [certified, Tile(bases, "possible manoeuvres", "mean size of the predicted set")]
+    return [_collision_tile(contents.driven), certified, *_study_tiles(contents.driven)]
 
 
-def _bounded(certificate: Certificate) -> str:
-    """What is missed at most so often."""
-    return f"{certificate.unit}s missed" if certificate.groups == 1 else f"missed of {whose(certificate)}"
+def _collision_tile(trials: pl.DataFrame) -> Tile:
+    rate = _collided(trials)
+    return Tile(
+        f"{rate.count} of {rate.total}", "drives with a collision", f"95 %: {interval(rate.low, rate.high)}", main=True
+    )
 
 
-def _study_tiles(trials: pl.DataFrame, period: float) -> list[Tile]:
-    total = collision_table(trials).row(-1, named=True)
-    collisions = total["frontal_or_side"] + total["rear_end"]
-    rate = Rate.of(np.arange(total["trials"]) < collisions)
+def _study_tiles(trials: pl.DataFrame) -> list[Tile]:
     missed = miss_rate(trials, "prediction_misses", "windows")
-    median = 1e3 * float(np.median(trials["planning_median"].to_numpy()))
+    braking = float(trials["hardest_braking"].to_numpy().max())
     return [
-        Tile(f"{collisions} of {total['trials']}", "drives with a collision", f"95 %: {interval(rate.low, rate.high)}"),
-        Tile(f"{trials['mean_speed'].to_numpy().mean():.1f} m/s", "mean speed of the own car", "over all trials"),
+        Tile(f"{_mean(trials, 'mean_speed'):.1f} m/s", "mean speed", "of the ego over all drives"),
         Tile(
-            percent(missed.missed / max(missed.total, 1)),
-            "windows missed in the drives",
-            f"{missed.missed} of {missed.total}; 95 %: {interval(missed.low, missed.high)}",
+            f"{_mean(trials, 'jerk_longitudinal'):.1f} m/s³",
+            "jerk along the road",
+            f"root mean square, mean of the drives; hardest braking {braking:.1f} m/s²",
         ),
         Tile(
             percent(plan_share(trials, Status.SOLVED, Status.FALLBACK)),
-            "plans clear of every predicted path",
+            "plans clear of all predicted paths",
             f"unsafe: {percent(plan_share(trials, Status.UNSAFE))}; rear: {percent(plan_share(trials, Status.REAR))}",
         ),
-        Tile(f"{median:.0f} ms", "per prediction and plan", f"median; due every {1e3 * period:g} ms"),
+        Tile(
+            percent(missed.missed / max(missed.total, 1)),
+            "windows missed in the drives",
+            f"95 %: {interval(missed.low, missed.high)}; not certified for this traffic",
+        ),
     ]
+
+
+def _collided(trials: pl.DataFrame) -> Rate:
+    return Rate.of(trials.select(COLLIDED).to_series().to_numpy())
+
+
+def _mean(trials: pl.DataFrame, column: str) -> float:
+    return float(trials[column].to_numpy().mean())
+
+
+def _observed(contents: Contents) -> Rate:
+    """How many were missed on unseen scenes, of what the certificate counts."""
+    evaluation = contents.certified.evaluation
+    return evaluation.vehicles if contents.certified.certificates[0].unit == "vehicle" else evaluation.windows
 
 
 def facts(contents: Contents) -> list[tuple[str, str]]:
@@ -95,6 +131,7 @@ def facts(contents: Contents) -> list[tuple[str, str]]:
         ("not predicted / outside the tube", f"{evaluation.not_predicted} / {evaluation.outside_tube} test windows"),
         ("test windows that no base covers", str(certified.uncovered)),
         ("set size", f"mean {evaluation.mean_set_size:.2f}, median {evaluation.median_set_size:g} of {len(basis)}"),
+        *_planning(contents),
         ("time", ", ".join(f"{stage} {seconds:.1f} s" for stage, seconds in run["seconds"].items())),
         ("software", f"coverdrive {run['coverdrive']}, Python {run['python']}, "
          + ", ".join(f"{name} {version}" for name, version in run["packages"].items())),
@@ -104,3 +141,11 @@ def facts(contents: Contents) -> list[tuple[str, str]]:
 
 def _counted(rate: Rate) -> str:
     return f"{rate.count} of {rate.total}; 95 %: {interval(rate.low, rate.high)}"
+
+
+def _planning(contents: Contents) -> list[tuple[str, str]]:
+    if contents.driven is None:
+        return []
+    median = 1e3 * float(np.median(contents.driven["planning_median"].to_numpy()))
+    return [("prediction and plan", f"{median:.3g} ms (median step of the median trial); due every "
+             f"{1e3 * contents.period:g} ms")]  # fmt: skip

@@ -9,6 +9,7 @@ import polars as pl
 
 from coverdrive.report.contents import Contents
 from coverdrive.simulation.notable import COLLIDED, NEARLY
+from coverdrive.simulation.trial import STARTED
 
 
 @dataclass(frozen=True)
@@ -37,11 +38,12 @@ COLUMNS = (
     ("overtakes", "overtakes", "{:d}"),
     ("minimum_gap", "least gap [m]", "{:.2f}"),
     ("minimum_time_to_collision", "least time to collision [s]", "{:.2f}"),
+    ("jerk_longitudinal", "jerk along [m/s³]", "{:.1f}"),
     ("maximum_slack", "largest slack", "{:.2f}"),
     ("share_unsafe", "unsafe plans", "{:.0%}"),
     ("prediction_misses", "windows missed", "{:d} of {windows}"),
     ("vehicles_missed", "vehicles missed", "{:d} of {vehicles_seen}"),
-    ("planning_p99", "planning, 99th percentile [ms]", "{:.0f}"),
+    ("planning_p99", "planning, 99 % [ms]", "{:.0f}"),
 )
 """name in the table of trials, name on the page with its unit, and format, which may name other columns too"""
 
@@ -55,7 +57,9 @@ def trial_rows(contents: Contents) -> list[Row]:
     """One row for each trial; none without a study."""
     if contents.trials is None:
         return []
-    trials = contents.trials.with_columns(collided=COLLIDED, nearly=NEARLY, planning_p99=1e3 * pl.col(_THOUSANDTHS))
+    trials = contents.trials.with_columns(
+        collided=COLLIDED & STARTED, nearly=NEARLY, planning_p99=1e3 * pl.col(_THOUSANDTHS)
+    )
     rows: list[Row] = []
     for row in trials.iter_rows(named=True):
         trace = contents.traces.get(row["trial"])
@@ -67,11 +71,17 @@ def trial_rows(contents: Contents) -> list[Row]:
                 collision=f"at fault: {row['at_fault']}; {row['cause']}" if row["collided"] else "",
                 replay=trace is not None,
                 differs=trace is not None and trace.outcome.kind.value != row["kind"],
-                numbers=tuple((float(row[name]), _text(row, name, form)) for name, _, form in COLUMNS),
+                numbers=tuple((_value(row[name]), _text(row, name, form)) for name, _, form in COLUMNS),
             )
         )
     return rows
 
 
 def _text(row: Mapping[str, Any], name: str, form: str) -> str:
-    return form.format(row[name], **row).replace("%", " %") if math.isfinite(row[name]) else "–"
+    known = row[name] is not None and math.isfinite(row[name])
+    return form.format(row[name], **row).replace("%", " %") if known else "–"
+
+
+def _value(number: float | None) -> float:
+    """What a cell is sorted by; what is unknown goes to the end."""
+    return math.inf if number is None else float(number)

@@ -1,5 +1,5 @@
 "use strict";
-/* The course of a drive: own speed, planning time, slack and vehicles outside their sets over time, with a cursor. */
+/* The course of a drive: ego speed, planning time, slack and vehicles outside their sets over time, with a cursor. */
 const HEIGHT = 308;
 class CourseView {
   constructor(canvas) {
@@ -25,7 +25,7 @@ class CourseView {
     const readings = Array.from({ length: drive.steps }, (_, step) => reading(drive, step));
     const own = Array.from({ length: drive.steps + 1 }, (_, moment) => drive.speed[moment * drive.slots + drive.own]);
     const milliseconds = readings.map((each) => each.milliseconds), period = 1000 * drive.dt;
-    this.panel(context, "own speed [m/s]", 18, 52, own, Theme.colour("own"), Math.max(...own, 1));
+    this.panel(context, "ego speed [m/s]", 18, 52, own, Theme.colour("own"), Math.max(...own, 1));
     this.panel(context, narrow ? "predict and plan [ms], dashed: real time" : "prediction and planning [ms], dots by how the plan was found, dashed: real time", 96, 52, milliseconds, null, Math.max(...milliseconds, 1.1 * period), period);
     this.panel(context, "largest slack", 174, 40, readings.map((each) => each.slack), Theme.colour("other"), Math.max(...readings.map((each) => each.slack), 0.1));
     const left = Array.from({ length: drive.steps + 1 }, (_, moment) => countLeft(drive, moment));
@@ -72,7 +72,7 @@ class CourseView {
       return;
     }
     values.forEach((value, step) => {
-      context.fillStyle = Theme.colour(this.drive.statuses[this.drive.status[step]]);
+      context.fillStyle = Theme.colour(slug(this.drive.statuses[this.drive.status[step]]));
       context.fillRect(this.x(step) - 1.5, y(value) - 1.5, 3, 3);
     });
   }

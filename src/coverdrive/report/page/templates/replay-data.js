@@ -21,7 +21,7 @@ async function readDrive(text) {
   delete drive.data;
   drive.steps = drive.counts.length;
   drive.slots = drive.arrays.valid.shape[1];
-  drive.points = drive.arrays.paths.shape[1];
+  [drive.points, , drive.total] = drive.arrays.paths.shape;
   drive.planPoints = drive.arrays.plan.shape[1];
   drive.planSteps = drive.arrays.slack.shape[1];
   drive.first = [0];
@@ -41,15 +41,20 @@ function accumulate(values, shape, axis) {
 function reading(drive, step) {
   const slack = drive.slack.subarray(step * drive.planSteps, (step + 1) * drive.planSteps);
   const first = drive.first[step], end = drive.first[step + 1];
-  let binding = 0;
-  for (let path = first; path < end; path++) if (drive.binding[path]) binding++;
+  let active = 0;
+  for (let path = first; path < end; path++) if (drive.active[path]) active++;
   return {
     speed: drive.speed[step * drive.slots + drive.own], acceleration: drive.input[2 * step], status: drive.statuses[drive.status[step]],
-    milliseconds: drive.milliseconds[step], slack: Math.max(0, ...slack), paths: end - first, binding,
+    milliseconds: drive.milliseconds[step], slack: Math.max(0, ...slack), paths: end - first, active,
   };
 }
 
 /* How many vehicles have left their predicted sets. */
 function countLeft(drive, moment) {
   return drive.left.subarray(moment * drive.slots, (moment + 1) * drive.slots).reduce((count, left) => count + left, 0);
+}
+
+/* A name as part of a name of the style sheet. */
+function slug(name) {
+  return name.replaceAll(" ", "-");
 }

@@ -1,12 +1,21 @@
 "use strict";
-/* The road from above, in the coordinates of the own car. */
+/* The road from above, in the coordinates of the ego. */
+/* From one colour of the style sheet over another to the last, by a share in [0, 1]. */
+const blend = (...names) => {
+  const stops = names.map((name) => Theme.colour(name).split(",").map(Number));
+  return (share) => {
+    const low = Math.min(stops.length - 2, Math.floor(share * (stops.length - 1))), part = share * (stops.length - 1) - low;
+    return `rgb(${stops[low].map((value, i) => Math.round(value + part * (stops[low + 1][i] - value)))})`;
+  };
+};
+
 class RoadView {
   constructor(canvas) {
     this.canvas = canvas;
     this.context = canvas.getContext("2d");
   }
 
-  /* Metres behind and ahead of the own car that are shown, by the width of the page. */
+  /* Metres behind and ahead of the ego that are shown, by the width of the page. */
   window() {
     const wide = this.canvas.clientWidth;
     return wide > 820 ? [35, 105] : wide > 520 ? [25, 80] : [12, 68];
@@ -81,37 +90,36 @@ class RoadView {
   /* Where the others may be, late first, so that what is near in time lies on top. */
   sets(drive, step) {
     const context = this.context, points = drive.points, first = drive.first[step], end = drive.first[step + 1];
-    const now = Theme.colour("set-now").split(",").map(Number), late = Theme.colour("set-late").split(",").map(Number);
+    const hue = blend("set-now", "set-mid", "set-late");
     for (let point = 2 * (points - 1); point >= 0; point--) {
-      const age = point / (2 * (points - 1));
-      context.fillStyle = `rgb(${now.map((value, i) => Math.round(value + age * (late[i] - value)))})`;
+      context.fillStyle = hue(point / (2 * (points - 1)));
       for (let path = first; path < end; path++) context.fillRect(...this.box(drive, path, point / 2));
     }
   }
 
-  /* One line for every predicted path, and the boxes that bind the plan. */
+  /* One line for every predicted path, and the boxes that are active constraints of the plan. */
   members(drive, step) {
     const context = this.context, points = drive.points, first = drive.first[step], end = drive.first[step + 1];
     context.lineWidth = 1;
-    for (const binds of [false, true]) {
-      context.strokeStyle = Theme.colour(binds ? "binds" : "other");
-      context.globalAlpha = binds ? 0.6 : Math.min(0.35, 24 / (end - first));
+    for (const active of [false, true]) {
+      context.strokeStyle = Theme.colour(active ? "active" : "other");
+      context.globalAlpha = active ? 0.6 : Math.min(0.35, 24 / (end - first));
       for (let path = first; path < end; path++) {
-        if (Boolean(drive.binding[path]) !== binds) continue;
+        if (Boolean(drive.active[path]) !== active) continue;
         context.beginPath();
-        for (let point = 0; point < points; point++) context.lineTo(...this.place(drive.paths[2 * (path * points + point)], drive.paths[2 * (path * points + point) + 1]));
+        for (let point = 0; point < points; point++) context.lineTo(...this.place(drive.paths[2 * point * drive.total + path], drive.paths[(2 * point + 1) * drive.total + path]));
         context.stroke();
       }
     }
     const bits = (mask) => mask ? (mask & 1) + bits(mask >> 1) : 0;
     let outlines = 0;
-    for (let path = first; path < end; path++) outlines += bits(drive.binding[path]);
+    for (let path = first; path < end; path++) outlines += bits(drive.active[path]);
     context.globalAlpha = Math.max(0.15, Math.min(1, 10 / outlines));
-    context.strokeStyle = Theme.colour("binds");
+    context.strokeStyle = Theme.colour("active");
     context.lineWidth = 1.4;
     for (let path = first; path < end; path++) {
-      for (let point = 1; drive.binding[path] >> point; point++) {
-        if ((drive.binding[path] >> point) & 1) context.strokeRect(...this.box(drive, path, point));
+      for (let point = 1; drive.active[path] >> point; point++) {
+        if ((drive.active[path] >> point) & 1) context.strokeRect(...this.box(drive, path, point));
       }
     }
     context.globalAlpha = 1;
@@ -120,7 +128,7 @@ class RoadView {
   /* The box of a path at a point, or halfway between two. */
   box(drive, path, point) {
     const low = Math.floor(point), high = Math.ceil(point);
-    const at = (values, k) => (values[2 * (path * drive.points + low) + k] + values[2 * (path * drive.points + high) + k]) / 2;
+    const at = (values, k) => (values[(2 * low + k) * drive.total + path] + values[(2 * high + k) * drive.total + path]) / 2;
     const [halfLength, halfWidth] = [at(drive.boxes, 0), at(drive.boxes, 1)];
     const [x, y] = this.place(at(drive.paths, 0) - halfLength, at(drive.paths, 1) + halfWidth);
     return [x, y, 2 * halfLength * this.along, 2 * halfWidth * this.across];
@@ -134,13 +142,15 @@ class RoadView {
     context.beginPath();
     for (let point = 0; point < drive.planPoints; point++) context.lineTo(...this.place(...state(point).slice(0, 2)));
     context.stroke();
-    context.lineWidth = 1.3;
+    context.lineWidth = 1.6;
+    const hue = blend("time-now", "time-mid", "time-late");
     for (let point = 1; point < drive.planPoints; point++) {
       const [lon, lat, heading] = state(point), seconds = point * drive.planDt;
       context.beginPath();
       context.arc(...this.place(lon, lat), 2.2, 0, 7);
       context.fill();
       if (Math.abs(seconds - Math.round(seconds)) < 1e-6) {
+        context.strokeStyle = hue(point / (drive.planPoints - 1));
         this.outline({ lon, lat, heading, size });
         context.stroke();
       }
@@ -188,7 +198,7 @@ class RoadView {
     context.textAlign = "center";
     context.textBaseline = "alphabetic";
     for (let metre = -20; metre < ahead - 5; metre += 20) {
-      if (metre > -behind + 2) context.fillText(metre === 0 ? "own car" : `${metre > 0 ? "+" : "−"}${Math.abs(metre)} m`, (metre + behind) * this.along, height - 7);
+      if (metre > -behind + 2) context.fillText(metre === 0 ? "ego" : `${metre > 0 ? "+" : "−"}${Math.abs(metre)} m`, (metre + behind) * this.along, height - 7);
     }
   }
 }

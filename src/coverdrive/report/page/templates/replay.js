@@ -25,12 +25,12 @@
     element("read-speed").textContent = `${drive.speed[step * drive.slots + drive.own].toFixed(1)} m/s`;
     element("read-acceleration").textContent = `${now.acceleration.toFixed(1).replace("-", "−")} m/s²`;
     element("read-status").textContent = now.status;
-    element("read-status").title = element("status-" + now.status).title;
-    element("read-status").style.color = Theme.colour(now.status);
+    element("read-status").title = element("status-" + slug(now.status)).title;
+    element("read-status").style.color = Theme.colour(slug(now.status));
     element("read-time").textContent = `${now.milliseconds.toFixed(1)} ms`;
     element("read-slack").textContent = now.slack.toFixed(3);
     element("read-paths").textContent = now.paths;
-    element("read-binding").textContent = now.binding;
+    element("read-active").textContent = now.active;
     element("read-left").textContent = countLeft(drive, step);
     element("read-end").textContent = step < drive.steps ? "" : ended;
     element("read-end").className = drive.kind !== "finished" ? "mark collision" : drive.near ? "mark near" : "";
@@ -75,10 +75,24 @@
     drive = drives.get(trial);
     chooser.value = trial;
     scrub.max = drive.steps;
-    player.dataset.loaded = trial;
     moment = 0;
     redraw();
+    marks();
+    player.dataset.loaded = trial;
   };
+  const marks = () => element("events").replaceChildren(...drive.events.map(([step, colour, text]) => {
+    const mark = document.createElement("button");
+    mark.type = "button";
+    mark.tabIndex = -1;
+    mark.title = `${(step * drive.dt).toFixed(1)} s: ${text}`;
+    mark.style.left = `${100 * step / drive.steps}%`;
+    mark.style.background = `var(--${colour})`;
+    mark.addEventListener("click", () => {
+      setPlaying(false);
+      go(step);
+    });
+    return mark;
+  }));
   const fromAddress = () => {
     const named = /^#replay-(\d+)$/.exec(location.hash);
     if (!named || !element("replay-data-" + named[1])) return false;
@@ -112,9 +126,14 @@
     ArrowRight: (event) => step(event.shiftKey ? Math.round(1 / drive.dt) : 1), Home: () => step(-Infinity), End: () => step(Infinity),
     "+": () => faster(1), "-": () => faster(-1),
   };
-  player.addEventListener("keydown", (event) => {
-    if (!drive || !keys[event.key] || event.target.tagName === "SELECT" || event.ctrlKey || event.metaKey || event.altKey) return;
-    if (event.key === " " && event.target.tagName === "BUTTON") return;  // the browser presses it
+  /* Keys work where the player has the focus, and where nothing has it while the player is in view. */
+  const meant = ({ key, target }) => {
+    if (player.contains(target)) return target.tagName !== "SELECT" && !(key === " " && target.tagName === "BUTTON");  // the browser presses it
+    const { top, bottom } = player.getBoundingClientRect();
+    return target === document.body && key !== "Home" && key !== "End" && top < 0.7 * innerHeight && bottom > 0.3 * innerHeight;
+  };
+  addEventListener("keydown", (event) => {
+    if (!drive || !keys[event.key] || event.ctrlKey || event.metaKey || event.altKey || !meant(event)) return;
     event.preventDefault();
     keys[event.key](event);
   });

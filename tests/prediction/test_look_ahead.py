@@ -10,7 +10,7 @@ from coverdrive.errors import SettingError
 from coverdrive.prediction.affordance import described
 from coverdrive.prediction.basis import BasisSettings
 from coverdrive.prediction.calibrate import CertificateSettings
-from coverdrive.prediction.fit import Fit, PredictionSettings, fit, score_sides
+from coverdrive.prediction.fit import Fit, PredictionSettings, fit
 from coverdrive.prediction.held_out import held_out
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.prediction.segments import SegmentSettings
@@ -43,11 +43,8 @@ def test_motion_that_was_estimated_from_the_future_is_refused(
     mixed = (*by_past[:-1], scenes[-1])
     with pytest.raises(SettingError, match=r"1 of 6 recordings \('scene 5' is one\) were smoothed with later"):
         fit(mixed, SETTINGS)
-    without = SETTINGS.model_copy(update={"training": TrainingSettings(inputs="derived")})
     with pytest.raises(SettingError, match="causal = true"):
-        score_sides(fitted.predictor, scenes, without, seed=1)
-    with pytest.raises(SettingError, match="causal = true"):
-        held_out(fitted.predictor, scenes, without, seed=1)
+        held_out(fitted.source, fitted.predictor, scenes)
 
 
 def test_a_predictor_that_sees_the_motion_is_stored_whole_and_uses_the_heading(fitted: Fit, tmp_path: Path) -> None:

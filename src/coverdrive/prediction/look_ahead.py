@@ -7,7 +7,7 @@ from coverdrive.prediction.inputs import Inputs
 from coverdrive.recordings.recording import Recording
 
 
-def refuse_foresight(recordings: Sequence[Recording], inputs: Inputs) -> None:
+def refuse_look_ahead(recordings: Sequence[Recording], inputs: Inputs) -> None:
     """Refuse lateral speeds that were estimated from later positions: they tell which way a vehicle is about to go.
 
     Raises:

@@ -1,0 +1,74 @@
+"""All methods of calibration side by side, on the scores of one predictor."""
+
+from collections.abc import Sequence
+from typing import Protocol, runtime_checkable
+
+from coverdrive.certificates.certificate import Counted
+from coverdrive.certificates.comparison import Compared, compare
+from coverdrive.certificates.methods import Task
+from coverdrive.prediction.fit import PredictionSettings
+from coverdrive.prediction.predictor import Predictor
+from coverdrive.prediction.scored import ScoredSides
+from coverdrive.progress import stage
+
+TARGETS = (0.05, 0.1, 0.2)
+"""bounds ε on the miss rate that are asked for"""
+
+
+@runtime_checkable
+class Fitted(Protocol):
+    """A `Fit`, or what was stored of one."""
+
+    @property
+    def predictor(self) -> Predictor:
+        """Whose network gave the scores."""
+        ...
+
+    @property
+    def scored(self) -> ScoredSides:
+        """Scores of the split that made it."""
+        ...
+
+    @property
+    def settings(self) -> PredictionSettings:
+        """That it was made with."""
+        ...
+
+    @property
+    def seed(self) -> int:
+        """That it was made with."""
+        ...
+
+
+def certify(
+    fitted: Fitted,
+    targets: Sequence[float] = TARGETS,
+    unit: Counted | None = None,
+    confidence: float | None = None,
+) -> list[Compared]:
+    """Calibrate by every method for every target, and test on the test split.
+
+    Args:
+        fitted: has the predictor, and the scores of the split that made it.
+        targets: bounds ε on the miss rate to ask for.
+        unit: what the bounds count; else that of the settings.
+        confidence: of the bounds; else that of the settings.
+
+    Raises:
+        DataError: the scores are another predictor's.
+        CertificateError: a target or the confidence is no share between 0 and 1.
+    """
+    predictor, scored, claim = fitted.predictor, fitted.scored, fitted.settings.certificate
+    scored.refuse_other(predictor)
+    task = Task(
+        samples=scored.calibration,
+        tube=predictor.basis.epsilon,
+        trained_on=predictor.trained_on,
+        confidence=claim.confidence if confidence is None else confidence,
+        unit=unit or claim.unit,
+        training=scored.train,
+        seed=fitted.seed,
+        tubes=claim.tube,
+    )
+    with stage("methods"):
+        return compare(task, scored.test, targets)

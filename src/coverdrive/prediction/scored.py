@@ -1,0 +1,107 @@
+"""Scores of a network on samples with a known outcome, and those of a whole split in one file."""
+
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import jax
+import numpy as np
+from jax import Array
+from jaxtyping import Float
+
+from coverdrive.certificates.calibration import ScoredSamples
+from coverdrive.errors import DataError
+from coverdrive.prediction.network import Network
+from coverdrive.prediction.own_network import OwnNetwork
+from coverdrive.prediction.predictor import Predictor
+from coverdrive.prediction.samples import Samples
+from coverdrive.prediction.storage import load_arrays, reading, save_arrays
+
+_COMMAND = "coverdrive fit"
+_SIDES = ("train", "calibration", "test")
+
+
+@dataclass(frozen=True)
+class ScoredSides:
+    """Scores of the samples of each side of a split, by the network of one predictor."""
+
+    train: ScoredSamples
+    calibration: ScoredSamples
+    test: ScoredSamples
+    predictor: str
+    """fingerprint of the predictor"""
+
+    def save(self, path: Path) -> None:
+        """Write them to a file; an interrupted write leaves no file behind."""
+        sides = {side: vars(getattr(self, side)) for side in _SIDES}
+        arrays = {
+            f"{side}.{name}": values
+            for side, samples in sides.items()
+            for name, values in samples.items()
+            if values is not None
+        }
+        save_arrays(path, "scores", {"predictor": self.predictor}, arrays)
+
+    @staticmethod
+    def load(path: Path, predictor: Predictor | None = None) -> "ScoredSides":
+        """Read them.
+
+        Args:
+            path: of the file.
+            predictor: whose scores they have to be; if not given, they may be anyone's.
+
+        Raises:
+            DataError: the file is missing, was changed, is not one that `save` wrote, or is another predictor's.
+        """
+        header, arrays = load_arrays(path, "scores", _COMMAND)
+        with reading(path, "scores", _COMMAND):
+            names = [each.name for each in fields(ScoredSamples)]
+            sides = (
+                ScoredSamples(**{name: arrays[f"{side}.{name}"] for name in names if f"{side}.{name}" in arrays})
+                for side in _SIDES
+            )
+            scored = ScoredSides(*sides, predictor=header["predictor"])
+        if predictor is not None:
+            scored.refuse_other(predictor, str(path))
+        return scored
+
+    def refuse_other(self, predictor: Predictor, name: str = "the scores") -> None:
+        """Raise `DataError` unless these are scores by the network of a predictor.
+
+        Args:
+            predictor: whose they should be.
+            name: how to call the scores.
+        """
+        if self.predictor != predictor.fingerprint:
+            raise DataError(
+                f"{name}: these are scores of the predictor {self.predictor}, expected those of "
+                f"{predictor.fingerprint}; a predictor and its scores are made together, by `coverdrive fit`"
+            )
+
+
+def score(network: Network | OwnNetwork, samples: Samples, tube: float | None = None) -> ScoredSamples:
+    """Scores, and the last hidden layer, of samples with a known outcome.
+
+    Args:
+        network: any.
+        samples: N samples.
+        tube: a vehicle is in its predicted set if it stays within this radius of any possible base: of the bases that
+            it stayed that close to, the one with the highest score stands for what it did. Without a tube, and
+            where no base is that close, it is the base of the samples.
+    """
+    if isinstance(network, OwnNetwork):
+        scores, hidden = network.scores(samples.features), None
+    else:
+        scores, hidden = (np.asarray(values) for values in _scores_and_hidden(network, samples.features))
+    base = samples.base
+    if tube is not None:
+        covering = samples.distance <= tube
+        base = np.where(covering.any(1), np.where(covering, scores, -1).argmax(1), base)
+    distance = samples.distance[np.arange(len(samples)), base]
+    return ScoredSamples(scores, base, distance, samples.vehicle, hidden)
+
+
+@jax.jit
+def _scores_and_hidden(
+    network: Network, features: Float[Array, "N F"]
+) -> tuple[Float[Array, "N M"], Float[Array, "N H"]]:
+    return network.scores(features), network.hidden(features)

@@ -1,0 +1,40 @@
+"""Which constraints of a plan are active: the predicted boxes that it could not come any closer to."""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool
+
+from coverdrive.planning.obstacles import ObstacleSettings, clearances, obstacles_of
+from coverdrive.planning.planner import MpcPlanner
+from coverdrive.planning.vehicle import VehicleSettings
+from coverdrive.simulation.study import Study
+from coverdrive.simulation.trace import Trace
+
+_MARGIN = 0.02
+"""a constraint is active if its left-hand side is at most this much above what the planner asks for"""
+
+
+class ActiveConstraints(NamedTuple):
+    """What decides it."""
+
+    car: VehicleSettings
+    """the ego"""
+    obstacles: ObstacleSettings
+    """shape of the obstacles that the planner stays clear of"""
+
+    @staticmethod
+    def of_study(study: Study) -> "ActiveConstraints | None":
+        """That of the planner of a study, if it is ours."""
+        if not isinstance(study.setup.planner, MpcPlanner):
+            return None
+        problem = study.setup.planner.settings.problem
+        return ActiveConstraints(problem.vehicle, problem.obstacles)
+
+    def of(self, trace: Trace, step: int) -> Bool[np.ndarray, "S P"]:
+        """Which of the S paths constrain the plan of a step, and at which of their points; never at the first, now."""
+        paths = trace.paths[step]
+        boxes = obstacles_of(paths, self.obstacles)
+        values = clearances(trace.plans[step].states, boxes, self.car, self.obstacles)
+        tight = values < 1 + self.obstacles.margin + _MARGIN
+        return np.pad(tight.T, ((0, 0), (1, 0)))

@@ -1,0 +1,141 @@
+"""What the trials of a study are driven with: who takes part, for how long, and from which seed.
+
+Trial i has its own random numbers, so that it is the same alone and within a study, on any number of processes.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from coverdrive.certificates.certificate import fingerprint
+from coverdrive.errors import SettingError
+from coverdrive.planning.plan import Planner
+from coverdrive.planning.planner import MpcPlanner
+from coverdrive.recordings.recording import Recording
+from coverdrive.settings import Settings
+from coverdrive.simulation.episode import EpisodeSettings
+from coverdrive.simulation.predictor import Predictor
+from coverdrive.simulation.replay import ReplaySettings, Scenario, cut_scenarios
+from coverdrive.simulation.trace import Trace
+from coverdrive.simulation.traffic import Traffic
+from coverdrive.simulation.traffics import TrafficSettings, make_traffic
+from coverdrive.simulation.trial import Participants, TrialSettings, run_trial
+
+VEHICLES = (3, 4, 5, 6, 7)
+"""numbers of uncontrolled vehicles, taken in turn by the trials (paper §5)"""
+
+
+@dataclass(frozen=True, eq=False)
+class Setup:
+    """Everything that a trial depends on."""
+
+    predictor: Predictor
+    """of the ego"""
+    planner: Planner | Callable[[], Planner] = field(default_factory=MpcPlanner)
+    """of the ego, or what makes one: solvers that cannot move between processes are made anew in each"""
+    traffic: str | TrafficSettings | Traffic | Callable[[], Traffic] = "set-sampling"
+    """all uncontrolled vehicles: a name, settings, a model of your own, or what makes one"""
+    episode: EpisodeSettings = field(default_factory=EpisodeSettings)
+    """start, length and time steps"""
+    vehicles: Sequence[int] = VEHICLES
+    """numbers of uncontrolled vehicles; trial i has the i-th of them, over and over"""
+    seed: int = 0
+    """trial i draws from ``SeedSequence(seed, spawn_key=(i,))``"""
+    scenarios: Sequence[Scenario] | Callable[[], Sequence[Scenario]] = ()
+    """recorded scenes for the traffic that replays them, or what reads them when they are needed"""
+
+    def __post_init__(self) -> None:
+        """Give the traffic of a name its settings; refuse what makes no trial."""
+        if not self.vehicles or min(self.vehicles) < 0:
+            raise SettingError(f"a study needs numbers of uncontrolled vehicles, got {list(self.vehicles)}")
+        if isinstance(self.traffic, str):
+            object.__setattr__(self, "traffic", _settings_of(self.traffic))
+
+    @staticmethod
+    def of(
+        predictor: Predictor,
+        planner: Planner | Callable[[], Planner] | None,
+        traffic: str | TrafficSettings | Traffic | Callable[[], Traffic],
+        vehicles: Sequence[int],
+        seed: int,
+        recordings: Sequence[Recording],
+        episode: EpisodeSettings | None,
+    ) -> "Setup":
+        """A setup from what a user has, with the defaults in the place of what is left out."""
+        scenarios, episode = cut_scenarios(recordings), episode or EpisodeSettings()
+        return Setup(predictor, planner or MpcPlanner(), traffic, episode, tuple(vehicles), seed, scenarios)
+
+    def participants(self) -> Participants:
+        """Who takes part, made for this process."""
+        traffic: Any = self.traffic
+        if isinstance(traffic, Settings):
+            traffic = make_traffic(traffic, self.predictor, self._read() if self.replays else ())  # pyright: ignore[reportArgumentType]
+        return Participants(self.predictor, _made(self.planner, Planner), _made(traffic, Traffic))
+
+    def trial(self, number: int) -> TrialSettings:
+        """What distinguishes a trial from the others."""
+        return TrialSettings(self.episode, self.vehicles[number % len(self.vehicles)], self.seed, number)
+
+    def drive(self, number: int) -> Trace:
+        """Drive one trial, and keep all that happens in it."""
+        return run_trial(self.participants(), self.trial(number))
+
+    @property
+    def replays(self) -> bool:
+        """Whether recorded traffic is replayed."""
+        return isinstance(self.traffic, ReplaySettings)
+
+    @property
+    def traffic_name(self) -> str:
+        """What the traffic is called."""
+        return getattr(self.traffic, "kind", None) or str(_described(self.traffic))
+
+    def loaded(self) -> "Setup":
+        """The same with the recorded scenes read, so that other processes need not."""
+        return replace(self, scenarios=tuple(self._read())) if self.replays else self
+
+    def description(self) -> dict[str, Any]:
+        """Everything that the result of a trial depends on, as JSON values."""
+        return {
+            "seed": self.seed,
+            "vehicles": list(self.vehicles),
+            "episode": self.episode.model_dump(mode="json"),
+            "predictor": getattr(self.predictor, "fingerprint", None) or _described(self.predictor),
+            "planner": _described(self.planner),
+            "traffic": _described(self.traffic),
+            "scenarios": fingerprint(*(each.states for each in self._read())) if self.replays else None,
+        }
+
+    def _read(self) -> Sequence[Scenario]:
+        return self.scenarios() if callable(self.scenarios) else self.scenarios
+
+
+def _made(part: Any, kind: type) -> Any:
+    """A part as it is, or made by what makes it; a class has the methods of its objects, but makes them."""
+    return part if isinstance(part, kind) and not isinstance(part, type) else part()
+
+
+def _settings_of(traffic: str) -> TrafficSettings:
+    try:
+        return TypeAdapter(TrafficSettings).validate_python({"kind": traffic})
+    except ValidationError as error:
+        raise SettingError(
+            f"no traffic is called {traffic!r}; choose set-sampling, drivers, aggressive, mixed or replay"
+        ) from error
+
+
+def _described(part: Any) -> Any:
+    """Settings as JSON values; of anything else its name, with its settings if it has some."""
+    if isinstance(part, Settings):
+        return part.model_dump(mode="json")
+    if isinstance(part, partial):
+        return {"made by": _described(part.func), "with": [_described(each) for each in part.args]}
+    settings = getattr(part, "settings", None)
+    if isinstance(part, MpcPlanner):
+        return _described(settings)
+    made = part if hasattr(part, "__qualname__") else type(part)
+    name = f"{made.__module__}.{made.__qualname__}"
+    return {"name": name, "settings": _described(settings)} if isinstance(settings, Settings) else name
