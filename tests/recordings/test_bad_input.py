@@ -9,33 +9,12 @@ from typing import Any
 import numpy as np
 import polars as pl
 import pytest
-from scenarios import bent, driving, scenario, straight, three_lanes
+from recordings_fakes import FOOT, bent, driving, metric, scenario, straight, three_lanes, traffic
 
 from coverdrive.errors import DataError, RecordingError
 from coverdrive.recordings.read import read
 from coverdrive.recordings.recording import SCHEMA, Recording
 from coverdrive.road import Road
-
-FOOT = 0.3048
-
-
-def traffic(vehicles: int = 6, seconds: float = 10.0, dt: float = 0.1) -> pl.DataFrame:
-    """Vehicles at 22 m/s in three lanes; vehicle 1 moves to the left at 0.2 m/s."""
-    moment = np.tile(np.arange(round(seconds / dt)), vehicles)
-    vehicle = np.repeat(np.arange(vehicles), round(seconds / dt))
-    drift = np.where(vehicle == 1, 0.2, 0.0)
-    columns = {
-        "vehicle": vehicle,
-        "group": 0 * vehicle,
-        "time": moment * dt,
-        "lon": 40.0 * vehicle + 22.0 * moment * dt,
-        "lat": 1.8 + 3.6 * (vehicle % 3) + drift * moment * dt,
-        "speed": np.hypot(22.0, drift),
-        "heading": np.arctan2(drift, 22.0),
-        "length": 4.6,
-        "width": 1.9,
-    }
-    return pl.DataFrame(columns, schema=SCHEMA)
 
 
 def at(vehicle: int, time: float) -> pl.Expr:
@@ -353,20 +332,6 @@ def test_many_jumps_are_another_unit(make_ngsim, write_csv):
 
 
 # Metric tracks -------------------------------------------------------------------------------------------------------
-
-
-def metric(**columns: pl.Expr) -> pl.DataFrame:
-    moment, vehicle = np.tile(np.arange(60), 3), np.repeat([1, 2, 3], 60)
-    return pl.DataFrame(
-        {
-            "Vehicle_ID": vehicle,
-            "Frame_ID": moment,
-            "Global_Time": 1_118_846_980_200 + 100 * moment,
-            "local_x_m": 1.8 + 3.6 * (vehicle - 1),
-            "local_y_m": 20.0 * vehicle + 1.5 * moment,
-            "v_vel_mps": 15.0,
-        }
-    ).with_columns(**columns)
 
 
 @pytest.mark.parametrize(
