@@ -8,6 +8,7 @@ from rich.console import Console
 
 from coverdrive.cli import bars as module
 from coverdrive.cli.bars import Stages, display, stages, waiting
+from coverdrive.progress import done, stage
 
 
 def interrupt(phase: str, info: dict[str, int]) -> None:
@@ -18,12 +19,12 @@ def interrupt(phase: str, info: dict[str, int]) -> None:
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 def test_an_interrupt_that_python_drops_ends_the_stage_at_its_next_report() -> None:
-    with pytest.raises(KeyboardInterrupt), stages() as bars:
-        bars.report("work", 0.1)
+    with pytest.raises(KeyboardInterrupt), stages(), stage("work"):
+        done(0.1)
         gc.callbacks.append(interrupt)
         gc.collect()
         gc.callbacks.remove(interrupt)
-        bars.report("work", 0.2)
+        done(0.2)
         pytest.fail("the interrupt was lost")
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
@@ -32,10 +33,9 @@ def test_a_stage_with_known_progress_has_a_time_left() -> None:
     """Half a minute for each of four steps, three of which are done."""
     now = 0.0
     bars = display(lambda: now)
-    trials = Stages(bars).count("trials")
-    for done in range(4):
-        now = 30.0 * done
-        trials(done, 4)
+    for count in range(4):
+        now = 30.0 * count
+        Stages(bars).report("trials", count / 4)
     assert bars.tasks[0].time_remaining == 30
 
 
@@ -47,7 +47,6 @@ def test_work_without_a_known_end_says_what_it_is(capsys: pytest.CaptureFixture[
 
 
 def test_without_an_interrupt_the_work_goes_on() -> None:
-    with stages() as bars:
-        count = bars.count("trials")
+    with stages(), stage("trials"):
         for trial in range(3):
-            count(trial, 3)
+            done(trial, 3)

@@ -231,7 +231,7 @@ def test_inspect_reads_all_real_recordings(us101: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
-        (["study", "--out", "nowhere"], "make one with `coverdrive fit`"),
+        (["study", "--out", "nowhere"], "no results in nowhere; make some with `coverdrive run --out nowhere`"),
         (["report", "nowhere"], "no results in nowhere; make some with `coverdrive run --out nowhere`"),
         (["figures", "nowhere"], "no results in nowhere; make some with `coverdrive run --out nowhere`"),
         (["animate", "nowhere"], "no results in nowhere; make some with `coverdrive run --out nowhere`"),
@@ -242,8 +242,7 @@ def test_inspect_reads_all_real_recordings(us101: Path) -> None:
         (["run", "--trials", "0"], "study.trials"),
         (["run", "--trails", "3"], "--trials"),
         (["run", "--traffic", "bicycles"], "set-sampling"),
-        (["compare", "here", "there"], "there is no folder here"),
-        (["study", "--until-width", "2"], "study.until_width"),
+        (["compare", "here", "there"], "here holds no study"),
     ],
 )
 def test_mistakes_are_explained(arguments: list[str], complaint: str, tmp_path: Path, monkeypatch) -> None:
@@ -283,6 +282,12 @@ def test_help_teaches(command: str, capsys: pytest.CaptureFixture[str]) -> None:
         called, _, unused = app.parse_args([name, *arguments], print_error=False, exit_on_error=False)
         assert called.__name__ == command and not unused
     assert "--empty-" not in printed
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_option_has_an_example(command: str) -> None:
+    for option in app[command].assemble_argument_collection():
+        assert option.hint in (bool, bool | None) or "as in `" in str(option.parameter.help), option.name
 
 
 def test_help_lists_commands_in_the_order_of_a_first_visit(capsys: pytest.CaptureFixture[str]) -> None:

@@ -16,7 +16,7 @@ COMMAND = [sys.executable, "-m", "coverdrive", "doctor"]
 def test_all_that_is_needed_is_here(tmp_path: Path) -> None:
     findings = doctor.examine(tmp_path / "new" / "results")
     assert [finding for finding in findings if finding.needed and not finding.fine] == []
-    assert {"JAX device", "solver fatrop", "solver ipopt", "ffmpeg", "numpy"} <= {finding.name for finding in findings}
+    assert {"JAX device", "CasADi", "PIQP", "Dask", "ffmpeg", "numpy"} <= {finding.name for finding in findings}
     assert list(tmp_path.iterdir()) == []
 
 

@@ -15,7 +15,7 @@ HEAVY = (
     "polars",
     "scipy",
     "matplotlib",
-    "plotly",
+    "av",
     "jinja2",
     "pydantic",
     "numpy",

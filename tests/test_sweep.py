@@ -5,7 +5,7 @@ import pytest
 from coverdrive.cli.options import TrafficName
 from coverdrive.config import Experiment
 from coverdrive.errors import SettingError
-from coverdrive.sweep import sweep
+from coverdrive.sweep import changes_of, sweep
 
 
 def test_every_combination_is_a_variant():
@@ -49,9 +49,7 @@ def test_a_setting_is_swept_once():
 
 
 def test_settings_have_one_value_each_where_nothing_is_swept():
-    changes = changes_of(
-        ["seed=3", "prediction.training.hidden=[8, 8]", "location=us-101", "planner.grace=1", "seed=4"]
-    )
+    changes = changes_of(["seed=3", "prediction.training.hidden=[8, 8]", "location=us-101", "seed=4"])
     assert changes == {
         "seed": 4,
         "prediction": {"training": {"hidden": [8, 8]}},

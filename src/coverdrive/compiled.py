@@ -8,12 +8,16 @@ Sums are computed in the order in which they are written: with Numba's ``fastmat
 whether code was compiled in this process or read from the disk, and drives with the same seed would drift apart.
 """
 
+import atexit
 import hashlib
 import inspect
 import os
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
+from shutil import rmtree
+from tempfile import mkdtemp
 from typing import Any, ParamSpec, TypeVar
 
 import numba  # pyright: ignore[reportMissingTypeStubs]
@@ -49,13 +53,30 @@ def cache_folder() -> Path:
 
 @cache
 def _folder(package: Path) -> Path | None:
-    """Where code of the sources in a folder is kept, or None if nothing can be written there."""
+    """Where code of the sources in a folder is kept, or None if nothing is there and nothing can be written."""
     folder = cache_folder() / f"compiled-{_fingerprint(package)}"
-    try:
+    with suppress(OSError):
         folder.mkdir(parents=True, exist_ok=True)
+    if os.access(folder, os.W_OK):
+        return folder
+    return _shown(folder.resolve()) if folder.is_dir() else None
+
+
+def _shown(kept: Path) -> Path | None:
+    """A folder of this process with links to code that is kept where nothing can be written.
+
+    Numba reads only where it can write.
+    """
+    try:
+        folder = Path(mkdtemp(prefix="coverdrive-"))
+        atexit.register(rmtree, folder, ignore_errors=True)
+        for file in kept.glob("*/*"):
+            link = folder / file.relative_to(kept)
+            link.parent.mkdir(exist_ok=True)
+            link.symlink_to(file)
     except OSError:
         return None
-    return folder if os.access(folder, os.W_OK) else None
+    return folder
 
 
 def _fingerprint(package: Path) -> str:

@@ -13,11 +13,11 @@ from tempfile import TemporaryFile
 
 from packaging.requirements import Requirement
 
+from coverdrive.extras import EXTRAS, require
 from coverdrive.progress import done, stage
 
 _MODULES = {
     "commonroad-io": "commonroad.common.file_reader",
-    "imageio-ffmpeg": "imageio_ffmpeg",
     "pillow": "PIL",
     "tomli-w": "tomli_w",
 }
@@ -94,8 +94,11 @@ def _checks(folder: Path) -> Sequence[_Check]:
             for each in _requirements()
         ),
         _Check("JAX device", _devices, f"{upgrade} jax; JAX_PLATFORMS=cpu avoids a broken GPU"),
-        *(_Check(f"solver {name}", partial(_solver, name), f"{upgrade} casadi") for name in ("fatrop", "ipopt")),
-        _Check("ffmpeg", _ffmpeg, f"{upgrade} imageio-ffmpeg, or set IMAGEIO_FFMPEG_EXE to a program of your own"),
+        *(
+            _Check(each.package, partial(_extra, module), f"only for {each.purpose}: {each.command}", needed=False)
+            for module, each in EXTRAS.items()
+        ),
+        _Check("ffmpeg", _ffmpeg, f"{upgrade} av"),
         _Check("results", lambda: _writable(folder), "name another folder with --out"),
         _Check(
             "cache of matplotlib",
@@ -160,15 +163,16 @@ def _devices() -> str:
     return ", ".join(str(device) for device in importlib.import_module("jax").devices())
 
 
-def _solver(name: str) -> str:
-    if not importlib.import_module("casadi").has_nlpsol(name):
-        raise _Wrong("not in this CasADi")
-    return "works"
+def _extra(module: str) -> str:
+    found = _version(module)
+    require(module)
+    return found
 
 
 def _ffmpeg() -> str:
-    ffmpeg = importlib.import_module("imageio_ffmpeg")
-    return f"{ffmpeg.get_ffmpeg_version()} ({ffmpeg.get_ffmpeg_exe()})"
+    """The library that writes videos; its encoder of H.264 has to be there."""
+    av = importlib.import_module("av")
+    return f"{av.ffmpeg_version_info} with {av.codec.Codec('libx264', 'w').name}"
 
 
 def _writable(folder: Path) -> str:

@@ -34,3 +34,7 @@ class StartError(CoverdriveError):
 
 class CertificateError(CoverdriveError):
     """A guarantee that would not hold, and is therefore refused."""
+
+
+class MissingExtraError(CoverdriveError):
+    """A package that only this needs is not installed."""

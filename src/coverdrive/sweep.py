@@ -46,15 +46,16 @@ def sweep(settings: Sequence[str]) -> list[Variant]:
     Raises:
         SettingError: a setting is not of this form, is named twice, or cannot differ between studies of one predictor.
     """
-    names = [name for name, _ in map(_split, settings)]
+    parsed = [_split(setting) for setting in settings]
+    names = [name for name, _ in parsed]
     for name in names:
         if name.split(".")[0] not in PARTS:
             raise SettingError(
-                f"{name} made the predictor or how many trials there are; a study varies settings of {', '.join(PARTS)}"
+                f"{name} cannot vary between studies of one predictor; expected a setting of {', '.join(PARTS)}"
             )
         if names.count(name) > 1:
             raise SettingError(f"{name} is named twice; write its values once, with commas between them")
-    axes = [[(name, value) for value in _values(text)] for name, text in map(_split, settings)]
+    axes = [[(name, value) for value in _values(text)] for name, text in parsed]
     return [Variant(_name(values), _nested(values)) for values in product(*axes)]
 
 

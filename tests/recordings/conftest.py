@@ -1,11 +1,14 @@
 """Small NGSIM files of known content."""
 
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import polars as pl
 import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
 
 FOOT = 0.3048
 COLUMNS = [

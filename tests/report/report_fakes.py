@@ -19,7 +19,7 @@ from coverdrive.prediction.basis import Basis
 from coverdrive.prediction.learned import Learned
 from coverdrive.prediction.network import Network
 from coverdrive.prediction.predictor import Predictor
-from coverdrive.report.binding import Binding
+from coverdrive.report.active_constraints import ActiveConstraints
 from coverdrive.report.contents import Certified, Contents
 from coverdrive.road import Road
 from coverdrive.scene import Scene
@@ -176,7 +176,7 @@ def make_contents(traces: dict[int, Trace] | None = None, bases: int = 5) -> Con
         trials=make_trials(traces),
         traffic="set-sampling",
         period=0.1,
-        binding=Binding(VehicleSettings(), ObstacleSettings()),
+        constraints=ActiveConstraints(VehicleSettings(), ObstacleSettings()),
         traces=traces,
     )  # fmt: skip
 

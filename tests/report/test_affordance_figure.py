@@ -2,7 +2,7 @@
 
 from coverdrive.prediction.affordance import FEATURES
 from coverdrive.report.affordance_figure import affordance_figure
-from coverdrive.report.style import inline_svg
+from coverdrive.report.drawing import inline_svg
 
 
 def test_every_feature_has_its_number() -> None:

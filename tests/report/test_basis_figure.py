@@ -4,15 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from matplotlib.collections import EllipseCollection, FillBetweenPolyCollection, LineCollection, PolyCollection
-from report_fakes import make_basis, make_contents
+from report_fakes import make_basis
 
 from coverdrive.errors import DataError
 from coverdrive.prediction.basis import Basis
+from coverdrive.report import style
 from coverdrive.report.basis_figure import basis_figure, farthest_inside, most_telling
+from coverdrive.report.drawing import save
+from coverdrive.report.figure import Band, Line, Panel, Shapes
 from coverdrive.report.labels import MOST, spread
-from coverdrive.report.page.basis import basis_plots
-from coverdrive.report.style import save
 
 pytestmark = pytest.mark.usefixtures("no_global_change")
 
@@ -23,70 +23,70 @@ def straight(*ends: tuple[float, float]) -> Basis:
     return Basis(points, epsilon=0.5, aspect=4.0, growth=1.0, step=0.5)
 
 
+def marks_of(panel: Panel, kind: type) -> list:
+    return [mark for mark in panel.marks if isinstance(mark, kind)]
+
+
+def bases_of(panel: Panel) -> list[Line]:
+    """The lines of the base trajectories, from the rarest."""
+    return [line for line in marks_of(panel, Line) if line.colour == style.BLACK]
+
+
 @pytest.mark.parametrize("size", [1, 5, 160])
 def test_every_base_is_a_line_and_one_has_an_ellipse_at_every_sample(size, tmp_path):
     basis = make_basis(size)
     share = np.random.default_rng(1).dirichlet(np.ones(size))
     figure = basis_figure(basis, share, basis.points)
-    plane, along, across = figure.axes[:3]
-    for axes in (plane, along, across):
-        (lines,) = (each for each in axes.collections if isinstance(each, LineCollection))
-        assert len(lines.get_paths()) == size
-    (ellipses,) = (each for each in plane.collections if isinstance(each, EllipseCollection))
+    plane, along, across, shares = figure.panels
+    for panel in (plane, along, across):
+        assert len(bases_of(panel)) == size
+    (ellipses,) = marks_of(plane, Shapes)
     base = most_telling(basis, share)
-    np.testing.assert_allclose(ellipses.get_offsets(), basis.points[base])
+    np.testing.assert_allclose(np.mean(ellipses.outlines, axis=1), basis.points[base], atol=1e-9)
     half = basis.tolerance(0.5, 0.5 * np.arange(7))
-    np.testing.assert_allclose(np.stack([ellipses.get_widths(), ellipses.get_heights()], -1), 2 * half)
+    np.testing.assert_allclose(np.ptp(ellipses.outlines, axis=1), 2 * half)
     assert half[[0, -1]].tolist() == [[2, 0.5], [4, 1]]
-    low, high = np.transpose([plane.get_xlim(), plane.get_ylim()])
+    low, high = np.transpose([(scale.low, scale.high) for scale in plane.scales])
     assert (low <= basis.points[base] - half).all()
     assert (basis.points[base] + half <= high).all()
+    np.testing.assert_allclose(shares.marks[0].height, 100 * np.sort(share)[::-1])
     png, pdf = save(figure, tmp_path / "basis")
     assert png.stat().st_size > 10_000
     assert pdf.read_bytes().startswith(b"%PDF-")
 
 
-def test_a_cut_tube_is_drawn_as_boxes_in_figure_and_page():
+def test_a_cut_tube_is_drawn_as_boxes():
     basis = make_basis(3)
     share, base = np.array([0.2, 0.7, 0.1]), most_telling(basis, np.array([0.2, 0.7, 0.1]))
     cut = replace(basis, reach=0.6 * basis.tolerance(0.5, basis.times))
     half = 0.6 * basis.tolerance(0.5, basis.times)
     half[0] = 0
-    plane, along, across = basis_figure(cut, share, highlighted=base).axes[:3]
-    (boxes,) = (each for each in plane.collections if isinstance(each, PolyCollection))
-    low = [path.vertices.min(0) for path in boxes.get_paths()]
-    high = [path.vertices.max(0) for path in boxes.get_paths()]
-    np.testing.assert_allclose(low, cut.points[base] - half)
-    np.testing.assert_allclose(high, cut.points[base] + half)
-    for component, axes in enumerate((along, across)):
-        (band,) = (each for each in axes.collections if isinstance(each, FillBetweenPolyCollection))
-        edges = band.get_paths()[0].vertices
-        assert np.ptp(edges[edges[:, 0] == basis.horizon, 1]) == pytest.approx(2 * half[-1, component])
-    learned = replace(make_contents(bases=3).learned, base_share=share)
-    ellipses, drawn = basis_plots(cut, learned)[0].figure.data[:2]
-    last = np.stack([drawn.x, drawn.y], axis=-1)[-6:-1]
-    np.testing.assert_allclose(np.ptp(last, axis=0), 2 * half[-1], atol=0.002)
-    assert ellipses.fill is None and ellipses.line.dash and drawn.fill == "toself"
-    assert "boxes" in basis_plots(cut, learned)[0].caption
-    (only, line, *_) = basis_plots(basis, learned)[0].figure.data
-    assert only.fill == "toself" and line.name == "base 0"
-    assert (
-        "ellipses" in basis_plots(basis, learned)[0].caption and "boxes" not in basis_plots(basis, learned)[0].caption
-    )
+    figure = basis_figure(cut, share, highlighted=base)
+    plane, along, across, _ = figure.panels
+    ellipses, boxes = marks_of(plane, Shapes)
+    np.testing.assert_allclose(np.min(boxes.outlines, axis=1), cut.points[base] - half)
+    np.testing.assert_allclose(np.max(boxes.outlines, axis=1), cut.points[base] + half)
+    for component, panel in enumerate((along, across)):
+        (band,) = marks_of(panel, Band)
+        assert band.high[-1] - band.low[-1] == pytest.approx(2 * half[-1, component])
+    assert ellipses.dashed and not ellipses.filled and boxes.filled and not boxes.dashed
+    assert "boxes" in figure.caption
+    whole = basis_figure(basis, share)
+    (only,) = marks_of(whole.panels[0], Shapes)
+    assert only.filled
+    assert "ellipses" in whole.caption and "boxes" not in whole.caption
 
 
 @pytest.mark.parametrize("size", [3, 160])
 def test_lines_have_numbers_at_their_ends_unless_there_are_too_many(size):
-    basis, learned = make_basis(size), make_contents(bases=size).learned
-    share = learned.base_share
+    basis = make_basis(size)
+    share = np.arange(1, size + 1) / np.arange(1, size + 1).sum()
     most_common = sorted(map(str, np.argsort(-share)[:MOST]))
-    for axes in basis_figure(basis, share).axes[:3]:
-        assert sorted(text.get_text() for text in axes.texts) == most_common
-    for each in basis_plots(basis, learned)[:3]:
-        labels = each.figure.data[-1]
-        assert sorted(text.strip() for text in labels.text) == most_common
-    plane = basis_plots(basis, learned)[0].figure.data[-1]
-    np.testing.assert_allclose([plane.x, plane.y], basis.points[[int(text) for text in plane.text], -1].T, atol=0.001)
+    panels = basis_figure(basis, share).panels
+    for panel in panels[:3]:
+        assert sorted(panel.marks[-1].text) == most_common
+    labels = panels[0].marks[-1]
+    np.testing.assert_allclose([labels.x, labels.y], basis.points[[int(text) for text in labels.text], -1].T)
 
 
 def test_labels_are_apart_in_order_and_stay_where_there_is_room():
@@ -97,10 +97,12 @@ def test_labels_are_apart_in_order_and_stay_where_there_is_room():
 
 def test_common_bases_are_darker_thicker_and_on_top():
     basis, share = make_basis(3), np.array([0.2, 0.7, 0.1])
-    lines = next(each for each in basis_figure(basis, share).axes[0].collections if isinstance(each, LineCollection))
-    assert np.asarray(lines.get_array()).tolist() == [0.1, 0.2, 0.7]
-    assert (np.diff(lines.get_linewidths()) > 0).all()
-    np.testing.assert_allclose(lines.get_segments()[-1][-1], basis.points[1, -1])
+    lines = bases_of(basis_figure(basis, share).panels[0])
+    assert [line.hover.split("\n")[0] for line in lines] == ["base 2", "base 0", "base 1"]
+    assert (np.diff([line.width for line in lines]) > 0).all()
+    assert (np.diff([line.opacity for line in lines]) > 0).all()
+    np.testing.assert_allclose([lines[-1].x[-1], lines[-1].y[-1]], basis.points[1, -1])
+    assert lines[-1].hover == "base 1\n70 % of the training segments"
 
 
 def test_equal_and_zero_shares_can_be_drawn(tmp_path):
@@ -126,10 +128,7 @@ def test_the_example_is_the_farthest_covered_segment():
 
 def test_the_example_is_explained_only_if_there_is_one():
     basis, share = straight((4, 0)), np.ones(1)
-    entries = [
-        len(basis_figure(basis, share, segments).legends[0].get_texts())
-        for segments in (None, basis.points, basis.points + 9.0)
-    ]
+    entries = [len(basis_figure(basis, share, segments).named) for segments in (None, basis.points, basis.points + 9.0)]
     assert entries == [2, 3, 2]
 
 

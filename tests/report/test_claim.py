@@ -9,7 +9,7 @@ from rich.console import Console
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.methods import Method
 from coverdrive.report.claim import legend, signs, strength, whose
-from coverdrive.report.page.methods import methods_plot
+from coverdrive.report.figure import Points, Texts
 from coverdrive.report.risk_figure import risk_figure
 from coverdrive.report.terminal import methods_table
 
@@ -58,20 +58,17 @@ def test_every_kind_has_its_words(certificate: Certificate, strong: str, who: st
     compared = make_compared(Method.FAMILY, certificate)
     assert (strength(certificate), whose(certificate), signs(certificate)) == (strong, who, sign)
     assert legend([compared]) == name
-    bounds, observed = methods_plot([compared]).figure.data
-    assert bounds.name == name
-    assert bounds.customdata[0] == f"at most 14.4 % of {who} missed,<br>{strong}"
-    assert ("-open" in bounds.marker.symbol[0], "-dot" in bounds.marker.symbol[0]) == ("†" in sign, "‡" in sign)
-    assert observed.customdata[0] == "4 % missed on unseen scenes (4 of 100)"
+    figure = risk_figure([compared])
+    bounds, *dots, observed = figure.panels[0].marks
+    assert list(figure.named) == [bounds.name] == [name]
+    assert bounds.hover == [f"family\nat most 14.4 % of {who} missed,\n{strong}\n5.00 possible bases"]
+    assert (bounds.hollow, [dot.marker for dot in dots]) == ("†" in sign, ["."] * ("‡" in sign))
+    assert observed.hover[0].startswith("family\n4 % missed on unseen scenes (4 of 100)")
     console = Console(width=80)
     with console.capture() as capture:
         console.print(methods_table([compared]))
     (row,) = (line for line in capture.get().splitlines() if line.startswith("family"))
     assert f"14.4 %{sign}" in row and "proved" not in capture.get()
-    axes = risk_figure([compared]).axes[0]
-    (line,) = (line for line in axes.lines if line.get_label() == name)
-    assert (line.get_markerfacecolor() == "#FFFFFF") == ("†" in sign)
-    assert len([line for line in axes.lines if line.get_marker() == "."]) == ("‡" in sign)
 
 
 def test_the_axis_is_cut_for_a_bound_far_beyond_what_was_asked_for() -> None:
@@ -79,12 +76,9 @@ def test_the_axis_is_cut_for_a_bound_far_beyond_what_was_asked_for() -> None:
         make_compared(Method.FAMILY, replace(SURE, epsilon=0.1), target=0.1),
         make_compared(Method.SVM, replace(SURE, epsilon=0.53)),
     ]
-    figure = methods_plot(shown).figure
-    assert list(figure.layout.xaxis.range) == [0, pytest.approx(15)]
-    far = figure.data[2]
-    assert (far.x[0], far.marker.symbol[0], far.text[0]) == (pytest.approx(15), "triangle-right", "bound 53 % ")
-    assert figure.data[0].text[0] == ""
-    axes = risk_figure(shown).axes[0]
-    assert axes.get_xlim() == (0, pytest.approx(15))
-    assert "bound 53 %" in [text.get_text() for text in axes.texts]
-    assert list(methods_plot(shown[1:]).figure.layout.xaxis.range)[1] > 53  # nothing was asked for
+    (panel,) = risk_figure(shown).panels
+    assert (panel.x.low, panel.x.high) == (0, pytest.approx(15))
+    arrows = [mark for mark in panel.marks if isinstance(mark, Points) and mark.marker == ">"]
+    assert [list(mark.x) for mark in arrows] == [[pytest.approx(15)]]
+    assert [list(mark.text) for mark in panel.marks if isinstance(mark, Texts)] == [["bound 53 %"]]
+    assert risk_figure(shown[1:]).panels[0].x.high > 53  # nothing was asked for

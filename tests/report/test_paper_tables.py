@@ -9,7 +9,7 @@ from rich.table import Table
 
 from coverdrive.certificates.calibration import ScoredSamples
 from coverdrive.certificates.paper_tables import PaperTables, make_tables, table_1_bounds
-from coverdrive.report import style
+from coverdrive.report.drawing import save
 from coverdrive.report.paper_figure import paper_figure
 from coverdrive.report.paper_tables import (
     bounds_frame,
@@ -63,10 +63,11 @@ def test_frames_hold_all_numbers(tables: PaperTables) -> None:
 
 
 def test_figure_draws_both_tables(tables: PaperTables, tmp_path) -> None:
-    growth, conformal = paper_figure(tables).axes
-    assert {line.get_label() for line in growth.get_lines()} >= {"exact, 99 %", "paper, observed", "family, 99 %"}
-    exact = next(line for line in growth.get_lines() if line.get_label() == "exact, 99 %")
-    assert list(exact.get_ydata()) == pytest.approx([100 * row.exact for row in tables.table_1])
-    assert conformal.get_xlabel() == "nominal ε [%]"
-    png, pdf = style.save(paper_figure(tables), tmp_path / "tables")
+    figure = paper_figure(tables)
+    growth, conformal = figure.panels
+    marks = {mark.name: mark for mark in growth.marks}
+    assert set(marks) >= {"exact, 99 %", "paper, observed", "family, 99 %"}
+    assert list(marks["exact, 99 %"].y) == pytest.approx([100 * row.exact for row in tables.table_1])
+    assert conformal.x.label == "nominal ε [%]"
+    png, pdf = save(figure, tmp_path / "tables")
     assert png.stat().st_size > 10_000 and pdf.read_bytes().startswith(b"%PDF")

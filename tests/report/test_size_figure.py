@@ -9,8 +9,9 @@ from report_fakes import make_basis
 from coverdrive.errors import DataError
 from coverdrive.prediction.basis import Basis
 from coverdrive.prediction.basis_study import StudiedBasis
+from coverdrive.report.drawing import save
+from coverdrive.report.figure import Line, Panel
 from coverdrive.report.size_figure import size_figure
-from coverdrive.report.style import save
 
 pytestmark = pytest.mark.usefixtures("no_global_change")
 
@@ -21,23 +22,27 @@ def studied(size: int, epsilon: float) -> StudiedBasis:
     return StudiedBasis(basis, share, 1.0, epsilon, size // 4, size // 2, 1.0, 1.0, "abc")
 
 
+def lines_of(panel: Panel) -> list[Line]:
+    return [mark for mark in panel.marks if isinstance(mark, Line)]
+
+
 def test_sizes_bounds_and_masses_are_drawn(tmp_path) -> None:
     all_of_them = [studied(40, 0.5), studied(12, 1.0)]
     figure = size_figure(all_of_them)
-    size, mass = figure.axes
-    assert [line.get_ydata().tolist() for line in size.lines] == [[40, 12], [20, 6], [10, 3]]
-    assert size.lines[0].get_xdata().tolist() == [0.5, 1.0]
-    for line, each in zip(mass.lines, all_of_them, strict=True):
-        np.testing.assert_allclose(line.get_ydata(), 100 * each.cumulative)
+    size, mass = figure.panels
+    assert [list(line.y) for line in lines_of(size)] == [[40, 12], [20, 6], [10, 3]]
+    assert list(lines_of(size)[0].x) == [0.5, 1.0]
+    for points, each in zip(mass.marks, all_of_them, strict=True):
+        np.testing.assert_allclose(points.y, 100 * each.cumulative)
     png, pdf = save(figure, tmp_path / "size")
     assert png.stat().st_size > 10_000 and pdf.read_bytes().startswith(b"%PDF-")
 
 
 def test_a_bound_for_segments_is_not_drawn_for_free_centres() -> None:
     free = [replace(studied(size, epsilon), among_segments=None) for size, epsilon in ((40, 0.5), (12, 1.0))]
-    lines = size_figure(free).axes[0].lines
-    assert [line.get_ydata().tolist() for line in lines] == [[40, 12], [10, 3]]
-    assert not any("segments" in str(line.get_label()) for line in lines)
+    figure = size_figure(free)
+    assert [list(line.y) for line in lines_of(figure.panels[0])] == [[40, 12], [10, 3]]
+    assert not any("segments" in name for name in figure.named)
 
 
 def test_one_basis_can_be_drawn_and_none_is_refused(tmp_path) -> None:

@@ -7,9 +7,9 @@ import pytest
 from report_fakes import LEAVES, make_stray, make_trace
 
 from coverdrive.errors import DataError
+from coverdrive.report.drawing import save
 from coverdrive.report.road_drawing import Window
 from coverdrive.report.snapshots import interesting_moments, snapshots
-from coverdrive.report.style import save
 from coverdrive.simulation.outcome import Kind
 
 pytestmark = pytest.mark.usefixtures("no_global_change")
@@ -51,11 +51,11 @@ def test_moments_are_in_order_and_spread(steps, count):
 def test_one_panel_for_each_moment(trace, tmp_path):
     figure = snapshots(trace, steps=[0, 7], window=Window(behind=20, ahead=50))
     titles = [axes.get_title(loc="left") for axes in figure.axes]
-    assert titles == ["(a)  0.0 s, own car 24.4 m/s", "(b)  0.7 s, own car 24.4 m/s"]
+    assert titles == ["(a)  0.0 s, ego 24.4 m/s", "(b)  0.7 s, ego 24.4 m/s"]
     assert all(axes.get_xlim() == (-20, 50) and axes.get_aspect() == 1 for axes in figure.axes)
     png, pdf = save(figure, tmp_path / "snapshots")
     width, height = struct.unpack(">II", png.read_bytes()[16:24])
-    assert width == 1800
+    assert width == 1432
     assert height < width
     assert pdf.read_bytes().startswith(b"%PDF-")
 

@@ -1,4 +1,4 @@
-"""Scores with their thresholds, and planning times against real time."""
+"""Scores with their thresholds, set sizes, losses, planning times against real time, and how the ego drove."""
 
 from dataclasses import replace
 
@@ -9,68 +9,87 @@ from report_fakes import make_contents
 from scipy.special import expit
 
 from coverdrive.errors import DataError
-from coverdrive.report.page.study import study_plots
+from coverdrive.report.drives_figure import drives_figure
+from coverdrive.report.figure import Bars, Line, Panel, Points, Rule
+from coverdrive.report.losses_figure import losses_figure
 from coverdrive.report.planning_figure import planning_figure
 from coverdrive.report.scores_figure import scores_figure
 from coverdrive.report.set_sizes_figure import set_sizes_figure
-from coverdrive.report.speed_and_gap_figure import speed_and_gap_figure
-
-pytestmark = pytest.mark.usefixtures("no_global_change")
 
 
-def test_thresholds_are_where_the_rule_has_them() -> None:
+def marks_of(panel: Panel, kind: type) -> list:
+    return [mark for mark in panel.marks if isinstance(mark, kind)]
+
+
+def test_thresholds_are_where_the_rule_has_them_and_every_bin_has_a_bar() -> None:
     contents = make_contents()
-    figure = scores_figure(contents.learned, contents.predictor.rule)
-    for axes in figure.axes:
-        lines = axes.collections[-1].get_segments()
-        assert expit([line[0][0] for line in lines]) == pytest.approx(contents.predictor.rule.values)
-        assert len(axes.patches) == len(contents.learned.driven)
+    learned, values = contents.learned, contents.predictor.rule.values
+    figure = scores_figure(learned, contents.predictor.rule)
+    for panel, counts in zip(figure.panels, (learned.driven, learned.others), strict=True):
+        (thresholds,) = marks_of(panel, Points)
+        assert expit(thresholds.x) == pytest.approx(values)
+        rows = marks_of(panel, Bars)
+        assert [row.base for row in rows] == list(range(len(counts)))
+        for row, bins in zip(rows, counts, strict=True):
+            assert [int(hover.split("\n")[1].split()[0]) for hover in row.hover] == bins[bins > 0].tolist()
+            assert max(row.height) < 1
 
 
 def test_planning_times_are_in_milliseconds() -> None:
-    trials = pl.DataFrame({name: [0.01, 0.02] for name in ("planning_median", "planning_p99", "planning_maximum")})
-    (axes,) = planning_figure(trials, 0.1).axes
-    assert np.asarray(axes.lines[0].get_xdata())[1:].tolist() == [10.0, 20.0]
-    assert np.asarray(axes.lines[-1].get_xdata()).tolist() == [100.0, 100.0]
+    trials = pl.DataFrame({name: [0.02, 0.01] for name in ("planning_median", "planning_p99", "planning_maximum")})
+    (panel,) = planning_figure(trials, 0.1).panels
+    curves = marks_of(panel, Line)
+    assert len(curves) == 3
+    assert list(curves[0].x)[1:] == [10.0, 20.0] and list(curves[0].y) == [0, 0.5, 1] and curves[0].step
+    (due,) = marks_of(panel, Rule)
+    assert due.at == 100.0
+    assert panel.scales[0].log and panel.scales[0].high > 100.0
     with pytest.raises(DataError, match="at least one trial"):
         planning_figure(trials.clear(), 0.1)
 
 
 def test_sizes_of_sets_are_shares_with_their_mean() -> None:
     learned = replace(make_contents().learned, set_sizes=np.array([0, 6, 3, 1]))
-    (axes,) = set_sizes_figure(learned).axes
-    assert [bar.get_height() for bar in axes.patches] == pytest.approx([0, 60, 30, 10])
-    assert axes.lines[0].get_xdata()[0] == pytest.approx(1.5)
-    assert axes.lines[0].get_label() == "mean: 1.5 of 3"
+    bars, mean = set_sizes_figure(learned).panels[0].marks
+    assert bars.height == pytest.approx([0, 60, 30, 10])
+    assert bars.hover[1] == "1 possible bases: 60 % of the windows"
+    assert mean.at == pytest.approx(1.5)
+    assert mean.name == "mean: 1.5 of 3"
 
 
-def test_every_trial_is_a_dot_of_its_speed_and_its_gap() -> None:
+def test_losses_have_their_epochs() -> None:
+    learned = replace(make_contents().learned, losses=np.array([3.0, 1.0]))
+    _, points = losses_figure(learned).panels[0].marks
+    assert (list(points.x), list(points.y), list(points.hover)) == ([1, 2], [3, 1], ["epoch 1: 3", "epoch 2: 1"])
+
+
+def test_every_trial_is_a_dot_of_its_speed_its_gap_and_its_jerk() -> None:
     trials = pl.DataFrame(
-        {"vehicles": [4, 3, 4], "mean_speed": [10.0, 20.0, 30.0], "minimum_gap": [2.0, float("inf"), 1.0]}
-    )
-    speed, gap = speed_and_gap_figure(trials).axes
-    dots = [line.get_ydata().tolist() for line in speed.lines if line.get_marker() == "."]
-    assert dots == [[20.0], [10.0, 30.0]]
-    assert [text.get_text() for text in speed.get_xticklabels()] == ["3", "4"]
-    assert [line.get_ydata().tolist() for line in gap.lines if line.get_marker() == "."] == [[2.0, 1.0]]
-    assert speed.get_ylim()[0] == gap.get_ylim()[0] == 0
+        {
+            "vehicles": [4, 3, 4], "trial": [5, 6, 7], "mean_speed": [10.0, 20.0, 30.0],
+            "minimum_gap": [2.0, float("inf"), 1.0], "jerk_longitudinal": [1.0, 2.0, 3.0],
+        }
+    )  # fmt: skip
+    speed, gap, jerk = drives_figure(trials).panels
+    assert [list(points.y) for points in marks_of(speed, Points)] == [[20.0], [10.0, 30.0]]
+    assert [points.hover for points in marks_of(speed, Points)] == [
+        ["trial 6: 20.00"],
+        ["trial 5: 10.00", "trial 7: 30.00"],
+    ]
+    assert list(speed.x.ticks.values()) == ["3", "4"]
+    assert [list(points.y) for points in marks_of(gap, Points)] == [[2.0, 1.0]]
+    assert [list(points.y) for points in marks_of(jerk, Points)] == [[2.0], [1.0, 3.0]]
+    assert all(panel.scales[1].low == 0 for panel in (speed, gap, jerk))
     with pytest.raises(DataError, match="at least one trial"):
-        speed_and_gap_figure(trials.clear())
+        drives_figure(trials.clear())
 
 
-def test_without_a_collision_the_page_shows_dots_and_counts() -> None:
-    trials = make_contents().trials.with_columns(kind=pl.lit("finished"))
-    figure = study_plots(trials, 0.1)[0].figure
-    front, rear = (trace for trace in figure.data if trace.type == "scatter")
-    for trace, bar in zip((front, rear), figure.data, strict=False):
-        assert set(trace.y) == {0} and trace.marker.color == bar.marker.color == trace.error_y.color
-        assert [text.strip() for text in trace.text] == ["0 of 2", "0 of 2"]
-
-
-@pytest.mark.parametrize(("number", "bins"), [(2, 6), (20, 8), (100, 20), (2000, 40)])
-def test_bins_of_planning_times_suit_the_number_of_trials(number: int, bins: int) -> None:
-    trials = make_contents().trials.sample(number, with_replacement=True, seed=0)
-    for trace in study_plots(trials, 0.1)[1].figure.data:
-        assert bins + 1 <= len(trace.x) <= bins + 3
-        assert 100.0 in trace.x  # no bin has times on both sides of real time
-        assert sum(trace.y) == number
+def test_boxes_are_the_quartiles() -> None:
+    values = [1.0, 2.0, 3.0, 4.0, 100.0]
+    trials = pl.DataFrame(
+        {"vehicles": [3] * 5, "mean_speed": values, "minimum_gap": values, "jerk_longitudinal": values}
+    )
+    box, line, _ = drives_figure(trials).panels[0].marks
+    assert (box.outlines[0][:, 1].min(), box.outlines[0][:, 1].max()) == (2.0, 4.0)
+    whiskers = np.array(line.y)
+    assert whiskers[0] == 3.0 and np.nanmin(whiskers) == 1.0 and np.nanmax(whiskers) == 4.0

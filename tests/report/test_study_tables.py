@@ -1,6 +1,9 @@
 """Tables of studies: what they say."""
 
+import re
+
 import polars as pl
+import pytest
 from rich.console import Console
 from rich.table import Table
 
@@ -19,7 +22,7 @@ def printed(table: Table, width: int = 80) -> str:
 
 def trials(**columns: list[object]) -> pl.DataFrame:
     count = len(next(iter(columns.values())))
-    usual = {"kind": "finished", "at_fault": "none", "cause": "none"}
+    usual = {"kind": "finished", "at_fault": "none", "cause": "none", "reason": ""}
     empty = {name: [usual.get(name, 0)] * count for name in SCHEMA}
     return pl.DataFrame(empty | {"time": [20.0] * count} | columns, schema=SCHEMA)
 
@@ -121,3 +124,20 @@ def test_comparisons_fit_a_narrow_terminal() -> None:
     small, large = "+0.000362 (-0.00232 … +0.00146)", "+36.2 (-232 … +146)"
     for part in ("0.00179", "0.00215", small, "178.5", large, "<0.001", " 1000"):
         assert rows.count(part) >= len(MEASURES)
+
+
+@pytest.mark.parametrize("width", [40, 60])
+def test_nothing_is_cut_in_a_narrow_terminal(width: int) -> None:
+    driven = trials(vehicles=[3, 4], windows=[1000, 2000], prediction_misses=[12, 7], mean_speed=[21.5, 33.25])
+    difference = Difference("frontal_or_side", 10, 0.6, 0.2, -0.7, 0.0, 0.2188, (5, 1))
+    tables = (
+        collisions_table(driven),
+        safety_table(driven, [certificate("window", 0.1234)]),
+        drives_table(driven),
+        sweep_table({"planner.problem.obstacles.order=2": driven, "[red]": driven}),
+        comparison_table(Comparison(10, {}, (difference,), ())),
+    )
+    for table in tables:
+        words = [set(re.findall(r"[\d.+–…%-]*\d[\d.%]*", printed(table, each))) for each in (200, width)]
+        assert words[0] and words[0] <= words[1]
+        assert max(map(len, printed(table, width).splitlines())) <= width

@@ -1,7 +1,6 @@
-"""Figures become a PNG and a PDF, without any trace in matplotlib's global state."""
+"""One look, without any trace in matplotlib's global state, and the same on the page."""
 
 import re
-import struct
 from importlib.resources import files
 
 import matplotlib as mpl
@@ -12,43 +11,6 @@ from matplotlib.colors import to_rgb
 from coverdrive.report import style
 
 pytestmark = pytest.mark.usefixtures("no_global_change")
-
-
-def drawn():
-    with style.style():
-        figure = style.new_figure(4, 3)
-        figure.subplots().set(xlabel="distance [m]", title="ε = 0.5")
-    return figure
-
-
-def test_save_writes_png_of_150_dpi_and_pdf(tmp_path):
-    png, pdf = style.save(drawn(), tmp_path / "new folder" / "drive 0.5")
-    assert [png.name, pdf.name] == ["drive 0.5.png", "drive 0.5.pdf"]
-    header = png.read_bytes()[:24]
-    assert header.startswith(b"\x89PNG\r\n\x1a\n")
-    assert struct.unpack(">II", header[16:24]) == (600, 450)
-    assert pdf.read_bytes().startswith(b"%PDF-")
-    assert sorted(file.name for file in png.parent.iterdir()) == ["drive 0.5.pdf", "drive 0.5.png"]
-
-
-def test_fonts_are_embedded_as_truetype(tmp_path):
-    _, pdf = style.save(drawn(), tmp_path / "figure")
-    content = pdf.read_bytes()
-    assert re.search(rb"/FontFile2\b", content)
-    assert not re.search(rb"/Subtype\s*/Type3\b", content)
-
-
-def test_the_same_figure_gives_the_same_bytes(tmp_path):
-    first, second = (style.save(drawn(), tmp_path / name) for name in ("first", "second"))
-    assert [file.read_bytes() for file in first] == [file.read_bytes() for file in second]
-
-
-def test_a_failed_save_leaves_nothing_behind(tmp_path):
-    figure = drawn()
-    figure.axes[0].set_title(r"$\undefined$")
-    with pytest.raises(ValueError, match="undefined"):
-        style.save(figure, tmp_path / "figure")
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_style_ends_with_its_context():
@@ -68,3 +30,12 @@ def test_page_and_figures_tell_how_plans_were_found_by_the_same_colours():
     light = css[: css.index('[data-theme="dark"]')]
     for status, colour in style.STATUS.items():
         assert f"--{status.value}: {colour.lower()};" in light
+
+
+def test_page_and_figures_have_the_hues_of_the_same_times():
+    css = (files("coverdrive.report.page") / "templates" / "page.css").read_text(encoding="utf-8")
+    light = css[: css.index('[data-theme="dark"]')]
+    for name, colours in (("set", style.SETS), ("time", style.TIMES)):
+        for when, age in (("now", 0.0), ("mid", 0.5), ("late", 1.0)):
+            found = re.search(rf"--{name}-{when}: (\d+),(\d+),(\d+);", light)
+            assert np.array(found.groups(), dtype=int) == pytest.approx(255 * np.array(colours(age)[:3]), abs=2)

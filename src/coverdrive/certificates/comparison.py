@@ -10,7 +10,7 @@ from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.evaluation import Evaluation, Rate, evaluate
 from coverdrive.certificates.methods import Method, Task, certify
 from coverdrive.certificates.units import check_epsilon, one_window_each
-from coverdrive.errors import CertificateError
+from coverdrive.errors import CertificateError, MissingExtraError
 from coverdrive.progress import done
 
 
@@ -74,7 +74,7 @@ def _compared(method: Method, task: Task, test: ScoredSamples) -> Compared:
     begin = time.perf_counter()
     try:
         rule, certificate = certify(method, task)
-    except CertificateError as error:
+    except (CertificateError, MissingExtraError) as error:
         return Compared(method, task.epsilon, None, None, str(error), time.perf_counter() - begin)
     seconds = time.perf_counter() - begin
     unseen = one_window_each(test, task.seed) if task.unit == "drawn window" else test

@@ -19,7 +19,6 @@ program is solved for few of them, and those that its solution violates most joi
 from functools import partial
 
 import numpy as np
-import piqp
 from jaxtyping import Float, Int
 from scipy import sparse
 
@@ -29,6 +28,7 @@ from coverdrive.certificates.certificate import Certificate, Counted, Tubes
 from coverdrive.certificates.covered import CoveredSamples
 from coverdrive.certificates.rule import ROUNDING, Hyperplanes
 from coverdrive.errors import CertificateError
+from coverdrive.extras import require
 
 PENALTY = 100.0
 """C: cost of the slack of a negative (authors' scripts)"""
@@ -158,6 +158,7 @@ def _solve(
     above = np.c_[positive, np.ones(len(positive))]
     below = np.c_[negative, np.ones(slacks)]
     constraints = sparse.block_array([[above, None], [below, -sparse.eye_array(slacks)]], format="csc")
+    piqp = require("piqp")
     solver = piqp.SparseSolver()
     solver.setup(
         P=sparse.csc_matrix(sparse.diags_array(curvature)),

@@ -23,6 +23,7 @@ from coverdrive.cli.paper import paper
 from coverdrive.cli.report import report
 from coverdrive.cli.run import run
 from coverdrive.cli.study import study
+from coverdrive.cli.terminal import Terminal
 
 app = App(
     name="coverdrive",
@@ -32,6 +33,7 @@ app = App(
     suppress_keyboard_interrupt=False,
     exit_on_error=False,
     print_error=False,
+    console=Terminal(),
     help="""Certified manoeuvre sets from recorded highway traffic, and planning against every member of them.
 
     Start with `coverdrive run`: it learns a predictor, certifies how often it misses, and drives a closed-loop study,

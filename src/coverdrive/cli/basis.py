@@ -10,7 +10,9 @@ from coverdrive.cli.options import Config, Location, Out, Seed, between, console
 
 
 def basis(
-    *recording: Annotated[Path, Parameter(help="Files or folders of recordings; without any, generated traffic.")],
+    *recording: Annotated[
+        Path, Parameter(help="Files or folders of recordings, as in `scenarios/`; without any, traffic is generated.")
+    ],
     epsilon: Annotated[
         tuple[float, ...],
         Parameter(
@@ -32,7 +34,7 @@ def basis(
     centres: Annotated[
         Literal["segments", "free"] | None,
         Parameter(
-            help="Base trajectories are segments, or any trajectories: fewer, with a longer search.",
+            help="Base trajectories are segments, or any: fewer, with a longer search; as in `--centres free`.",
             show_default=usually("segments"),
         ),
     ] = None,

@@ -3,26 +3,29 @@
 import json
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+from cyclopts import Parameter
 
 from coverdrive.cli.bars import waiting
 from coverdrive.cli.options import console
 
 
-def compare(first: Path, second: Path, /) -> dict[str, Any]:
+def compare(
+    first: Annotated[
+        Path, Parameter(help="Folder of a study, or the results folder around it, as in `results/study-drivers`.")
+    ],
+    second: Annotated[
+        Path, Parameter(help="The same, as in `other/`; its trials must have the same seed and numbers of vehicles.")
+    ],
+    /,
+) -> dict[str, Any]:
     """Compare two studies trial by trial: paired differences, second minus first, with 95 % intervals.
 
     For example:
 
     - two results folders: `coverdrive compare one/ other/`
     - two variants of a sweep: `coverdrive compare results/sweep/traffic.kind=drivers results/sweep/traffic.kind=mixed`
-
-    Parameters
-    ----------
-    first
-        Folder of a study, or the results folder around it.
-    second
-        The same; its trials must have the same seed and numbers of vehicles.
     """
     with waiting():
         from coverdrive.report.study_tables import comparison_table

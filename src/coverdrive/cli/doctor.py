@@ -9,7 +9,7 @@ from coverdrive.cli.options import Folder, console
 
 
 def doctor(folder: Folder = Path("results")) -> dict[str, Any]:
-    """Say what is installed and what is missing: packages, solvers, video, data, a place to write; with hints.
+    """Say what is installed and what is missing: packages, extras, video, data, a place to write; with hints.
 
     The exit status is 1 if something is missing that the commands need.
 
@@ -19,20 +19,21 @@ def doctor(folder: Folder = Path("results")) -> dict[str, Any]:
     - for results in another folder: `coverdrive doctor us101`
     """
     from rich.box import SIMPLE_HEAD
-    from rich.table import Table
+    from rich.text import Text
 
     from coverdrive.doctor import examine
+    from coverdrive.report.fitting import FittingTable
 
     with stages():
         findings = examine(folder)
-    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False)
-    for name in ("", "what", "found"):
+    table = FittingTable(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False)
+    for name in ("what", "found"):
         table.add_column(name, overflow="fold")
     for finding in findings:
-        mark = "[green]✓[/]" if finding.fine else "[red]✗[/]" if finding.needed else "[yellow]–[/]"
-        table.add_row(mark, finding.name, finding.found)
+        mark = ("✓", "green") if finding.fine else ("✗", "red") if finding.needed else ("–", "yellow")
+        table.add_row(Text.assemble(mark, " ", finding.name), Text(finding.found))
         if not finding.fine:
-            table.add_row("", "", f"[dim]{finding.hint}[/]")
+            table.add_row("", Text(finding.hint, style="dim"))
     console.print(table)
     missing = [finding.name for finding in findings if finding.needed and not finding.fine]
     console.print("Everything that the commands need is there." if not missing else f"Missing: {', '.join(missing)}.")

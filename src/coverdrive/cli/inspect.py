@@ -13,7 +13,8 @@ from coverdrive.progress import stage
 
 
 def inspect(
-    *recording: Annotated[Path, Parameter(help="Files or folders of recordings.")], location: Location = None
+    *recording: Annotated[Path, Parameter(help="Files or folders of recordings, as in `scenarios/`.")],
+    location: Location = None,
 ) -> dict[str, Any]:
     """Say what is in recordings: vehicles, minutes, lanes, speeds, and what had to be repaired.
 

@@ -9,14 +9,16 @@ obstacle constraint per slot. Longitudinal positions are relative to the current
 
 from typing import Any, NamedTuple
 
-import casadi as ca
 import numpy as np
 from jaxtyping import Float
 
+from coverdrive.extras import require
 from coverdrive.planning.cost import CostSettings, input_cost, state_cost
 from coverdrive.planning.obstacles import clearance, own_half_sizes
 from coverdrive.planning.problem import ProblemSettings, Situation
 from coverdrive.planning.vehicle import VehicleSettings, euler_step
+
+ca: Any = require("casadi")
 
 STATES = 6
 """lon, lat, speed, heading, acceleration and yaw rate applied before"""

@@ -6,11 +6,11 @@ threads at a time.
 
 from typing import Any, Literal, NamedTuple
 
-import casadi as ca
 import numpy as np
 from jaxtyping import Float
 from pydantic import Field
 
+from coverdrive.extras import require
 from coverdrive.planning.motion import Motion
 from coverdrive.planning.problem import ProblemSettings, Situation
 from coverdrive.planning.program import (
@@ -21,6 +21,8 @@ from coverdrive.planning.program import (
     variable_bounds,
 )
 from coverdrive.settings import Settings
+
+ca: Any = require("casadi")
 
 Solver = Literal["fatrop", "ipopt"]
 

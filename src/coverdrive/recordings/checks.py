@@ -44,6 +44,9 @@ within 1.5 m"""
 LEAST_JUMP, JUMP = 3.0, 0.3
 """[m] and share of its way by which a step may differ from the speeds at its ends; US-101: 1.2 m in 0.1 s"""
 
+SYSTEMATIC = 0.1
+"""Share of the steps that jump from which on headings are wrong, and not positions"""
+
 BACKWARDS = 5.0
 """[m] that a track may go back: noise of vehicles that stand still"""
 
@@ -290,15 +293,21 @@ def _drift(rows: Rows) -> str | None:
         f"its track ends; speeds and headings give ({expected[0]:.1f}, {expected[1]:.1f}) m"
     )
     likely = (
-        (np.radians(heading), "multiply degrees by π/180"),
-        (-heading, "they must grow to the left"),
         (np.pi / 2 - heading, "they count from the road's direction, not from north"),
+        (-heading, "they must grow to the left"),
+        (np.radians(heading), "multiply degrees by π/180"),
         (heading + np.pi, "or lon runs against the direction of travel: turn the road round"),
     )
     for other, hint in likely:
         if not rows.off_course(other)[wrong].any():
             return f"{found}; check the headings: {hint}"
     return f"{found}; check the units of positions, speeds and headings (m, m/s, rad)"
+
+
+def _motion(rows: Rows) -> str | None:
+    """What is wrong with single steps first, unless so many are wrong that whole tracks are."""
+    first, second = (_jumps, _drift) if rows.jumps.sum() <= SYSTEMATIC * len(rows.jumps) else (_drift, _jumps)
+    return first(rows) or second(rows)
 
 
 def _against(rows: Rows) -> str | None:
@@ -329,6 +338,6 @@ def _beside(rows: Rows) -> str | None:
 
 CHECKS: tuple[Callable[[Rows], str | None], ...] = (
     _time_step, _road, _some, _finite, _numbers, _order, _sizes, _turned,
-    _units, _fast, _jumps, _drift, _against, _beside,
+    _units, _fast, _motion, _against, _beside,
 )  # fmt: skip
 """In this order, as each relies on those before"""

@@ -110,6 +110,10 @@ def _lanes(file: Path, network: Any) -> list[list[Any]]:
     """The lanes of the main carriageway from left to right, each a chain of lanelets in the order of travel."""
     if not network.lanelets:
         raise RecordingError(file, "the scenario has no lanes; choose another file")
+    for part in network.lanelets:
+        if not all(np.all(np.abs(bound) < FARTHEST) for bound in (part.left_vertices, part.right_vertices)):
+            problem = f"lanelet {part.lanelet_id} has a point that is not finite or beyond {FARTHEST:g} m"
+            raise RecordingError(file, f"{problem}; check the coordinates")
     beside = [part for part in network.lanelets if part.adj_left is not None or part.adj_right is not None]
     part = max(beside or network.lanelets, key=lambda part: float(part.distance[-1]))
     seen = {part.lanelet_id}
@@ -135,11 +139,6 @@ def _refuse_circle(file: Path, lanelet: Any, seen: set[int]) -> None:
 
 def _line(file: Path, lanes: list[list[Any]]) -> ReferenceLine:
     """The left boundary of the leftmost lane, which must be straight."""
-    bounds = [part.left_vertices for part in lanes[0]] + [part.right_vertices for lane in lanes for part in lane]
-    if not all(np.all(np.abs(bound) < FARTHEST) for bound in bounds):
-        raise RecordingError(
-            file, f"a boundary of a lane is not finite or beyond {FARTHEST:g} m; check the coordinates"
-        )
     left = np.concatenate([part.left_vertices for part in lanes[0]])
     if not 1.0 <= np.sum(np.hypot(*np.diff(left, axis=0).T)) <= LONGEST_ROAD:
         raise RecordingError(file, f"the road is not between 1 m and {LONGEST_ROAD:g} m long; check the coordinates")

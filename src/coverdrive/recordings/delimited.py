@@ -109,7 +109,9 @@ def _parse(text: bytes, layout: Layout, names: list[str], row: int, repairs: Cou
             index = int((block[name].abs() >= LARGEST).arg_max() or 0)
             problem = f"expected a number below 2⁵³, got {block[name][index]:g}; put the cell right or remove the row"
             raise RecordingError(layout.file, problem, block[ROW][index], name)
-    return block.with_columns(pl.col(SITE).str.strip_chars().str.to_lowercase()) if SITE in names else block
+    return (
+        block.with_columns(pl.col(SITE).fill_null("").str.strip_chars().str.to_lowercase()) if SITE in names else block
+    )
 
 
 def _fast(text: bytes, layout: Layout, names: list[str], row: int) -> pl.DataFrame | None:

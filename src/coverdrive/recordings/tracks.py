@@ -178,7 +178,7 @@ def _check_stated_speeds(file: Path, raw: RawTracks, dt: float) -> None:
     order = np.lexsort((raw.moment, raw.vehicle)) if np.any(np.diff(raw.vehicle) < 0) else np.arange(len(raw.vehicle))
     order = order[:100_000]
     seconds = np.diff(raw.moment[order]) * dt
-    usable = (np.diff(raw.vehicle[order]) == 0) & (seconds > 0) & (seconds < LONGEST_GAP) & (raw.speed[order][1:] > 3)
+    usable = (np.diff(raw.vehicle[order]) == 0) & (seconds > 0) & (seconds <= LONGEST_GAP) & (raw.speed[order][1:] > 3)
     if usable.sum() < 20:
         return
     way = np.hypot(np.diff(raw.lon[order]), np.diff(raw.lat[order]))[usable]

@@ -64,9 +64,9 @@ def basis_figure(
         [[_plane(basis, share, base, example)], over_time, [_shares(share)]],
         height=6.2,
         heights=(1.3, 1, 0.7),
-        caption=f"{len(basis)} base trajectories of {basis.horizon:g} s as deviations from constant velocity, the darker "
-        f"and thicker the more common. {_explained(basis, base)}. Below, the share of the training segments that each "
-        "of them stands for.",
+        caption=f"{len(basis)} base trajectories of {basis.horizon:g} s as deviations from constant velocity, the "
+        f"darker and thicker the more common. {_explained(basis, base)}. Below, the share of the training segments "
+        "that each of them stands for.",
         legend_columns=2,
     )
 
@@ -171,14 +171,14 @@ def _labels(share: Float[np.ndarray, " M"], places: Float[np.ndarray, "M 2"]) ->
     return Texts(x=places[shown, 0], y=places[shown, 1], text=text, anchor=anchors, colour=style.BLACK)
 
 
-def _trajectories(curves: Float[np.ndarray, "M n 2"], share: Float[np.ndarray, " M"]) -> list[Mark]:
+def _trajectories(curves: Float[np.ndarray, "M n 2"], share: Float[np.ndarray, " M"]) -> list[Line]:
     """Lines as dark and thick as they are common on a scale of logarithms, the most common on top."""
     common = _commonness(share)
     return [
         Line(
             x=curves[base, :, 0], y=curves[base, :, 1], colour=style.BLACK,
-            width=_THINNEST + (_THICKEST - _THINNEST) * common[base],
-            opacity=_PALEST + (_DARKEST - _PALEST) * common[base],
+            width=_THINNEST + (_THICKEST - _THINNEST) * float(common[base]),
+            opacity=_PALEST + (_DARKEST - _PALEST) * float(common[base]),
             hover=f"base {base}\n{percent(float(share[base]))} of the training segments",
         )
         for base in np.argsort(share)
@@ -194,7 +194,7 @@ def _commonness(share: Float[np.ndarray, " M"]) -> Float[np.ndarray, " M"]:
 
 def _shares(share: Float[np.ndarray, " M"]) -> Panel:
     order = np.argsort(-share)
-    shown = {place: str(base) for place, base in enumerate(order)} if len(order) <= 40 else None
+    shown = {float(place): str(base) for place, base in enumerate(order)} if len(order) <= 40 else None
     hover = [f"base {base}: {percent(float(share[base]))} of the training segments" for base in order]
     bars = Bars(x=np.arange(len(order)), height=100 * share[order], width=0.75, hover=hover)
     text = [percent(float(share[base]), 2) for base in order] if shown else []

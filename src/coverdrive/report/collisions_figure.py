@@ -43,7 +43,7 @@ def collisions_figure(results: pl.DataFrame, confidence: float = 0.95) -> Figure
     place = np.arange(table.height, dtype=float)
     place[-1] = place[-2] + _APART
     numbers = [*table["vehicles"].drop_nulls().to_list(), "all"]
-    ticks = {at: f"{n} ({trials})" for at, n, trials in zip(place, numbers, table["trials"], strict=True)}
+    ticks = {float(at): f"{n} ({trials})" for at, n, trials in zip(place, numbers, table["trials"], strict=True)}
     marks: list[Mark] = [Rule(at=float(place[-1]) - _APART / 2, colour=style.MARKING, width=0.6, dashed=False)]
     for side, kind in enumerate(_KINDS):
         marks += _marks(table, kind, place + (side - 0.5) * _WIDTH)

@@ -170,7 +170,8 @@ def save(figure: Figure | Drawn, path: Path) -> tuple[Path, Path]:
 def inline_svg(figure: Drawn) -> str:
     """A drawing as an SVG element to stand in a page; black, white, road and markings follow the page's colours."""
     with style.style(), io.StringIO() as file:
-        figure.savefig(file, format="svg", transparent=True, metadata={"Date": None})
+        nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+        figure.savefig(file, format="svg", transparent=True, metadata=nothing)
         text = file.getvalue()
     names = ((style.BLACK, "ink"), (style.PAPER, "paper"), (style.ROAD, "road"), (style.MARKING, "marking"))
     for colour, name in names:

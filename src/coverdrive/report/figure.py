@@ -1,8 +1,9 @@
-"""What a figure of a result shows, said once; pages (`page/templates/figure.js`) and files (`drawing.py`) are drawn from it.
+"""What a figure of a result shows, said once: pages and files show the same.
 
-A figure has rows of panels, a panel has two axes and marks. Limits and ticks are decided here, so that both drawings
-have the same. Colours are those of `coverdrive.report.style`; widths and sizes are in points, places in the units of the
-axes. Marks of one name are one entry of the legend, and on a page they are shown and hidden together.
+A page is drawn by `page/templates/figure.js`, a file by `coverdrive.report.drawing`. A figure has rows of panels, a
+panel has two axes and marks. Limits and ticks are decided here, once for both. Colours are those of
+`coverdrive.report.style`; widths and sizes are in points, places in the units of the axes. Marks of one name are one
+entry of the legend, and on a page they are shown and hidden together.
 """
 
 import dataclasses
@@ -35,10 +36,6 @@ class Mark:
     """in the legend; none if empty"""
     opacity: float = 1.0
 
-    def reach(self) -> tuple[np.ndarray, np.ndarray]:
-        """Values of x and of y that have to be within the axes."""
-        return np.empty(0), np.empty(0)
-
 
 @dataclass(frozen=True, kw_only=True)
 class Line(Mark):
@@ -51,9 +48,6 @@ class Line(Mark):
     step: bool = False
     """whether y stays until the next x"""
     hover: str = ""
-
-    def reach(self) -> tuple[np.ndarray, np.ndarray]:
-        return np.asarray(self.x), np.asarray(self.y)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,13 +65,6 @@ class Points(Mark):
     """axis of the intervals"""
     hover: Sequence[str] = ()
 
-    def reach(self) -> tuple[np.ndarray, np.ndarray]:
-        x, y = np.asarray(self.x, dtype=float), np.asarray(self.y, dtype=float)
-        if self.low is None or self.high is None:
-            return x, y
-        ends = np.concatenate([np.asarray(self.low), np.asarray(self.high)])
-        return (np.append(x, ends), y) if self.along == "x" else (x, np.append(y, ends))
-
 
 @dataclass(frozen=True, kw_only=True)
 class Bars(Mark):
@@ -89,10 +76,6 @@ class Bars(Mark):
     base: float = 0.0
     hover: Sequence[str] = ()
 
-    def reach(self) -> tuple[np.ndarray, np.ndarray]:
-        x, half = np.asarray(self.x, dtype=float), np.asarray(self.width) / 2
-        return np.append(x - half, x + half), np.append(self.base + np.asarray(self.height), self.base)
-
 
 @dataclass(frozen=True, kw_only=True)
 class Band(Mark):
@@ -101,9 +84,6 @@ class Band(Mark):
     x: ArrayLike
     low: ArrayLike
     high: ArrayLike
-
-    def reach(self) -> tuple[np.ndarray, np.ndarray]:
-        return np.asarray(self.x), np.append(np.asarray(self.low), np.asarray(self.high))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,10 +94,6 @@ class Shapes(Mark):
     filled: bool = True
     dashed: bool = False
     width: float = 0.8
-
-    def reach(self) -> tuple[np.ndarray, np.ndarray]:
-        x, y = np.concatenate([*self.outlines, np.empty((0, 2))]).T
-        return x, y
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,9 +118,6 @@ class Rule(Mark):
     width: float = 1.2
     dashed: bool = True
     colour: str = GREY
-
-    def reach(self) -> tuple[np.ndarray, np.ndarray]:
-        return (np.array([self.at]), np.empty(0)) if self.axis == "x" else (np.empty(0), np.array([self.at]))
 
 
 @dataclass(frozen=True)
@@ -195,7 +168,7 @@ class Panel:
     @property
     def scales(self) -> tuple[Scale, Scale]:
         """Both axes as they are drawn."""
-        reaches = [mark.reach() for mark in self.marks]
+        reaches = [_reach(mark) for mark in self.marks]
         x, y = (np.concatenate([np.empty(0), *(np.ravel(each[axis]) for each in reaches)]) for axis in (0, 1))
         return self.x.scaled(x), self.y.scaled(y)
 
@@ -228,6 +201,27 @@ class Figure:
                 if mark.name:
                     named.setdefault(mark.name, mark)
         return named
+
+
+def _reach(mark: Mark) -> tuple[ArrayLike, ArrayLike]:
+    """Values of x and of y that have to be within the axes."""
+    match mark:
+        case Points(x=x, y=y, low=low, high=high, along=along) if low is not None and high is not None:
+            ends = np.concatenate([np.asarray(low), np.asarray(high)])
+            return (np.append(x, ends), y) if along == "x" else (x, np.append(y, ends))
+        case Line(x=x, y=y) | Points(x=x, y=y):
+            return x, y
+        case Bars(x=x, height=height, width=width, base=base):
+            centre, half = np.asarray(x, dtype=float), np.asarray(width) / 2
+            return np.append(centre - half, centre + half), np.append(base + np.asarray(height), base)
+        case Band(x=x, low=low, high=high):
+            return x, np.append(np.asarray(low), np.asarray(high))
+        case Shapes(outlines=outlines):
+            return tuple(np.concatenate([*outlines, np.empty((0, 2))]).T)
+        case Rule(at=at, axis=axis):
+            return ([at], []) if axis == "x" else ([], [at])
+        case _:
+            return [], []
 
 
 def to_json(figure: Figure) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from rich.table import Table
 
 from coverdrive.certificates.evaluation import Rate
 from coverdrive.certificates.paper_tables import BASES, TABLE_1, Bounds, PaperTables, Residuals
+from coverdrive.report.fitting import FittingTable
 
 ERRATUM = (
     "Erratum: of the bounds that the paper prints in Table 1, only the first is the 99 % bound of its Theorem 1; "
@@ -133,7 +134,7 @@ def _residuals(values: Residuals | None) -> str:
 
 
 def _table(title: str, columns: Sequence[str]) -> Table:
-    table = Table(title=title, box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False)
+    table = FittingTable(title=title, box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False)
     for name in columns:
         table.add_column(name, justify="right")
     return table

@@ -1,9 +1,9 @@
 """One moment of a drive as seen from above, in the coordinates of the own car: what snapshots and animation share.
 
-Vehicles are turned boxes with their speed in them. The predicted sets are the union of all boxes of all paths, their hue
-telling the time, with a thin line for every path, and an outline where a path is an active constraint of the plan. The
-plan is a line with the body's outline at every full second, dark in the hue that the sets of that time have. A vehicle
-that has left its predicted set has a black frame.
+Vehicles are turned boxes with their speed in them. The predicted sets are the union of all boxes of all paths, their
+hue telling the time, with a thin line for every path, and an outline where a path is an active constraint of the plan.
+The plan is a line with the body's outline at every full second, dark in the hue that the sets of that time have. A
+vehicle that has left its predicted set has a black frame.
 """
 
 from dataclasses import dataclass

@@ -42,9 +42,9 @@ def scores_figure(learned: Learned, rule: Rule) -> Figure:
     return Figure(
         [panels],
         height=1.1 + 0.2 * bases,
-        caption="Scores of every base in the calibration windows that drove it, and in those that did not (roots of the "
-        "counts, so that rare scores stay visible). A base is possible from its threshold on: what lies left of it is "
-        "missed in the left panel, and what lies right of it makes the sets larger in the right one.",
+        caption="Scores of every base in the calibration windows that drove it, and in those that did not (roots of "
+        "the counts, so that rare scores stay visible). A base is possible from its threshold on: what lies left of it "
+        "is missed in the left panel, and what lies right of it makes the sets larger in the right one.",
     )
 
 

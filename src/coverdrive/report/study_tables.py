@@ -8,11 +8,13 @@ import polars as pl
 from jaxtyping import Num
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
+from rich.text import Text
 
 from coverdrive.certificates.bounds import clopper_pearson
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.numbers import at_most
 from coverdrive.report.claim import strength, whose
+from coverdrive.report.fitting import FittingTable
 from coverdrive.simulation.comparison import Comparison, Difference
 from coverdrive.simulation.outcome import Cause, Fault
 from coverdrive.simulation.statistics import PAPER, PAPER_TRIALS, MissRate, collision_table, miss_rate
@@ -22,16 +24,13 @@ _STATUSES = ("solved", "fallback", "rear", "unsafe", "blind")
 _NOTABLE = 0.1
 """[m] by which a body has to leave the road to be counted"""
 
-_WORD = len("longitudinal")
-"""the longest word in the name of a measure; narrower, it would be cut"""
-
 _ROWS = 8
 """numbers of vehicles that get a row each; more are put together"""
 
 
 def collisions_table(trials: pl.DataFrame) -> Table:
     """Collisions of the own car by number of uncontrolled vehicles, with 95 % intervals, and the paper's."""
-    table = Table(title="Collisions (95 % Clopper–Pearson intervals)")
+    table = FittingTable(title="Collisions (95 % Clopper–Pearson intervals)")
     for name in ("vehicles", "trials", "frontal or side", "rear-end"):
         table.add_column(name, justify="right")
     rows = collision_table(trials).iter_rows(named=True)
@@ -130,7 +129,7 @@ def drives_table(trials: pl.DataFrame) -> Table:
 
 def sweep_table(variants: Mapping[str, pl.DataFrame]) -> Table:
     """One line for each variant of a sweep, by the last parts of the names of its settings."""
-    table = Table(title="Sweep (95 % intervals)", box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False)
+    table = FittingTable(title="Sweep (95 % intervals)", box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False)
     table.add_column("variant", overflow="fold")
     for name in ("trials", "frontal or side", "rear-end", "windows missed", "m/s", "ms"):
         table.add_column(name, justify="right")
@@ -138,7 +137,7 @@ def sweep_table(variants: Mapping[str, pl.DataFrame]) -> Table:
         total = collision_table(trials).row(-1, named=True)
         missed = miss_rate(trials, "prediction_misses", "windows")
         table.add_row(
-            re.sub(r"[\w.]+\.(\w+=)", r"\1", name),
+            Text(re.sub(r"[\w.]+\.(\w+=)", r"\1", name)),
             str(trials.height),
             *(_rate(total[kind], trials.height) for kind in PAPER),
             f"{missed.missed / max(missed.total, 1):.2%} ({missed.low:.2%}–{missed.high:.2%})",
@@ -151,13 +150,13 @@ def sweep_table(variants: Mapping[str, pl.DataFrame]) -> Table:
 
 def comparison_table(comparison: Comparison) -> Table:
     """Paired differences of two studies, with 95 % intervals."""
-    table = Table(
+    table = FittingTable(
         title=f"Second minus first, {comparison.trials} pairs of trials",
         box=SIMPLE_HEAD,
         padding=0,
         show_edge=False,
     )
-    table.add_column("measure", min_width=_WORD)
+    table.add_column("measure")
     for name in ("first", "second", "difference (95 %)", "p", "pairs"):
         table.add_column(name, justify="right", no_wrap=True)
     for each in comparison.collisions:
@@ -191,7 +190,7 @@ def _probability(p: float) -> str:
 
 
 def _facts(title: str) -> Table:
-    table = Table(title=title, show_header=False)
+    table = FittingTable(title=title, show_header=False)
     table.add_column(style="dim")
     table.add_column()
     return table

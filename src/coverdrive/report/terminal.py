@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
+from rich.text import Text
 
 from coverdrive.certificates.comparison import Compared
 from coverdrive.numbers import at_most
@@ -11,17 +12,18 @@ from coverdrive.prediction.basis_study import StudiedBasis
 from coverdrive.prediction.fit import Fit
 from coverdrive.recordings.summary import Summary
 from coverdrive.report.claim import BY_ITSELF, ON_AVERAGE, signs, strength, whose
+from coverdrive.report.fitting import FittingTable
 
 
 def recordings_table(summaries: Sequence[Summary]) -> Table:
     """What is in each recording, and in a line below it what had to be repaired."""
-    table = Table(title="Recordings", box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False)
-    table.add_column("recording", no_wrap=True)
+    table = FittingTable(title="Recordings", box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False)
+    table.add_column("recording")
     for name in ("groups", "vehicles", "min", "rows", "lanes", "m/s"):
         table.add_column(name, justify="right", no_wrap=True)
     for summary in summaries:
         table.add_row(
-            summary.name,
+            Text(summary.name),
             _range(summary.groups),
             str(summary.vehicles),
             f"{summary.minutes:.2f}",
@@ -30,7 +32,7 @@ def recordings_table(summaries: Sequence[Summary]) -> Table:
             f"{summary.mean_speed:.1f}/{summary.max_speed:.1f}",
         )
         for kind, count in summary.repairs.items():
-            table.add_row(f"[dim]  {count} {kind}[/]")
+            table.add_row(Text(f"  {count} {kind}", style="dim"))
     steps = ", ".join(sorted({f"{summary.dt:g} s" for summary in summaries}))
     table.caption = f"m/s: mean/max; time step {steps}"
     return table
@@ -89,7 +91,7 @@ def fit_table(result: Fit) -> Table:
 
 def methods_table(compared: Sequence[Compared]) -> Table:
     """The bounds of every method, what happened on unseen samples, how large its sets are, and how long it took."""
-    table = Table(title="Methods", box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False)
+    table = FittingTable(title="Methods", box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False)
     table.add_column("method", no_wrap=True)
     for name in ("asked ε", "bound ε", "observed (95 %)", "set size", "s"):
         table.add_column(name, justify="right", no_wrap=True)
@@ -117,7 +119,7 @@ def methods_table(compared: Sequence[Compared]) -> Table:
 
 def bases_table(studied: Sequence[StudiedBasis]) -> Table:
     """Bases of several ε, how they cover their segments, and how small any other could be."""
-    table = Table(title="Bases", box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False)
+    table = FittingTable(title="Bases", box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False)
     for name in (
         "ε",
         "M",
@@ -146,7 +148,7 @@ def bases_table(studied: Sequence[StudiedBasis]) -> Table:
 
 
 def _facts(title: str) -> Table:
-    table = Table(title=title, show_header=False)
+    table = FittingTable(title=title, show_header=False)
     table.add_column(style="dim")
     table.add_column()
     return table

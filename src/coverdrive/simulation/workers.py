@@ -8,12 +8,16 @@ import os
 import threading
 import uuid
 from collections.abc import Generator, Sequence
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from functools import partial
 from typing import Any
 
 from joblib import Parallel, delayed, parallel_config
 
-from coverdrive.errors import SettingError
+from coverdrive.errors import DataError, SettingError
+from coverdrive.extras import require
+from coverdrive.simulation.orphans import end_with_parent
 from coverdrive.simulation.trial import Build, Participants, Row, TrialSettings, run_and_measure
 
 _CONNECT = "10s"
@@ -30,7 +34,8 @@ def run_tasks(build: Build, tasks: Sequence[TrialSettings], workers: int, cluste
         cluster: address of a Dask scheduler whose workers are used instead.
 
     Raises:
-        SettingError: there is no cluster, or the package for it is not installed.
+        SettingError: there is no cluster.
+        MissingExtraError: the package for it is not installed.
     """
     if not tasks:
         return
@@ -38,7 +43,8 @@ def run_tasks(build: Build, tasks: Sequence[TrialSettings], workers: int, cluste
         with _cluster(cluster):
             yield from _run_parallel(build, tasks, -1)
     elif workers > 1 and len(tasks) > 1:
-        with _one_thread_each(), parallel_config(backend="loky", inner_max_num_threads=1):
+        watch = partial(end_with_parent, os.getpid())
+        with _one_thread_each(), parallel_config("loky", inner_max_num_threads=1, initializer=watch), _told():
             yield from _run_parallel(build, tasks, min(workers, len(tasks)))
     else:
         participants = build()
@@ -53,14 +59,23 @@ def _run_parallel(build: Build, tasks: Sequence[TrialSettings], workers: int) ->
 
 
 @contextmanager
+def _told() -> Generator[None]:
+    """Say what it means that a worker is gone."""
+    try:
+        yield
+    except BrokenProcessPool as error:
+        raise DataError(
+            "a worker process was killed, most often because memory ran out; finished trials are kept: start the same "
+            "command again, with fewer --workers"
+        ) from error
+
+
+@contextmanager
 def _cluster(address: str) -> Generator[None]:
     """Let joblib run on the workers of a Dask scheduler; a task whose worker dies is given to another."""
+    dask = require("distributed")
     try:
-        from distributed import Client  # pyright: ignore[reportMissingImports]
-    except ImportError as error:
-        raise SettingError("--cluster needs Dask; install it with `pip install coverdrive[cluster]`") from error
-    try:
-        client = Client(address, timeout=_CONNECT, set_as_default=False)
+        client = dask.Client(address, timeout=_CONNECT, set_as_default=False)
     except (OSError, ValueError) as error:
         raise SettingError(
             f"no Dask scheduler answers at {address} ({error}); start one with `dask scheduler`, and workers with "

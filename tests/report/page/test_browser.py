@@ -62,21 +62,31 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> str:
     return path.as_uri()
 
 
-@pytest.fixture
-def page(browser, address: str) -> Iterator:
-    """The page, loaded; anything on the console, and any request but for the page itself, fails the test."""
+@pytest.fixture(scope="module")
+def tab(browser) -> Iterator:
+    """One page of the browser, and what it says and asks for."""
     context = browser.new_context(viewport={"width": 1280, "height": 900})
     page = context.new_page()
-    said, asked = [], []
-    page.on("console", lambda message: said.append(message.text))
-    page.on("pageerror", lambda error: said.append(str(error)))
-    page.on("request", lambda request: asked.append(request.url))
-    page.goto(address)
-    page.wait_for_selector("#player[data-loaded='0']")
+    page.said, page.asked = [], []
+    page.on("console", lambda message: page.said.append(message.text))
+    page.on("pageerror", lambda error: page.said.append(str(error)))
+    page.on("request", lambda request: page.asked.append(request.url))
     yield page
-    assert said == []
-    assert [url for url in asked if not url.startswith(("data:", "blob:"))] == [address]
     context.close()
+
+
+@pytest.fixture
+def page(tab, address: str) -> Iterator:
+    """The page, loaded anew; anything on the console, and any request but for the page itself, fails the test."""
+    tab.said.clear()
+    tab.asked.clear()
+    tab.goto("about:blank")
+    tab.goto(address)
+    tab.wait_for_selector("#player[data-loaded='0']")
+    yield tab
+    assert tab.said == []
+    assert {url for url in tab.asked if not url.startswith(("data:", "blob:", "about:"))} == {address}
+    tab.emulate_media(color_scheme="light")
 
 
 def moment(page) -> int:
@@ -88,55 +98,89 @@ def pixels(page, name: str) -> str:
 
 
 EMPTY = """() => {
-    const known = (value) => typeof value === "string" || Number.isFinite(value);
-    const row = (values) => (values && typeof values === "object" ? [...values] : [values]);
-    const filled = (values) => values && [...values].flatMap(row).some(known);
-    const marks = {
-        scatter: [".scatterlayer .trace", "path.js-line[d^=M], path.point[d^=M], .textpoint text"],
-        bar: [".barlayer .trace", ".point path[d^=M]"],
-        box: [".boxlayer .trace", "path.point[d^=M]"],
-        heatmap: [".heatmaplayer .hm", "image"],
-    };
     const empty = new Set();
-    for (const plot of document.querySelectorAll(".plot[id]")) {
-        const traces = plot._fullData;
-        if (!traces.length) empty.add(plot.id);
-        for (const { type, x, y, z } of traces) {
-            if (![x, y, ...(type === "heatmap" ? [z] : [])].every(filled)) empty.add(plot.id);
-        }
-        for (const [type, [trace, mark]] of Object.entries(marks)) {
-            const drawn = [...plot.querySelectorAll(trace)].filter((each) => each.querySelector(mark));
-            if (drawn.length !== traces.filter((each) => each.type === type).length) empty.add(plot.id);
+    for (const [name, view] of figures) {
+        view.draw();
+        if (!view.panels.length) empty.add(name);
+        for (const { place, data } of view.panels) {
+            if (!data.marks.length) empty.add(name);
+            data.marks.forEach((mark, number) => {
+                const drawn = place.querySelector(`g[data-mark="${number}"]`);
+                const words = drawn && [...drawn.querySelectorAll("text")].some((text) => text.textContent);
+                const bounds = drawn && drawn.getBBox();
+                if (!words && !(drawn && (bounds.width > 0 || bounds.height > 0))) empty.add(name);
+            });
         }
     }
     return [...empty];
 }"""
-"""the plots of which a trace has no numbers, or no mark on the screen"""
+"""the figures of which a mark is not on the screen"""
 
-CHANGED = """([name, trace, change]) => {
-    const plot = document.getElementById(name), data = plot.data.map((each) => ({ ...each }));
-    Object.assign(data[trace], change);
-    return Plotly.react(plot, data, plot.layout);
+EMPTIED = """(name) => {
+    const { marks } = figures.get(name).panels[0].data;
+    marks[0] = (CHANGE)(marks[0]);
 }"""
 
 
-def counted(page) -> dict[str, int]:
-    """The plots with the number of their traces."""
-    found = "Object.fromEntries([...document.querySelectorAll('.plot[id]')].map((p) => [p.id, p.data.length]))"
-    return page.evaluate(found)
+def test_every_mark_of_every_figure_is_drawn(page) -> None:
+    assert page.evaluate(EMPTY) == []
+    names = set(page.evaluate("[...figures.keys()]"))
+    assert names == {"basis", "methods", "scores", "set_sizes", "losses", "collisions", "drives", "planning"}
 
 
-def test_every_trace_of_every_plot_has_numbers_and_marks(page) -> None:
-    page.wait_for_function(f"({EMPTY})().length === 0")
-    assert {"plot-basis", "plot-methods", "plot-collisions", "plot-scores-driven", "plot-gap"} <= set(counted(page))
+@pytest.mark.parametrize(
+    "change", ["(mark) => ({ ...mark, x: [], y: [] })", "(mark) => ({ ...mark, x: [], text: [] })"]
+)
+def test_an_empty_mark_would_be_seen(page, change: str) -> None:
+    """Where the first mark has points of its own."""
+    names = ["losses", "planning", "set_sizes", "scores"]
+    for name in names:
+        page.evaluate(EMPTIED.replace("CHANGE", change), name)
+    assert set(page.evaluate(EMPTY)) == set(names)
 
 
-@pytest.mark.parametrize("change", [{"x": [], "y": [], "z": []}, {"visible": "legendonly"}])
-def test_an_empty_trace_would_be_seen(page, change: dict) -> None:
-    plots = counted(page)
-    for name, count in plots.items():
-        page.evaluate(CHANGED, [name, count - 1, change])
-    assert set(page.evaluate(EMPTY)) == set(plots)
+def test_figures_are_drawn_when_they_come_near(page) -> None:
+    drawn = "(name) => figures.get(name).panels[0].place.querySelectorAll('path').length > 0"
+    assert not page.evaluate(drawn, "basis")
+    page.evaluate("document.getElementById('figure-basis').scrollIntoView({ behavior: 'instant' })")
+    page.wait_for_function(f"({drawn})('basis')")
+
+
+def test_a_pointer_tells_the_values_and_a_click_on_a_name_hides_its_marks(page) -> None:
+    figure = page.locator("#figure-losses")
+    figure.scroll_into_view_if_needed()
+    page.wait_for_function("figures.get('losses').panels[0].targets.length > 0")
+    x, y = page.evaluate("figures.get('losses').panels[0].targets[0].point")
+    figure.locator(".panel").hover(position={"x": x + 2, "y": y + 2})
+    assert page.inner_text(".tip") == "epoch 1: 9"
+    page.mouse.move(5, 5)
+    assert not page.locator(".tip").is_visible()
+    collisions = page.locator("#figure-collisions")
+    collisions.scroll_into_view_if_needed()
+    marks = "() => document.querySelectorAll('#figure-collisions g[data-mark]').length"
+    page.wait_for_function(f"({marks})() > 0")
+    before, button = page.evaluate(marks), collisions.locator(".key button", has_text="paper, rear-end")
+    button.click()
+    assert page.evaluate(marks) == before - 1 and button.get_attribute("aria-pressed") == "false"
+    button.click()
+    assert page.evaluate(marks) == before
+
+
+def test_what_a_pointer_is_told_is_text(page) -> None:
+    page.evaluate("Tip.show('<img src=x onerror=alert(1)>', { clientX: 9, clientY: 9 })")
+    assert page.inner_text(".tip").startswith("<img") and page.locator(".tip img").count() == 0
+
+
+def test_the_first_screen_has_the_verdict_and_the_road(page) -> None:
+    for place in (".verdict", ".tiles", ".certificate", "#road"):
+        box = page.locator(place).bounding_box()
+        assert box["y"] + box["height"] < 900
+
+
+def test_it_is_small_and_ready_soon(page, address: str) -> None:
+    """Without a busy machine it takes half a second."""
+    assert Path(url2pathname(urlparse(address).path)).stat().st_size < 3e6
+    assert page.evaluate("performance.getEntriesByType('navigation')[0].domContentLoadedEventEnd") < 5000
 
 
 def test_space_plays_and_pauses(page) -> None:
@@ -315,6 +359,26 @@ def test_a_phone_sees_three_seconds_of_road_and_every_section(browser, address: 
     context.close()
 
 
+def test_keys_work_without_the_focus_while_the_player_is_in_view(page) -> None:
+    page.keyboard.press("ArrowRight")
+    assert moment(page) == 1
+    page.focus("#theme")
+    page.keyboard.press("ArrowRight")
+    assert moment(page) == 1
+    page.evaluate("document.activeElement.blur()")
+    page.evaluate("document.getElementById('basis').scrollIntoView({ behavior: 'instant' })")
+    page.keyboard.press("ArrowRight")
+    assert moment(page) == 1
+
+
+def test_a_click_on_a_mark_of_the_ruler_goes_there(page) -> None:
+    marks = page.locator("#events button")
+    assert marks.count() > 3
+    (first, *_) = page.evaluate("[...document.querySelectorAll('#events button')].map((mark) => mark.title)")
+    page.evaluate("document.querySelector('#events button').click()")
+    assert f"{moment(page) / 10:.1f} s" == first.split(":")[0]
+
+
 def test_plus_and_minus_change_the_speed(page) -> None:
     page.focus("#player")
     page.keyboard.press("+")
@@ -387,13 +451,16 @@ def test_it_prints_light_and_within_the_paper(page, tmp_path) -> None:
     page.emulate_media(color_scheme="dark")
     page.evaluate(
         """addEventListener("beforeprint", () => {
-            const widths = [...document.querySelectorAll(".plot")].map((plot) => plot._fullLayout.width);
-            window.printed = [document.documentElement.dataset.theme, Math.max(...widths)];
+            const drawn = [...document.querySelectorAll(".panel svg")];
+            const widths = drawn.map((each) => each.getBoundingClientRect().right);
+            const main = document.querySelector("main").getBoundingClientRect();
+            window.printed = [document.documentElement.dataset.theme, Math.max(...widths) - main.left, drawn.length];
         })"""
     )
     page.pdf(path=tmp_path / "page.pdf", format="A4")
     assert (tmp_path / "page.pdf").read_bytes().startswith(b"%PDF")
-    theme, widest = page.evaluate("window.printed")
+    theme, widest, drawn = page.evaluate("window.printed")
+    assert drawn == page.evaluate("document.querySelectorAll('.panel').length")  # those that were never in view, too
     assert theme == "light"
     assert widest <= 680  # [pixel] A4 less its margins
     assert page.evaluate("document.documentElement.dataset.theme") == "dark"

@@ -1,8 +1,8 @@
 """One drive as compact data for the replay in the page.
 
 All numbers are rounded to integers of a unit, replaced by their differences along one axis, laid out byte by byte
-(all lowest bytes first), deflated, and written as base64; `replay-data.js` undoes it. Paths lie beside each other, so that
-what is alike in them is: their arrays are (points, 2, paths).
+(all lowest bytes first), deflated, and written as base64; `replay-data.js` undoes it. Paths lie beside each other, so
+that what is alike in them is too: their arrays are (points, 2, paths).
 """
 
 import base64

@@ -50,8 +50,8 @@ def verdict(contents: Contents) -> str:
     collided = _collided(contents.driven)
     count = f"{collided.count}" if collided.count else "None"
     return (
-        f"{count} of {collided.total} drives ended in a collision, at {_mean(contents.driven, 'mean_speed'):.1f} m/s on "
-        f"average; {missed}."
+        f"{count} of {collided.total} drives ended in a collision, at {_mean(contents.driven, 'mean_speed'):.1f} m/s "
+        f"on average; {missed}."
     )
 
 

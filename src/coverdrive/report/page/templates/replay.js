@@ -130,7 +130,7 @@
   const meant = ({ key, target }) => {
     if (player.contains(target)) return target.tagName !== "SELECT" && !(key === " " && target.tagName === "BUTTON");  // the browser presses it
     const { top, bottom } = player.getBoundingClientRect();
-    return target === document.body && key !== "Home" && key !== "End" && top < 0.7 * innerHeight && bottom > 0.3 * innerHeight;
+    return target === document.body && key !== "Home" && key !== "End" && top < innerHeight - 120 && bottom > 0.3 * innerHeight;
   };
   addEventListener("keydown", (event) => {
     if (!drive || !keys[event.key] || event.ctrlKey || event.metaKey || event.altKey || !meant(event)) return;

@@ -1,4 +1,4 @@
-"""Paths bind a plan where it could not come any closer to them."""
+"""Constraints are active where the plan could not come any closer to a path."""
 
 import dataclasses
 
@@ -8,7 +8,7 @@ import pytest
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.obstacles import ObstacleSettings
 from coverdrive.planning.vehicle import VehicleSettings
-from coverdrive.report.binding import Binding
+from coverdrive.report.active_constraints import ActiveConstraints
 
 
 @pytest.mark.parametrize(("more", "binds"), [(-0.5, True), (0.001, True), (0.5, False)])
@@ -20,7 +20,7 @@ def test_distance_decides(trace, more: float, binds: bool) -> None:
     points = plan.states[None, :, :2] + [0.0, reach + more]
     paths = PredictedPaths(points, np.array([1]), np.broadcast_to([2.5, 1.0], points.shape), plan.dt)
     changed = dataclasses.replace(trace, paths=(paths, *trace.paths[1:]))
-    found = Binding(car, obstacles).of(changed, 0)
+    found = ActiveConstraints(car, obstacles).of(changed, 0)
     assert found.shape == (1, len(plan.states))
     assert not found[0, 0]
     assert (found[0, 1:] == binds).all()

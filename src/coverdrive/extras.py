@@ -1,0 +1,45 @@
+"""Packages that only some commands need, and the extra of the installation that each belongs to."""
+
+import importlib
+from typing import Any, NamedTuple
+
+from coverdrive.errors import MissingExtraError
+
+
+class Extra(NamedTuple):
+    """A package that is not always installed."""
+
+    package: str
+    """its name for readers"""
+    extra: str
+    """name of the extra"""
+    purpose: str
+    """what needs it"""
+
+    @property
+    def command(self) -> str:
+        """What installs it."""
+        return f'pip install "coverdrive[{self.extra}]"'
+
+
+EXTRAS = {
+    "casadi": Extra("CasADi", "reference", "the reference planner"),
+    "piqp": Extra("PIQP", "svm", "the method svm"),
+    "distributed": Extra("Dask", "cluster", "--cluster"),
+}
+"""by the module to import"""
+
+
+def require(module: str) -> Any:
+    """A module of an extra.
+
+    Raises:
+        MissingExtraError: it is not installed.
+    """
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        needed = EXTRAS[module]
+        raise MissingExtraError(
+            f"{needed.purpose} needs {needed.package}; install it with `{needed.command}`"
+        ) from error

@@ -1,0 +1,172 @@
+"""Files of every kind with random damage are read, or refused by a `CoverdriveError`; nothing else happens.
+
+`COVERDRIVE_MUTATIONS=20000 pytest tests/recordings/test_fuzz.py -m slow` tries that many, evenly over all readers.
+"""
+
+import io
+import json
+import os
+import re
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+from scenarios import straight
+from test_bad_input import metric, traffic
+
+from conftest import ngsim_table
+from coverdrive.errors import CoverdriveError
+from coverdrive.recordings.read import read
+from coverdrive.recordings.recording import SCHEMA
+
+MUTATIONS = int(os.environ.get("COVERDRIVE_MUTATIONS", "3000"))
+"""Of all readers together, in the slow test"""
+
+NASTY = (
+    *(
+        "0",
+        "-0",
+        "-1",
+        "1e-300",
+        "1e9",
+        "1e18",
+        "1e30",
+        "1e308",
+        "-1e308",
+        "1e999",
+        "nan",
+        "inf",
+        "-inf",
+        "0.04",
+        "3.5",
+    ),
+    *("9223372036854775807", "9007199254740993", "18446744073709551616", "0x10", "1_000", "١٢", "1,5"),
+    *("", "x", "é", "\0", '"', "None"),
+)
+
+
+def small_text() -> bytes:
+    """The original NGSIM text of two vehicles."""
+    table = ngsim_table(vehicles=3, seconds=2.0)
+    rows = table.select(table.columns[:14] + table.columns[20:24]).iter_rows()
+    return "".join("".join(f"{value or 0!s:>15}" for value in row) + "\n" for row in rows).encode()
+
+
+def written(table: pl.DataFrame, heads: bytes | None = None) -> bytes:
+    content = io.BytesIO()
+    table.write_parquet(content, metadata=None if heads is None else {"coverdrive": heads.decode("utf-8", "replace")})
+    return content.getvalue()
+
+
+HEADS = json.dumps([{"name": "a", "dt": 0.1, "edges": [0.0, 3.6, 7.2, 10.8], "length": 500.0, "repairs": {}}]).encode()
+OWN = traffic(vehicles=3, seconds=2.0).with_columns(recording=pl.lit(0, dtype=pl.Int64))
+SEEDS: dict[str, bytes] = {
+    "a.csv": ngsim_table(vehicles=3, seconds=2.0).write_csv().encode(),
+    "a.txt": small_text(),
+    "a.xml": straight().encode(),
+    "metric.parquet": written(metric()),
+    "own.parquet": written(OWN, HEADS),
+}
+
+
+def damaged(content: bytes, random: np.random.Generator) -> bytes:
+    """Bytes flipped, cut, put in, taken out or repeated, or numbers replaced."""
+    found = bytearray(content)
+    for _ in range(random.integers(1, 4)):
+        size = max(1, len(found))
+        begin, length = (
+            int(random.integers(size)),
+            int(random.integers(1, 1 + min(size, int(10 ** random.uniform(0, 3))))),
+        )
+        match random.integers(7):
+            case 0:
+                found[begin : begin + 1] = random.bytes(1)
+            case 1:
+                found[begin:] = b"" if random.random() < 0.3 else found[begin:]
+            case 2:
+                found[begin:begin] = random.bytes(length)
+            case 3:
+                del found[begin : begin + length]
+            case 4:
+                found[begin:begin] = found[begin : begin + length]
+            case _:
+                found = bytearray(with_nasty_number(bytes(found), random))
+    return bytes(found)
+
+
+def with_nasty_number(content: bytes, random: np.random.Generator) -> bytes:
+    numbers = list(re.finditer(rb"-?\d+\.?\d*", content))
+    if not numbers:
+        return content
+    place = numbers[random.integers(len(numbers))]
+    return content[: place.start()] + str(random.choice(NASTY)).encode() + content[place.end() :]
+
+
+def with_nasty_cells(table: pl.DataFrame, random: np.random.Generator) -> pl.DataFrame:
+    """A cell, a column or a type replaced."""
+    name = str(random.choice(table.columns))
+    value = random.choice([0.0, -1.0, 1e9, 1e18, 1e300, np.nan, np.inf, -np.inf, 0.5, 3.6])
+    match random.integers(5):
+        case 0:
+            return table.with_columns(pl.col(name).cast(random.choice([pl.Float32, pl.Int32, pl.String]), strict=False))
+        case 1:
+            return table.drop(name)
+        case 2:
+            return table.sample(
+                fraction=random.uniform(0.0, 1.5), with_replacement=True, seed=int(random.integers(2**31))
+            )
+        case 3:
+            return table.with_columns((pl.col(name) * value).cast(table[name].dtype, strict=False))
+    row = int(random.integers(len(table)))
+    cell = pl.when(pl.int_range(pl.len()) == row).then(pl.lit(value)).otherwise(pl.col(name))
+    return table.with_columns(cell.cast(table[name].dtype, strict=False).alias(name))
+
+
+def mutated(name: str, random: np.random.Generator) -> bytes:
+    if name.endswith(".parquet") and random.random() < 0.6:
+        table, heads = (OWN, HEADS) if name.startswith("own") else (metric(), None)
+        if heads is not None and random.random() < 0.4:
+            heads = damaged(heads, random)
+        return written(with_nasty_cells(table, random), heads)
+    return damaged(SEEDS[name], random)
+
+
+def tried(name: str, count: int, folder: Path, seed: int) -> tuple[int, int]:
+    """How many of ``count`` damaged files are read, and how many refused."""
+    accepted, path = 0, folder / name
+    for number in range(count):
+        path.write_bytes(mutated(name, np.random.default_rng([seed, number])))
+        try:
+            recordings = read([path])
+        except CoverdriveError as error:
+            assert name in str(error), (seed, number)  # the file is named
+            assert len(str(error).encode()) < 20_000, (seed, number)
+        except BaseException as error:
+            error.add_note(f"mutation {number} of {name} with the seed {seed}")
+            raise
+        else:
+            accepted += 1
+            for recording in recordings:
+                assert recording.table.schema == SCHEMA
+                assert np.isfinite(recording.table.to_numpy()).all(), (seed, number)
+    return accepted, count - accepted
+
+
+@pytest.mark.parametrize("name", SEEDS)
+def test_undamaged_files_are_read(name: str, tmp_path: Path):
+    (tmp_path / name).write_bytes(SEEDS[name])
+    assert len(read([tmp_path / name])) == 1
+
+
+@pytest.mark.parametrize("name", SEEDS)
+def test_damaged_files_are_read_or_refused(name: str, tmp_path: Path):
+    accepted, refused = tried(name, 60, tmp_path, seed=1)
+    assert accepted > 0 and refused > 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SEEDS)
+def test_many_damaged_files_are_read_or_refused(name: str, tmp_path: Path):
+    accepted, refused = tried(name, MUTATIONS // len(SEEDS), tmp_path, seed=2)
+    print(f"{name}: {accepted} read, {refused} refused")

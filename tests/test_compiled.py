@@ -1,0 +1,75 @@
+"""Code that is kept on the disk: read where nothing can be written, too."""
+
+import importlib.util
+import os
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from coverdrive import compiled as module
+
+SOURCE = """
+from coverdrive.compiled import compiled
+
+@compiled
+def twice(value):
+    return 2 * value
+"""
+
+
+@pytest.fixture
+def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder for code, and a module with a function to compile beside it."""
+    (tmp_path / "sources").mkdir()
+    (tmp_path / "sources" / "doubling.py").write_text(SOURCE)
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "kept"))
+    return tmp_path / "kept"
+
+
+def loaded(kept: Path) -> ModuleType:
+    """The module as a new process sees it."""
+    module._folder.cache_clear()
+    specification = importlib.util.spec_from_file_location("doubling", kept.parent / "sources" / "doubling.py")
+    assert specification is not None and specification.loader is not None
+    made = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(made)
+    return made
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {str(file.relative_to(folder)): file.read_bytes() for file in folder.rglob("*") if file.is_file()}
+
+
+def nothing_can_be_written(monkeypatch: pytest.MonkeyPatch, kept: Path) -> None:
+    usual = os.access
+
+    def access(path: Path, mode: int) -> bool:
+        return not (mode & os.W_OK and kept in Path(path).parents) and usual(path, mode)
+
+    monkeypatch.setattr(os, "access", access)
+
+
+def test_code_that_was_kept_is_read_where_nothing_can_be_written(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    first = loaded(kept)
+    assert first.twice(2) == 4 and sum(first.twice.stats.cache_misses.values()) == 1
+    before = contents(kept)
+    assert len(before) == 2
+    nothing_can_be_written(monkeypatch, kept)
+    again = loaded(kept)
+    assert again.twice(3) == 6
+    assert sum(again.twice.stats.cache_hits.values()) == 1 and not again.twice.stats.cache_misses
+    assert again.twice(1.5) == 3.0  # of another type: compiled now, and not kept there
+    assert contents(kept) == before
+
+
+def test_without_kept_code_and_without_a_place_it_is_compiled(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    kept.touch()  # no folder can be made in a file
+    assert loaded(kept).twice(2) == 4
+
+
+def test_other_sources_are_compiled_anew(kept: Path) -> None:
+    loaded(kept).twice(2)
+    (kept.parent / "sources" / "helper.py").write_text("changed = True")
+    again = loaded(kept)
+    assert again.twice(2) == 4 and sum(again.twice.stats.cache_misses.values()) == 1

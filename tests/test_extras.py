@@ -1,0 +1,77 @@
+"""What is not installed is named with the command that installs it, where it is asked for."""
+
+import sys
+import tomllib
+from importlib.metadata import PackageNotFoundError
+from pathlib import Path
+
+import numpy as np
+import pytest
+from packaging.requirements import Requirement
+
+from coverdrive import doctor
+from coverdrive.certificates.support_vectors import _solve
+from coverdrive.errors import MissingExtraError
+from coverdrive.extras import EXTRAS, require
+
+COMMANDS = {
+    "casadi": 'pip install "coverdrive[reference]"',
+    "piqp": 'pip install "coverdrive[svm]"',
+    "distributed": 'pip install "coverdrive[cluster]"',
+}
+
+
+@pytest.fixture
+def bare(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An installation without extras."""
+    for module in EXTRAS:
+        monkeypatch.setitem(sys.modules, module, None)
+
+
+@pytest.mark.parametrize("module", EXTRAS)
+def test_a_module_that_is_there(module: str) -> None:
+    assert require(module).__name__.startswith(module)
+
+
+@pytest.mark.parametrize("module", EXTRAS)
+def test_a_module_that_is_not_there(module: str, bare: None) -> None:
+    with pytest.raises(MissingExtraError) as refused:
+        require(module)
+    assert COMMANDS[module] in str(refused.value) and EXTRAS[module].package in str(refused.value)
+
+
+def test_the_reference_planner_needs_casadi(bare: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    for module in ("program", "solvers", "reference"):
+        monkeypatch.delitem(sys.modules, f"coverdrive.planning.{module}", raising=False)
+    with pytest.raises(MissingExtraError, match=r"the reference planner needs CasADi"):
+        import coverdrive.planning.reference  # noqa: F401
+
+
+def test_support_vectors_need_piqp(bare: None) -> None:
+    with pytest.raises(MissingExtraError, match=r"the method svm needs PIQP"):
+        _solve(np.ones((1, 1)), np.zeros((1, 1)))
+
+
+def test_no_extra_is_required_and_the_tests_have_all() -> None:
+    project = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert {Requirement(line).name for line in project["dependencies"]}.isdisjoint(EXTRAS)
+    extras = project["optional-dependencies"]
+    for module, extra in EXTRAS.items():
+        assert [Requirement(line).name for line in extras[extra.extra]] == [module]
+        assert extra.extra in next(iter(Requirement(line) for line in extras["test"] if "coverdrive" in line)).extras
+
+
+def test_the_doctor_misses_no_extra(bare: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    known = doctor.version
+
+    def version(name: str) -> str:
+        if name in EXTRAS:
+            raise PackageNotFoundError(name)
+        return known(name)
+
+    monkeypatch.setattr(doctor, "version", version)
+    found = {finding.name: finding for finding in doctor.examine(tmp_path)}
+    for module, extra in EXTRAS.items():
+        finding = found[extra.package]
+        assert not finding.fine and not finding.needed
+        assert finding.found == "not installed" and COMMANDS[module] in finding.hint
