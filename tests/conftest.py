@@ -110,6 +110,27 @@ def quick_run(once: Callable[[str, Callable[[Path], None]], Path]) -> Path:
 
 
 @pytest.fixture(scope="session")
+def quick_predictor(once: Callable[[str, Callable[[Path], None]], Path]) -> Path:
+    """The file of a predictor that learned for a second."""
+    from coverdrive.prediction.basis import BasisSettings
+    from coverdrive.prediction.calibrate import CertificateSettings
+    from coverdrive.prediction.fit import PredictionSettings, fit
+    from coverdrive.prediction.training import TrainingSettings
+    from coverdrive.simulation.generated import GeneratedSettings, generate
+
+    def learn(folder: Path) -> None:
+        settings = PredictionSettings(
+            basis=BasisSettings(epsilon=1.0),
+            training=TrainingSettings(epochs=1),
+            certificate=CertificateSettings(confidence=0.9, unit="window"),
+        )
+        recordings = generate(GeneratedSettings(scenes=6, duration=10.0, vehicles=(8, 10)), seed=0)
+        fit(recordings, settings).predictor.save(folder / "predictor.safetensors")
+
+    return once("quick-predictor", learn) / "predictor.safetensors"
+
+
+@pytest.fixture(scope="session")
 def us101() -> Path:
     """The folder of recorded US-101 traffic; where nobody says that it is there, tests that need it are skipped."""
     named = os.environ.get("COVERDRIVE_DATA")
