@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from coverdrive.prediction.basis import Basis
-from coverdrive.prediction.cover import greedy_cover
+from coverdrive.prediction.cover.basis import Basis
+from coverdrive.prediction.cover.greedy import greedy_cover
 
 EPSILON = 0.75
 FULL = 160_000
@@ -26,7 +26,7 @@ def scaled_segments(count: int, seed: int = 0) -> np.ndarray:
     lon = acceleration * elapsed**2 / 2 + jerk * elapsed**3 / 6
     lat = move * (1 - np.cos(np.pi * elapsed / 3))
     points = np.stack([lon, lat], axis=-1)
-    return Basis(points, epsilon=EPSILON, aspect=4.0, growth=1.0, step=0.5).scaled(points)
+    return Basis(points, radius=EPSILON, aspect=4.0, growth=1.0, step=0.5).scaled(points)
 
 
 def dense_numpy_greedy(scaled: np.ndarray, epsilon: float) -> list[int]:

@@ -14,11 +14,11 @@ from pathlib import Path
 
 import numpy as np
 
-from coverdrive.prediction.basis import make_basis
+from coverdrive.prediction.cover.basis import make_basis
 from coverdrive.prediction.fit import PredictionSettings, cut_and_split
-from coverdrive.prediction.inputs import Inputs
-from coverdrive.prediction.samples import make_samples
-from coverdrive.prediction.training import TrainingSettings, train
+from coverdrive.prediction.learning.inputs import Inputs
+from coverdrive.prediction.learning.samples import make_samples
+from coverdrive.prediction.learning.training import TrainingSettings, train
 from coverdrive.recordings.read import read
 from coverdrive.recordings.recording import Recording
 from coverdrive.recordings.smoothing import SmoothingSettings
@@ -35,11 +35,11 @@ def sizes_of(
     basis = make_basis(segments.of(sides.train), settings.basis, seed)
     samples = make_samples(recordings, segments, basis)
     mirrored = make_samples(recordings, segments.of(sides.train), basis, mirrored=True)
-    training = samples.of(sides.train).and_also(mirrored.of(mirrored.distance.min(1) <= basis.epsilon))
+    training = samples.of(sides.train).and_also(mirrored.of(mirrored.distance.min(1) <= basis.radius))
     rows: dict[str, list[tuple[float, float, float]]] = {}
     for inputs in INPUTS:
         chosen = TrainingSettings(inputs=inputs, **({"epochs": epochs} if epochs else {}))
-        rows[inputs] = claims_of(train(training, chosen, seed)[0], samples, sides, basis, basis.epsilon)
+        rows[inputs] = claims_of(train(training, chosen, seed)[0], samples, sides, basis, basis.radius)
     return len(basis), rows
 
 

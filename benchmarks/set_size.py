@@ -18,13 +18,13 @@ from coverdrive.certificates.certificate import Unit
 from coverdrive.certificates.evaluation import evaluate
 from coverdrive.certificates.methods import Method, Task, certify
 from coverdrive.errors import CertificateError
-from coverdrive.prediction.basis import Basis, make_basis
 from coverdrive.prediction.calibrate import score
+from coverdrive.prediction.cover.basis import Basis, make_basis
 from coverdrive.prediction.fit import PredictionSettings, cut_and_split
-from coverdrive.prediction.network import Network
-from coverdrive.prediction.samples import Samples, make_samples
+from coverdrive.prediction.learning.network import Network
+from coverdrive.prediction.learning.samples import Samples, make_samples
+from coverdrive.prediction.learning.training import TrainingSettings, train
 from coverdrive.prediction.split import Split
-from coverdrive.prediction.training import TrainingSettings, train
 from coverdrive.recordings.read import read
 from coverdrive.recordings.recording import Recording
 from coverdrive.simulation.generated import GeneratedSettings, generate
@@ -52,14 +52,14 @@ def sizes_of(
     samples = make_samples(recordings, segments, basis)
     training = samples.of(sides.train)
     mirrored = make_samples(recordings, segments.of(sides.train), basis, mirrored=True)
-    both = training.and_also(mirrored.of(mirrored.distance.min(1) <= basis.epsilon))
+    both = training.and_also(mirrored.of(mirrored.distance.min(1) <= basis.radius))
     shares = (np.bincount(training.base, minlength=len(basis)) / len(training)).astype(np.float32)
 
     nearest = make_samples(recordings, segments, basis, "nearest")
     networks = {name: train(both if each.mirrored else training, each, seed)[0] for name, each in variants.items()}
     networks[PAPER] = train(nearest.of(sides.train), variants[PAPER], seed)[0]
     networks["class frequencies"] = eqx.tree_at(lambda network: network.prior, networks[PAPER], shares)
-    rows = {name: claims_of(network, samples, sides, basis, basis.epsilon) for name, network in networks.items()}
+    rows = {name: claims_of(network, samples, sides, basis, basis.radius) for name, network in networks.items()}
     rows[f"{PAPER}, nearest base"] = claims_of(networks[PAPER], nearest, sides, basis, None)
     return rows
 
@@ -72,7 +72,7 @@ def claims_of(
     )
     found: list[tuple[float, float, float]] = []
     for unit, epsilon in CLAIMS:
-        task = Task(calibration, basis.epsilon, np.unique(train_side.vehicle), epsilon, 0.99, unit, training=train_side)
+        task = Task(calibration, basis.radius, np.unique(train_side.vehicle), epsilon, 0.99, unit, training=train_side)
         try:
             result = evaluate(certify(Method.PAC_POOLED, task)[0], test)
         except CertificateError:

@@ -28,7 +28,7 @@ duration = 20.0
 vehicles = [10, 12]
 
 [prediction.basis]
-epsilon = 1.0
+radius = 1.0
 
 [prediction.training]
 epochs = 4
@@ -112,20 +112,20 @@ def quick_run(once: Callable[[str, Callable[[Path], None]], Path]) -> Path:
 @pytest.fixture(scope="session")
 def quick_predictor(once: Callable[[str, Callable[[Path], None]], Path]) -> Path:
     """The file of a predictor that learned for a second."""
-    from coverdrive.prediction.basis import BasisSettings
-    from coverdrive.prediction.calibrate import CertificateSettings
-    from coverdrive.prediction.fit import PredictionSettings, fit
-    from coverdrive.prediction.training import TrainingSettings
-    from coverdrive.simulation.generated import GeneratedSettings, generate
+    import coverdrive as cd
+    from coverdrive.config import Experiment
 
     def learn(folder: Path) -> None:
-        settings = PredictionSettings(
-            basis=BasisSettings(epsilon=1.0),
-            training=TrainingSettings(epochs=1),
-            certificate=CertificateSettings(confidence=0.9, unit="window"),
+        experiment = Experiment().overridden(
+            generated={"scenes": 6, "duration": 10.0, "vehicles": (8, 10)},
+            prediction={
+                "basis": {"radius": 1.0},
+                "training": {"epochs": 1},
+                "certificate": {"confidence": 0.9, "unit": "window"},
+            },
         )
-        recordings = generate(GeneratedSettings(scenes=6, duration=10.0, vehicles=(8, 10)), seed=0)
-        fit(recordings, settings).predictor.save(folder / "predictor.safetensors")
+        result = cd.fit(experiment.recordings([]), experiment.prediction)
+        result.predictor.save(folder / "predictor.safetensors")
 
     return once("quick-predictor", learn) / "predictor.safetensors"
 

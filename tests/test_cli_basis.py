@@ -10,7 +10,7 @@ import pytest
 
 from command import coverdrive
 from coverdrive.config import Experiment
-from coverdrive.prediction.basis import Basis
+from coverdrive.prediction.cover.basis import Basis
 
 GENERATED = "[generated]\nscenes = 2\nduration = 10.0\nvehicles = [8, 8]\n"
 

@@ -14,7 +14,7 @@ import pytest
 
 from coverdrive.cli import app
 from coverdrive.config import Experiment
-from coverdrive.prediction.basis_study import study_bases
+from coverdrive.prediction.cover.basis_study import study_bases
 from coverdrive.prediction.fit import fit
 from coverdrive.prediction.segments import cut_segments
 from coverdrive.results import Results, save_bases
@@ -41,7 +41,7 @@ def fill(folder: Path) -> None:
     experiment = Experiment().overridden(
         generated={"scenes": 6, "duration": 20.0, "vehicles": (10, 12)},
         prediction={
-            "basis": {"epsilon": 1.0},
+            "basis": {"radius": 1.0},
             "training": {"epochs": 4},
             "certificate": {"confidence": 0.9, "unit": "window"},
         },

@@ -30,7 +30,7 @@ def test_names_are_fit_for_folders():
     assert variant.name == "planner.a=_1,_2_"
 
 
-@pytest.mark.parametrize("wrong", [["prediction.basis.epsilon=0.5"], ["seed=1,2"], ["study.trials=3"]])
+@pytest.mark.parametrize("wrong", [["prediction.basis.radius=0.5"], ["seed=1,2"], ["study.trials=3"]])
 def test_what_a_study_cannot_vary_is_refused(wrong):
     with pytest.raises(SettingError, match="cannot vary between studies of one predictor"):
         sweep(wrong)

@@ -24,7 +24,7 @@ from coverdrive.config import Experiment
 from coverdrive.errors import DataError
 from coverdrive.files import number_in_name, write_atomically, write_json
 from coverdrive.planning.planner import MpcPlanner
-from coverdrive.prediction.basis_study import StudiedBasis, basis_record, point_table
+from coverdrive.prediction.cover.basis_study import StudiedBasis, basis_record, point_table
 from coverdrive.prediction.fit import Fit, PredictionSettings
 from coverdrive.prediction.held_out import Source, held_out
 from coverdrive.prediction.learned import Learned
@@ -273,7 +273,7 @@ def save_bases(experiment: Experiment, studied: Sequence[StudiedBasis], folder: 
     experiment.save(folder / CONFIG)
     write_json(folder / "bases.json", versions() | {"bases": [basis_record(each) for each in studied]})
     for each in studied:
-        name = f"basis_{number_in_name(each.basis.epsilon)}"
+        name = f"basis_{number_in_name(each.basis.radius)}"
         each.basis.save(folder / f"{name}.safetensors", each.source)
         write_atomically(folder / f"{name}.csv", point_table(each).write_csv)
 

@@ -13,14 +13,14 @@ from coverdrive.certificates.methods import Method
 from coverdrive.certificates.provable import rounded_up
 from coverdrive.certificates.rule import Hyperplanes, Thresholds
 from coverdrive.errors import CertificateError, DataError, SettingError
-from coverdrive.prediction.affordance import affordance
-from coverdrive.prediction.basis import BasisSettings
 from coverdrive.prediction.calibrate import CertificateSettings, calibrate
 from coverdrive.prediction.certify import certify
+from coverdrive.prediction.cover.basis import BasisSettings
 from coverdrive.prediction.fit import Fit, PredictionSettings, fit
+from coverdrive.prediction.learning.affordance import affordance
+from coverdrive.prediction.learning.training import TrainingSettings
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.prediction.segments import SegmentSettings, cut_segments
-from coverdrive.prediction.training import TrainingSettings
 from coverdrive.progress import heard_by
 from coverdrive.recordings.recording import Recording
 from coverdrive.road import Road
@@ -28,7 +28,7 @@ from coverdrive.scene import Scene
 
 SETTINGS = PredictionSettings(
     segments=SegmentSettings(stride=0.5),
-    basis=BasisSettings(epsilon=1.0),
+    basis=BasisSettings(radius=1.0),
     training=TrainingSettings(epochs=5),
     certificate=CertificateSettings(confidence=0.9, unit="window"),
 )
@@ -175,7 +175,7 @@ def test_half_sizes_hold_body_and_tube(fitted: Fit) -> None:
     base = np.nonzero(predictor.possible(three_vehicles(), Road.straight())[1:])[1]
     basis = predictor.basis
     assert basis.reach is not None
-    half = np.minimum(basis.tolerance(1.0, np.array([3.0]))[0], basis.reach[-1] / basis.epsilon)
+    half = np.minimum(basis.tolerance(1.0, np.array([3.0]))[0], basis.reach[-1] / basis.radius)
     tube = half * predictor.rule.tube[base, None]
     assert paths.ellipses is not None
     ellipses = basis.tolerance(1.0, 0.5 * np.arange(7)) * predictor.rule.tube[base, None, None]

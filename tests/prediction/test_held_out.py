@@ -5,16 +5,16 @@ import polars as pl
 import pytest
 
 from coverdrive.errors import DataError
-from coverdrive.prediction.basis import BasisSettings
 from coverdrive.prediction.calibrate import CertificateSettings
+from coverdrive.prediction.cover.basis import BasisSettings
 from coverdrive.prediction.fit import Fit, PredictionSettings, fit
 from coverdrive.prediction.held_out import held_out
-from coverdrive.prediction.training import TrainingSettings
+from coverdrive.prediction.learning.training import TrainingSettings
 from coverdrive.recordings.recording import Recording
 from coverdrive.simulation.generated import GeneratedSettings, generate
 
 SETTINGS = PredictionSettings(
-    basis=BasisSettings(epsilon=1.0),
+    basis=BasisSettings(radius=1.0),
     training=TrainingSettings(epochs=1),
     certificate=CertificateSettings(confidence=0.9, unit="window"),
 )

@@ -7,12 +7,12 @@ import pytest
 
 from coverdrive.certificates.calibration import ScoredSamples
 from coverdrive.errors import DataError
-from coverdrive.prediction.basis import BasisSettings
 from coverdrive.prediction.calibrate import CertificateSettings
+from coverdrive.prediction.cover.basis import BasisSettings
 from coverdrive.prediction.fit import Fit, PredictionSettings, fit
 from coverdrive.prediction.learned import Learned, score_histograms
+from coverdrive.prediction.learning.training import TrainingSettings
 from coverdrive.prediction.segments import SegmentSettings
-from coverdrive.prediction.training import TrainingSettings
 from coverdrive.recordings.recording import Recording
 
 
@@ -20,7 +20,7 @@ from coverdrive.recordings.recording import Recording
 def fitted(scenes: tuple[Recording, ...]) -> Fit:
     settings = PredictionSettings(
         segments=SegmentSettings(stride=0.5),
-        basis=BasisSettings(epsilon=1.0),
+        basis=BasisSettings(radius=1.0),
         training=TrainingSettings(epochs=2),
         certificate=CertificateSettings(confidence=0.9, unit="window"),
     )
@@ -40,7 +40,7 @@ def test_every_calibration_window_is_counted(fitted: Fit) -> None:
 def test_examples_are_covered_by_their_base(fitted: Fit) -> None:
     basis = fitted.predictor.basis
     distance = basis.distance(Learned.of(fitted).examples)
-    assert (np.diag(distance) <= basis.epsilon).all()
+    assert (np.diag(distance) <= basis.radius).all()
 
 
 def test_file_holds_the_same(fitted: Fit, tmp_path: Path) -> None:

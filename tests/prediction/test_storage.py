@@ -15,9 +15,9 @@ from coverdrive.certificates.calibration import ScoredSamples
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.rule import Thresholds
 from coverdrive.errors import DataError
-from coverdrive.prediction.basis import Basis
+from coverdrive.prediction.cover.basis import Basis
 from coverdrive.prediction.learned import Learned
-from coverdrive.prediction.network import Network
+from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.prediction.scored import ScoredSides
 from coverdrive.prediction.storage import fingerprint_of, load_arrays, save_arrays
@@ -133,7 +133,7 @@ def test_a_better_bound_or_another_weight_is_refused(tmp_path: Path) -> None:
     for old, new in ((b'\\"epsilon\\": 0.1', b'\\"epsilon\\": 0.0'), (content[-9:], bytes(9))):
         assert old in content
         path.write_bytes(content.replace(old, new))
-        with pytest.raises(DataError, match="predictor.safetensors: .* changed after it was written"):
+        with pytest.raises(DataError, match=r"predictor.safetensors: .* changed after it was written"):
             Predictor.load(path)
 
 

@@ -15,9 +15,9 @@ from coverdrive.paths import PredictedPaths
 from coverdrive.planning.obstacles import ObstacleSettings
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.vehicle import VehicleSettings
-from coverdrive.prediction.basis import Basis
+from coverdrive.prediction.cover.basis import Basis
 from coverdrive.prediction.learned import Learned
-from coverdrive.prediction.network import Network
+from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.report.active_constraints import ActiveConstraints
 from coverdrive.report.contents import Certified, Contents
@@ -204,4 +204,4 @@ def make_basis(size: int, seed: int = 0) -> Basis:
     times = 0.5 * np.arange(7)
     acceleration, drift = random.normal(0, 1, size), random.normal(0, 0.6, size)
     points = np.stack([acceleration[:, None] * times**2 / 2, drift[:, None] * times], axis=-1)
-    return Basis(points, epsilon=0.5, aspect=4.0, growth=1.0, step=0.5)
+    return Basis(points, radius=0.5, aspect=4.0, growth=1.0, step=0.5)

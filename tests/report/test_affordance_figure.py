@@ -1,6 +1,6 @@
 """The sketch names every feature once."""
 
-from coverdrive.prediction.affordance import FEATURES
+from coverdrive.prediction.learning.affordance import FEATURES
 from coverdrive.report.affordance_figure import affordance_figure
 from coverdrive.report.drawing import inline_svg
 

@@ -7,7 +7,7 @@ import pytest
 from report_fakes import make_basis
 
 from coverdrive.errors import DataError
-from coverdrive.prediction.basis import Basis
+from coverdrive.prediction.cover.basis import Basis
 from coverdrive.report import style
 from coverdrive.report.basis_figure import basis_figure, farthest_inside, most_telling
 from coverdrive.report.drawing import save
@@ -20,7 +20,7 @@ pytestmark = pytest.mark.usefixtures("no_global_change")
 def straight(*ends: tuple[float, float]) -> Basis:
     """Base trajectories that deviate evenly until they end at the given points."""
     points = np.linspace(0, 1, 7)[:, None] * np.array(ends)[:, None]
-    return Basis(points, epsilon=0.5, aspect=4.0, growth=1.0, step=0.5)
+    return Basis(points, radius=0.5, aspect=4.0, growth=1.0, step=0.5)
 
 
 def marks_of(panel: Panel, kind: type) -> list:

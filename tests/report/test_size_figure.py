@@ -7,8 +7,8 @@ import pytest
 from report_fakes import make_basis
 
 from coverdrive.errors import DataError
-from coverdrive.prediction.basis import Basis
-from coverdrive.prediction.basis_study import StudiedBasis
+from coverdrive.prediction.cover.basis import Basis
+from coverdrive.prediction.cover.basis_study import StudiedBasis
 from coverdrive.report.drawing import save
 from coverdrive.report.figure import Line, Panel
 from coverdrive.report.size_figure import size_figure
@@ -17,7 +17,7 @@ pytestmark = pytest.mark.usefixtures("no_global_change")
 
 
 def studied(size: int, epsilon: float) -> StudiedBasis:
-    basis = Basis(make_basis(size).points, epsilon=epsilon, aspect=4.0, growth=1.0, step=0.5)
+    basis = Basis(make_basis(size).points, radius=epsilon, aspect=4.0, growth=1.0, step=0.5)
     share = np.random.default_rng(size).dirichlet(np.ones(size))
     return StudiedBasis(basis, share, 1.0, epsilon, size // 4, size // 2, 1.0, 1.0, "abc")
 

@@ -4,7 +4,7 @@ from simulation_fakes import ConstantPlanner, FakeBasis, make_scene
 
 from coverdrive.geometry import turned_half_extents
 from coverdrive.paths import PredictedPaths
-from coverdrive.prediction.basis import Basis
+from coverdrive.prediction.cover.basis import Basis
 from coverdrive.prediction.motion import follow
 from coverdrive.road import Road
 from coverdrive.simulation.misses import cause_of, find_windows, left_recently
@@ -140,8 +140,8 @@ def test_curved_paths_have_the_certified_tube(share, cut):
     bases = FakeBasis.make((0.0, -3.0), (0.0, 3.6))
     deviation, rate = bases.rollout(times)
     size = np.array([[2.4, 0.95]])
-    reach = 0.75 * Basis(np.zeros((1, 7, 2)), epsilon=0.75, aspect=4.0, growth=1.0, step=0.5).tolerance(0.75, times)
-    basis = Basis(np.zeros((1, 7, 2)), epsilon=0.75, aspect=4.0, growth=1.0, step=0.5, reach=reach if cut else None)
+    reach = 0.75 * Basis(np.zeros((1, 7, 2)), radius=0.75, aspect=4.0, growth=1.0, step=0.5).tolerance(0.75, times)
+    basis = Basis(np.zeros((1, 7, 2)), radius=0.75, aspect=4.0, growth=1.0, step=0.5, reach=reach if cut else None)
     tube, ellipse = 0.75 * basis.tube(times), basis.tolerance(0.75, times)
     for base in range(4):
         state = np.array([50.0, 5.4, 20.0, 0.0])

@@ -57,7 +57,7 @@ def basis(
         prediction={"segments": {"stride": stride}, "basis": {"symmetric": symmetric, "centres": centres}},
     )
     with waiting():
-        from coverdrive.prediction.basis_study import basis_record, study_bases
+        from coverdrive.prediction.cover.basis_study import basis_record, study_bases
         from coverdrive.prediction.segments import cut_segments
         from coverdrive.report.figures import draw_bases
         from coverdrive.report.terminal import bases_table

@@ -12,11 +12,11 @@ from coverdrive.certificates.methods import Method, Task
 from coverdrive.certificates.methods import certify as certify_scores
 from coverdrive.certificates.provable import Claim, provable_epsilon
 from coverdrive.errors import CertificateError
-from coverdrive.prediction.basis import Basis
-from coverdrive.prediction.network import Network
-from coverdrive.prediction.own_network import OwnNetwork
+from coverdrive.prediction.cover.basis import Basis
+from coverdrive.prediction.learning.network import Network
+from coverdrive.prediction.learning.own_network import OwnNetwork
+from coverdrive.prediction.learning.samples import Samples
 from coverdrive.prediction.predictor import Predictor
-from coverdrive.prediction.samples import Samples
 from coverdrive.settings import Settings
 
 Epsilon = Annotated[float, Field(gt=0, lt=1)] | Literal["auto"]
@@ -62,7 +62,7 @@ def provable(samples: Samples, basis: Basis, settings: CertificateSettings) -> f
         CertificateError: whatever the network, so few calibration samples, or with so many of them outside the tube of
             every base, cannot prove it.
     """
-    outside = samples.distance[np.arange(len(samples)), samples.base] > basis.epsilon
+    outside = samples.distance[np.arange(len(samples)), samples.base] > basis.radius
     return _epsilon(samples.vehicle, outside, len(basis), settings)
 
 
@@ -99,12 +99,12 @@ def calibrate(
         CertificateError: a calibration vehicle trained the network, or there are too few for the claim.
     """
     trained_on = np.unique(training.vehicle)
-    epsilon = _epsilon(calibration.vehicle, calibration.distance > basis.epsilon, len(basis), settings)
+    epsilon = _epsilon(calibration.vehicle, calibration.distance > basis.radius, len(basis), settings)
 
     def certified(unit: Unit) -> tuple[Predictor, Certificate]:
         task = Task(
             samples=calibration,
-            tube=basis.epsilon,
+            tube=basis.radius,
             trained_on=trained_on,
             epsilon=epsilon,
             confidence=settings.confidence,

@@ -62,7 +62,7 @@ def certify(
     scored.refuse_other(predictor)
     task = Task(
         samples=scored.calibration,
-        tube=predictor.basis.epsilon,
+        tube=predictor.basis.radius,
         trained_on=predictor.trained_on,
         confidence=claim.confidence if confidence is None else confidence,
         unit=unit or claim.unit,

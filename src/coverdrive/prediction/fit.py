@@ -17,18 +17,18 @@ from coverdrive.certificates.certificate import Certificate, Unit
 from coverdrive.certificates.evaluation import Evaluation, Rate, evaluate
 from coverdrive.certificates.methods import Method
 from coverdrive.errors import SettingError
-from coverdrive.prediction.basis import Basis, BasisSettings, make_basis
 from coverdrive.prediction.calibrate import CertificateSettings, Epsilon, calibrate, provable
+from coverdrive.prediction.cover.basis import Basis, BasisSettings, make_basis
 from coverdrive.prediction.held_out import Source, sources_of
-from coverdrive.prediction.look_ahead import refuse_look_ahead
-from coverdrive.prediction.network import Network
-from coverdrive.prediction.own_network import Learner, OwnNetwork, seen_by
+from coverdrive.prediction.learning.look_ahead import refuse_look_ahead
+from coverdrive.prediction.learning.network import Network
+from coverdrive.prediction.learning.own_network import Learner, OwnNetwork, seen_by
+from coverdrive.prediction.learning.samples import Assignment, Samples, make_samples
+from coverdrive.prediction.learning.training import TrainingSettings, train
 from coverdrive.prediction.predictor import Predictor
-from coverdrive.prediction.samples import Assignment, Samples, make_samples
 from coverdrive.prediction.scored import ScoredSides, score
 from coverdrive.prediction.segments import Segments, SegmentSettings, cut_segments
 from coverdrive.prediction.split import Split, SplitSettings, split
-from coverdrive.prediction.training import TrainingSettings, train
 from coverdrive.progress import stage
 from coverdrive.recordings.recording import Recording
 from coverdrive.settings import Settings
@@ -104,7 +104,7 @@ def fit(
         confidence: with which the bound holds, in (0, 1); else that of the settings.
         unit: what the bound counts; else that of the settings.
         learner: makes a network of your own from the training samples, of their ``features`` and ``base``: any function
-            that gives N × M scores for N × 21 features (`coverdrive.prediction.own_network`).
+            that gives N × M scores for N × 21 features (`coverdrive.prediction.learning.own_network`).
 
     Raises:
         SettingError: a value is not allowed, or the network would see a motion that was estimated from the future.
@@ -128,7 +128,7 @@ def fit(
     with _timed("training", seconds):
         network, losses = _learned(lessons, settings.training, training_seed, learner)
     with _timed("certificate", seconds):
-        tube = basis.epsilon if settings.assignment == "covering" else None
+        tube = basis.radius if settings.assignment == "covering" else None
         train_side, calibration, test = (
             score(network, samples.of(side), tube) for side in (sides.train, sides.calibration, sides.test)
         )
@@ -138,7 +138,7 @@ def fit(
         predictor=predictor,
         certificates=certificates,
         evaluation=evaluation,
-        uncovered=Rate.of(test.distance > basis.epsilon),
+        uncovered=Rate.of(test.distance > basis.radius),
         segments=segments,
         split=sides,
         source=sources_of(recordings, segments, sides),
@@ -182,7 +182,7 @@ def _mirrored(
     if not settings.training.mirrored:
         segments = segments.of(np.arange(0))
     mirrored = make_samples(recordings, segments, basis, settings.assignment, mirrored=True)
-    return mirrored.of(mirrored.distance.min(1) <= basis.epsilon)
+    return mirrored.of(mirrored.distance.min(1) <= basis.radius)
 
 
 def _learned(

@@ -12,7 +12,7 @@ import polars as pl
 
 from coverdrive.certificates.certificate import fingerprint
 from coverdrive.errors import DataError
-from coverdrive.prediction.look_ahead import refuse_look_ahead
+from coverdrive.prediction.learning.look_ahead import refuse_look_ahead
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.prediction.segments import Segments, vehicle_keys
 from coverdrive.prediction.split import Split

@@ -89,6 +89,6 @@ def _examples(fit: Fit) -> Float[np.ndarray, "M T 2"]:
     basis = fit.predictor.basis
     segments = fit.segments.points[fit.split.train]
     distance = basis.distance(segments)
-    farthest = np.where(distance <= basis.epsilon, distance, -1.0)
+    farthest = np.where(distance <= basis.radius, distance, -1.0)
     found = farthest.max(0) >= 0
     return np.where(found[:, None, None], segments[farthest.argmax(0)], basis.points)

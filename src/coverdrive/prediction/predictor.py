@@ -19,11 +19,11 @@ from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.rule import Rule, rule_of
 from coverdrive.errors import DataError, SettingError
 from coverdrive.paths import PredictedPaths
-from coverdrive.prediction.affordance import described
-from coverdrive.prediction.basis import Basis
+from coverdrive.prediction.cover.basis import Basis
+from coverdrive.prediction.learning.affordance import described
+from coverdrive.prediction.learning.network import Network
+from coverdrive.prediction.learning.own_network import OwnNetwork
 from coverdrive.prediction.motion import add_bodies, follow
-from coverdrive.prediction.network import Network
-from coverdrive.prediction.own_network import OwnNetwork
 from coverdrive.prediction.storage import fingerprint_of, load_arrays, reading, save_arrays
 from coverdrive.road import Road
 from coverdrive.scene import Scene

@@ -10,10 +10,10 @@ from jaxtyping import Float
 
 from coverdrive.certificates.calibration import ScoredSamples
 from coverdrive.errors import DataError
-from coverdrive.prediction.network import Network
-from coverdrive.prediction.own_network import OwnNetwork
+from coverdrive.prediction.learning.network import Network
+from coverdrive.prediction.learning.own_network import OwnNetwork
+from coverdrive.prediction.learning.samples import Samples
 from coverdrive.prediction.predictor import Predictor
-from coverdrive.prediction.samples import Samples
 from coverdrive.prediction.storage import load_arrays, reading, save_arrays
 
 _COMMAND = "coverdrive fit"

@@ -13,7 +13,7 @@ from jaxtyping import Float, Int
 from pydantic import Field, model_validator
 
 from coverdrive.errors import DataError, SettingError
-from coverdrive.prediction.cover import MIRROR
+from coverdrive.prediction.cover.greedy import MIRROR
 from coverdrive.recordings.recording import MEASURES, Recording
 from coverdrive.settings import Settings
 

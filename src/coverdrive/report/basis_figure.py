@@ -11,7 +11,7 @@ from jaxtyping import Float
 
 from coverdrive.errors import DataError
 from coverdrive.numbers import percent
-from coverdrive.prediction.basis import Basis
+from coverdrive.prediction.cover.basis import Basis
 from coverdrive.report import style
 from coverdrive.report.figure import Axis, Band, Bars, Figure, Line, Mark, Panel, Points, Shapes, Texts
 from coverdrive.report.labels import labelled, spread
@@ -74,21 +74,21 @@ def basis_figure(
 def most_telling(basis: Basis, share: Float[np.ndarray, " M"]) -> int:
     """The most common base trajectory that ends over twice its tolerance away; if none does, the most common."""
     last = np.linalg.norm(basis.scaled(basis.points)[:, -1], axis=-1)
-    moves = last > 2 * basis.epsilon
+    moves = last > 2 * basis.radius
     return int(np.argmax(share + moves))
 
 
 def tube_of(basis: Basis, times: Float[np.ndarray, " n"]) -> Float[np.ndarray, "n 2"]:
     """Half extents [m] along lon and lat of the tube around a base: of its ellipses, or where it is cut, its boxes."""
     if basis.reach is None:
-        return basis.tolerance(basis.epsilon, times)
-    return basis.epsilon * basis.tube(times)
+        return basis.tolerance(basis.radius, times)
+    return basis.radius * basis.tube(times)
 
 
 def farthest_inside(basis: Basis, base: int, segments: Float[np.ndarray, "N T 2"]) -> Float[np.ndarray, "T 2"] | None:
     """The segment farthest from a base trajectory among those that it covers, or None if it covers none."""
     distance = basis.distance(segments)[:, base]
-    covered = distance <= basis.epsilon
+    covered = distance <= basis.radius
     return segments[np.argmax(np.where(covered, distance, -1))] if covered.any() else None
 
 
@@ -102,7 +102,7 @@ def _explained(basis: Basis, base: int) -> str:
         return f"The ellipses around base {base} are its tube (half axes along × across the road: {extents})"
     return (
         f"The boxes around base {base} are its tube (half extents along × across the road: {extents}); what it stands "
-        f"for also stays within the dashed ellipses of ε = {basis.epsilon:g}"
+        f"for also stays within the dashed ellipses of ε = {basis.radius:g}"
     )
 
 
@@ -119,14 +119,14 @@ def _plane(basis: Basis, share: Float[np.ndarray, " M"], base: int, example: Flo
 
 def _tube(basis: Basis, base: int) -> list[Mark]:
     """Ellipses or boxes around every sample; ellipses that a box is cut from are dashed."""
-    rings = basis.points[base][:, None] + basis.tolerance(basis.epsilon, basis.times)[:, None] * _CIRCLE
+    rings = basis.points[base][:, None] + basis.tolerance(basis.radius, basis.times)[:, None] * _CIRCLE
     name = f"its tube every {basis.step:g} s"
     if basis.reach is None:
-        return [Shapes(outlines=list(rings), colour=style.SKY, name=f"{name}: ellipses of ε = {basis.epsilon:g}")]
+        return [Shapes(outlines=list(rings), colour=style.SKY, name=f"{name}: ellipses of ε = {basis.radius:g}")]
     boxes = basis.points[base][:, None] + tube_of(basis, basis.times)[:, None] * _SQUARE
     return [
         Shapes(outlines=list(rings), filled=False, dashed=True, width=0.6, colour=style.SKY,
-               name=f"the ellipses of ε = {basis.epsilon:g}"),
+               name=f"the ellipses of ε = {basis.radius:g}"),
         Shapes(outlines=list(boxes), colour=style.SKY, name=f"{name}, cut to boxes"),
     ]  # fmt: skip
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from coverdrive.files import number_in_name
-from coverdrive.prediction.basis_study import StudiedBasis
+from coverdrive.prediction.cover.basis_study import StudiedBasis
 from coverdrive.prediction.segments import Segments
 from coverdrive.progress import done, stage
 from coverdrive.report.active_constraints import ActiveConstraints
@@ -82,4 +82,4 @@ def draw_bases(studied: Sequence[StudiedBasis], segments: Segments, folder: Path
     save(size_figure(studied), folder / "size")
     for each in studied:
         figure = basis_figure(each.basis, each.share, segments.points)
-        save(figure, folder / f"basis_{number_in_name(each.basis.epsilon)}")
+        save(figure, folder / f"basis_{number_in_name(each.basis.radius)}")

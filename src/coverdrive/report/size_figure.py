@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from coverdrive.errors import DataError
-from coverdrive.prediction.basis_study import StudiedBasis
+from coverdrive.prediction.cover.basis_study import StudiedBasis
 from coverdrive.report import style
 from coverdrive.report.figure import Axis, Band, Figure, Line, Mark, Panel, Points, Texts
 
@@ -21,7 +21,7 @@ def size_figure(studied: Sequence[StudiedBasis]) -> Figure:
     """
     if not studied:
         raise DataError("a figure of the size of bases needs at least one basis, got none; name an ε")
-    epsilons = {each.basis.epsilon: f"{each.basis.epsilon:g}" for each in studied}
+    epsilons = {each.basis.radius: f"{each.basis.radius:g}" for each in studied}
     size = Panel(_sizes(studied), Axis("radius ε of the cover", log=True, ticks=epsilons),
                  Axis("base trajectories M", log=True))  # fmt: skip
     mass = Panel(_masses(studied), Axis("most common base trajectories", log=True),
@@ -30,7 +30,7 @@ def size_figure(studied: Sequence[StudiedBasis]) -> Figure:
 
 
 def _sizes(studied: Sequence[StudiedBasis]) -> list[Mark]:
-    epsilon = [each.basis.epsilon for each in studied]
+    epsilon = [each.basis.radius for each in studied]
     size = [len(each.basis) for each in studied]
     among = [each.among_segments for each in studied if each.among_segments is not None]
     anywhere = [each.anywhere for each in studied]
@@ -51,7 +51,7 @@ def _masses(studied: Sequence[StudiedBasis]) -> list[Mark]:
     return [
         Points(
             x=np.arange(1, len(each.basis) + 1), y=100 * each.cumulative, colour=style.CYCLE[number % len(style.CYCLE)],
-            size=2.5, name=f"ε = {each.basis.epsilon:g} (M = {len(each.basis)})",
+            size=2.5, name=f"ε = {each.basis.radius:g} (M = {len(each.basis)})",
         )
         for number, each in enumerate(studied)
     ]  # fmt: skip

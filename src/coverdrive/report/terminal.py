@@ -8,7 +8,7 @@ from rich.text import Text
 
 from coverdrive.certificates.comparison import Compared
 from coverdrive.numbers import at_most
-from coverdrive.prediction.basis_study import StudiedBasis
+from coverdrive.prediction.cover.basis_study import StudiedBasis
 from coverdrive.prediction.fit import Fit
 from coverdrive.recordings.summary import Summary
 from coverdrive.report.claim import BY_ITSELF, ON_AVERAGE, signs, strength, whose
@@ -56,7 +56,7 @@ def fit_table(result: Fit) -> Table:
         f"{len(result.split.train)} training, {len(result.split.calibration)} calibration, "
         f"{len(result.split.test)} test; {result.split.dropped} left out",
     )
-    table.add_row("base trajectories", f"{len(basis)} (ε = {basis.epsilon:g}, all training segments covered)")
+    table.add_row("base trajectories", f"{len(basis)} (ε = {basis.radius:g}, all training segments covered)")
     for certificate in result.certificates:
         table.add_row(
             f"bound on missed {certificate.unit}s",
@@ -134,7 +134,7 @@ def bases_table(studied: Sequence[StudiedBasis]) -> Table:
         table.add_column(name, justify="right")
     for each in studied:
         table.add_row(
-            f"{each.basis.epsilon:g}",
+            f"{each.basis.radius:g}",
             str(len(each.basis)),
             "" if each.among_segments is None else str(each.among_segments),
             str(each.anywhere),

@@ -10,7 +10,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from coverdrive.files import write_atomically
-from coverdrive.prediction.affordance import FEATURES
+from coverdrive.prediction.learning.affordance import FEATURES
 from coverdrive.progress import done, stage
 from coverdrive.report.affordance_figure import affordance_figure
 from coverdrive.report.contents import Contents

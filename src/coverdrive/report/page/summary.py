@@ -125,7 +125,7 @@ def facts(contents: Contents) -> list[tuple[str, str]]:
         ("recordings", f"{len(recordings)} with {rows} rows in all"),
         ("segments", f"{samples['segments']} of {basis.horizon:g} s: {samples['train']} to train, "
          f"{samples['calibration']} to calibrate, {samples['test']} to test; {samples['dropped']} left out"),
-        ("base trajectories", f"{len(basis)} (ε = {basis.epsilon:g}; all training segments are covered)"),
+        ("base trajectories", f"{len(basis)} (ε = {basis.radius:g}; all training segments are covered)"),
         ("missed test windows", str(evaluation.windows)),
         ("missed test vehicles", str(evaluation.vehicles)),
         ("not predicted / outside the tube", f"{evaluation.not_predicted} / {evaluation.outside_tube} test windows"),

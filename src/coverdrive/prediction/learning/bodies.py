@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float
 
 from coverdrive.geometry import turned_half_extents
-from coverdrive.prediction.basis import Basis
+from coverdrive.prediction.cover.basis import Basis
 from coverdrive.prediction.motion import follow
 from coverdrive.prediction.segments import Segments
 

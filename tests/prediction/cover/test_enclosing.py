@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
-from coverdrive.prediction.enclosing import enclosing_ball
+from coverdrive.prediction.cover.enclosing import enclosing_ball
 
 
 def ball_of(*points: tuple[float, float]) -> tuple[list[float], float]:

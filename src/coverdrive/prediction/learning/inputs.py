@@ -1,6 +1,6 @@
 """What the network sees of an affordance: the paper's 21 features alone, or what drivers judge by as well.
 
-Whatever it sees, F is 21, or 22 with the lateral speed of `coverdrive.prediction.affordance.described`.
+Whatever it sees, F is 21, or 22 with the lateral speed of `coverdrive.prediction.learning.affordance.described`.
 
 The derived inputs are, for each of the five neighbours, the inverse of its clearance, the inverse of the time to
 collision (relative speed over clearance, positive while the clearance shrinks) and the clearance as a time gap; and,
@@ -16,7 +16,7 @@ import numpy as np
 from jax import Array
 from jaxtyping import Float
 
-from coverdrive.prediction.affordance import FEATURES
+from coverdrive.prediction.learning.affordance import FEATURES
 
 Inputs = Literal["affordance", "derived", "motion"]
 """The paper's features; what is derived from them as well; and the lateral speed of the vehicle itself"""

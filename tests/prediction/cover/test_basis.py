@@ -11,8 +11,8 @@ from prediction_fakes import segments_of
 from safetensors import safe_open
 
 from coverdrive.errors import DataError
-from coverdrive.prediction.basis import Basis, BasisSettings, make_basis
-from coverdrive.prediction.cover import MIRROR, greedy_cover
+from coverdrive.prediction.cover.basis import Basis, BasisSettings, make_basis
+from coverdrive.prediction.cover.greedy import MIRROR, greedy_cover
 from coverdrive.prediction.segments import Segments
 from coverdrive.prediction.storage import save_arrays
 
@@ -26,8 +26,8 @@ def random_segments(count: int, seed: int, scale: float = 1.0) -> Segments:
     return segments_of(np.stack([lon, lat], axis=-1))
 
 
-def basis_of(points: np.ndarray, epsilon: float = 0.5) -> Basis:
-    return Basis(points, epsilon=epsilon, aspect=4.0, growth=1.0, step=0.5)
+def basis_of(points: np.ndarray, radius: float = 0.5) -> Basis:
+    return Basis(points, radius=radius, aspect=4.0, growth=1.0, step=0.5)
 
 
 def test_papers_tolerance() -> None:
@@ -92,7 +92,7 @@ def test_segments_that_are_all_alike_leave_some_tube() -> None:
 @given(st.sampled_from([1, 20, 300]), st.integers(0, 1000), st.sampled_from([0.2, 0.5, 1.0]), st.sampled_from([8, 64]))
 def test_every_segment_is_covered(count: int, seed: int, epsilon: float, candidates: int) -> None:
     segments = random_segments(count, seed, scale=2.0)
-    basis = make_basis(segments, BasisSettings(epsilon=epsilon, candidates=candidates), seed)
+    basis = make_basis(segments, BasisSettings(radius=epsilon, candidates=candidates), seed)
     assert (basis.distance(segments.points).min(1) <= epsilon).all()
     assert len(basis) <= count
 
@@ -102,7 +102,7 @@ def test_a_symmetric_basis_holds_every_mirror_image_and_covers() -> None:
     made = random_segments(150, seed=3, scale=2.0).points
     straight = made[:30] * np.array([1.0, 0.0])
     segments = segments_of(np.concatenate([made, straight]))
-    basis = make_basis(segments, BasisSettings(epsilon=0.7, candidates=40, symmetric=True))
+    basis = make_basis(segments, BasisSettings(radius=0.7, candidates=40, symmetric=True))
     bases = {base.tobytes() for base in basis.points + 0.0}
     assert bases == {base.tobytes() for base in basis.points * mirror + 0.0}
     assert len(bases) == len(basis)
@@ -114,7 +114,7 @@ def test_one_pair_covers_a_turn_and_its_mirror_image() -> None:
     points = np.zeros((2, 7, 2))
     points[0, :, 1] = np.linspace(0, 3, 7)
     points[1] = -points[0]
-    basis = make_basis(segments_of(points), BasisSettings(epsilon=0.5, symmetric=True))
+    basis = make_basis(segments_of(points), BasisSettings(radius=0.5, symmetric=True))
     assert len(basis) == 2
 
 
@@ -173,14 +173,14 @@ def test_nothing_or_nonsense_is_refused() -> None:
 
 
 def test_a_saved_basis_is_the_same_basis(tmp_path: Path) -> None:
-    basis = basis_of(random_segments(5, 1).points, epsilon=0.75)
+    basis = basis_of(random_segments(5, 1).points, radius=0.75)
     basis.save(tmp_path / "basis.safetensors", source="abc")
     loaded = Basis.load(tmp_path / "basis.safetensors")
     assert np.array_equal(loaded.points, basis.points) and loaded.tolerances == basis.tolerances
     assert np.array_equal(loaded.reach, basis.reach)
     with safe_open(tmp_path / "basis.safetensors", framework="numpy") as file:
-        assert file.metadata() == {
-            "format": "coverdrive basis 1", "epsilon": "0.75", "aspect": "4.0", "growth": "1.0", "step": "0.5",
+        assert {name: value for name, value in file.metadata().items() if name != "fingerprint"} == {
+            "format": "coverdrive basis 2", "radius": "0.75", "aspect": "4.0", "growth": "1.0", "step": "0.5",
             "source": '"abc"',
         }  # fmt: skip
 
@@ -189,5 +189,5 @@ def test_other_files_are_refused(tmp_path: Path) -> None:
     with pytest.raises(DataError, match="not a basis file"):
         Basis.load(tmp_path / "missing.safetensors")
     save_arrays(tmp_path / "other", "predictor", {}, {"points": np.zeros(1)})
-    with pytest.raises(DataError, match=r"expected the format 'coverdrive basis 1', got 'coverdrive predictor 1'"):
+    with pytest.raises(DataError, match=r"expected the format 'coverdrive basis 2', got 'coverdrive predictor 2'"):
         Basis.load(tmp_path / "other")

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from coverdrive.errors import DataError
-from coverdrive.prediction.affordance import FEATURES
-from coverdrive.prediction.inputs import network_inputs
-from coverdrive.prediction.network import Network
+from coverdrive.prediction.learning.affordance import FEATURES
+from coverdrive.prediction.learning.inputs import network_inputs
+from coverdrive.prediction.learning.network import Network
 
 
 def small(output: str, prior: float = 0.0) -> Network:

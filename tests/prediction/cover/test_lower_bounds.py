@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from coverdrive.prediction.cover import greedy_cover
-from coverdrive.prediction.cover_bounds import fractional_bound, packing
+from coverdrive.prediction.cover.greedy import greedy_cover
+from coverdrive.prediction.cover.lower_bounds import fractional_bound, packing
 
 
 def distances(points: np.ndarray, centres: np.ndarray) -> np.ndarray:

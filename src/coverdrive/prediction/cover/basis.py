@@ -22,8 +22,8 @@ from pydantic import Field
 from scipy.interpolate import CubicSpline
 
 from coverdrive.errors import DataError
-from coverdrive.prediction.cover import CAUTION, MIRROR, greedy_cover, with_mirror_images
-from coverdrive.prediction.free_centres import free_centres
+from coverdrive.prediction.cover.free_centres import free_centres
+from coverdrive.prediction.cover.greedy import CAUTION, MIRROR, greedy_cover, with_mirror_images
 from coverdrive.prediction.segments import Segments
 from coverdrive.prediction.storage import load_arrays, reading, save_arrays
 from coverdrive.settings import Settings
@@ -39,7 +39,7 @@ _LEAST_REACH = 0.05
 class BasisSettings(Settings):
     """Size of the tolerance, and how the cover is searched."""
 
-    epsilon: float = Field(default=0.75, ge=0.01, le=1000)
+    radius: float = Field(default=0.75, ge=0.01, le=1000)
     """radius ε of the cover: the tolerance across the road at the start [m]. The authors' scripts have 0.5, and reach
     17 bases by dropping rare ones; covering every segment, 0.75 gives about as many"""
     aspect: float = Field(default=4.0, ge=0.01, le=1000)
@@ -61,7 +61,7 @@ class Basis(eqx.Module):
 
     points: Float[np.ndarray, "M T 2"]
     """[m] deviation along lon and lat; the first point is zero"""
-    epsilon: float
+    radius: float
     """radius of the cover that the basis was made for"""
     aspect: float
     """tolerance along the road over tolerance across it"""
@@ -89,7 +89,7 @@ class Basis(eqx.Module):
     @property
     def tolerances(self) -> dict[str, float]:
         """Everything but the points, by name."""
-        return {name: float(getattr(self, name)) for name in ("epsilon", "aspect", "growth", "step")}
+        return {name: float(getattr(self, name)) for name in ("radius", "aspect", "growth", "step")}
 
     def distance(self, points: Float[np.ndarray, "N T 2"]) -> Float[np.ndarray, "N M"]:
         """Atomic norm of the difference of every segment to every base trajectory: a base covers what is within ε."""
@@ -107,7 +107,7 @@ class Basis(eqx.Module):
     @property
     def _knots(self) -> Float[np.ndarray, "T 2"]:
         """The tube of radius 1 at the points of the segments."""
-        widest = self._axes if self.reach is None else np.minimum(self._axes, self.reach / self.epsilon)
+        widest = self._axes if self.reach is None else np.minimum(self._axes, self.reach / self.radius)
         return np.concatenate([np.zeros((1, 2)), widest[1:]])
 
     @property
@@ -192,20 +192,20 @@ def make_basis(
     settings = settings or BasisSettings()
     if len(segments) == 0 or not np.isfinite(segments.points).all():
         raise DataError(f"a basis needs segments of finite points, got {len(segments)} segments")
-    tolerance: dict[str, Any] = {"epsilon": settings.epsilon, "aspect": settings.aspect, "growth": settings.growth}
+    tolerance: dict[str, Any] = {"radius": settings.radius, "aspect": settings.aspect, "growth": settings.growth}
     everything = Basis(segments.points, step=segments.step, **tolerance)
     scaled = everything.scaled(segments.points)
-    chosen = greedy_cover(scaled, settings.epsilon, settings.candidates, seed, settings.symmetric)
+    chosen = greedy_cover(scaled, settings.radius, settings.candidates, seed, settings.symmetric)
     points = segments.points[chosen]
     if settings.centres == "free":
-        centres = free_centres(scaled, scaled[chosen], settings.epsilon, seed, settings.symmetric)
+        centres = free_centres(scaled, scaled[chosen], settings.radius, seed, settings.symmetric)
         points = centres * everything.tolerance(1.0, everything.times)
     if settings.symmetric:
         points = with_mirror_images(points)
     basis = Basis(points, step=segments.step, **tolerance)
     if settings.cut:
         basis = replace(basis, reach=_reach_of(basis, segments.points))
-    uncovered = int((basis.distance(segments.points).min(1) > settings.epsilon).sum())
+    uncovered = int((basis.distance(segments.points).min(1) > settings.radius).sum())
     if uncovered:
         raise DataError(f"the basis leaves {uncovered} of {len(segments)} segments uncovered; please report this")
     return basis
@@ -216,9 +216,9 @@ def _reach_of(basis: Basis, points: Float[np.ndarray, "N T 2"]) -> Float[np.ndar
     furthest = np.zeros(basis.points.shape[1:])
     for side in (points, points * MIRROR):
         for part in np.array_split(side, len(side) // _CHUNK + 1):
-            covered = basis.distance(part) <= basis.epsilon
+            covered = basis.distance(part) <= basis.radius
             furthest = np.maximum(furthest, _furthest(part, basis.points, covered))
-    return np.maximum(furthest * (1 + CAUTION), _LEAST_REACH * basis.tolerance(basis.epsilon, basis.times))
+    return np.maximum(furthest * (1 + CAUTION), _LEAST_REACH * basis.tolerance(basis.radius, basis.times))
 
 
 @jax.jit

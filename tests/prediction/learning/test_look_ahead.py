@@ -7,21 +7,21 @@ import numpy as np
 import pytest
 
 from coverdrive.errors import SettingError
-from coverdrive.prediction.affordance import described
-from coverdrive.prediction.basis import BasisSettings
 from coverdrive.prediction.calibrate import CertificateSettings
+from coverdrive.prediction.cover.basis import BasisSettings
 from coverdrive.prediction.fit import Fit, PredictionSettings, fit
 from coverdrive.prediction.held_out import held_out
+from coverdrive.prediction.learning.affordance import described
+from coverdrive.prediction.learning.training import TrainingSettings
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.prediction.segments import SegmentSettings
-from coverdrive.prediction.training import TrainingSettings
 from coverdrive.recordings.recording import Recording
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 
 SETTINGS = PredictionSettings(
     segments=SegmentSettings(stride=0.5),
-    basis=BasisSettings(epsilon=1.0),
+    basis=BasisSettings(radius=1.0),
     training=TrainingSettings(epochs=2, inputs="motion"),
     certificate=CertificateSettings(confidence=0.9, unit="window"),
 )

@@ -13,8 +13,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from coverdrive.prediction.cover import CAUTION, MIRROR, greedy_order, with_mirror_images, within
-from coverdrive.prediction.enclosing import enclosing_ball, squared_length
+from coverdrive.prediction.cover.enclosing import enclosing_ball, squared_length
+from coverdrive.prediction.cover.greedy import CAUTION, MIRROR, greedy_order, with_mirror_images, within
 
 _FIRST = 20_000
 """Segments that the search begins with"""
@@ -29,7 +29,7 @@ _PATIENCE = 3
 def free_centres(
     scaled: Float[np.ndarray, "N T 2"],
     centres: Float[np.ndarray, "M T 2"],
-    epsilon: float,
+    radius: float,
     seed: int = 0,
     symmetric: bool = False,
 ) -> Float[np.ndarray, "L T 2"]:
@@ -38,26 +38,26 @@ def free_centres(
     Args:
         scaled: segments in coordinates in which the norm is the maximum over t of the Euclidean length.
         centres: base trajectories that cover all segments, such as those of `greedy_cover`.
-        epsilon: radius of the cover.
+        radius: radius of the cover.
         seed: of the order in which bases are tried.
         symmetric: the mirror image of every base, left for right, covers as well.
 
     Returns:
         Base trajectories that cover all segments, in the order of greedy choice.
     """
-    radius = epsilon * (1 - 2 * CAUTION)
+    reach = radius * (1 - 2 * CAUTION)
     random = np.random.default_rng(seed)
-    known = np.argsort(_times_covered(scaled, centres, radius, symmetric) + random.random(len(scaled)))[:_FIRST]
+    known = np.argsort(_times_covered(scaled, centres, reach, symmetric) + random.random(len(scaled)))[:_FIRST]
     best = centres
     while True:
-        search = _Search(scaled[known], best, radius, symmetric)
+        search = _Search(scaled[known], best, reach, symmetric)
         search.improve(random)
-        while len(missing := _uncovered(scaled, search.centres, radius, symmetric)):
+        while len(missing := _uncovered(scaled, search.centres, reach, symmetric)):
             known = np.concatenate([known, missing])
-            search = _Search(scaled[known], search.centres, radius, symmetric)
+            search = _Search(scaled[known], search.centres, reach, symmetric)
             search.cover_all()
         if _size(search.centres, symmetric) >= _size(best, symmetric):
-            return best if best is centres else best[greedy_order(best, scaled, epsilon, symmetric)]
+            return best if best is centres else best[greedy_order(best, scaled, radius, symmetric)]
         best = search.centres
 
 

@@ -4,10 +4,10 @@ import numpy as np
 import polars as pl
 import pytest
 
-from coverdrive.prediction.basis import Basis
-from coverdrive.prediction.bodies import body_radius
-from coverdrive.prediction.collision import colliding_bases
-from coverdrive.prediction.samples import COLLIDES, OTHER, POSSIBLE, make_samples
+from coverdrive.prediction.cover.basis import Basis
+from coverdrive.prediction.learning.bodies import body_radius
+from coverdrive.prediction.learning.collision import colliding_bases
+from coverdrive.prediction.learning.samples import COLLIDES, OTHER, POSSIBLE, make_samples
 from coverdrive.prediction.segments import SegmentSettings, cut_segments
 from coverdrive.recordings.recording import Recording
 from coverdrive.road import Road
@@ -22,7 +22,7 @@ def manoeuvres() -> Basis:
     points = np.zeros((4, 7, 2))
     points[1, :, 0] = -2 * TIME**2
     points[2, :, 1], points[3, :, 1] = shift, -shift
-    return Basis(points, epsilon=0.5, aspect=4.0, growth=1.0, step=0.5)
+    return Basis(points, radius=0.5, aspect=4.0, growth=1.0, step=0.5)
 
 
 def scene_of(*vehicles: tuple[float, float, float]) -> Scene:
@@ -120,7 +120,7 @@ def test_labels(scenes: tuple[Recording, ...]) -> None:
 def test_the_first_base_that_covers_stands_for_a_segment(scenes: tuple[Recording, ...]) -> None:
     segments = cut_segments(scenes, SegmentSettings(stride=1.0))
     points = np.concatenate([segments.points[:3], np.zeros((1, 7, 2))])
-    basis = Basis(points, epsilon=1.0, aspect=4.0, growth=1.0, step=0.5)
+    basis = Basis(points, radius=1.0, aspect=4.0, growth=1.0, step=0.5)
     samples = make_samples(scenes, segments, basis)
     for distance, base in zip(samples.distance, samples.base, strict=True):
         covering = [index for index in range(4) if distance[index] <= 1.0]

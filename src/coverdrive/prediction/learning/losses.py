@@ -14,8 +14,8 @@ from jax import Array
 from jaxtyping import Float, Int8
 from pydantic import Field
 
-from coverdrive.prediction.network import Output
-from coverdrive.prediction.samples import COLLIDES, POSSIBLE
+from coverdrive.prediction.learning.network import Output
+from coverdrive.prediction.learning.samples import COLLIDES, POSSIBLE
 from coverdrive.settings import Settings
 
 Loss = Literal["cross-entropy", "margin", "weighted-bce"]

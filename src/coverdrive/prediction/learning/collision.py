@@ -10,7 +10,7 @@ import numpy as np
 from jax import Array
 from jaxtyping import Bool, Float, Int
 
-from coverdrive.prediction.basis import Basis
+from coverdrive.prediction.cover.basis import Basis
 from coverdrive.scene import Scene
 
 CHECK_INTERVAL = 0.25

@@ -13,12 +13,12 @@ from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.rule import Thresholds
 from coverdrive.geometry import turned_half_extents
 from coverdrive.prediction import bodies
-from coverdrive.prediction.basis import Basis
-from coverdrive.prediction.bodies import body_radius
+from coverdrive.prediction.cover.basis import Basis
+from coverdrive.prediction.learning.bodies import body_radius
+from coverdrive.prediction.learning.network import Network
+from coverdrive.prediction.learning.samples import make_samples
 from coverdrive.prediction.motion import follow
-from coverdrive.prediction.network import Network
 from coverdrive.prediction.predictor import Predictor
-from coverdrive.prediction.samples import make_samples
 from coverdrive.prediction.segments import Segments, SegmentSettings, cut_segments
 from coverdrive.recordings.recording import Recording
 from coverdrive.road import Road
@@ -32,7 +32,7 @@ def manoeuvres() -> Basis:
     points = np.zeros((3, 7, 2))
     points[1, :, 0] = -(TIME**2)
     points[2, :, 1] = 3.6 * (1 - np.cos(np.pi * TIME / 3)) / 2
-    basis = Basis(points, epsilon=0.5, aspect=4.0, growth=1.0, step=0.5)
+    basis = Basis(points, radius=0.5, aspect=4.0, growth=1.0, step=0.5)
     return replace(basis, reach=basis.tolerance(0.5, TIME) * np.minimum(1.0, 0.4 + 0.2 * TIME)[:, None])
 
 
@@ -125,7 +125,7 @@ def test_who_is_covered_stays_in_the_boxes_that_are_predicted(slowly: bool) -> N
     """The whole body, at every point of the segment; and the centre in the ellipses."""
     basis = manoeuvres()
     network = Network.create(np.zeros((1, 21), np.float32), (4,), len(basis), jax.random.key(0))
-    rule = Thresholds(np.zeros(3), np.full(3, basis.epsilon))
+    rule = Thresholds(np.zeros(3), np.full(3, basis.radius))
     certificate = Certificate("test", 0.1, 0.9, 10, "window", 3, 0, 0, 0, tube=0.5, fingerprint="")
     predictor = Predictor(basis, network, rule, certificate, np.zeros(0, int))
     random = np.random.default_rng(0)
@@ -146,7 +146,7 @@ def test_who_is_covered_stays_in_the_boxes_that_are_predicted(slowly: bool) -> N
             apart = driven[n] + [0.0, 5.4] - paths.points
             in_box = (np.abs(apart) + body <= paths.half_sizes + 1e-6)[:, 1:].all((1, 2))
             in_ellipse = ((apart / paths.ellipses) ** 2).sum(-1)[:, 1:].max(1) <= 1 + 1e-6
-            covered = radius[n] <= basis.epsilon
+            covered = radius[n] <= basis.radius
             assert (in_box & in_ellipse)[covered].all()
             held, outside = held + covered.sum(), outside + (~in_box).sum()
     assert held > 10 and outside > 100

@@ -4,7 +4,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from coverdrive.prediction.losses import MarginSettings, loss_function, margin_loss
+from coverdrive.prediction.learning.losses import MarginSettings, loss_function, margin_loss
 
 LABELS = jnp.array([[1, 0, -1]], dtype=jnp.int8)
 

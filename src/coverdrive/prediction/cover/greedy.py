@@ -29,7 +29,7 @@ CAUTION = 1e-5
 
 def greedy_cover(
     scaled: Float[np.ndarray, "N T 2"],
-    epsilon: float,
+    radius: float,
     candidates: int = 4096,
     seed: int = 0,
     symmetric: bool = False,
@@ -38,7 +38,7 @@ def greedy_cover(
 
     Args:
         scaled: segments in coordinates in which the norm is the maximum over t of the Euclidean length.
-        epsilon: radius of the cover.
+        radius: radius of the cover.
         candidates: number of segments that greedy choice picks from at a time.
         seed: of the random sample of candidates.
         symmetric: the mirror image of every chosen segment, left for right, covers as well.
@@ -47,36 +47,36 @@ def greedy_cover(
         Indices of the chosen segments, in the order of choice; none can be left out.
     """
     points = np.asarray(scaled, dtype=np.float32)
-    radius = epsilon * (1 - CAUTION)
+    reach = radius * (1 - CAUTION)
     random = np.random.default_rng(seed)
     remaining = np.arange(len(scaled))
     chosen: list[int] = []
     while len(remaining):
         pool = np.sort(random.permutation(remaining)[:candidates])
-        covers = _coverage(points[pool], points[remaining], radius, symmetric)
+        covers = _coverage(points[pool], points[remaining], reach, symmetric)
         uncovered = _pack(np.ones((1, len(remaining)), dtype=bool))[0]
         for index in _lazy_greedy(covers, uncovered):
             chosen.append(int(pool[index]))
             done(len(scaled) - int(np.bitwise_count(uncovered).sum()), len(scaled))
         remaining = remaining[np.unpackbits(uncovered.view(np.uint8), count=len(remaining)).astype(bool)]
     picked = np.array(chosen, dtype=np.int64)
-    covers = _coverage(points[picked], points, radius, symmetric)
+    covers = _coverage(points[picked], points, reach, symmetric)
     return picked[_needed(np.unpackbits(covers.view(np.uint8), axis=1, count=len(scaled)).astype(bool))]
 
 
 def greedy_order(
-    centres: Float[np.ndarray, "M T 2"], scaled: Float[np.ndarray, "N T 2"], epsilon: float, symmetric: bool = False
+    centres: Float[np.ndarray, "M T 2"], scaled: Float[np.ndarray, "N T 2"], radius: float, symmetric: bool = False
 ) -> Int[np.ndarray, " L"]:
     """Indices of the centres of a cover, each the one that covers most of what is left; without those not needed.
 
     Args:
         centres: within ε · (1 − 2 · `CAUTION`) of every segment there is one of them.
         scaled: segments.
-        epsilon: radius of the cover.
+        radius: radius of the cover.
         symmetric: the mirror image of every centre, left for right, covers as well.
     """
     pool, points = np.asarray(centres, dtype=np.float32), np.asarray(scaled, dtype=np.float32)
-    covers = _coverage(pool, points, epsilon * (1 - CAUTION), symmetric)
+    covers = _coverage(pool, points, radius * (1 - CAUTION), symmetric)
     return np.array(list(_lazy_greedy(covers, _pack(np.ones((1, len(scaled)), dtype=bool))[0])), dtype=np.int64)
 
 

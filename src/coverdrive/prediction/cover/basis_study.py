@@ -12,9 +12,9 @@ from jaxtyping import Float
 
 from coverdrive.certificates.certificate import fingerprint
 from coverdrive.errors import SettingError
-from coverdrive.prediction.basis import Basis, BasisSettings, make_basis
-from coverdrive.prediction.cover import MIRROR
-from coverdrive.prediction.cover_bounds import fractional_bound, packing
+from coverdrive.prediction.cover.basis import Basis, BasisSettings, make_basis
+from coverdrive.prediction.cover.greedy import MIRROR
+from coverdrive.prediction.cover.lower_bounds import fractional_bound, packing
 from coverdrive.prediction.segments import Segments
 from coverdrive.progress import part
 
@@ -50,7 +50,7 @@ class StudiedBasis:
 
 def study_bases(
     segments: Segments,
-    epsilons: Sequence[float],
+    radii: Sequence[float],
     settings: BasisSettings | None = None,
     seed: int = 0,
 ) -> tuple[StudiedBasis, ...]:
@@ -58,7 +58,7 @@ def study_bases(
 
     Args:
         segments: to be covered.
-        epsilons: radii of the covers; equal ones count once.
+        radii: radii of the covers; equal ones count once.
         settings: of the basis; their ε is not used.
         seed: of the covers and of the bounds.
 
@@ -70,14 +70,14 @@ def study_bases(
         DataError: there is no segment, or a point is not finite.
     """
     settings = settings or BasisSettings()
-    if not epsilons or not all(np.isfinite(epsilon) and epsilon > 0 for epsilon in epsilons):
-        raise SettingError(f"a radius ε of a cover must be a positive number, got {list(epsilons)}; try 0.5")
+    if not radii or not all(np.isfinite(radius) and radius > 0 for radius in radii):
+        raise SettingError(f"a radius ε of a cover must be a positive number, got {list(radii)}; try 0.5")
     source = fingerprint(segments.points)
     studied: list[StudiedBasis] = []
-    radii = sorted(set(epsilons))
-    for number, radius in enumerate(radii):
-        with part(number, len(radii)):
-            studied.append(_study(segments, settings.model_copy(update={"epsilon": float(radius)}), seed, source))
+    distinct = sorted(set(radii))
+    for number, radius in enumerate(distinct):
+        with part(number, len(distinct)):
+            studied.append(_study(segments, settings.model_copy(update={"radius": float(radius)}), seed, source))
     return tuple(studied)
 
 
@@ -87,17 +87,17 @@ def _study(segments: Segments, settings: BasisSettings, seed: int, source: str) 
     made = time.perf_counter()
     scaled = basis.scaled(segments.points)
     bounded_by = np.concatenate([scaled, scaled * MIRROR]) if settings.symmetric else scaled
-    anywhere = len(packing(bounded_by, settings.epsilon, seed))
+    anywhere = len(packing(bounded_by, settings.radius, seed))
     among_segments = None
     if settings.centres == "segments":
-        among_segments = max(anywhere, ceil(fractional_bound(bounded_by, settings.epsilon, seed=seed).value))
+        among_segments = max(anywhere, ceil(fractional_bound(bounded_by, settings.radius, seed=seed).value))
     bounded = time.perf_counter()
     nearest = replace(basis, reach=None).distance(segments.points).argmin(1)
     distance = np.linalg.norm(scaled - basis.scaled(basis.points)[nearest], axis=-1).max(-1)
     return StudiedBasis(
         basis=basis,
         share=np.bincount(nearest, minlength=len(basis)) / len(segments),
-        covered=float((distance <= settings.epsilon).mean()),
+        covered=float((distance <= settings.radius).mean()),
         largest=float(distance.max()),
         anywhere=anywhere,
         among_segments=among_segments,

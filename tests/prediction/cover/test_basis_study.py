@@ -6,8 +6,8 @@ import pytest
 from prediction_fakes import segments_of
 
 from coverdrive.errors import SettingError
-from coverdrive.prediction.basis import BasisSettings, make_basis
-from coverdrive.prediction.basis_study import StudiedBasis, basis_record, point_table, study_bases
+from coverdrive.prediction.cover.basis import BasisSettings, make_basis
+from coverdrive.prediction.cover.basis_study import StudiedBasis, basis_record, point_table, study_bases
 from coverdrive.prediction.segments import Segments
 
 
@@ -25,9 +25,9 @@ def studied(segments: Segments) -> tuple[StudiedBasis, ...]:
 
 
 def test_every_epsilon_once_and_as_make_basis_does(segments: Segments, studied: tuple[StudiedBasis, ...]) -> None:
-    assert [each.basis.epsilon for each in studied] == [0.5, 1.0]
+    assert [each.basis.radius for each in studied] == [0.5, 1.0]
     for each in studied:
-        expected = make_basis(segments, BasisSettings(epsilon=each.basis.epsilon, candidates=64), seed=2)
+        expected = make_basis(segments, BasisSettings(radius=each.basis.radius, candidates=64), seed=2)
         assert np.array_equal(each.basis.points, expected.points)
 
 
@@ -40,7 +40,7 @@ def test_the_cover_is_measured_as_a_slow_loop_does(segments: Segments, studied: 
         ]
         assert each.covered == 1.0
         assert each.largest == pytest.approx(max(distance), rel=1e-6)
-        assert each.largest <= each.basis.epsilon
+        assert each.largest <= each.basis.radius
 
 
 def test_bounds_and_masses(studied: tuple[StudiedBasis, ...]) -> None:
@@ -79,7 +79,7 @@ def test_points_in_rows(studied: tuple[StudiedBasis, ...]) -> None:
 
 def test_the_record_says_what_was_measured(studied: tuple[StudiedBasis, ...]) -> None:
     record = basis_record(studied[0])
-    assert record["bases"] == len(studied[0].basis) and record["epsilon"] == 0.5 and record["covered"] == 1.0
+    assert record["bases"] == len(studied[0].basis) and record["radius"] == 0.5 and record["covered"] == 1.0
     assert record["source"] == studied[1].source
 
 

@@ -7,12 +7,12 @@ import pytest
 
 from coverdrive.errors import DataError, SettingError
 from coverdrive.planning.planner import MpcPlanner
-from coverdrive.prediction.basis import BasisSettings
 from coverdrive.prediction.calibrate import CertificateSettings
 from coverdrive.prediction.certify import certify
+from coverdrive.prediction.cover.basis import BasisSettings
 from coverdrive.prediction.fit import Fit, PredictionSettings, fit
-from coverdrive.prediction.own_network import OwnNetwork
-from coverdrive.prediction.samples import Samples
+from coverdrive.prediction.learning.own_network import OwnNetwork
+from coverdrive.prediction.learning.samples import Samples
 from coverdrive.prediction.segments import SegmentSettings
 from coverdrive.recordings.recording import Recording
 from coverdrive.simulation.driver_traffic import DriverTraffic
@@ -20,7 +20,7 @@ from coverdrive.simulation.episode import EpisodeSettings, run_episode
 
 SETTINGS = PredictionSettings(
     segments=SegmentSettings(stride=0.5),
-    basis=BasisSettings(epsilon=1.0),
+    basis=BasisSettings(radius=1.0),
     certificate=CertificateSettings(confidence=0.9, unit="window"),
 )
 

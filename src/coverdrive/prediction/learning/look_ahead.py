@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from coverdrive.errors import SettingError
-from coverdrive.prediction.inputs import Inputs
+from coverdrive.prediction.learning.inputs import Inputs
 from coverdrive.recordings.recording import Recording
 
 

@@ -8,10 +8,10 @@ import jax
 import numpy as np
 from jaxtyping import Bool, Float, Int, Int8
 
-from coverdrive.prediction.affordance import FEATURES, MOTION, described
-from coverdrive.prediction.basis import Basis
-from coverdrive.prediction.bodies import body_radius
-from coverdrive.prediction.collision import colliding_bases
+from coverdrive.prediction.cover.basis import Basis
+from coverdrive.prediction.learning.affordance import FEATURES, MOTION, described
+from coverdrive.prediction.learning.bodies import body_radius
+from coverdrive.prediction.learning.collision import colliding_bases
 from coverdrive.prediction.segments import Segments
 from coverdrive.progress import done
 from coverdrive.recordings.recording import Recording
@@ -36,7 +36,7 @@ class Samples:
     """affordance at the start of the segment, followed by the lateral speed"""
     distance: Float[np.ndarray, "N M"]
     """radius of the tube around every base in which the vehicle stays: its centre by the atomic norm, its body by the
-    boxes (`coverdrive.prediction.bodies`); where none is within the basis' ε, no base covers the segment"""
+    boxes (`coverdrive.prediction.learning.bodies`); where none is within the basis' ε, no base covers the segment"""
     collides: Bool[np.ndarray, "N M"]
     """whether each base would collide"""
     base: Int[np.ndarray, " N"]
@@ -97,7 +97,7 @@ def make_samples(
     distance = np.maximum(apart, body_radius(basis, driven))
     base = apart.argmin(1)
     if assignment == "covering":
-        covered = distance <= basis.epsilon
+        covered = distance <= basis.radius
         base = np.where(covered.any(1), covered.argmax(1), base)
     return Samples(features, distance, collides, base, segments.vehicle, segments.group)
 

@@ -13,10 +13,10 @@ from jaxtyping import Float, Int8, PRNGKeyArray
 from pydantic import Field
 
 from coverdrive.errors import DataError
-from coverdrive.prediction.inputs import Inputs
-from coverdrive.prediction.losses import OUTPUT, Loss, MarginSettings, loss_function
-from coverdrive.prediction.network import Network, affine
-from coverdrive.prediction.samples import Samples
+from coverdrive.prediction.learning.inputs import Inputs
+from coverdrive.prediction.learning.losses import OUTPUT, Loss, MarginSettings, loss_function
+from coverdrive.prediction.learning.network import Network, affine
+from coverdrive.prediction.learning.samples import Samples
 from coverdrive.progress import done
 from coverdrive.settings import Settings
 

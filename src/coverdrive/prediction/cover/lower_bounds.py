@@ -18,7 +18,7 @@ from jaxtyping import Bool, Float, Int
 from scipy.optimize import linprog
 from scipy.sparse import csr_array
 
-from coverdrive.prediction.cover import within
+from coverdrive.prediction.cover.greedy import within
 
 _CHUNK = 256
 _FIRST_ROWS = 256
@@ -42,32 +42,32 @@ class FractionalBound:
         return float(self.weights.sum())
 
 
-def packing(points: Float[np.ndarray, "N T 2"], epsilon: float, seed: int = 0) -> Int[np.ndarray, " P"]:
+def packing(points: Float[np.ndarray, "N T 2"], radius: float, seed: int = 0) -> Int[np.ndarray, " P"]:
     """Choose points that are pairwise farther apart than 2ε, those with few neighbours first.
 
     No cover by balls of radius ε has fewer than P of them, even if their centres may be anywhere.
 
     Args:
         points: to be covered, scaled.
-        epsilon: radius of the cover.
+        radius: radius of the cover.
         seed: of the sample on which neighbours are counted.
     """
     single = jnp.asarray(points, dtype=jnp.float32)
-    radius = 2 * epsilon + _slack(points, epsilon)
+    reach = 2 * radius + _slack(points, radius)
     sample = np.random.default_rng(seed).permutation(len(points))[:_CHUNK]
-    neighbours = _held(single[sample], np.ones(len(sample)), single, radius)
+    neighbours = _held(single[sample], np.ones(len(sample)), single, reach)
     free = np.ones(len(points), dtype=bool)
     chosen: list[int] = []
     for index in np.argsort(neighbours, kind="stable"):
         if free[index]:
             chosen.append(int(index))
-            free &= ~_ball(single, int(index), single, radius)
+            free &= ~_ball(single, int(index), single, reach)
     return np.array(chosen, dtype=np.int64)
 
 
 def fractional_bound(
     points: Float[np.ndarray, "N T 2"],
-    epsilon: float,
+    radius: float,
     more_centres: Float[np.ndarray, "C T 2"] | None = None,
     rounds: int = 100,
     seed: int = 0,
@@ -81,7 +81,7 @@ def fractional_bound(
 
     Args:
         points: to be covered, scaled.
-        epsilon: radius of the cover.
+        radius: radius of the cover.
         more_centres: allowed besides the points.
         rounds: number of linear programs; fewer only give a weaker bound.
         seed: of the points to begin with.
@@ -92,22 +92,22 @@ def fractional_bound(
     everywhere = points if more_centres is None else np.concatenate([points, more_centres])
     centres = jnp.asarray(everywhere, dtype=jnp.float32)
     covered = centres[: len(points)]
-    radius = epsilon + _slack(everywhere, epsilon)
+    reach = radius + _slack(everywhere, radius)
     rows = np.sort(np.random.default_rng(seed).permutation(len(points))[:_FIRST_ROWS])
     columns = rows
     best = FractionalBound(rows[:0], np.zeros(0))
     for _ in range(rounds):
-        weights, shares = _solve(everywhere, rows, columns, radius)
-        held = _held(centres[rows], weights, centres, radius)
+        weights, shares = _solve(everywhere, rows, columns, reach)
+        held = _held(centres[rows], weights, centres, reach)
         most = max(float(held.max()), 1.0) * (1 + _ROUNDING)
         if weights.sum() / most > best.value:
             best = FractionalBound(rows, weights / most)
-        heavy = _spread(held, lambda centre: _ball(centres, centre, centres, epsilon / 2), above=_TIGHT)
+        heavy = _spread(held, lambda centre: _ball(centres, centre, centres, radius / 2), above=_TIGHT)
         if len(np.setdiff1d(heavy, columns)):
             columns = np.union1d(columns, heavy)
             continue
-        missing = 1 - _held(centres[columns], shares, covered, radius)
-        bare = _spread(missing, lambda point: _ball(centres, point, covered, epsilon / 2), above=_ROUNDING)
+        missing = 1 - _held(centres[columns], shares, covered, reach)
+        bare = _spread(missing, lambda point: _ball(centres, point, covered, radius / 2), above=_ROUNDING)
         if len(bare) == 0:
             break
         rows, columns = np.union1d(rows, bare), np.union1d(columns, bare)
@@ -167,6 +167,6 @@ def _spread(
     return np.array(chosen, dtype=np.int64)
 
 
-def _slack(points: Float[np.ndarray, "N T 2"], epsilon: float) -> float:
+def _slack(points: Float[np.ndarray, "N T 2"], radius: float) -> float:
     """More than single precision can err in a distance of about ε between the points."""
-    return float(8 * np.finfo(np.float32).eps * np.abs(points).max() + 1e-5 * epsilon)
+    return float(8 * np.finfo(np.float32).eps * np.abs(points).max() + 1e-5 * radius)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from coverdrive.errors import DataError
-from coverdrive.prediction.losses import Loss
-from coverdrive.prediction.samples import Samples
-from coverdrive.prediction.training import TrainingSettings, train
+from coverdrive.prediction.learning.losses import Loss
+from coverdrive.prediction.learning.samples import Samples
+from coverdrive.prediction.learning.training import TrainingSettings, train
 
 
 def toy_samples(count: int, seed: int) -> Samples:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from coverdrive.prediction.affordance import FEATURES, MOTION, affordance, described
+from coverdrive.prediction.learning.affordance import FEATURES, MOTION, affordance, described
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 

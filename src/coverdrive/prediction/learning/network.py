@@ -16,7 +16,7 @@ from jax import Array
 from jaxtyping import Float, PRNGKeyArray
 
 from coverdrive.errors import DataError
-from coverdrive.prediction.inputs import Inputs, network_inputs
+from coverdrive.prediction.learning.inputs import Inputs, network_inputs
 
 Output = Literal["sigmoid", "softmax"]
 

@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 from prediction_fakes import segments_of
 
 from coverdrive.prediction import free_centres as module
-from coverdrive.prediction.basis import Basis, BasisSettings, make_basis
-from coverdrive.prediction.cover import MIRROR, greedy_cover
-from coverdrive.prediction.free_centres import free_centres
+from coverdrive.prediction.cover.basis import Basis, BasisSettings, make_basis
+from coverdrive.prediction.cover.free_centres import free_centres
+from coverdrive.prediction.cover.greedy import MIRROR, greedy_cover
 
 
 def distances(points: np.ndarray, centres: np.ndarray) -> np.ndarray:
@@ -79,7 +79,7 @@ def test_never_more_bases_than_with_segments(count: int, seed: int, epsilon: flo
     points = np.stack([random.normal(size=(count, 1)) * time**2, random.normal(size=(count, 1)) * time], axis=-1)
     points[::3, :, 1] = 0
     segments = segments_of(points)
-    of_segments = BasisSettings(epsilon=epsilon, symmetric=symmetric)
+    of_segments = BasisSettings(radius=epsilon, symmetric=symmetric)
     free = make_basis(segments, of_segments.model_copy(update={"centres": "free"}), seed)
     assert len(free) <= len(make_basis(segments, of_segments, seed))
     assert (distances(free.scaled(points), free.scaled(free.points)).min(1) <= epsilon).all()

@@ -12,9 +12,9 @@ import numpy as np
 from jaxtyping import Float
 
 from coverdrive.errors import DataError
-from coverdrive.prediction.affordance import FEATURES
-from coverdrive.prediction.inputs import Inputs
-from coverdrive.prediction.samples import Samples
+from coverdrive.prediction.learning.affordance import FEATURES
+from coverdrive.prediction.learning.inputs import Inputs
+from coverdrive.prediction.learning.samples import Samples
 
 Scorer = Callable[[Float[np.ndarray, "N F"]], Any]
 """Gives N × M scores in [0, 1] for the features of N vehicles; a PyTorch or JAX array will do"""
