@@ -127,6 +127,12 @@ def quick_fit(once: Callable[[str, Callable[[Path], None]], Path]) -> Path:
 
 
 @pytest.fixture(scope="session")
+def quick_predictor(quick_fit: Path) -> Path:
+    """The file of the predictor of a quick fit."""
+    return quick_fit / "predictor.safetensors"
+
+
+@pytest.fixture(scope="session")
 def us101() -> Path:
     """The folder of recorded US-101 traffic; where nobody says that it is there, tests that need it are skipped."""
     named = os.environ.get("COVERDRIVE_DATA")

@@ -9,11 +9,6 @@ from typing import Any
 import pytest
 
 from coverdrive.certificates.methods import Method
-from coverdrive.prediction.calibrate import CertificateSettings
-from coverdrive.prediction.cover.basis import BasisSettings
-from coverdrive.prediction.fit import PredictionSettings, fit
-from coverdrive.prediction.learning.training import TrainingSettings
-from coverdrive.simulation.generated import GeneratedSettings, generate
 
 FOLDER = Path(__file__).parents[1] / "benchmarks"
 
@@ -76,16 +71,10 @@ def test_planner(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.slow
-def test_closed_loop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    settings = PredictionSettings(
-        basis=BasisSettings(radius=1.0),
-        training=TrainingSettings(epochs=1),
-        certificate=CertificateSettings(confidence=0.9, unit="window"),
-    )
-    recordings = generate(GeneratedSettings(scenes=6, duration=10.0, vehicles=(8, 10)), seed=0)
-    predictor = tmp_path / "predictor.safetensors"
-    fit(recordings, settings).predictor.save(predictor)
-    quick = ("--predictor", str(predictor), "--trials", "1", "--duration", "1", "--workers", "1")
+def test_closed_loop(
+    quick_predictor: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    quick = ("--predictor", str(quick_predictor), "--trials", "1", "--duration", "1", "--workers", "1")
     alone = ran("closed_loop", tmp_path / "closed_loop.json", monkeypatch, *quick, "--baselines", "paper")
     assert set(alone["means"]) == {"paper", "coverdrive"}
     capsys.readouterr()

@@ -5,6 +5,8 @@ Every command of the documentation exists with its options.
 
 import re
 import shlex
+import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import polars as pl
@@ -29,10 +31,13 @@ PAGES = sorted(
 )
 
 
-@pytest.fixture(scope="session")
-def beside(tmp_path_factory: pytest.TempPathFactory) -> Path:
+@pytest.fixture
+def beside(once: Callable[[str, Callable[[Path], None]], Path], tmp_path: Path) -> Path:
     """A folder with ``results/``, ``bases/`` and ``us-101.csv``, all of them small."""
-    folder = tmp_path_factory.mktemp("documentation")
+    return Path(shutil.copytree(once("documentation", fill), tmp_path / "beside"))
+
+
+def fill(folder: Path) -> None:
     experiment = Experiment().overridden(
         generated={"scenes": 6, "duration": 20.0, "vehicles": (10, 12)},
         prediction={
@@ -46,7 +51,6 @@ def beside(tmp_path_factory: pytest.TempPathFactory) -> Path:
     segments = cut_segments(recordings, experiment.prediction.segments)
     save_bases(experiment, study_bases(segments, (0.75,)), folder / "bases")
     ngsim().write_csv(folder / "us-101.csv")
-    return folder
 
 
 def ngsim() -> pl.DataFrame:

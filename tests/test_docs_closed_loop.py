@@ -1,16 +1,12 @@
 """What the page on closed loops shows works."""
 
 import re
+import shutil
 from pathlib import Path
 
 import pytest
 
 from coverdrive.config import Experiment
-from coverdrive.prediction.calibrate import CertificateSettings
-from coverdrive.prediction.cover.basis import BasisSettings
-from coverdrive.prediction.fit import PredictionSettings, fit
-from coverdrive.prediction.learning.training import TrainingSettings
-from coverdrive.simulation.generated import GeneratedSettings, generate
 
 PAGE = (Path(__file__).parents[1] / "docs" / "closed-loop.md").read_text(encoding="utf-8")
 
@@ -27,14 +23,9 @@ def test_settings_are_known(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_an_own_traffic_and_an_own_planner_make_a_study(tmp_path: Path, monkeypatch, capsys) -> None:
-    settings = PredictionSettings(
-        basis=BasisSettings(radius=1.0),
-        training=TrainingSettings(epochs=1),
-        certificate=CertificateSettings(confidence=0.9, unit="window"),
-    )
-    recordings = generate(GeneratedSettings(scenes=6, duration=10.0, vehicles=(8, 10)), seed=0)
-    fit(recordings, settings).predictor.save(tmp_path / "results" / "predictor.safetensors")
+def test_an_own_traffic_and_an_own_planner_make_a_study(quick_predictor: Path, tmp_path, monkeypatch, capsys) -> None:
+    (tmp_path / "results").mkdir()
+    shutil.copy(quick_predictor, tmp_path / "results")
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}
     for block in blocks("python"):

@@ -33,6 +33,7 @@ def test_newcombe_interval_contains_the_difference_and_turns_with_the_studies(bo
     assert newcombe_interval(two, one, 0.95) == pytest.approx((-high, -low))
 
 
+@pytest.mark.slow
 def test_newcombe_interval_covers_as_often_as_it_says():
     random = np.random.default_rng(0)
     cells = random.multinomial(200, [0.02, 0.05, 0.08, 0.85], 2000)
