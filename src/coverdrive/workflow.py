@@ -18,9 +18,9 @@ import numpy as np
 import polars as pl
 
 import coverdrive
+from coverdrive.certificates.calibration import Calibration, Claim
 from coverdrive.certificates.certificate import Counted, fingerprint
 from coverdrive.certificates.comparison import Compared, compare
-from coverdrive.certificates.methods import Task
 from coverdrive.certificates.paper_tables import PaperTables, make_tables
 from coverdrive.config import Experiment
 from coverdrive.errors import DataError
@@ -113,18 +113,17 @@ def compare_methods(
         CertificateError: the scores are of another split, so that calibration samples trained the network.
     """
     settings = experiment.prediction
-    task = Task(
-        samples=sides.calibration,
-        tube=predictor.basis.radius,
-        trained_on=predictor.trained_on,
-        confidence=settings.certificate.confidence,
-        unit=unit or settings.certificate.unit,
-        training=sides.train,
-        seed=experiment.seed,
-        tubes=settings.certificate.tube,
+    calibration = Calibration.of(
+        sides.calibration,
+        predictor.basis.radius,
+        predictor.trained_on,
+        unit or settings.certificate.unit,
+        experiment.seed,
+        sides.train,
     )
+    claim = Claim(confidence=settings.certificate.confidence, tubes=settings.certificate.tube)
     with heard_by(progress or _nobody), stage("methods"):
-        return compare(task, sides.test, targets)
+        return compare(calibration, claim, sides.test, targets)
 
 
 def save_comparison(compared: Sequence[Compared], predictor: Predictor, folder: Path) -> None:

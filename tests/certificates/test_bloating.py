@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from certificates_fakes import post_bloat
 from scipy import stats
 
-from coverdrive.certificates.bloating import post_bloat
 from coverdrive.certificates.bounds import rate_limit, violation_bound
 from coverdrive.certificates.calibration import ScoredSamples
 from coverdrive.certificates.evaluation import evaluate

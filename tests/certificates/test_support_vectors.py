@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from certificates_fakes import support_vectors
 from scipy import stats
 from sklearn.svm import SVC
 
@@ -13,7 +14,7 @@ from coverdrive.certificates.calibration import ScoredSamples
 from coverdrive.certificates.certificate import Counted
 from coverdrive.certificates.evaluation import evaluate
 from coverdrive.certificates.rule import Hyperplanes, Rule, Thresholds, rule_of
-from coverdrive.certificates.support_vectors import NEGATIVES, PENALTY, support_vectors
+from coverdrive.certificates.support_vectors import NEGATIVES, PENALTY
 from coverdrive.errors import CertificateError
 
 TUBE = 0.5
