@@ -1,4 +1,4 @@
-"""Learn then test: by hand, equal to the family where rules are nested, and its error probability by experiment."""
+"""Learn then test: by hand, equal to the nested where rules are nested, and its error probability by experiment."""
 
 from collections.abc import Callable
 
@@ -52,15 +52,15 @@ def test_nested_rules_give_the_familys_result(seed: int, unit: Counted, epsilon:
     samples = ScoredSamples(
         random.random((300, 2)), random.integers(0, 2, 300), np.zeros(300), random.integers(0, 120, 300)
     )
-    family = NestedSets(np.sort(np.r_[np.zeros((1, 2)), random.random((30, 2))], axis=0))
-    tested, _ = learn_then_test(samples, TUBE, NOBODY, rules_of(family, TUBE), epsilon, 0.9, unit, seed)
-    calibrated, _ = nested_sets(samples, TUBE, NOBODY, family, None, epsilon, 0.9, unit, seed)
+    nested = NestedSets(np.sort(np.r_[np.zeros((1, 2)), random.random((30, 2))], axis=0))
+    tested, _ = learn_then_test(samples, TUBE, NOBODY, rules_of(nested, TUBE), epsilon, 0.9, unit, seed)
+    calibrated, _ = nested_sets(samples, TUBE, NOBODY, nested, None, epsilon, 0.9, unit, seed)
     assert np.array_equal(tested.values, calibrated.values)
 
 
 def test_repeated_rules_are_tested_once() -> None:
-    family = NestedSets(np.array([[0.0], [0.0], [0.3], [0.3], [0.5]]))
-    assert [rule.values[0] for rule in rules_of(family, TUBE)] == pytest.approx([0, 0.3, 0.5], abs=2e-6)
+    nested = NestedSets(np.array([[0.0], [0.0], [0.3], [0.3], [0.5]]))
+    assert [rule.values[0] for rule in rules_of(nested, TUBE)] == pytest.approx([0, 0.3, 0.5], abs=2e-6)
 
 
 @pytest.mark.slow

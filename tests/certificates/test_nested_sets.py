@@ -43,12 +43,12 @@ def test_the_last_rule_that_misses_no_more(discarded: int, values: list[float]) 
 
 def test_last_passed_is_the_last_rule_that_does_not_miss(draw: Draw) -> None:
     units = make_units(draw(100, 3, seed=1, outside=0.1, windows=2), TUBE, "vehicle")
-    family = quantile_sets(draw(300, 3, seed=2), rules=40)
-    last = family.last_passed(units)
+    nested = quantile_sets(draw(300, 3, seed=2), rules=40)
+    last = nested.last_passed(units)
     for number in range(100):
         asks = units.demands.unit == number
         passes = [
-            bool((units.demands.score[asks] >= values[units.demands.base[asks]]).all()) for values in family.values
+            bool((units.demands.score[asks] >= values[units.demands.base[asks]]).all()) for values in nested.values
         ]
         assert passes == [rule <= last[number] for rule in range(len(passes))]
 
@@ -56,11 +56,11 @@ def test_last_passed_is_the_last_rule_that_does_not_miss(draw: Draw) -> None:
 def test_quantile_sets_passes_through_the_lowest_training_score() -> None:
     scores = np.array([[0.4, 0.0, 0.3], [0.8, 0.0, 0.3], [0.5, 0.9, 0.3]])
     training = ScoredSamples(scores, np.array([0, 0, 1]), np.zeros(3), np.arange(3))
-    family = quantile_sets(training, rules=10)
-    assert family.values.shape == (10, 3)
-    assert family.values[0].tolist() == [0, 0, 0]
-    assert family.values[4] == pytest.approx([0.32, 0.72, 0])
-    assert family.values[-1] == pytest.approx([0.8, 0.9, 0])  # base 2 never occurred: always possible
+    nested = quantile_sets(training, rules=10)
+    assert nested.values.shape == (10, 3)
+    assert nested.values[0].tolist() == [0, 0, 0]
+    assert nested.values[4] == pytest.approx([0.32, 0.72, 0])
+    assert nested.values[-1] == pytest.approx([0.8, 0.9, 0])  # base 2 never occurred: always possible
 
 
 def test_impossible_requests_are_refused(draw: Draw) -> None:
@@ -83,10 +83,10 @@ def test_violation_probability_follows_its_law(draw: Draw) -> None:
     """With fine steps, Beta(r + 1, N − r), whatever the shape; the law of one discard more or less is rejected."""
     count, discarded, outside, repeats = 200, 12, 0.01, 1200
     steps = np.linspace(0, 1, 20_001)
-    family = NestedSets(np.stack([steps**2, steps, np.sqrt(steps)], axis=1))
+    nested = NestedSets(np.stack([steps**2, steps, np.sqrt(steps)], axis=1))
     violation = np.empty(repeats)
     for repeat in range(repeats):
-        rule, _ = nested_sets(draw(count, 3, repeat, outside), TUBE, NOBODY, family, discarded)
+        rule, _ = nested_sets(draw(count, 3, repeat, outside), TUBE, NOBODY, nested, discarded)
         violation[repeat] = outside + (1 - outside) * rule.values.mean()
     assert stats.kstest(violation, stats.beta(discarded + 1, count - discarded).cdf).pvalue > 0.001
     assert stats.kstest(violation, stats.beta(discarded + 2, count - discarded - 1).cdf).pvalue < 0.001

@@ -58,9 +58,7 @@ def test_post_bloating_computes_its_bound_and_may_prove_nothing() -> None:
     assert provable_epsilon(0.1, few, Claim(), BASES, 60) is None
     with pytest.raises(CertificateError, match=r"4 calibration windows, of which 2 leave the tube .* prove nothing"):
         provable_epsilon(0.1, few, Claim(), BASES, 4, 2)
-    with pytest.raises(
-        CertificateError, match=r"of 4 calibration windows, 2 leave the tube of every base, so that nothing is proved"
-    ):
+    with pytest.raises(CertificateError, match=r"4 calibration windows, 2 leave the tube .* nothing is proved"):
         certify(Method.POST_BLOATING, Task(samples_of(4, 2), 1.0, np.zeros(0, int)))
 
 
