@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from prediction_fakes import segments_of
 
-from coverdrive.prediction import free_centres as module
+from coverdrive.prediction.cover import free_centres as module
 from coverdrive.prediction.cover.basis import Basis, BasisSettings, make_basis
 from coverdrive.prediction.cover.free_centres import free_centres
 from coverdrive.prediction.cover.greedy import MIRROR, greedy_cover
