@@ -44,7 +44,6 @@ STUDY = "study"
 """the study in the traffic of the folder's settings; one in another traffic is called ``study-drivers`` or the like"""
 
 _FORMAT = 2
-_OBJECT = TypeAdapter(dict[str, Any])
 
 T = TypeVar("T")
 
@@ -105,7 +104,7 @@ class Results:
     @property
     def certified(self) -> Certified:
         """The certificates, and how they did on scenes that were never seen."""
-        return self._kept("certified", lambda: _read(self._sealed(CERTIFICATE), TypeAdapter(Certified)))
+        return self._kept("certified", lambda: _read(self._sealed(CERTIFICATE), TypeAdapter(Certified).validate_python))
 
     @property
     def settings(self) -> PredictionSettings:
@@ -120,7 +119,7 @@ class Results:
     @property
     def run(self) -> dict[str, Any]:
         """Versions, data and times."""
-        return self._kept("run", lambda: _read(self._sealed(RUN), _OBJECT))
+        return self._kept("run", lambda: _read(self._sealed(RUN), _object))
 
     @property
     def fitted(self) -> Fitted:
@@ -150,7 +149,7 @@ class Results:
         """All methods of calibration side by side; none if they were not compared on this predictor yet."""
         if METHODS not in self._digests:
             return []
-        return _read(self._sealed(METHODS), TypeAdapter(_Methods)).methods
+        return _read(self._sealed(METHODS), TypeAdapter(_Methods).validate_python).methods
 
     # studies
 
@@ -222,7 +221,7 @@ class Results:
             raise DataError(
                 f"there are no results in {self.folder}; make some with `coverdrive run --out {self.folder}`"
             )
-        found = _read(file, _OBJECT)
+        found = _read(file, _object)
         if found.get("format") != _FORMAT:
             raise DataError(f"{file}: expected results of format {_FORMAT}, got {found.get('format')!r}; fit again")
         return found["files"]
@@ -301,10 +300,17 @@ def _digest(file: Path) -> str:
         return hashlib.file_digest(content, "sha256").hexdigest()
 
 
-def _read(file: Path, kind: TypeAdapter[T]) -> T:
+def _object(value: Any) -> dict[str, Any]:
+    """A JSON object."""
+    if not isinstance(value, dict):
+        raise ValueError(f"expected an object, got {type(value).__name__}")
+    return value
+
+
+def _read(file: Path, valid: Callable[[Any], T]) -> T:
     """The content of a JSON file, as what it was written from."""
     try:
-        return kind.validate_python(json.loads(file.read_text(encoding="utf-8")))
+        return valid(json.loads(file.read_text(encoding="utf-8")))
     except (OSError, ValueError, ValidationError) as error:
         first = str(error).partition("\n")[0]
         raise DataError(f"{file}: not a readable result ({first}); make it with `coverdrive fit`") from error
