@@ -1,5 +1,7 @@
 """Videos have the right frames, play in real time, and are complete or absent."""
 
+from pathlib import Path
+
 import av
 import numpy as np
 import pytest
@@ -29,14 +31,21 @@ def frames_of(path) -> np.ndarray:
     return np.array(frames)
 
 
-def test_one_frame_for_every_moment_in_real_time(trace, tmp_path):
+@pytest.fixture(scope="module")
+def video(tmp_path_factory) -> tuple[Path, list[tuple[str, float]]]:
+    """A video in a folder of its own, and what was told while it was written."""
     told = []
-    path = tmp_path / "new" / "drive.mp4"
+    path = tmp_path_factory.mktemp("video") / "new" / "drive.mp4"
     with heard_by(lambda stage, share: told.append((stage, share))):
-        animate(trace, path)
+        animate(make_trace(), path)
+    return path, told
+
+
+def test_one_frame_for_every_moment_in_real_time(video):
+    path, told = video
     frames = len(frames_of(path))
-    with av.open(path) as video:
-        assert video.duration / av.time_base == pytest.approx(frames * 0.1, abs=0.05)
+    with av.open(path) as content:
+        assert content.duration / av.time_base == pytest.approx(frames * 0.1, abs=0.05)
     assert frames == STEPS + 1 + HELD
     assert {stage for stage, _ in told} == {"video"}
     shares = [share for _, share in told]
@@ -45,14 +54,14 @@ def test_one_frame_for_every_moment_in_real_time(trace, tmp_path):
     assert [file.name for file in path.parent.iterdir()] == ["drive.mp4"]
 
 
-def test_players_understand_the_format(trace, tmp_path):
-    animate(trace, tmp_path / "drive.mp4")
-    with av.open(tmp_path / "drive.mp4") as video:
-        (stream,) = video.streams
+def test_players_understand_the_format(video):
+    path, _ = video
+    with av.open(path) as content:
+        (stream,) = content.streams
         assert (stream.codec_context.name, stream.pix_fmt) == ("h264", "yuv420p")
         assert (stream.width, stream.height, stream.average_rate) == (1600, 608, 10)
-    content = (tmp_path / "drive.mp4").read_bytes()
-    assert content.index(b"moov") < content.index(b"mdat")  # it plays before all of it is there
+    written = path.read_bytes()
+    assert written.index(b"moov") < written.index(b"mdat")  # it plays before all of it is there
 
 
 def test_frames_show_the_drive(tmp_path):
