@@ -110,6 +110,23 @@ def quick_run(once: Callable[[str, Callable[[Path], None]], Path]) -> Path:
 
 
 @pytest.fixture(scope="session")
+def quick_fit(once: Callable[[str, Callable[[Path], None]], Path]) -> Path:
+    """A results folder with a quick fit."""
+
+    def fit(folder: Path) -> None:
+        from coverdrive.config import Experiment
+        from coverdrive.prediction.fit import fit
+        from coverdrive.results import Results
+
+        (folder / "quick.toml").write_text(QUICK)
+        experiment = Experiment.load(folder / "quick.toml")
+        result = fit(experiment.recordings([]), experiment.prediction, experiment.seed)
+        Results(folder).save_fit(experiment, result)
+
+    return once("quick-fit", fit)
+
+
+@pytest.fixture(scope="session")
 def us101() -> Path:
     """The folder of recorded US-101 traffic; where nobody says that it is there, tests that need it are skipped."""
     named = os.environ.get("COVERDRIVE_DATA")
