@@ -44,6 +44,7 @@ STUDY = "study"
 """the study in the traffic of the folder's settings; one in another traffic is called ``study-drivers`` or the like"""
 
 _FORMAT = 2
+_OBJECT = TypeAdapter(dict[str, Any]).validate_python
 
 T = TypeVar("T")
 
@@ -119,7 +120,7 @@ class Results:
     @property
     def run(self) -> dict[str, Any]:
         """Versions, data and times."""
-        return self._kept("run", lambda: _read(self._sealed(RUN), _object))
+        return self._kept("run", lambda: _read(self._sealed(RUN), _OBJECT))
 
     @property
     def fitted(self) -> Fitted:
@@ -221,7 +222,7 @@ class Results:
             raise DataError(
                 f"there are no results in {self.folder}; make some with `coverdrive run --out {self.folder}`"
             )
-        found = _read(file, _object)
+        found = _read(file, _OBJECT)
         if found.get("format") != _FORMAT:
             raise DataError(f"{file}: expected results of format {_FORMAT}, got {found.get('format')!r}; fit again")
         return found["files"]
@@ -300,17 +301,10 @@ def _digest(file: Path) -> str:
         return hashlib.file_digest(content, "sha256").hexdigest()
 
 
-def _object(value: Any) -> dict[str, Any]:
-    """A JSON object."""
-    if not isinstance(value, dict):
-        raise ValueError(f"expected an object, got {type(value).__name__}")
-    return value
-
-
-def _read(file: Path, valid: Callable[[Any], T]) -> T:
+def _read(file: Path, checked: Callable[[Any], T]) -> T:
     """The content of a JSON file, as what it was written from."""
     try:
-        return valid(json.loads(file.read_text(encoding="utf-8")))
+        return checked(json.loads(file.read_text(encoding="utf-8")))
     except (OSError, ValueError, ValidationError) as error:
         first = str(error).partition("\n")[0]
         raise DataError(f"{file}: not a readable result ({first}); make it with `coverdrive fit`") from error
