@@ -98,15 +98,10 @@ def _in_road_frame(
     return raw, (edges[-1] - edges)[::-1].copy()
 
 
-def _some_tracks(table: pl.DataFrame, vehicle: str, clock: str) -> pl.DataFrame:
-    """The rows of a hundred vehicles, sorted by vehicle and time: enough to judge units and time steps by."""
-    some = table[vehicle].unique(maintain_order=True).head(100)
-    return table.filter(pl.col(vehicle).is_in(some.implode())).sort(vehicle, clock)
-
-
 def _time_step(file: Path, table: pl.DataFrame) -> float:
-    """[s] the usual time between two rows of a vehicle."""
-    tracks = _some_tracks(table.select("vehicle", "clock"), "vehicle", "clock")
+    """[s] the usual time between two rows of a vehicle, of the first hundred vehicles."""
+    some = table["vehicle"].unique(maintain_order=True).head(100)
+    tracks = table.select("vehicle", "clock").filter(pl.col("vehicle").is_in(some.implode())).sort("vehicle", "clock")
     steps = np.diff(tracks["clock"].to_numpy())[np.diff(tracks["vehicle"].to_numpy()) == 0]
     if not np.any(steps > 0):
         raise RecordingError(file, "no vehicle was seen at two times; check that the file was copied whole")
@@ -168,27 +163,3 @@ def _check_whole(file: Path, table: pl.DataFrame) -> None:
             row = int(wrong.arg_max() or 0)
             problem = f"expected a whole number, got {table[name][row]:g}; put the cell right or remove the row"
             raise RecordingError(file, problem, table[ROW][row], name)
-
-
-def check_unit(file: Path, what: str, values: Float[np.ndarray, " R"], low: float, high: float, unit: str) -> None:
-    """Refuse a column whose median shows that it is in another unit.
-
-    Args:
-        file: named in the error.
-        what: name of the quantity.
-        values: in the unit that the format prescribes.
-        low: smallest plausible median.
-        high: largest plausible median.
-        unit: the unit that the format prescribes.
-
-    Raises:
-        RecordingError: when the median is outside of low to high.
-
-    """
-    median = float(np.median(values))
-    if not low <= median <= high:
-        raise RecordingError(
-            file,
-            f"the median {what} is {median:.2f}, which cannot be {unit}; expected {low:g} to {high:g}, "
-            "convert the file to this unit",
-        )

@@ -3,17 +3,21 @@
 from collections import Counter
 from pathlib import Path
 
+import numpy as np
 import polars as pl
 
 from coverdrive.errors import RecordingError
 from coverdrive.recordings.delimited import ROW, Layout, read_columns
 from coverdrive.recordings.foreign import refuse_foreign
-from coverdrive.recordings.local_frame import check_unit, recordings_from_local
+from coverdrive.recordings.local_frame import recordings_from_local
 from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.recordings.tracks import Reading
 
 FOOT = 0.3048
 """[m]"""
+
+USUAL_LENGTHS = (8.0, 60.0)
+"""[ft] of the median vehicle; cars are 15 ft long"""
 
 TEXT_COLUMNS = (
     "vehicle_id frame_id total_frames global_time local_x local_y global_x global_y v_length v_width v_class "
@@ -49,7 +53,11 @@ def read_ngsim(
     repairs: Counter[str] = Counter()
     site = location if layout.header_lines else None  # the original text holds a single site
     feet = read_columns(layout, wanted, site, repairs)
-    check_unit(file, "vehicle length", feet["v_length"].to_numpy(), 8.0, 60.0, "feet")
+    usual = float(np.median(feet["v_length"].to_numpy()))
+    if not USUAL_LENGTHS[0] <= usual <= USUAL_LENGTHS[1]:
+        least, most = USUAL_LENGTHS
+        problem = f"the median vehicle length is {usual:.2f}, which cannot be feet; expected {least:g} to {most:g}"
+        raise RecordingError(file, f"{problem}, convert the file to feet")
     metres = feet.select(
         ROW,
         vehicle=pl.col("vehicle_id"),
