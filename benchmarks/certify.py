@@ -17,8 +17,8 @@ import numpy as np
 from coverdrive.certificates import support_vectors
 from coverdrive.certificates.bounds import binomial_tail, discards_allowed, marginal_misses_allowed, misses_allowed
 from coverdrive.certificates.calibration import ScoredSamples
-from coverdrive.certificates.family import quantile_family
 from coverdrive.certificates.methods import Method, Task, certify
+from coverdrive.certificates.nested_sets import quantile_sets
 from coverdrive.certificates.rule import Hyperplanes
 
 EPSILON, CONFIDENCE, TUBE = 0.1, 0.99, 0.75
@@ -60,7 +60,7 @@ def family(task: Task) -> np.ndarray:
     samples = task.samples
     allowed = misses_allowed(EPSILON, CONFIDENCE, len(samples))
     driven = samples.scores[np.arange(len(samples)), samples.base]
-    rules = quantile_family(task.training).values
+    rules = quantile_sets(task.training).values
     return [values for values in rules if (driven < values[samples.base]).sum() <= allowed][-1]
 
 
@@ -68,7 +68,7 @@ def risk_control(task: Task) -> np.ndarray:
     samples = task.samples
     driven = samples.scores[np.arange(len(samples)), samples.base]
     passed = None
-    for values in quantile_family(task.training).values:
+    for values in quantile_sets(task.training).values:
         misses = int((driven < values[samples.base]).sum())
         if binomial_tail(EPSILON, misses, len(samples)) > 1 - CONFIDENCE:
             break
@@ -120,8 +120,8 @@ BASELINES = {
     Method.POST_BLOATING: post_bloating,
     Method.SVM: hyperplanes,
     Method.DISCARDING: discarding,
-    Method.FAMILY: family,
-    Method.RISK_CONTROL: risk_control,
+    Method.NESTED_SETS: family,
+    Method.LEARN_THEN_TEST: risk_control,
     Method.POOLED: pooled(marginal),
     Method.PER_BASE: per_base(marginal),
     Method.CLUSTERED: per_base(marginal),
@@ -156,7 +156,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("certify.json"))
     arguments = parser.parse_args()
     training, samples = made_up(arguments.samples, 1, 0), made_up(arguments.samples, 2, arguments.samples)
-    certify(Method.FAMILY, Task(samples, TUBE, training.vehicle, EPSILON, training=training))
+    certify(Method.NESTED_SETS, Task(samples, TUBE, training.vehicle, EPSILON, training=training))
     methods = {method.value: compared(method, training, samples) for method in Method}
     result = {
         "samples": len(samples),

@@ -110,24 +110,26 @@ def quick_run(once: Callable[[str, Callable[[Path], None]], Path]) -> Path:
 
 
 @pytest.fixture(scope="session")
-def quick_predictor(once: Callable[[str, Callable[[Path], None]], Path]) -> Path:
-    """The file of a predictor that learned for a second."""
-    import coverdrive as cd
-    from coverdrive.config import Experiment
+def quick_fit(once: Callable[[str, Callable[[Path], None]], Path]) -> Path:
+    """A results folder with a quick fit."""
 
-    def learn(folder: Path) -> None:
-        experiment = Experiment().overridden(
-            generated={"scenes": 6, "duration": 10.0, "vehicles": (8, 10)},
-            prediction={
-                "basis": {"radius": 1.0},
-                "training": {"epochs": 1},
-                "certificate": {"confidence": 0.9, "unit": "window"},
-            },
-        )
-        result = cd.fit(experiment.recordings([]), experiment.prediction)
-        result.predictor.save(folder / "predictor.safetensors")
+    def fit(folder: Path) -> None:
+        from coverdrive.config import Experiment
+        from coverdrive.prediction.fit import fit
+        from coverdrive.results import Results
 
-    return once("quick-predictor", learn) / "predictor.safetensors"
+        (folder / "quick.toml").write_text(QUICK)
+        experiment = Experiment.load(folder / "quick.toml")
+        result = fit(experiment.recordings([]), experiment.prediction, experiment.seed)
+        Results(folder).save_fit(experiment, result)
+
+    return once("quick-fit", fit)
+
+
+@pytest.fixture(scope="session")
+def quick_predictor(quick_fit: Path) -> Path:
+    """The file of the predictor of a quick fit."""
+    return quick_fit / "predictor.safetensors"
 
 
 @pytest.fixture(scope="session")

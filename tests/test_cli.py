@@ -315,15 +315,18 @@ def test_help_says_the_defaults_of_the_settings(capsys: pytest.CaptureFixture[st
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT for other processes")
-def test_a_stopped_study_says_how_to_go_on(results: Path, tmp_path: Path, heeds_interrupts: None) -> None:
+@pytest.mark.parametrize(("number", "status", "workers"), [(signal.SIGINT, 130, "1"), (signal.SIGTERM, 143, "2")])
+def test_a_stopped_study_says_how_to_go_on(
+    number: signal.Signals, status: int, workers: str, results: Path, tmp_path: Path, heeds_interrupts: None
+) -> None:
     shutil.copytree(results, tmp_path / "out", ignore=shutil.ignore_patterns("study", "figures"))
-    command = [sys.executable, "-m", "coverdrive", "study", "--trials", "500", "--workers", "1"]
+    command = [sys.executable, "-m", "coverdrive", "study", "--trials", "500", "--workers", workers]
     with subprocess.Popen([*command, "--out", tmp_path / "out"], stderr=subprocess.PIPE, text=True) as process:
         while process.poll() is None and not list((tmp_path / "out").glob("study/trials/*")):
             time.sleep(0.1)
-        process.send_signal(signal.SIGINT)
+        process.send_signal(number)
         _, complaint = process.communicate()
-    assert process.returncode == 130
+    assert process.returncode == status
     assert "goes on from them" in complaint and "Traceback" not in complaint
 
 

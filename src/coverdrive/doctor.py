@@ -19,7 +19,6 @@ from coverdrive.progress import done, stage
 _MODULES = {
     "commonroad-io": "commonroad.common.file_reader",
     "pillow": "PIL",
-    "tomli-w": "tomli_w",
 }
 """what to import of packages whose modules are not called like them"""
 
@@ -153,7 +152,7 @@ def _package(required: Requirement) -> str:
     if not required.specifier.contains(found, prereleases=True):
         raise _Wrong(f"{found}, but coverdrive needs {required.specifier}")
     try:
-        importlib.import_module(_MODULES.get(required.name, required.name))
+        importlib.import_module(_MODULES.get(required.name, required.name.replace("-", "_")))
     except Exception as error:
         raise _Wrong(f"{found}, but it cannot be imported ({_in_one_line(error)})") from error
     return found

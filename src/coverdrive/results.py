@@ -44,6 +44,7 @@ STUDY = "study"
 """the study in the traffic of the folder's settings; one in another traffic is called ``study-drivers`` or the like"""
 
 _FORMAT = 2
+_OBJECT = TypeAdapter(dict[str, Any])
 
 T = TypeVar("T")
 
@@ -61,7 +62,7 @@ class Results:
     def __init__(self, folder: Path | str):
         """Name the folder; it is made as needed."""
         self.folder = Path(folder)
-        self._read: dict[str, Any] = {}
+        self._known: dict[str, Any] = {}
 
     # what a fit leaves
 
@@ -104,7 +105,7 @@ class Results:
     @property
     def certified(self) -> Certified:
         """The certificates, and how they did on scenes that were never seen."""
-        return self._kept("certified", lambda: _read(self._sealed(CERTIFICATE), Certified))
+        return self._kept("certified", lambda: _read(self._sealed(CERTIFICATE), TypeAdapter(Certified)))
 
     @property
     def settings(self) -> PredictionSettings:
@@ -119,7 +120,7 @@ class Results:
     @property
     def run(self) -> dict[str, Any]:
         """Versions, data and times."""
-        return self._kept("run", lambda: _read(self._sealed(RUN), dict[str, Any]))
+        return self._kept("run", lambda: _read(self._sealed(RUN), _OBJECT))
 
     @property
     def fitted(self) -> Fitted:
@@ -149,7 +150,7 @@ class Results:
         """All methods of calibration side by side; none if they were not compared on this predictor yet."""
         if METHODS not in self._digests:
             return []
-        return _read(self._sealed(METHODS), _Methods).methods
+        return _read(self._sealed(METHODS), TypeAdapter(_Methods)).methods
 
     # studies
 
@@ -221,7 +222,7 @@ class Results:
             raise DataError(
                 f"there are no results in {self.folder}; make some with `coverdrive run --out {self.folder}`"
             )
-        found = _read(file, dict[str, Any])
+        found = _read(file, _OBJECT)
         if found.get("format") != _FORMAT:
             raise DataError(f"{file}: expected results of format {_FORMAT}, got {found.get('format')!r}; fit again")
         return found["files"]
@@ -231,13 +232,13 @@ class Results:
         known = self._digests if self.holds_fit else {}
         files = known | {name: _digest(self.folder / name) for name in names}
         write_json(self.folder / MANIFEST, {"format": _FORMAT, "coverdrive": coverdrive.__version__, "files": files})
-        self._read.clear()
+        self._known.clear()
 
     def _kept(self, name: str, read: Callable[[], T]) -> T:
         """What was read before, or is read now."""
-        if name not in self._read:
-            self._read[name] = read()
-        return self._read[name]
+        if name not in self._known:
+            self._known[name] = read()
+        return self._known[name]
 
     def _sealed(self, name: str) -> Path:
         """A file that is as it was written."""
@@ -300,10 +301,10 @@ def _digest(file: Path) -> str:
         return hashlib.file_digest(content, "sha256").hexdigest()
 
 
-def _read(file: Path, kind: type[T]) -> T:
+def _read(file: Path, kind: TypeAdapter[T]) -> T:
     """The content of a JSON file, as what it was written from."""
     try:
-        return TypeAdapter(kind).validate_python(json.loads(file.read_text(encoding="utf-8")))
+        return kind.validate_python(json.loads(file.read_text(encoding="utf-8")))
     except (OSError, ValueError, ValidationError) as error:
         first = str(error).partition("\n")[0]
         raise DataError(f"{file}: not a readable result ({first}); make it with `coverdrive fit`") from error

@@ -1,11 +1,15 @@
-"""Synthetic samples whose miss probability is known."""
+"""Synthetic samples whose miss probability is known; the tests may import `certificates_fakes`."""
 
+import sys
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from coverdrive.certificates.calibration import ScoredSamples
+
+sys.path.insert(0, str(Path(__file__).parent))
 
 Draw = Callable[..., ScoredSamples]
 

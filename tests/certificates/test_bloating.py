@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from certificates_fakes import post_bloat
 from scipy import stats
 
-from coverdrive.certificates.bloating import post_bloat
 from coverdrive.certificates.bounds import rate_limit, violation_bound
 from coverdrive.certificates.calibration import ScoredSamples
 from coverdrive.certificates.evaluation import evaluate
@@ -30,13 +30,14 @@ def drawn(count: int, bases: int, seed: int, first_vehicle: int = 0) -> ScoredSa
 
 
 def test_thresholds_by_hand() -> None:
-    samples = scored([[0.9, 0.1], [0.6, 0.3], [0.2, 0.7]], [0, 0, 1], [0.1, 0.4, 0.2], [1, 1, 2])
+    rows = np.arange(12) % 3
+    samples = scored([[0.9, 0.1], [0.6, 0.3], [0.2, 0.7]], [0, 0, 1], [0.1, 0.4, 0.2], [1, 1, 2]).of(rows)
     rule, certificate = post_bloat(samples, TUBE, NOBODY, confidence=0.5, unit="window")
     assert rule.values == pytest.approx([0.6, 0.7], abs=2e-6)
     assert rule.tube.tolist() == [0.5, 0.5]
-    assert (certificate.samples, certificate.bases, certificate.unseen_bases, certificate.uncovered) == (3, 2, 0, 0)
-    assert certificate.prediction_epsilon == violation_bound(0.5, 2, 3)
-    assert certificate.epsilon == violation_bound(0.75, 2, 3) + rate_limit(0.75, 0, 3)
+    assert (certificate.samples, certificate.bases, certificate.unseen_bases, certificate.uncovered) == (12, 2, 0, 0)
+    assert certificate.prediction_epsilon == violation_bound(0.5, 2, 12)
+    assert certificate.epsilon == violation_bound(0.75, 2, 12) + rate_limit(0.75, 0, 12)
 
 
 def test_no_calibration_sample_is_missed() -> None:
@@ -64,13 +65,14 @@ def test_vehicle_unit_counts_vehicles() -> None:
 
 
 def test_uncovered_samples_are_misses_and_no_constraints() -> None:
-    calibration = scored([[0.5], [0.6], [0.7], [0.1]], [0] * 4, [0.1, 0.2, 0.3, 0.9], [1, 2, 3, 3])
+    scores = [[0.5], [0.6], [0.7], [0.1], [0.8], [0.8]]
+    calibration = scored(scores, [0] * 6, [0.1, 0.2, 0.3, 0.9, 0.0, 0.0], [1, 2, 3, 3, 4, 5])
     rule, windows = post_bloat(calibration, TUBE, NOBODY, confidence=0.5)
     assert rule.values == pytest.approx([0.5], abs=2e-6)
-    assert (windows.uncovered, windows.samples) == (1, 4)
-    assert windows.epsilon == rate_limit(0.75, 1, 4) + violation_bound(0.75, 1, 4)
+    assert (windows.uncovered, windows.samples) == (1, 6)
+    assert windows.epsilon == rate_limit(0.75, 1, 6) + violation_bound(0.75, 1, 6)
     _, vehicles = post_bloat(calibration, TUBE, NOBODY, confidence=0.5, unit="vehicle")
-    assert (vehicles.uncovered, vehicles.samples) == (1, 3)
+    assert (vehicles.uncovered, vehicles.samples) == (1, 5)
     new = scored([[0.5], [0.5], [0.4]], [0] * 3, [0.49, 0.51, 0.0], [5, 6, 7])
     evaluation = evaluate(rule, new)
     assert (evaluation.windows.count, evaluation.outside_tube, evaluation.not_predicted) == (2, 1, 1)

@@ -1,10 +1,12 @@
 """All methods side by side: each holds on unseen samples, and each refusal says why."""
 
 import numpy as np
+from certificates_fakes import Task
 
 from coverdrive.certificates.calibration import ScoredSamples
 from coverdrive.certificates.comparison import compare
-from coverdrive.certificates.methods import Method, Task
+from coverdrive.certificates.methods import Method
+from coverdrive.progress import heard_by, stage
 
 BASES = 4
 
@@ -26,7 +28,9 @@ def task_of(calibration: int) -> Task:
 
 def test_every_method_at_every_target() -> None:
     reported: list[float] = []
-    compared = compare(task_of(2000), drawn(4000, seed=2, first_vehicle=50_000), [0.05, 0.1], reported.append)
+    task, test = task_of(2000), drawn(4000, seed=2, first_vehicle=50_000)
+    with heard_by(lambda _, share: reported.append(share)), stage("methods"):
+        compared = compare(task.calibration, task.claim, test, [0.05, 0.1])
     assert len(compared) == 2 * len(Method) - 2  # post-bloating and svm take no target
     assert reported[-1] == 1 and reported == sorted(reported)
     for each in compared:
@@ -40,7 +44,8 @@ def test_every_method_at_every_target() -> None:
 
 
 def test_too_few_samples_are_refused_one_by_one() -> None:
-    compared = compare(task_of(30), drawn(100, seed=2, first_vehicle=50_000), [0.01])
+    task = task_of(30)
+    compared = compare(task.calibration, task.claim, drawn(100, seed=2, first_vehicle=50_000), [0.01])
     refused = {each.method: each for each in compared if each.refusal}
     assert Method.PAC_POOLED in refused and Method.POST_BLOATING not in refused
     for each in refused.values():

@@ -6,13 +6,14 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from certificates_fakes import conformal
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
 from coverdrive.certificates.bounds import binomial_tail, marginal_misses_allowed, misses_allowed
 from coverdrive.certificates.calibration import ScoredSamples
-from coverdrive.certificates.conformal import clustered, conformal, per_base, units_needed
+from coverdrive.certificates.conformal import clustered, per_base, units_needed
 from coverdrive.certificates.evaluation import evaluate
 from coverdrive.errors import CertificateError
 

@@ -4,15 +4,13 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from certificates_fakes import discard, make_units, post_bloat
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from coverdrive.certificates.bloating import post_bloat
 from coverdrive.certificates.bounds import discarding_bound, violation_bound
 from coverdrive.certificates.calibration import ScoredSamples
-from coverdrive.certificates.discarding import discard
-from coverdrive.certificates.units import make_units
 from coverdrive.errors import CertificateError
 
 TUBE = 0.5

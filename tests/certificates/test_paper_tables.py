@@ -4,12 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from certificates_fakes import conformal
 from scipy import stats
 
 from coverdrive.certificates.calibration import ScoredSamples
-from coverdrive.certificates.conformal import conformal, per_base
+from coverdrive.certificates.conformal import per_base
 from coverdrive.certificates.paper_tables import TABLE_1, TABLE_2, make_tables, table_1_bounds, table_1_sizes
 from coverdrive.errors import CertificateError
+from coverdrive.progress import heard_by, stage
 
 BASES, TUBE = 3, 0.5
 
@@ -50,7 +52,8 @@ def test_sizes_are_those_of_the_paper_as_far_as_the_data_go() -> None:
 def test_both_experiments(sides: tuple[ScoredSamples, ScoredSamples, ScoredSamples]) -> None:
     reported: list[float] = []
     train, calibration, test = sides
-    tables = make_tables(train, calibration, test, TUBE, progress=reported.append)
+    with heard_by(lambda _, share: reported.append(share)), stage("tables"):
+        tables = make_tables(train, calibration, test, TUBE)
     assert reported == sorted(reported) and reported[-1] == 1
     assert tables.uncovered.total == 23_000 and tables.uncovered.value == pytest.approx(0.01, abs=0.003)
     assert tables.table_1[-1].samples == tables.calibration == int((calibration.distance <= TUBE).sum())

@@ -1,18 +1,16 @@
-"""A tube for each base: by hand, what discarding and the family make of it, and the bounds by experiment."""
+"""A tube for each base: by hand, what discarding and the nested make of it, and the bounds by experiment."""
 
 import numpy as np
 import pytest
+from certificates_fakes import discard, make_units, nested_sets, post_bloat
 from scipy import stats
 
-from coverdrive.certificates.bloating import post_bloat
 from coverdrive.certificates.bounds import rate_limit, violation_bound
 from coverdrive.certificates.calibration import ScoredSamples
-from coverdrive.certificates.discarding import discard
 from coverdrive.certificates.evaluation import evaluate
-from coverdrive.certificates.family import Family, calibrate_family, quantile_family
-from coverdrive.certificates.risk_control import rules_of
+from coverdrive.certificates.learn_then_test import rules_of
+from coverdrive.certificates.nested_sets import NestedSets, quantile_sets
 from coverdrive.certificates.rule import Thresholds
-from coverdrive.certificates.units import make_units
 from coverdrive.errors import CertificateError
 
 TUBE = 0.5
@@ -86,26 +84,26 @@ def test_family_shapes_tubes_and_thresholds_together() -> None:
     training = ScoredSamples(
         np.c_[[0.4, 0.8, 0.5], [0.3, 0.3, 0.3]], np.zeros(3, int), np.array([0.1, 0.2, 0.4]), np.arange(3)
     )
-    family = quantile_family(training, rules=10, tube=TUBE)
-    assert family.radii is not None
-    assert family.radii[0] == pytest.approx([0.5, 0.5])
-    assert family.radii[4] == pytest.approx([0.42, 0.5])
-    assert family.radii[-1] == pytest.approx([0.1, 0.5])  # base 1 never occurred: always possible, within the cover
-    assert (np.diff(family.radii, axis=0) <= 0).all()
-    first = rules_of(family, TUBE)[0]
+    nested = quantile_sets(training, rules=10, tube=TUBE)
+    assert nested.radii is not None
+    assert nested.radii[0] == pytest.approx([0.5, 0.5])
+    assert nested.radii[4] == pytest.approx([0.42, 0.5])
+    assert nested.radii[-1] == pytest.approx([0.1, 0.5])  # base 1 never occurred: always possible, within the cover
+    assert (np.diff(nested.radii, axis=0) <= 0).all()
+    first = rules_of(nested, TUBE)[0]
     assert (first.values == 0).all() and (first.tube == TUBE).all()
     with pytest.raises(CertificateError, match="must not grow"):
-        Family(np.zeros((2, 1)), np.array([[0.1], [0.2]]))
+        NestedSets(np.zeros((2, 1)), np.array([[0.1], [0.2]]))
 
 
 def test_last_passed_looks_at_distances() -> None:
     training, samples = drawn(300, 3, seed=1, first=1000), drawn(80, 3, seed=2, outside=0.1)
-    family = quantile_family(training, rules=40, tube=TUBE)
+    nested = quantile_sets(training, rules=40, tube=TUBE)
     units = make_units(samples, TUBE, "window")
-    last = family.last_passed(units)
-    asks = np.argsort(units.unit)
+    last = nested.last_passed(units)
+    asks = np.argsort(units.demands.unit)
     for number in range(80):
-        passes = [not units.missed(family.rule(rule, TUBE))[number] for rule in range(40)]
+        passes = [not units.missed(nested.rule(rule, TUBE))[number] for rule in range(40)]
         assert passes == [rule <= last[number] for rule in range(40)], asks[number]
 
 
@@ -127,12 +125,12 @@ def test_family_with_tubes_follows_its_law() -> None:
     """Beta(r + 1, N − r), whatever the shape; the law of one discard more or less is rejected."""
     count, discarded, outside, repeats = 200, 12, 0.01, 1200
     steps = np.linspace(0, 1, 20_001)[:, None]
-    family = Family(
+    nested = NestedSets(
         np.hstack([steps**2, steps, np.sqrt(steps)]), TUBE * np.hstack([1 - steps, 1 - steps**3, 1 - steps])
     )
     violation = np.empty(repeats)
     for repeat in range(repeats):
-        rule, _ = calibrate_family(drawn(count, 3, repeat, outside=outside), TUBE, NOBODY, family, discarded)
+        rule, _ = nested_sets(drawn(count, 3, repeat, outside=outside), TUBE, NOBODY, nested, discarded)
         violation[repeat] = missed(rule, outside)
     assert stats.kstest(violation, stats.beta(discarded + 1, count - discarded).cdf).pvalue > 0.001
     assert stats.kstest(violation, stats.beta(discarded + 2, count - discarded - 1).cdf).pvalue < 0.001

@@ -162,6 +162,8 @@ BAD_CALLS = [
     (["study", "--out", "a" * 300], "File name too long"),
     (["fit", "--config", "a" * 300], "File name too long"),
     (["fit", "--config", "."], "not a readable TOML file"),
+    (["study", "--until-width", "2"], "--until-width"),
+    (["study", "--until-width", "nan"], "--until-width"),
     (["bogus"], "bogus"),
     (["run", "--bogus"], "--bogus"),
 ]

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
-from scenarios import driving, scenario, three_lanes
+from recordings_fakes import driving, scenario, three_lanes
 
 from coverdrive.errors import RecordingError
 from coverdrive.recordings.commonroad import read_commonroad

@@ -12,10 +12,8 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
-from scenarios import straight
-from test_bad_input import metric, traffic
+from recordings_fakes import metric, ngsim_table, straight, traffic
 
-from conftest import ngsim_table
 from coverdrive.errors import CoverdriveError
 from coverdrive.recordings.read import read
 from coverdrive.recordings.recording import SCHEMA

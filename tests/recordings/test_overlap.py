@@ -7,7 +7,7 @@ import pytest
 
 from coverdrive.recordings.overlap import overlapping_groups
 from coverdrive.recordings.read import read
-from coverdrive.recordings.tracks import RawTracks
+from coverdrive.recordings.repair import RawTracks
 
 
 def speeds(seed: int, vehicles: int = 8, moments: int = 120) -> np.ndarray:

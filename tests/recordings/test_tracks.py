@@ -11,8 +11,9 @@ from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
 from coverdrive.errors import RecordingError
+from coverdrive.recordings.repair import RawTracks, drop_off_road
 from coverdrive.recordings.smoothing import SmoothingSettings
-from coverdrive.recordings.tracks import RawTracks, drop_off_road, make_reading, regular_table
+from coverdrive.recordings.tracks import make_reading, regular_table
 from coverdrive.road import Road
 
 

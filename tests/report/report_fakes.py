@@ -1,6 +1,7 @@
 """A small hand-made drive, small bases, and the contents of a results folder."""
 
 from dataclasses import asdict, replace
+from pathlib import Path
 
 import jax
 import numpy as np
@@ -155,6 +156,7 @@ def make_contents(traces: dict[int, Trace] | None = None, bases: int = 5) -> Con
     counts = random.integers(0, 9, (2, bases, 50))
     return Contents(
         name="results <1>",
+        folder=Path("results"),
         run={
             "coverdrive": "0", "python": "3", "packages": {"numpy": "2"}, "seed": 0, "seconds": {"training": 1.0},
             "recordings": [{"name": "made up", "rows": 10, "fingerprint": "abc"}],

@@ -1,10 +1,21 @@
-"""Scores of samples with a known outcome: what every method calibrates on and is tested on."""
+"""What every method calibrates on: windows with a known outcome, and the units that a bound counts.
+
+A unit is a window, a vehicle with all its windows, or one window of a vehicle drawn at random. It asks of base j that
+c_j be at most the lowest score that j had in a window of the unit that drove j, and that the tube of j reach as far as
+those windows were from j. A window that leaves the cover's tube around its base is missed at every threshold: it asks
+with a score of −∞. A unit is missed if anything it asks for is.
+"""
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
+from coverdrive.certificates.bounds import check_confidence
+from coverdrive.certificates.certificate import Certificate, Counted, Tubes, fingerprint
+from coverdrive.certificates.rule import ROUNDING, Thresholds
 from coverdrive.errors import CertificateError
 
 
@@ -54,6 +65,248 @@ class ScoredSamples:
     def score_of_base(self) -> Float[np.ndarray, " N"]:
         """Score of the base that was driven."""
         return self.scores[np.arange(len(self)), self.base]
+
+
+class Demands(NamedTuple):
+    """What units ask for: D demands, at most one for each unit and base."""
+
+    unit: Int[np.ndarray, " D"]
+    """in 0 … N − 1: the unit that asks"""
+    base: Int[np.ndarray, " D"]
+    """the base that it drove"""
+    score: Float[np.ndarray, " D"]
+    """lowest score of that base in the unit's windows, −∞ if it left the cover's tube in one of them"""
+    distance: Float[np.ndarray, " D"]
+    """largest distance from that base in the unit's windows"""
+
+
+@dataclass(frozen=True)
+class Claim:
+    """What is to be claimed, checked when made."""
+
+    epsilon: float | None = None
+    """bound on the probability of a miss; all methods need one, except those that compute it"""
+    confidence: float | None = 0.99
+    """of the bound; None: on average over calibrations, which is all that conformal methods claim that are not PAC"""
+    tubes: Tubes = "cover"
+    """whether the tube of every base is that of the cover, or one of its own, calibrated with its threshold"""
+
+    def __post_init__(self) -> None:
+        """Refuse what is no probability."""
+        if self.epsilon is not None:
+            check_epsilon(self.epsilon)
+        if self.confidence is not None:
+            check_confidence(self.confidence)
+
+    @property
+    def bound(self) -> float:
+        """The bound ε, where there has to be one."""
+        if self.epsilon is None:
+            raise CertificateError(
+                "this method needs a bound ε on the probability of a miss; only post-bloating and svm compute it"
+            )
+        return self.epsilon
+
+    @property
+    def sure(self) -> float:
+        """The confidence, where there has to be one."""
+        if self.confidence is None:
+            raise CertificateError("this method needs a confidence; only conformal regression does without")
+        return self.confidence
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Calibration windows in N units, and all that is fixed before they are seen. Made by `of`."""
+
+    samples: ScoredSamples
+    """the windows of all units, from the calibration split Ω₂"""
+    tube: float
+    """radius ρ of the cover: around every base, within it, a path is covered"""
+    kind: Counted
+    """what is counted"""
+    seed: int
+    """of the draw of one window of every vehicle, where these are the unit, and of the negatives of hyperplanes"""
+    training: ScoredSamples | None
+    """scores of the training split Ω₁, which shape nested sets, clusters and hyperplanes"""
+
+    @staticmethod
+    def of(
+        samples: ScoredSamples,
+        tube: float,
+        trained_on: Int[np.ndarray, " V"],
+        unit: Counted = "window",
+        seed: int = 0,
+        training: ScoredSamples | None = None,
+    ) -> "Calibration":
+        """Count calibration samples in units.
+
+        Args:
+            samples: the calibration split Ω₂.
+            tube: radius ρ around every base within which a path is covered, fixed before these samples are seen.
+            trained_on: keys of the vehicles that trained the network.
+            unit: what the bound counts.
+            seed: of all draws.
+            training: scores of the training split Ω₁, for the methods that look at it.
+
+        Raises:
+            CertificateError: calibration samples trained the network or shape the rules.
+        """
+        refuse_trained(samples, trained_on if training is None else np.union1d(trained_on, training.vehicle))
+        return Calibration(_in_units(samples, unit, seed), tube, unit, seed, training)
+
+    def __len__(self) -> int:
+        """Number N of units."""
+        return int(self.unit.max()) + 1
+
+    @property
+    def bases(self) -> int:
+        """Number M of bases."""
+        return self.samples.scores.shape[1]
+
+    @cached_property
+    def unit(self) -> Int[np.ndarray, " W"]:
+        """In 0 … N − 1: the unit of every window."""
+        windows = np.arange(len(self.samples))
+        return np.unique(self.samples.vehicle, return_inverse=True)[1] if self.kind == "vehicle" else windows
+
+    @cached_property
+    def in_tube(self) -> Bool[np.ndarray, " W"]:
+        """Windows that stay in the cover's tube around their base."""
+        return self.samples.distance <= self.tube
+
+    @cached_property
+    def demands(self) -> Demands:
+        """What the units ask for."""
+        score = np.where(self.in_tube, self.samples.score_of_base.astype(float), -np.inf)
+        asked, demand = np.unique(self.unit * self.bases + self.samples.base, return_inverse=True)
+        lowest, farthest = np.full(len(asked), np.inf), np.zeros(len(asked))
+        np.minimum.at(lowest, demand, score)
+        np.maximum.at(farthest, demand, self.samples.distance)
+        return Demands(asked // self.bases, asked % self.bases, lowest, farthest)
+
+    @cached_property
+    def covered(self) -> Bool[np.ndarray, " N"]:
+        """Units that never leave the cover's tube."""
+        return np.isfinite(self.level(self.demands.score))
+
+    @property
+    def uncovered(self) -> int:
+        """How many units leave the cover's tube."""
+        return int((~self.covered).sum())
+
+    @cached_property
+    def lowest(self) -> Float[np.ndarray, " M"]:
+        """Lowest score of every base among the windows in its tube that drove it; infinite if there are none."""
+        lowest = np.full(self.bases, np.inf)
+        np.minimum.at(lowest, self.samples.base[self.in_tube], self.samples.score_of_base[self.in_tube])
+        return lowest
+
+    @cached_property
+    def farthest(self) -> Float[np.ndarray, " M"]:
+        """Largest distance of the windows in the tube of every base; 0 if there are none."""
+        farthest = np.zeros(self.bases)
+        np.maximum.at(farthest, self.samples.base[self.in_tube], self.samples.distance[self.in_tube])
+        return farthest
+
+    def radii(self, tubes: Tubes) -> Float[np.ndarray, " M"]:
+        """Radius around every base: that of the cover, or just enough for the windows in its tube."""
+        cover = np.full(self.bases, self.tube)
+        if tubes == "cover":
+            return cover
+        return np.where(np.isfinite(self.lowest), np.minimum(self.farthest + ROUNDING, cover), cover)
+
+    def level(self, demanded: Float[np.ndarray, " D"]) -> Float[np.ndarray, " N"]:
+        """Least of one number for each demand, unit by unit."""
+        least = np.full(len(self), np.inf)
+        np.minimum.at(least, self.demands.unit, demanded)
+        return least
+
+    def missed(self, rule: Thresholds) -> Bool[np.ndarray, " N"]:
+        """Units that a rule misses."""
+        unit, base, score, distance = self.demands
+        missed = (score < rule.values[base]) | (distance > rule.tube[base])
+        return np.bincount(unit, weights=missed, minlength=len(self)) > 0
+
+    @property
+    def shaping(self) -> ScoredSamples:
+        """The training samples, where a method cannot do without."""
+        if self.training is None:
+            raise CertificateError("this method needs the scores of the training split, which shape its thresholds")
+        return self.training
+
+    @property
+    def of_training(self) -> "Calibration":
+        """The training samples in the same units; they calibrate nothing, but say what is common."""
+        samples = _in_units(self.shaping, self.kind, self.seed)
+        return Calibration(samples, self.tube, self.kind, self.seed, None)
+
+    def certificate(
+        self,
+        method: str,
+        epsilon: float,
+        claim: Claim,
+        *,
+        rule: Thresholds | None = None,
+        unseen_bases: int = 0,
+        groups: int = 1,
+        prediction_epsilon: float | None = None,
+        paper_epsilon: float | None = None,
+        support: int | None = None,
+    ) -> Certificate:
+        """The certificate of a rule that was calibrated on these units.
+
+        Args:
+            method: its name in sentences.
+            epsilon: the bound that is proved.
+            claim: gives the confidence, and says whether the bases have tubes of their own.
+            rule: which covered units it misses is counted; without one, it misses none.
+            unseen_bases: and all that follow as in `Certificate`.
+            groups: of bases.
+            prediction_epsilon: of post-bloating and hyperplanes.
+            paper_epsilon: of post-bloating and hyperplanes.
+            support: of hyperplanes.
+        """
+        return Certificate(
+            method=method,
+            epsilon=epsilon,
+            confidence=claim.confidence,
+            samples=len(self),
+            unit=self.kind,
+            bases=self.bases,
+            uncovered=self.uncovered,
+            unseen_bases=unseen_bases,
+            discarded=0 if rule is None else int((self.missed(rule) & self.covered).sum()),
+            tube=self.tube,
+            fingerprint=fingerprint(self.samples.scores, self.samples.base, self.samples.distance),
+            groups=groups,
+            prediction_epsilon=prediction_epsilon,
+            paper_epsilon=paper_epsilon,
+            tubes=claim.tubes,
+            support=support,
+        )
+
+
+def one_window_each(samples: ScoredSamples, seed: int) -> ScoredSamples:
+    """One window of every vehicle, drawn with equal chances.
+
+    Args:
+        samples: windows of vehicles.
+        seed: of the draw.
+    """
+    order = np.random.default_rng(seed).permutation(len(samples))
+    _, first = np.unique(samples.vehicle[order], return_index=True)
+    return samples.of(np.sort(order[first]))
+
+
+def _in_units(samples: ScoredSamples, unit: Counted, seed: int) -> ScoredSamples:
+    return one_window_each(samples, seed) if unit == "drawn window" else samples
+
+
+def check_epsilon(epsilon: float) -> None:
+    """Raise `CertificateError` unless 0 < ε < 1."""
+    if not 0 < epsilon < 1:
+        raise CertificateError(f"a bound ε on the probability of a miss must lie between 0 and 1, got {epsilon}")
 
 
 def refuse_trained(samples: ScoredSamples, trained_on: Int[np.ndarray, " V"]) -> None:

@@ -4,12 +4,10 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from coverdrive.certificates.bounds import check_confidence
-from coverdrive.certificates.calibration import ScoredSamples, refuse_trained
+from coverdrive.certificates.calibration import Calibration, Claim, ScoredSamples, one_window_each
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.evaluation import Evaluation, Rate, evaluate
-from coverdrive.certificates.methods import Method, Task, certify
-from coverdrive.certificates.units import check_epsilon, one_window_each
+from coverdrive.certificates.methods import Method, certify
 from coverdrive.errors import CertificateError, MissingExtraError
 from coverdrive.progress import done
 
@@ -38,30 +36,24 @@ class Compared:
         return self.evaluation.vehicles if self.certificate.unit == "vehicle" else self.evaluation.windows
 
 
-def compare(
-    task: Task,
-    test: ScoredSamples,
-    targets: Sequence[float],
-) -> list[Compared]:
+def compare(calibration: Calibration, claim: Claim, test: ScoredSamples, targets: Sequence[float]) -> list[Compared]:
     """Calibrate by every method for every target, and test on unseen samples.
 
     Args:
-        task: calibration samples and what is claimed about them; its own ε is ignored.
+        calibration: units to calibrate on.
+        claim: what is claimed about them; its own ε is ignored.
         test: samples that neither trained nor calibrated.
         targets: bounds ε to ask for.
 
     Raises:
-        CertificateError: calibration samples trained the network, so that no method can do anything, or a target or the
-            confidence is not between 0 and 1.
+        CertificateError: a target is not between 0 and 1.
     """
-    refuse_trained(task.samples, task.trained_on)
-    check_confidence(task.confidence)
-    for target in targets:
-        check_epsilon(target)
+    asked = {None: replace(claim, epsilon=None)} | {target: replace(claim, epsilon=target) for target in targets}
+    unseen = one_window_each(test, calibration.seed) if calibration.kind == "drawn window" else test
     runs = [(method, target) for method in Method for target in _targets_of(method, targets)]
     compared: list[Compared] = []
     for method, target in runs:
-        compared.append(_compared(method, replace(task, epsilon=target), test))
+        compared.append(_compared(method, calibration, asked[target], unseen))
         done(len(compared), len(runs))
     return compared
 
@@ -70,12 +62,11 @@ def _targets_of(method: Method, targets: Sequence[float]) -> Sequence[float | No
     return [None] if method.computes_epsilon else targets
 
 
-def _compared(method: Method, task: Task, test: ScoredSamples) -> Compared:
+def _compared(method: Method, calibration: Calibration, claim: Claim, unseen: ScoredSamples) -> Compared:
     begin = time.perf_counter()
     try:
-        rule, certificate = certify(method, task)
+        rule, certificate = certify(method, calibration, claim)
     except (CertificateError, MissingExtraError) as error:
-        return Compared(method, task.epsilon, None, None, str(error), time.perf_counter() - begin)
+        return Compared(method, claim.epsilon, None, None, str(error), time.perf_counter() - begin)
     seconds = time.perf_counter() - begin
-    unseen = one_window_each(test, task.seed) if task.unit == "drawn window" else test
-    return Compared(method, task.epsilon, certificate, evaluate(rule, unseen), "", seconds)
+    return Compared(method, claim.epsilon, certificate, evaluate(rule, unseen), "", seconds)

@@ -14,62 +14,42 @@ The guarantee averages over calibrations. With a confidence, the rank l is inste
 import numpy as np
 from jaxtyping import Float, Int
 
-from coverdrive.certificates.bounds import check_confidence, marginal_misses_allowed, misses_allowed, rate_limit
-from coverdrive.certificates.calibration import ScoredSamples
-from coverdrive.certificates.certificate import Certificate, Counted
+from coverdrive.certificates.bounds import marginal_misses_allowed, misses_allowed, rate_limit
+from coverdrive.certificates.calibration import Calibration, Claim, check_epsilon
+from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.rule import Thresholds
-from coverdrive.certificates.units import Units, calibration_units, check_epsilon
 from coverdrive.errors import CertificateError
 
 
 def conformal(
-    samples: ScoredSamples,
-    tube: float,
-    trained_on: Int[np.ndarray, " V"],
-    epsilon: float,
-    confidence: float | None = None,
-    group: Int[np.ndarray, " M"] | None = None,
-    unit: Counted = "window",
-    seed: int = 0,
+    calibration: Calibration, claim: Claim, group: Int[np.ndarray, " M"] | None = None
 ) -> tuple[Thresholds, Certificate]:
     """Thresholds that miss at most a share ε of new samples of every group.
 
     Args:
-        samples: the calibration split Ω₂.
-        tube: radius ρ around every base within which a path is covered, fixed beforehand.
-        trained_on: keys of the vehicles that trained the network.
-        epsilon: allowed probability of a miss, in (0, 1).
-        confidence: over the draw of the calibration samples; without one, the guarantee is marginal.
+        calibration: the units. With several groups, a vehicle counts in every group that it drives, with its windows
+            there.
+        claim: with a bound ε; without a confidence, the guarantee is marginal.
         group: of every base, fixed without looking at the calibration scores; `pooled` if not given.
-        unit: what the bound counts. With several groups, a vehicle counts in every group that it drives, with its
-            windows there.
-        seed: of the draw of one window of every vehicle, where these are the unit.
 
     Raises:
-        CertificateError: calibration samples trained the network, or no group has enough of them for ε.
+        CertificateError: no group has enough units for ε.
     """
-    check_epsilon(epsilon)
-    if confidence is not None:
-        check_confidence(confidence)
-    units = calibration_units(samples, tube, trained_on, unit, seed)
-    member = np.unique(pooled(units.bases) if group is None else group, return_inverse=True)[1]
-    if len(member) != units.bases:
-        raise CertificateError(f"every one of the {units.bases} bases needs a group, got {len(member)} groups")
+    epsilon, bases = claim.bound, calibration.bases
+    member = np.unique(pooled(bases) if group is None else group, return_inverse=True)[1]
+    if len(member) != bases:
+        raise CertificateError(f"every one of the {bases} bases needs a group, got {len(member)} groups")
     groups = int(member.max()) + 1
-    shared = None if confidence is None else 1 - (1 - confidence) / groups
-    scores = [_scores(units, member == number) for number in range(groups)]
+    shared = None if claim.confidence is None else 1 - (1 - claim.confidence) / groups
+    scores = [_scores(calibration, member == number) for number in range(groups)]
     lowest = np.array([_threshold(score, epsilon, shared) for score in scores])
     if not np.isfinite(lowest).any():
-        raise CertificateError(_refusal(max(scores, key=len), epsilon, shared, units))
-    rule = Thresholds.at(lowest[member], tube)
-    kind = {1: "pooled", units.bases: "per base"}.get(groups, "clustered") if units.bases > 1 else "pooled"
-    return rule, units.certificate(
-        method=f"conformal, {kind}",
-        rule=rule,
-        epsilon=epsilon,
-        confidence=confidence,
-        groups=groups,
-        unseen_bases=int(np.isinf(lowest[member]).sum()),
+        raise CertificateError(_refusal(max(scores, key=len), epsilon, shared, calibration))
+    rule = Thresholds.at(lowest[member], calibration.tube)
+    kind = {1: "pooled", bases: "per base"}.get(groups, "clustered") if bases > 1 else "pooled"
+    unseen = int(np.isinf(lowest[member]).sum())
+    return rule, calibration.certificate(
+        f"conformal, {kind}", epsilon, claim, rule=rule, groups=groups, unseen_bases=unseen
     )
 
 
@@ -123,11 +103,12 @@ def _misses(epsilon: float, confidence: float | None, count: int) -> int:
     return misses_allowed(epsilon, confidence, count)
 
 
-def _scores(units: Units, bases: np.ndarray) -> Float[np.ndarray, " n"]:
+def _scores(calibration: Calibration, bases: np.ndarray) -> Float[np.ndarray, " n"]:
     """Lowest score, in the driven bases of a group, of every unit that drove one; −∞ if it left the tube there."""
-    asks = bases[units.base]
-    lowest = np.full(len(units), np.inf)
-    np.minimum.at(lowest, units.unit[asks], units.score[asks])
+    unit, base, score, _ = calibration.demands
+    asks = bases[base]
+    lowest = np.full(len(calibration), np.inf)
+    np.minimum.at(lowest, unit[asks], score[asks])
     return lowest[lowest < np.inf]
 
 
@@ -137,16 +118,18 @@ def _threshold(scores: Float[np.ndarray, " n"], epsilon: float, confidence: floa
     return float(np.partition(scores, misses)[misses]) if misses >= 0 else -np.inf
 
 
-def _refusal(scores: Float[np.ndarray, " n"], epsilon: float, confidence: float | None, units: Units) -> str:
+def _refusal(
+    scores: Float[np.ndarray, " n"], epsilon: float, confidence: float | None, calibration: Calibration
+) -> str:
     """Why not even the group with the most units can be calibrated."""
     count, outside = len(scores), int(np.isinf(scores).sum())
     if _misses(epsilon, confidence, count) >= 0:
         return (
-            f"{outside} of {count} calibration {units.kind}s leave the tube around their base, more than ε = "
+            f"{outside} of {count} calibration {calibration.kind}s leave the tube around their base, more than ε = "
             f"{epsilon:g} allows; allow a larger ε, or widen the tube or refine the basis"
         )
     least = 1 / (count + 1) if confidence is None else rate_limit(confidence, 0, count)
     return (
-        f"{count} calibration {units.kind}s cannot prove ε = {epsilon:g}; the smallest ε possible with them is "
+        f"{count} calibration {calibration.kind}s cannot prove ε = {epsilon:g}; the smallest ε possible with them is "
         f"{least:.3g}, so allow that much or calibrate on more data"
     )

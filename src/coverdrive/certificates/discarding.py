@@ -13,81 +13,84 @@ the calibration scores. The size of a set is the sum of the radii of its bases.
 """
 
 from collections import defaultdict
-from collections.abc import Iterator, Set
+from collections.abc import Callable, Iterator, Set
 from itertools import islice, takewhile
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Int
 
-from coverdrive.certificates.bounds import check_confidence, discarding_bound, discards_allowed, violation_bound
-from coverdrive.certificates.calibration import ScoredSamples
-from coverdrive.certificates.certificate import Certificate, Counted, Tubes
+from coverdrive.certificates.bounds import discarding_bound, discards_allowed, violation_bound
+from coverdrive.certificates.calibration import Calibration, Claim, check_epsilon
+from coverdrive.certificates.certificate import Certificate, Tubes
 from coverdrive.certificates.rule import ROUNDING, Thresholds
-from coverdrive.certificates.units import Units, calibration_units, number_discarded
 from coverdrive.errors import CertificateError
 
 
-def discard(
-    samples: ScoredSamples,
-    tube: float,
-    trained_on: Int[np.ndarray, " V"],
-    discarded: int | None = None,
-    epsilon: float | None = None,
-    confidence: float = 0.99,
-    unit: Counted = "window",
-    seed: int = 0,
-    tubes: Tubes = "cover",
-) -> tuple[Thresholds, Certificate]:
+def discard(calibration: Calibration, claim: Claim, discarded: int | None = None) -> tuple[Thresholds, Certificate]:
     """Thresholds that miss at most r calibration units, and the bound on missing a new one.
 
     Args:
-        samples: the calibration split Ω₂.
-        tube: radius ρ around every base within which a path is covered, fixed beforehand.
-        trained_on: keys of the vehicles that trained the network.
-        discarded: number r ≥ 0 of units that may be missed, fixed beforehand. Give this, or ``epsilon``.
-        epsilon: the bound; r is the greatest number that stays within it.
-        confidence: of the bound, in (0, 1).
-        unit: what the bound counts.
-        seed: of the draw of one window of every vehicle, where these are the unit.
-        tubes: whether the tube of every base shrinks to what the remaining units need.
+        calibration: the units.
+        claim: its bound ε gives r, the greatest number that stays within it.
+        discarded: number r ≥ 0 of units that may be missed, fixed beforehand; given instead of the bound.
 
     Raises:
-        CertificateError: calibration samples trained the network, there are too few of them, or more than r of them
-            leave the tube.
+        CertificateError: there are too few units, or more than r of them leave the tube.
     """
-    check_confidence(confidence)
-    units = calibration_units(samples, tube, trained_on, unit, seed)
-    support, count = units.bases * (2 if tubes == "per base" else 1), len(units)
-    least = violation_bound(confidence, support, count)
+    support, count = calibration.bases * (2 if claim.tubes == "per base" else 1), len(calibration)
+    least = violation_bound(claim.sure, support, count)
     allowed = number_discarded(
-        discarded, epsilon, lambda bound: discards_allowed(bound, confidence, support, count), least, count
+        discarded, claim.epsilon, lambda bound: discards_allowed(bound, claim.sure, support, count), least, count
     )
-    outside = int((~units.covered).sum())
+    outside = calibration.uncovered
     if outside > allowed:
         raise CertificateError(
-            f"{outside} of {count} calibration {unit}s leave the tube around their base, but only {allowed} may be "
-            "missed; allow more, or widen the tube or refine the basis"
+            f"{outside} of {count} calibration {calibration.kind}s leave the tube around their base, but only "
+            f"{allowed} may be missed; allow more, or widen the tube or refine the basis"
         )
-    rule = _greedy(units, tubes, allowed - outside)
-    bound = discarding_bound(confidence, support, allowed, count)
-    asked = np.zeros(units.bases, dtype=bool)
-    asked[units.base[units.covered[units.unit]]] = True
-    return rule, units.certificate(
-        "post-bloating with discarded samples",
-        rule,
-        bound,
-        confidence,
-        unseen_bases=int((~asked).sum()),
-        tubes=tubes,
-    )
+    rule = _greedy(calibration, claim.tubes, allowed - outside)
+    bound = discarding_bound(claim.sure, support, allowed, count)
+    asking = calibration.covered[calibration.demands.unit]
+    unseen = calibration.bases - len(np.unique(calibration.demands.base[asking]))
+    method = "post-bloating with discarded samples"
+    return rule, calibration.certificate(method, bound, claim, rule=rule, unseen_bases=unseen)
 
 
-def _greedy(units: Units, tubes: Tubes, budget: int) -> Thresholds:
+def number_discarded(
+    discarded: int | None, epsilon: float | None, allowed: Callable[[float], int], least: float, count: int
+) -> int:
+    """The number r of calibration units that may be missed, as given or as a bound ε allows.
+
+    Args:
+        discarded: r, if given.
+        epsilon: the bound, if given.
+        allowed: r for a bound; negative if the bound is impossible.
+        least: the smallest bound possible.
+        count: number N of calibration units.
+
+    Raises:
+        CertificateError: both or neither are given, or what is given is impossible.
+    """
+    if epsilon is not None and discarded is None:
+        check_epsilon(epsilon)
+        discarded = allowed(epsilon)
+        if discarded < 0:
+            raise CertificateError(
+                f"{count} calibration units cannot prove ε = {epsilon:g}; the smallest ε possible with them is "
+                f"{least:.3g}, so allow that much or calibrate on more data"
+            )
+    elif discarded is None or epsilon is not None:
+        raise CertificateError("give either the number of discarded samples or a bound ε, and not both")
+    if not 0 <= discarded < count:
+        raise CertificateError(f"from 0 to {count - 1} of {count} calibration units can be discarded, got {discarded}")
+    return discarded
+
+
+def _greedy(calibration: Calibration, tubes: Tubes, budget: int) -> Thresholds:
     """The tightest rule for what is left after greedily discarding at most ``budget`` covered units."""
-    bases = units.bases
-    queues = _Queues(units, tubes)
-    columns = np.sort(units.samples.scores, axis=0)
+    bases = calibration.bases
+    queues = _Queues(calibration, tubes)
+    columns = np.sort(calibration.samples.scores, axis=0)
 
     def size(base: int, without: Set[int] = frozenset()) -> float:
         """Windows whose set holds the base, times its radius; infinite if nothing is left that holds the rule."""
@@ -116,7 +119,7 @@ def _greedy(units: Units, tubes: Tubes, budget: int) -> Thresholds:
                 steps[queue] = step(queue)
     lowest = np.array([queues.first(base) for base in range(bases)])
     radii = [queues.radius(base) for base in range(bases)]
-    return Thresholds.at(lowest, np.minimum(np.array(radii) + ROUNDING, units.tube))
+    return Thresholds.at(lowest, np.minimum(np.array(radii) + ROUNDING, calibration.tube))
 
 
 class _Step(NamedTuple):
@@ -136,20 +139,20 @@ class _Queues:
     Queue j < M holds the scores of base j. With a tube for each base, queue M + j holds the distances from it, negated.
     """
 
-    def __init__(self, units: Units, tubes: Tubes):
+    def __init__(self, calibration: Calibration, tubes: Tubes):
         """Sort the demands."""
-        covered = units.covered[units.unit]
-        unit, base = units.unit[covered], units.base[covered]
+        covered = calibration.covered[calibration.demands.unit]
+        unit, base, score, distance = (each[covered] for each in calibration.demands)
         self.gone: set[int] = set()
         self.bases_of: dict[int, set[int]] = defaultdict(set)
         for at in range(len(unit)):
             self.bases_of[int(unit[at])].add(int(base[at]))
-        self._bases, self._tube = units.bases, units.tube
-        demands = [units.score[covered]] + ([-units.distance[covered]] if tubes == "per base" else [])
+        self._bases, self._tube = calibration.bases, calibration.tube
+        demands = [score] + ([-distance] if tubes == "per base" else [])
         self._queue = [
             sorted(zip(demanded[base == each].tolist(), unit[base == each].tolist(), strict=True))
             for demanded in demands
-            for each in range(units.bases)
+            for each in range(calibration.bases)
         ]
         self._head = [0] * len(self._queue)
 

@@ -14,10 +14,10 @@ from jaxtyping import Int
 
 from coverdrive.certificates.bloating import post_bloat
 from coverdrive.certificates.bounds import rate_limit, violation_bound
-from coverdrive.certificates.calibration import ScoredSamples
+from coverdrive.certificates.calibration import Calibration, Claim, ScoredSamples
 from coverdrive.certificates.conformal import conformal, per_base, pooled
 from coverdrive.certificates.evaluation import Evaluation, Rate, evaluate
-from coverdrive.certificates.family import calibrate_family, quantile_family
+from coverdrive.certificates.nested_sets import nested_sets, quantile_sets
 from coverdrive.certificates.rule import Thresholds
 from coverdrive.errors import CertificateError
 from coverdrive.progress import done
@@ -26,6 +26,9 @@ BASES = 17
 """M of the paper"""
 
 CONFIDENCE = 0.99
+"""of Table 1"""
+
+CLAIM = Claim(confidence=CONFIDENCE)
 """of Table 1"""
 
 TABLE_1 = (
@@ -71,7 +74,7 @@ class Bounds:
     exact: float
     """99 % bound Φ(ε, M − 1, N₂): every sample bounds one threshold"""
     family: float
-    """99 % bound Φ(ε, 0, N₂) of a one-parameter family"""
+    """99 % bound Φ(ε, 0, N₂) of nested sets"""
 
 
 def table_1_bounds(bases: int = BASES) -> list[Bounds]:
@@ -90,7 +93,7 @@ def _bounds(bases: int, samples: int) -> tuple[float, float, float, float]:
 
 @dataclass(frozen=True)
 class Growth:
-    """Post-bloating and a one-parameter family on the first N₂ calibration samples."""
+    """Post-bloating and nested sets on the first N₂ calibration samples."""
 
     samples: int
     """N₂"""
@@ -234,9 +237,10 @@ def _grown(
 ) -> Growth:
     trained_on = np.unique(train.vehicle)
     bases, samples = test.scores.shape[1], len(calibration)
-    bloated, _ = post_bloat(calibration, tube, trained_on)
-    shaped, _ = calibrate_family(calibration, tube, trained_on, quantile_family(train), discarded=0)
-    drawn, _ = post_bloat(mixed.of(np.arange(samples)), tube, trained_on)
+    units = Calibration.of(calibration, tube, trained_on)
+    bloated, _ = post_bloat(units, CLAIM)
+    shaped, _ = nested_sets(units, CLAIM, quantile_sets(train), discarded=0)
+    drawn, _ = post_bloat(Calibration.of(mixed.of(np.arange(samples)), tube, trained_on), CLAIM)
     theorem, _, exact, family = _bounds(bases, samples)
     ours, theirs = evaluate(bloated, test), evaluate(shaped, test)
     return Growth(
@@ -262,11 +266,11 @@ def _conformal_row(
     printed_average: float,
     printed_observed: float,
 ) -> ConformalRow:
-    bases = test.scores.shape[1]
+    bases, units = test.scores.shape[1], Calibration.of(calibration, tube, np.unique(train.vehicle))
 
     def residuals(group: Int[np.ndarray, " M"], confidence: float | None) -> Residuals | None:
         try:
-            rule, _ = conformal(calibration, tube, np.unique(train.vehicle), nominal, confidence, group)
+            rule, _ = conformal(units, Claim(nominal, confidence), group)
         except CertificateError:
             return None
         return _residuals(rule, calibration, evaluate(rule, test))

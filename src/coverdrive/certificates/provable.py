@@ -1,13 +1,12 @@
 """What so many calibration units can prove at all, whatever their scores turn out to be."""
 
-from dataclasses import dataclass
 from decimal import ROUND_CEILING, Decimal
 from typing import Literal
 
-from coverdrive.certificates.bounds import check_confidence, discarding_bound, judged_bound, rate_limit, violation_bound
-from coverdrive.certificates.certificate import Counted, Tubes
+from coverdrive.certificates.bounds import discarding_bound, judged_bound, rate_limit, violation_bound
+from coverdrive.certificates.calibration import Claim, check_epsilon
+from coverdrive.certificates.certificate import Counted
 from coverdrive.certificates.methods import Method
-from coverdrive.certificates.units import check_epsilon
 from coverdrive.errors import CertificateError
 from coverdrive.numbers import percent
 
@@ -15,42 +14,32 @@ USUAL = 0.1
 """the bound ε that is asked for where nobody says another"""
 
 
-@dataclass(frozen=True)
-class Claim:
-    """What is to be claimed, but for ε."""
-
-    method: Method
-    confidence: float = 0.99
-    unit: Counted = "window"
-    tubes: Tubes = "cover"
-
-
-def smallest_epsilon(claim: Claim, bases: int, count: int, uncovered: int = 0) -> float:
+def smallest_epsilon(method: Method, claim: Claim, bases: int, count: int, uncovered: int = 0) -> float:
     """A bound below which the method can prove nothing; 1 if it can prove nothing at all.
 
     Of methods that calibrate groups of bases, it is the one that all units would prove if they drove one group.
 
     Args:
-        claim: what is to be claimed.
+        method: by which it is to be proved.
+        claim: what is to be claimed, but for ε.
         bases: number M of bases.
         count: number N of calibration units.
         uncovered: how many of them leave the tube of every base, so that every rule misses them.
     """
-    check_confidence(claim.confidence)
     variables = bases * (2 if claim.tubes == "per base" else 1)
-    shared = (1 + claim.confidence) / 2
-    if claim.method == Method.POST_BLOATING:
+    shared = (1 + claim.sure) / 2
+    if method == Method.POST_BLOATING:
         return min(1.0, rate_limit(shared, uncovered, count) + _support_limit(shared, variables, 0, count))
-    if claim.method == Method.SVM:
+    if method == Method.SVM:
         return min(1.0, rate_limit(shared, uncovered, count) + judged_bound(shared, 0, count))
-    if claim.method == Method.DISCARDING:
-        return _support_limit(claim.confidence, variables, uncovered, count)
-    if claim.method in (Method.PER_BASE, Method.CLUSTERED, Method.PAC_PER_BASE, Method.PAC_CLUSTERED):
+    if method == Method.DISCARDING:
+        return _support_limit(claim.sure, variables, uncovered, count)
+    if method in (Method.PER_BASE, Method.CLUSTERED, Method.PAC_PER_BASE, Method.PAC_CLUSTERED):
         uncovered = 0  # they may all have driven another group
-    if claim.method.marginal:
+    if method.marginal:
         return min(1.0, (uncovered + 1) / (count + 1))
-    groups = bases if claim.method == Method.PAC_PER_BASE else 1
-    return rate_limit(1 - (1 - claim.confidence) / groups, uncovered, count)
+    groups = bases if method == Method.PAC_PER_BASE else 1
+    return rate_limit(1 - (1 - claim.sure) / groups, uncovered, count)
 
 
 def _support_limit(confidence: float, support: int, discarded: int, count: int) -> float:
@@ -62,7 +51,13 @@ def _support_limit(confidence: float, support: int, discarded: int, count: int) 
 
 
 def provable_epsilon(
-    asked: float | Literal["auto"], claim: Claim, bases: int, count: int, uncovered: int = 0
+    asked: float | Literal["auto"],
+    method: Method,
+    claim: Claim,
+    bases: int,
+    count: int,
+    uncovered: int = 0,
+    unit: Counted = "window",
 ) -> float | None:
     """The bound ε to claim: what is asked for, if it can be proved.
 
@@ -71,10 +66,12 @@ def provable_epsilon(
 
     Args:
         asked: ε in (0, 1), or "auto"; methods that compute their bound ignore it.
-        claim: the rest of what is claimed.
+        method: by which it is to be proved.
+        claim: what is to be claimed, but for ε.
         bases: number M of bases.
         count: number N of calibration units.
         uncovered: how many of them leave the tube of every base.
+        unit: what they are.
 
     Returns:
         None for methods that compute ε.
@@ -82,23 +79,23 @@ def provable_epsilon(
     Raises:
         CertificateError: it cannot be proved; the message says which could.
     """
-    least = smallest_epsilon(claim, bases, count, uncovered)
-    if claim.method.computes_epsilon:
+    least = smallest_epsilon(method, claim, bases, count, uncovered)
+    if method.computes_epsilon:
         if least >= 1:
-            raise CertificateError(f"{_units(claim, count, uncovered)} prove nothing{_by(claim)}; {_MORE}")
+            raise CertificateError(f"{_units(unit, count, uncovered)} prove nothing{_by(method, claim)}; {_MORE}")
         return None
     if asked == "auto":
-        by_number = smallest_epsilon(claim, bases, count)
+        by_number = smallest_epsilon(method, claim, bases, count)
         asked = USUAL if by_number <= USUAL else rounded_up(by_number)
         if asked >= 1:
-            raise CertificateError(f"{_units(claim, count, 0)} prove nothing{_by(claim)}; {_MORE}")
+            raise CertificateError(f"{_units(unit, count, 0)} prove nothing{_by(method, claim)}; {_MORE}")
     check_epsilon(asked)
     if asked >= least:
         return asked
     possible = rounded_up(least)
     advice = f"`--epsilon {possible:g}`" + ("" if uncovered else " or `--epsilon auto`")
     raise CertificateError(
-        f"{_units(claim, count, uncovered)} cannot prove ε = {asked:g}{_by(claim)}; "
+        f"{_units(unit, count, uncovered)} cannot prove ε = {asked:g}{_by(method, claim)}; "
         + (f"the smallest ε possible with them is {possible:g}: ask for it with {advice}, or " if possible < 1 else "")
         + _MORE
     )
@@ -107,13 +104,13 @@ def provable_epsilon(
 _MORE = "give more recordings, or a larger share of them to calibration, or ask for less confidence"
 
 
-def _units(claim: Claim, count: int, uncovered: int) -> str:
+def _units(unit: Counted, count: int, uncovered: int) -> str:
     outside = f", of which {uncovered} leave the tube of every base," if uncovered else ""
-    return f"{count} calibration {claim.unit}s{outside}"
+    return f"{count} calibration {unit}s{outside}"
 
 
-def _by(claim: Claim) -> str:
-    return f" by {claim.method}" + ("" if claim.method.marginal else f" with {percent(claim.confidence, 4)} confidence")
+def _by(method: Method, claim: Claim) -> str:
+    return f" by {method}" + ("" if method.marginal else f" with {percent(claim.sure, 4)} confidence")
 
 
 def rounded_up(value: float) -> float:

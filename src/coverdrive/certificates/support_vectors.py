@@ -19,14 +19,14 @@ program is solved for few of them, and those that its solution violates most joi
 from functools import partial
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 from scipy import sparse
 
 from coverdrive.certificates.bounds import judged_bound, rate_limit
-from coverdrive.certificates.calibration import ScoredSamples
-from coverdrive.certificates.certificate import Certificate, Counted, Tubes
-from coverdrive.certificates.covered import CoveredSamples
+from coverdrive.certificates.calibration import Calibration, Claim, ScoredSamples
+from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.rule import ROUNDING, Hyperplanes
+from coverdrive.certificates.scenario import scenario_certificate
 from coverdrive.errors import CertificateError
 from coverdrive.extras import require
 
@@ -43,53 +43,39 @@ _JOINING = 300
 _ROUNDS = 300
 
 
-def support_vectors(
-    samples: ScoredSamples,
-    tube: float,
-    trained_on: Int[np.ndarray, " V"],
-    training: ScoredSamples,
-    confidence: float = 0.99,
-    unit: Counted = "window",
-    seed: int = 0,
-    tubes: Tubes = "cover",
-) -> tuple[Hyperplanes, Certificate]:
+def support_vectors(calibration: Calibration, claim: Claim) -> tuple[Hyperplanes, Certificate]:
     """Hyperplanes that miss no covered calibration sample, and the bound on missing a new one.
 
+    With windows and vehicles, the rule is the same.
+
     Args:
-        samples: the calibration split Ω₂, with hidden values.
-        tube: radius ρ around every base within which a path is covered, fixed beforehand.
-        trained_on: keys of the vehicles that trained the network, or are negatives.
-        training: the training split Ω₁, with hidden values; the negatives are drawn from it.
-        confidence: of the bound, in (0, 1).
-        unit: what the bound counts. With windows and vehicles, the rule is the same.
-        seed: of the draw of negatives, and of one window of every vehicle, where these are the unit.
-        tubes: whether the tube of every base shrinks to what its covered calibration samples need.
+        calibration: with hidden values, and with training samples that have them, too: negatives are drawn from these.
+        claim: without a bound ε.
 
     Raises:
-        CertificateError: calibration samples trained the network, there are no hidden values, or so many samples
-            support the solution that nothing is proved.
+        CertificateError: there are no hidden values, or so many samples support the solution that nothing is proved.
     """
-    covered = CoveredSamples.of(samples, tube, trained_on, unit, seed)
-    hidden, others = _hidden(covered.samples), _hidden(training)
+    samples, training = calibration.samples, calibration.shaping
+    hidden, others = _hidden(samples), _hidden(training)
     if hidden.shape[1] != others.shape[1]:
         raise CertificateError(
             f"calibration samples have {hidden.shape[1]} hidden values and training samples {others.shape[1]}; "
             "score both with the same network"
         )
     mean, scale = others.mean(0), np.where(others.std(0) > 0, others.std(0), 1)
-    weights, offsets = np.zeros((covered.bases, hidden.shape[1])), np.zeros(covered.bases)
+    weights, offsets = np.zeros((calibration.bases, hidden.shape[1])), np.zeros(calibration.bases)
     supporting, most = [np.zeros(0, dtype=np.int64)], hidden.shape[1] + 1
     degenerate = 0
-    random = np.random.default_rng(seed)
-    for base in range(covered.bases):
-        windows = np.flatnonzero(covered.covered & (covered.samples.base == base))
+    random = np.random.default_rng(calibration.seed)
+    for base in range(calibration.bases):
+        windows = np.flatnonzero(calibration.in_tube & (samples.base == base))
         negatives = random.permutation(np.flatnonzero(training.base != base))[:NEGATIVES]
         if len(windows) == 0 or len(negatives) == 0:
             continue
         positive = (hidden[windows] - mean) / scale
         normal = _normal(positive, (others[negatives] - mean) / scale)
         margin = positive @ normal - (positive @ normal).min()
-        on_margin = np.unique(covered.unit[windows[margin <= _TOLERANCE]])
+        on_margin = np.unique(calibration.unit[windows[margin <= _TOLERANCE]])
         if len(on_margin) > most:
             degenerate += 1
         else:
@@ -97,12 +83,12 @@ def support_vectors(
         weights[base] = normal / scale
         slack = _TOLERANCE + ROUNDING * (np.abs(weights[base]) @ np.abs(hidden[windows]).max(0))
         offsets[base] = slack - (hidden[windows] @ weights[base]).min()
-    if tubes == "per base":
-        farthest = covered.samples.distance == covered.farthest[covered.samples.base]
-        supporting.append(covered.unit[covered.covered & farthest])
-    support = min(len(np.unique(np.concatenate(supporting))) + degenerate * most, covered.count)
-    certificate = _certificate(covered, support, hidden.shape[1], tubes, confidence)
-    return Hyperplanes(weights, offsets, covered.radii(tubes)), certificate
+    if claim.tubes == "per base":
+        farthest = samples.distance == calibration.farthest[samples.base]
+        supporting.append(calibration.unit[calibration.in_tube & farthest])
+    support = min(len(np.unique(np.concatenate(supporting))) + degenerate * most, len(calibration))
+    certificate = _certificate(calibration, claim, support, hidden.shape[1])
+    return Hyperplanes(weights, offsets, calibration.radii(claim.tubes)), certificate
 
 
 def _hidden(samples: ScoredSamples) -> Float[np.ndarray, "N H"]:
@@ -111,23 +97,16 @@ def _hidden(samples: ScoredSamples) -> Float[np.ndarray, "N H"]:
     return samples.hidden.astype(float)
 
 
-def _certificate(covered: CoveredSamples, support: int, neurons: int, tubes: Tubes, confidence: float) -> Certificate:
-    bound = partial(judged_bound, support=support, samples=covered.count)
-    dimension = covered.bases * (neurons + (2 if tubes == "per base" else 1))
-    certificate = covered.certificate(
+def _certificate(calibration: Calibration, claim: Claim, support: int, neurons: int) -> Certificate:
+    dimension = calibration.bases * (neurons + (2 if claim.tubes == "per base" else 1))
+    return scenario_certificate(
+        calibration,
+        claim,
         method="support vectors",
-        tubes=tubes,
-        confidence=confidence,
-        bound=bound,
-        paper_epsilon=rate_limit(confidence, dimension - 1, covered.count),
+        bound=partial(judged_bound, support=support, samples=len(calibration)),
+        paper_epsilon=rate_limit(claim.sure, dimension - 1, len(calibration)),
         support=support,
     )
-    if certificate.epsilon >= 1:
-        raise CertificateError(
-            f"{support} of {covered.count} calibration {covered.kind}s support the hyperplanes, so that nothing is "
-            "proved; calibrate on more data, use fewer hidden neurons, or take post-bloating"
-        )
-    return certificate
 
 
 def _normal(positive: Float[np.ndarray, "n H"], negative: Float[np.ndarray, "m H"]) -> Float[np.ndarray, " H"]:

@@ -32,7 +32,7 @@ def between(low: float, high: float) -> Callable[[Any, Any], None]:
 
     def check(_: Any, values: Any) -> None:
         for value in values if isinstance(values, tuple) else (values,):
-            if not low < value < high:
+            if value is not None and not low < value < high:
                 raise ValueError(f"expected a number between {low:g} and {high:g}, got {value:g}")
 
     return check

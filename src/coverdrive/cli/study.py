@@ -16,6 +16,7 @@ from coverdrive.cli.options import (
     Trials,
     Vehicles,
     Workers,
+    between,
     console,
     experiment_of,
 )
@@ -39,8 +40,9 @@ def study(
     until_width: Annotated[
         float | None,
         Parameter(
+            validator=between(0, 1),
             help="Stop early once both 95 % intervals of the collision rates are this narrow, "
-            "as in `--until-width 0.02`."
+            "as in `--until-width 0.02`.",
         ),
     ] = None,
     settings: Annotated[

@@ -6,11 +6,11 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from coverdrive.certificates.calibration import ScoredSamples
+from coverdrive.certificates.calibration import Calibration, Claim, ScoredSamples
 from coverdrive.certificates.certificate import Certificate, Tubes, Unit
-from coverdrive.certificates.methods import Method, Task
+from coverdrive.certificates.methods import Method
 from coverdrive.certificates.methods import certify as certify_scores
-from coverdrive.certificates.provable import Claim, provable_epsilon
+from coverdrive.certificates.provable import provable_epsilon
 from coverdrive.errors import CertificateError
 from coverdrive.prediction.cover.basis import Basis
 from coverdrive.prediction.learning.network import Network
@@ -69,8 +69,8 @@ def provable(samples: Samples, basis: Basis, settings: CertificateSettings) -> f
 def _epsilon(vehicle: np.ndarray, outside: np.ndarray, bases: int, settings: CertificateSettings) -> float | None:
     unit = np.unique(vehicle, return_inverse=True)[1] if settings.unit == "vehicle" else np.arange(len(vehicle))
     count, uncovered = len(np.unique(unit)), len(np.unique(unit[outside]))
-    claim = Claim(settings.method, settings.confidence, settings.unit, settings.tube)
-    return provable_epsilon(settings.epsilon, claim, bases, count, uncovered)
+    claim = Claim(confidence=settings.confidence, tubes=settings.tube)
+    return provable_epsilon(settings.epsilon, settings.method, claim, bases, count, uncovered, settings.unit)
 
 
 def calibrate(
@@ -100,20 +100,11 @@ def calibrate(
     """
     trained_on = np.unique(training.vehicle)
     epsilon = _epsilon(calibration.vehicle, calibration.distance > basis.radius, len(basis), settings)
+    claim = Claim(epsilon, settings.confidence, settings.tube)
 
     def certified(unit: Unit) -> tuple[Predictor, Certificate]:
-        task = Task(
-            samples=calibration,
-            tube=basis.radius,
-            trained_on=trained_on,
-            epsilon=epsilon,
-            confidence=settings.confidence,
-            unit=unit,
-            training=training,
-            seed=seed,
-            tubes=settings.tube,
-        )
-        rule, certificate = certify_scores(settings.method, task)
+        units = Calibration.of(calibration, basis.radius, trained_on, unit, seed, training)
+        rule, certificate = certify_scores(settings.method, units, claim)
         return Predictor(basis, network, rule, certificate, trained_on), certificate
 
     predictor, certificate = certified(settings.unit)

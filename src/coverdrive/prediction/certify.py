@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from typing import Protocol, runtime_checkable
 
+from coverdrive.certificates.calibration import Calibration, Claim
 from coverdrive.certificates.certificate import Counted
 from coverdrive.certificates.comparison import Compared, compare
-from coverdrive.certificates.methods import Task
 from coverdrive.prediction.fit import PredictionSettings
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.prediction.scored import ScoredSides
@@ -58,17 +58,16 @@ def certify(
         DataError: the scores are another predictor's.
         CertificateError: a target or the confidence is no share between 0 and 1.
     """
-    predictor, scored, claim = fitted.predictor, fitted.scored, fitted.settings.certificate
+    predictor, scored, settings = fitted.predictor, fitted.scored, fitted.settings.certificate
     scored.refuse_other(predictor)
-    task = Task(
-        samples=scored.calibration,
-        tube=predictor.basis.radius,
-        trained_on=predictor.trained_on,
-        confidence=claim.confidence if confidence is None else confidence,
-        unit=unit or claim.unit,
-        training=scored.train,
-        seed=fitted.seed,
-        tubes=claim.tube,
+    wanted = Claim(confidence=settings.confidence if confidence is None else confidence, tubes=settings.tube)
+    calibration = Calibration.of(
+        scored.calibration,
+        predictor.basis.radius,
+        predictor.trained_on,
+        unit or settings.unit,
+        fitted.seed,
+        scored.train,
     )
     with stage("methods"):
-        return compare(task, scored.test, targets)
+        return compare(calibration, wanted, scored.test, targets)

@@ -141,7 +141,7 @@ def _samples(duration: float, recording: Recording, name: str) -> int:
     if count < 1 or abs(count * recording.dt - duration) > 1e-6:
         raise SettingError(
             f"the segment {name} must be a multiple of the time step {recording.dt} s of recording "
-            f"{recording.name!r}, got {duration} s"
+            f"{recording.name!r}, got {duration} s: resample the recording to 0.1 s, or choose a multiple"
         )
     return count
 

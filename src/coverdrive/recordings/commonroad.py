@@ -18,8 +18,9 @@ from jaxtyping import Float
 from coverdrive.errors import RecordingError
 from coverdrive.recordings.checks import LONGEST_ROAD
 from coverdrive.recordings.reference_line import ReferenceLine, bend, reference_line
+from coverdrive.recordings.repair import RawTracks, tidy
 from coverdrive.recordings.smoothing import SmoothingSettings
-from coverdrive.recordings.tracks import RawTracks, Reading, check_time_step, make_reading, name_of, tidy
+from coverdrive.recordings.tracks import Reading, check_time_step, make_reading, name_of
 from coverdrive.road import Road
 
 ACCOMPANY = 0.5

@@ -16,6 +16,9 @@ from coverdrive.progress import done
 BLOCK_BYTES = 2**25
 """Size of the blocks that are read at a time"""
 
+LONGEST_LINE = 2**26
+"""[bytes]"""
+
 LARGEST = 2.0**53
 """Whole numbers above it are not told apart as float64; nothing that is measured on a road is as large"""
 
@@ -89,8 +92,10 @@ def _blocks(stream: BinaryIO, layout: Layout, repairs: Counter[str]) -> Iterator
         if newline:
             yield rest + whole + newline
             rest = tail
-        else:
-            rest += chunk
+        elif len(rest := rest + chunk) > LONGEST_LINE:
+            raise RecordingError(
+                layout.file, f"a line has more than {LONGEST_LINE} bytes; check that it is a text file"
+            )
     if rest.strip():
         fields = rest.split() if layout.separator == " " else rest.split(b",")
         if len(fields) == len(layout.columns):

@@ -15,8 +15,9 @@ from coverdrive.errors import RecordingError
 from coverdrive.recordings.checks import LENGTHS, LONGEST_ROAD, WIDTHS
 from coverdrive.recordings.delimited import ROW
 from coverdrive.recordings.lanes import edges_from_lanes, edges_from_width
+from coverdrive.recordings.repair import RawTracks, tidy
 from coverdrive.recordings.smoothing import SmoothingSettings
-from coverdrive.recordings.tracks import RawTracks, Reading, check_time_step, make_reading, name_of, tidy
+from coverdrive.recordings.tracks import Reading, check_time_step, make_reading, name_of
 from coverdrive.road import Road
 
 LENGTH, WIDTH = 4.5, 1.8
@@ -57,12 +58,32 @@ def recordings_from_local(
     frame = table["frame"].to_numpy() if "frame" in table.columns else None
     vehicle = table["vehicle"].to_numpy().astype(np.int64)
     period = _periods(vehicle, moment, None if frame is None else frame.astype(np.int64), dt)
+    raw, edges = _in_road_frame(file, table, vehicle, moment)
+    periods = np.unique(period)
+    counts = [repairs, *(Counter[str]() for _ in periods[1:])]
+    parts = [tidy(raw.take(period == number), dt, own) for number, own in zip(periods, counts, strict=True)]
+    length = max(float((part.lon + part.length / 2).max()) for part in parts)
+    if not 0 < length <= LONGEST_ROAD:
+        problem = f"the road is {length:.6g} m long; expected up to {LONGEST_ROAD:g} m, check the unit of the positions"
+        raise RecordingError(file, problem, None, "local_y")
+    road = Road(edges=edges, length=length)
+    names = [name_of(file) + (f" period {number + 1}" if len(periods) > 1 else "") for number in periods]
+    return tuple(
+        make_reading(file, name, part, dt, road, settings, own)
+        for name, part, own in zip(names, parts, counts, strict=True)
+    )
+
+
+def _in_road_frame(
+    file: Path, table: pl.DataFrame, vehicle: Int[np.ndarray, " R"], moment: Int[np.ndarray, " R"]
+) -> tuple[RawTracks, Float[np.ndarray, " edges"]]:
+    """All rows with vehicle centres in the frame of the road, and the lane edges from its right edge on."""
     right, length = table["right"].to_numpy(), table["length"].to_numpy()
     lane = table["lane"].to_numpy() if "lane" in table.columns else None
     edges = edges_from_width(right) if lane is None else edges_from_lanes(right, lane)
     if edges is None:
         raise RecordingError(
-            file, "the lanes cannot be told; expected a few lanes that most vehicles are in", None, "lane_id"
+            file, "the lanes cannot be told; expected a few lanes that most vehicles are in, check Lane_ID and Local_X"
         )
     raw = RawTracks(
         vehicle=vehicle,
@@ -74,22 +95,10 @@ def recordings_from_local(
         speed=table["speed"].to_numpy(),
         group=np.zeros_like(vehicle),
     )
-    periods = np.unique(period)
-    counts = [repairs, *(Counter[str]() for _ in periods[1:])]
-    parts = [tidy(raw.take(period == number), dt, own) for number, own in zip(periods, counts, strict=True)]
-    length = max(float((part.lon + part.length / 2).max()) for part in parts)
-    if not 0 < length <= LONGEST_ROAD:
-        problem = f"the road is {length:.6g} m long; expected up to {LONGEST_ROAD:g} m, check the unit of the positions"
-        raise RecordingError(file, problem, None, "local_y")
-    road = Road(edges=(edges[-1] - edges)[::-1], length=length)
-    names = [name_of(file) + (f" period {number + 1}" if len(periods) > 1 else "") for number in periods]
-    return tuple(
-        make_reading(file, name, part, dt, road, settings, own)
-        for name, part, own in zip(names, parts, counts, strict=True)
-    )
+    return raw, (edges[-1] - edges)[::-1].copy()
 
 
-def some_tracks(table: pl.DataFrame, vehicle: str, clock: str) -> pl.DataFrame:
+def _some_tracks(table: pl.DataFrame, vehicle: str, clock: str) -> pl.DataFrame:
     """The rows of a hundred vehicles, sorted by vehicle and time: enough to judge units and time steps by."""
     some = table[vehicle].unique(maintain_order=True).head(100)
     return table.filter(pl.col(vehicle).is_in(some.implode())).sort(vehicle, clock)
@@ -97,7 +106,7 @@ def some_tracks(table: pl.DataFrame, vehicle: str, clock: str) -> pl.DataFrame:
 
 def _time_step(file: Path, table: pl.DataFrame) -> float:
     """[s] the usual time between two rows of a vehicle."""
-    tracks = some_tracks(table.select("vehicle", "clock"), "vehicle", "clock")
+    tracks = _some_tracks(table.select("vehicle", "clock"), "vehicle", "clock")
     steps = np.diff(tracks["clock"].to_numpy())[np.diff(tracks["vehicle"].to_numpy()) == 0]
     if not np.any(steps > 0):
         raise RecordingError(file, "no vehicle was seen at two times; check that the file was copied whole")

@@ -11,7 +11,7 @@ import numpy as np
 import polars as pl
 from jaxtyping import Int
 
-from coverdrive.recordings.tracks import RawTracks
+from coverdrive.recordings.repair import RawTracks
 
 RUN = 8
 """Samples of a run of speeds that is looked up in the other recordings"""

@@ -12,7 +12,8 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from coverdrive.errors import DataError, RecordingError
 from coverdrive.recordings.recording import SCHEMA, Recording
-from coverdrive.recordings.tracks import RawTracks, Reading
+from coverdrive.recordings.repair import RawTracks
+from coverdrive.recordings.tracks import Reading
 from coverdrive.road import Road
 
 KEY = "coverdrive"

@@ -1,68 +1,31 @@
-"""From raw positions to regular tracks: what is wrong in a file is repaired and counted, or refused.
+"""From raw positions to recordings: repaired (`coverdrive.recordings.repair`), smoothed
+(`coverdrive.recordings.smoothing`), and refused where they cannot be traffic.
 
-R rows of raw positions, in the order of the file, become a recording's table: sorted by vehicle and time, one row
-per vehicle and moment, without gaps, smoothed (`coverdrive.recordings.smoothing`).
+R rows of raw positions become a recording's table: sorted by vehicle and time, one row per vehicle and moment, no gaps.
 """
 
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import polars as pl
-from jaxtyping import Bool, Float, Int
 
 from coverdrive.errors import DataError, RecordingError
 from coverdrive.recordings.checks import TIME_STEPS, implausible_vehicles
 from coverdrive.recordings.recording import SCHEMA, Recording
+from coverdrive.recordings.repair import LONGEST_GAP, RawTracks, counted, drop_off_road, drop_single, fill_gaps, tidy
 from coverdrive.recordings.smoothing import SmoothingSettings, motion, smooth
 from coverdrive.road import Road
-
-LONGEST_GAP = 1.0
-"""[s] longer gaps in a track are not interpolated: the track is split"""
-
-QUICKEST, SLACK = 60.0, 5.0
-"""[m/s] and [m]: positions that are farther apart are not of one motion"""
 
 FASTEST = 60.0
 """[m/s] hardly any vehicle drives faster, so a file in which many do is not in metres"""
 
 MOST_IMPLAUSIBLE, MOST_BESIDE = 0.2, 0.5
-"""Share of the vehicles (and rows) that may be left out because of their motion, and of the rows because they are off
-the road"""
+"""Share of the vehicles that may be left out because of their motion, and of the rows because they are off the road"""
 
 STATED = (0.8, 1.25)
 """Median ratio of the speed of the positions to the one that a file states"""
-
-VERGE = 1.8
-"""[m] half a lane: vehicles whose centre is farther beside the road than this do not drive on it"""
-
-
-@dataclass(frozen=True, eq=False)
-class RawTracks:
-    """Positions as measured, of all vehicles."""
-
-    vehicle: Int[np.ndarray, " R"]
-    moment: Int[np.ndarray, " R"]
-    """time in units of dt"""
-    lon: Float[np.ndarray, " R"]
-    """[m] centre along the road"""
-    lat: Float[np.ndarray, " R"]
-    """[m] centre to the left"""
-    length: Float[np.ndarray, " R"]
-    """[m]"""
-    width: Float[np.ndarray, " R"]
-    """[m]"""
-    speed: Float[np.ndarray, " R"]
-    """[m/s] as the file states it: too rough to use, but it shows which vehicles of two files are the same"""
-    group: Int[np.ndarray, " R"]
-    """which rows must stay together in a split"""
-
-    def take(self, rows: np.ndarray) -> "RawTracks":
-        """The rows selected by an index or boolean array; nothing is copied where all rows are."""
-        if rows.dtype == np.bool_ and rows.all():
-            return self
-        return RawTracks(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,13 +50,13 @@ def regular_table(raw: RawTracks, dt: float, settings: SmoothingSettings, repair
 
     """
     longest = dt if settings.causal else LONGEST_GAP
-    tracks = _drop_single(_fill_gaps(tidy(raw, dt, repairs), dt, longest, repairs), repairs)
+    tracks = drop_single(fill_gaps(tidy(raw, dt, repairs), dt, longest, repairs), repairs)
     starts = np.flatnonzero(np.diff(tracks.vehicle, prepend=tracks.vehicle[:1] - 1))
     lon, lon_rate = smooth(tracks.lon, starts, dt, settings)
     lat, lat_rate = smooth(tracks.lat, starts, dt, settings)
     speed, heading = motion(lon_rate, lat_rate, settings)
     known = ~np.isnan(lon_rate)
-    _count(repairs, "rows without a past", int((~known).sum()))
+    counted(repairs, "rows without a past", int((~known).sum()))
     return pl.DataFrame(
         {
             "vehicle": tracks.vehicle,
@@ -115,18 +78,6 @@ def name_of(file: Path) -> str:
     return file.stem.encode("utf-8", "replace").decode()
 
 
-def tidy(raw: RawTracks, dt: float, repairs: Counter[str]) -> RawTracks:
-    """Rows by vehicle and moment, each moment once, and none far from its neighbours on both sides.
-
-    Args:
-        raw: positions on the time grid.
-        dt: [s] between two moments.
-        repairs: gains ``rows out of order``, ``duplicated rows``, ``conflicting rows`` and ``lone outliers``.
-
-    """
-    return _drop_outliers(_drop_duplicates(_sort(raw, repairs), repairs), dt, repairs)
-
-
 def check_time_step(file: Path, dt: float, what: str) -> None:
     """Refuse a time between two rows [s] that no recording of traffic has."""
     if not TIME_STEPS[0] <= dt <= TIME_STEPS[1]:
@@ -143,7 +94,7 @@ def make_reading(
     Args:
         file: named in errors.
         name: of the recording.
-        raw: positions on the time grid.
+        raw: positions on the time grid, as `tidy` returns them.
         dt: [s] between two moments.
         road: whose right edge is at lat = 0.
         settings: how positions are smoothed.
@@ -175,14 +126,12 @@ def make_reading(
 
 def _check_stated_speeds(file: Path, raw: RawTracks, dt: float) -> None:
     """Refuse positions, times and speeds of different units."""
-    order = np.lexsort((raw.moment, raw.vehicle)) if np.any(np.diff(raw.vehicle) < 0) else np.arange(len(raw.vehicle))
-    order = order[:100_000]
-    seconds = np.diff(raw.moment[order]) * dt
-    usable = (np.diff(raw.vehicle[order]) == 0) & (seconds > 0) & (seconds <= LONGEST_GAP) & (raw.speed[order][1:] > 3)
+    seconds, speed = np.diff(raw.moment) * dt, raw.speed[1:]
+    usable = (np.diff(raw.vehicle) == 0) & (seconds <= LONGEST_GAP) & (speed > 3)
     if usable.sum() < 20:
         return
-    way = np.hypot(np.diff(raw.lon[order]), np.diff(raw.lat[order]))[usable]
-    ratio = float(np.median(way / seconds[usable] / raw.speed[order][1:][usable]))
+    way = np.hypot(np.diff(raw.lon), np.diff(raw.lat))
+    ratio = float(np.median(way[usable] / seconds[usable] / speed[usable]))
     if not STATED[0] <= ratio <= STATED[1]:
         raise RecordingError(
             file,
@@ -205,91 +154,3 @@ def _drop_implausible(file: Path, table: pl.DataFrame, dt: float, road: Road, re
         return table
     repairs["implausible vehicles"] += len(wrong)
     return table.filter(~pl.col("vehicle").is_in(wrong.tolist()))
-
-
-def drop_off_road(raw: RawTracks, road: Road, repairs: Counter[str]) -> RawTracks:
-    """Without the rows more than `VERGE` beside the road, which are on ramps; counted as ``rows off the road``."""
-    on_road = (raw.lat >= road.edges[0] - VERGE) & (raw.lat <= road.edges[-1] + VERGE)
-    _count(repairs, "rows off the road", int((~on_road).sum()))
-    return raw.take(on_road)
-
-
-def _count(repairs: Counter[str], kind: str, number: int) -> None:
-    if number:
-        repairs[kind] += number
-
-
-def _sort(raw: RawTracks, repairs: Counter[str]) -> RawTracks:
-    """Sorted by vehicle and moment; rows whose time runs backwards within a vehicle are counted."""
-    backwards = (np.diff(raw.vehicle) == 0) & (np.diff(raw.moment) < 0)
-    _count(repairs, "rows out of order", int(backwards.sum()))
-    if np.all(np.diff(raw.vehicle) >= 0) and not backwards.any():
-        return raw
-    return raw.take(np.lexsort((raw.moment, raw.vehicle)))
-
-
-def _drop_duplicates(raw: RawTracks, repairs: Counter[str]) -> RawTracks:
-    """The first row of every vehicle and moment; of the others, those 1 cm or more away from it conflict."""
-    first = np.ones(len(raw.vehicle), dtype=bool)
-    first[1:] = (np.diff(raw.vehicle) != 0) | (np.diff(raw.moment) != 0)
-    kept = np.flatnonzero(first)[np.cumsum(first) - 1]
-    away = np.hypot(raw.lon - raw.lon[kept], raw.lat - raw.lat[kept])
-    _count(repairs, "duplicated rows", int((~first).sum()))
-    _count(repairs, "conflicting rows", int((away >= 0.01).sum()))
-    return raw.take(first)
-
-
-def _jumps(raw: RawTracks, dt: float) -> Bool[np.ndarray, " steps"]:
-    """Whether the next row of a vehicle is farther away than it can have driven."""
-    way = np.hypot(np.diff(raw.lon), np.diff(raw.lat))
-    return (np.diff(raw.vehicle) == 0) & (way > QUICKEST * dt * np.diff(raw.moment) + SLACK)
-
-
-def _drop_outliers(raw: RawTracks, dt: float, repairs: Counter[str]) -> RawTracks:
-    """Without rows that are far from the row before and the row after, where there are such rows."""
-    jumps = _jumps(raw, dt)
-    if not jumps.any():
-        return raw
-    last = np.append(np.diff(raw.vehicle) != 0, True)
-    before, after = np.insert(jumps | last[:-1], 0, True), np.append(jumps, False) | last
-    lone = before & after & (np.insert(jumps, 0, False) | np.append(jumps, False))
-    if lone.mean() > MOST_IMPLAUSIBLE:
-        return raw  # not outliers, but another unit
-    _count(repairs, "lone outliers", int(lone.sum()))
-    return raw.take(~lone)
-
-
-def _fill_gaps(raw: RawTracks, dt: float, longest: float, repairs: Counter[str]) -> RawTracks:
-    """Short gaps filled by linear interpolation; after a longer one, or a jump, the vehicle gets a new number."""
-    same = np.diff(raw.vehicle) == 0
-    step = np.diff(raw.moment)
-    jumps = _jumps(raw, dt)
-    if not np.any(same & (step > 1)) and not jumps.any():
-        return raw
-    split = same & (step * dt > longest + dt / 2) | jumps
-    part = np.concatenate([[0], np.cumsum(split)])
-    renamed = part - np.maximum.accumulate(np.concatenate([[0], np.where(same, 0, part[1:])])) > 0
-    vehicle = np.where(renamed, raw.vehicle.max(initial=0) + part, raw.vehicle)
-
-    copies = np.append(np.where(same & ~split, step, 1), 1)
-    left = np.repeat(np.arange(len(copies)), copies)
-    offset = np.arange(len(left)) - np.repeat(np.cumsum(copies) - copies, copies)
-    right = np.minimum(left + (offset > 0), len(copies) - 1)
-    share = offset / copies[left]
-    _count(repairs, "interpolated rows", int((offset > 0).sum()))
-    _count(repairs, "split tracks", int(split.sum()))
-    filled = replace(
-        raw.take(left),
-        vehicle=vehicle[left],
-        moment=raw.moment[left] + offset,
-        lon=(1 - share) * raw.lon[left] + share * raw.lon[right],
-        lat=(1 - share) * raw.lat[left] + share * raw.lat[right],
-    )
-    return filled.take(np.argsort(filled.vehicle, kind="stable"))
-
-
-def _drop_single(raw: RawTracks, repairs: Counter[str]) -> RawTracks:
-    """Without tracks of one row, which have no speed."""
-    _, inverse, count = np.unique(raw.vehicle, return_inverse=True, return_counts=True)
-    _count(repairs, "dropped tracks", int((count == 1).sum()))
-    return raw.take(count[inverse] > 1)

@@ -12,8 +12,9 @@ from pydantic import Field, model_validator
 
 from coverdrive.progress import done
 from coverdrive.recordings.recording import MEASURES, SCHEMA, Recording
+from coverdrive.recordings.repair import RawTracks
 from coverdrive.recordings.smoothing import SmoothingSettings
-from coverdrive.recordings.tracks import RawTracks, regular_table
+from coverdrive.recordings.tracks import regular_table
 from coverdrive.road import Road
 from coverdrive.settings import InOrder, Settings
 from coverdrive.simulation.drivers import DriverSettings, draw_drivers

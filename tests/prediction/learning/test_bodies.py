@@ -12,8 +12,8 @@ from prediction_fakes import segments_of
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.rule import Thresholds
 from coverdrive.geometry import turned_half_extents
-from coverdrive.prediction import bodies
 from coverdrive.prediction.cover.basis import Basis
+from coverdrive.prediction.learning import bodies
 from coverdrive.prediction.learning.bodies import body_radius
 from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.learning.samples import make_samples

@@ -9,12 +9,14 @@ import pytest
 from report_fakes import make_contents, make_stray
 
 from coverdrive.progress import heard_by
-from coverdrive.report.contents import NOT_STARTED
 from coverdrive.report.page.page import _script_json, page, write_page
 from coverdrive.report.page.study import ends
 from coverdrive.report.page.summary import heading, tiles, verdict
 from coverdrive.report.page.trials import COLUMNS, trial_rows
+from coverdrive.simulation.outcome import Kind
 from coverdrive.simulation.trial import measure
+
+IDLE = Kind.NOT_STARTED.value
 
 
 @pytest.fixture(scope="module")
@@ -85,15 +87,15 @@ def test_the_verdict_is_one_sentence_with_collisions_speed_and_misses() -> None:
 
 def test_trials_that_could_not_start_are_rows_and_counted_apart() -> None:
     contents = make_contents()
-    idle = dict.fromkeys(contents.trials.columns) | {"trial": 8, "vehicles": 9, "kind": NOT_STARTED}
+    idle = dict.fromkeys(contents.trials.columns) | {"trial": 8, "vehicles": 9, "kind": IDLE, "reason": "no room"}
     more = pl.concat([contents.trials, pl.DataFrame([idle], schema=contents.trials.schema)])
     some = replace(contents, trials=more)
     assert ends(some).startswith("1 of 2 drives ended") and "1 more could not start" in ends(some)
     row = trial_rows(some)[-1]
-    assert (row.kind, row.mark, row.replay) == (NOT_STARTED, "", False)
+    assert (row.kind, row.mark, row.remark, row.replay) == (IDLE, "", "no room", False)
     assert {text for _, text in row.numbers[1:]} == {"–"}
     text = page(some)
-    assert NOT_STARTED in text and 'id="figure-collisions"' in text
+    assert IDLE in text and 'id="figure-collisions"' in text
     none = replace(contents, trials=more.tail(1), traces={})
     assert ends(none).startswith("None of the 1 trials could start")
     text = page(none)

@@ -20,8 +20,8 @@ class Row:
     mark: str
     """"collision", "near" or nothing"""
     kind: str
-    collision: str
-    """who was at fault and what came before; empty without a collision"""
+    remark: str
+    """of a collision who was at fault and what came before; of a trial that could not start the reason"""
     replay: bool
     """whether it can be replayed"""
     differs: bool
@@ -68,7 +68,7 @@ def trial_rows(contents: Contents) -> list[Row]:
                 trial=row["trial"],
                 mark="collision" if row["collided"] else "near" if row["nearly"] else "",
                 kind=row["kind"],
-                collision=f"at fault: {row['at_fault']}; {row['cause']}" if row["collided"] else "",
+                remark=f"at fault: {row['at_fault']}; {row['cause']}" if row["collided"] else row["reason"],
                 replay=trace is not None,
                 differs=trace is not None and trace.outcome.kind.value != row["kind"],
                 numbers=tuple((_value(row[name]), _text(row, name, form)) for name, _, form in COLUMNS),

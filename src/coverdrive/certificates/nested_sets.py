@@ -1,6 +1,6 @@
-"""A one-parameter family of thresholds, and of tubes: its shape is fixed on training data, one number is calibrated.
+"""Nested sets: a line of thresholds, and of tubes, shaped on training data, of which one number is calibrated.
 
-The rules of the family are nested: rule l = 0 calls every base possible, and every next rule has thresholds that are
+The rules are nested: rule l = 0 calls every base possible, and every next rule has thresholds that are
 at least as high, and tubes that are no wider. A calibration unit that is missed by a rule is missed by all later ones.
 The last rule that misses at most r of N₂ units has a miss probability V with P{V > ε} ≤ Φ(ε, r, N₂): the order
 statistic of one number has that law, and no binomial factor is needed, because there is one way to discard the r
@@ -8,21 +8,21 @@ lowest. For M bases this is a far smaller bound than post-bloating's, paid in la
 Units that leave the cover's tube are missed by every rule.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from coverdrive.certificates.bounds import misses_allowed, rate_limit
-from coverdrive.certificates.calibration import ScoredSamples
-from coverdrive.certificates.certificate import Certificate, Counted, Tubes
+from coverdrive.certificates.calibration import Calibration, Claim, ScoredSamples
+from coverdrive.certificates.certificate import Certificate, Tubes
+from coverdrive.certificates.discarding import number_discarded
 from coverdrive.certificates.rule import Thresholds
-from coverdrive.certificates.units import Units, calibration_units, number_discarded
 from coverdrive.errors import CertificateError
 
 
 @dataclass(frozen=True)
-class Family:
+class NestedSets:
     """Nested rules, checked when made."""
 
     values: Float[np.ndarray, "L M"]
@@ -31,11 +31,11 @@ class Family:
     """of the tubes of every rule, not growing from one rule to the next; without them, the tube of the cover"""
 
     def __post_init__(self) -> None:
-        """Refuse a family in which a missed sample might not stay missed."""
+        """Refuse rules of which a missed sample might not stay missed."""
         if len(self.values) == 0 or (self.values[0] != 0).any() or not (np.diff(self.values, axis=0) >= 0).all():
-            raise CertificateError("a family of thresholds must start with zeros and must not fall from rule to rule")
+            raise CertificateError("nested thresholds must start with zeros and must not fall from rule to rule")
         if self.radii is not None and not (np.diff(self.radii, axis=0) <= 0).all():
-            raise CertificateError("the tubes of a family of rules must not grow from rule to rule")
+            raise CertificateError("the tubes of nested rules must not grow from rule to rule")
 
     @property
     def tubes(self) -> Tubes:
@@ -43,22 +43,23 @@ class Family:
         return "cover" if self.radii is None else "per base"
 
     def rule(self, number: int, tube: float) -> Thresholds:
-        """One rule of the family; ``tube`` is the radius ρ of the cover."""
+        """One of the rules; ``tube`` is the radius ρ of the cover."""
         return Thresholds.at(self.values[number], tube if self.radii is None else np.minimum(self.radii[number], tube))
 
-    def last_passed(self, units: Units) -> Int[np.ndarray, " N"]:
+    def last_passed(self, calibration: Calibration) -> Int[np.ndarray, " N"]:
         """For every unit the last rule that does not miss it; −1 if all do."""
-        rules = np.empty(len(units.score))
-        for base in range(units.bases):
-            asks = units.base == base
-            rules[asks] = np.searchsorted(self.values[:, base], units.score[asks], side="right") - 1
+        _, driven, score, distance = calibration.demands
+        rules = np.empty(len(score))
+        for base in range(calibration.bases):
+            asks = driven == base
+            rules[asks] = np.searchsorted(self.values[:, base], score[asks], side="right") - 1
             if self.radii is not None:
-                reached = np.searchsorted(-self.radii[:, base], -units.distance[asks], side="right") - 1
+                reached = np.searchsorted(-self.radii[:, base], -distance[asks], side="right") - 1
                 rules[asks] = np.minimum(rules[asks], reached)
-        return units.level(rules).astype(np.int64)
+        return calibration.level(rules).astype(np.int64)
 
 
-def quantile_family(training: ScoredSamples, rules: int = 400, tube: float | None = None) -> Family:
+def quantile_sets(training: ScoredSamples, rules: int = 400, tube: float | None = None) -> NestedSets:
     """Thresholds at equal quantiles of every base's training scores, after proportional ones up to the lowest score.
 
     With tubes, the radius of every base is the quantile of its training distances that is passed as often, after
@@ -85,52 +86,45 @@ def quantile_family(training: ScoredSamples, rules: int = 400, tube: float | Non
             radii[:half, base] = np.linspace(tube, distances.max(), half, endpoint=False)
             radii[half:, base] = np.quantile(distances, 1 - levels)
     shaped = None if tube is None else np.minimum.accumulate(radii, axis=0)
-    return Family(np.maximum.accumulate(values, axis=0), shaped)
+    return NestedSets(np.maximum.accumulate(values, axis=0), shaped)
 
 
-def calibrate_family(
-    samples: ScoredSamples,
-    tube: float,
-    trained_on: Int[np.ndarray, " V"],
-    family: Family,
-    discarded: int | None = None,
-    epsilon: float | None = None,
-    confidence: float = 0.99,
-    unit: Counted = "window",
-    seed: int = 0,
+def nested_sets(
+    calibration: Calibration, claim: Claim, nested: NestedSets | None = None, discarded: int | None = None
 ) -> tuple[Thresholds, Certificate]:
-    """The last rule of the family that misses at most r calibration units, and the bound on missing a new one.
+    """The last of nested rules that misses at most r calibration units, and the bound on missing a new one.
 
     Args:
-        samples: the calibration split Ω₂.
-        tube: radius ρ around every base within which a path is covered, fixed beforehand.
-        trained_on: keys of the vehicles that trained the network or shaped the family.
-        family: of nested rules, fixed beforehand.
-        discarded: number r ≥ 0 of units that may be missed, fixed beforehand. Give this, or ``epsilon``.
-        epsilon: the bound; r is the greatest number that stays within it.
-        confidence: of the bound, in (0, 1).
-        unit: what the bound counts.
-        seed: of the draw of one window of every vehicle, where these are the unit.
+        calibration: the units.
+        claim: its bound ε gives r, the greatest number that stays within it.
+        nested: the rules, fixed beforehand; else quantiles of the training scores.
+        discarded: number r ≥ 0 of units that may be missed, fixed beforehand; given instead of the bound.
 
     Raises:
-        CertificateError: calibration samples trained the network, there are too few of them, or more than r of them
-            leave the tube.
+        CertificateError: there are too few units, or more than r of them leave the tube.
     """
-    units = calibration_units(samples, tube, trained_on, unit, seed)
-    count = len(units)
-    least = rate_limit(confidence, 0, count)
-    allowed = number_discarded(discarded, epsilon, lambda bound: misses_allowed(bound, confidence, count), least, count)
-    last = np.sort(family.last_passed(units))
+    nested = nested or nested_sets_of(calibration, claim)
+    count = len(calibration)
+    least = rate_limit(claim.sure, 0, count)
+    allowed = number_discarded(
+        discarded, claim.epsilon, lambda bound: misses_allowed(bound, claim.sure, count), least, count
+    )
+    last = np.sort(nested.last_passed(calibration))
     chosen = int(last[allowed])
     if chosen < 0:
         raise CertificateError(
-            f"{int((last < 0).sum())} of {count} calibration {unit}s leave the tube around their base, but only "
-            f"{allowed} may be missed; allow more, or widen the tube or refine the basis"
+            f"{int((last < 0).sum())} of {count} calibration {calibration.kind}s leave the tube around their base, but "
+            f"only {allowed} may be missed; allow more, or widen the tube or refine the basis"
         )
-    rule = family.rule(chosen, tube)
-    bound = rate_limit(confidence, allowed, count)
-    never = int((family.values[-1] == 0).sum())
-    kind = "thresholds" if family.radii is None else "thresholds and tubes"
-    return rule, units.certificate(
-        f"one-parameter family of {kind}", rule, bound, confidence, unseen_bases=never, tubes=family.tubes
+    rule = nested.rule(chosen, calibration.tube)
+    bound = rate_limit(claim.sure, allowed, count)
+    never = int((nested.values[-1] == 0).sum())
+    method = f"nested sets of {'thresholds' if nested.radii is None else 'thresholds and tubes'}"
+    return rule, calibration.certificate(
+        method, bound, replace(claim, tubes=nested.tubes), rule=rule, unseen_bases=never
     )
+
+
+def nested_sets_of(calibration: Calibration, claim: Claim) -> NestedSets:
+    """The rules that the training samples shape, with tubes if they are claimed."""
+    return quantile_sets(calibration.shaping, tube=calibration.tube if claim.tubes == "per base" else None)

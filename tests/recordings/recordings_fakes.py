@@ -1,6 +1,109 @@
-"""CommonRoad scenarios of known content."""
+"""Recordings of known content: own tables, NGSIM in feet and in metres, CommonRoad scenarios."""
 
 import numpy as np
+import polars as pl
+
+from coverdrive.recordings.recording import SCHEMA
+
+FOOT = 0.3048
+COLUMNS = [
+    "Vehicle_ID",
+    "Frame_ID",
+    "Total_Frames",
+    "Global_Time",
+    "Local_X",
+    "Local_Y",
+    "Global_X",
+    "Global_Y",
+    "v_length",
+    "v_Width",
+    "v_Class",
+    "v_Vel",
+    "v_Acc",
+    "Lane_ID",
+    "O_Zone",
+    "D_Zone",
+    "Int_ID",
+    "Section_ID",
+    "Direction",
+    "Movement",
+    "Preceding",
+    "Following",
+    "Space_Headway",
+    "Time_Headway",
+    "Location",
+]
+TEXT_COLUMNS = COLUMNS[:14] + COLUMNS[20:24]
+
+
+def ngsim_table(
+    vehicles: int = 6,
+    seconds: float = 10.0,
+    speed: float = 15.0,
+    location: str = "us-101",
+    start: int = 1_118_846_980_200,
+    first_frame: int = 10,
+) -> pl.DataFrame:
+    """Vehicles at constant speed [m/s], side by side in three lanes of 12 ft, as the portal writes them (feet)."""
+    rows = round(seconds * 10)
+    vehicle = np.repeat(np.arange(1, vehicles + 1), rows)
+    frame = np.tile(np.arange(rows), vehicles)
+    lane = (vehicle - 1) % 3 + 1
+    columns: dict[str, object] = dict.fromkeys(COLUMNS)
+    columns |= {
+        "Vehicle_ID": vehicle,
+        "Frame_ID": first_frame + frame,
+        "Total_Frames": np.full(len(vehicle), rows),
+        "Global_Time": start + 100 * frame,
+        "Local_X": np.round(12.0 * lane - 6.0, 3),
+        "Local_Y": np.round((50.0 * vehicle + speed * frame / 10) / FOOT, 3),
+        "v_length": np.full(len(vehicle), 15.0),
+        "v_Width": np.full(len(vehicle), 6.0),
+        "v_Class": np.full(len(vehicle), 2),
+        "v_Vel": np.full(len(vehicle), round(speed / FOOT, 2)),
+        "v_Acc": np.zeros(len(vehicle)),
+        "Lane_ID": lane,
+        "Preceding": np.zeros(len(vehicle), dtype=int),
+        "Following": np.zeros(len(vehicle), dtype=int),
+        "Space_Headway": np.zeros(len(vehicle)),
+        "Time_Headway": np.zeros(len(vehicle)),
+        "Location": location,
+    }
+    return pl.DataFrame(columns)
+
+
+def traffic(vehicles: int = 6, seconds: float = 10.0, dt: float = 0.1) -> pl.DataFrame:
+    """Vehicles at 22 m/s in three lanes; vehicle 1 moves to the left at 0.2 m/s."""
+    moment = np.tile(np.arange(round(seconds / dt)), vehicles)
+    vehicle = np.repeat(np.arange(vehicles), round(seconds / dt))
+    drift = np.where(vehicle == 1, 0.2, 0.0)
+    columns = {
+        "vehicle": vehicle,
+        "group": 0 * vehicle,
+        "time": moment * dt,
+        "lon": 40.0 * vehicle + 22.0 * moment * dt,
+        "lat": 1.8 + 3.6 * (vehicle % 3) + drift * moment * dt,
+        "speed": np.hypot(22.0, drift),
+        "heading": np.arctan2(drift, 22.0),
+        "length": 4.6,
+        "width": 1.9,
+    }
+    return pl.DataFrame(columns, schema=SCHEMA)
+
+
+def metric(**columns: pl.Expr) -> pl.DataFrame:
+    moment, vehicle = np.tile(np.arange(60), 3), np.repeat([1, 2, 3], 60)
+    return pl.DataFrame(
+        {
+            "Vehicle_ID": vehicle,
+            "Frame_ID": moment,
+            "Global_Time": 1_118_846_980_200 + 100 * moment,
+            "local_x_m": 1.8 + 3.6 * (vehicle - 1),
+            "local_y_m": 20.0 * vehicle + 1.5 * moment,
+            "v_vel_mps": 15.0,
+        }
+    ).with_columns(**columns)
+
 
 RADIUS, TURN = 1500.0, 0.7
 """A bend to the left of 180 m, the whole map turned"""

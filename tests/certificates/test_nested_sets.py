@@ -4,12 +4,12 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from certificates_fakes import make_units, nested_sets
 from scipy import stats
 
 from coverdrive.certificates.bounds import misses_allowed, rate_limit
 from coverdrive.certificates.calibration import ScoredSamples
-from coverdrive.certificates.family import Family, calibrate_family, quantile_family
-from coverdrive.certificates.units import make_units
+from coverdrive.certificates.nested_sets import NestedSets, quantile_sets
 from coverdrive.errors import CertificateError
 
 TUBE = 0.5
@@ -17,8 +17,8 @@ NOBODY = np.array([], dtype=np.int64)
 Draw = Callable[..., ScoredSamples]
 
 
-def ladder() -> Family:
-    return Family(np.array([[0.0, 0.0], [0.2, 0.1], [0.4, 0.2], [0.8, 0.2]]))
+def ladder() -> NestedSets:
+    return NestedSets(np.array([[0.0, 0.0], [0.2, 0.1], [0.4, 0.2], [0.8, 0.2]]))
 
 
 def three_windows(third: float = 0.0) -> ScoredSamples:
@@ -35,7 +35,7 @@ def test_levels_by_hand() -> None:
 
 @pytest.mark.parametrize(("discarded", "values"), [(0, [0.2, 0.1]), (1, [0.4, 0.2]), (2, [0.8, 0.2])])
 def test_the_last_rule_that_misses_no_more(discarded: int, values: list[float]) -> None:
-    rule, certificate = calibrate_family(three_windows(), TUBE, NOBODY, ladder(), discarded, confidence=0.5)
+    rule, certificate = nested_sets(three_windows(), TUBE, NOBODY, ladder(), discarded, confidence=0.5)
     assert rule.values == pytest.approx(values, abs=2e-6)
     assert certificate.epsilon == rate_limit(0.5, discarded, 3)
     assert certificate.discarded == discarded
@@ -43,37 +43,39 @@ def test_the_last_rule_that_misses_no_more(discarded: int, values: list[float]) 
 
 def test_last_passed_is_the_last_rule_that_does_not_miss(draw: Draw) -> None:
     units = make_units(draw(100, 3, seed=1, outside=0.1, windows=2), TUBE, "vehicle")
-    family = quantile_family(draw(300, 3, seed=2), rules=40)
-    last = family.last_passed(units)
+    nested = quantile_sets(draw(300, 3, seed=2), rules=40)
+    last = nested.last_passed(units)
     for number in range(100):
-        asks = units.unit == number
-        passes = [bool((units.score[asks] >= values[units.base[asks]]).all()) for values in family.values]
+        asks = units.demands.unit == number
+        passes = [
+            bool((units.demands.score[asks] >= values[units.demands.base[asks]]).all()) for values in nested.values
+        ]
         assert passes == [rule <= last[number] for rule in range(len(passes))]
 
 
-def test_quantile_family_passes_through_the_lowest_training_score() -> None:
+def test_quantile_sets_passes_through_the_lowest_training_score() -> None:
     scores = np.array([[0.4, 0.0, 0.3], [0.8, 0.0, 0.3], [0.5, 0.9, 0.3]])
     training = ScoredSamples(scores, np.array([0, 0, 1]), np.zeros(3), np.arange(3))
-    family = quantile_family(training, rules=10)
-    assert family.values.shape == (10, 3)
-    assert family.values[0].tolist() == [0, 0, 0]
-    assert family.values[4] == pytest.approx([0.32, 0.72, 0])
-    assert family.values[-1] == pytest.approx([0.8, 0.9, 0])  # base 2 never occurred: always possible
+    nested = quantile_sets(training, rules=10)
+    assert nested.values.shape == (10, 3)
+    assert nested.values[0].tolist() == [0, 0, 0]
+    assert nested.values[4] == pytest.approx([0.32, 0.72, 0])
+    assert nested.values[-1] == pytest.approx([0.8, 0.9, 0])  # base 2 never occurred: always possible
 
 
 def test_impossible_requests_are_refused(draw: Draw) -> None:
     with pytest.raises(CertificateError, match=r"1 of 3 calibration windows leave the tube .* only 0 may be missed"):
-        calibrate_family(three_windows(0.9), TUBE, NOBODY, ladder(), discarded=0)
+        nested_sets(three_windows(0.9), TUBE, NOBODY, ladder(), discarded=0)
     with pytest.raises(CertificateError, match=r"cannot prove ε = 0.01; the smallest ε possible with them is 0.045"):
-        calibrate_family(draw(100, 2, seed=0), TUBE, NOBODY, ladder(), epsilon=0.01)
+        nested_sets(draw(100, 2, seed=0), TUBE, NOBODY, ladder(), epsilon=0.01)
     with pytest.raises(CertificateError, match="also trained the network"):
-        calibrate_family(three_windows(), TUBE, np.array([5]), ladder(), discarded=0)
+        nested_sets(three_windows(), TUBE, np.array([5]), ladder(), discarded=0)
 
 
 @pytest.mark.parametrize("values", [[[0.1], [0.2]], [[0.0], [0.3], [0.2]], np.zeros((0, 1))])
 def test_what_is_no_family_is_refused(values) -> None:
     with pytest.raises(CertificateError, match="must start with zeros and must not fall"):
-        Family(np.array(values))
+        NestedSets(np.array(values))
 
 
 @pytest.mark.slow
@@ -81,10 +83,10 @@ def test_violation_probability_follows_its_law(draw: Draw) -> None:
     """With fine steps, Beta(r + 1, N − r), whatever the shape; the law of one discard more or less is rejected."""
     count, discarded, outside, repeats = 200, 12, 0.01, 1200
     steps = np.linspace(0, 1, 20_001)
-    family = Family(np.stack([steps**2, steps, np.sqrt(steps)], axis=1))
+    nested = NestedSets(np.stack([steps**2, steps, np.sqrt(steps)], axis=1))
     violation = np.empty(repeats)
     for repeat in range(repeats):
-        rule, _ = calibrate_family(draw(count, 3, repeat, outside), TUBE, NOBODY, family, discarded)
+        rule, _ = nested_sets(draw(count, 3, repeat, outside), TUBE, NOBODY, nested, discarded)
         violation[repeat] = outside + (1 - outside) * rule.values.mean()
     assert stats.kstest(violation, stats.beta(discarded + 1, count - discarded).cdf).pvalue > 0.001
     assert stats.kstest(violation, stats.beta(discarded + 2, count - discarded - 1).cdf).pvalue < 0.001
@@ -99,12 +101,10 @@ def test_bound_holds_and_a_shape_taken_from_the_calibration_samples_breaks_it(dr
     honest = dishonest = 0
     for repeat in range(repeats):
         samples, training = draw(count, bases, repeat), draw(600, bases, 10_000 + repeat, first=1000)
-        rule, certificate = calibrate_family(
-            samples, TUBE, NOBODY, quantile_family(training), epsilon=epsilon, confidence=0.9
-        )
+        rule, certificate = nested_sets(samples, TUBE, NOBODY, quantile_sets(training), epsilon=epsilon, confidence=0.9)
         honest += rule.values.mean() > epsilon
         assert certificate.epsilon == rate_limit(0.9, misses_allowed(epsilon, 0.9, count), count)
-        own, _ = calibrate_family(samples, TUBE, NOBODY, quantile_family(samples), epsilon=epsilon, confidence=0.9)
+        own, _ = nested_sets(samples, TUBE, NOBODY, quantile_sets(samples), epsilon=epsilon, confidence=0.9)
         dishonest += own.values.mean() > epsilon
     assert honest <= limit
     assert dishonest > limit

@@ -1,17 +1,18 @@
-"""Learn then test: by hand, equal to the family where rules are nested, and its error probability by experiment."""
+"""Learn then test: by hand, equal to the nested where rules are nested, and its error probability by experiment."""
 
 from collections.abc import Callable
 
 import numpy as np
 import pytest
+from certificates_fakes import learn_then_test, nested_sets
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
 from coverdrive.certificates.calibration import ScoredSamples
 from coverdrive.certificates.certificate import Counted
-from coverdrive.certificates.family import Family, calibrate_family
-from coverdrive.certificates.risk_control import learn_then_test, rules_of
+from coverdrive.certificates.learn_then_test import rules_of
+from coverdrive.certificates.nested_sets import NestedSets
 from coverdrive.certificates.rule import Thresholds
 from coverdrive.errors import CertificateError
 
@@ -51,15 +52,15 @@ def test_nested_rules_give_the_familys_result(seed: int, unit: Counted, epsilon:
     samples = ScoredSamples(
         random.random((300, 2)), random.integers(0, 2, 300), np.zeros(300), random.integers(0, 120, 300)
     )
-    family = Family(np.sort(np.r_[np.zeros((1, 2)), random.random((30, 2))], axis=0))
-    tested, _ = learn_then_test(samples, TUBE, NOBODY, rules_of(family, TUBE), epsilon, 0.9, unit, seed)
-    calibrated, _ = calibrate_family(samples, TUBE, NOBODY, family, None, epsilon, 0.9, unit, seed)
+    nested = NestedSets(np.sort(np.r_[np.zeros((1, 2)), random.random((30, 2))], axis=0))
+    tested, _ = learn_then_test(samples, TUBE, NOBODY, rules_of(nested, TUBE), epsilon, 0.9, unit, seed)
+    calibrated, _ = nested_sets(samples, TUBE, NOBODY, nested, None, epsilon, 0.9, unit, seed)
     assert np.array_equal(tested.values, calibrated.values)
 
 
 def test_repeated_rules_are_tested_once() -> None:
-    family = Family(np.array([[0.0], [0.0], [0.3], [0.3], [0.5]]))
-    assert [rule.values[0] for rule in rules_of(family, TUBE)] == pytest.approx([0, 0.3, 0.5], abs=2e-6)
+    nested = NestedSets(np.array([[0.0], [0.0], [0.3], [0.3], [0.5]]))
+    assert [rule.values[0] for rule in rules_of(nested, TUBE)] == pytest.approx([0, 0.3, 0.5], abs=2e-6)
 
 
 @pytest.mark.slow
@@ -68,7 +69,7 @@ def test_error_probability_in_a_fixed_sequence_and_in_a_chosen_one(draw: Draw) -
     repeats, epsilon, fixed, chosen = 1000, 0.1, 0, 0
     corners = np.random.default_rng(1).dirichlet(np.ones(10), 40)  # rules with miss probability 0.11, each its own way
     rules = [Thresholds(corner * 1.1, np.full(10, TUBE)) for corner in corners]
-    nested = rules_of(Family(np.repeat(np.linspace(0, 1, 101)[:, None], 10, axis=1)), TUBE)
+    nested = rules_of(NestedSets(np.repeat(np.linspace(0, 1, 101)[:, None], 10, axis=1)), TUBE)
     for repeat in range(repeats):
         samples = draw(200, 10, repeat)
         rule, _ = learn_then_test(samples, TUBE, NOBODY, nested, epsilon, 0.9)

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+from certificates_fakes import make_units
 from hypothesis import given
 from hypothesis import strategies as st
 
-from coverdrive.certificates.calibration import ScoredSamples
+from coverdrive.certificates.calibration import Calibration, ScoredSamples, one_window_each
 from coverdrive.certificates.certificate import Counted
 from coverdrive.certificates.rule import Thresholds
-from coverdrive.certificates.units import calibration_units, make_units, one_window_each
 from coverdrive.errors import CertificateError
 
 TUBE = 0.5
@@ -34,15 +34,15 @@ def random_samples(seed: int) -> ScoredSamples:
 
 def test_windows_by_hand() -> None:
     units = make_units(three_windows(), TUBE, "window")
-    assert units.score.tolist() == [0.9, 0.6, -np.inf]
-    assert units.base.tolist() == [0, 0, 1]
+    assert units.demands.score.tolist() == [0.9, 0.6, -np.inf]
+    assert units.demands.base.tolist() == [0, 0, 1]
     assert units.covered.tolist() == [True, True, False]
 
 
 def test_vehicles_by_hand() -> None:
     units = make_units(three_windows(), TUBE, "vehicle")
-    assert units.unit.tolist() == [0, 1]  # vehicle 3, then vehicle 7
-    assert units.score.tolist() == [-np.inf, 0.6]
+    assert units.demands.unit.tolist() == [0, 1]  # vehicle 3, then vehicle 7
+    assert units.demands.score.tolist() == [-np.inf, 0.6]
     assert units.missed(Thresholds(np.array([0.6, 0.0]), np.full(2, TUBE))).tolist() == [True, False]
     assert units.missed(Thresholds(np.array([0.7, 0.0]), np.full(2, TUBE))).tolist() == [True, True]
 
@@ -80,4 +80,4 @@ def test_every_window_is_drawn_equally_often() -> None:
 
 def test_training_vehicles_are_refused() -> None:
     with pytest.raises(CertificateError, match="1 of 2 calibration vehicles also trained"):
-        calibration_units(three_windows(), TUBE, np.array([3]), "window")
+        Calibration.of(three_windows(), TUBE, np.array([3]))

@@ -1,0 +1,62 @@
+"""Learn then test: the reference that every other method is compared with (Angelopoulos et al. 2021).
+
+Rules are tested one after the other, in an order fixed beforehand, from the one with the largest sets. A rule that
+misses k of N₂ units rejects "its miss probability exceeds ε" if Φ(ε, k, N₂) ≤ 1 − confidence, which is the one-sided
+Clopper–Pearson test. Testing stops at the first rule that does not reject; the rule before it is returned. Because of
+the fixed sequence, the probability of returning a rule that misses more often than ε is at most 1 − confidence,
+whatever the rules are: unlike in `nested_sets`, they need not be nested.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from coverdrive.certificates.bounds import binomial_tail, rate_limit
+from coverdrive.certificates.calibration import Calibration, Claim
+from coverdrive.certificates.certificate import Certificate
+from coverdrive.certificates.nested_sets import NestedSets, nested_sets_of
+from coverdrive.certificates.rule import Thresholds
+from coverdrive.errors import CertificateError
+
+
+def learn_then_test(
+    calibration: Calibration, claim: Claim, rules: Sequence[Thresholds] | None = None
+) -> tuple[Thresholds, Certificate]:
+    """The last of a sequence of rules that is proved to miss at most a share ε of new units.
+
+    Args:
+        calibration: the units.
+        claim: with a bound ε.
+        rules: in the order of testing, from the largest sets to the smallest, fixed beforehand; else the nested ones
+            that the training samples shape.
+
+    Raises:
+        CertificateError: not even the first rule passes its test.
+    """
+    epsilon, count = claim.bound, len(calibration)
+    passed: Thresholds | None = None
+    misses = 0
+    for rule in rules_of(nested_sets_of(calibration, claim), calibration.tube) if rules is None else rules:
+        misses = int(calibration.missed(rule).sum())
+        if binomial_tail(epsilon, misses, count) > 1 - claim.sure:
+            break
+        passed = rule
+    if passed is None:
+        raise CertificateError(
+            f"{misses} misses of the first rule in {count} calibration {calibration.kind}s cannot prove ε = "
+            f"{epsilon:g}; the smallest ε possible with them is {rate_limit(claim.sure, misses, count):.3g}, so allow "
+            "that much or calibrate on more data"
+        )
+    tubes = "cover" if (passed.tube == calibration.tube).all() else "per base"
+    unseen = int((passed.values == 0).sum())
+    return passed, calibration.certificate(
+        "learn then test", epsilon, replace(claim, tubes=tubes), rule=passed, unseen_bases=unseen
+    )
+
+
+def rules_of(nested: NestedSets, tube: float) -> list[Thresholds]:
+    """Nested rules, in order, without those that repeat the one before."""
+    parameters = nested.values if nested.radii is None else np.c_[nested.values, nested.radii]
+    changes = np.r_[True, (np.diff(parameters, axis=0) != 0).any(1)]
+    return [nested.rule(int(number), tube) for number in np.flatnonzero(changes)]

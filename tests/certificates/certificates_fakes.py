@@ -1,0 +1,80 @@
+"""Methods called with samples and numbers in one line each, for many small cases."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from coverdrive.certificates import bloating, discarding, methods
+from coverdrive.certificates import conformal as regression
+from coverdrive.certificates import learn_then_test as testing
+from coverdrive.certificates import nested_sets as nesting
+from coverdrive.certificates import support_vectors as vectors
+from coverdrive.certificates.calibration import Calibration, Claim, ScoredSamples
+from coverdrive.certificates.certificate import Counted, Tubes
+
+NOBODY = np.array([], dtype=np.int64)
+
+
+@dataclass(frozen=True)
+class Task:
+    """Calibration samples, and what is claimed about them."""
+
+    samples: ScoredSamples
+    tube: float
+    trained_on: np.ndarray
+    epsilon: float | None = None
+    confidence: float = 0.99
+    unit: Counted = "window"
+    training: ScoredSamples | None = None
+    seed: int = 0
+    tubes: Tubes = "cover"
+
+    @property
+    def calibration(self) -> Calibration:
+        return Calibration.of(self.samples, self.tube, self.trained_on, self.unit, self.seed, self.training)
+
+    @property
+    def claim(self) -> Claim:
+        return Claim(self.epsilon, self.confidence, self.tubes)
+
+
+def certify(method, task: Task):
+    return methods.certify(method, task.calibration, task.claim)
+
+
+def make_units(samples, tube, unit) -> Calibration:
+    return Calibration.of(samples, tube, NOBODY, unit)
+
+
+def post_bloat(samples, tube, trained_on, confidence=0.99, unit="window", seed=0, tubes="cover"):
+    calibration = Calibration.of(samples, tube, trained_on, unit, seed)
+    return bloating.post_bloat(calibration, Claim(None, confidence, tubes))
+
+
+def discard(
+    samples, tube, trained_on, discarded=None, epsilon=None, confidence=0.99, unit="window", seed=0, tubes="cover"
+):
+    calibration = Calibration.of(samples, tube, trained_on, unit, seed)
+    return discarding.discard(calibration, Claim(epsilon, confidence, tubes), discarded)
+
+
+def nested_sets(
+    samples, tube, trained_on, nested, discarded=None, epsilon=None, confidence=0.99, unit="window", seed=0
+):
+    calibration = Calibration.of(samples, tube, trained_on, unit, seed)
+    return nesting.nested_sets(calibration, Claim(epsilon, confidence), nested, discarded)
+
+
+def learn_then_test(samples, tube, trained_on, rules, epsilon, confidence=0.99, unit="window", seed=0):
+    calibration = Calibration.of(samples, tube, trained_on, unit, seed)
+    return testing.learn_then_test(calibration, Claim(epsilon, confidence), rules)
+
+
+def conformal(samples, tube, trained_on, epsilon, confidence=None, group=None, unit="window", seed=0):
+    calibration = Calibration.of(samples, tube, trained_on, unit, seed)
+    return regression.conformal(calibration, Claim(epsilon, confidence), group)
+
+
+def support_vectors(samples, tube, trained_on, training, confidence=0.99, unit="window", seed=0, tubes="cover"):
+    calibration = replace(Calibration.of(samples, tube, trained_on, unit, seed), training=training)
+    return vectors.support_vectors(calibration, Claim(None, confidence, tubes))

@@ -1,0 +1,121 @@
+"""A results folder is read back as it was written, or refused by the name of the file that is not."""
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from coverdrive.certificates.evaluation import evaluate
+from coverdrive.config import Experiment
+from coverdrive.errors import DataError
+from coverdrive.prediction.certify import certify
+from coverdrive.results import Results
+
+FILES = (
+    "config.toml", "run.json", "predictor.safetensors", "scores.safetensors", "certificate.json", "learned.safetensors",
+)  # fmt: skip
+
+
+@pytest.fixture
+def results(quick_fit: Path, tmp_path: Path) -> Results:
+    """A copy of the folder of a quick fit."""
+    return Results(shutil.copytree(quick_fit, tmp_path / "results"))
+
+
+def read_all(results: Results) -> None:
+    """Read every file of the fit."""
+    assert results.fitted.predictor is results.predictor
+    assert results.scored is not None
+    assert results.methods == []
+
+
+def test_what_was_saved_is_read_back(results: Results) -> None:
+    read_all(results)
+    certified, scored = results.certified, results.scored
+    assert certified.certificates == (results.predictor.certificate,)
+    assert evaluate(results.predictor.rule, scored.test) == certified.evaluation
+    assert len(scored.calibration) == certified.samples["calibration"]
+    sentences = json.loads((results.folder / "certificate.json").read_text(encoding="utf-8"))["sentences"]
+    assert sentences == [each.sentence for each in certified.certificates]
+
+
+def test_methods_are_compared_on_the_scores_that_were_kept(results: Results) -> None:
+    compared = certify(results, targets=(0.2,))
+    results.save_methods(compared)
+    kept = Results(results.folder).methods
+    assert [(each.method, each.certificate, each.evaluation) for each in kept] == [
+        (each.method, each.certificate, each.evaluation) for each in compared
+    ]
+    assert (results.folder / "methods.csv").exists()
+
+
+@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize("damage", ["flipped", "cut", "empty", "foreign", "gone"])
+def test_a_damaged_file_is_refused_by_its_name(results: Results, name: str, damage: str) -> None:
+    file = results.folder / name
+    content = file.read_bytes()
+    at = len(content) // 2
+    wrong = {
+        "flipped": content[:at] + bytes([content[at] ^ 1]) + content[at + 1 :],
+        "cut": content[:at],
+        "empty": b"",
+        "foreign": b"\x89PNG\r\n",
+    }
+    if damage == "gone":
+        file.unlink()
+    else:
+        file.write_bytes(wrong[damage])
+    with pytest.raises(DataError, match=name):
+        read_all(Results(results.folder))
+
+
+def test_an_edited_bound_is_refused(results: Results) -> None:
+    file = results.folder / "certificate.json"
+    edited = file.read_text(encoding="utf-8").replace('"epsilon": 0.1', '"epsilon": 0.0001')
+    file.write_text(edited, encoding="utf-8")
+    with pytest.raises(DataError, match=r"certificate.json is not as it was written"):
+        Results(results.folder).certified  # noqa: B018
+
+
+@pytest.mark.parametrize("manifest", ["", "[]", "{}", '{"format": 1, "files": {}}', "\x00"])
+def test_a_manifest_of_another_kind_is_refused(results: Results, manifest: str) -> None:
+    (results.folder / "manifest.json").write_text(manifest, encoding="utf-8")
+    with pytest.raises(DataError, match=r"manifest.json"):
+        read_all(Results(results.folder))
+
+
+def test_a_new_fit_voids_what_was_made_with_the_old_one(results: Results) -> None:
+    results.save_methods(certify(results, targets=(0.2,)))
+    assert results.methods
+    other = Results(results.folder)
+    manifest = json.loads((results.folder / "manifest.json").read_text(encoding="utf-8"))
+    del manifest["files"]["methods.json"]
+    (results.folder / "manifest.json").write_text(json.dumps(manifest), encoding="utf-8")
+    assert other.methods == []
+
+
+def test_an_empty_folder_says_how_to_fill_it(tmp_path: Path) -> None:
+    with pytest.raises(DataError, match=r"no results in .*; make some with `coverdrive run --out"):
+        Results(tmp_path).predictor  # noqa: B018
+
+
+def test_a_study_is_driven_with_what_the_folder_holds_and_found_again(results: Results) -> None:
+    experiment = results.experiment.overridden(seed=9, traffic={"kind": "drivers"}, study={"vehicles": [2]})
+    study = results.study(experiment).run(1)
+    assert study.folder == results.folder / "study-drivers"
+    again = Results(results.folder).driven_study("drivers")
+    assert again.setup.seed == 9 and list(again.setup.vehicles) == [2]
+    assert again.setup.description() == study.setup.description()
+    assert np.array_equal(again.trace(0).scene.states, study.trace(0).scene.states)
+    with pytest.raises(DataError, match=r"--traffic mixed"):
+        results.driven_study("mixed")
+
+
+def test_a_study_with_another_predictor_is_refused(results: Results) -> None:
+    file = results.folder / "study" / "study.json"
+    results.study(Experiment()).files.claim(results.study(Experiment()).setup.description() | {"predictor": "other"})
+    assert file.exists()
+    with pytest.raises(DataError, match="another predictor"):
+        results.driven_study()
