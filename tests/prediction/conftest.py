@@ -7,6 +7,7 @@ import numpy as np
 import polars as pl
 import pytest
 
+from coverdrive.prediction.fit import Fit, fit
 from coverdrive.recordings.recording import SCHEMA, Recording
 from coverdrive.road import Road
 
@@ -47,3 +48,11 @@ def scenes() -> tuple[Recording, ...]:
             )
         recordings.append(recording_of(tracks, name=f"scene {group}"))
     return tuple(recordings)
+
+
+@pytest.fixture(scope="session")
+def fitted(scenes: tuple[Recording, ...]) -> Fit:
+    """The fit to the scenes with the quick settings."""
+    from prediction_fakes import SETTINGS
+
+    return fit(scenes, SETTINGS, seed=1)

@@ -1,8 +1,19 @@
-"""Segments made by hand."""
+"""Segments made by hand, and the settings of a fit that takes seconds."""
 
 import numpy as np
 
-from coverdrive.prediction.segments import Segments
+from coverdrive.prediction.calibrate import CertificateSettings
+from coverdrive.prediction.cover.basis import BasisSettings
+from coverdrive.prediction.fit import PredictionSettings
+from coverdrive.prediction.learning.training import TrainingSettings
+from coverdrive.prediction.segments import Segments, SegmentSettings
+
+SETTINGS = PredictionSettings(
+    segments=SegmentSettings(stride=0.5),
+    basis=BasisSettings(radius=1.0),
+    training=TrainingSettings(epochs=5),
+    certificate=CertificateSettings(confidence=0.9, unit="window"),
+)
 
 
 def segments_of(points: np.ndarray) -> Segments:

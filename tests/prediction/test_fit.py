@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from prediction_fakes import SETTINGS
 from pydantic import ValidationError
 
 from coverdrive.certificates.bounds import rate_limit
@@ -15,28 +16,14 @@ from coverdrive.certificates.rule import Hyperplanes, Thresholds
 from coverdrive.errors import CertificateError, DataError, SettingError
 from coverdrive.prediction.calibrate import CertificateSettings, calibrate
 from coverdrive.prediction.certify import certify
-from coverdrive.prediction.cover.basis import BasisSettings
-from coverdrive.prediction.fit import Fit, PredictionSettings, fit
+from coverdrive.prediction.fit import Fit, fit
 from coverdrive.prediction.learning.affordance import affordance
-from coverdrive.prediction.learning.training import TrainingSettings
 from coverdrive.prediction.predictor import Predictor
-from coverdrive.prediction.segments import SegmentSettings, cut_segments
+from coverdrive.prediction.segments import cut_segments
 from coverdrive.progress import heard_by
 from coverdrive.recordings.recording import Recording
 from coverdrive.road import Road
 from coverdrive.scene import Scene
-
-SETTINGS = PredictionSettings(
-    segments=SegmentSettings(stride=0.5),
-    basis=BasisSettings(radius=1.0),
-    training=TrainingSettings(epochs=5),
-    certificate=CertificateSettings(confidence=0.9, unit="window"),
-)
-
-
-@pytest.fixture(scope="module")
-def fitted(scenes: tuple[Recording, ...]) -> Fit:
-    return fit(scenes, SETTINGS, seed=1)
 
 
 def test_every_segment_is_accounted_for(fitted: Fit) -> None:

@@ -5,24 +5,10 @@ import polars as pl
 import pytest
 
 from coverdrive.errors import DataError
-from coverdrive.prediction.calibrate import CertificateSettings
-from coverdrive.prediction.cover.basis import BasisSettings
-from coverdrive.prediction.fit import Fit, PredictionSettings, fit
+from coverdrive.prediction.fit import Fit
 from coverdrive.prediction.held_out import held_out
-from coverdrive.prediction.learning.training import TrainingSettings
 from coverdrive.recordings.recording import Recording
 from coverdrive.simulation.generated import GeneratedSettings, generate
-
-SETTINGS = PredictionSettings(
-    basis=BasisSettings(radius=1.0),
-    training=TrainingSettings(epochs=1),
-    certificate=CertificateSettings(confidence=0.9, unit="window"),
-)
-
-
-@pytest.fixture(scope="module")
-def fitted(scenes: tuple[Recording, ...]) -> Fit:
-    return fit(scenes, SETTINGS, seed=1)
 
 
 def test_only_the_groups_of_the_test_split_are_left(fitted: Fit, scenes: tuple[Recording, ...]) -> None:

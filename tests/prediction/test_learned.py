@@ -7,24 +7,8 @@ import pytest
 
 from coverdrive.certificates.calibration import ScoredSamples
 from coverdrive.errors import DataError
-from coverdrive.prediction.calibrate import CertificateSettings
-from coverdrive.prediction.cover.basis import BasisSettings
-from coverdrive.prediction.fit import Fit, PredictionSettings, fit
+from coverdrive.prediction.fit import Fit
 from coverdrive.prediction.learned import Learned, score_histograms
-from coverdrive.prediction.learning.training import TrainingSettings
-from coverdrive.prediction.segments import SegmentSettings
-from coverdrive.recordings.recording import Recording
-
-
-@pytest.fixture(scope="module")
-def fitted(scenes: tuple[Recording, ...]) -> Fit:
-    settings = PredictionSettings(
-        segments=SegmentSettings(stride=0.5),
-        basis=BasisSettings(radius=1.0),
-        training=TrainingSettings(epochs=2),
-        certificate=CertificateSettings(confidence=0.9, unit="window"),
-    )
-    return fit(scenes, settings, seed=1)
 
 
 def test_every_calibration_window_is_counted(fitted: Fit) -> None:

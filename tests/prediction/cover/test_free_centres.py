@@ -51,7 +51,7 @@ def test_a_pair_of_mirror_images_becomes_one_straight_base() -> None:
 def test_cover_is_smaller_and_holds_in_double_precision(symmetric: bool, first: int, monkeypatch) -> None:
     """Even if the search knows only few segments at first."""
     monkeypatch.setattr(module, "_FIRST", first)
-    points = scattered(300, seed=1)
+    points = scattered(150, seed=1)
     chosen = points[greedy_cover(points, 0.6, symmetric=symmetric)]
     centres = free_centres(points, chosen, 0.6, symmetric=symmetric)
     everything = np.concatenate([centres, centres * MIRROR]) if symmetric else centres
@@ -61,7 +61,7 @@ def test_cover_is_smaller_and_holds_in_double_precision(symmetric: bool, first: 
 
 
 def test_the_order_is_that_of_greedy_choice() -> None:
-    points = scattered(300, seed=2)
+    points = scattered(150, seed=2)
     centres = free_centres(points, points[greedy_cover(points, 0.6)], 0.6)
     covers = distances(points, centres) <= 0.6 * (1 - 1e-5)
     uncovered = np.ones(len(points), dtype=bool)

@@ -2,16 +2,19 @@
 
 from collections.abc import Mapping
 
+import jax
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from coverdrive.prediction.learning.affordance import FEATURES, MOTION, affordance, described
+from coverdrive.prediction.learning.affordance import FEATURES, MOTION, described
+from coverdrive.prediction.learning.affordance import affordance as uncompiled
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 
 ROAD = Road.straight(lanes=3, width=3.6)
+affordance = jax.jit(uncompiled)
 Vehicle = tuple[float, float, float, float, float]
 
 
@@ -140,7 +143,7 @@ def test_lateral_speed_by_hand_and_in_the_mirror() -> None:
     )
     seen = np.asarray(described(turned, ROAD))
     assert seen.shape == (2, len(FEATURES) + len(MOTION))
-    assert np.array_equal(seen[:, : len(FEATURES)], np.asarray(affordance(turned, ROAD)))
+    assert np.array_equal(seen[:, : len(FEATURES)], np.asarray(uncompiled(turned, ROAD)))
     assert seen[:, -1] == pytest.approx([10.0, 0.0])
     assert np.asarray(described(turned.mirrored(), ROAD.mirrored()))[:, -1] == pytest.approx([-10.0, 0.0])
 

@@ -8,6 +8,9 @@ from coverdrive.prediction.learning.losses import Loss
 from coverdrive.prediction.learning.samples import Samples
 from coverdrive.prediction.learning.training import TrainingSettings, train
 
+FEW = TrainingSettings(epochs=2, members=3)
+"""settings of several tests, for which training is compiled once"""
+
 
 def toy_samples(count: int, seed: int) -> Samples:
     """Base 1 is driven where feature 0 is positive, else base 0; base 2 always collides."""
@@ -44,16 +47,15 @@ def test_an_ensemble_learns_and_keeps_the_prior() -> None:
 
 
 def test_members_differ() -> None:
-    network, _ = train(toy_samples(600, seed=0), TrainingSettings(epochs=1, members=3))
+    network, _ = train(toy_samples(600, seed=0), FEW)
     first = np.asarray(network.weights[0])
     assert first.shape[0] == 3
     assert not np.allclose(first[0], first[1])
 
 
 def test_same_seed_same_network() -> None:
-    few = TrainingSettings(epochs=2)
     samples = toy_samples(600, seed=0)
-    networks = [train(samples, few, seed)[0] for seed in (7, 7, 8)]
+    networks = [train(samples, FEW, seed)[0] for seed in (7, 7, 8)]
     weights = [np.asarray(network.weights[0]) for network in networks]
     assert np.array_equal(weights[0], weights[1])
     assert not np.array_equal(weights[0], weights[2])
@@ -65,7 +67,7 @@ def test_no_samples_and_divergence_are_refused() -> None:
     broken = toy_samples(600, seed=0)
     broken.features[3, 3] = np.nan
     with pytest.raises(DataError, match="diverged"):
-        train(broken, TrainingSettings(epochs=1))
+        train(broken, FEW)
 
 
 def test_many_samples_are_trained_on_in_fewer_passes() -> None:
