@@ -173,7 +173,7 @@ def make_contents(traces: dict[int, Trace] | None = None, bases: int = 5) -> Con
         ),
         compared=[
             Compared(Method.POST_BLOATING, None, certificate, evaluation, "", 0.1),
-            Compared(Method.FAMILY, 0.01, None, None, "too few vehicles", 0.0),
+            Compared(Method.NESTED_SETS, 0.01, None, None, "too few vehicles", 0.0),
         ],
         trials=make_trials(traces),
         traffic="set-sampling",

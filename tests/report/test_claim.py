@@ -23,39 +23,39 @@ AVERAGE_PER_BASE = replace(AVERAGE, groups=BASES)
 @pytest.mark.parametrize(
     ("certificate", "strong", "who", "sign", "name"),
     [
-        (SURE, "with 99 % confidence", "vehicles", "", "family"),
+        (SURE, "with 99 % confidence", "vehicles", "", "nested-sets"),
         (
             AVERAGE,
             "on average over calibrations, without confidence",
             "vehicles",
             "†",
-            "family (on average)",
+            "nested-sets (on average)",
         ),
         (
             PER_BASE,
             "with 99 % confidence",
             "the vehicles that drive a base, for each base by itself",
             "‡",
-            "family (each base)",
+            "nested-sets (each base)",
         ),
         (
             CLUSTERED,
             "with 99 % confidence",
             "the vehicles that drive a group of bases, for each group of bases by itself",
             "‡",
-            "family (each group)",
+            "nested-sets (each group)",
         ),
         (
             AVERAGE_PER_BASE,
             "on average over calibrations, without confidence",
             "the vehicles that drive a base, for each base by itself",
             "†‡",
-            "family (on average, each base)",
+            "nested-sets (on average, each base)",
         ),
     ],
 )
 def test_every_kind_has_its_words(certificate: Certificate, strong: str, who: str, sign: str, name: str) -> None:
-    compared = make_compared(Method.FAMILY, certificate)
+    compared = make_compared(Method.NESTED_SETS, certificate)
     assert (strength(certificate), whose(certificate), signs(certificate)) == (strong, who, sign)
     assert legend([compared]) == name
     figure = risk_figure([compared])
@@ -67,13 +67,13 @@ def test_every_kind_has_its_words(certificate: Certificate, strong: str, who: st
     console = Console(width=80)
     with console.capture() as capture:
         console.print(methods_table([compared]))
-    (row,) = (line for line in capture.get().splitlines() if line.startswith("family"))
+    (row,) = (line for line in capture.get().splitlines() if line.startswith("nested-sets"))
     assert f"14.4 %{sign}" in row and "proved" not in capture.get()
 
 
 def test_the_axis_is_cut_for_a_bound_far_beyond_what_was_asked_for() -> None:
     shown = [
-        make_compared(Method.FAMILY, replace(SURE, epsilon=0.1), target=0.1),
+        make_compared(Method.NESTED_SETS, replace(SURE, epsilon=0.1), target=0.1),
         make_compared(Method.SVM, replace(SURE, epsilon=0.53)),
     ]
     (panel,) = risk_figure(shown).panels

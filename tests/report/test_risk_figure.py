@@ -16,7 +16,7 @@ def compared(method: Method, epsilon: float, size: float) -> Compared:
     return make_compared(method, replace(make_certificate(17), epsilon=epsilon), epsilon, size)
 
 
-REFUSED = Compared(Method.FAMILY, 0.01, None, None, "too few", 0.0)
+REFUSED = Compared(Method.NESTED_SETS, 0.01, None, None, "too few", 0.0)
 
 
 def test_every_method_that_did_not_refuse_is_shown() -> None:
