@@ -10,7 +10,7 @@ A dozen names are all that most work needs; each is loaded when it is first used
     cd.report(result, study, path="report.html")
 
 The sub-packages read from top to bottom as the data flow: ``recordings`` → ``prediction`` and ``certificates`` →
-``planning`` → ``simulation`` → ``report``.
+``planning`` → ``simulation`` → ``reporting``.
 
 Source of the method: Chen, Rosolia, Fan, Ames, Murray, "Reactive motion planning with probabilistic safety
 guarantees", CoRL 2020.
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from coverdrive.prediction.predictor import Predictor as Predictor
     from coverdrive.recordings.read import read as read
     from coverdrive.recordings.recording import Recording as Recording
-    from coverdrive.report.report import report as report
+    from coverdrive.reporting.report import report as report
     from coverdrive.road import Road as Road
     from coverdrive.scene import Scene as Scene
     from coverdrive.simulation.comparison import Comparison as Comparison
@@ -57,7 +57,7 @@ _PLACES = {
     "simulate": "simulation.simulate",
     "study": "simulation.study",
     "compare": "simulation.comparison",
-    "report": "report.report",
+    "report": "reporting.report",
     "Recording": "recordings.recording",
     "Scene": "scene",
     "Road": "road",

@@ -31,7 +31,7 @@ from coverdrive.prediction.learned import Learned
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.prediction.provenance import provenance, versions
 from coverdrive.prediction.scored import ScoredSides
-from coverdrive.report.contents import Certified, Fitted
+from coverdrive.reporting.contents import Certified, Fitted
 from coverdrive.simulation.replay import Scenario, cut_scenarios
 from coverdrive.simulation.setup import Setup
 from coverdrive.simulation.study import Study

@@ -28,7 +28,7 @@ def animate(
     - another one, for slides: `coverdrive animate us101 --trial 7 --format gif`
     """
     with waiting():
-        from coverdrive.report.report import animate_drive
+        from coverdrive.reporting.report import animate_drive
         from coverdrive.results import Results
     results = Results(folder)
     with stages():

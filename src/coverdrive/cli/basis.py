@@ -59,8 +59,8 @@ def basis(
     with waiting():
         from coverdrive.prediction.cover.basis_study import basis_record, study_bases
         from coverdrive.prediction.segments import cut_segments
-        from coverdrive.report.figures import draw_bases
-        from coverdrive.report.terminal import bases_table
+        from coverdrive.reporting.figures import draw_bases
+        from coverdrive.reporting.terminal import bases_table
         from coverdrive.results import save_bases
     settings, folder = experiment.prediction, out / "bases"
     with stages():

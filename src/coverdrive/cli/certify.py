@@ -42,8 +42,8 @@ def certify(
     - with bounds on windows: `coverdrive certify --epsilon 0.1 --unit window --out us101`
     """
     with waiting():
-        from coverdrive.report.report import draw_methods
-        from coverdrive.report.terminal import methods_table
+        from coverdrive.reporting.report import draw_methods
+        from coverdrive.reporting.terminal import methods_table
         from coverdrive.results import Results
     results = Results(out)
     compared = compare_and_save(results, epsilon, confidence, unit)

@@ -28,7 +28,7 @@ def compare(
     - two variants of a sweep: `coverdrive compare results/sweep/traffic.kind=drivers results/sweep/traffic.kind=mixed`
     """
     with waiting():
-        from coverdrive.report.study_tables import comparison_table
+        from coverdrive.reporting.study_tables import comparison_table
         from coverdrive.simulation.comparison import compare as compare_studies
     comparison = compare_studies(first, second)
     for name, (one, two) in comparison.settings.items():

@@ -22,7 +22,7 @@ def doctor(folder: Folder = Path("results")) -> dict[str, Any]:
     from rich.text import Text
 
     from coverdrive.doctor import examine
-    from coverdrive.report.fitting import FittingTable
+    from coverdrive.reporting.fitting import FittingTable
 
     with stages():
         findings = examine(folder)

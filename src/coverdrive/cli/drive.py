@@ -50,9 +50,9 @@ def drive(
     - among other traffic: `coverdrive drive --vehicles 8 --traffic aggressive`
     """
     with waiting():
-        from coverdrive.report.active_constraints import ActiveConstraints
-        from coverdrive.report.figures import draw_drive
-        from coverdrive.report.study_tables import drives_table
+        from coverdrive.reporting.active_constraints import ActiveConstraints
+        from coverdrive.reporting.figures import draw_drive
+        from coverdrive.reporting.study_tables import drives_table
         from coverdrive.results import Results
         from coverdrive.simulation.outcome import Cause
         from coverdrive.simulation.storage import save_trace

@@ -18,7 +18,7 @@ def figures(
     - with snapshots of a certain drive: `coverdrive figures us101 --trial 7`
     """
     with waiting():
-        from coverdrive.report.report import draw_figures
+        from coverdrive.reporting.report import draw_figures
         from coverdrive.results import Results
     results = Results(folder)
     with stages():

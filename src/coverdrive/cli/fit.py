@@ -62,7 +62,7 @@ def fit_and_print(experiment: "Experiment", paths: Sequence[Path], results: "Res
     """Learn, certify, test, save, and say how it went."""
     with waiting():
         from coverdrive.prediction.fit import fit
-        from coverdrive.report.terminal import fit_table
+        from coverdrive.reporting.terminal import fit_table
     with stages():
         result = fit(experiment.recordings(paths), experiment.prediction, experiment.seed)
         results.save_fit(experiment, result)

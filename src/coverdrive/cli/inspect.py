@@ -28,7 +28,7 @@ def inspect(
     with waiting():
         from coverdrive.recordings.read import read
         from coverdrive.recordings.summary import summarise
-        from coverdrive.report.terminal import recordings_table
+        from coverdrive.reporting.terminal import recordings_table
     with stages(), stage("reading"):
         recordings = read(recording, location=location)
     summaries = summarise(recordings)

@@ -34,9 +34,9 @@ def paper(
         from coverdrive.files import write_atomically
         from coverdrive.prediction.fit import fit
         from coverdrive.prediction.paper_settings import paper_settings
-        from coverdrive.report import paper_tables
-        from coverdrive.report.drawing import save
-        from coverdrive.report.paper_figure import paper_figure
+        from coverdrive.reporting import paper_tables
+        from coverdrive.reporting.drawing import save
+        from coverdrive.reporting.paper_figure import paper_figure
     experiment = experiment_of(config, seed=seed, location=location).model_copy(update={"prediction": paper_settings()})
     sources = {"generated": [], **({"recordings": recording} if recording else {})}
     titles = {"generated": "generated traffic", "recordings": "the recordings"}

@@ -25,7 +25,7 @@ def report(
     - with the replays of certain drives: `coverdrive report us101 --trial 7 12`
     """
     with waiting():
-        from coverdrive.report.report import report as write
+        from coverdrive.reporting.report import report as write
         from coverdrive.results import Results
     results = Results(folder)
     with stages():

@@ -68,7 +68,7 @@ def run(
         traffic={"kind": traffic},
     )
     with waiting():
-        from coverdrive.report.report import animate_drive, draw_figures, report
+        from coverdrive.reporting.report import animate_drive, draw_figures, report
         from coverdrive.results import Results, certificate_record
     results = Results(out)
     fitted = fit_and_print(experiment, recording or [], results)

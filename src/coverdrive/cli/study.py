@@ -90,7 +90,7 @@ def study_and_print(
 ) -> dict[str, Any]:
     """Drive the trials that are missing, and say how they went."""
     with waiting():
-        from coverdrive.report.study_tables import collisions_table, drives_table, safety_table
+        from coverdrive.reporting.study_tables import collisions_table, drives_table, safety_table
     _drive(study, size, cluster)
     trials = study.trials
     console.print(collisions_table(trials))
@@ -112,7 +112,7 @@ def _sweep(
 ) -> dict[str, Any]:
     """Drive a study for every combination of settings, each in its own folder, and put them into one table."""
     with waiting():
-        from coverdrive.report.study_tables import sweep_table
+        from coverdrive.reporting.study_tables import sweep_table
         from coverdrive.sweep import sweep
     variants = {variant.name: experiment.updated(variant.changes) for variant in sweep(settings)}
     studies = {name: results.study(each, recording, f"sweep/{name}") for name, each in variants.items()}

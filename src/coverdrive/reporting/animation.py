@@ -1,0 +1,171 @@
+"""One drive as a video (H.264 in MP4, or GIF) that plays in real time.
+
+Above the road as in the snapshots, below it what the ego did so far: its speed, how long each plan took and how it was
+found. The still parts are drawn once; every frame draws only what moves.
+"""
+
+from collections.abc import Iterable, Iterator
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import av
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+
+from coverdrive.errors import SettingError
+from coverdrive.files import write_atomically
+from coverdrive.planning.plan import Status
+from coverdrive.progress import done, stage
+from coverdrive.reporting import style
+from coverdrive.reporting.active_constraints import ActiveConstraints
+from coverdrive.reporting.gif import write_gif
+from coverdrive.reporting.road_drawing import RoadDrawing, Window
+from coverdrive.reporting.snapshots import add_legend
+from coverdrive.simulation.initial import OWN
+from coverdrive.simulation.misses import find_windows, left_recently
+from coverdrive.simulation.outcome import Kind
+from coverdrive.simulation.trace import Trace
+
+HOLD = 1.0
+"""[s] that the last moment is shown"""
+
+_SIZE = 1600, 608
+"""[pixel] multiples of 16, so that no player has to scale"""
+
+_DPI = 200
+
+_MARKERS = {Status.SOLVED: "o", Status.FALLBACK: "s", Status.REAR: "D", Status.UNSAFE: "X", Status.BLIND: "P"}
+
+
+def animate(trace: Trace, path: Path, constraints: ActiveConstraints | None = None) -> None:
+    """Write a video of a trace: one frame for every moment, and the last one held for a second.
+
+    Args:
+        trace: one episode.
+        path: of the video, ending in ``.mp4`` or ``.gif``; the folder is made if need be.
+        constraints: tells which are active in the plan; they are not marked if it is left out.
+
+    Raises:
+        SettingError: the path has another suffix.
+    """
+    write = _WRITERS.get(path.suffix)
+    if write is None:
+        raise SettingError(f"a video is MP4 or GIF, got the file name {path.name!r}; let it end in .mp4 or .gif")
+    rate = 1 / float(trace.time[1] - trace.time[0])
+    moments = [*range(len(trace) + 1), *[len(trace)] * round(HOLD * rate)]
+    with stage("video"), style.style():
+        frames = _counted(_frames(trace, moments, constraints), len(moments))
+        write_atomically(path, lambda temporary: write(temporary, frames, rate))
+
+
+def _counted(frames: Iterable[memoryview], total: int) -> Iterator[memoryview]:
+    """The frames, each reported when the next is asked for."""
+    for count, frame in enumerate(frames, start=1):
+        yield frame
+        done(count, total)
+
+
+def _write_mp4(path: Path, frames: Iterator[memoryview], rate: float) -> None:
+    """H.264 in the pixel format that every player knows, with the index in front."""
+    with av.open(path, "w", format="mp4", options={"movflags": "+faststart"}) as video:
+        stream = video.add_stream("libx264", Fraction(rate).limit_denominator(1000))
+        stream.width, stream.height = _SIZE
+        stream.pix_fmt = "yuv420p"
+        stream.options = {"preset": "fast", "crf": "21"}
+        for pixels in frames:
+            video.mux(stream.encode(av.VideoFrame.from_ndarray(np.asarray(pixels), format="rgba")))
+        video.mux(stream.encode(None))
+
+
+def _write_gif(path: Path, frames: Iterator[memoryview], rate: float) -> None:
+    write_gif(path, map(np.asarray, frames), rate)
+
+
+_WRITERS = {".mp4": _write_mp4, ".gif": _write_gif}
+"""by the suffix of the file"""
+
+
+def _frames(trace: Trace, moments: list[int], constraints: ActiveConstraints | None) -> Iterator[memoryview]:
+    """The picture of every moment as RGBA pixels, valid until the next one is asked for."""
+    figure = style.new_figure(_SIZE[0] / _DPI, _SIZE[1] / _DPI)
+    figure.set_dpi(_DPI)
+    canvas = FigureCanvasAgg(figure)
+    picture = _Picture(figure, trace, constraints)
+    canvas.draw()
+    still = canvas.copy_from_bbox(figure.bbox)  # pyright: ignore[reportAttributeAccessIssue]
+    for moment in moments:
+        picture.show(moment)
+        canvas.restore_region(still)
+        for artist in picture.moving:
+            artist.draw(canvas.get_renderer())
+        yield canvas.buffer_rgba()
+
+
+class _Picture:
+    """The artists of the video's frames."""
+
+    def __init__(self, figure: Figure, trace: Trace, constraints: ActiveConstraints | None):
+        self._trace, self._constraints, self._left = trace, constraints, left_recently(trace, find_windows(trace))
+        self._speed = np.asarray(trace.scene.speed[:, OWN])
+        self._milliseconds = 1000 * trace.planning_seconds
+        grid = figure.add_gridspec(2, 2, height_ratios=(1, 1))
+        road = figure.add_subplot(grid[0, :])
+        road.set_xlabel("distance ahead of the ego [m]")
+        road.set_title(" ", loc="left")
+        self._drawing = RoadDrawing.on(road, trace.road, trace.scene.vehicles, Window())
+        self._title = road.text(0, 1.04, "", transform=road.transAxes, fontsize=8)
+        add_legend(figure, trace.horizon, constraints is not None, bool(self._left.any()))
+        self._speed_line = _speed_panel(figure.add_subplot(grid[1, 0]), trace.time, self._speed)
+        self._status_dots = _planning_panel(figure.add_subplot(grid[1, 1]), trace, self._milliseconds)
+        self.moving: tuple[Artist, ...] = (
+            *self._drawing.artists, self._title, self._speed_line, *self._status_dots.values()
+        )  # fmt: skip
+        for artist in self.moving:
+            artist.set_animated(True)
+
+    def show(self, moment: int) -> None:
+        """Move the artists to one moment of the trace."""
+        trace = self._trace
+        self._drawing.show_moment(trace, moment, self._constraints, self._left)
+        title = f"{trace.time[moment]:.1f} s, ego {self._speed[moment]:.1f} m/s"
+        if moment < len(trace) and trace.plans[moment].status is not Status.SOLVED:
+            title += f", plan {trace.plans[moment].status.value}"
+        if moment == len(trace) and trace.outcome.kind is not Kind.FINISHED:
+            title += f": {trace.outcome.kind.value} collision"
+        self._title.set_text(title)
+        self._speed_line.set_data(trace.time[: moment + 1], self._speed[: moment + 1])
+        statuses = [plan.status for plan in trace.plans[: moment + 1]]
+        for status, dots in self._status_dots.items():
+            steps = [step for step, other in enumerate(statuses) if other is status]
+            dots.set_data(trace.time[steps], self._milliseconds[steps])
+
+
+def _speed_panel(axes: Axes, time: np.ndarray, speed: np.ndarray) -> Line2D:
+    axes.set(xlim=(0, time[-1]), ylim=(0, 1.1 * max(speed.max(), 1.0)), xlabel="time [s]", ylabel="ego speed [m/s]")
+    axes.xaxis.set_major_locator(MaxNLocator(steps=[1, 2, 5, 10]))
+    axes.grid(True)
+    return axes.plot([], [], color=style.OWN)[0]
+
+
+def _planning_panel(axes: Axes, trace: Trace, milliseconds: np.ndarray) -> dict[Status, Line2D]:
+    """One set of dots for every way in which a plan of the drive was found, and the time there is for a plan."""
+    period = 1000 * float(trace.time[1] - trace.time[0])
+    axes.set(xlim=(0, trace.time[-1]), ylim=(0, 1.1 * max(milliseconds.max(), period)))
+    axes.set(xlabel="time [s]", ylabel="planning [ms]")
+    axes.xaxis.set_major_locator(MaxNLocator(steps=[1, 2, 5, 10]))
+    axes.axhline(period, color=style.GREY, linestyle="--", linewidth=0.9, label="next plan due")
+    axes.grid(True)
+    look: dict[str, Any] = {"linestyle": "none", "markersize": 2.5}
+    dots = {
+        status: axes.plot([], [], color=style.STATUS[status], marker=marker, label=status.value, **look)[0]
+        for status, marker in _MARKERS.items()
+        if any(plan.status is status for plan in trace.plans)
+    }
+    axes.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=1 + len(dots), borderaxespad=0, handletextpad=0.3)
+    return dots

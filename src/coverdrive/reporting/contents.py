@@ -1,0 +1,91 @@
+"""Everything that a report can show; what there is not (yet) is None or empty, and its section says how to make it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import polars as pl
+
+from coverdrive.certificates.certificate import Certificate
+from coverdrive.certificates.comparison import Compared
+from coverdrive.certificates.evaluation import Evaluation, Rate
+from coverdrive.prediction.fit import Fit
+from coverdrive.prediction.learned import Learned
+from coverdrive.prediction.predictor import Predictor
+from coverdrive.prediction.provenance import provenance
+from coverdrive.reporting.active_constraints import ActiveConstraints
+from coverdrive.simulation.trace import Trace
+from coverdrive.simulation.trial import STARTED
+
+
+@dataclass(frozen=True)
+class Certified:
+    """What is proved about the predictor, and how it did on scenes that it never saw."""
+
+    certificates: tuple[Certificate, ...]
+    """that of the predictor first"""
+    evaluation: Evaluation
+    uncovered: Rate
+    """test windows that no base covers"""
+    samples: Mapping[str, int]
+    """windows on every side of the split"""
+
+    @staticmethod
+    def of(fit: Fit) -> "Certified":
+        """What a fit has certified."""
+        split = fit.split
+        samples = {"segments": len(fit.segments), "dropped": split.dropped}
+        samples |= {side: len(getattr(split, side)) for side in ("train", "calibration", "test")}
+        return Certified(fit.certificates, fit.evaluation, fit.uncovered, samples)
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """What a fit has left."""
+
+    name: str
+    """of the results folder"""
+    folder: Path
+    """of results; that of the process if they are in none"""
+    run: Mapping[str, Any]
+    """versions, data and times"""
+    settings: str
+    """all settings, as TOML or JSON"""
+    predictor: Predictor
+    certified: Certified
+    learned: Learned
+    compared: Sequence[Compared] = ()
+    """all methods of calibration; empty before ``coverdrive certify``"""
+
+    @staticmethod
+    def of(fit: Fit) -> "Fitted":
+        """A fit that is in no folder."""
+        settings = fit.settings.model_dump_json(indent=2)
+        return Fitted(
+            "coverdrive", Path(), provenance(fit), settings, fit.predictor, Certified.of(fit), Learned.of(fit)
+        )
+
+
+@dataclass(frozen=True)
+class Contents(Fitted):
+    """A fit, and a study that was driven with its predictor."""
+
+    trials: pl.DataFrame | None = None
+    """one row for each trial; none before ``coverdrive study``"""
+    traffic: str = ""
+    """in which the trials were driven"""
+    period: float = 0.1
+    """[s] between two plans"""
+    constraints: ActiveConstraints | None = None
+    """tells which are active in a plan; none are marked if it is left out"""
+    traces: Mapping[int, Trace] = field(default_factory=dict[int, Trace])
+    """drives to replay, by the number of their trial"""
+
+    @property
+    def driven(self) -> pl.DataFrame | None:
+        """The trials that could start; none if there is no study, or none of its trials could."""
+        if self.trials is None:
+            return None
+        started = self.trials.filter(STARTED)
+        return None if started.is_empty() else started

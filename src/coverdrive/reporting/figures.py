@@ -1,0 +1,85 @@
+"""All figures of a report, each from the one file of its result."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from coverdrive.files import number_in_name
+from coverdrive.prediction.cover.basis_study import StudiedBasis
+from coverdrive.prediction.segments import Segments
+from coverdrive.progress import done, stage
+from coverdrive.reporting.active_constraints import ActiveConstraints
+from coverdrive.reporting.affordance_figure import affordance_figure
+from coverdrive.reporting.animation import animate
+from coverdrive.reporting.basis_figure import basis_figure
+from coverdrive.reporting.collisions_figure import collisions_figure
+from coverdrive.reporting.contents import Contents
+from coverdrive.reporting.drawing import save
+from coverdrive.reporting.drives_figure import drives_figure
+from coverdrive.reporting.figure import Figure
+from coverdrive.reporting.losses_figure import losses_figure
+from coverdrive.reporting.planning_figure import planning_figure
+from coverdrive.reporting.risk_figure import risk_figure
+from coverdrive.reporting.scores_figure import scores_figure
+from coverdrive.reporting.set_sizes_figure import set_sizes_figure
+from coverdrive.reporting.size_figure import size_figure
+from coverdrive.reporting.snapshots import snapshots
+from coverdrive.simulation.trace import Trace
+
+
+def figures_of(contents: Contents) -> dict[str, Figure]:
+    """The figure of every result that there is, by its name."""
+    learned, trials = contents.learned, contents.driven
+    figures = {
+        "basis": basis_figure(contents.predictor.basis, learned.base_share, learned.examples),
+        "scores": scores_figure(learned, contents.predictor.rule),
+        "set_sizes": set_sizes_figure(learned),
+        "losses": losses_figure(learned),
+    }
+    if any(each.certificate for each in contents.compared):
+        figures["methods"] = risk_figure(contents.compared)
+    if trials is not None:
+        figures["collisions"] = collisions_figure(trials)
+        figures["drives"] = drives_figure(trials)
+        figures["planning"] = planning_figure(trials, contents.period)
+    return figures
+
+
+def draw_all(contents: Contents, folder: Path) -> list[Path]:
+    """Draw everything that there are results for; figures go to ``folder``, each as PNG and PDF.
+
+    Args:
+        contents: what there is; snapshots are drawn of its first trace.
+        folder: of the figures.
+
+    Returns:
+        The files.
+    """
+    drawings: dict[str, Callable[[], tuple[Path, Path]]] = {
+        name: lambda name=name, figure=figure: save(figure, folder / name)
+        for name, figure in figures_of(contents).items()
+    }
+    drawings["affordance"] = lambda: save(affordance_figure(), folder / "affordance")
+    for trace in list(contents.traces.values())[:1]:
+        drawings["snapshots"] = lambda trace=trace: save(
+            snapshots(trace, constraints=contents.constraints), folder / "snapshots"
+        )
+    files: list[Path] = []
+    with stage("figures"):
+        for number, draw in enumerate(drawings.values(), start=1):
+            files += draw()
+            done(number, len(drawings))
+    return files
+
+
+def draw_drive(trace: Trace, folder: Path, constraints: ActiveConstraints | None) -> None:
+    """Draw snapshots and a video of one drive into a folder."""
+    save(snapshots(trace, constraints=constraints), folder / "snapshots")
+    animate(trace, folder / "drive.mp4", constraints)
+
+
+def draw_bases(studied: Sequence[StudiedBasis], segments: Segments, folder: Path) -> None:
+    """Draw the size of bases against ε, and every basis, into a folder."""
+    save(size_figure(studied), folder / "size")
+    for each in studied:
+        figure = basis_figure(each.basis, each.share, segments.points)
+        save(figure, folder / f"basis_{number_in_name(each.basis.radius)}")

@@ -1,0 +1,151 @@
+"""The first things on the page: the numbers that count, and where everything comes from."""
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+import polars as pl
+
+from coverdrive.certificates.evaluation import Rate
+from coverdrive.numbers import at_most, interval, percent
+from coverdrive.planning.plan import Status
+from coverdrive.reporting.claim import strength, whose
+from coverdrive.reporting.contents import Contents
+from coverdrive.reporting.page.study import plan_share
+from coverdrive.simulation.notable import COLLIDED
+from coverdrive.simulation.statistics import miss_rate
+
+
+@dataclass(frozen=True)
+class Tile:
+    """One number."""
+
+    value: str
+    label: str
+    note: str
+    main: bool = False
+    """whether it is one of those that everyone looks at first"""
+
+
+def heading(contents: Contents) -> str:
+    """What was run, in a few words."""
+    names = [recording["name"] for recording in contents.run["recordings"]]
+    generated = all(re.fullmatch(r"generated \d+", name) for name in names)
+    learned = "generated traffic" if generated else names[0] if len(names) == 1 else f"{len(names)} recordings"
+    trials = "" if contents.trials is None else f", {contents.trials.height} closed-loop trials"
+    return f"coverdrive on {learned}{trials}"
+
+
+def verdict(contents: Contents) -> str:
+    """What came out, in one sentence."""
+    certificate, observed = contents.certified.certificates[0], _observed(contents)
+    missed = (
+        f"of {whose(certificate)} at most {at_most(certificate.epsilon, 3)} are missed by their predicted sets "
+        f"({strength(certificate)}), and {percent(observed.value)} were on unseen scenes"
+    )
+    if contents.trials is None:
+        return f"{missed[0].upper()}{missed[1:]}."
+    if contents.driven is None:
+        return f"None of {contents.trials.height} drives could start; {missed}."
+    collided = _collided(contents.driven)
+    count = f"{collided.count}" if collided.count else "None"
+    return (
+        f"{count} of {collided.total} drives ended in a collision, at {_mean(contents.driven, 'mean_speed'):.1f} m/s "
+        f"on average; {missed}."
+    )
+
+
+def tiles(contents: Contents) -> list[Tile]:
+    """The numbers that count."""
+    certificate, observed = contents.certified.certificates[0], _observed(contents)
+    certified = Tile(
+        f"≤ {at_most(certificate.epsilon, 3)}",
+        f"of {whose(certificate)} missed, {strength(certificate)}",
+        f"observed on unseen scenes: {percent(observed.value)} ({_counted(observed)})",
+        main=True,
+    )
+    if contents.driven is None:
+        evaluation = contents.certified.evaluation
+        bases = f"{evaluation.mean_set_size:.1f} of {len(contents.predictor.basis)}"
+        return [certified, Tile(bases, "possible manoeuvres", "mean size of the predicted set")]
+    return [_collision_tile(contents.driven), certified, *_study_tiles(contents.driven)]
+
+
+def _collision_tile(trials: pl.DataFrame) -> Tile:
+    rate = _collided(trials)
+    return Tile(
+        f"{rate.count} of {rate.total}", "drives with a collision", f"95 %: {interval(rate.low, rate.high)}", main=True
+    )
+
+
+def _study_tiles(trials: pl.DataFrame) -> list[Tile]:
+    missed = miss_rate(trials, "prediction_misses", "windows")
+    braking = float(trials["hardest_braking"].to_numpy().max())
+    return [
+        Tile(f"{_mean(trials, 'mean_speed'):.1f} m/s", "mean speed", "of the ego over all drives"),
+        Tile(
+            f"{_mean(trials, 'jerk_longitudinal'):.1f} m/s³",
+            "jerk along the road",
+            f"root mean square, mean of the drives; hardest braking {braking:.1f} m/s²",
+        ),
+        Tile(
+            percent(plan_share(trials, Status.SOLVED, Status.FALLBACK)),
+            "plans clear of all predicted paths",
+            f"unsafe: {percent(plan_share(trials, Status.UNSAFE))}; rear: {percent(plan_share(trials, Status.REAR))}",
+        ),
+        Tile(
+            percent(missed.missed / max(missed.total, 1)),
+            "windows missed in the drives",
+            f"95 %: {interval(missed.low, missed.high)}; not certified for this traffic",
+        ),
+    ]
+
+
+def _collided(trials: pl.DataFrame) -> Rate:
+    return Rate.of(trials.select(COLLIDED).to_series().to_numpy())
+
+
+def _mean(trials: pl.DataFrame, column: str) -> float:
+    return float(trials[column].to_numpy().mean())
+
+
+def _observed(contents: Contents) -> Rate:
+    """How many were missed on unseen scenes, of what the certificate counts."""
+    evaluation = contents.certified.evaluation
+    return evaluation.vehicles if contents.certified.certificates[0].unit == "vehicle" else evaluation.windows
+
+
+def facts(contents: Contents) -> list[tuple[str, str]]:
+    """What was learned from what, line by line."""
+    certified, basis, run = contents.certified, contents.predictor.basis, contents.run
+    evaluation, samples = certified.evaluation, certified.samples
+    recordings = run["recordings"]
+    rows = sum(recording["rows"] for recording in recordings)
+    return [
+        ("recordings", f"{len(recordings)} with {rows} rows in all"),
+        ("segments", f"{samples['segments']} of {basis.horizon:g} s: {samples['train']} to train, "
+         f"{samples['calibration']} to calibrate, {samples['test']} to test; {samples['dropped']} left out"),
+        ("base trajectories", f"{len(basis)} (ε = {basis.radius:g}; all training segments are covered)"),
+        ("missed test windows", str(evaluation.windows)),
+        ("missed test vehicles", str(evaluation.vehicles)),
+        ("not predicted / outside the tube", f"{evaluation.not_predicted} / {evaluation.outside_tube} test windows"),
+        ("test windows that no base covers", str(certified.uncovered)),
+        ("set size", f"mean {evaluation.mean_set_size:.2f}, median {evaluation.median_set_size:g} of {len(basis)}"),
+        *_planning(contents),
+        ("time", ", ".join(f"{stage} {seconds:.1f} s" for stage, seconds in run["seconds"].items())),
+        ("software", f"coverdrive {run['coverdrive']}, Python {run['python']}, "
+         + ", ".join(f"{name} {version}" for name, version in run["packages"].items())),
+        ("seed", str(run["seed"])),
+    ]  # fmt: skip
+
+
+def _counted(rate: Rate) -> str:
+    return f"{rate.count} of {rate.total}; 95 %: {interval(rate.low, rate.high)}"
+
+
+def _planning(contents: Contents) -> list[tuple[str, str]]:
+    if contents.driven is None:
+        return []
+    median = 1e3 * float(np.median(contents.driven["planning_median"].to_numpy()))
+    return [("prediction and plan", f"{median:.3g} ms (median step of the median trial); due every "
+             f"{1e3 * contents.period:g} ms")]  # fmt: skip

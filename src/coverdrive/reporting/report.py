@@ -1,0 +1,125 @@
+"""From a fit and a study to what a person looks at: the page, the figures, the video of a drive."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Literal
+
+from coverdrive.errors import DataError
+from coverdrive.prediction.fit import Fit
+from coverdrive.reporting.active_constraints import ActiveConstraints
+from coverdrive.reporting.animation import animate
+from coverdrive.reporting.contents import Contents, Fitted
+from coverdrive.reporting.drawing import save
+from coverdrive.reporting.figures import draw_all
+from coverdrive.reporting.page.page import write_page
+from coverdrive.reporting.risk_figure import risk_figure
+from coverdrive.simulation.notable import liveliest, notable
+from coverdrive.simulation.study import Study
+
+
+def report(
+    fitted: Fit | Fitted,
+    study: Study | None = None,
+    path: Path | str | None = None,
+    *,
+    trials: Sequence[int] = (),
+    replays: int = 8,
+) -> Path:
+    """Write one HTML page that shows everything and needs no network, with drives to replay.
+
+    Args:
+        fitted: a fit, or the results folder that it is in.
+        study: that was driven with its predictor, if any.
+        path: of the page; in the results folder if left out, or ``report.html``.
+        trials: to replay in any case.
+        replays: number of notable trials to replay at most.
+
+    Returns:
+        The HTML file.
+
+    Raises:
+        DataError: there is no such trial.
+    """
+    page = Path(path) if path else _beside(fitted, study, "report").with_suffix(".html")
+    write_page(contents_of(fitted, study, _replayed(study, trials, replays)), page)
+    return page
+
+
+def draw_figures(fitted: Fit | Fitted, study: Study | None = None, trial: int | None = None) -> list[Path]:
+    """Draw every figure that there are results for, as PDF and PNG.
+
+    Args:
+        fitted: a fit, or the results folder that it is in.
+        study: that was driven with its predictor, if any.
+        trial: whose snapshots are drawn; the liveliest, if left out.
+
+    Returns:
+        The files.
+
+    Raises:
+        DataError: there is no such trial.
+    """
+    return draw_all(contents_of(fitted, study, _one(study, trial)), _beside(fitted, study, "figures"))
+
+
+def animate_drive(
+    fitted: Fit | Fitted, study: Study, trial: int | None = None, file_format: Literal["mp4", "gif"] = "mp4"
+) -> Path:
+    """Write the video of a drive, of the liveliest one if no trial is named.
+
+    Raises:
+        DataError: there is no such trial, or the study was not driven.
+    """
+    chosen = _one(study, trial) or [liveliest(study.trials)]
+    path = _beside(fitted, study, "figures") / f"drive_{chosen[0]}.{file_format}"
+    animate(study.trace(chosen[0]), path, ActiveConstraints.of_study(study))
+    return path
+
+
+def draw_methods(fitted: Fitted) -> None:
+    """Draw the comparison of all methods of calibration."""
+    save(risk_figure(fitted.compared), fitted.folder / "figures" / "methods")
+
+
+def contents_of(fitted: Fit | Fitted, study: Study | None, replayed: Sequence[int]) -> Contents:
+    """Everything that a report shows, with the trials that it replays."""
+    known = vars(Fitted.of(fitted) if isinstance(fitted, Fit) else fitted)
+    if study is None:
+        return Contents(**known)
+    other = "" if study.folder.name == "study" else f", {study.folder.name}"
+    return Contents(
+        **known | {"name": known["name"] + other},
+        trials=study.files.table() if study.files.finished else None,
+        traffic=study.setup.traffic_name,
+        period=study.setup.episode.step,
+        constraints=ActiveConstraints.of_study(study),
+        traces=study.traces(replayed),
+    )
+
+
+def _beside(fitted: Fit | Fitted, study: Study | None, name: str) -> Path:
+    """Where the pictures of a study go in a results folder: each study has its own."""
+    if isinstance(fitted, Fit):
+        return Path(name)
+    return fitted.folder / (study.folder.name.replace("study", name, 1) if study else name)
+
+
+def _one(study: Study | None, trial: int | None) -> list[int]:
+    """The named trial, else the liveliest of a study that was driven."""
+    if trial is not None:
+        return _replayed(study, [trial], 0)
+    return [liveliest(study.trials)] if study and study.files.finished else []
+
+
+def _replayed(study: Study | None, named: Sequence[int], most: int) -> list[int]:
+    """The named trials, then the notable ones of the study."""
+    if study is None or not study.files.finished:
+        return list(named) if study else []
+    trials = study.trials
+    unknown = sorted(set(named) - set(trials["trial"]))
+    if unknown:
+        raise DataError(
+            f"trials of the study are 0 to {trials['trial'].max()}, got {unknown[0]}; name one of them; "
+            "`coverdrive drive` drives any other"
+        )
+    return list(dict.fromkeys([*named, *notable(trials, most)]))

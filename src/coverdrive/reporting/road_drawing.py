@@ -1,0 +1,252 @@
+"""One moment of a drive as seen from above, in the coordinates of the own car: what snapshots and animation share.
+
+Vehicles are turned boxes with their speed in them. The predicted sets are the union of all boxes of all paths, their
+hue telling the time, with a thin line for every path, and an outline where a path is an active constraint of the plan.
+The plan is a line with the body's outline at every full second, dark in the hue that the sets of that time have. A
+vehicle that has left its predicted set has a black frame.
+"""
+
+from dataclasses import dataclass
+
+import jax
+import numpy as np
+from jaxtyping import Bool, Float
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PathCollection, PolyCollection
+from matplotlib.colors import to_rgba
+from matplotlib.lines import Line2D
+from matplotlib.path import Path
+from matplotlib.text import Text
+
+from coverdrive.paths import PredictedPaths
+from coverdrive.planning.plan import Plan
+from coverdrive.reporting import style
+from coverdrive.reporting.active_constraints import ActiveConstraints
+from coverdrive.road import Road
+from coverdrive.scene import Scene
+from coverdrive.simulation.initial import OWN
+from coverdrive.simulation.trace import Trace
+
+VERGE = 0.8
+"""[m] shown beyond the edges of the road"""
+
+_DASH, _DASH_PERIOD = 3.0, 12.0
+"""[m] length of a lane marking, and from one to the next (MUTCD: 10 ft of 40 ft)"""
+
+_CLEAR = 10
+"""outlines of active boxes that are drawn in full colour; more of them are paler"""
+
+_FRAME = 0.45
+"""[m] width of the frame of a vehicle that has left its predicted set"""
+
+_CORNERS = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
+
+
+@dataclass(frozen=True)
+class Window:
+    """The stretch of road that is shown."""
+
+    behind: float = 35.0
+    """[m] behind the own car's centre"""
+    ahead: float = 105.0
+    """[m] ahead of it"""
+
+
+@dataclass(frozen=True)
+class RoadDrawing:
+    """The artists of one picture; `show` moves them to another moment."""
+
+    road: Road
+    window: Window
+    sets: PathCollection
+    """where the other vehicles may be: one union of boxes for every moment of the prediction"""
+    dashes: LineCollection
+    members: LineCollection
+    """one line for every predicted path"""
+    edges: tuple[Line2D, ...]
+    active: PolyCollection
+    """boxes of predicted paths that are active constraints of the plan"""
+    bodies: PolyCollection
+    """the own body at every full second of the plan"""
+    plan: Line2D
+    frames: PolyCollection
+    """of vehicles that have left their predicted sets"""
+    vehicles: PolyCollection
+    speeds: tuple[Text, ...]
+    """one for every vehicle slot"""
+
+    @staticmethod
+    def on(axes: Axes, road: Road, slots: int, window: Window | None = None) -> "RoadDrawing":
+        """Prepare a drawing.
+
+        Args:
+            axes: to draw into; its limits are set.
+            road: its lanes; the road is drawn without end.
+            slots: number of vehicle slots A, the own car's included.
+            window: the stretch shown.
+        """
+        window = window or Window()
+        edges = np.asarray(road.edges)
+        axes.set(xlim=(-window.behind, window.ahead), ylim=(edges[0] - VERGE, edges[-1] + VERGE), aspect="equal")
+        axes.set(yticks=np.asarray(road.centres), yticklabels=[f"lane {lane}" for lane in range(road.lanes)])
+        axes.tick_params(axis="y", length=0)
+        axes.spines[["left", "bottom"]].set_visible(False)
+        axes.axhspan(edges[0], edges[-1], facecolor=style.ROAD, zorder=0)
+        sets = PathCollection([], linewidths=0, rasterized=True, zorder=1)
+        dashes = LineCollection([], colors=style.MARKING, linewidths=0.8, capstyle="butt", zorder=2)
+        members = LineCollection([], colors=style.OTHER, linewidths=0.4, zorder=2)
+        bodies = PolyCollection([], facecolors="none", linewidths=0.9, zorder=4)
+        frames = PolyCollection([], facecolors=style.BLACK, linewidths=0, zorder=5.5)
+        vehicles = PolyCollection([], edgecolors="white", linewidths=0.5, zorder=6)
+        active = PolyCollection([], facecolors="none", edgecolors=style.ACTIVE, linewidths=0.8, zorder=3.5)
+        for collection in (sets, dashes, members, active, bodies, frames, vehicles):
+            axes.add_collection(collection, autolim=False)
+        text = {
+            "color": "white",
+            "fontsize": 5.5,
+            "ha": "center",
+            "va": "center_baseline",
+            "clip_on": True,
+            "zorder": 7,
+        }
+        return RoadDrawing(
+            road=road,
+            window=window,
+            sets=sets,
+            dashes=dashes,
+            members=members,
+            edges=tuple(axes.axhline(edge, color=style.MARKING, linewidth=1.0, zorder=3) for edge in edges[[0, -1]]),
+            active=active,
+            bodies=bodies,
+            plan=axes.plot([], [], color=style.OWN, marker="o", markersize=1.5, linewidth=1.0, zorder=5)[0],
+            frames=frames,
+            vehicles=vehicles,
+            speeds=tuple(axes.text(0, 0, "", **text) for _ in range(slots)),  # pyright: ignore[reportArgumentType]
+        )
+
+    @property
+    def artists(self) -> tuple[Artist, ...]:
+        """All that changes, or lies on top of what changes, from back to front."""
+        below = (self.sets, self.dashes, self.members, *self.edges)
+        return (*below, self.active, self.bodies, self.plan, self.frames, self.vehicles, *self.speeds)
+
+    def show_moment(
+        self,
+        trace: Trace,
+        moment: int,
+        constraints: ActiveConstraints | None = None,
+        left: Bool[np.ndarray, "m A"] | None = None,
+    ) -> Scene:
+        """Show moment 0 … n of a trace of n steps, and return its scene; at moment n, what was planned the step before.
+
+        Args:
+            trace: the drive.
+            moment: which.
+            constraints: tells which are active in the plan; they are not marked if it is left out.
+            left: `coverdrive.simulation.misses.left_recently` of the trace; nobody is marked if it is left out.
+        """
+        scene: Scene = jax.tree.map(lambda values: values[moment], trace.scene)
+        origin = np.array([float(scene.lon[OWN]), 0.0])
+        planned = min(moment, len(trace) - 1)
+        self.show(scene, trace.paths[planned], trace.plans[planned])
+        boxes = np.zeros((0, 4, 2))
+        if constraints is not None:
+            boxes = np.swapaxes(path_boxes(trace.paths[planned]), 0, 1)[constraints.of(trace, planned)]
+        self.active.set_alpha(float(np.clip(_CLEAR / max(len(boxes), 1), 0.15, 1)))
+        self.active.set_verts(list(boxes - origin))
+        framed = np.zeros(scene.vehicles, dtype=bool) if left is None else left[moment]
+        self.frames.set_verts(list(body_corners(scene.states, scene.half_sizes + _FRAME)[framed] - origin))
+        return scene
+
+    def show(self, scene: Scene, paths: PredictedPaths | None = None, plan: Plan | None = None) -> None:
+        """Show a moment.
+
+        Args:
+            scene: an unbatched scene with the own car in slot 0.
+            paths: what was predicted at this moment.
+            plan: what the own car planned at this moment.
+        """
+        origin = np.array([float(scene.lon[OWN]), 0.0])
+        self._show_sets(paths, origin)
+        self._show_plan(plan, origin, scene.half_sizes[OWN])
+        self._show_vehicles(scene, origin)
+        self.dashes.set_segments(list(self._dashes(origin[0])))
+
+    def _show_sets(self, paths: PredictedPaths | None, origin: Float[np.ndarray, " 2"]) -> None:
+        if paths is None or len(paths) == 0:
+            self.sets.set_paths([])
+            self.members.set_segments([])
+            return
+        boxes = set_boxes(paths) - origin
+        self.sets.set_paths([Path.make_compound_path_from_polys(moment) for moment in boxes[::-1]])
+        self.sets.set_facecolor(style.SETS(np.linspace(1, 0, len(boxes))).tolist())
+        self.members.set_segments(list(paths.points - origin))
+        self.members.set_alpha(min(0.4, 30 / len(paths)))
+
+    def _show_plan(
+        self, plan: Plan | None, origin: Float[np.ndarray, " 2"], half_sizes: Float[np.ndarray, " 2"]
+    ) -> None:
+        states = np.zeros((0, 4)) if plan is None else plan.states
+        self.plan.set_data(*(states[:, :2] - origin).T)
+        times = np.zeros(0) if plan is None else plan.dt * np.arange(len(states))
+        full = np.isclose(times, np.round(times)) & (times > 0.5)
+        self.bodies.set_verts(list(body_corners(states[full], half_sizes) - origin))
+        self.bodies.set_edgecolor(style.TIMES(times[full] / times.max(initial=1.0)).tolist())
+
+    def _show_vehicles(self, scene: Scene, origin: Float[np.ndarray, " 2"]) -> None:
+        corners = body_corners(scene.states, scene.half_sizes) - origin
+        valid = np.asarray(scene.valid)
+        colours = [to_rgba(style.OWN if slot == OWN else style.OTHER) for slot in np.flatnonzero(valid)]
+        self.vehicles.set_verts(list(corners[valid]))
+        self.vehicles.set_facecolor(colours)
+        for slot, text in enumerate(self.speeds):
+            text.set_position(tuple(corners[slot].mean(0)))
+            text.set_text(f"{scene.speed[slot]:.0f}" if valid[slot] else "")
+
+    def _dashes(self, own_lon: float) -> Float[np.ndarray, "n 2 2"]:
+        """Lane markings, which stand still on the road."""
+        first = -own_lon % _DASH_PERIOD - _DASH_PERIOD
+        start = np.arange(-np.ceil(self.window.behind / _DASH_PERIOD), self.window.ahead / _DASH_PERIOD + 1)
+        start = first + _DASH_PERIOD * start
+        inner = np.asarray(self.road.edges)[1:-1]
+        lon = np.stack([start, start + _DASH], axis=-1)
+        lon, lat = np.broadcast_arrays(lon, inner[:, None, None])
+        return np.stack([lon, lat], axis=-1).reshape(-1, 2, 2)
+
+
+def set_boxes(paths: PredictedPaths) -> Float[np.ndarray, "_ S 4 2"]:
+    """Corners [m] of the boxes of all paths, all turning the same way.
+
+    Halfway between two points there is one more, so that fast vehicles leave no gaps.
+    """
+    return path_boxes(
+        PredictedPaths(_with_midpoints(paths.points), paths.vehicle, _with_midpoints(paths.half_sizes), paths.dt / 2)
+    )
+
+
+def path_boxes(paths: PredictedPaths) -> Float[np.ndarray, "P S 4 2"]:
+    """Corners [m] of the boxes of all paths at each of their points, all turning the same way."""
+    return np.swapaxes(paths.points[:, :, None] + _CORNERS * paths.half_sizes[:, :, None], 0, 1)
+
+
+def body_corners(
+    states: Float[np.ndarray, "*n 4"], half_sizes: Float[np.ndarray, "*#n 2"]
+) -> Float[np.ndarray, "*n 4 2"]:
+    """Corners [m] of bodies turned by their heading.
+
+    Args:
+        states: lon [m], lat [m], speed [m/s], heading [rad].
+        half_sizes: half length and half width [m].
+    """
+    along, across = np.moveaxis(half_sizes[..., None, :] * _CORNERS, -1, 0)
+    cosine, sine = np.cos(states[..., 3, None]), np.sin(states[..., 3, None])
+    turned = np.stack([along * cosine - across * sine, along * sine + across * cosine], axis=-1)
+    return states[..., None, :2] + turned
+
+
+def _with_midpoints(values: Float[np.ndarray, "S P 2"]) -> Float[np.ndarray, "S _ 2"]:
+    """The values at twice the rate, by linear interpolation."""
+    result = np.repeat(values, 2, axis=1)[:, :-1]
+    result[:, 1::2] = (values[:, :-1] + values[:, 1:]) / 2
+    return result

@@ -1,0 +1,160 @@
+"""Moments of one drive, one above the other (paper, Fig. 3)."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Int
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.legend_handler import HandlerTuple
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from coverdrive.errors import DataError
+from coverdrive.reporting import style
+from coverdrive.reporting.active_constraints import ActiveConstraints
+from coverdrive.reporting.figure import TWO_COLUMNS
+from coverdrive.reporting.road_drawing import RoadDrawing, Window
+from coverdrive.simulation.initial import OWN
+from coverdrive.simulation.misses import find_windows, left_recently
+from coverdrive.simulation.outcome import Kind
+from coverdrive.simulation.trace import Trace
+
+NEAR = 20.0
+"""[m] along the road: vehicles nearer than this surround the own car"""
+
+
+class Moment(NamedTuple):
+    """A moment worth looking at."""
+
+    step: int
+    remark: str
+
+
+def snapshots(
+    trace: Trace,
+    steps: Sequence[int] | None = None,
+    window: Window | None = None,
+    constraints: ActiveConstraints | None = None,
+) -> Figure:
+    """Draw moments of a trace: vehicles, predicted sets and the own plan.
+
+    Args:
+        trace: one episode.
+        steps: indices of the steps at whose start the scene is shown; if left out, four interesting ones.
+        window: the stretch of road around the own car that is shown.
+        constraints: tells which are active in the plan; they are not marked if it is left out.
+
+    Raises:
+        DataError: no step, or one that the trace does not have.
+    """
+    if steps is not None and not (steps and all(0 <= step < len(trace) for step in steps)):
+        raise DataError(f"snapshots need steps from 0 to {len(trace) - 1}, got {list(steps)}; choose among these")
+    moments = interesting_moments(trace) if steps is None else [Moment(step, "") for step in steps]
+    window = window or Window()
+    left = left_recently(trace, find_windows(trace))
+    with style.style():
+        figure = style.new_figure(TWO_COLUMNS, 0.7 + 0.9 * len(moments))
+        panels = figure.subplots(len(moments), 1, sharex=True, squeeze=False)[:, 0]
+        for letter, (axes, moment) in enumerate(zip(panels, moments, strict=True)):
+            _draw_moment(axes, trace, moment, window, chr(ord("a") + letter), constraints, left)
+        panels[-1].set_xlabel("distance ahead of the ego [m]")
+        add_legend(
+            figure, trace.horizon, constraints is not None, bool(left[[moment.step for moment in moments]].any())
+        )
+    return figure
+
+
+def add_legend(figure: Figure, horizon: float, active: bool, left: bool) -> None:
+    """Explain a drawing of the road, above all panels.
+
+    Args:
+        figure: of the drawing.
+        horizon: [s] that is predicted.
+        active: whether active constraints of the plan are marked.
+        left: whether a vehicle that left its predicted set is.
+    """
+    ages = (0.0, 0.25, 0.5, 0.75, 1.0)
+    shades = tuple(Patch(color=style.SETS(age)) for age in ages)
+    bodies = tuple(Patch(facecolor="none", edgecolor=style.TIMES(age)) for age in (0.33, 0.67, 1.0))
+    explained: dict[str, Patch | Line2D | tuple[Patch, ...]] = {
+        "ego": Patch(color=style.OWN),
+        "its plan every second, in the hue of the sets then": bodies,
+        "other vehicles, speed in m/s": Patch(color=style.OTHER),
+        f"predicted set, now … {horizon:g} s ahead": shades,
+    }
+    if active:
+        explained["active constraint of the plan"] = Patch(facecolor="none", edgecolor=style.ACTIVE)
+    if left:
+        explained["left its predicted set"] = Patch(facecolor=style.OTHER, edgecolor=style.BLACK, linewidth=2)
+    figure.legend(
+        list(explained.values()),  # pyright: ignore[reportArgumentType]  (Matplotlib takes tuples too)
+        list(explained),
+        loc="outside upper left",
+        ncols=3,
+        handler_map={tuple: HandlerTuple(ndivide=None, pad=0)},
+    )
+
+
+def interesting_moments(trace: Trace, count: int = 4) -> list[Moment]:
+    """The moment at which most happens in each of ``count`` equal parts of the drive, in the order of time.
+
+    A collision comes first, then lane changes, then overtaking, then dense traffic. Two moments are at least half a
+    part from each other.
+    """
+    near, changes, passes = _near(trace), _changes(trace), _passes(trace)
+    collision = np.arange(len(trace)) == (len(trace) - 1 if trace.outcome.kind is not Kind.FINISHED else -1)
+    interest = near + 100 * passes + 1000 * changes + 10_000 * collision
+    parts = [part for part in np.array_split(np.arange(len(trace)), count) if len(part)]
+    steps: list[int] = []
+    for part in parts:
+        apart = part[part >= steps[-1] + len(part) // 2] if steps else part
+        steps.append(int(apart[np.argmax(interest[apart])]))
+    remarks = {
+        "changes lane": changes,
+        "overtakes": passes,
+        f"just before a {trace.outcome.kind.value} collision": collision,
+    }
+    return [
+        Moment(
+            step,
+            ", ".join(remark for remark, applies in remarks.items() if applies[step])
+            or f"vehicles within {NEAR:.0f} m: {near[step]}",
+        )
+        for step in steps
+    ]
+
+
+def _near(trace: Trace) -> Int[np.ndarray, " n"]:
+    """Number of vehicles around the own car at the start of every step."""
+    scene = trace.scene
+    distance = np.abs(np.asarray(scene.lon) - np.asarray(scene.lon)[:, [OWN]])
+    return ((distance < NEAR) & scene.valid)[:-1].sum(1) - 1
+
+
+def _changes(trace: Trace) -> Bool[np.ndarray, " n"]:
+    """Whether the own car crosses into another lane in each step."""
+    lane = np.asarray(trace.road.lane_of(np.asarray(trace.scene.lat[:, OWN])))
+    return np.asarray(lane[1:] != lane[:-1])
+
+
+def _passes(trace: Trace) -> Bool[np.ndarray, " n"]:
+    """Whether the own car passes another vehicle in each step, centre by centre."""
+    ahead = np.asarray(trace.scene.lon) > np.asarray(trace.scene.lon)[:, [OWN]]
+    return np.asarray((ahead[:-1] & ~ahead[1:] & trace.scene.valid[1:]).any(1))
+
+
+def _draw_moment(
+    axes: Axes,
+    trace: Trace,
+    moment: Moment,
+    window: Window,
+    letter: str,
+    constraints: ActiveConstraints | None,
+    left: Bool[np.ndarray, "m A"],
+) -> None:
+    drawing = RoadDrawing.on(axes, trace.road, trace.scene.vehicles, window)
+    scene = drawing.show_moment(trace, moment.step, constraints, left)
+    title = f"({letter})  {trace.time[moment.step]:.1f} s, ego {scene.speed[OWN]:.1f} m/s"
+    axes.set_title(title + (f":  {moment.remark}" if moment.remark else ""), loc="left")

@@ -1,0 +1,473 @@
+"""The page in a real browser: no errors, plots with data, and a replay that obeys mouse and keyboard."""
+
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from urllib.parse import urlparse
+from urllib.request import url2pathname
+
+import pytest
+from report_fakes import COMES, LEAVES, make_contents, make_crowd, make_stray, make_trace
+
+from coverdrive.reporting.page.page import write_page
+from coverdrive.simulation.outcome import Kind
+
+pytestmark = pytest.mark.slow
+
+DOCUMENTATION = Path(__file__).parents[3] / "docs"
+
+STEPS = 200
+"""of the long drive: 20 s"""
+
+MOST_OPERATIONS = 2500
+"""of the canvas in one frame of a drive among 12 vehicles of 6 paths each.
+
+Chromium without a GPU, on a machine with more work than processors, took 1.4 µs for each operation, painting included
+(median of 350 frames of 1,940 operations: 2.8 ms; with twice as many pixels a side 6.2 ms). So a frame takes a quarter
+of the 16.7 ms between two frames of a screen. The number does not depend on what else the machine does.
+"""
+
+ARGUMENTS = (
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator:
+    program = shutil.which("chromium")
+    if program is None:
+        pytest.skip("needs the browser chromium; install it, as in `apt-get install chromium`")
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=program, args=list(ARGUMENTS))
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory: pytest.TempPathFactory) -> str:
+    path = tmp_path_factory.mktemp("page") / "report.html"
+    drives = {0: make_trace(STEPS), 3: make_crowd(steps=STEPS), 7: make_trace(kind=Kind.SIDE), 9: make_stray()}
+    write_page(make_contents(drives), path)
+    return path.as_uri()
+
+
+@pytest.fixture(scope="module")
+def tab(browser) -> Iterator:
+    """One page of the browser, and what it says and asks for."""
+    context = browser.new_context(viewport={"width": 1280, "height": 900})
+    page = context.new_page()
+    page.said, page.asked = [], []
+    page.on("console", lambda message: page.said.append(message.text))
+    page.on("pageerror", lambda error: page.said.append(str(error)))
+    page.on("request", lambda request: page.asked.append(request.url))
+    yield page
+    context.close()
+
+
+@pytest.fixture
+def page(tab, address: str) -> Iterator:
+    """The page, loaded anew; anything on the console, and any request but for the page itself, fails the test."""
+    tab.said.clear()
+    tab.asked.clear()
+    tab.goto("about:blank")
+    tab.goto(address)
+    tab.wait_for_selector("#player[data-loaded='0']")
+    yield tab
+    assert tab.said == []
+    assert {url for url in tab.asked if not url.startswith(("data:", "blob:", "about:"))} == {address}
+    tab.emulate_media(color_scheme="light")
+
+
+def moment(page) -> int:
+    return int(page.input_value("#scrub"))
+
+
+def pixels(page, name: str) -> str:
+    return page.evaluate(f"document.getElementById('{name}').toDataURL()")
+
+
+EMPTY = """() => {
+    const empty = new Set();
+    for (const [name, view] of figures) {
+        view.draw();
+        if (!view.panels.length) empty.add(name);
+        for (const { place, data } of view.panels) {
+            if (!data.marks.length) empty.add(name);
+            data.marks.forEach((mark, number) => {
+                const drawn = place.querySelector(`g[data-mark="${number}"]`);
+                const words = drawn && [...drawn.querySelectorAll("text")].some((text) => text.textContent);
+                const bounds = drawn && drawn.getBBox();
+                if (!words && !(drawn && (bounds.width > 0 || bounds.height > 0))) empty.add(name);
+            });
+        }
+    }
+    return [...empty];
+}"""
+"""the figures of which a mark is not on the screen"""
+
+EMPTIED = """(name) => {
+    const { marks } = figures.get(name).panels[0].data;
+    marks[0] = (CHANGE)(marks[0]);
+}"""
+
+
+def test_every_mark_of_every_figure_is_drawn(page) -> None:
+    assert page.evaluate(EMPTY) == []
+    names = set(page.evaluate("[...figures.keys()]"))
+    assert names == {"basis", "methods", "scores", "set_sizes", "losses", "collisions", "drives", "planning"}
+
+
+@pytest.mark.parametrize(
+    "change", ["(mark) => ({ ...mark, x: [], y: [] })", "(mark) => ({ ...mark, x: [], text: [] })"]
+)
+def test_an_empty_mark_would_be_seen(page, change: str) -> None:
+    """Where the first mark has points of its own."""
+    names = ["losses", "planning", "set_sizes", "scores"]
+    for name in names:
+        page.evaluate(EMPTIED.replace("CHANGE", change), name)
+    assert set(page.evaluate(EMPTY)) == set(names)
+
+
+def test_figures_are_drawn_when_they_come_near(page) -> None:
+    drawn = "(name) => figures.get(name).panels[0].place.querySelectorAll('path').length > 0"
+    assert not page.evaluate(drawn, "basis")
+    page.evaluate("document.getElementById('figure-basis').scrollIntoView({ behavior: 'instant' })")
+    page.wait_for_function(f"({drawn})('basis')")
+
+
+def test_a_pointer_tells_the_values_and_a_click_on_a_name_hides_its_marks(page) -> None:
+    figure = page.locator("#figure-losses")
+    figure.scroll_into_view_if_needed()
+    page.wait_for_function("figures.get('losses').panels[0].targets.length > 0")
+    x, y = page.evaluate("figures.get('losses').panels[0].targets[0].point")
+    figure.locator(".panel").hover(position={"x": x + 2, "y": y + 2})
+    assert page.inner_text(".tip") == "epoch 1: 9"
+    page.mouse.move(5, 5)
+    assert not page.locator(".tip").is_visible()
+    collisions = page.locator("#figure-collisions")
+    collisions.scroll_into_view_if_needed()
+    marks = "() => document.querySelectorAll('#figure-collisions g[data-mark]').length"
+    page.wait_for_function(f"({marks})() > 0")
+    before, button = page.evaluate(marks), collisions.locator(".key button", has_text="paper, rear-end")
+    button.click()
+    assert page.evaluate(marks) == before - 1 and button.get_attribute("aria-pressed") == "false"
+    button.click()
+    assert page.evaluate(marks) == before
+
+
+def test_what_a_pointer_is_told_is_text(page) -> None:
+    page.evaluate("Tip.show('<img src=x onerror=alert(1)>', { clientX: 9, clientY: 9 })")
+    assert page.inner_text(".tip").startswith("<img") and page.locator(".tip img").count() == 0
+
+
+def test_the_first_screen_has_the_verdict_and_the_road(page) -> None:
+    for place in (".verdict", ".tiles", ".certificate", "#road"):
+        box = page.locator(place).bounding_box()
+        assert box["y"] + box["height"] < 900
+
+
+def test_it_is_small_and_ready_soon(page, address: str) -> None:
+    """Without a busy machine it takes half a second."""
+    assert Path(url2pathname(urlparse(address).path)).stat().st_size < 3e6
+    assert page.evaluate("performance.getEntriesByType('navigation')[0].domContentLoadedEventEnd") < 5000
+
+
+def test_space_plays_and_pauses(page) -> None:
+    page.focus("#player")
+    page.keyboard.press("Space")
+    page.wait_for_function("Number(document.getElementById('scrub').value) >= 3")
+    page.keyboard.press("Space")
+    stopped = moment(page)
+    page.wait_for_timeout(300)
+    assert moment(page) == stopped < STEPS
+
+
+COUNT = """() => {
+    window.frames_drawn = [];
+    let operations = 0;
+    for (const name of ["clearRect", "drawImage", "fill", "fillRect", "fillText", "stroke", "strokeRect"]) {
+        const draw = CanvasRenderingContext2D.prototype[name];
+        CanvasRenderingContext2D.prototype[name] = function (...what) {
+            operations++;
+            return draw.apply(this, what);
+        };
+    }
+    const show = CourseView.prototype.show;
+    CourseView.prototype.show = function (moment) {
+        show.call(this, moment);
+        window.frames_drawn.push(operations);
+        operations = 0;
+    };
+}"""
+"""keeps how many operations of the canvas every frame takes"""
+
+
+@pytest.fixture
+def crowd(browser, address: str) -> Iterator:
+    """The drive among many vehicles, on a clock that runs only when the test lets it."""
+    context = browser.new_context(viewport={"width": 1280, "height": 900})
+    page = context.new_page()
+    page.clock.install(time=0)
+    page.goto(f"{address}#replay-3")
+    page.wait_for_selector("#player[data-loaded='3']")
+    page.clock.pause_at(60_000)
+    yield page
+    context.close()
+
+
+@pytest.mark.parametrize(("rate", "moment"), [("1", 50), ("4", STEPS), ("0.25", 12.5)])
+def test_it_plays_in_real_time_with_light_frames(crowd, rate: str, moment: float) -> None:
+    crowd.select_option("#rate", rate)
+    crowd.evaluate(COUNT)
+    crowd.click("#play")
+    crowd.clock.run_for(5000)
+    assert abs(int(crowd.input_value("#scrub")) - moment) <= 1
+    frames = crowd.evaluate("window.frames_drawn")
+    assert len(frames) >= 300  # 60 a second
+    assert 1500 < max(frames) <= MOST_OPERATIONS
+
+
+def test_time_before_the_click_is_not_played(crowd) -> None:
+    """The first frame may have begun before the click, if the page was busy."""
+    crowd.evaluate("const now = performance.now(); performance.now = () => now + 2000")
+    crowd.click("#play")
+    crowd.clock.run_for(5000)
+    assert abs(int(crowd.input_value("#scrub")) - 30) <= 1
+
+
+def test_arrows_step(page) -> None:
+    page.focus("#player")
+    for key in ("ArrowRight", "ArrowRight", "ArrowRight", "ArrowLeft"):
+        page.keyboard.press(key)
+    assert moment(page) == 2
+    assert page.inner_text("#clock").startswith("0.2 s")
+    page.keyboard.press("Shift+ArrowRight")
+    assert moment(page) == 12
+    page.keyboard.press("End")
+    assert moment(page) == STEPS
+    assert page.inner_text("#read-end") == "finished, near miss"
+    assert page.inner_text("#read-status") == "blind"  # of the last plan
+    page.keyboard.press("Home")
+    assert moment(page) == 0
+
+
+DRAWN = """() => {
+    window.drawn = {};
+    for (const name of ["body", "frame", "sets", "plan"]) {
+        const draw = RoadView.prototype[name];
+        RoadView.prototype[name] = function (...what) {
+            (window.drawn[name] ??= []).push(what);
+            return draw.apply(this, what);
+        };
+    }
+}"""
+"""keeps what is drawn"""
+
+
+def drawn_at(page, key: str, times: int) -> dict[str, list]:
+    """What the last of so many strokes of a key draws."""
+    for _ in range(times):
+        page.evaluate("window.drawn = {}")
+        page.keyboard.press(key)
+    return page.evaluate("window.drawn")
+
+
+def test_vehicles_come_and_those_that_left_their_sets_are_framed(page) -> None:
+    page.select_option("#trial", "9")
+    page.wait_for_selector("#player[data-loaded='9']")
+    page.evaluate(DRAWN)
+    page.focus("#player")
+    before = drawn_at(page, "ArrowRight", COMES - 1)
+    assert len(before["body"]) == 2
+    there = drawn_at(page, "ArrowRight", LEAVES - COMES)
+    assert len(there["body"]) == 3 and "frame" not in there
+    assert page.inner_text("#read-left") == "0"
+    left = drawn_at(page, "ArrowRight", 1)
+    assert [vehicle["lat"] for (vehicle,) in left["frame"]] == [pytest.approx(6.0)]
+    assert page.inner_text("#read-left") == "1"
+
+
+def test_the_last_moment_shows_the_sets_and_the_plan_of_the_step_before(page) -> None:
+    page.evaluate(DRAWN)
+    page.focus("#player")
+    last = drawn_at(page, "End", 1)
+    assert [step for _, step in last["sets"]] == [step for _, step in last["plan"]] == [STEPS - 1]
+
+
+def test_space_on_a_button_presses_that_button(page) -> None:
+    page.focus("#player")
+    for _ in range(5):
+        page.keyboard.press("ArrowRight")
+    for button, key, expected in (("#back", "Space", 4), ("#forward", "Space", 5), ("#forward", "Enter", 6)):
+        page.focus(button)
+        page.keyboard.press(key)
+        assert moment(page) == expected
+    page.wait_for_timeout(300)
+    assert moment(page) == 6 and page.get_attribute("#play", "aria-label") == "Play"
+    page.focus("#play")
+    page.keyboard.press("Space")
+    page.wait_for_function("Number(document.getElementById('scrub').value) >= 9")
+    assert page.get_attribute("#play", "aria-label") == "Pause"
+
+
+def test_near_misses_are_named_and_readings_explained(page) -> None:
+    assert page.inner_text("#trial option[value='0']") == "trial 0: 2 vehicles, finished, near miss"
+    assert page.inner_text("#trial option[value='7']") == "trial 7: 2 vehicles, side"
+    assert "0 at its edge" in page.get_attribute("div:has(> #read-slack)", "title")
+    page.focus("#player")
+    page.keyboard.press("End")
+    assert page.inner_text("#read-status") == "blind"
+    assert "cannot be true" in page.get_attribute("#read-status", "title")
+
+
+RULER = """() => {
+    const canvas = document.getElementById("road"), ratio = canvas.width / canvas.clientWidth, height = 22 * ratio;
+    const { data } = canvas.getContext("2d").getImageData(0, canvas.height - height, canvas.width, height);
+    const colours = [];
+    for (let i = 0; i < data.length; i += 4) colours.push(data[i] - data[i + 2]);
+    return colours.reduce((most, each) => Math.max(most, each), -255);
+}"""
+"""how red at most, rather than blue, the band is in which the distances stand"""
+
+
+def test_sets_leave_the_ruler_readable(crowd) -> None:
+    crowd.focus("#player")
+    crowd.keyboard.press("ArrowRight")
+    assert crowd.evaluate(RULER) < 10
+
+
+def test_a_phone_sees_three_seconds_of_road_and_every_section(browser, address: str) -> None:
+    context = browser.new_context(viewport={"width": 400, "height": 800})
+    page = context.new_page()
+    page.goto(address)
+    page.wait_for_selector("#player[data-loaded='0']")
+    assert page.locator("#road").bounding_box()["height"] >= 160
+    assert page.evaluate("new RoadView(document.getElementById('road')).window()[1]") >= 60
+    assert page.evaluate("(nav => nav.scrollWidth <= nav.clientWidth)(document.querySelector('nav'))")
+    assert page.locator(".hint").is_visible()
+    context.close()
+
+
+def test_keys_work_without_the_focus_while_the_player_is_in_view(page) -> None:
+    page.keyboard.press("ArrowRight")
+    assert moment(page) == 1
+    page.focus("#theme")
+    page.keyboard.press("ArrowRight")
+    assert moment(page) == 1
+    page.evaluate("document.activeElement.blur()")
+    page.evaluate("document.getElementById('basis').scrollIntoView({ behavior: 'instant' })")
+    page.keyboard.press("ArrowRight")
+    assert moment(page) == 1
+
+
+def test_a_click_on_a_mark_of_the_ruler_goes_there(page) -> None:
+    marks = page.locator("#events button")
+    assert marks.count() > 3
+    (first, *_) = page.evaluate("[...document.querySelectorAll('#events button')].map((mark) => mark.title)")
+    page.evaluate("document.querySelector('#events button').click()")
+    assert f"{moment(page) / 10:.1f} s" == first.split(":")[0]
+
+
+def test_plus_and_minus_change_the_speed(page) -> None:
+    page.focus("#player")
+    page.keyboard.press("+")
+    assert page.input_value("#rate") == "2"
+    for _ in range(5):
+        page.keyboard.press("-")
+    assert page.input_value("#rate") == "0.25"
+
+
+def test_scrubbing_draws_the_moment(page) -> None:
+    before = pixels(page, "road"), pixels(page, "course")
+    page.evaluate(
+        "const bar = document.getElementById('scrub'); bar.value = 120; bar.dispatchEvent(new Event('input'))"
+    )
+    assert page.inner_text("#clock").startswith("12.0 s")
+    assert page.inner_text("#read-speed") == "24.4 m/s"
+    assert page.inner_text("#read-status") == "solved"
+    assert page.inner_text("#read-paths") == "6"
+    after = pixels(page, "road"), pixels(page, "course")
+    assert before[0] != after[0] and before[1] != after[1]
+
+
+def test_a_click_on_the_course_goes_there(page) -> None:
+    course = page.locator("#course")
+    course.click(position={"x": course.bounding_box()["width"] / 2, "y": 60})
+    assert abs(moment(page) - STEPS / 2) < 8
+
+
+def test_the_table_opens_sorts_and_filters(page) -> None:
+    page.click("#trials a[data-trial='7']")
+    page.wait_for_selector("#player[data-loaded='7']")
+    page.focus("#player")
+    page.keyboard.press("End")
+    assert page.inner_text("#read-end") == "side collision (at fault: other; planning failure)"
+    page.keyboard.press("ArrowLeft")
+    assert page.inner_text("#read-end") == ""
+    page.click("#trials th:first-child button")
+    assert page.evaluate("document.querySelector('#trials tbody tr').cells[0].dataset.value") == "9"
+    for name, worst in (("least gap [m]", min), ("unsafe plans", max)):
+        head = page.locator("#trials th", has_text=name)
+        head.locator("button").click()
+        column = head.evaluate("head => head.cellIndex")
+        values = page.evaluate(
+            "column => [...document.querySelectorAll('#trials tbody tr')].map(row => row.cells[column].dataset.value)",
+            column,
+        )
+        assert float(values[0]) == worst(map(float, values))
+    page.click(".filters button[data-show='collision']")
+    assert page.locator("#trials tbody tr:visible").count() == 1
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("size", [(1280, 900), (390, 844)])
+def test_light_and_dark_wide_and_narrow(browser, address: str, tmp_path, scheme: str, size: tuple[int, int]) -> None:
+    context = browser.new_context(viewport={"width": size[0], "height": size[1]}, color_scheme=scheme)
+    page = context.new_page()
+    page.goto(address)
+    page.wait_for_selector("#player[data-loaded='0']")
+    assert page.evaluate("document.documentElement.dataset.theme") == scheme
+    assert page.evaluate("document.documentElement.scrollWidth") <= size[0]  # nothing sticks out
+    background = page.evaluate("getComputedStyle(document.body).backgroundColor")
+    page.click("#theme")
+    assert page.evaluate("getComputedStyle(document.body).backgroundColor") != background
+    page.screenshot(path=tmp_path / "page.png", full_page=True)
+    assert (tmp_path / "page.png").stat().st_size > 50_000
+    context.close()
+
+
+def test_it_prints_light_and_within_the_paper(page, tmp_path) -> None:
+    page.emulate_media(color_scheme="dark")
+    page.evaluate(
+        """addEventListener("beforeprint", () => {
+            const drawn = [...document.querySelectorAll(".panel svg")];
+            const widths = drawn.map((each) => each.getBoundingClientRect().right);
+            const main = document.querySelector("main").getBoundingClientRect();
+            window.printed = [document.documentElement.dataset.theme, Math.max(...widths) - main.left, drawn.length];
+        })"""
+    )
+    page.pdf(path=tmp_path / "page.pdf", format="A4")
+    assert (tmp_path / "page.pdf").read_bytes().startswith(b"%PDF")
+    theme, widest, drawn = page.evaluate("window.printed")
+    assert drawn == page.evaluate("document.querySelectorAll('.panel').length")  # those that were never in view, too
+    assert theme == "light"
+    assert widest <= 680  # [pixel] A4 less its margins
+    assert page.evaluate("document.documentElement.dataset.theme") == "dark"
+
+
+def test_the_documentation_has_its_picture_from_the_page(address: str, tmp_path) -> None:
+    page, picture = Path(url2pathname(urlparse(address).path)), tmp_path / "replay.png"
+    command = [sys.executable, DOCUMENTATION / "images" / "replay.py", page, picture, "--trial", "7", "--time", "1"]
+    subprocess.run(command, check=True, timeout=120)
+    assert picture.read_bytes().startswith(b"\x89PNG")

@@ -1,0 +1,163 @@
+"""The page holds everything, and says what is missing and how to make it."""
+
+import json
+import re
+from dataclasses import replace
+
+import polars as pl
+import pytest
+from report_fakes import make_contents, make_stray
+
+from coverdrive.progress import heard_by
+from coverdrive.reporting.page.page import _script_json, page, write_page
+from coverdrive.reporting.page.study import ends
+from coverdrive.reporting.page.summary import heading, tiles, verdict
+from coverdrive.reporting.page.trials import COLUMNS, trial_rows
+from coverdrive.simulation.outcome import Kind
+from coverdrive.simulation.trial import measure
+
+IDLE = Kind.NOT_STARTED.value
+
+
+@pytest.fixture(scope="module")
+def html() -> str:
+    return page(make_contents())
+
+
+def test_certificate_is_in_plain_view(html: str) -> None:
+    certificate = make_contents().predictor.certificate
+    (shown,) = re.findall(r'<blockquote class="certificate">\s*<p>(.*?)</p>', html, re.DOTALL)
+    assert shown == certificate.sentence
+    assert shown.startswith("With 99 % confidence, ") and "at most 14.4 % (" in shown
+
+
+def test_nothing_is_fetched(html: str) -> None:
+    assert not re.search(r'(src|href)="(https?:)?//', html)
+    assert set(re.findall(r"https?://[^ \"'<]*", html)) <= {
+        "http://www.w3.org/2000/svg",
+        "http://www.w3.org/1999/xlink",
+    }
+    assert "@import" not in html.split("</style>")[0]
+
+
+def test_names_are_escaped(html: str) -> None:
+    assert "results &lt;1&gt;" in html
+    assert "results <1>" not in html
+
+
+def test_names_cannot_end_a_script() -> None:
+    contents = make_contents()
+    evil = "</script><script>alert(1)</script>"
+    run = {**contents.run, "recordings": [{"name": evil, "rows": 1, "fingerprint": evil}]}
+    compared = [replace(contents.compared[1], refusal=evil)]
+    text = page(replace(contents, name=evil, run=run, settings=evil, traffic=evil, compared=compared))
+    assert "alert(1)</script>" not in text and "&lt;script&gt;alert(1)" in text
+    assert "<" not in _script_json({"name": evil, "deep": [evil]})
+
+
+def test_every_figure_is_valid_json_with_marks(html: str) -> None:
+    figures = dict(re.findall(r'id="figure-(\w+)".*?<script type="application/json">(.*?)</script>', html, re.DOTALL))
+    assert set(figures) == {
+        "basis", "methods", "scores", "set_sizes", "losses", "collisions", "drives", "planning"
+    }  # fmt: skip
+    for text in figures.values():
+        panels = [panel for row in json.loads(text)["rows"] for panel in row["panels"]]
+        assert panels and all(panel["marks"] for panel in panels)
+
+
+def test_replay_and_verdict_come_first(html: str) -> None:
+    sections = re.findall(r'<section id="(\w+)">', html)
+    assert sections == ["summary", "replay", "study", "calibration", "basis", "affordance", "settings"]
+    assert html.index('class="verdict"') < html.index('class="tiles"') < html.index('class="certificate"')
+
+
+def test_the_verdict_is_one_sentence_with_collisions_speed_and_misses() -> None:
+    contents = make_contents()
+    missed = (
+        "of vehicles at most 14.4 % are missed by their predicted sets (with 99 % confidence), and 4 % were on unseen "
+        "scenes."
+    )
+    assert verdict(contents) == f"1 of 2 drives ended in a collision, at 24.4 m/s on average; {missed}"
+    assert verdict(replace(contents, trials=None)) == missed[0].upper() + missed[1:]
+    labels = [tile.label for tile in tiles(contents)]
+    assert labels[:4] == ["drives with a collision", "of vehicles missed, with 99 % confidence", "mean speed",
+                          "jerk along the road"]  # fmt: skip
+    assert "95 %: 1.3–99 %" in tiles(contents)[0].note
+
+
+def test_trials_that_could_not_start_are_rows_and_counted_apart() -> None:
+    contents = make_contents()
+    idle = dict.fromkeys(contents.trials.columns) | {"trial": 8, "vehicles": 9, "kind": IDLE, "reason": "no room"}
+    more = pl.concat([contents.trials, pl.DataFrame([idle], schema=contents.trials.schema)])
+    some = replace(contents, trials=more)
+    assert ends(some).startswith("1 of 2 drives ended") and "1 more could not start" in ends(some)
+    row = trial_rows(some)[-1]
+    assert (row.kind, row.mark, row.remark, row.replay) == (IDLE, "", "no room", False)
+    assert {text for _, text in row.numbers[1:]} == {"–"}
+    text = page(some)
+    assert IDLE in text and 'id="figure-collisions"' in text
+    none = replace(contents, trials=more.tail(1), traces={})
+    assert ends(none).startswith("None of the 1 trials could start")
+    text = page(none)
+    assert "could start" in verdict(none) and 'id="figure-collisions"' not in text and 'id="player"' not in text
+
+
+def test_trials_link_to_their_replays(html: str) -> None:
+    assert re.findall(r'href="#replay-(\d+)"', html) == ["0", "7"]
+    assert re.findall(r'id="replay-data-(\d+)"', html) == ["0", "7"]
+    assert '<span class="mark collision">side</span> <small>(at fault: other; ' in html
+    assert "unsafe plans" in html
+    assert "too few vehicles" in html
+
+
+def test_missing_parts_name_their_command(tmp_path) -> None:
+    told = []
+    contents = replace(make_contents({}), trials=None, compared=[])
+    with heard_by(lambda stage, share: told.append((stage, share))):
+        write_page(contents, tmp_path / "new" / "report.html")
+    html = (tmp_path / "new" / "report.html").read_text(encoding="utf-8")
+    assert "<code>coverdrive certify</code>" in html
+    assert "<code>coverdrive study</code>" in html
+    assert 'id="player"' not in html
+    assert told[-1] == ("report", 1.0)
+
+
+def test_the_heading_says_what_was_run() -> None:
+    contents = make_contents()
+    run = {**contents.run, "recordings": [{"name": f"generated {k}", "rows": 1, "fingerprint": ""} for k in (1, 2)]}
+    assert heading(contents) == "coverdrive on made up, 2 closed-loop trials"
+    assert heading(replace(contents, run=run)) == "coverdrive on generated traffic, 2 closed-loop trials"
+    three = {"recordings": [{"name": name} for name in "abc"]}
+    assert heading(replace(contents, run=three, trials=None)) == "coverdrive on 3 recordings"
+    html = page(contents)
+    assert "<h1>coverdrive on made up, 2 closed-loop trials</h1>" in html
+    assert "driven in set-sampling traffic" in html
+
+
+def test_ends_are_counted_by_cause_and_fault() -> None:
+    contents = make_contents()
+    columns = {"share_unsafe": pl.Series([0.5, 0.2]), "time": pl.Series([20.0, 10.0])}
+    assert ends(replace(contents, trials=contents.trials.with_columns(**columns))) == (
+        "1 of 2 drives ended in a collision (planning failure: 1, prediction miss: 0). At fault: ego: 0, other "
+        "vehicle: 1, nobody: 0. 1 was a near miss. 40 % of all plans were unsafe: nothing clear of the "
+        "predicted paths was found."
+    )
+    calm = ends(replace(contents, trials=contents.trials.head(1).with_columns(share_unsafe=pl.lit(0.0))))
+    assert calm.startswith("None of 1 drives ended in a collision. 1 was a near miss. 0 % of")
+    assert ends(replace(contents, trials=None)) == ""
+
+
+def test_the_table_of_trials_counts_missed_windows_and_vehicles() -> None:
+    stray = make_stray(40)
+    (row,) = trial_rows(make_contents({0: stray}))
+    found = measure(stray, 0, 0)
+    texts = {name: text for (name, _, _), (_, text) in zip(COLUMNS, row.numbers, strict=True)}
+    assert found.prediction_misses > 0
+    assert texts["prediction_misses"] == f"{found.prediction_misses} of {found.windows}"
+    assert texts["vehicles_missed"] == "1 of 2"
+
+
+def test_a_replay_that_ends_otherwise_is_said_to() -> None:
+    contents = make_contents()
+    swapped = {0: contents.traces[7], 7: contents.traces[0]}
+    assert page(replace(contents, traces=swapped)).count("the replay ends otherwise") == 2

@@ -1,0 +1,71 @@
+"""What the page stores of a drive can be restored up to rounding."""
+
+import base64
+import zlib
+
+import numpy as np
+import pytest
+from report_fakes import COMES, LEAVES, STEPS, make_contents, make_stray
+
+from coverdrive.reporting.page.replay import replay_data
+
+
+def restored(data: dict) -> dict[str, np.ndarray]:
+    """What `replay-data.js` does."""
+    planes = np.frombuffer(zlib.decompress(base64.b64decode(data["data"])), np.uint8).reshape(4, -1)
+    integers = np.ascontiguousarray(planes.T).view("<i4").ravel()
+    arrays, offset = {}, 0
+    for name, about in data["arrays"].items():
+        size = int(np.prod(about["shape"]))
+        values = integers[offset : offset + size].reshape(about["shape"])
+        arrays[name] = about["unit"] * (values if about["axis"] is None else values.cumsum(about["axis"]))
+        offset += size
+    assert offset == len(integers)
+    return arrays
+
+
+def test_arrays_are_restored_up_to_half_a_unit() -> None:
+    contents = make_contents()
+    trace = contents.traces[7]
+    data = replay_data(7, trace, contents.constraints)
+    arrays = restored(data)
+    for name in ("lon", "lat", "speed"):
+        assert arrays[name] == pytest.approx(getattr(trace.scene, name), abs=0.0051)
+    assert arrays["heading"] == pytest.approx(trace.scene.heading, abs=0.00051)
+    for name, field in (("paths", "points"), ("boxes", "half_sizes")):
+        original = np.concatenate([getattr(paths, field) for paths in trace.paths])
+        assert np.moveaxis(arrays[name], -1, 0) == pytest.approx(original, abs=0.0101)
+    assert arrays["plan"] == pytest.approx(np.stack([plan.states[:, [0, 1, 3]] for plan in trace.plans]), abs=0.00051)
+    assert (data["kind"], data["partner"], data["fault"]) == ("side", 1, "other")
+    assert [data["statuses"][index] for index in data["status"]] == [plan.status.value for plan in trace.plans]
+
+
+def test_who_is_there_and_who_left_its_set_is_told_of_every_moment() -> None:
+    data = replay_data(7, make_stray(), make_contents().constraints)
+    arrays, moment = restored(data), np.arange(STEPS + 1)
+    always, never = moment >= 0, moment < 0
+    assert np.array_equal(arrays["valid"].T, [always, moment >= COMES, always, never])
+    assert np.array_equal(arrays["left"].T, [never, never, moment >= LEAVES, never])
+    assert data["cause"] == "none"
+
+
+def test_active_constraints_are_marked_point_by_point() -> None:
+    contents = make_contents()
+    trace = contents.traces[0]
+    flags = np.concatenate([contents.constraints.of(trace, step) for step in range(len(trace))])
+    assert flags.any()
+    masks = restored(replay_data(0, trace, contents.constraints))["active"]
+    assert (((masks[:, None] >> np.arange(flags.shape[1])) & 1) == flags).all()
+
+
+def test_without_constraints_none_is_marked() -> None:
+    assert not restored(replay_data(0, make_contents().traces[0], None))["active"].any()
+
+
+def test_the_ruler_has_lane_changes_misses_bad_plans_and_the_collision() -> None:
+    events = replay_data(7, make_contents().traces[7], None)["events"]
+    assert [step for step, _, text in events if text == "the ego changes lane"] == [5, 12]
+    assert (STEPS, "bad", "side collision") in events
+    assert [step for step, colour, _ in events if colour == "unsafe"] == [3, 8]
+    gone = [step for step, _, text in replay_data(9, make_stray(), None)["events"] if "left its predicted set" in text]
+    assert gone == [LEAVES]

@@ -1,0 +1,26 @@
+"""Constraints are active where the plan could not come any closer to a path."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from coverdrive.paths import PredictedPaths
+from coverdrive.planning.obstacles import ObstacleSettings
+from coverdrive.planning.vehicle import VehicleSettings
+from coverdrive.reporting.active_constraints import ActiveConstraints
+
+
+@pytest.mark.parametrize(("more", "binds"), [(-0.5, True), (0.001, True), (0.5, False)])
+def test_distance_decides(trace, more: float, binds: bool) -> None:
+    car, obstacles = VehicleSettings(), ObstacleSettings()
+    plan = trace.plans[0]
+    heading = 0.01  # the smooth bound of a heading of zero
+    reach = obstacles.inflation * (1.0 + car.width / 2 + heading * car.length / 2)
+    points = plan.states[None, :, :2] + [0.0, reach + more]
+    paths = PredictedPaths(points, np.array([1]), np.broadcast_to([2.5, 1.0], points.shape), plan.dt)
+    changed = dataclasses.replace(trace, paths=(paths, *trace.paths[1:]))
+    found = ActiveConstraints(car, obstacles).of(changed, 0)
+    assert found.shape == (1, len(plan.states))
+    assert not found[0, 0]
+    assert (found[0, 1:] == binds).all()

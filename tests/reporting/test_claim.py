@@ -1,0 +1,84 @@
+"""Every kind of bound is called what it is, in words, in tables, and by its marks."""
+
+from dataclasses import replace
+
+import pytest
+from report_fakes import make_certificate, make_compared
+from rich.console import Console
+
+from coverdrive.certificates.certificate import Certificate
+from coverdrive.certificates.methods import Method
+from coverdrive.reporting.claim import legend, signs, strength, whose
+from coverdrive.reporting.figure import Points, Texts
+from coverdrive.reporting.risk_figure import risk_figure
+from coverdrive.reporting.terminal import methods_table
+
+BASES = 5
+SURE = make_certificate(BASES)
+AVERAGE = replace(SURE, confidence=None)
+PER_BASE, CLUSTERED = replace(SURE, groups=BASES), replace(SURE, groups=3)
+AVERAGE_PER_BASE = replace(AVERAGE, groups=BASES)
+
+
+@pytest.mark.parametrize(
+    ("certificate", "strong", "who", "sign", "name"),
+    [
+        (SURE, "with 99 % confidence", "vehicles", "", "nested-sets"),
+        (
+            AVERAGE,
+            "on average over calibrations, without confidence",
+            "vehicles",
+            "†",
+            "nested-sets (on average)",
+        ),
+        (
+            PER_BASE,
+            "with 99 % confidence",
+            "the vehicles that drive a base, for each base by itself",
+            "‡",
+            "nested-sets (each base)",
+        ),
+        (
+            CLUSTERED,
+            "with 99 % confidence",
+            "the vehicles that drive a group of bases, for each group of bases by itself",
+            "‡",
+            "nested-sets (each group)",
+        ),
+        (
+            AVERAGE_PER_BASE,
+            "on average over calibrations, without confidence",
+            "the vehicles that drive a base, for each base by itself",
+            "†‡",
+            "nested-sets (on average, each base)",
+        ),
+    ],
+)
+def test_every_kind_has_its_words(certificate: Certificate, strong: str, who: str, sign: str, name: str) -> None:
+    compared = make_compared(Method.NESTED_SETS, certificate)
+    assert (strength(certificate), whose(certificate), signs(certificate)) == (strong, who, sign)
+    assert legend([compared]) == name
+    figure = risk_figure([compared])
+    bounds, *dots, observed = figure.panels[0].marks
+    assert list(figure.named) == [bounds.name] == [name]
+    assert bounds.hover == [f"family\nat most 14.4 % of {who} missed,\n{strong}\n5.00 possible bases"]
+    assert (bounds.hollow, [dot.marker for dot in dots]) == ("†" in sign, ["."] * ("‡" in sign))
+    assert observed.hover[0].startswith("family\n4 % missed on unseen scenes (4 of 100)")
+    console = Console(width=80)
+    with console.capture() as capture:
+        console.print(methods_table([compared]))
+    (row,) = (line for line in capture.get().splitlines() if line.startswith("nested-sets"))
+    assert f"14.4 %{sign}" in row and "proved" not in capture.get()
+
+
+def test_the_axis_is_cut_for_a_bound_far_beyond_what_was_asked_for() -> None:
+    shown = [
+        make_compared(Method.NESTED_SETS, replace(SURE, epsilon=0.1), target=0.1),
+        make_compared(Method.SVM, replace(SURE, epsilon=0.53)),
+    ]
+    (panel,) = risk_figure(shown).panels
+    assert (panel.x.low, panel.x.high) == (0, pytest.approx(15))
+    arrows = [mark for mark in panel.marks if isinstance(mark, Points) and mark.marker == ">"]
+    assert [list(mark.x) for mark in arrows] == [[pytest.approx(15)]]
+    assert [list(mark.text) for mark in panel.marks if isinstance(mark, Texts)] == [["bound 53 %"]]
+    assert risk_figure(shown[1:]).panels[0].x.high > 53  # nothing was asked for
