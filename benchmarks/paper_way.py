@@ -86,7 +86,7 @@ def solve_paper_program(
         situation: what the plan is made for.
         target_lat: [m] centre of the target lane.
         start: the inputs that IPOPT starts from.
-        problem: horizon, own car and weights.
+        problem: horizon, ego and weights.
     """
     steps, quiet = problem.steps, {"print_time": False, "error_on_fail": False, "show_eval_warnings": False}
     program = _program(situation, target_lat, problem)
@@ -180,7 +180,7 @@ class PaperPlanner(ReferencePlanner):
         """Make a planner.
 
         Args:
-            problem: horizon, own car and weights; of the obstacles' settings, ``ignore_rear`` alone matters.
+            problem: horizon, ego and weights; of the obstacles' settings, ``ignore_rear`` alone matters.
             lane_change: cost of aiming at another lane than the last plan.
         """
         super().__init__(ReferenceSettings(problem=problem, lane_change=lane_change))

@@ -66,7 +66,7 @@ class Experiment(Settings):
     prediction: PredictionSettings = PredictionSettings()
     """segments, basis, network and certificate"""
     planner: PlannerSettings = PlannerSettings()
-    """own car, horizon and weights"""
+    """ego, horizon and weights"""
     episode: EpisodeSettings = EpisodeSettings()
     """length and start of a trial"""
     traffic: TrafficSettings = SetSamplingSettings()
@@ -80,7 +80,7 @@ class Experiment(Settings):
         start, car = self.episode.initial, self.planner.problem.vehicle
         if (start.length, start.width) != (car.length, car.width):
             raise ValueError(
-                f"the own car is {start.length} m × {start.width} m in episode.initial, but {car.length} m × "
+                f"the ego is {start.length} m × {start.width} m in episode.initial, but {car.length} m × "
                 f"{car.width} m in planner.problem.vehicle; change both alike"
             )
         return self

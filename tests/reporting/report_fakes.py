@@ -35,9 +35,9 @@ PATHS_PER_VEHICLE = 3
 
 
 def scenes(steps: int) -> Scene:
-    """The own car at 24 m/s, one vehicle at 20 m/s ahead in its lane, one beside it; the last slot is empty.
+    """The ego at 24 m/s, one vehicle at 20 m/s ahead in its lane, one beside it; the last slot is empty.
 
-    The own car moves to the left at 0.5 m per step, so that its centre crosses into lane 1 in step 4, and it passes
+    The ego moves to the left at 0.5 m per step, so that its centre crosses into lane 1 in step 4, and it passes
     the vehicle beside it in step 8.
     """
     moment = np.arange(steps + 1)

@@ -68,7 +68,7 @@ def test_frames_show_the_drive(tmp_path):
     animate(make_trace(kind=Kind.SIDE), tmp_path / "drive.mp4")
     frames = frames_of(tmp_path / "drive.mp4").astype(np.int16)
     blue = (frames[..., 2] - frames[..., 0] > 100).sum(axis=(1, 2))
-    assert (blue > 100).all()  # the own car is in every frame
+    assert (blue > 100).all()  # the ego is in every frame
     change = np.abs(np.diff(frames, axis=0)).max(axis=(1, 2, 3))
     assert (change[:STEPS] > 100).all()  # it moves in every step,
     assert (change[STEPS + 1 :] < 60).all()  # and stands still at the end
@@ -107,6 +107,6 @@ def test_gif_plays_in_real_time_with_the_colours_of_the_figures(trace, tmp_path)
         seconds = sum(frame.info["duration"] for frame in ImageSequence.Iterator(gif)) / 1000
         assert gif.info["loop"] == 0
     assert seconds == pytest.approx((STEPS + 1 + HELD) * 0.1)
-    for colour in (style.OWN, style.OTHER):
+    for colour in (style.EGO, style.OTHER):
         near = np.abs(np.array(frames) - (255 * np.array(to_rgb(colour)))).max(-1) < 8
         assert near.any(axis=(1, 2)).all()

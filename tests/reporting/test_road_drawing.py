@@ -45,7 +45,7 @@ def test_the_own_car_is_blue_and_at_the_origin(drawing, trace):
     assert own.mean(0) == pytest.approx([0, trace.scene.lat[5, 0]])
     assert ahead.mean(0) == pytest.approx([40 - 5 * 0.4, 1.8])
     colours = drawing.vehicles.get_facecolor()
-    assert same_color(colours[0], style.OWN)
+    assert same_color(colours[0], style.EGO)
     assert same_color(colours[1], style.OTHER)
     assert same_color(colours[2], style.OTHER)
 

@@ -62,7 +62,7 @@ def test_many_numbers_of_vehicles_are_not_told_apart() -> None:
 def test_misses_stand_beside_the_certificate_and_apart_from_failures() -> None:
     table = trials(
         kind=["side", "frontal", "rear-end", "finished"],
-        at_fault=["own", "own", "other", "none"],
+        at_fault=["ego", "ego", "other", "none"],
         cause=["planning failure", "prediction miss", "prediction miss", "none"],
         windows=[100] * 4,
         prediction_misses=[0, 3, 1, 0],

@@ -21,7 +21,7 @@ def test_style_ends_with_its_context():
 
 
 def test_own_and_other_differ_in_brightness_on_grey_paper():
-    luminance = [np.dot(to_rgb(colour), [0.2126, 0.7152, 0.0722]) for colour in (style.OWN, style.OTHER, style.ROAD)]
+    luminance = [np.dot(to_rgb(colour), [0.2126, 0.7152, 0.0722]) for colour in (style.EGO, style.OTHER, style.ROAD)]
     assert luminance[0] < luminance[1] < luminance[2]
 
 

@@ -5,7 +5,7 @@ from simulation_fakes import make_scene
 from coverdrive.road import Road
 from coverdrive.simulation.driver_traffic import AggressiveTrafficSettings, DriverTraffic, DriverTrafficSettings
 from coverdrive.simulation.drivers import follow
-from coverdrive.simulation.initial import OWN, InitialSettings
+from coverdrive.simulation.initial import EGO, InitialSettings
 from coverdrive.simulation.motion import with_states
 from coverdrive.simulation.outcome import contacts
 from coverdrive.simulation.traffic import Starting, Traffic
@@ -15,14 +15,14 @@ CALM = DriverTrafficSettings(moody_share=0.0, wander=0.0)
 
 
 def drive(traffic, scene, seed, steps, acceleration=0.0, dt=0.1):
-    """Step the traffic while the own car keeps its lane."""
+    """Step the traffic while the ego keeps its lane."""
     traffic.reset(scene, ROAD, np.random.default_rng(seed))
     scenes = [scene]
     for _ in range(steps):
         states = traffic.step(scenes[-1], dt).scene.states
-        assert np.array_equal(states[OWN], scenes[-1].states[OWN])
-        states[OWN, 0] += dt * states[OWN, 2]
-        states[OWN, 2] = max(0.0, states[OWN, 2] + dt * acceleration)
+        assert np.array_equal(states[EGO], scenes[-1].states[EGO])
+        states[EGO, 0] += dt * states[EGO, 2]
+        states[EGO, 2] = max(0.0, states[EGO, 2] + dt * acceleration)
         scenes.append(with_states(scenes[-1], states))
     return scenes
 
@@ -51,14 +51,14 @@ def test_a_follower_drives_as_the_intelligent_driver_model_says():
 
 
 def test_drivers_react_to_the_own_car():
-    """A follower alone in its lane brakes behind the own car and does not touch it, even if that one brakes hard."""
+    """A follower alone in its lane brakes behind the ego and does not touch it, even if that one brakes hard."""
     scene = make_scene([40.0, 0.0], [1.8, 1.8])
     traffic = DriverTraffic(CALM)
     traffic.reset(scene, Road.straight(1), np.random.default_rng(0))
     for _ in range(100):
         states = traffic.step(scene, 0.1).scene.states
-        states[OWN, 0] += 0.1 * states[OWN, 2]
-        states[OWN, 2] = max(0.0, states[OWN, 2] - 0.4)
+        states[EGO, 0] += 0.1 * states[EGO, 2]
+        states[EGO, 2] = max(0.0, states[EGO, 2] - 0.4)
         scene = with_states(scene, states)
         assert not contacts(scene).any()
     assert scene.speed[1] < 1.0

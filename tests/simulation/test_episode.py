@@ -5,7 +5,7 @@ from simulation_fakes import ConstantPlanner, FakeBasis, FakePredictor, make_sce
 import coverdrive.simulation.episode as episode
 from coverdrive.planning.vehicle import step as vehicle_step
 from coverdrive.simulation.episode import EpisodeSettings, run_episode
-from coverdrive.simulation.initial import OWN, InitialSettings
+from coverdrive.simulation.initial import EGO, InitialSettings
 from coverdrive.simulation.outcome import Fault, Kind, contacts
 from coverdrive.simulation.set_sampling import SetSamplingTraffic
 from coverdrive.simulation.trace import Trace
@@ -74,7 +74,7 @@ def test_the_start_does_not_depend_on_the_planner():
 
 def test_own_car_moves_by_the_first_input_of_every_plan():
     trace = run(0, ConstantPlanner(acceleration=-1.0, yaw_rate=0.01))
-    own = trace.scene.states[:, OWN]
+    own = trace.scene.states[:, EGO]
     for k, plan in enumerate(trace.plans):
         assert own[k + 1] == pytest.approx(vehicle_step(own[k], plan.inputs[0], 0.1))
 
@@ -86,7 +86,7 @@ def test_every_plan_starts_from_the_state_and_paths_of_its_moment(monkeypatch):
     assert len(trace) == len(trace.paths) == 20
     assert trace.time == pytest.approx(0.1 * np.arange(21))
     for k in range(len(trace)):
-        assert np.array_equal(trace.plans[k].states[0], trace.scene.states[k, OWN])
+        assert np.array_equal(trace.plans[k].states[0], trace.scene.states[k, EGO])
         first = trace.paths[k]
         assert first.points.shape[1] == 13
         assert first.dt == 0.25
@@ -112,11 +112,11 @@ def test_episode_ends_at_the_first_collision(monkeypatch):
     scene = make_scene([0, 15.0], [1.8, 1.8], speed=[30.0, 20.0])
     trace = run_from(monkeypatch, scene, ConstantPlanner(), straight, duration=5.0)
     assert trace.outcome.kind is Kind.FRONTAL
-    assert trace.outcome.at_fault is Fault.OWN
+    assert trace.outcome.at_fault is Fault.EGO
     assert trace.outcome.partner == 1
     assert trace.outcome.time == pytest.approx(1.1)  # 10.2 m between the bumpers at 10 m/s
     assert trace.time[-1] == pytest.approx(trace.outcome.time)
-    touching = contacts(trace.scene)[:, OWN].any(-1)
+    touching = contacts(trace.scene)[:, EGO].any(-1)
     assert touching.tolist() == [False] * len(trace) + [True]
 
 
@@ -133,7 +133,7 @@ def test_own_car_cuts_in_and_is_hit_from_behind(monkeypatch):
     straight = FakePredictor(FakeBasis.make(accelerations=(0.0,), shifts=(0.0,)))
     scene = make_scene([0, -26.8], [1.8, 5.4], speed=[20.0, 30.0])
     trace = run_from(monkeypatch, scene, ConstantPlanner(yaw_rate=0.1), straight, duration=5.0)
-    assert (trace.outcome.kind, trace.outcome.at_fault) == (Kind.REAR_END, Fault.OWN)
+    assert (trace.outcome.kind, trace.outcome.at_fault) == (Kind.REAR_END, Fault.EGO)
 
 
 def test_own_car_swerves_into_its_neighbour(monkeypatch):
@@ -141,11 +141,11 @@ def test_own_car_swerves_into_its_neighbour(monkeypatch):
     trace = run_from(
         monkeypatch, make_scene([0, 0.0], [1.8, 5.4]), ConstantPlanner(yaw_rate=0.1), straight, duration=5.0
     )
-    assert (trace.outcome.kind, trace.outcome.at_fault) == (Kind.SIDE, Fault.OWN)
+    assert (trace.outcome.kind, trace.outcome.at_fault) == (Kind.SIDE, Fault.EGO)
 
 
 def test_settings_reach_the_start():
-    settings = EpisodeSettings(duration=0.3, initial=InitialSettings(lanes=4, own_speed=15.0))
+    settings = EpisodeSettings(duration=0.3, initial=InitialSettings(lanes=4, ego_speed=15.0))
     trace = run_episode(PREDICTOR, ConstantPlanner(), SetSamplingTraffic(PREDICTOR), settings, 3, 0)
     assert trace.road.lanes == 4
-    assert trace.scene.speed[0, OWN] == 15.0
+    assert trace.scene.speed[0, EGO] == 15.0

@@ -19,7 +19,7 @@ TILTED = 13.2 - (2.4 - (2.4 * np.cos(TILT) + 0.95 * np.sin(TILT)))
 
 
 def scenes(*moments):
-    """Two vehicles at every moment: (lon, lat, speed, heading) of the own car, then of the other."""
+    """Two vehicles at every moment: (lon, lat, speed, heading) of the ego, then of the other."""
     return [make_scene(*np.array(states, dtype=float).T) for states in moments]
 
 
@@ -44,20 +44,20 @@ def swapped(moments):
 @pytest.mark.parametrize(("spare", "own"), [(-0.01, True), (0.01, False)])
 def test_who_cuts_in_too_near_is_at_fault(spare, own):
     hit = cut_in(TILTED + spare)
-    assert fault_of(Kind.REAR_END, 1, scenes(*hit)) is (Fault.OWN if own else Fault.OTHER)
-    assert fault_of(Kind.FRONTAL, 1, scenes(*swapped(hit))) is (Fault.OTHER if own else Fault.OWN)
+    assert fault_of(Kind.REAR_END, 1, scenes(*hit)) is (Fault.EGO if own else Fault.OTHER)
+    assert fault_of(Kind.FRONTAL, 1, scenes(*swapped(hit))) is (Fault.OTHER if own else Fault.EGO)
 
 
 def test_what_counts_is_the_gap_when_the_bodies_began_to_overlap():
     late, early = cut_in(TILTED + 5.0), cut_in(TILTED - 5.0)
     assert fault_of(Kind.REAR_END, 1, scenes(early[0], late[1], late[2])) is Fault.OTHER
-    assert fault_of(Kind.REAR_END, 1, scenes(late[0], early[1], late[2])) is Fault.OWN
+    assert fault_of(Kind.REAR_END, 1, scenes(late[0], early[1], late[2])) is Fault.EGO
 
 
 def test_who_follows_from_the_start_is_at_fault():
     _, *rest = cut_in(TILTED - 5.0)
     assert fault_of(Kind.REAR_END, 1, scenes(*rest)) is Fault.OTHER
-    assert fault_of(Kind.FRONTAL, 1, scenes(*swapped(rest))) is Fault.OWN
+    assert fault_of(Kind.FRONTAL, 1, scenes(*swapped(rest))) is Fault.EGO
 
 
 def test_only_the_last_time_that_it_came_into_the_way_counts():
@@ -68,7 +68,7 @@ def test_only_the_last_time_that_it_came_into_the_way_counts():
 def test_a_vehicle_that_appears_in_the_way_has_not_cut_in():
     beside, *rest = scenes(*cut_in(TILTED - 5.0))
     absent = replace(beside, valid=np.array([True, False]))
-    assert fault_of(Kind.REAR_END, 1, [beside, *rest]) is Fault.OWN
+    assert fault_of(Kind.REAR_END, 1, [beside, *rest]) is Fault.EGO
     assert fault_of(Kind.REAR_END, 1, [absent, *rest]) is Fault.OTHER
 
 
@@ -80,7 +80,7 @@ def test_who_moves_behind_another_and_into_it_is_at_fault():
         [(5.0, 5.4, 20.0, 0.0), (0.0, 5.0, 26.0, 0.0)],
     ]
     assert fault_of(Kind.REAR_END, 1, scenes(*moments)) is Fault.OTHER
-    assert fault_of(Kind.FRONTAL, 1, scenes(*swapped(moments))) is Fault.OWN
+    assert fault_of(Kind.FRONTAL, 1, scenes(*swapped(moments))) is Fault.EGO
 
 
 def test_of_two_that_come_together_it_is_the_faster_one():
@@ -89,7 +89,7 @@ def test_of_two_that_come_together_it_is_the_faster_one():
         second[1] = (0.0, 1.8, 26.0, behind)
         return fault_of(Kind.REAR_END, 1, scenes(first, second, last))
 
-    assert both(ahead=0.05, behind=0.03) is Fault.OWN  # 1.00 m/s against 0.78 m/s
+    assert both(ahead=0.05, behind=0.03) is Fault.EGO  # 1.00 m/s against 0.78 m/s
     assert both(ahead=0.05, behind=0.05) is Fault.OTHER  # 1.00 m/s against 1.30 m/s
     assert both(ahead=0.0, behind=0.0) is Fault.OTHER
 
@@ -105,17 +105,17 @@ def test_who_had_braked_for_a_cut_in_in_time_is_at_fault_later():
     braked = [(5.5, 1.9, 20.0, 0.0), (0.0, 1.8, 19.9, 0.0)]
     still_faster = [(5.5, 1.9, 20.0, 0.0), (0.0, 1.8, 20.1, 0.0)]
     assert fault_of(Kind.REAR_END, 1, scenes(first, second, braked, last)) is Fault.OTHER
-    assert fault_of(Kind.REAR_END, 1, scenes(first, second, still_faster, last)) is Fault.OWN
+    assert fault_of(Kind.REAR_END, 1, scenes(first, second, still_faster, last)) is Fault.EGO
 
 
 @pytest.mark.parametrize(
     ("own_heading", "other_heading", "fault"),
     [
-        (0.2, 0.0, Fault.OWN),
+        (0.2, 0.0, Fault.EGO),
         (0.0, -0.2, Fault.OTHER),
         (0.1, -0.2, Fault.OTHER),
-        (0.2, -0.1, Fault.OWN),
-        (0.2, 0.1, Fault.OWN),
+        (0.2, -0.1, Fault.EGO),
+        (0.2, 0.1, Fault.EGO),
         (0.0, 0.0, Fault.NONE),
         (0.1, -0.1, Fault.NONE),
     ],

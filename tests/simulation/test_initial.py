@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from coverdrive.errors import StartError
-from coverdrive.simulation.initial import OWN, InitialSettings, initial_scene
+from coverdrive.simulation.initial import EGO, InitialSettings, initial_scene
 from coverdrive.simulation.outcome import contacts
 
 
@@ -14,8 +14,8 @@ def test_vehicles_start_where_the_paper_says_and_never_overlap(vehicles):
         scene = initial_scene(settings, vehicles, np.random.default_rng(seed))
         assert scene.vehicles == vehicles + 1
         assert scene.valid.all()
-        assert (scene.lon[OWN], scene.lat[OWN]) == (0.0, centres[0])
-        assert (scene.length[OWN], scene.width[OWN]) == (4.8, 1.9)
+        assert (scene.lon[EGO], scene.lat[EGO]) == (0.0, centres[0])
+        assert (scene.length[EGO], scene.width[EGO]) == (4.8, 1.9)
         assert np.isin(scene.lat, centres).all()
         assert ((scene.lon >= -10) & (scene.lon <= 30)).all()
         assert (scene.speed == 20).all()

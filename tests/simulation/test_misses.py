@@ -24,7 +24,7 @@ def paths_of(*lats, vehicle=None, speed=20.0, start=50.0, tube=1.0) -> Predicted
 
 
 def trace_of(lat, paths, seconds=5.0, outcome=None, valid=None) -> Trace:
-    """The own car, and one vehicle at 20 m/s from lon = 50 m whose lat [m] is a function of time; steps of 0.1 s."""
+    """The ego, and one vehicle at 20 m/s from lon = 50 m whose lat [m] is a function of time; steps of 0.1 s."""
     count = round(seconds / 0.1) + 1
     scenes = []
     for k in range(count):
@@ -99,7 +99,7 @@ def test_a_vehicle_has_left_recently_from_when_it_leaves_until_the_prediction_is
 
 
 def test_a_collision_is_a_planning_failure_unless_the_partner_left_its_set_shortly_before():
-    hit = Outcome(Kind.FRONTAL, 5.0, 1, Fault.OWN)
+    hit = Outcome(Kind.FRONTAL, 5.0, 1, Fault.EGO)
 
     def cause(lat):
         return cause_of(trace_of(lat, here(1.8), outcome=hit))
@@ -112,7 +112,7 @@ def test_a_collision_is_a_planning_failure_unless_the_partner_left_its_set_short
 
 
 def test_who_is_in_the_box_but_not_in_the_tube_was_planned_against():
-    hit = Outcome(Kind.FRONTAL, 5.0, 1, Fault.OWN)
+    hit = Outcome(Kind.FRONTAL, 5.0, 1, Fault.EGO)
     corner = trace_of(lambda t: 1.8 + 0.9, lambda k: paths_of(1.8, start=50.0 + 2.0 * k - 0.9), outcome=hit)
     assert find_windows(corner).missed[:, 1].any()
     assert not find_windows(corner, boxes=True).missed.any()

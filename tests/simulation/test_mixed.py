@@ -2,7 +2,7 @@ import numpy as np
 from simulation_fakes import FakeBasis, FakePredictor
 
 from coverdrive.road import Road
-from coverdrive.simulation.initial import OWN, InitialSettings
+from coverdrive.simulation.initial import EGO, InitialSettings
 from coverdrive.simulation.mixed import MixedTraffic, MixedTrafficSettings
 from coverdrive.simulation.motion import with_states
 
@@ -19,7 +19,7 @@ def bases(share, seed=0, steps=20):
     found = []
     for _ in range(steps):
         step = traffic.step(scene, 0.1)
-        assert np.array_equal(step.scene.states[OWN], scene.states[OWN])
+        assert np.array_equal(step.scene.states[EGO], scene.states[EGO])
         assert (step.scene.lon[1:] > scene.lon[1:]).all()
         scene = with_states(step.scene, step.scene.states)
         found.append(step.base)

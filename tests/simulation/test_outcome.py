@@ -5,7 +5,7 @@ from coverdrive.simulation.outcome import Kind, judge
 
 
 def judged(before, after):
-    """Two vehicles each: (lon, lat, speed, heading) of the own car, then of the other."""
+    """Two vehicles each: (lon, lat, speed, heading) of the ego, then of the other."""
     scenes = [make_scene(*np.array(states, dtype=float).T) for states in (before, after)]
     return judge(*scenes)
 

@@ -9,7 +9,7 @@ from coverdrive.errors import DataError, StartError
 from coverdrive.recordings.recording import SCHEMA, Recording
 from coverdrive.road import Road
 from coverdrive.simulation.episode import EpisodeSettings, run_episode
-from coverdrive.simulation.initial import OWN, InitialSettings
+from coverdrive.simulation.initial import EGO, InitialSettings
 from coverdrive.simulation.outcome import Fault, Kind
 from coverdrive.simulation.replay import ReplaySettings, ReplayTraffic, cut_scenarios
 
@@ -44,10 +44,10 @@ def test_the_own_car_takes_the_place_of_a_recorded_vehicle():
     places = set()
     for seed in range(30):
         _, start = begin("replace", seed)
-        scenario, own = SCENARIOS[0], start.scene.states[OWN]
+        scenario, own = SCENARIOS[0], start.scene.states[EGO]
         moment, slot = np.argwhere(np.isclose(scenario.states, own).all(-1))[0]
         assert start.duration == pytest.approx(10 - 0.1 * moment)
-        assert start.scene.vehicles == 4 - (moment > 40)  # the replaced one is gone, the own car is there
+        assert start.scene.vehicles == 4 - (moment > 40)  # the replaced one is gone, the ego is there
         assert not np.isclose(start.scene.states[1:], own).all(-1).any()
         places.add(int(slot))
     assert places == {0, 1, 2}  # the last one leaves too early
@@ -57,7 +57,7 @@ def test_between_two_vehicles_is_in_the_middle_of_the_gap():
     for seed in range(10):
         _, start = begin("between", seed)
         scene = start.scene
-        own, follower, leader = (scene.states[slot] for slot in (OWN, 1, 2))
+        own, follower, leader = (scene.states[slot] for slot in (EGO, 1, 2))
         assert own[0] == pytest.approx((follower[0] + leader[0]) / 2)
         assert own[2] == pytest.approx(17.5)
         assert (own[1], own[3]) == (1.8, 0.0)
@@ -77,7 +77,7 @@ def test_recorded_vehicles_drive_as_recorded_and_go_when_they_went(dt):
     for k in range(1, round(start.duration / dt) + 1):
         scene = traffic.step(scene, dt).scene
         time = first * 0.1 + k * dt
-        assert np.array_equal(scene.states[OWN], start.scene.states[OWN])
+        assert np.array_equal(scene.states[EGO], start.scene.states[EGO])
         assert scene.lon[1:4] == pytest.approx(np.array([0, 40, 10]) + np.array([20, 15, 22]) * time)
         assert scene.valid[:4].all()
         if scene.vehicles == 5:
@@ -131,13 +131,13 @@ def test_a_vehicle_that_would_appear_on_the_own_car_comes_when_there_is_room():
     traffic = ReplayTraffic([scenario], ReplaySettings(place="between", shortest=9.9))
     start = traffic.start(InitialSettings(), 3, np.random.default_rng(0))
     traffic.reset(start.scene, start.road, np.random.default_rng(0))
-    scene, own = start.scene, start.scene.states[OWN].copy()
+    scene, own = start.scene, start.scene.states[EGO].copy()
     assert own[0] == pytest.approx(20.0, abs=2.5)
     came = None
     for k in range(1, 90):
         own[0] += 0.1 * (20.0 if k < 30 else 14.0)
         own[2] = 20.0 if k < 30 else 14.0
-        scene.lon[OWN], scene.speed[OWN] = own[0] - 0.1 * own[2], own[2]
+        scene.lon[EGO], scene.speed[EGO] = own[0] - 0.1 * own[2], own[2]
         scene = traffic.step(scene, 0.1).scene
         if scene.valid[3] and came is None:
             came = scene.lon[3] - own[0] - 4.8

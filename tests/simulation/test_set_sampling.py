@@ -4,7 +4,7 @@ from simulation_fakes import FakeBasis, FakePredictor, make_scene
 
 from coverdrive.errors import SettingError
 from coverdrive.road import Road
-from coverdrive.simulation.initial import OWN, InitialSettings, initial_scene
+from coverdrive.simulation.initial import EGO, InitialSettings, initial_scene
 from coverdrive.simulation.motion import with_states
 from coverdrive.simulation.outcome import contacts
 from coverdrive.simulation.set_sampling import SetSamplingTraffic
@@ -13,13 +13,13 @@ ROAD = Road.straight()
 
 
 def drive(traffic, scene, seed, steps, dt=0.1):
-    """Step the traffic while the own car keeps its speed, come what may."""
+    """Step the traffic while the ego keeps its speed, come what may."""
     traffic.reset(scene, ROAD, np.random.default_rng(seed))
     taken = []
     for _ in range(steps):
         step = traffic.step(scene, dt)
         states = step.scene.states
-        states[OWN, 0] += dt * states[OWN, 2]
+        states[EGO, 0] += dt * states[EGO, 2]
         scene = with_states(step.scene, states)
         taken.append(step)
     return taken
@@ -33,7 +33,7 @@ def test_never_chooses_outside_the_set_while_a_member_passes():
         chosen = np.stack([step.base[1:] for step in steps])
         assert not np.isin(chosen, predictor.impossible).any()
         assert not np.any([step.missed for step in steps])
-        assert all(step.base[OWN] == -1 for step in steps)
+        assert all(step.base[EGO] == -1 for step in steps)
 
 
 def test_uncontrolled_vehicles_never_overlap_each_other():
@@ -41,7 +41,7 @@ def test_uncontrolled_vehicles_never_overlap_each_other():
     never_stuck = 0
     for seed in range(30):
         scene = initial_scene(InitialSettings(), 3 + seed % 5, np.random.default_rng(seed))
-        scene.lon[OWN] -= 1000.0
+        scene.lon[EGO] -= 1000.0
         steps = drive(SetSamplingTraffic(predictor), scene, seed, 100)
         if not np.any([step.stuck for step in steps]):
             never_stuck += 1

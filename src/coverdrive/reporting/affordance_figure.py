@@ -75,7 +75,7 @@ def affordance_figure() -> Figure:
         axes.set(xlim=(_LEFT, _RIGHT), ylim=(-1.5 * _LANE - 0.2, 1.5 * _LANE + 0.2), aspect="equal")
         axes.set_axis_off()
         _draw_road(axes)
-        _draw_vehicle(axes, 0.0, _OWN_LAT, style.OWN, "ego")
+        _draw_vehicle(axes, 0.0, _OWN_LAT, style.EGO, "ego")
         _draw_vehicle(axes, _FRONT, 0.0, style.GREY, "front")
         for neighbour in _NEIGHBOURS:
             _draw_vehicle(axes, neighbour.lon, neighbour.lat, style.GREY, neighbour.name)

@@ -27,7 +27,7 @@ from coverdrive.reporting.active_constraints import ActiveConstraints
 from coverdrive.reporting.gif import write_gif
 from coverdrive.reporting.road_drawing import RoadDrawing, Window
 from coverdrive.reporting.snapshots import add_legend
-from coverdrive.simulation.initial import OWN
+from coverdrive.simulation.initial import EGO
 from coverdrive.simulation.misses import find_windows, left_recently
 from coverdrive.simulation.outcome import Kind
 from coverdrive.simulation.trace import Trace
@@ -112,7 +112,7 @@ class _Picture:
 
     def __init__(self, figure: Figure, trace: Trace, constraints: ActiveConstraints | None):
         self._trace, self._constraints, self._left = trace, constraints, left_recently(trace, find_windows(trace))
-        self._speed = np.asarray(trace.scene.speed[:, OWN])
+        self._speed = np.asarray(trace.scene.speed[:, EGO])
         self._milliseconds = 1000 * trace.planning_seconds
         grid = figure.add_gridspec(2, 2, height_ratios=(1, 1))
         road = figure.add_subplot(grid[0, :])
@@ -150,7 +150,7 @@ def _speed_panel(axes: Axes, time: np.ndarray, speed: np.ndarray) -> Line2D:
     axes.set(xlim=(0, time[-1]), ylim=(0, 1.1 * max(speed.max(), 1.0)), xlabel="time [s]", ylabel="ego speed [m/s]")
     axes.xaxis.set_major_locator(MaxNLocator(steps=[1, 2, 5, 10]))
     axes.grid(True)
-    return axes.plot([], [], color=style.OWN)[0]
+    return axes.plot([], [], color=style.EGO)[0]
 
 
 def _planning_panel(axes: Axes, trace: Trace, milliseconds: np.ndarray) -> dict[Status, Line2D]:

@@ -1,4 +1,4 @@
-"""One moment of a drive as seen from above, in the coordinates of the own car: what snapshots and animation share.
+"""One moment of a drive as seen from above, in the coordinates of the ego: what snapshots and animation share.
 
 Vehicles are turned boxes with their speed in them. The predicted sets are the union of all boxes of all paths, their
 hue telling the time, with a thin line for every path, and an outline where a path is an active constraint of the plan.
@@ -25,7 +25,7 @@ from coverdrive.reporting import style
 from coverdrive.reporting.active_constraints import ActiveConstraints
 from coverdrive.road import Road
 from coverdrive.scene import Scene
-from coverdrive.simulation.initial import OWN
+from coverdrive.simulation.initial import EGO
 from coverdrive.simulation.trace import Trace
 
 VERGE = 0.8
@@ -48,7 +48,7 @@ class Window:
     """The stretch of road that is shown."""
 
     behind: float = 35.0
-    """[m] behind the own car's centre"""
+    """[m] behind the ego's centre"""
     ahead: float = 105.0
     """[m] ahead of it"""
 
@@ -83,7 +83,7 @@ class RoadDrawing:
         Args:
             axes: to draw into; its limits are set.
             road: its lanes; the road is drawn without end.
-            slots: number of vehicle slots A, the own car's included.
+            slots: number of vehicle slots A, the ego's included.
             window: the stretch shown.
         """
         window = window or Window()
@@ -119,7 +119,7 @@ class RoadDrawing:
             edges=tuple(axes.axhline(edge, color=style.MARKING, linewidth=1.0, zorder=3) for edge in edges[[0, -1]]),
             active=active,
             bodies=bodies,
-            plan=axes.plot([], [], color=style.OWN, marker="o", markersize=1.5, linewidth=1.0, zorder=5)[0],
+            plan=axes.plot([], [], color=style.EGO, marker="o", markersize=1.5, linewidth=1.0, zorder=5)[0],
             frames=frames,
             vehicles=vehicles,
             speeds=tuple(axes.text(0, 0, "", **text) for _ in range(slots)),  # pyright: ignore[reportArgumentType]
@@ -147,7 +147,7 @@ class RoadDrawing:
             left: `coverdrive.simulation.misses.left_recently` of the trace; nobody is marked if it is left out.
         """
         scene: Scene = jax.tree.map(lambda values: values[moment], trace.scene)
-        origin = np.array([float(scene.lon[OWN]), 0.0])
+        origin = np.array([float(scene.lon[EGO]), 0.0])
         planned = min(moment, len(trace) - 1)
         self.show(scene, trace.paths[planned], trace.plans[planned])
         boxes = np.zeros((0, 4, 2))
@@ -163,13 +163,13 @@ class RoadDrawing:
         """Show a moment.
 
         Args:
-            scene: an unbatched scene with the own car in slot 0.
+            scene: an unbatched scene with the ego in slot 0.
             paths: what was predicted at this moment.
-            plan: what the own car planned at this moment.
+            plan: what the ego planned at this moment.
         """
-        origin = np.array([float(scene.lon[OWN]), 0.0])
+        origin = np.array([float(scene.lon[EGO]), 0.0])
         self._show_sets(paths, origin)
-        self._show_plan(plan, origin, scene.half_sizes[OWN])
+        self._show_plan(plan, origin, scene.half_sizes[EGO])
         self._show_vehicles(scene, origin)
         self.dashes.set_segments(list(self._dashes(origin[0])))
 
@@ -197,7 +197,7 @@ class RoadDrawing:
     def _show_vehicles(self, scene: Scene, origin: Float[np.ndarray, " 2"]) -> None:
         corners = body_corners(scene.states, scene.half_sizes) - origin
         valid = np.asarray(scene.valid)
-        colours = [to_rgba(style.OWN if slot == OWN else style.OTHER) for slot in np.flatnonzero(valid)]
+        colours = [to_rgba(style.EGO if slot == EGO else style.OTHER) for slot in np.flatnonzero(valid)]
         self.vehicles.set_verts(list(corners[valid]))
         self.vehicles.set_facecolor(colours)
         for slot, text in enumerate(self.speeds):

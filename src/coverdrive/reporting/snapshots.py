@@ -16,13 +16,13 @@ from coverdrive.reporting import style
 from coverdrive.reporting.active_constraints import ActiveConstraints
 from coverdrive.reporting.figure import TWO_COLUMNS
 from coverdrive.reporting.road_drawing import RoadDrawing, Window
-from coverdrive.simulation.initial import OWN
+from coverdrive.simulation.initial import EGO
 from coverdrive.simulation.misses import find_windows, left_recently
 from coverdrive.simulation.outcome import Kind
 from coverdrive.simulation.trace import Trace
 
 NEAR = 20.0
-"""[m] along the road: vehicles nearer than this surround the own car"""
+"""[m] along the road: vehicles nearer than this surround the ego"""
 
 
 class Moment(NamedTuple):
@@ -43,7 +43,7 @@ def snapshots(
     Args:
         trace: one episode.
         steps: indices of the steps at whose start the scene is shown; if left out, four interesting ones.
-        window: the stretch of road around the own car that is shown.
+        window: the stretch of road around the ego that is shown.
         constraints: tells which are active in the plan; they are not marked if it is left out.
 
     Raises:
@@ -79,7 +79,7 @@ def add_legend(figure: Figure, horizon: float, active: bool, left: bool) -> None
     shades = tuple(Patch(color=style.SETS(age)) for age in ages)
     bodies = tuple(Patch(facecolor="none", edgecolor=style.TIMES(age)) for age in (0.33, 0.67, 1.0))
     explained: dict[str, Patch | Line2D | tuple[Patch, ...]] = {
-        "ego": Patch(color=style.OWN),
+        "ego": Patch(color=style.EGO),
         "its plan every second, in the hue of the sets then": bodies,
         "other vehicles, speed in m/s": Patch(color=style.OTHER),
         f"predicted set, now … {horizon:g} s ahead": shades,
@@ -127,21 +127,21 @@ def interesting_moments(trace: Trace, count: int = 4) -> list[Moment]:
 
 
 def _near(trace: Trace) -> Int[np.ndarray, " n"]:
-    """Number of vehicles around the own car at the start of every step."""
+    """Number of vehicles around the ego at the start of every step."""
     scene = trace.scene
-    distance = np.abs(np.asarray(scene.lon) - np.asarray(scene.lon)[:, [OWN]])
+    distance = np.abs(np.asarray(scene.lon) - np.asarray(scene.lon)[:, [EGO]])
     return ((distance < NEAR) & scene.valid)[:-1].sum(1) - 1
 
 
 def _changes(trace: Trace) -> Bool[np.ndarray, " n"]:
-    """Whether the own car crosses into another lane in each step."""
-    lane = np.asarray(trace.road.lane_of(np.asarray(trace.scene.lat[:, OWN])))
+    """Whether the ego crosses into another lane in each step."""
+    lane = np.asarray(trace.road.lane_of(np.asarray(trace.scene.lat[:, EGO])))
     return np.asarray(lane[1:] != lane[:-1])
 
 
 def _passes(trace: Trace) -> Bool[np.ndarray, " n"]:
-    """Whether the own car passes another vehicle in each step, centre by centre."""
-    ahead = np.asarray(trace.scene.lon) > np.asarray(trace.scene.lon)[:, [OWN]]
+    """Whether the ego passes another vehicle in each step, centre by centre."""
+    ahead = np.asarray(trace.scene.lon) > np.asarray(trace.scene.lon)[:, [EGO]]
     return np.asarray((ahead[:-1] & ~ahead[1:] & trace.scene.valid[1:]).any(1))
 
 
@@ -156,5 +156,5 @@ def _draw_moment(
 ) -> None:
     drawing = RoadDrawing.on(axes, trace.road, trace.scene.vehicles, window)
     scene = drawing.show_moment(trace, moment.step, constraints, left)
-    title = f"({letter})  {trace.time[moment.step]:.1f} s, ego {scene.speed[OWN]:.1f} m/s"
+    title = f"({letter})  {trace.time[moment.step]:.1f} s, ego {scene.speed[EGO]:.1f} m/s"
     axes.set_title(title + (f":  {moment.remark}" if moment.remark else ""), loc="left")

@@ -29,7 +29,7 @@ _ROWS = 8
 
 
 def collisions_table(trials: pl.DataFrame) -> Table:
-    """Collisions of the own car by number of uncontrolled vehicles, with 95 % intervals, and the paper's."""
+    """Collisions of the ego by number of uncontrolled vehicles, with 95 % intervals, and the paper's."""
     table = FittingTable(title="Collisions (95 % Clopper–Pearson intervals)")
     for name in ("vehicles", "trials", "frontal or side", "rear-end"):
         table.add_column(name, justify="right")
@@ -48,7 +48,7 @@ def _rate(count: int, trials: int, digits: int = 1) -> str:
 
 
 def safety_table(trials: pl.DataFrame, certificates: Sequence[Certificate] = ()) -> Table:
-    """Why the own car collided, and how often vehicles left their predicted sets beside the bounds of certificates."""
+    """Why the ego collided, and how often vehicles left their predicted sets beside the bounds of certificates."""
     table = _facts("Faults, failures and misses")
     collided = trials.filter(pl.col("kind") != "finished")
     for cause, text in (
@@ -58,7 +58,7 @@ def safety_table(trials: pl.DataFrame, certificates: Sequence[Certificate] = ())
         count = int((collided["cause"] == cause.value).sum())
         table.add_row(text, f"{_rate(count, trials.height)} of {trials.height} trials")
     faults = {fault: int((collided["at_fault"] == fault.value).sum()) for fault in Fault}
-    table.add_row("at fault: own car / other / nobody", " / ".join(str(count) for count in faults.values()))
+    table.add_row("at fault: ego / other / nobody", " / ".join(str(count) for count in faults.values()))
     bounds = {certificate.unit: certificate for certificate in certificates}
     windows = miss_rate(trials, "prediction_misses", "windows")
     vehicles = miss_rate(trials, "vehicles_missed", "vehicles_seen")
@@ -80,7 +80,7 @@ def _missed(rate: MissRate, bound: Certificate | None) -> str:
 
 
 def drives_table(trials: pl.DataFrame) -> Table:
-    """How the own car drove, and how long planning took."""
+    """How the ego drove, and how long planning took."""
     table = _facts("Drives")
 
     def values(name: str) -> Num[np.ndarray, " trials"]:

@@ -22,8 +22,8 @@ GREEN, PURPLE, BLACK, GREY = "#009E73", "#CC79A7", "#000000", "#8A8A8A"
 CYCLE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, GREY)
 """for things that are told apart by colour, in this order"""
 
-OWN, OTHER = BLUE, VERMILION
-"""the own car and what it plans; the other vehicles and what is predicted for them"""
+EGO, OTHER = BLUE, VERMILION
+"""the ego and what it plans; the other vehicles and what is predicted for them"""
 
 ACTIVE = "#7A1010"
 """members of predicted sets that are active constraints of a plan"""

@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float, Int
 from coverdrive.geometry import axis_gap, turned_half_extents
 from coverdrive.road import Road
 from coverdrive.scene import Scene
-from coverdrive.simulation.initial import OWN
+from coverdrive.simulation.initial import EGO
 
 Paths = Float[np.ndarray, "M n 4"]
 
@@ -43,9 +43,9 @@ def road_clearance(paths: Paths, half_size: Float[np.ndarray, " 2"], road: Road)
 
 
 def directly_in_front(scene: Scene, road: Road) -> Bool[np.ndarray, " A"]:
-    """Whether the own car is the nearest vehicle ahead in the same lane, for every slot."""
+    """Whether the ego is the nearest vehicle ahead in the same lane, for every slot."""
     lane: Int[np.ndarray, " A"] = np.asarray(road.lane_of(np.asarray(scene.lat)))
     ahead = np.asarray(scene.lon) - np.asarray(scene.lon)[:, None]
     candidate = (lane == lane[:, None]) & (ahead > 0) & scene.valid
     ahead = np.where(candidate, ahead, np.inf)
-    return candidate[:, OWN] & (ahead[:, OWN] == ahead.min(1))
+    return candidate[:, EGO] & (ahead[:, EGO] == ahead.min(1))

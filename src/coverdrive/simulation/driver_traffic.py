@@ -1,6 +1,6 @@
-"""Traffic of IDM and MOBIL drivers who react to the own car (`coverdrive.simulation.drivers`).
+"""Traffic of IDM and MOBIL drivers who react to the ego (`coverdrive.simulation.drivers`).
 
-Unlike the paper's traffic it knows nothing of the predictor, so that predictions can miss. The own car, and every
+Unlike the paper's traffic it knows nothing of the predictor, so that predictions can miss. The ego, and every
 vehicle that another model moves, is to these drivers one more vehicle in the lanes that its body is in.
 """
 
@@ -16,7 +16,7 @@ from coverdrive.scene import Scene
 from coverdrive.settings import InOrder, Settings
 from coverdrive.simulation.drivers import DriverSettings, draw_drivers
 from coverdrive.simulation.freeway import DECISION, Freeway
-from coverdrive.simulation.initial import OWN, InitialSettings, initial_scene
+from coverdrive.simulation.initial import EGO, InitialSettings, initial_scene
 from coverdrive.simulation.motion import with_states
 from coverdrive.simulation.traffic import Start, TrafficStep
 
@@ -32,9 +32,9 @@ class DriverTrafficSettings(Settings):
     drivers: DriverSettings = DriverSettings(desired_speed=25.0)
     """how people drive; a desired speed a little above the 20 m/s at which they start"""
     behind: float = Field(default=-60.0, ge=-10_000, le=10_000)
-    """[m] lon of the rearmost vehicle at the start, relative to the own car"""
+    """[m] lon of the rearmost vehicle at the start, relative to the ego"""
     ahead: float = Field(default=100.0, ge=-10_000, le=10_000)
-    """[m] lon of the foremost vehicle at the start, relative to the own car"""
+    """[m] lon of the foremost vehicle at the start, relative to the ego"""
     gap: float = Field(default=12.0, ge=0, le=1000)
     """[m] least bumper-to-bumper distance in a lane at the start: 0.6 s at 20 m/s. At the paper's 2 m these drivers
     would brake as hard as they can"""
@@ -104,10 +104,10 @@ class DriverTraffic:
             scene: at the start.
             road: of equal lanes, the right edge at lat = 0.
             rng: source of the drivers' characters, whims and wandering.
-            controlled: the slots that this model moves, if not all but the own car's.
+            controlled: the slots that this model moves, if not all but the ego's.
         """
         self._road, self._rng = road, rng
-        self._controlled = np.arange(scene.vehicles) != OWN if controlled is None else controlled
+        self._controlled = np.arange(scene.vehicles) != EGO if controlled is None else controlled
         self._lane_width = float(road.edges[1] - road.edges[0])
         self._age = 0.0
         settings, shape = self._settings, (1, scene.vehicles)

@@ -1,6 +1,6 @@
-"""One episode: the own car predicts, plans and drives among uncontrolled vehicles, step by step (paper §5).
+"""One episode: the ego predicts, plans and drives among uncontrolled vehicles, step by step (paper §5).
 
-Every step, all from the same scene: the uncontrolled vehicles' possible paths are predicted, the own car's motion
+Every step, all from the same scene: the uncontrolled vehicles' possible paths are predicted, the ego's motion
 is planned against them and its first input applied; meanwhile the traffic moves.
 """
 
@@ -16,7 +16,7 @@ from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.settings import Settings
 from coverdrive.simulation.fault import fault_of
-from coverdrive.simulation.initial import OWN, InitialSettings, initial_scene
+from coverdrive.simulation.initial import EGO, InitialSettings, initial_scene
 from coverdrive.simulation.motion import with_states
 from coverdrive.simulation.outcome import Fault, Kind, Outcome, judge
 from coverdrive.simulation.predictor import Predictor
@@ -51,13 +51,13 @@ def run_episode(
     vehicles: int,
     seed: int | np.random.SeedSequence,
 ) -> Trace:
-    """Drive until the duration or the recorded traffic is over, or the own car collides.
+    """Drive until the duration or the recorded traffic is over, or the ego collides.
 
     The same seed gives the same trace, wall times excepted.
 
     Args:
         predictor: gives the possible paths of the uncontrolled vehicles.
-        planner: plans the own car's motion; it is reset first.
+        planner: plans the ego's motion; it is reset first.
         traffic: moves the uncontrolled vehicles; it is reset first.
         settings: start, length and time steps.
         vehicles: number of uncontrolled vehicles.
@@ -72,7 +72,7 @@ def run_episode(
     last = max(1, int(min(settings.steps, start.duration / settings.step + _ROUNDING)))
     planner.reset(settings.step)
     traffic.reset(scene, road, np.random.default_rng(traffic_seed))
-    predictor.predict(scene, road, OWN, planner.dt, planner.steps)  # compiles before time is taken
+    predictor.predict(scene, road, EGO, planner.dt, planner.steps)  # compiles before time is taken
     scenes, steps = [scene], list[Step]()
     outcome = Outcome(Kind.FINISHED, last * settings.step, None, Fault.NONE)
     for k in range(1, last + 1):
@@ -99,15 +99,15 @@ def _step(
     predictor: Predictor, planner: Planner, traffic: Traffic, settings: EpisodeSettings, scene: Scene, road: Road
 ) -> Step:
     """Predict, plan, and move everybody by one simulation step."""
-    own = scene.states[OWN]
+    own = scene.states[EGO]
     begin = time.perf_counter()
-    paths = predictor.predict(scene, road, OWN, planner.dt, planner.steps)
+    paths = predictor.predict(scene, road, EGO, planner.dt, planner.steps)
     predicted = time.perf_counter()
     plan = planner.plan(own, paths, road)
     planned = time.perf_counter()
     moved = traffic.step(scene, settings.step)
     states = moved.scene.states
-    states[OWN] = vehicle_step(own, plan.inputs[0], settings.step)
+    states[EGO] = vehicle_step(own, plan.inputs[0], settings.step)
     return Step(
         scene=with_states(moved.scene, states),
         paths=paths,

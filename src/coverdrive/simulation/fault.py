@@ -16,7 +16,7 @@ import numpy as np
 
 from coverdrive.geometry import axis_gap, turned_half_extents
 from coverdrive.scene import Scene
-from coverdrive.simulation.initial import OWN
+from coverdrive.simulation.initial import EGO
 from coverdrive.simulation.outcome import Fault, Kind
 
 _REACTION = 0.4
@@ -26,20 +26,20 @@ _DECELERATION = 3.0
 
 
 def fault_of(kind: Kind, partner: int, before: Sequence[Scene]) -> Fault:
-    """Who is at fault in a collision of the own car.
+    """Who is at fault in a collision of the ego.
 
     Args:
         kind: of the collision.
         partner: slot of the vehicle in contact.
-        before: all vehicles at all moments before the contact, the own car in slot 0.
+        before: all vehicles at all moments before the contact, the ego in slot 0.
     """
     if kind is Kind.FRONTAL:
-        return Fault.OTHER if _cut_in(before, partner, OWN) else Fault.OWN
+        return Fault.OTHER if _cut_in(before, partner, EGO) else Fault.EGO
     if kind is Kind.REAR_END:
-        return Fault.OWN if _cut_in(before, OWN, partner) else Fault.OTHER
-    if _came_over(before[-1], OWN, partner):
-        return Fault.OWN
-    return Fault.OTHER if _came_over(before[-1], partner, OWN) else Fault.NONE
+        return Fault.EGO if _cut_in(before, EGO, partner) else Fault.OTHER
+    if _came_over(before[-1], EGO, partner):
+        return Fault.EGO
+    return Fault.OTHER if _came_over(before[-1], partner, EGO) else Fault.NONE
 
 
 def _cut_in(before: Sequence[Scene], ahead: int, behind: int) -> bool:

@@ -1,6 +1,6 @@
-"""Where a trial begins: the own car among uncontrolled vehicles, all at the same speed (paper §5).
+"""Where a trial begins: the ego among uncontrolled vehicles, all at the same speed (paper §5).
 
-The own car is slot 0 of the scene, at lon = 0 in the rightmost lane; the uncontrolled vehicles follow in random
+The ego is slot 0 of the scene, at lon = 0 in the rightmost lane; the uncontrolled vehicles follow in random
 order of place.
 """
 
@@ -12,8 +12,8 @@ from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.settings import Settings
 
-OWN = 0
-"""slot of the own car in every scene of the simulation"""
+EGO = 0
+"""slot of the ego in every scene of the simulation"""
 
 _ATTEMPTS = 10_000
 
@@ -27,14 +27,14 @@ class InitialSettings(Settings):
     """[m] (authors' scripts; US freeway standard, AASHTO)"""
     road_length: float = Field(default=1000.0, ge=1, le=1e6)
     """[m] 20 s at the reference speed of 40 m/s, and some more"""
-    own_speed: float = Field(default=20.0, gt=0, le=120)
-    """[m/s] of the own car (authors' scripts)"""
+    ego_speed: float = Field(default=20.0, gt=0, le=120)
+    """[m/s] of the ego (authors' scripts)"""
     traffic_speed: float = Field(default=20.0, gt=0, le=120)
     """[m/s] of the uncontrolled vehicles (authors' scripts)"""
     behind: float = Field(default=-10.0, ge=-10_000, le=10_000)
-    """[m] lon of the rearmost uncontrolled vehicle's centre, relative to the own car (authors' scripts)"""
+    """[m] lon of the rearmost uncontrolled vehicle's centre, relative to the ego (authors' scripts)"""
     ahead: float = Field(default=30.0, ge=-10_000, le=10_000)
-    """[m] lon of the foremost uncontrolled vehicle's centre, relative to the own car (authors' scripts)"""
+    """[m] lon of the foremost uncontrolled vehicle's centre, relative to the ego (authors' scripts)"""
     gap: float = Field(default=2.0, ge=0, le=1000)
     """[m] least bumper-to-bumper distance in a lane; the paper asks only that vehicles do not overlap"""
     length: float = Field(default=4.8, ge=1, le=30)
@@ -58,7 +58,7 @@ def initial_scene(settings: InitialSettings, vehicles: int, rng: np.random.Gener
         rng: source of every random choice.
 
     Returns:
-        A scene of ``vehicles`` + 1 valid slots, the own car in slot 0.
+        A scene of ``vehicles`` + 1 valid slots, the ego in slot 0.
 
     Raises:
         StartError: the vehicles cannot be placed.
@@ -80,13 +80,13 @@ def _draw(settings: InitialSettings, vehicles: int, rng: np.random.Generator) ->
     scale = rng.uniform(1 - settings.size_variation, 1 + settings.size_variation, (2, slots))
     lane = rng.integers(settings.lanes, size=slots)
     lon = rng.uniform(settings.behind, settings.ahead, slots)
-    scale[:, OWN], lane[OWN], lon[OWN] = 1.0, 0, 0.0
+    scale[:, EGO], lane[EGO], lon[EGO] = 1.0, 0, 0.0
     length, width = settings.length * scale[0], settings.width * scale[1]
     too_close = (lane[:, None] == lane) & (np.abs(lon[:, None] - lon) < (length[:, None] + length) / 2 + settings.gap)
     if np.triu(too_close, 1).any():
         return None
     speed = np.full(slots, settings.traffic_speed)
-    speed[OWN] = settings.own_speed
+    speed[EGO] = settings.ego_speed
     return Scene(
         lon=lon,
         lat=np.asarray(settings.road().centres)[lane],

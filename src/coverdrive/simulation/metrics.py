@@ -1,6 +1,6 @@
 """How well an episode went: one function per measure, each from a trace alone.
 
-m moments, B vehicles other than the own car.
+m moments, B vehicles other than the ego.
 """
 
 import numpy as np
@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float
 
 from coverdrive.geometry import body_distance, turned_half_extents
 from coverdrive.planning.plan import Status
-from coverdrive.simulation.initial import OWN
+from coverdrive.simulation.initial import EGO
 from coverdrive.simulation.outcome import contacts
 from coverdrive.simulation.trace import Trace
 
@@ -16,22 +16,22 @@ _SLACK = 1e-3
 """a smaller slack is the solver's tolerance"""
 
 _SETTLED = 0.25
-"""share of a lane's width: nearer than this to its centre, the own car counts as having reached the lane"""
+"""share of a lane's width: nearer than this to its centre, the ego counts as having reached the lane"""
 
 
 def mean_speed(trace: Trace) -> float:
-    """Mean speed of the own car [m/s]."""
-    return float(trace.scene.speed[:, OWN].mean())
+    """Mean speed of the ego [m/s]."""
+    return float(trace.scene.speed[:, EGO].mean())
 
 
 def distance(trace: Trace) -> float:
-    """How far the own car came along the road [m]."""
-    return float(trace.scene.lon[-1, OWN] - trace.scene.lon[0, OWN])
+    """How far the ego came along the road [m]."""
+    return float(trace.scene.lon[-1, EGO] - trace.scene.lon[0, EGO])
 
 
 def lane_changes(trace: Trace) -> int:
-    """How often the own car reached another lane's centre, up to a quarter of the lane's width."""
-    lat = np.asarray(trace.scene.lat[:, OWN])
+    """How often the ego reached another lane's centre, up to a quarter of the lane's width."""
+    lat = np.asarray(trace.scene.lat[:, EGO])
     lane = np.asarray(trace.road.lane_of(lat))
     width = np.diff(np.asarray(trace.road.edges))[lane]
     settled = np.abs(lat - np.asarray(trace.road.centres)[lane]) < _SETTLED * width
@@ -39,31 +39,31 @@ def lane_changes(trace: Trace) -> int:
 
 
 def overtakes(trace: Trace) -> int:
-    """How many vehicles were ahead of the own car at the start and are behind it at the end, by their centres."""
-    ahead = np.asarray(trace.scene.lon) > np.asarray(trace.scene.lon)[:, [OWN]]
+    """How many vehicles were ahead of the ego at the start and are behind it at the end, by their centres."""
+    ahead = np.asarray(trace.scene.lon) > np.asarray(trace.scene.lon)[:, [EGO]]
     return int((ahead[0] & ~ahead[-1] & trace.scene.valid[0] & trace.scene.valid[-1]).sum())
 
 
 def road_departure(trace: Trace) -> float:
-    """How far the own car's body got beyond the edges of the road [m]; 0 if it stayed on it."""
-    lat = trace.scene.lat[:, OWN]
-    extent = turned_half_extents(trace.scene.half_sizes[:, OWN], np.asarray(trace.scene.heading)[:, OWN])[:, 1]
+    """How far the ego's body got beyond the edges of the road [m]; 0 if it stayed on it."""
+    lat = trace.scene.lat[:, EGO]
+    extent = turned_half_extents(trace.scene.half_sizes[:, EGO], np.asarray(trace.scene.heading)[:, EGO])[:, 1]
     beyond = np.maximum(trace.road.edges[0] - (lat - extent), lat + extent - trace.road.edges[-1])
     return float(max(0.0, beyond.max()))
 
 
 def minimum_gap(trace: Trace) -> float:
-    """Least distance [m] of the own car's body to another; infinite without another."""
+    """Least distance [m] of the ego's body to another; infinite without another."""
     states, half_sizes = trace.scene.states, trace.scene.half_sizes
-    others = np.arange(trace.scene.vehicles) != OWN
+    others = np.arange(trace.scene.vehicles) != EGO
     own, other = (
-        (states[:, slots, :2], states[:, slots, 3], half_sizes[:, slots]) for slots in (np.array([OWN]), others)
+        (states[:, slots, :2], states[:, slots, 3], half_sizes[:, slots]) for slots in (np.array([EGO]), others)
     )
     return float(body_distance(*own, *other).min(initial=np.inf, where=np.asarray(trace.scene.valid)[:, others]))
 
 
 def minimum_time_to_collision(trace: Trace) -> float:
-    """Least time [s] to contact of the own car, at any moment, if all kept their velocity; infinite if never.
+    """Least time [s] to contact of the ego, at any moment, if all kept their velocity; infinite if never.
 
     Bodies are boxes along the road; velocities have two components, so that contact from the side counts as well.
     """
@@ -100,7 +100,7 @@ def traffic_stuck(trace: Trace) -> int:
 def traffic_collisions(trace: Trace) -> int:
     """Number of pairs of uncontrolled vehicles that overlap at any moment."""
     touched = np.any(contacts(trace.scene), axis=0)
-    touched[OWN] = touched[:, OWN] = False
+    touched[EGO] = touched[:, EGO] = False
     return int(np.triu(touched).sum())
 
 
@@ -110,7 +110,7 @@ def share_slack(trace: Trace) -> float:
 
 
 def jerk(trace: Trace) -> tuple[float, float]:
-    """Root mean square of the own car's jerk [m/s³] along and across its way, from the inputs that were applied.
+    """Root mean square of the ego's jerk [m/s³] along and across its way, from the inputs that were applied.
 
     A plan's acceleration, and its yaw rate times the speed, hold for one step; jerk is their change from step to step.
     """
@@ -122,14 +122,14 @@ def jerk(trace: Trace) -> tuple[float, float]:
 
 
 def hardest_braking(trace: Trace) -> float:
-    """Largest deceleration of the own car [m/s²]."""
+    """Largest deceleration of the ego [m/s²]."""
     return float(max(0.0, -_accelerations(trace)[:, 0].min()))
 
 
 def _accelerations(trace: Trace) -> Float[np.ndarray, "n 2"]:
-    """Acceleration [m/s²] of the own car along and across its way in every step."""
+    """Acceleration [m/s²] of the ego along and across its way in every step."""
     applied = np.stack([plan.inputs[0] for plan in trace.plans])
-    return np.stack([applied[:, 0], applied[:, 1] * trace.scene.speed[:-1, OWN]], axis=-1)
+    return np.stack([applied[:, 0], applied[:, 1] * trace.scene.speed[:-1, EGO]], axis=-1)
 
 
 def impossible_choices(trace: Trace) -> int:
@@ -140,7 +140,7 @@ def impossible_choices(trace: Trace) -> int:
 def _relative(
     trace: Trace,
 ) -> tuple[Float[np.ndarray, "m B 2"], Float[np.ndarray, "m B 2"], Float[np.ndarray, "m B 2"], Bool[np.ndarray, "m B"]]:
-    """Place [m] and velocity [m/s] of the others as seen from the own car, sum of half extents [m], and who is there.
+    """Place [m] and velocity [m/s] of the others as seen from the ego, sum of half extents [m], and who is there.
 
     All along lon and lat.
     """
@@ -148,10 +148,10 @@ def _relative(
     speed, heading = states[..., 2], states[..., 3]
     velocity = np.stack([speed * np.cos(heading), speed * np.sin(heading)], axis=-1)
     extent = turned_half_extents(trace.scene.half_sizes, heading)
-    others = np.arange(trace.scene.vehicles) != OWN
+    others = np.arange(trace.scene.vehicles) != EGO
     return (
-        states[:, others, :2] - states[:, [OWN], :2],
-        velocity[:, others] - velocity[:, [OWN]],
-        extent[:, others] + extent[:, [OWN]],
+        states[:, others, :2] - states[:, [EGO], :2],
+        velocity[:, others] - velocity[:, [EGO]],
+        extent[:, others] + extent[:, [EGO]],
         np.asarray(trace.scene.valid)[:, others],
     )

@@ -14,7 +14,7 @@ from jaxtyping import Bool, Float
 
 from coverdrive.geometry import turned_half_extents
 from coverdrive.paths import PredictedPaths
-from coverdrive.simulation.initial import OWN
+from coverdrive.simulation.initial import EGO
 from coverdrive.simulation.outcome import Cause, Kind
 from coverdrive.simulation.trace import Trace
 
@@ -27,7 +27,7 @@ _ROUNDING = 1e-6
 
 @dataclass(frozen=True)
 class Windows:
-    """All windows of a trace; those of the own car and of vehicles that are not there are neither seen nor left."""
+    """All windows of a trace; those of the ego and of vehicles that are not there are neither seen nor left."""
 
     seen: Bool[np.ndarray, "n A"]
     """whether the vehicle was observed to the end of the horizon"""
@@ -53,7 +53,7 @@ def find_windows(trace: Trace, boxes: bool = False) -> Windows:
     for k, paths in enumerate(trace.paths):
         times = paths.dt * np.arange(1, paths.points.shape[1])
         actual, observed = _poses(trace, k + times / step)
-        present = np.asarray(trace.scene.valid[k]) & (np.arange(trace.scene.vehicles) != OWN)
+        present = np.asarray(trace.scene.valid[k]) & (np.arange(trace.scene.vehicles) != EGO)
         inside = _inside(trace, k, paths, actual[:, paths.vehicle], boxes) | ~observed[:, paths.vehicle]
         anywhere = np.zeros(observed.T.shape, dtype=bool)
         np.logical_or.at(anywhere, paths.vehicle, np.logical_and.accumulate(inside, axis=0).T)

@@ -1,6 +1,6 @@
 """Mixed traffic: some vehicles drive random members of their predicted sets, the others as IDM and MOBIL drivers do.
 
-Each kind takes the vehicles of the other into account as it does the own car: the drivers as vehicles in their lanes,
+Each kind takes the vehicles of the other into account as it does the ego: the drivers as vehicles in their lanes,
 the set-sampling vehicles at constant velocity.
 """
 
@@ -13,7 +13,7 @@ from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.settings import Settings
 from coverdrive.simulation.driver_traffic import DriverTraffic, DriverTrafficSettings
-from coverdrive.simulation.initial import OWN, InitialSettings
+from coverdrive.simulation.initial import EGO, InitialSettings
 from coverdrive.simulation.motion import with_states
 from coverdrive.simulation.predictor import Predictor
 from coverdrive.simulation.set_sampling import SetSamplingSettings, SetSamplingTraffic
@@ -48,7 +48,7 @@ class MixedTraffic:
 
     def reset(self, scene: Scene, road: Road, rng: np.random.Generator) -> None:
         """Draw who is a driver."""
-        uncontrolled = np.arange(scene.vehicles) != OWN
+        uncontrolled = np.arange(scene.vehicles) != EGO
         self._driven = uncontrolled & (rng.random(scene.vehicles) < self._settings.share)
         self._drivers.reset(scene, road, rng, self._driven)
         self._sampling.reset(scene, road, rng, uncontrolled & ~self._driven)

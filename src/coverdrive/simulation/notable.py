@@ -10,7 +10,7 @@ NEAR_TIME = 1.0
 """[s] a smaller time to collision is a near miss"""
 
 COLLIDED = pl.col("kind") != Kind.FINISHED.value
-"""whether the own car collided, as an expression on a table of trials"""
+"""whether the ego collided, as an expression on a table of trials"""
 NEARLY = ~COLLIDED & ((pl.col("minimum_gap") < NEAR_GAP) | (pl.col("minimum_time_to_collision") < NEAR_TIME))
 """whether it nearly did"""
 

@@ -1,7 +1,7 @@
-"""How an episode ends: without a contact of the own car, or with a frontal, side or rear-end collision (paper §5).
+"""How an episode ends: without a contact of the ego, or with a frontal, side or rear-end collision (paper §5).
 
-Decided from the last moment before the contact: the other vehicle ahead in the own car's way → frontal; behind in
-its way → rear-end (the own car was hit from behind); else → side. Whose fault it is says `coverdrive.simulation.fault`.
+Decided from the last moment before the contact: the other vehicle ahead in the ego's way → frontal; behind in
+its way → rear-end (the ego was hit from behind); else → side. Whose fault it is says `coverdrive.simulation.fault`.
 """
 
 import enum
@@ -12,20 +12,20 @@ from jaxtyping import Bool
 
 from coverdrive.geometry import axis_gap, boxes_overlap
 from coverdrive.scene import Scene
-from coverdrive.simulation.initial import OWN
+from coverdrive.simulation.initial import EGO
 
 
 class Kind(enum.StrEnum):
-    """How an episode ended for the own car."""
+    """How an episode ended for the ego."""
 
     FINISHED = "finished"
     """no contact"""
     FRONTAL = "frontal"
-    """the own car ran into a vehicle ahead"""
+    """the ego ran into a vehicle ahead"""
     SIDE = "side"
     """contact from the side"""
     REAR_END = "rear-end"
-    """a vehicle behind ran into the own car"""
+    """a vehicle behind ran into the ego"""
     NOT_STARTED = "not started"
     """the vehicles found no place, so that nobody drove"""
 
@@ -33,8 +33,8 @@ class Kind(enum.StrEnum):
 class Fault(enum.StrEnum):
     """Whose driving led to the contact."""
 
-    OWN = "own"
-    """the own car ran into the other, or had just cut in when the other did; from the side, it moved faster sideways"""
+    EGO = "ego"
+    """the ego ran into the other, or had just cut in when the other did; from the side, it moved faster sideways"""
     OTHER = "other"
     """the reverse"""
     NONE = "none"
@@ -60,21 +60,21 @@ class Outcome:
     time: float
     """[s] of the end"""
     partner: int | None
-    """slot of the vehicle in contact with the own car; the first one, if several are"""
+    """slot of the vehicle in contact with the ego; the first one, if several are"""
     at_fault: Fault
 
 
 def judge(before: Scene, after: Scene) -> tuple[Kind, int] | None:
-    """The collision of the own car between two successive moments, or None if there is none.
+    """The collision of the ego between two successive moments, or None if there is none.
 
     Args:
-        before: all vehicles one step earlier, the own car in slot 0.
+        before: all vehicles one step earlier, the ego in slot 0.
         after: all vehicles now.
 
     Returns:
         Its kind, and the slot of the vehicle in contact; of the first one, if several are.
     """
-    contact = contacts(after)[OWN]
+    contact = contacts(after)[EGO]
     if not contact.any():
         return None
     partner = int(np.flatnonzero(contact)[0])
@@ -95,7 +95,7 @@ def contacts(scene: Scene) -> Bool[np.ndarray, "*batch A A"]:
 
 def _kind(before: Scene, partner: int) -> Kind:
     position, half_sizes = before.states[:, :2], before.half_sizes
-    gap_lon, gap_lat = axis_gap(position[partner], position[OWN], half_sizes[partner], half_sizes[OWN])
+    gap_lon, gap_lat = axis_gap(position[partner], position[EGO], half_sizes[partner], half_sizes[EGO])
     if gap_lon < 0 or gap_lat >= 0:
         return Kind.SIDE
-    return Kind.FRONTAL if position[partner, 0] > position[OWN, 0] else Kind.REAR_END
+    return Kind.FRONTAL if position[partner, 0] > position[EGO, 0] else Kind.REAR_END

@@ -1,8 +1,8 @@
-"""Replayed traffic: recorded vehicles drive as they did, with the own car in the place of one of them or between two.
+"""Replayed traffic: recorded vehicles drive as they did, with the ego in the place of one of them or between two.
 
-Recorded vehicles do not react to the own car: they may run into it, which is counted as their fault unless it had just
+Recorded vehicles do not react to the ego: they may run into it, which is counted as their fault unless it had just
 cut in, and none makes room for it. A vehicle is there while it was recorded, but for the time in which it would appear
-on the own car. Use scenes that neither trained nor calibrated the predictor (`coverdrive.prediction.held_out`). F
+on the ego. Use scenes that neither trained nor calibrated the predictor (`coverdrive.prediction.held_out`). F
 moments, A vehicles.
 """
 
@@ -20,7 +20,7 @@ from coverdrive.recordings.recording import MEASURES, Recording
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.settings import Settings
-from coverdrive.simulation.initial import OWN, InitialSettings
+from coverdrive.simulation.initial import EGO, InitialSettings
 from coverdrive.simulation.traffic import Start, TrafficStep
 
 _ATTEMPTS = 1000
@@ -35,12 +35,12 @@ class ReplaySettings(Settings):
     kind: Literal["replay"] = "replay"
     """name of this traffic"""
     place: Literal["replace", "between", "either"] = "either"
-    """where the own car starts: as a recorded vehicle, which is taken out, in the middle between two successive ones
+    """where the ego starts: as a recorded vehicle, which is taken out, in the middle between two successive ones
     of a lane, or as the one or the other by chance"""
     shortest: float = Field(default=5.0, ge=0.1, le=3600)
     """[s] for which the recording, and the vehicle that is replaced, must go on: longer than a prediction"""
     gap: float = Field(default=4.0, ge=0, le=1000)
-    """[m] least bumper-to-bumper distance of the own car at the start"""
+    """[m] least bumper-to-bumper distance of the ego at the start"""
 
 
 @dataclass(frozen=True)
@@ -97,15 +97,15 @@ class ReplayTraffic:
             )
 
     def start(self, settings: InitialSettings, vehicles: int, rng: np.random.Generator) -> Start:
-        """Draw a scene, a moment and a place for the own car; every recorded vehicle is there.
+        """Draw a scene, a moment and a place for the ego; every recorded vehicle is there.
 
         Args:
-            settings: size of the own car.
+            settings: size of the ego.
             vehicles: without effect: there are as many as were recorded.
             rng: source of the choice; long scenes are chosen more often.
 
         Raises:
-            StartError: the own car fits nowhere.
+            StartError: the ego fits nowhere.
         """
         room = [len(scenario.states) - round(self._settings.shortest / scenario.dt) for scenario in self._scenarios]
         for _ in range(_ATTEMPTS):
@@ -116,14 +116,14 @@ class ReplayTraffic:
                 own, kept = found
                 return self._begin(scenario, first, own, kept, settings)
         raise StartError(
-            f"the own car of {settings.length} m fits nowhere into the recorded scenes with gaps of "
+            f"the ego of {settings.length} m fits nowhere into the recorded scenes with gaps of "
             f"{self._settings.gap} m in {_ATTEMPTS} attempts; give other recordings, or a smaller traffic.gap"
         )
 
     def _place(
         self, scenario: Scenario, first: int, settings: InitialSettings, rng: np.random.Generator
     ) -> tuple[Float[np.ndarray, " 4"], Bool[np.ndarray, " A"]] | None:
-        """The own car's state and who is left, or None if this draw leaves no room for it."""
+        """The ego's state and who is left, or None if this draw leaves no room for it."""
         present = np.flatnonzero(scenario.valid[first])
         if len(present) == 0:
             return None
@@ -155,7 +155,7 @@ class ReplayTraffic:
         states: Float[np.ndarray, "A 4"],
         sizes: Float[np.ndarray, "A 2"],
     ) -> Bool[np.ndarray, " A"]:
-        """Which vehicles are nearer to the own car, in its way, than a start allows."""
+        """Which vehicles are nearer to the ego, in its way, than a start allows."""
         apart = np.abs(states[:, :2] - own[:2]) - (sizes + own_size) / 2
         return (apart[:, 0] < self._settings.gap) & (apart[:, 1] < 0)
 
@@ -185,10 +185,10 @@ class ReplayTraffic:
         there = self._valid[before] & self._valid[after]
         states, sizes = scene.states, 2 * scene.half_sizes
         recorded = (1 - share) * self._states[before] + share * self._states[after]
-        own = states[OWN] + np.array([dt * states[OWN, 2], 0.0, 0.0, 0.0])
-        appearing = there & ~np.asarray(scene.valid)[OWN + 1 :]
-        there &= ~(appearing & self._in_the_way(own, sizes[OWN], recorded, sizes[OWN + 1 :]))
-        states[OWN + 1 :][there] = recorded[there]
+        own = states[EGO] + np.array([dt * states[EGO, 2], 0.0, 0.0, 0.0])
+        appearing = there & ~np.asarray(scene.valid)[EGO + 1 :]
+        there &= ~(appearing & self._in_the_way(own, sizes[EGO], recorded, sizes[EGO + 1 :]))
+        states[EGO + 1 :][there] = recorded[there]
         lon, lat, speed, heading = states.T
         valid = np.concatenate([[True], there])
         nobody = np.zeros(scene.vehicles, dtype=bool)

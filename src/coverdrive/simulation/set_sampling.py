@@ -3,7 +3,7 @@
 Every 0.3 s the uncontrolled vehicles choose anew, one after the other in random order: uniformly among the base
 trajectories that the predictor calls possible and that pass the collision check, over the whole horizon, against
 the other uncontrolled vehicles' chosen paths. Those that have not chosen yet are taken on their previous choice. The
-own car is taken into account at constant velocity, and only by a vehicle that has it directly in front.
+ego is taken into account at constant velocity, and only by a vehicle that has it directly in front.
 
 A slots, M base trajectories, n times from now to the end of the horizon.
 """
@@ -20,7 +20,7 @@ from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.settings import Settings
 from coverdrive.simulation.clearance import clearance, directly_in_front, road_clearance
-from coverdrive.simulation.initial import OWN
+from coverdrive.simulation.initial import EGO
 from coverdrive.simulation.motion import constant_velocity, with_states
 from coverdrive.simulation.predictor import Predictor
 from coverdrive.simulation.traffic import TrafficStep
@@ -52,11 +52,11 @@ class SetSamplingTraffic:
             scene: at the start.
             road: of the episode.
             rng: source of all choices.
-            controlled: the slots that this model moves, if not all but the own car's; vehicles of other models are
+            controlled: the slots that this model moves, if not all but the ego's; vehicles of other models are
                 taken into account at constant velocity.
         """
         self._road, self._rng = road, rng
-        self._controlled = np.arange(scene.vehicles) != OWN if controlled is None else controlled
+        self._controlled = np.arange(scene.vehicles) != EGO if controlled is None else controlled
         self._age = 0
         self._paths = scene.states[:, None]
         self._base = np.full(scene.vehicles, -1)
@@ -93,7 +93,7 @@ class SetSamplingTraffic:
         for slot in self._rng.permutation(np.flatnonzero(scene.valid & self._controlled)).tolist():
             paths = follow(self._paths[slot, 0], times, deviation, rate)
             others = scene.valid & (np.arange(scene.vehicles) != slot)
-            others[OWN] &= heeds_own[slot]
+            others[EGO] &= heeds_own[slot]
             clear = self._clearance(scene, slot, paths, others)
             base, stuck[slot] = self._pick(possible[slot], clear, deviation)
             missed[slot] = not possible[slot, base]

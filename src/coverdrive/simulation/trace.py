@@ -1,6 +1,6 @@
 """One episode from start to end: enough to redraw every picture of it, or to replay it.
 
-n steps, m = n + 1 moments, A vehicle slots (the own car's is 0). Step k leads from moment k to moment k + 1.
+n steps, m = n + 1 moments, A vehicle slots (the ego's is 0). Step k leads from moment k to moment k + 1.
 """
 
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ class Step:
     paths: PredictedPaths
     """what was predicted at the start of the step"""
     plan: Plan
-    """what the own car planned against it"""
+    """what the ego planned against it"""
     base: Int[np.ndarray, " A"]
     """index of the base trajectory that each vehicle follows during the step; −1: none"""
     stuck: Bool[np.ndarray, " A"]
@@ -53,7 +53,7 @@ class Trace:
     paths: tuple[PredictedPaths, ...]
     """what was predicted at the start of each step"""
     plans: tuple[Plan, ...]
-    """what the own car planned at the start of each step"""
+    """what the ego planned at the start of each step"""
     base: Int[np.ndarray, "n A"]
     """index of the base trajectory that each vehicle follows; −1: none"""
     stuck: Bool[np.ndarray, "n A"]

@@ -22,7 +22,7 @@ class TrafficStep:
     """What the uncontrolled vehicles did in one step."""
 
     scene: Scene
-    """the vehicles after the step; the own car's slot is as it was"""
+    """the vehicles after the step; the ego's slot is as it was"""
     base: Int[np.ndarray, " A"]
     """index of the base trajectory that each vehicle follows; −1 where it follows none"""
     stuck: Bool[np.ndarray, " A"]
@@ -40,7 +40,7 @@ class Traffic(Protocol):
         ...
 
     def step(self, scene: Scene, dt: float) -> TrafficStep:
-        """Move every uncontrolled vehicle by ``dt`` [s] from ``scene``, which shows the own car as it is now."""
+        """Move every uncontrolled vehicle by ``dt`` [s] from ``scene``, which shows the ego as it is now."""
         ...
 
 
@@ -50,7 +50,7 @@ class Start:
     """Where and on which road an episode begins."""
 
     scene: Scene
-    """all vehicles, the own car in slot 0"""
+    """all vehicles, the ego in slot 0"""
     road: Road
     """on which the episode takes place"""
     duration: float

@@ -24,9 +24,9 @@ class Participants(NamedTuple):
     """Who takes part in an episode; built once per process, because solvers cannot move between processes."""
 
     predictor: Predictor
-    """of the own car"""
+    """of the ego"""
     planner: Planner
-    """of the own car"""
+    """of the ego"""
     traffic: Traffic
     """all uncontrolled vehicles"""
 
@@ -67,31 +67,31 @@ class TrialResult:
     time: float
     """[s] of the end"""
     partner: int | None
-    """slot of the vehicle in contact with the own car"""
+    """slot of the vehicle in contact with the ego"""
     at_fault: str
     """whose driving led to the contact: a value of `coverdrive.simulation.outcome.Fault`"""
     cause: str
     """what the contact has to do with the predictions: a value of `coverdrive.simulation.outcome.Cause`"""
     mean_speed: float
-    """[m/s] of the own car"""
+    """[m/s] of the ego"""
     distance: float
-    """[m] that the own car came along the road"""
+    """[m] that the ego came along the road"""
     lane_changes: int
-    """of the own car"""
+    """of the ego"""
     overtakes: int
-    """vehicles that were ahead of the own car at the start and behind it at the end"""
+    """vehicles that were ahead of the ego at the start and behind it at the end"""
     road_departure: float
-    """[m] that the own car's body got beyond the edges of the road"""
+    """[m] that the ego's body got beyond the edges of the road"""
     minimum_gap: float
-    """[m] least distance of the own car to another vehicle"""
+    """[m] least distance of the ego to another vehicle"""
     minimum_time_to_collision: float
-    """[s] least time to contact of the own car, had all kept their velocity"""
+    """[s] least time to contact of the ego, had all kept their velocity"""
     jerk_longitudinal: float
-    """[m/s³] root mean square of the own car's jerk along its way"""
+    """[m/s³] root mean square of the ego's jerk along its way"""
     jerk_lateral: float
-    """[m/s³] root mean square of the own car's jerk across its way"""
+    """[m/s³] root mean square of the ego's jerk across its way"""
     hardest_braking: float
-    """[m/s²] largest deceleration of the own car"""
+    """[m/s²] largest deceleration of the ego"""
     maximum_slack: float
     """largest slack of an obstacle constraint in any plan"""
     share_slack: float

@@ -15,7 +15,7 @@ from jaxtyping import Bool, Float, Int
 
 from coverdrive.planning.plan import Status
 from coverdrive.reporting.active_constraints import ActiveConstraints
-from coverdrive.simulation.initial import OWN
+from coverdrive.simulation.initial import EGO
 from coverdrive.simulation.misses import cause_of, find_windows, left_recently
 from coverdrive.simulation.outcome import Kind
 from coverdrive.simulation.trace import Trace
@@ -71,7 +71,7 @@ def replay_data(trial: int, trace: Trace, constraints: ActiveConstraints | None)
         "planDt": plans[0].dt,
         "edges": np.asarray(trace.road.edges).round(3).tolist(),
         "sizes": np.stack([scene.length[0], scene.width[0]], axis=-1).round(2).tolist(),
-        "own": OWN,
+        "own": EGO,
         "counts": [len(each) for each in paths],
         "status": [list(Status).index(plan.status) for plan in plans],
         "statuses": [status.value for status in Status],
@@ -97,7 +97,7 @@ def _active(trace: Trace, constraints: ActiveConstraints | None) -> Int[np.ndarr
 
 def _events(trace: Trace, left: Bool[np.ndarray, "m A"]) -> list[tuple[int, str, str]]:
     """Moments that the ruler of the replay marks: when, which colour of the page, and what happened."""
-    lane = np.asarray(trace.road.lane_of(np.asarray(trace.scene.lat[:, OWN])))
+    lane = np.asarray(trace.road.lane_of(np.asarray(trace.scene.lat[:, EGO])))
     changed = [(int(step) + 1, "own", "the ego changes lane") for step in np.flatnonzero(lane[1:] != lane[:-1])]
     gone = [(step, "ink", "a vehicle has left its predicted set") for step in _begins(left.sum(1))]
     statuses = [plan.status for plan in trace.plans]

@@ -9,7 +9,7 @@ from coverdrive.reporting.contents import Contents
 from coverdrive.simulation.notable import COLLIDED, NEARLY
 from coverdrive.simulation.outcome import Cause, Fault
 
-_FAULTS = {Fault.OWN: "ego", Fault.OTHER: "other vehicle", Fault.NONE: "nobody"}
+_FAULTS = {Fault.EGO: "ego", Fault.OTHER: "other vehicle", Fault.NONE: "nobody"}
 
 
 def ends(contents: Contents) -> str:
