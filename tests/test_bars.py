@@ -50,3 +50,13 @@ def test_without_an_interrupt_the_work_goes_on() -> None:
     with stages(), stage("trials"):
         for trial in range(3):
             done(trial, 3)
+
+
+@pytest.mark.parametrize("width", [40, 80])
+def test_the_name_of_a_stage_is_no_markup(width: int) -> None:
+    bars = display()
+    Stages(bars).report("[red]a=[1, 2]", 0.5)
+    console = Console(width=width)
+    with console.capture() as capture:
+        console.print(bars.get_renderable())
+    assert "[red]a=[1" in "".join(line[:14].strip() for line in capture.get().splitlines()) and " 50%" in capture.get()

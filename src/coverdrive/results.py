@@ -44,7 +44,7 @@ STUDY = "study"
 """the study in the traffic of the folder's settings; one in another traffic is called ``study-drivers`` or the like"""
 
 _FORMAT = 2
-_OBJECT = TypeAdapter(dict[str, Any])
+_OBJECT = TypeAdapter(dict[str, Any]).validate_python
 
 T = TypeVar("T")
 
@@ -105,7 +105,7 @@ class Results:
     @property
     def certified(self) -> Certified:
         """The certificates, and how they did on scenes that were never seen."""
-        return self._kept("certified", lambda: _read(self._sealed(CERTIFICATE), TypeAdapter(Certified)))
+        return self._kept("certified", lambda: _read(self._sealed(CERTIFICATE), TypeAdapter(Certified).validate_python))
 
     @property
     def settings(self) -> PredictionSettings:
@@ -150,7 +150,7 @@ class Results:
         """All methods of calibration side by side; none if they were not compared on this predictor yet."""
         if METHODS not in self._digests:
             return []
-        return _read(self._sealed(METHODS), TypeAdapter(_Methods)).methods
+        return _read(self._sealed(METHODS), TypeAdapter(_Methods).validate_python).methods
 
     # studies
 
@@ -301,10 +301,10 @@ def _digest(file: Path) -> str:
         return hashlib.file_digest(content, "sha256").hexdigest()
 
 
-def _read(file: Path, kind: TypeAdapter[T]) -> T:
+def _read(file: Path, checked: Callable[[Any], T]) -> T:
     """The content of a JSON file, as what it was written from."""
     try:
-        return kind.validate_python(json.loads(file.read_text(encoding="utf-8")))
+        return checked(json.loads(file.read_text(encoding="utf-8")))
     except (OSError, ValueError, ValidationError) as error:
         first = str(error).partition("\n")[0]
         raise DataError(f"{file}: not a readable result ({first}); make it with `coverdrive fit`") from error
