@@ -72,14 +72,15 @@ def held_out(source: Sequence[Source], predictor: Predictor, recordings: Sequenc
     for recording in recordings:
         found = known.get(recording_fingerprint(recording))
         if found is not None:
-            recording = replace(recording, table=recording.table.filter(pl.col("group").is_in(found.held_out)))
+            table = recording.table.filter(pl.col("group").is_in(found.held_out))
+            kept += [replace(recording, table=table)] if len(table) else []
         elif recording.name in names or np.isin(_vehicles(recording), predictor.trained_on).any():
             raise DataError(
                 f"{recording.name} shares vehicles with what the predictor was made from, but is not as it was then, "
                 "so that no scene of it is known to be new; give it as it was read for the fit, with the same "
                 "smoothing, or entirely new recordings"
             )
-        if len(recording.table):
+        else:
             kept.append(recording)
     return tuple(kept)
 
