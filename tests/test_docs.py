@@ -33,7 +33,7 @@ PAGES = sorted(
 
 @pytest.fixture
 def beside(once: Callable[[str, Callable[[Path], None]], Path], tmp_path: Path) -> Path:
-    """A folder with ``results/``, ``bases/`` and ``us-101.csv``, all of them small."""
+    """A folder with ``results/``, with bases, and ``us-101.csv``, all of them small."""
     return Path(shutil.copytree(once("documentation", fill), tmp_path / "beside"))
 
 
@@ -49,7 +49,7 @@ def fill(folder: Path) -> None:
     recordings = experiment.recordings([])
     Results(folder / "results").save_fit(experiment, fit(recordings, experiment.prediction, experiment.seed))
     segments = cut_segments(recordings, experiment.prediction.segments)
-    save_bases(experiment, study_bases(segments, (0.75,)), folder / "bases")
+    save_bases(experiment, study_bases(segments, (0.75,)), folder / "results" / "bases")
     ngsim().write_csv(folder / "us-101.csv")
 
 
