@@ -1,6 +1,7 @@
 """Options, limits and fixtures of all tests."""
 
 import os
+import shutil
 import signal
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -39,8 +40,11 @@ unit = "window"
 
 [episode]
 duration = 1.0
+
+[study]
+workers = 1
 """
-"""settings of a run that takes seconds"""
+"""settings of a run that takes seconds; functions that the tests check cannot be sent to other processes"""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -88,6 +92,7 @@ def once(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, Callable[[P
         folder, complete = shared / f"once-{name}", shared / f"once-{name}.complete"
         with FileLock(shared / f"once-{name}.lock"):
             if not complete.exists():
+                shutil.rmtree(folder, ignore_errors=True)  # of one that failed
                 folder.mkdir()
                 fill(folder)
                 complete.touch()
