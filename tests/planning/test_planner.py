@@ -156,7 +156,12 @@ def test_follower_that_may_accelerate_does_not_push_the_car_into_others(straight
 
 def test_brakes_where_the_search_returns_no_numbers(straight_paths, monkeypatch: pytest.MonkeyPatch) -> None:
     search = planning.search
-    monkeypatch.setattr(planning, "search", lambda *args: search(*args)._replace(cost=np.nan))
+
+    def failing(*args):
+        found = search(*args)
+        return found._replace(chosen=found.chosen._replace(cost=np.nan))
+
+    monkeypatch.setattr(planning, "search", failing)
     plan = MpcPlanner().plan(np.array([0, 1.8, 20, 0.0]), straight_paths((12, 1.8, 0)), ROAD)
     assert plan.status is Status.UNSAFE
     np.testing.assert_allclose(plan.inputs[:10, 0], -8.0)
@@ -277,8 +282,8 @@ def test_an_interrupt_in_the_middle_of_a_search_is_heeded(straight_paths) -> Non
     paths, planner = straight_paths(*[(20.0 + i, 1.8, 18) for i in range(20)]), MpcPlanner()
     planner.reset(PERIOD)
     for _ in range(30):
-        threading.Timer(0.005, _thread.interrupt_main).start()
         with pytest.raises(KeyboardInterrupt):
+            threading.Timer(0.005, _thread.interrupt_main).start()
             while True:
                 planner.plan(np.array([0, 5.4, 20, 0.0]), paths, ROAD)
 

@@ -15,9 +15,9 @@ from coverdrive.settings import Settings
 class ProblemSettings(Settings):
     """Horizon, car, weights and shape of the obstacles."""
 
-    steps: int = Field(default=12, ge=2)
+    steps: int = Field(default=12, ge=2, le=100)
     """K (authors' scripts: 3 s in steps of 0.25 s)"""
-    dt: float = Field(default=0.25, gt=0)
+    dt: float = Field(default=0.25, gt=0, le=1)
     """[s] between two steps (authors' scripts)"""
     vehicle: VehicleSettings = VehicleSettings()
     """size and limits of the own car"""
