@@ -4,7 +4,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from coverdrive.planning.motion import Motion, drive, judged
+from coverdrive.planning.constants import constants_of
+from coverdrive.planning.evaluate import Motion, evaluated
 from coverdrive.planning.obstacles import Obstacles, clearances
 from coverdrive.planning.problem import ProblemSettings, Situation
 from coverdrive.planning.program import (
@@ -22,19 +23,18 @@ TARGET = 5.4
 @pytest.fixture
 def situation() -> Situation:
     rng = np.random.default_rng(3)
-    centres = rng.uniform([100, 0], [180, 11], size=(12, 8, 2))
-    half_sizes = rng.uniform([2, 1], [4, 2], size=(12, 8, 2))
+    centres = rng.uniform([100, 0], [180, 11], size=(13, 8, 2))
+    half_sizes = rng.uniform([2, 1], [4, 2], size=(13, 8, 2))
     state = np.array([100.0, 2.0, 22.0, 0.04])
-    return Situation(
-        state, np.array([-0.5, 0.02]), (0.0, 10.8), Obstacles(centres, half_sizes, rng.uniform(5, 40, size=(12, 8)))
-    )
+    speed, deceleration = rng.uniform(5, 40, size=(13, 8)), rng.uniform(0, 6, size=(13, 8))
+    obstacles = Obstacles(centres, half_sizes, speed, deceleration, np.ones((13, 8)))
+    return Situation(state, np.array([-0.5, 0.02]), (0.0, 10.8), obstacles)
 
 
 @pytest.fixture
 def motion(situation: Situation) -> Motion:
     wishes = np.random.default_rng(5).normal(scale=[2.0, 0.1], size=(12, 2))
-    states, inputs = drive(situation.state, lambda k, _: wishes[None, k], 1, 12, 0.25, PROBLEM.vehicle)
-    return judged(states[0], inputs[0], TARGET, situation, PROBLEM)
+    return evaluated(wishes[None], np.array([TARGET]), situation, constants_of(PROBLEM))[0]
 
 
 def evaluate(program: Program, situation: Situation, motion: Motion) -> tuple[float, np.ndarray]:

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -164,3 +166,14 @@ def test_collisions_of_the_traffic_count_pairs_once_and_leave_the_own_car_out():
     assert metrics.traffic_collisions(trace_of([apart, apart])) == 0
     assert metrics.traffic_collisions(trace_of([apart, pair, pair, own_and_pair])) == 1
     assert metrics.traffic_collisions(trace_of([pair, make_scene([0, 20, 40, 41], [1.8] * 4)])) == 2
+
+
+@pytest.mark.parametrize(("lon", "expected"), [(4.7 + 4.8, 1), (5.3 + 4.8, 0), (-4.9, 0)])
+@pytest.mark.parametrize("status", Status)
+def test_driving_into_a_box_counts_where_the_plan_was_called_clear(lon: float, expected: int, status: Status) -> None:
+    """The own car comes 5 m in a step, towards a standing car."""
+    trace = trace_of([make_scene([0], [1.8]), make_scene([5], [1.8])], statuses=[status])
+    points = np.tile([lon, 1.8], (1, 13, 1))
+    paths = PredictedPaths(points, np.ones(1, dtype=int), np.tile([2.4, 0.95], (1, 13, 1)), 0.25)
+    trace = replace(trace, paths=(paths,))
+    assert metrics.clear_contacts(trace) == expected * (status in (Status.SOLVED, Status.FALLBACK))

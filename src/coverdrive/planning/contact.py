@@ -11,10 +11,52 @@ from jaxtyping import Float
 
 from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
-from coverdrive.planning.obstacles import TINY, own_half_sizes
+from coverdrive.planning.obstacles import FAR, TINY, own_half_sizes
 
+MOST_PARTS = 8
+"""parts that a step is looked at in at the most"""
 half_sizes_of = compiled(own_half_sizes)
 """compiled"""
+Box = tuple[float, float, float, float, float, float]
+"""lon, lat, half length, half width [m], and the speed [m/s] to brake to and its fall [m/s²]"""
+
+
+@compiled
+def box_of(boxes: Float[np.ndarray, "7 P n"], moment: int, slot: int) -> Box:
+    """A box at a moment."""
+    at = boxes[:, moment, slot]
+    return at[0], at[1], at[2], at[3], at[4], at[5]
+
+
+@compiled
+def box_between(boxes: Float[np.ndarray, "7 P n"], moment: int, slot: int, share: float) -> Box:
+    """A box after a share of the step that follows a moment; nobody has to brake for it there."""
+    now, then, rest = boxes[:, moment, slot], boxes[:, moment + 1, slot], 1 - share
+    lon, lat = rest * now[0] + share * then[0], rest * now[1] + share * then[1]
+    return lon, lat, rest * now[2] + share * then[2], rest * now[3] + share * then[3], FAR, 0.0
+
+
+@compiled
+def parts_of(
+    way: tuple[float, float], own: tuple[float, float], boxes: Float[np.ndarray, "7 P n"], moment: int, slot: int
+) -> int:
+    """In how many parts the step after a moment is looked at, so that the own box cannot jump over another.
+
+    In each, car and box come by no more than the sum of their half extents past each other: what moves alike is looked
+    at once.
+
+    Args:
+        way: [m] along lon and lat that the car comes in the step.
+        own: [m] half extents of its box.
+        boxes: the boxes.
+        moment: at which the step begins.
+        slot: index of the box.
+    """
+    parts = 1
+    for axis in range(2):
+        past = abs(way[axis] - boxes[axis, moment + 1, slot] + boxes[axis, moment, slot])
+        parts = max(parts, 1 + int(min(past / (own[axis] + boxes[2 + axis, moment, slot]), MOST_PARTS - 1)))
+    return parts
 
 
 @compiled
@@ -22,9 +64,7 @@ def box_excess(
     state: tuple[float, float, float],
     own: tuple[float, float],
     sign: float,
-    boxes: Float[np.ndarray, "5 K n"],
-    step: int,
-    slot: int,
+    box: Box,
     view: float,
     constants: Constants,
 ) -> tuple[float, Any]:
@@ -34,9 +74,7 @@ def box_excess(
         state: lon, lat [m] and speed [m/s] of the own car.
         own: [m] half extents of its box along lon and lat.
         sign: of the heading that they are taken for, by which they grow with it.
-        boxes: lon, lat, half length, half width [m] and speed [m/s] of the boxes.
-        step: index of the step, from 0.
-        slot: index of the box.
+        box: the box.
         view: what is below −view is not looked at, and −view is returned with derivatives of 0.
         constants: of the problem.
 
@@ -45,13 +83,18 @@ def box_excess(
     """
     vehicle, inflation = constants.vehicle, constants.inflation
     half_way = braking = 0.0
-    faster = state[2] - boxes[4, step, slot]
-    if faster > 0:
-        braking = faster / (2 * vehicle.max_deceleration)
-        half_way = faster * braking / 2
-    long = inflation * (boxes[2, step, slot] + own[0] + half_way)
-    wide = inflation * (boxes[3, step, slot] + own[1])
-    ahead, aside = state[0] + half_way - boxes[0, step, slot], state[1] - boxes[1, step, slot]
+    if state[2] > box[4]:
+        fall = min(box[5], vehicle.max_deceleration)
+        faster, harder = state[2] - box[4], vehicle.max_deceleration - fall
+        if faster * fall <= box[4] * harder:
+            braking = faster / (2 * harder)
+            half_way = faster * braking / 2
+        else:
+            braking = state[2] / (2 * vehicle.max_deceleration)
+            half_way = state[2] * braking / 2 - box[4] ** 2 / (4 * fall)
+    long = inflation * (box[2] + own[0] + half_way)
+    wide = inflation * (box[3] + own[1])
+    ahead, aside = state[0] + half_way - box[0], state[1] - box[1]
     touching = 1 + constants.shape.margin
     if abs(ahead) >= (touching + view) * long or abs(aside) >= (touching + view) * wide:
         return -view, (0.0, 0.0, 0.0, 0.0)

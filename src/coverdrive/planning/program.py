@@ -14,7 +14,7 @@ from jaxtyping import Float
 
 from coverdrive.extras import require
 from coverdrive.planning.cost import CostSettings, input_cost, state_cost
-from coverdrive.planning.obstacles import clearance, own_half_sizes
+from coverdrive.planning.obstacles import clearance, own_half_sizes, way_to_brake
 from coverdrive.planning.problem import ProblemSettings, Situation
 from coverdrive.planning.vehicle import VehicleSettings, euler_step
 
@@ -58,7 +58,7 @@ def build_program(settings: ProblemSettings, slots: int) -> Program:
     """
     steps = settings.steps
     parameters = ca.SX.sym("parameters", PARAMETERS)
-    boxes = [ca.SX.sym(f"boxes_{k}", 5, slots) for k in range(1, steps + 1)]
+    boxes = [ca.SX.sym(f"boxes_{k}", 6, slots) for k in range(1, steps + 1)]
     states = [ca.SX.sym(f"x_{k}", STATES) for k in range(1, steps + 1)]
     inputs = [ca.SX.sym(f"u_{k}", INPUTS) for k in range(steps)]
     slacks = [ca.SX.sym(f"slack_{k}", SLACKS) for k in range(1, steps + 1)]
@@ -140,14 +140,15 @@ def _road_rows(state: Any, right: Any, left: Any, off_road: Any, settings: Probl
 
 def _obstacle_rows(state: Any, boxes: Any, slack: Any, settings: ProblemSettings) -> Any:
     """The obstacle constraints of one step, two rows per slot."""
-    centre_lon, centre_lat, half_length, half_width, speed = (boxes[i, :].T for i in range(5))
+    centre_lon, centre_lat, half_length, half_width, speed, deceleration = (boxes[i, :].T for i in range(6))
     offset = (state[0] - centre_lon, state[1] - centre_lat)
-    excess_speed = ca.fmax(0, state[2] - speed)
+    other, hardest = ca.fmin(state[2], speed), settings.vehicle.max_deceleration
+    way = way_to_brake(state[2], other, deceleration, hardest, ca.if_else)
     half_sizes, margin = (half_length, half_width), settings.obstacles.margin
     rows: list[Any] = []
     for heading in _turned(state[3]):
         own = own_half_sizes(heading, settings.vehicle)
-        value = clearance(offset, half_sizes, own, excess_speed, settings.vehicle, settings.obstacles)
+        value = clearance(offset, half_sizes, own, way, settings.obstacles)
         rows.append(value + slack - 1 - margin)
     return ca.vertcat(*rows)
 
@@ -162,7 +163,8 @@ def parameter_values(situation: Situation, target_lat: float) -> Float[np.ndarra
     origin = situation.state[0]
     obstacles = situation.obstacles
     centres = obstacles.centres - [origin, 0.0]
-    boxes = np.concatenate([centres, obstacles.half_sizes, obstacles.speed[..., None]], axis=-1)
+    ends = obstacles.speed[..., None], obstacles.deceleration[..., None]
+    boxes = np.concatenate([centres, obstacles.half_sizes, *ends], axis=-1)[1:]
     scalars = [0.0, *situation.state[1:], *situation.previous_input, target_lat, *situation.road_edges]
     return np.concatenate([scalars, boxes.ravel()])
 

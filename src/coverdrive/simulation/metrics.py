@@ -6,7 +6,7 @@ m moments, B vehicles other than the ego.
 import numpy as np
 from jaxtyping import Bool, Float
 
-from coverdrive.geometry import body_distance, turned_half_extents
+from coverdrive.geometry import body_distance, boxes_overlap, turned_half_extents
 from coverdrive.planning.plan import Status
 from coverdrive.simulation.initial import EGO
 from coverdrive.simulation.outcome import contacts
@@ -15,6 +15,8 @@ from coverdrive.simulation.trace import Trace
 _SLACK = 1e-3
 """a smaller slack is the solver's tolerance"""
 
+_LOOKS = 21
+"""moments of a step at which contact is looked for"""
 _SETTLED = 0.25
 """share of a lane's width: nearer than this to its centre, the ego counts as having reached the lane"""
 
@@ -155,3 +157,22 @@ def _relative(
         extent[:, others] + extent[:, [EGO]],
         np.asarray(trace.scene.valid)[:, others],
     )
+
+
+def clear_contacts(trace: Trace) -> int:
+    """In how many steps the own car, driving what was called clear, touched a predicted box; it must be 0."""
+    share = np.linspace(0.0, 1.0, _LOOKS)[:, None, None]
+    count = 0
+    for k, (plan, paths) in enumerate(zip(trace.plans, trace.paths, strict=True)):
+        if plan.status not in (Status.SOLVED, Status.FALLBACK) or not len(paths):
+            continue
+        before, after = trace.scene.states[k, OWN], trace.scene.states[k + 1, OWN]
+        own = before + share * (after - before)
+        gone = share * (trace.time[k + 1] - trace.time[k]) / paths.dt
+        points, half_sizes = (
+            each[:, 0] + gone * (each[:, 1] - each[:, 0]) for each in (paths.points, paths.half_sizes)
+        )
+        body = trace.scene.half_sizes[k, OWN]
+        heading = np.zeros(points.shape[:-1])
+        count += bool(boxes_overlap(own[..., :2], own[..., 3], body, points, heading, half_sizes).any())
+    return count

@@ -22,7 +22,7 @@ from coverdrive.simulation.trace import Trace
 
 _SCENE = ("lon", "lat", "speed", "heading", "length", "width", "valid")
 _STEPS = ("base", "stuck", "missed", "prediction_seconds", "planning_seconds")
-_PLAN = ("states", "inputs", "slack", "cost", "seconds", "dt")
+_PLAN = ("states", "inputs", "slack", "cost", "seconds", "dt", "severity")
 _PATHS = ("points", "vehicle", "half_sizes")
 _NOBODY = -1
 
@@ -117,6 +117,7 @@ def _plan(arrays: Mapping[str, np.ndarray], k: int) -> Plan:
         cost=float(at("cost")),
         seconds=float(at("seconds")),
         dt=float(at("dt")),
+        severity=float(at("severity")),
     )
 
 

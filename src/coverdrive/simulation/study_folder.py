@@ -69,6 +69,8 @@ class StudyFolder:
             write_json(self._description, wanted)
         found, wanted = flat(self.description()), flat(wanted)
         different = sorted(key for key in found | wanted if found.get(key) != wanted.get(key))
+        if different == ["scenarios"]:
+            raise DataError(f"the study in {self.path} replayed other recordings; name the same ones with --recording")
         if different:
             changes = ", ".join(f"{key} {found.get(key)!r}, now {wanted.get(key)!r}" for key in different[:3])
             raise DataError(

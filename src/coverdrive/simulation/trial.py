@@ -112,6 +112,8 @@ class TrialResult:
     """of the plans that are clear, but a simple manoeuvre or the rest of the last plan"""
     share_blind: float
     """of the plans made without knowing the own state or a path"""
+    clear_contacts: int
+    """steps in which the own car, driving a plan that was called clear, touched a predicted box; must be 0"""
     traffic_stuck: int
     """how often an uncontrolled vehicle found no choice that passes its check"""
     traffic_collisions: int
@@ -195,6 +197,7 @@ def measure(trace: Trace, seed: int, trial: int) -> TrialResult:
         share_rear=metrics.status_share(trace, Status.REAR),
         share_fallback=metrics.status_share(trace, Status.FALLBACK),
         share_blind=metrics.status_share(trace, Status.BLIND),
+        clear_contacts=metrics.clear_contacts(trace),
         traffic_stuck=metrics.traffic_stuck(trace),
         traffic_collisions=metrics.traffic_collisions(trace),
         impossible_choices=metrics.impossible_choices(trace),
