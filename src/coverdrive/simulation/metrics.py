@@ -166,13 +166,13 @@ def clear_contacts(trace: Trace) -> int:
     for k, (plan, paths) in enumerate(zip(trace.plans, trace.paths, strict=True)):
         if plan.status not in (Status.SOLVED, Status.FALLBACK) or not len(paths):
             continue
-        before, after = trace.scene.states[k, OWN], trace.scene.states[k + 1, OWN]
+        before, after = trace.scene.states[k, EGO], trace.scene.states[k + 1, EGO]
         own = before + share * (after - before)
         gone = share * (trace.time[k + 1] - trace.time[k]) / paths.dt
         points, half_sizes = (
             each[:, 0] + gone * (each[:, 1] - each[:, 0]) for each in (paths.points, paths.half_sizes)
         )
-        body = trace.scene.half_sizes[k, OWN]
+        body = trace.scene.half_sizes[k, EGO]
         heading = np.zeros(points.shape[:-1])
         count += bool(boxes_overlap(own[..., :2], own[..., 3], body, points, heading, half_sizes).any())
     return count
