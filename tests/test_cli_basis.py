@@ -21,9 +21,9 @@ coverdrive_basis = partial(coverdrive, "basis")
 @pytest.mark.slow
 def test_generated_traffic(tmp_path: Path) -> None:
     (tmp_path / "small.toml").write_text(GENERATED)
-    out = tmp_path / "out"
+    out = tmp_path / "out" / "bases"
     radii = ("--epsilon", "1", "--epsilon", "2", "--epsilon", "2.0000001")
-    printed = coverdrive_basis("--config", tmp_path / "small.toml", *radii, "--symmetric", "--out", out)
+    printed = coverdrive_basis("--config", tmp_path / "small.toml", *radii, "--symmetric", "--out", tmp_path / "out")
     assert "100.00%" in printed
     assert Experiment.load(out / "config.toml").prediction.basis.symmetric
     record = json.loads((out / "bases.json").read_text())
@@ -35,8 +35,8 @@ def test_generated_traffic(tmp_path: Path) -> None:
         np.testing.assert_allclose(points, basis.points, rtol=1e-9)
         mirrored = (basis.points * np.array([1.0, -1.0]))[:, None] == basis.points[None]
         assert mirrored.all((-1, -2)).any(1).all()
-        assert (out / "figures" / f"{name}.png").read_bytes().startswith(b"\x89PNG")
-    assert (out / "figures" / "size.pdf").read_bytes().startswith(b"%PDF")
+        assert (out / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+    assert (out / "size.pdf").read_bytes().startswith(b"%PDF")
 
 
 @pytest.mark.slow
@@ -44,9 +44,9 @@ def test_generated_traffic(tmp_path: Path) -> None:
 def test_300_recorded_tracks(us101: Path, tmp_path: Path) -> None:
     printed = coverdrive_basis(us101 / "tracks", "--stride", "0.1", "--epsilon", "2", "--out", tmp_path)
     assert "163888 segments of 3 s" in printed and "100.00%" in printed
-    (each,) = json.loads((tmp_path / "bases.json").read_text())["bases"]
+    (each,) = json.loads((tmp_path / "bases" / "bases.json").read_text())["bases"]
     assert each["covered"] == 1.0 and each["largest_distance"] <= 2
-    assert len(Basis.load(tmp_path / "basis_2.safetensors")) == each["bases"] <= 10
+    assert len(Basis.load(tmp_path / "bases" / "basis_2.safetensors")) == each["bases"] <= 10
 
 
 @pytest.mark.slow
@@ -56,12 +56,12 @@ def test_free_centres(tmp_path: Path) -> None:
     coverdrive_basis(*common, tmp_path / "segments")
     coverdrive_basis(*common, tmp_path / "free", "--centres", "free")
     of_segments, free = (
-        json.loads((tmp_path / name / "bases.json").read_text())["bases"][0] for name in ("segments", "free")
+        json.loads((tmp_path / name / "bases" / "bases.json").read_text())["bases"][0] for name in ("segments", "free")
     )
     assert of_segments["at_least_among_segments"] > 0 and free["at_least_among_segments"] is None
     assert free["at_least_anywhere"] == of_segments["at_least_anywhere"] <= free["bases"] < of_segments["bases"]
-    assert len(Basis.load(tmp_path / "free" / "basis_0.5.safetensors")) == free["bases"] and free["covered"] == 1.0
-    assert Experiment.load(tmp_path / "free" / "config.toml").prediction.basis.centres == "free"
+    assert len(Basis.load(tmp_path / "free" / "bases" / "basis_0.5.safetensors")) == free["bases"] and free["covered"] == 1.0
+    assert Experiment.load(tmp_path / "free" / "bases" / "config.toml").prediction.basis.centres == "free"
 
 
 @pytest.mark.parametrize(

@@ -54,9 +54,10 @@ def fill(folder: Path) -> None:
 
 
 def ngsim() -> pl.DataFrame:
-    """Eight scenes of generated traffic as NGSIM's portal exports them: feet, front bumpers, milliseconds."""
+    """Thirty scenes of calm generated traffic as NGSIM's portal exports them: feet, front bumpers, milliseconds."""
     foot, frames = 0.3048, []
-    for number, recording in enumerate(generate(GeneratedSettings(scenes=8, duration=8.0, vehicles=(24, 26)))):
+    calm = GeneratedSettings(scenes=30, duration=6.0, lanes=1, vehicles=(10, 12), moody_share=0.0, wander=0.0)
+    for number, recording in enumerate(generate(calm)):
         table, road = recording.table, recording.road
         moment = (10 * table["time"].to_numpy()).round().astype(int)
         frames.append(
