@@ -337,3 +337,13 @@ def test_an_interrupt_outside_of_a_study_promises_nothing(monkeypatch, capsys: p
     with pytest.raises(SystemExit) as stopped:
         cli.main()
     assert stopped.value.code == 130 and capsys.readouterr().err == "stopped\n"
+
+
+def test_a_name_that_looks_like_json_or_markup_is_a_name(tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    one = generate(Experiment().generated.model_copy(update={"scenes": 1, "duration": 5.0}))
+    names = ["[x].parquet", "[red]a.parquet", "{y}.parquet"]
+    for name in names:
+        write_parquet(one, tmp_path / name)
+    found = json.loads(coverdrive("inspect", *names, "--json", only="stdout"))
+    assert len(found["recordings"]) == 3

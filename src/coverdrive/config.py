@@ -141,10 +141,12 @@ class Experiment(Settings):
 def _first_problem(error: ValidationError) -> str:
     """Which setting is wrong, why, and what it was."""
     first = error.errors()[0]
-    place, got = ".".join(map(str, first["loc"])) or "the settings as a whole", repr(first["input"])
+    names = [
+        str(each) for each in first["loc"] if str(each).isidentifier() or isinstance(each, int)
+    ]  # no kinds of a value
+    place, got = ".".join(names) or "the settings as a whole", repr(first["input"])
     shown = "" if isinstance(first["input"], (dict, Settings)) else f", got {textwrap.shorten(got, 60)}"
-    more = f" ({error.error_count()} problems in all)" if error.error_count() > 1 else ""
-    return f"{place}: {first['msg']}{shown}{more}"
+    return f"{place}: {first['msg']}{shown}"
 
 
 def merged(values: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:

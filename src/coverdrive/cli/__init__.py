@@ -29,7 +29,7 @@ app = App(
     name="coverdrive",
     version=__version__,
     result_action="return_value",
-    default_parameter=Parameter(negative_iterable=()),
+    default_parameter=Parameter(negative_iterable=(), json_list=False, json_dict=False),
     suppress_keyboard_interrupt=False,
     exit_on_error=False,
     print_error=False,
