@@ -227,12 +227,12 @@ def _nearest(
     way = (0.0, 0.0) if last else (states[moment + 1, 0] - state[0], states[moment + 1, 1] - state[1])
     slack = closing = 0.0
     for slot in range(boxes.shape[2]):
-        excess, _ = box_excess((state[0], state[1], state[2]), own, 0.0, box_of(boxes, moment, slot), 0.0, constants)
+        excess, _, _ = box_excess((state[0], state[1], state[2]), own, 0.0, box_of(boxes, moment, slot), 0.0, constants)
         parts = 1 if last else parts_of(way, own, boxes, moment, slot)
         for part in range(1, parts):
             share = part / parts
             at = (state[0] + share * way[0], state[1] + share * way[1], state[2])
-            between, _ = box_excess(at, own, 0.0, box_between(boxes, moment, slot, share), 0.0, constants)
+            between, _, _ = box_excess(at, own, 0.0, box_between(boxes, moment, slot, share), 0.0, constants)
             excess = max(excess, between)
         if excess > slack:
             after = min(moment + 1, constants.steps)
