@@ -67,7 +67,7 @@ def box_excess(
     box: Box,
     view: float,
     constants: Constants,
-) -> tuple[float, Any]:
+) -> tuple[float, Any, tuple[float, float]]:
     """The slack γ that a box asks for, margin included and negative outside, and its derivatives.
 
     Args:
@@ -79,7 +79,7 @@ def box_excess(
         constants: of the problem.
 
     Returns:
-        The slack, and its derivatives with respect to lon, lat, speed and heading.
+        The slack, and its derivatives with respect to lon, lat, speed and heading, and to the half extents of the car.
     """
     vehicle, inflation = constants.vehicle, constants.inflation
     half_way = braking = 0.0
@@ -97,7 +97,7 @@ def box_excess(
     ahead, aside = state[0] + half_way - box[0], state[1] - box[1]
     touching = 1 + constants.shape.margin
     if abs(ahead) >= (touching + view) * long or abs(aside) >= (touching + view) * wide:
-        return -view, (0.0, 0.0, 0.0, 0.0)
+        return -view, (0.0, 0.0, 0.0, 0.0), (0.0, 0.0)
     per_long, per_wide = 1 / long, 1 / wide
     ahead, aside = ahead * per_long, aside * per_wide
     of_ahead, below_ahead = _to_order(ahead, constants)
@@ -106,10 +106,10 @@ def box_excess(
     norm = _root(power, constants)
     factor = -norm / power
     by_ahead, by_aside = factor * below_ahead * per_long, factor * below_aside * per_wide
-    tilting = -inflation / 2 * sign
-    by_heading = tilting * (by_ahead * ahead * vehicle.width + by_aside * aside * vehicle.length)
+    by_half_sizes = -inflation * by_ahead * ahead, -inflation * by_aside * aside
+    by_heading = sign / 2 * (by_half_sizes[0] * vehicle.width + by_half_sizes[1] * vehicle.length)
     by_speed = by_ahead * (1 - inflation * ahead) * braking
-    return touching - norm, (by_ahead, by_aside, by_speed, by_heading)
+    return touching - norm, (by_ahead, by_aside, by_speed, by_heading), by_half_sizes
 
 
 @compiled

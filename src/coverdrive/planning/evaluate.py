@@ -16,14 +16,23 @@ from coverdrive.planning.constants import Constants
 from coverdrive.planning.contact import box_between, box_excess, box_of, half_sizes_of, parts_of
 from coverdrive.planning.merit import Surroundings, cost_of_input, cost_of_state
 from coverdrive.planning.problem import Situation
-from coverdrive.planning.sweep import NEVER, State, contact_at, impact, impact_beyond, write_edges, write_exact_edges
+from coverdrive.planning.sweep import (
+    NEVER,
+    State,
+    contact_at,
+    impact,
+    impact_beyond,
+    spare,
+    write_edges,
+    write_exact_edges,
+)
 from coverdrive.planning.vehicle import euler_step, within_limits
 
 _HARMFUL = 20.0
 """[m/s] closing speed at which a contact counts twice as much as at rest"""
 _ANY_CONTACT = 5.0
 """[m/s] that a contact counts as at no relative speed"""
-_UNCERTAIN = 0.8
+_UNCERTAIN = 0.4
 """by how much less a contact at the end of the plan counts than one now"""
 _ON_THE_ROAD = 1e-9
 """[m] by which a body may be beyond the edge of the road"""
@@ -53,7 +62,8 @@ class Evaluated(NamedTuple):
     contact"""
     harm: Float[np.ndarray, " m"]
     """[m/s] expected of all first contacts with boxes: each counts its relative speed, and what any contact counts,
-    times its likelihood, and the less the later it is, since the later is the less certain"""
+    times its likelihood, and the less the later it is, since the later is the less certain; of a car that is a little
+    larger, so that a clear motion does some if it has hardly any room"""
     departure: Float[np.ndarray, " m"]
     """[m] by which the body gets beyond the road's edges at the end of every step, summed"""
     clear: Bool[np.ndarray, " m"]
@@ -217,12 +227,12 @@ def _nearest(
     way = (0.0, 0.0) if last else (states[moment + 1, 0] - state[0], states[moment + 1, 1] - state[1])
     slack = closing = 0.0
     for slot in range(boxes.shape[2]):
-        excess, _ = box_excess((state[0], state[1], state[2]), own, 0.0, box_of(boxes, moment, slot), 0.0, constants)
+        excess, _, _ = box_excess((state[0], state[1], state[2]), own, 0.0, box_of(boxes, moment, slot), 0.0, constants)
         parts = 1 if last else parts_of(way, own, boxes, moment, slot)
         for part in range(1, parts):
             share = part / parts
             at = (state[0] + share * way[0], state[1] + share * way[1], state[2])
-            between, _ = box_excess(at, own, 0.0, box_between(boxes, moment, slot, share), 0.0, constants)
+            between, _, _ = box_excess(at, own, 0.0, box_between(boxes, moment, slot, share), 0.0, constants)
             excess = max(excess, between)
         if excess > slack:
             after = min(moment + 1, constants.steps)
@@ -235,7 +245,7 @@ def _nearest(
 def _look_at_all_times(i: int, result: Evaluated, around: Surroundings, constants: Constants) -> None:
     """Tell whether a motion is clear at all times, how severe its contacts are, and how far off the road it gets."""
     steps, states, boxes = constants.steps, result.states[i], around.boxes
-    edges = np.empty((steps, 2, 4))
+    edges, exact = np.empty((steps, 2, 4)), np.empty((steps, 2, 4))
     write_edges(states, result.inputs[i], edges, constants)
     for k in range(steps):
         beyond = max(edges[k, 1, 3] - around.edges[1], around.edges[0] - edges[k, 1, 1])
@@ -245,14 +255,19 @@ def _look_at_all_times(i: int, result: Evaluated, around: Surroundings, constant
     for slot in range(boxes.shape[2]):
         if result.clear[i] and _first_contact(i, slot, result, edges, boxes, constants)[0] < np.inf:
             result.clear[i] = False
-    if not result.clear[i]:
-        write_exact_edges(states, edges, constants)
-        for slot in range(boxes.shape[2]):
-            time, speed = _first_contact(i, slot, result, edges, boxes, constants)
-            if time < np.inf:
-                certainty = boxes[6, 0, slot] * (1 - _UNCERTAIN * time / steps)
-                result.severity[i] = max(result.severity[i], speed)
-                result.harm[i] += certainty * (_ANY_CONTACT + speed)
+    spare(edges)
+    write_exact_edges(states, exact, constants)
+    for slot in range(boxes.shape[2]):
+        time, speed = _first_contact(i, slot, result, edges, boxes, constants)
+        if time == np.inf:
+            continue
+        sure, speed_then = _first_contact(i, slot, result, exact, boxes, constants)
+        if sure < np.inf:
+            time, speed = sure, speed_then
+            result.severity[i] = max(result.severity[i], speed)
+        result.harm[i] += boxes[6, 0, slot] * (1 - _UNCERTAIN * time / steps) * (_ANY_CONTACT + speed)
+    if result.clear[i]:
+        result.severity[i] = 0.0
 
 
 @compiled

@@ -3,8 +3,8 @@
 The slack γ_k of the paper's problem is penalised by c_k·γ_k² and appears nowhere else, so it can be put in: what is
 left is a least-squares problem in the inputs. Differences from the cost of `coverdrive.planning.cost`: every path has a
 slack of its own (the cost takes the largest of each step) at every part of a step in which it is passed, for either
-sign of the heading where both matter, and the limits of speed and heading, which whoever drives the inputs keeps
-exactly, are penalties.
+sign of the heading where both matter; the body is long enough to be where the car gets by Euler steps and where it gets
+exactly; and the limits of speed and heading, which whoever drives the inputs keeps exactly, are penalties.
 
 K steps, U = 2K inputs, n boxes per step, C constraints in view.
 """
@@ -28,6 +28,8 @@ _IN_VIEW = 1.0
 """constraints that are further from being active than this are not seen by a step"""
 _HEADING_IN_VIEW = 0.2
 """[rad] the same of the limits of the heading"""
+_KINK = 0.05
+"""[m] below which a length is smoothed"""
 _LIMITS = 8
 """constraints of every step besides the boxes"""
 _TURNED = 0.15
@@ -192,10 +194,14 @@ def _bodies(course: Course, around: Surroundings, constants: Constants, seen: _C
         sign = 1.0 if heading >= 0 else -1.0
         other_view = _MIRRORED_IN_VIEW if abs(heading) < _TURNED else -np.inf
         own, smaller = half_sizes_of(abs(heading), vehicle), half_sizes_of(-abs(heading), vehicle)
+        lag = _lag_of(course.states[k], around.state, constants.dt)
+        at = (lon + lag.lon / 2, lat + lag.lat / 2, speed)
         for slot in range(boxes.shape[2]):
             for half, turn, view in ((own, sign, _IN_VIEW), (smaller, -sign, other_view)):
-                value, by = box_excess((lon, lat, speed), half, turn, box_of(boxes, k + 1, slot), view, constants)
+                larger = half[0] + lag.long / 2, half[1] + lag.wide / 2
+                value, by, by_half = box_excess(at, larger, turn, box_of(boxes, k + 1, slot), view, constants)
                 if value > -view:
+                    by = _with_lag(by, by_half, lag, speed, heading, constants.dt)
                     count = _append(seen, count, k, value, by, constants.slack[k])
                 if value <= -other_view:
                     break
@@ -208,6 +214,39 @@ def _bodies(course: Course, around: Surroundings, constants: Constants, seen: _C
                     by = (0.0, side, 0.0, widening)
                     count = _append(seen, count, k, beyond + half_width, by, constants.cost.off_road)
     return count
+
+
+class _Lag(NamedTuple):
+    """How far a car that goes on exactly is from the plan: the body is anywhere in between."""
+
+    lon: float
+    """[m] as `coverdrive.planning.sweep.lag`"""
+    lat: float
+    """[m]"""
+    long: float
+    """[m] length of the way along lon, without a kink at 0"""
+    wide: float
+    """[m] the same along lat"""
+
+
+@compiled
+def _lag_of(state: Float[np.ndarray, " 4"], start: Float[np.ndarray, " 4"], dt: float) -> _Lag:
+    lon = dt / 2 * (state[2] * np.cos(state[3]) - start[2] * np.cos(start[3]))
+    lat = dt / 2 * (state[2] * np.sin(state[3]) - start[2] * np.sin(start[3]))
+    return _Lag(lon, lat, np.sqrt(lon**2 + _KINK**2) - _KINK, np.sqrt(lat**2 + _KINK**2) - _KINK)
+
+
+@compiled
+def _with_lag(
+    by: tuple[float, float, float, float], by_half: tuple[float, float], lag: _Lag, speed: float, heading: float,
+    dt: float,
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """Derivatives by the state, of which the lag is a function, from those where half of the lag is added."""
+    along = (by[0] + by_half[0] * lag.lon / (lag.long + _KINK)) * dt / 4
+    across = (by[1] + by_half[1] * lag.lat / (lag.wide + _KINK)) * dt / 4
+    cosine, sine = np.cos(heading), np.sin(heading)
+    turning = speed * (across * cosine - along * sine)
+    return by[0], by[1], by[2] + along * cosine + across * sine, by[3] + turning
 
 
 @compiled
@@ -231,11 +270,8 @@ def _passing(
     parts = parts_of(way, own, boxes, k + 1, slot)
     for part in range(1, parts):
         share = part / parts
-        at, box = (
-            (state[0] + share * way[0], state[1] + share * way[1], state[2]),
-            box_between(boxes, k + 1, slot, share),
-        )
-        value, by = box_excess(at, own, sign, box, _IN_VIEW, constants)
+        at = (state[0] + share * way[0], state[1] + share * way[1], state[2])
+        value, by, _ = box_excess(at, own, sign, box_between(boxes, k + 1, slot, share), _IN_VIEW, constants)
         if value > -_IN_VIEW:
             by_speed = share * (by[0] * by_lon[0] + by[1] * by_lat[0])
             by_heading = by[3] + share * (by[0] * by_lon[1] + by[1] * by_lat[1])

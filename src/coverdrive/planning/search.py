@@ -176,17 +176,18 @@ def _search(
     descent = descend(starts, target, extra, around, constants, iterations, tolerance)
     optimised = evaluate(descent.inputs, target, around, constants)
     standing = np.full(lanes + 1, np.inf)
-    allowed = min(simple.harm[0], simple.harm[len(guesses) + np.argmin(wanted.extra)])
+    held = np.argmin(wanted.extra)
+    allowed, driven = min(simple.harm[0], simple.harm[len(guesses) + held]), len(guesses) + held
     chosen = Chosen(np.nan, 0.0, 0.0, 0.0, 0, False, False)
-    chosen = _better(chosen, optimised, lane, True, allowed, wanted, standing, arrays)
-    chosen = _better(chosen, simple, simple_lane, False, allowed, wanted, standing, arrays)
+    chosen = _better(chosen, optimised, lane, True, held, allowed, wanted, standing, arrays)
+    chosen = _better(chosen, simple, simple_lane, False, driven, allowed, wanted, standing, arrays)
     if not chosen.clear:
         places = _places(around, constants)
         braking = -constants.vehicle.max_deceleration * _HARD
         evading, of_place = _manoeuvres(around, places, braking, _HURRY, constants)
         lane_of = _nearest(places, wanted.targets)[of_place]
         candidates = evaluate(evading, wanted.targets[lane_of], around, constants)
-        chosen = _better(chosen, candidates, lane_of, False, allowed, wanted, standing, arrays)
+        chosen = _better(chosen, candidates, lane_of, False, -1, allowed, wanted, standing, arrays)
     arrays.descended[:], arrays.descended_lane[:] = descent.inputs, lane
     done = bool(descent.done[np.argmin(descent.value + extra)])
     of_contact = chosen.severity, chosen.harm, chosen.departure
@@ -199,6 +200,7 @@ def _better(
     candidates: Evaluated,
     lane: Int[np.ndarray, " m"],
     optimised: bool,
+    driven: int,
     allowed: float,
     wanted: Wanted,
     standing: Float[np.ndarray, " L1"],
@@ -206,10 +208,10 @@ def _better(
 ) -> Chosen:
     """What is chosen with more candidates; ``standing`` holds the rank of the best of each lane, and of the chosen.
 
-    Ranks that are no numbers are never better.
+    The candidate ``driven`` goes on with what is driven. Ranks that are no numbers are never better.
     """
     for i in range(len(lane)):
-        rank = _rank(candidates, i, allowed)
+        rank = _rank(candidates, i, i == driven, allowed)
         if rank < standing[lane[i]]:
             standing[lane[i]] = rank
             arrays.best[lane[i]] = candidates.inputs[i]
@@ -223,11 +225,14 @@ def _better(
 
 
 @compiled
-def _rank(candidates: Evaluated, i: int, allowed: float) -> float:
+def _rank(candidates: Evaluated, i: int, driven: bool, allowed: float) -> float:
     """The lower, the better: clear motions by their cost; others first by leaving the road, then by more harm [m/s]
     than is allowed, then by the cost that counts how deep and how early they get into boxes.
+
+    A clear motion that has hardly any room is one of the others, unless it goes on with what is driven: the next plan
+    cannot follow it to the centimetre.
     """
-    if candidates.clear[i]:
+    if candidates.clear[i] and (driven or candidates.harm[i] == 0):
         return candidates.lasting_cost[i]
     leaving, more = max(0.0, candidates.departure[i] - _NO_DEPARTURE), max(0.0, candidates.harm[i] - allowed)
     return _UNCLEAR + _PER_DEPARTURE * leaving + _PER_HARM * more + candidates.lasting_cost[i]

@@ -28,7 +28,7 @@ from coverdrive.planning.constants import Constants
 from coverdrive.planning.contact import half_sizes_of
 
 SPARE = 0.1
-"""[m] all around a car; less is a contact where contacts are weighed against each other"""
+"""[m] all around a car; less is a contact where contacts are weighed against each other, and no room for a new plan"""
 NEVER = 2.0
 """a share of a step that no contact has"""
 State = tuple[float, float, float, float]
@@ -79,8 +79,15 @@ def write_exact_edges(
     for k in range(constants.steps):
         for at in range(2):
             ahead, aside = lag(states, k + at, constants.dt)
-            off = (ahead - SPARE, aside - SPARE, ahead + SPARE, aside + SPARE)
-            _place(edges[k, at], states[k + at], off, constants)
+            _place(edges[k, at], states[k + at], (ahead, aside, ahead, aside), constants)
+    spare(edges)
+
+
+@compiled
+def spare(edges: Float[np.ndarray, "K 2 4"]) -> None:
+    """Move all edges outwards."""
+    edges[:, :, :2] -= SPARE
+    edges[:, :, 2:] += SPARE
 
 
 @compiled
