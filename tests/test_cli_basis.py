@@ -60,11 +60,9 @@ def test_free_centres(tmp_path: Path) -> None:
     )
     assert of_segments["at_least_among_segments"] > 0 and free["at_least_among_segments"] is None
     assert free["at_least_anywhere"] == of_segments["at_least_anywhere"] <= free["bases"] < of_segments["bases"]
-    assert (
-        len(Basis.load(tmp_path / "free" / "bases" / "basis_0.5.safetensors")) == free["bases"]
-        and free["covered"] == 1.0
-    )
-    assert Experiment.load(tmp_path / "free" / "bases" / "config.toml").prediction.basis.centres == "free"
+    folder = tmp_path / "free" / "bases"
+    assert len(Basis.load(folder / "basis_0.5.safetensors")) == free["bases"] and free["covered"] == 1.0
+    assert Experiment.load(folder / "config.toml").prediction.basis.centres == "free"
 
 
 @pytest.mark.parametrize(

@@ -141,9 +141,7 @@ class Experiment(Settings):
 def _first_problem(error: ValidationError) -> str:
     """Which setting is wrong, why, and what it was."""
     first = error.errors()[0]
-    names = [
-        str(each) for each in first["loc"] if str(each).isidentifier() or isinstance(each, int)
-    ]  # no kinds of a value
+    names = [str(each) for each in first["loc"] if isinstance(each, int) or each.isidentifier()]  # no kinds of values
     place, got = ".".join(names) or "the settings as a whole", repr(first["input"])
     shown = "" if isinstance(first["input"], (dict, Settings)) else f", got {textwrap.shorten(got, 60)}"
     return f"{place}: {first['msg']}{shown}"
