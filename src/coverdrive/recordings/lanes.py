@@ -9,23 +9,15 @@ LANE_WIDTH = 3.6576
 RARE = 0.02
 """A lane with a smaller share of the rows is a ramp and not part of the road"""
 
-
 MOST_LANES = 20
 """The widest roads have fewer lanes in one direction"""
 
 
 def edges_from_lanes(right: Float[np.ndarray, " R"], lane: Num[np.ndarray, " R"]) -> Float[np.ndarray, " edges"] | None:
-    """Edges half-way between the median positions of neighbouring lanes.
+    """Edges [m] half-way between the median positions of neighbouring lanes, ascending; None if no lane is frequent.
 
-    Lanes that are rare, or so close to a more frequent one that they cannot lie beside it, are left out.
-
-    Args:
-        right: [m] distance of every vehicle's centre from the left edge, to the right.
-        lane: the lane that the recording names.
-
-    Returns:
-        Edges [m] in the same direction, ascending; None where no lane is frequent.
-
+    ``right`` [m] is the distance of every vehicle's centre from the left edge, ``lane`` the lane that the recording
+    names. Lanes that are rare, or so close to a more frequent one that they cannot lie beside it, are left out.
     """
     names, rows = np.unique(lane, return_counts=True)
     kept: list[float] = []
@@ -43,11 +35,6 @@ def edges_from_lanes(right: Float[np.ndarray, " R"], lane: Num[np.ndarray, " R"]
 
 
 def edges_from_width(right: Float[np.ndarray, " R"]) -> Float[np.ndarray, " edges"] | None:
-    """Edges of 12 ft lanes from the left edge on, as many as hold all but 2 % of the rows; None if too many.
-
-    Args:
-        right: [m] distance of every vehicle's centre from the left edge, to the right.
-
-    """
+    """Edges of 12 ft lanes from the left edge on, as many as hold all but 2 % of the rows; None if too many."""
     lanes = max(1, int(np.ceil(np.quantile(right, 1 - RARE) / LANE_WIDTH)))
     return np.arange(lanes + 1) * LANE_WIDTH if lanes <= MOST_LANES else None

@@ -32,42 +32,29 @@ def read_ngsim(
 ) -> tuple[Reading, ...]:
     """Read one site of an NGSIM file, one recording for each recording period.
 
-    Args:
-        file: the portal's CSV or the original text.
-        location: the site, such as ``us-101``; needed where the file holds several, and left aside for the
-            original text, which cannot.
-        settings: how positions are smoothed.
-
-    Raises:
-        RecordingError: when the file is not what it claims to be.
-
+    The site ``location``, such as ``us-101``, is needed where the file holds several; the original text cannot.
     """
     layout = _layout(file)
     refuse_foreign(file, layout.columns)
     missing = [name for name in REQUIRED if name not in layout.columns]
     if missing:
-        raise RecordingError(
-            file, f"the file has no column {missing[0]}; expected the columns {', '.join(REQUIRED)}", 1
-        )
+        problem = f"the file has no column {missing[0]}; expected the columns {', '.join(REQUIRED)}"
+        raise RecordingError(file, problem, 1)
     wanted = [name for name in (*REQUIRED, *OPTIONAL) if name in layout.columns]
     repairs: Counter[str] = Counter()
-    site = location if layout.header_lines else None  # the original text holds a single site
-    feet = read_columns(layout, wanted, site, repairs)
+    feet = read_columns(layout, wanted, location if layout.header_lines else None, repairs)
     usual = float(np.median(feet["v_length"].to_numpy()))
     if not USUAL_LENGTHS[0] <= usual <= USUAL_LENGTHS[1]:
         least, most = USUAL_LENGTHS
         problem = f"the median vehicle length is {usual:.2f}, which cannot be feet; expected {least:g} to {most:g}"
         raise RecordingError(file, f"{problem}, convert the file to feet")
+    lengths = {"right": "local_x", "front": "local_y", "length": "v_length", "width": "v_width", "speed": "v_vel"}
     metres = feet.select(
         ROW,
-        vehicle=pl.col("vehicle_id"),
-        frame=pl.col("frame_id"),
+        vehicle="vehicle_id",
+        frame="frame_id",
         clock=pl.col("global_time") / 1000,
-        right=pl.col("local_x") * FOOT,
-        front=pl.col("local_y") * FOOT,
-        length=pl.col("v_length") * FOOT,
-        width=pl.col("v_width") * FOOT,
-        speed=pl.col("v_vel") * FOOT,
+        **{name: pl.col(source) * FOOT for name, source in lengths.items()},
         **({"lane": pl.col("lane_id")} if "lane_id" in wanted else {}),
     )
     del feet  # a third of the memory
@@ -85,10 +72,7 @@ def _layout(file: Path) -> Layout:
         return Layout(file, columns, ",", header_lines=1)
     columns = tuple(TEXT_COLUMNS.split())
     if len(first.split()) != len(columns):
-        raise RecordingError(
-            file,
-            f"the first line has {len(first.split())} columns and no comma; expected a header with "
-            f"commas, as the NGSIM portal writes it, or the {len(columns)} columns of the original NGSIM text",
-            1,
-        )
+        problem = f"the first line has {len(first.split())} columns and no comma; expected a header with commas, as"
+        problem += f" the NGSIM portal writes it, or the {len(columns)} columns of the original NGSIM text"
+        raise RecordingError(file, problem, 1)
     return Layout(file, columns, " ", header_lines=0)
