@@ -42,7 +42,7 @@ def read_ngsim(
         raise RecordingError(file, problem, 1)
     wanted = [name for name in (*REQUIRED, *OPTIONAL) if name in layout.columns]
     repairs: Counter[str] = Counter()
-    feet = read_columns(layout, wanted, location if layout.header_lines else None, repairs)
+    feet = read_columns(layout, wanted, location if layout.separator == "," else None, repairs)
     usual = float(np.median(feet["v_length"].to_numpy()))
     if not USUAL_LENGTHS[0] <= usual <= USUAL_LENGTHS[1]:
         least, most = USUAL_LENGTHS
@@ -69,10 +69,10 @@ def _layout(file: Path) -> Layout:
         raise RecordingError(file, "the file is empty; check that it was copied whole")
     if "," in first:
         columns = tuple(name.strip().strip('"').lower() for name in first.split(","))
-        return Layout(file, columns, ",", header_lines=1)
+        return Layout(file, columns, ",")
     columns = tuple(TEXT_COLUMNS.split())
     if len(first.split()) != len(columns):
         problem = f"the first line has {len(first.split())} columns and no comma; expected a header with commas, as"
         problem += f" the NGSIM portal writes it, or the {len(columns)} columns of the original NGSIM text"
         raise RecordingError(file, problem, 1)
-    return Layout(file, columns, " ", header_lines=0)
+    return Layout(file, columns, " ")

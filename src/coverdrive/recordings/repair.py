@@ -51,11 +51,7 @@ class RawTracks:
 def tidy(raw: RawTracks, dt: float, repairs: Counter[str]) -> RawTracks:
     """Rows by vehicle and moment, each moment once, and none far from its neighbours on both sides.
 
-    Args:
-        raw: positions on the time grid.
-        dt: [s] between two moments.
-        repairs: gains ``rows out of order``, ``duplicated rows``, ``conflicting rows`` and ``lone outliers``.
-
+    ``repairs`` gains ``rows out of order``, ``duplicated rows``, ``conflicting rows`` and ``lone outliers``.
     """
     return _drop_outliers(_drop_duplicates(_sort(raw, repairs), repairs), dt, repairs)
 
