@@ -131,10 +131,8 @@ def _line(file: Path, lanes: list[list[Any]]) -> ReferenceLine:
         raise RecordingError(file, f"the road is not between 1 m and {LONGEST_ROAD:g} m long; check the coordinates")
     turned = np.degrees(bend(left))
     if turned > LARGEST_BEND:
-        found = (
-            f"the road bends by {turned:.0f}°; only roads that bend by at most {LARGEST_BEND:g}° can be read so far"
-        )
-        raise RecordingError(file, f"{problem}: choose a straight one, or cut the scenario")
+        found = f"the road bends by {turned:.0f}°; only roads that bend by at most {LARGEST_BEND:g}° can be read so far"
+        raise RecordingError(file, f"{found}: choose a straight one, or cut the scenario")
     return reference_line(left)
 
 

@@ -27,9 +27,3 @@ def refuse_foreign(file: Path, columns: Iterable[str]) -> None:
         if names.issuperset(telling.split()):
             problem = f"these look like {title}, which are not read yet; the format is described at https://{where}"
             raise RecordingError(file, f"{problem}: convert it to own Parquet, as the tutorial 'Your recordings' shows")
-
-
-def refuse_json(file: Path) -> None:
-    """Refuse a JSON file of a known format by the names in its first 100,000 bytes."""
-    with file.open("rb") as stream:
-        refuse_foreign(file, stream.read(100_000).decode("utf-8", errors="replace").split('"'))

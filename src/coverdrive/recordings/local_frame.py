@@ -9,12 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import polars as pl
-from jaxtyping import Float, Int
+from jaxtyping import Float, Int, Num
 
 from coverdrive.errors import RecordingError
 from coverdrive.recordings.checks import LENGTHS, LONGEST_ROAD, WIDTHS
 from coverdrive.recordings.delimited import ROW
-from coverdrive.recordings.lanes import edges_from_lanes, edges_from_width
 from coverdrive.recordings.repair import RawTracks, tidy
 from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.recordings.tracks import Reading, check_time_step, make_reading, name_of
@@ -31,6 +30,15 @@ MOST_PERIODS = 20
 
 MOST_ODD_SIZES = 0.05
 """Share of the rows whose length or width may be no vehicle's; more show another unit"""
+
+LANE_WIDTH = 3.6576
+"""[m] 12 ft, the lane width of US freeways (AASHTO), where the recording does not name lanes"""
+
+RARE = 0.02
+"""A lane with a smaller share of the rows is a ramp and not part of the road"""
+
+MOST_LANES = 20
+"""The widest roads have fewer lanes in one direction"""
 
 
 def recordings_from_local(
@@ -145,3 +153,30 @@ def _check_whole(file: Path, table: pl.DataFrame) -> None:
         for row in ((table[name] != table[name].round()) | ((table[name] < 0) & (name == "vehicle"))).arg_true():
             problem = f"expected a whole number, got {table[name][row]:g}; put the cell right or remove the row"
             raise RecordingError(file, problem, table[ROW][row], name)
+
+
+def edges_from_lanes(right: Float[np.ndarray, " R"], lane: Num[np.ndarray, " R"]) -> Float[np.ndarray, " edges"] | None:
+    """Edges [m] half-way between the median positions of neighbouring lanes, ascending; None if no lane is frequent.
+
+    ``right`` [m] is the distance of every vehicle's centre from the left edge, ``lane`` the lane that the recording
+    names. Lanes that are rare, or so close to a more frequent one that they cannot lie beside it, are left out.
+    """
+    names, rows = np.unique(lane, return_counts=True)
+    kept: list[float] = []
+    for index in np.argsort(-rows, kind="stable")[: round(1 / RARE)]:
+        if rows[index] >= RARE * len(right):
+            centre = float(np.median(right[lane == names[index]]))
+            if all(abs(centre - other) > LANE_WIDTH / 2 for other in kept):
+                kept.append(centre)
+    if not kept:
+        return None
+    inner = np.sort(kept)
+    widths = np.diff(inner) if len(inner) > 1 else np.array([LANE_WIDTH])
+    middles = (inner[:-1] + inner[1:]) / 2
+    return np.concatenate([[inner[0] - widths[0] / 2], middles, [inner[-1] + widths[-1] / 2]])
+
+
+def edges_from_width(right: Float[np.ndarray, " R"]) -> Float[np.ndarray, " edges"] | None:
+    """Edges of 12 ft lanes from the left edge on, as many as hold all but 2 % of the rows; None if too many."""
+    lanes = max(1, int(np.ceil(np.quantile(right, 1 - RARE) / LANE_WIDTH)))
+    return np.arange(lanes + 1) * LANE_WIDTH if lanes <= MOST_LANES else None

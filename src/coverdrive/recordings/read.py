@@ -15,9 +15,8 @@ from scipy.sparse.csgraph import connected_components
 from coverdrive.errors import RecordingError
 from coverdrive.progress import part
 from coverdrive.recordings.commonroad import read_commonroad
-from coverdrive.recordings.foreign import refuse_foreign, refuse_json
-from coverdrive.recordings.metric import is_metric, read_metric
-from coverdrive.recordings.ngsim import read_ngsim
+from coverdrive.recordings.foreign import refuse_foreign
+from coverdrive.recordings.ngsim import is_metric, read_metric, read_ngsim
 from coverdrive.recordings.overlap import overlapping_groups
 from coverdrive.recordings.parquet import read_heads, read_parquet
 from coverdrive.recordings.recording import Recording
@@ -37,9 +36,7 @@ Groups = Int[np.ndarray, "..."]
 
 
 def read(
-    paths: Path | str | Sequence[Path | str],
-    location: str | None = None,
-    smoothing: SmoothingSettings | None = None,
+    paths: Path | str | Sequence[Path | str], location: str | None = None, smoothing: SmoothingSettings | None = None
 ) -> tuple[Recording, ...]:
     """Read recordings and number their groups.
 
@@ -95,7 +92,8 @@ def _read_file(file: Path, location: str | None, settings: SmoothingSettings) ->
         if suffix == ".parquet":
             return _read_parquet(file, settings)
         if suffix == ".json":
-            refuse_json(file)
+            with file.open("rb") as stream:
+                refuse_foreign(file, stream.read(100_000).decode("utf-8", errors="replace").split('"'))
     except OSError as error:
         problem = f"the file cannot be read ({error.strerror or error}); check its permissions"
         raise RecordingError(file, problem) from error

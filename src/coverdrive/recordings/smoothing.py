@@ -57,7 +57,6 @@ def smooth(
     half = window // 2
     counts = np.diff(np.append(starts, len(values)))
     smoothed, slope = np.empty_like(values), np.empty_like(values)
-
     fit, fit_slope = _fit(window, settings.order, dt)
     if len(values) >= window:
         inner = slice(half, len(values) - half)

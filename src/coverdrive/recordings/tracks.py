@@ -5,8 +5,8 @@ R rows of raw positions become a recording's table: sorted by vehicle and time, 
 """
 
 from collections import Counter
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import polars as pl
@@ -28,13 +28,11 @@ STATED = (0.8, 1.25)
 """Median ratio of the speed of the positions to the one that a file states"""
 
 
-@dataclass(frozen=True, eq=False)
-class Reading:
-    """A recording together with what it was made from."""
+class Reading(NamedTuple):
+    """A recording, and the tracks on the road as the file holds them."""
 
     recording: Recording
     raw: RawTracks
-    """the tracks on the road as the file holds them"""
 
 
 def regular_table(raw: RawTracks, dt: float, settings: SmoothingSettings, repairs: Counter[str]) -> pl.DataFrame:
