@@ -7,7 +7,7 @@ import polars as pl
 import pytest
 
 from coverdrive.errors import RecordingError
-from coverdrive.recordings.metric import is_metric, read_metric
+from coverdrive.recordings.ngsim import is_metric, read_metric
 
 
 def metric_table(speed: float = 12.0) -> pl.DataFrame:

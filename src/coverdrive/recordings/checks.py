@@ -1,18 +1,19 @@
 """What every recording must be, checked whenever one is made: the right units, regular tracks, vehicles on the road.
 
-A check looks at the whole table at once and says what is wrong with it, or nothing. The limits are those of road
-traffic, wide enough for trucks, motorcycles and measurement noise, and narrow enough to tell metres from feet, seconds
-from milliseconds and m/s from km/h.
+The limits are those of road traffic, wide enough for trucks, motorcycles and measurement noise, and narrow enough to
+tell metres from feet, seconds from milliseconds and m/s from km/h. A *track* is a vehicle without a break in time; R is
+the number of rows, steps lead from one to the next.
 """
 
-from collections.abc import Callable
+from collections.abc import Iterator
+from functools import cached_property
+from itertools import chain
 
 import numpy as np
 import polars as pl
-from jaxtyping import Int
+from jaxtyping import Bool, Float, Int, Num
 
 from coverdrive.errors import DataError
-from coverdrive.recordings.rows import LEAST_DRIFT, Rows
 from coverdrive.road import Road
 
 TIME_STEPS = (0.02, 1.0)
@@ -42,218 +43,240 @@ SYSTEMATIC = 0.1
 SPEED_UNITS = {"km/h": 1 / 3.6, "mph": 0.44704, "ft/s": 0.3048}
 """[m/s] of the units in which speeds are stated by mistake"""
 
+LEAST_DRIFT, DRIFT = 3.0, 0.1
+"""[m] and share of a track's way by which its speeds and headings may miss its end; recorded US-101 traffic stays
+within 1.5 m"""
+
+LEAST_JUMP, JUMP = 3.0, 0.3
+"""[m] and share of its way by which a step may differ from the speeds at its ends; US-101: 1.2 m in 0.1 s"""
+
+BACKWARDS = 5.0
+"""[m] that a track may go back: noise of vehicles that stand still"""
+
+
+class Rows:
+    """The columns of a recording's table as arrays, and what moves between successive rows."""
+
+    def __init__(self, table: pl.DataFrame, dt: float, road: Road):
+        self.table, self.dt, self.road = table, dt, road
+
+    def of(self, name: str) -> Num[np.ndarray, " R"]:
+        """One column."""
+        return self.table[name].to_numpy()
+
+    def at(self, row: np.intp) -> str:
+        """Vehicle and time of a row, for messages."""
+        return f"vehicle {self.of('vehicle')[row]} at {self.of('time')[row]:.6g} s"
+
+    @cached_property
+    def moment(self) -> Int[np.ndarray, " R"]:
+        """Time in units of dt."""
+        return np.rint(self.of("time") / self.dt).astype(np.int64)
+
+    @cached_property
+    def same(self) -> Bool[np.ndarray, " steps"]:
+        """Whether the next row is of the same vehicle."""
+        return np.diff(self.of("vehicle")) == 0
+
+    @cached_property
+    def goes_on(self) -> Bool[np.ndarray, " steps"]:
+        """Whether the next row is the next of the same track."""
+        return self.same & (np.diff(self.moment) == 1)
+
+    @cached_property
+    def starts(self) -> Int[np.ndarray, " tracks"]:
+        """First row of every track."""
+        return np.flatnonzero(np.concatenate([[True], ~self.goes_on]))
+
+    @cached_property
+    def moved(self) -> Float[np.ndarray, "2 steps"]:
+        """[m] way along and across the road from each row to the next, 0 at the end of a track."""
+        return np.stack([np.diff(self.of("lon")), np.diff(self.of("lat"))]) * self.goes_on
+
+    @cached_property
+    def way(self) -> Float[np.ndarray, " steps"]:
+        """[m] to the next row by the speeds, 0 at the end of a track."""
+        speed = self.of("speed")
+        return (speed[1:] + speed[:-1]) / 2 * self.dt * self.goes_on
+
+    def expected(self, heading: Float[np.ndarray, " R"]) -> Float[np.ndarray, "2 steps"]:
+        """[m] way to the next row by the speeds and these headings [rad]."""
+        velocity = self.of("speed") * np.stack([np.cos(heading), np.sin(heading)])
+        return (velocity[:, 1:] + velocity[:, :-1]) / 2 * self.dt * self.goes_on
+
+    def by_track(self, steps: Float[np.ndarray, "*n steps"]) -> Float[np.ndarray, "*n tracks"]:
+        """Sums of what happens between rows over every track."""
+        padded = np.concatenate([np.zeros((*steps.shape[:-1], 1)), steps], axis=-1)
+        return np.add.reduceat(padded, self.starts, axis=-1)
+
+    def off_course(self, heading: Float[np.ndarray, " R"]) -> Bool[np.ndarray, " tracks"]:
+        """Tracks that do not end where their speeds and these headings [rad] lead."""
+        missed = np.hypot(*self.by_track(self.moved - self.expected(heading)))
+        return missed > LEAST_DRIFT + DRIFT * self.by_track(self.way)
+
+    @cached_property
+    def jumps(self) -> Bool[np.ndarray, " steps"]:
+        """Steps that no vehicle makes at these speeds."""
+        missed = np.hypot(*(self.moved - self.expected(self.of("heading"))))
+        return missed > LEAST_JUMP + JUMP * self.way
+
+    @cached_property
+    def backwards(self) -> Bool[np.ndarray, " tracks"]:
+        """Tracks against the direction of the road."""
+        return self.by_track(self.moved[0]) < -BACKWARDS
+
 
 def check(table: pl.DataFrame, dt: float, road: Road) -> None:
-    """Refuse a table that cannot be traffic on this road.
-
-    Args:
-        table: as `coverdrive.recordings.recording.SCHEMA` says.
-        dt: [s] between two rows of a track.
-        road: that the vehicles drive on.
-
-    Raises:
-        DataError: names vehicle and time of the first row that is wrong, what was expected and what to try.
-
-    """
+    """Refuse a table that cannot be traffic on this road: a `DataError` names the first row that is wrong."""
     rows = Rows(table, dt, road)
-    for problem in (found for one in CHECKS if (found := one(rows))):
+    for problem in chain.from_iterable(problems(rows) for problems in CHECKS):
         raise DataError(problem)
 
 
 def implausible_vehicles(table: pl.DataFrame, dt: float, road: Road) -> Int[np.ndarray, " vehicles"]:
     """Numbers of the vehicles that jump, drift, speed or drive backwards as no vehicle does."""
     rows = Rows(table, dt, road)
-    tracks = rows.backwards | rows.off_course(rows.of("heading"))
-    wrong = np.concatenate([rows.of("vehicle")[rows.starts[tracks]], rows.of("vehicle")[:-1][rows.jumps]])
-    return np.unique(np.concatenate([wrong, rows.of("vehicle")[rows.of("speed") > FASTEST]]))
+    vehicle, tracks = rows.of("vehicle"), rows.backwards | rows.off_course(rows.of("heading"))
+    fast = rows.of("speed") > FASTEST
+    return np.unique(np.concatenate([vehicle[rows.starts[tracks]], vehicle[:-1][rows.jumps], vehicle[fast]]))
 
 
-def _time_step(rows: Rows) -> str | None:
-    if TIME_STEPS[0] <= rows.dt <= TIME_STEPS[1]:
-        return None
-    return f"the time step is {rows.dt:g} s; expected {TIME_STEPS[0]} to {TIME_STEPS[1]:g} s: give times in seconds"
-
-
-def _road(rows: Rows) -> str | None:
+def _road(rows: Rows) -> Iterator[str]:
+    if not TIME_STEPS[0] <= rows.dt <= TIME_STEPS[1]:
+        yield f"the time step is {rows.dt:g} s; expected {TIME_STEPS[0]} to {TIME_STEPS[1]:g} s: give times in seconds"
     edges = np.asarray(rows.road.edges, dtype=np.float64)
     if edges.ndim != 1 or len(edges) < 2 or not np.isfinite(edges).all() or np.any(np.diff(edges) <= 0):
-        return f"the lane edges are {edges.tolist()}; expected two or more, ascending from the right edge of the road"
+        yield f"the lane edges are {edges.tolist()}; expected two or more, ascending from the right edge of the road"
     if abs(edges[0]) > 0.01:
-        return f"the right edge of the road is at lat = {edges[0]:g} m; expected 0: subtract it from edges and lat"
+        yield f"the right edge of the road is at lat = {edges[0]:g} m; expected 0: subtract it from edges and lat"
     for lane, width in enumerate(np.diff(edges)):
         if not LANE_WIDTHS[0] <= width <= LANE_WIDTHS[1]:
             hint = "; are these feet? multiply by 0.3048" if 8 <= width <= 25 else "; check the unit of the edges"
-            return f"lane {lane} is {width:g} m wide; expected {LANE_WIDTHS[0]:g} to {LANE_WIDTHS[1]:g} m{hint}"
+            yield f"lane {lane} is {width:g} m wide; expected {LANE_WIDTHS[0]:g} to {LANE_WIDTHS[1]:g} m{hint}"
     if not 0 < float(rows.road.length) <= LONGEST_ROAD:
-        return f"the road is {float(rows.road.length):g} m long; expected more than 0 and up to {LONGEST_ROAD:g} m"
-    return None
+        yield f"the road is {float(rows.road.length):g} m long; expected more than 0 and up to {LONGEST_ROAD:g} m"
 
 
-def _some(rows: Rows) -> str | None:
-    return None if len(rows.table) else "the table holds no rows; expected at least one vehicle"
-
-
-def _finite(rows: Rows) -> str | None:
+def _cells(rows: Rows) -> Iterator[str]:
+    if rows.table.is_empty():
+        yield "the table holds no rows; expected at least one vehicle"
     for name, column in zip(rows.table.columns, rows.table, strict=True):
-        wrong = column.is_null() | (~column.is_finite() if column.dtype.is_float() else False)
-        if wrong.any():
-            row = int(wrong.arg_max() or 0)
-            vehicle = rows.table["vehicle"][row]
-            return (
-                f"{name} of vehicle {vehicle} in row {row} is {column[row]}; expected a number: remove the row, and "
-                "give what comes after the gap another vehicle number"
+        for row in (~column.is_finite()).fill_null(True).arg_true():
+            yield (
+                f"{name} of vehicle {rows.table['vehicle'][row]} in row {row} is {column[row]}; expected a number: "
+                "remove the row, and give what comes after the gap another vehicle number"
             )
-    return None
+    lowest = rows.of("vehicle").min()
+    if lowest < 0:
+        yield f"a vehicle has the number {lowest}; expected 0 or more: number the vehicles anew"
 
 
-def _numbers(rows: Rows) -> str | None:
-    lowest = int(rows.of("vehicle").min())
-    return None if lowest >= 0 else f"a vehicle has the number {lowest}; expected 0 or more: number the vehicles anew"
-
-
-def _order(rows: Rows) -> str | None:
+def _order(rows: Rows) -> Iterator[str]:
     time = rows.of("time")
-    late = np.abs(time) > LATEST
-    if late.any():
-        return f"{rows.at(int(late.argmax()))}: expected seconds; divide milliseconds by 1000"
-    if np.any(np.diff(rows.of("vehicle")) < 0) or np.any(rows.same & (np.diff(time) < 0)):
-        row = int(np.argmax((np.diff(rows.of("vehicle")) < 0) | (rows.same & (np.diff(time) < 0)))) + 1
-        return f"{rows.at(row)} comes after {rows.at(row - 1)}; expected rows in order: sort by vehicle and time"
-    off_grid = np.abs(time / rows.dt - rows.moment) > 0.01
-    if off_grid.any():
-        row = int(off_grid.argmax())
-        return (
-            f"{rows.at(row)} is between two time steps; expected multiples of dt = {rows.dt:g} s: resample the tracks"
-        )
-    twice = rows.same & (np.diff(rows.moment) == 0)
-    if twice.any():
-        return f"{rows.at(int(twice.argmax()))} has two rows; expected one: remove the other"
-    gap = rows.same & (np.diff(rows.moment) > 1) & (np.diff(rows.of("group")) == 0)
-    if gap.any():
-        row = int(gap.argmax())
-        return (
+    for row in np.flatnonzero(np.abs(time) > LATEST):
+        yield f"{rows.at(row)}: expected seconds; divide milliseconds by 1000"
+    step = np.diff(rows.moment)
+    for row in np.flatnonzero((np.diff(rows.of("vehicle")) < 0) | (rows.same & (np.diff(time) < 0))):
+        yield f"{rows.at(row + 1)} comes after {rows.at(row)}; expected rows in order: sort by vehicle and time"
+    for row in np.flatnonzero(np.abs(time / rows.dt - rows.moment) > 0.01):
+        found = f"{rows.at(row)} is between two time steps"
+        yield f"{found}; expected multiples of dt = {rows.dt:g} s: resample the tracks"
+    for row in np.flatnonzero(rows.same & (step == 0)):
+        yield f"{rows.at(row)} has two rows; expected one: remove the other"
+    for row in np.flatnonzero(rows.same & (step > 1) & (np.diff(rows.of("group")) == 0)):
+        yield (
             f"{rows.at(row)} is next seen at {time[row + 1]:.6g} s; expected a row every {rows.dt:g} s: fill the gap, "
             "or give the vehicle another number after it"
         )
-    return None
 
 
-def _sizes(rows: Rows) -> str | None:
-    length, width = rows.of("length"), rows.of("width")
-    if np.median(width) > np.median(length):
-        return "most vehicles are wider than long; expected length along the heading: swap the columns length and width"
-    for name, values, (least, most) in (("length", length, LENGTHS), ("width", width, WIDTHS)):
+def _measures(rows: Rows) -> Iterator[str]:
+    """Sizes and headings."""
+    if np.median(rows.of("width")) > np.median(rows.of("length")):
+        yield "most vehicles are wider than long; expected length along the heading: swap the columns length and width"
+    for name, (least, most) in {"length": LENGTHS, "width": WIDTHS}.items():
+        values = rows.of(name)
         wrong = (values < least) | (values > most)
-        if wrong.any():
-            row = int(wrong.argmax())
+        for row in np.flatnonzero(wrong):
             hint = ": these look like feet, multiply by 0.3048" if wrong.mean() > 0.5 and values[row] > most else ""
-            return f"the {name} of {rows.at(row)} is {values[row]:g} m; expected {least:g} to {most:g} m{hint}"
-    return None
+            yield f"the {name} of {rows.at(row)} is {values[row]:g} m; expected {least:g} to {most:g} m{hint}"
+    heading = rows.of("heading")
+    for row in np.flatnonzero(np.abs(heading) > np.pi + 1e-6):
+        found = f"the heading of {rows.at(row)} is {heading[row]:g} rad"
+        yield f"{found}; expected −π to π: multiply degrees by π/180"
 
 
-def _turned(rows: Rows) -> str | None:
-    wrong = np.abs(rows.of("heading")) > np.pi + 1e-6
-    if not wrong.any():
-        return None
-    row = int(wrong.argmax())
-    return (
-        f"the heading of {rows.at(row)} is {rows.of('heading')[row]:g} rad; expected −π to π: multiply degrees by π/180"
-    )
-
-
-def _units(rows: Rows) -> str | None:
+def _speeds(rows: Rows) -> Iterator[str]:
     """Speeds against positions, over all vehicles: the ratio tells the unit."""
     stated, seen = float(np.sum(rows.way)), float(np.sum(np.hypot(*rows.by_track(rows.moved))))
-    if abs(stated - seen) <= 0.2 * max(stated, seen) + LEAST_DRIFT * len(rows.starts):
-        return None
-    ratio = seen / stated if stated > 0 else np.inf
-    found = f"vehicles move {ratio:.3g} times as far as their speeds say ({seen:.0f} m instead of {stated:.0f} m)"
-    near = {name: abs(np.log(ratio / unit)) for name, unit in SPEED_UNITS.items()} if 0 < ratio < np.inf else {}
-    unit = min(near, key=lambda name: near[name], default="")
-    if near and near[unit] < 0.05:
-        return f"{found}; the speeds look like {unit}: multiply them by {SPEED_UNITS[unit]:.4g}"
-    if near and abs(np.log(ratio * 0.3048)) < 0.05:
-        return f"{found}; the positions look like feet: multiply lon, lat and sizes by 0.3048"
-    return f"{found}; expected the same: check that lon and lat are in m, speeds in m/s and dt = {rows.dt:g} in s"
-
-
-def _fast(rows: Rows) -> str | None:
+    if abs(stated - seen) > 0.2 * max(stated, seen) + LEAST_DRIFT * len(rows.starts):
+        ratio = seen / stated if stated > 0 else np.inf
+        found = f"vehicles move {ratio:.3g} times as far as their speeds say ({seen:.0f} m instead of {stated:.0f} m)"
+        for name, unit in SPEED_UNITS.items():
+            if abs(ratio / unit - 1) < 0.05:
+                yield f"{found}; the speeds look like {name}: multiply them by {unit:.4g}"
+        if abs(ratio * 0.3048 - 1) < 0.05:
+            yield f"{found}; the positions look like feet: multiply lon, lat and sizes by 0.3048"
+        yield f"{found}; expected the same: check that lon and lat are in m, speeds in m/s and dt = {rows.dt:g} in s"
     speed = rows.of("speed")
-    wrong = (speed < 0) | (speed > FASTEST)
-    if not wrong.any():
-        return None
-    row = int(wrong.argmax())
-    return f"the speed of {rows.at(row)} is {speed[row]:g} m/s; expected 0 to {FASTEST:g} m/s along its heading"
+    for row in np.flatnonzero((speed < 0) | (speed > FASTEST)):
+        yield f"the speed of {rows.at(row)} is {speed[row]:g} m/s; expected 0 to {FASTEST:g} m/s along its heading"
 
 
-def _jumps(rows: Rows) -> str | None:
-    if not rows.jumps.any():
-        return None
-    row = int(rows.jumps.argmax())
-    way = np.hypot(*rows.moved[:, row])
-    return (
-        f"{rows.at(row)} moves {way:.1f} m in {rows.dt:g} s, at {rows.of('speed')[row]:.1f} m/s with the heading "
-        f"{rows.of('heading')[row]:.2f} rad; expected positions without jumps: give it another number after the jump"
-    )
+def _jumps(rows: Rows) -> Iterator[str]:
+    for row in np.flatnonzero(rows.jumps):
+        yield (
+            f"{rows.at(row)} moves {np.hypot(*rows.moved[:, row]):.1f} m in {rows.dt:g} s, at "
+            f"{rows.of('speed')[row]:.1f} m/s with the heading {rows.of('heading')[row]:.2f} rad; expected positions "
+            "without jumps: give it another number after the jump"
+        )
 
 
-def _drift(rows: Rows) -> str | None:
+def _drift(rows: Rows) -> Iterator[str]:
     heading = rows.of("heading")
     wrong = rows.off_course(heading)
-    if not wrong.any():
-        return None
-    track = int(wrong.argmax())
-    moved, expected = (rows.by_track(steps)[:, track] for steps in (rows.moved, rows.expected(heading)))
-    found = (
-        f"{rows.at(int(rows.starts[track]))} moves ({moved[0]:.1f}, {moved[1]:.1f}) m along and across the road until "
-        f"its track ends; speeds and headings give ({expected[0]:.1f}, {expected[1]:.1f}) m"
-    )
-    likely = (
-        (np.pi / 2 - heading, "they count from the road's direction, not from north"),
-        (-heading, "they must grow to the left"),
-        (np.radians(heading), "multiply degrees by π/180"),
-        (heading + np.pi, "or lon runs against the direction of travel: turn the road round"),
-    )
-    for other, hint in likely:
-        if not rows.off_course(other)[wrong].any():
-            return f"{found}; check the headings: {hint}"
-    return f"{found}; check the units of positions, speeds and headings (m, m/s, rad)"
+    for track in np.flatnonzero(wrong):
+        moved, expected = (rows.by_track(steps)[:, track] for steps in (rows.moved, rows.expected(heading)))
+        found = (
+            f"{rows.at(rows.starts[track])} moves ({moved[0]:.1f}, {moved[1]:.1f}) m along and across the road until "
+            f"its track ends; speeds and headings give ({expected[0]:.1f}, {expected[1]:.1f}) m"
+        )
+        likely = (
+            (np.pi / 2 - heading, "they count from the road's direction, not from north"),
+            (-heading, "they must grow to the left"),
+            (np.radians(heading), "multiply degrees by π/180"),
+            (heading + np.pi, "or lon runs against the direction of travel: turn the road round"),
+        )
+        for other, hint in likely:
+            if not rows.off_course(other)[wrong].any():
+                yield f"{found}; check the headings: {hint}"
+        yield f"{found}; check the units of positions, speeds and headings (m, m/s, rad)"
 
 
-def _motion(rows: Rows) -> str | None:
+def _motion(rows: Rows) -> Iterator[str]:
     """What is wrong with single steps first, unless so many are wrong that whole tracks are."""
-    first, second = (_jumps, _drift) if rows.jumps.sum() <= SYSTEMATIC * len(rows.jumps) else (_drift, _jumps)
-    return first(rows) or second(rows)
+    kinds = (_jumps, _drift) if rows.jumps.sum() <= SYSTEMATIC * len(rows.jumps) else (_drift, _jumps)
+    for kind in kinds:
+        yield from kind(rows)
 
 
-def _against(rows: Rows) -> str | None:
-    if not rows.backwards.any():
-        return None
-    track = int(rows.backwards.argmax())
-    back = -rows.by_track(rows.moved[0])[track]
-    return (
-        f"{rows.at(int(rows.starts[track]))} drives {back:.0f} m against the direction of the road; expected one "
-        "carriageway along growing lon: leave the vehicle out, or turn lon and lat round"
-    )
-
-
-def _beside(rows: Rows) -> str | None:
+def _place(rows: Rows) -> Iterator[str]:
+    for track in np.flatnonzero(rows.backwards):
+        yield (
+            f"{rows.at(rows.starts[track])} drives {-rows.by_track(rows.moved[0])[track]:.0f} m against the direction "
+            "of the road; expected one carriageway along growing lon: leave the vehicle out, or turn lon and lat round"
+        )
     edges = np.asarray(rows.road.edges)
     limits = {
         "lat": (edges[0] - BESIDE, edges[-1] + BESIDE, "lat is 0 at the right edge and grows to the left"),
         "lon": (-BEYOND, float(rows.road.length) + BEYOND, "give the road its length, or shift lon"),
     }
     for name, (least, most, hint) in limits.items():
-        wrong = (rows.of(name) < least) | (rows.of(name) > most)
-        if wrong.any():
-            row = int(wrong.argmax())
-            found = f"{rows.at(row)} is off the road, {name} = {rows.of(name)[row]:.6g} m"
-            return f"{found}; expected {least:g} to {most:g} m: {hint}"
-    return None
+        values = rows.of(name)
+        for row in np.flatnonzero((values < least) | (values > most)):
+            found = f"{rows.at(row)} is off the road, {name} = {values[row]:.6g} m"
+            yield f"{found}; expected {least:g} to {most:g} m: {hint}"
 
 
-CHECKS: tuple[Callable[[Rows], str | None], ...] = (
-    _time_step, _road, _some, _finite, _numbers, _order, _sizes, _turned,
-    _units, _fast, _motion, _against, _beside,
-)  # fmt: skip
-"""In this order, as each relies on those before"""
+CHECKS = (_road, _cells, _order, _measures, _speeds, _motion, _place)
+"""In this order, as each relies on what those before have found right; each says what is wrong, the first row first"""

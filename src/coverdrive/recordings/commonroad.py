@@ -35,16 +35,7 @@ FARTHEST = 1e8
 
 
 def read_commonroad(file: Path, settings: SmoothingSettings | None = None) -> Reading:
-    """Read the recorded vehicles of one scenario; obstacles of a single state have no track and are dropped.
-
-    Args:
-        file: a CommonRoad scenario in XML.
-        settings: how positions are smoothed.
-
-    Raises:
-        RecordingError: when the file is no CommonRoad scenario, has no lanes or vehicles, or its road bends.
-
-    """
+    """Read the recorded vehicles of one scenario; obstacles of a single state have no track and are dropped."""
     scenario = _open(file)
     dt = float(scenario.dt)
     check_time_step(file, dt, "the attribute timeStepSize")
@@ -77,9 +68,8 @@ def _open(file: Path) -> Any:
     except OSError:
         raise
     except Exception as error:  # commonroad-io raises whatever the malformed place happens to trigger
-        raise RecordingError(
-            file, f"commonroad-io cannot read it ({type(error).__name__}: {error}); check the file"
-        ) from error
+        problem = f"commonroad-io cannot read it ({type(error).__name__}: {error}); check the file"
+        raise RecordingError(file, problem) from error
     finally:
         logger.setLevel(level)
 
@@ -89,14 +79,10 @@ def _root(file: Path) -> str:
     names: list[str] = []
     parser = expat.ParserCreate()
 
-    def begin(name: str, _: dict[str, str]) -> None:
-        if not names:
-            names.append(name)
-
     def refuse(*_: Any) -> None:
         raise RecordingError(file, "it declares a document type; expected none, remove it", parser.CurrentLineNumber)
 
-    parser.StartElementHandler = begin
+    parser.StartElementHandler = lambda name, _: names.append(name)
     parser.StartDoctypeDeclHandler = refuse
     try:
         parser.Parse(file.read_bytes(), True)
@@ -116,7 +102,7 @@ def _lanes(file: Path, network: Any) -> list[list[Any]]:
             problem = f"lanelet {part.lanelet_id} has a point that is not finite or beyond {FARTHEST:g} m"
             raise RecordingError(file, f"{problem}; check the coordinates")
     beside = [part for part in network.lanelets if part.adj_left is not None or part.adj_right is not None]
-    part = max(beside or network.lanelets, key=lambda part: float(part.distance[-1]))
+    part = max(beside or network.lanelets, key=lambda part: _length([part]))
     seen = {part.lanelet_id}
     while left := _beside(network, [part], "left"):
         part = left[0]
@@ -145,11 +131,8 @@ def _line(file: Path, lanes: list[list[Any]]) -> ReferenceLine:
         raise RecordingError(file, f"the road is not between 1 m and {LONGEST_ROAD:g} m long; check the coordinates")
     turned = np.degrees(bend(left))
     if turned > LARGEST_BEND:
-        raise RecordingError(
-            file,
-            f"the road bends by {turned:.0f}°; only roads that bend by at most {LARGEST_BEND:g}° can be read so far: "
-            "choose a straight one, or cut the scenario",
-        )
+        found = f"the road bends by {turned:.0f}°; only roads that bend by at most {LARGEST_BEND:g}° can be read so far"
+        raise RecordingError(file, f"{found}: choose a straight one, or cut the scenario")
     return reference_line(left)
 
 
@@ -162,7 +145,7 @@ def _chain(network: Any, lanelet: Any, direction: str) -> list[Any]:
     """A lanelet and all that follow in a direction, the longest one at every fork."""
     chain = [lanelet]
     while numbers := getattr(chain[-1], direction):
-        longest = max(map(network.find_lanelet_by_id, numbers), key=lambda part: float(part.distance[-1]))
+        longest = max(map(network.find_lanelet_by_id, numbers), key=lambda part: _length([part]))
         if longest in chain:
             break
         chain.append(longest)
@@ -171,18 +154,14 @@ def _chain(network: Any, lanelet: Any, direction: str) -> list[Any]:
 
 def _beside(network: Any, lane: list[Any], side: str) -> list[Any]:
     """The lanelets directly left or right of a lane that are driven in the same direction."""
-    return [
-        network.find_lanelet_by_id(getattr(part, f"adj_{side}"))
-        for part in lane
-        if getattr(part, f"adj_{side}") is not None and getattr(part, f"adj_{side}_same_direction")
-    ]
+    numbers = [getattr(part, f"adj_{side}") for part in lane if getattr(part, f"adj_{side}_same_direction")]
+    return [network.find_lanelet_by_id(number) for number in numbers if number is not None]
 
 
 def _edges(lanes: list[list[Any]], line: ReferenceLine) -> Float[np.ndarray, " edges"]:
     """Median lateral offsets [m] from the line of the lane boundaries, from left to right."""
     offsets: list[float] = []
-    bounds = [[part.left_vertices for part in lanes[0]]]
-    bounds += [[part.right_vertices for part in lane] for lane in lanes]
+    bounds = [[part.left_vertices for part in lanes[0]], *([part.right_vertices for part in lane] for lane in lanes)]
     for bound in bounds:
         lon, lat = line.project(np.concatenate(bound)).T
         order = np.argsort(lon, kind="stable")
@@ -193,46 +172,35 @@ def _edges(lanes: list[list[Any]], line: ReferenceLine) -> Float[np.ndarray, " e
 
 def _tracks(file: Path, obstacles: list[Any], line: ReferenceLine, right: float) -> RawTracks:
     """The recorded states of all vehicles, with lat = 0 at the offset ``right`` [m] from the line."""
-    vehicle: list[int] = []
-    moment: list[int] = []
-    position: list[Float[np.ndarray, " 2"]] = []
-    measures: list[tuple[float, float, float]] = []
+    rows: list[tuple[float, ...]] = []
     for obstacle in obstacles:
-        shape = obstacle.obstacle_shape
+        shape, name = obstacle.obstacle_shape, f"obstacle {obstacle.obstacle_id}"
         if not hasattr(shape, "width"):
-            raise RecordingError(
-                file,
-                f"obstacle {obstacle.obstacle_id} has the shape {type(shape).__name__}; expected a rectangle",
-            )
+            raise RecordingError(file, f"{name} has the shape {type(shape).__name__}; expected a rectangle")
         states = [obstacle.initial_state]
-        if obstacle.prediction is not None:
-            states += obstacle.prediction.trajectory.state_list
-        if not all(_is_exact(state) for state in states):
-            raise RecordingError(
-                file, f"obstacle {obstacle.obstacle_id} has uncertain states; expected exact, recorded ones"
-            )
-        size = (shape.length, shape.width)
+        if obstacle.prediction is not None:  # one of sets has no trajectory
+            states += getattr(getattr(obstacle.prediction, "trajectory", None), "state_list", [None])
         for state in states:
-            numbers = (obstacle.obstacle_id, *size, state.time_step, *state.position, state.velocity)
-            if not all(-FARTHEST < number < FARTHEST for number in numbers):
-                found = f"number, size, time step, position and speed of obstacle {obstacle.obstacle_id} are {numbers}"
+            if not _is_exact(state):
+                raise RecordingError(file, f"{name} has uncertain states; expected exact, recorded ones")
+            size = (shape.length, shape.width)
+            row = (obstacle.obstacle_id, *size, state.time_step, *state.position, state.velocity)
+            if not all(-FARTHEST < number < FARTHEST for number in row):
+                found = f"number, size, time step, position and speed of {name} are {row}"
                 raise RecordingError(file, f"{found}; expected numbers below {FARTHEST:g}, check the file")
-        vehicle += [obstacle.obstacle_id] * len(states)
-        moment += [state.time_step for state in states]
-        position += [state.position for state in states]
-        measures += [(shape.length, shape.width, state.velocity) for state in states]
-    if not vehicle:
+            rows.append(row)
+    if not rows:
         raise RecordingError(file, "the scenario has no recorded vehicles; choose another file")
-    lon, lat = line.project(np.array(position)).T
-    length, width, speed = np.array(measures, dtype=np.float64).T
-    group = np.zeros(len(vehicle), dtype=np.int64)
-    return RawTracks(np.array(vehicle), np.array(moment), lon, lat - right, length, width, speed, group)
+    table = np.array(rows, dtype=np.float64)
+    vehicle, length, width, moment, _, _, speed = table.T.copy()
+    lon, lat = line.project(table[:, 4:6]).T
+    whole = vehicle.astype(np.int64)
+    return RawTracks(whole, moment.astype(np.int64), lon, lat - right, length, width, speed, np.zeros_like(whole))
 
 
 def _is_exact(state: Any) -> bool:
     """Whether time, position and speed of a state are known, and not sets of possible ones."""
     numbers = (getattr(state, name, None) for name in ("time_step", "velocity"))
     position = getattr(state, "position", None)
-    return (
-        isinstance(position, np.ndarray) and position.shape == (2,) and all(isinstance(n, int | float) for n in numbers)
-    )
+    exact = isinstance(position, np.ndarray) and position.shape == (2,)
+    return exact and all(isinstance(number, int | float) for number in numbers)

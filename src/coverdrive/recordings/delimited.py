@@ -4,9 +4,8 @@ import csv
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, NamedTuple
 
 import polars as pl
 
@@ -29,32 +28,21 @@ ROW = "row"
 """The column that says on which line of the file, counted from 1, a row stands"""
 
 
-@dataclass(frozen=True)
-class Layout:
-    """How the lines of a file are to be read."""
+class Layout(NamedTuple):
+    """How the lines of a file are to be read; the first one is a header if commas separate the cells."""
 
     file: Path
     columns: tuple[str, ...]
     """names of all columns in the file's order, in lower case"""
     separator: str
     """a comma, or a blank for any run of white space"""
-    header_lines: int
-    """lines before the first row of data"""
 
 
 def read_columns(layout: Layout, wanted: Sequence[str], site: str | None, repairs: Counter[str]) -> pl.DataFrame:
     """The wanted columns as float64, of the rows of one site, and the column `ROW`.
 
-    Args:
-        layout: the file and its columns.
-        wanted: names of columns that hold numbers.
-        site: the value of the column ``location`` to keep, in any case; None if there is only one site.
-        repairs: gains ``truncated rows`` when the last line is cut, and ``blank lines``.
-
-    Raises:
-        RecordingError: for a cell that is no number, for a file without rows, for a site that is not in the
-            file, and for a file of several sites if none is chosen.
-
+    ``site`` is the value of the column ``location`` to keep, in any case; None if there is only one. ``repairs`` gains
+    ``truncated rows`` when the last line is cut, and ``blank lines``.
     """
     names = [*wanted, SITE] if SITE in layout.columns else list(wanted)
     for name in names:
@@ -63,11 +51,12 @@ def read_columns(layout: Layout, wanted: Sequence[str], site: str | None, repair
     chosen = None if site is None else site.strip().lower()
     sites: Counter[str] = Counter()
     kept: list[pl.DataFrame] = []
-    row = layout.header_lines + 1
+    row = 1
     size = layout.file.stat().st_size
     with layout.file.open("rb") as stream:
-        for _ in range(layout.header_lines):
+        if layout.separator == ",":
             stream.readline()
+            row = 2
         for text in _blocks(stream, layout, repairs):
             block = _parse(text, layout, names, row, repairs)
             row += text.count(b"\n")
@@ -93,9 +82,8 @@ def _blocks(stream: BinaryIO, layout: Layout, repairs: Counter[str]) -> Iterator
             yield rest + whole + newline
             rest = tail
         elif len(rest := rest + chunk) > LONGEST_LINE:
-            raise RecordingError(
-                layout.file, f"a line has more than {LONGEST_LINE} bytes; check that it is a text file"
-            )
+            problem = f"a line has more than {LONGEST_LINE} bytes; check that it is a text file"
+            raise RecordingError(layout.file, problem)
     if rest.strip():
         fields = rest.split() if layout.separator == " " else rest.split(b",")
         if len(fields) == len(layout.columns):
@@ -106,17 +94,16 @@ def _blocks(stream: BinaryIO, layout: Layout, repairs: Counter[str]) -> Iterator
 
 def _parse(text: bytes, layout: Layout, names: list[str], row: int, repairs: Counter[str]) -> pl.DataFrame:
     """The named columns of one block whose first line is line ``row`` of the file."""
+    numbers = [name for name in names if name != SITE]
     block = _fast(text, layout, names, row)
-    if block is None or not all(block[name].is_finite().all(ignore_nulls=False) for name in names if name != SITE):
+    if block is None or not all(block[name].is_finite().all(ignore_nulls=False) for name in numbers):
         block = _slow(text, layout, names, row, repairs)
-    for name in names:
-        if name != SITE and (block[name].abs() >= LARGEST).any():
-            index = int((block[name].abs() >= LARGEST).arg_max() or 0)
+    for name in numbers:
+        for index in (block[name].abs() >= LARGEST).arg_true():
             problem = f"expected a number below 2⁵³, got {block[name][index]:g}; put the cell right or remove the row"
             raise RecordingError(layout.file, problem, block[ROW][index], name)
-    return (
-        block.with_columns(pl.col(SITE).fill_null("").str.strip_chars().str.to_lowercase()) if SITE in names else block
-    )
+    site = pl.col(SITE).fill_null("").str.strip_chars().str.to_lowercase()
+    return block.with_columns(site) if SITE in names else block
 
 
 def _fast(text: bytes, layout: Layout, names: list[str], row: int) -> pl.DataFrame | None:
@@ -158,9 +145,7 @@ def _slow(text: bytes, layout: Layout, names: list[str], row: int, repairs: Coun
     numbers = [name for name in names if name != SITE]
     block = table.with_columns(pl.col(numbers).cast(pl.Float64, strict=False))
     for name in numbers:
-        wrong = ~block[name].is_finite().fill_null(False)
-        if wrong.any():
-            index = int(wrong.arg_max() or 0)
+        for index in (~block[name].is_finite().fill_null(False)).arg_true():
             found = repr(table[name][index]) if table[name][index] else "an empty cell"
             problem = f"expected a number, got {found}; put the cell right or remove the row"
             raise RecordingError(layout.file, problem, rows[index], name)
@@ -174,18 +159,16 @@ def _fields(file: Path, line: str, row: int) -> list[str]:
     try:
         return next(csv.reader([line], skipinitialspace=True))
     except csv.Error as error:
-        raise RecordingError(
-            file, f"the line cannot be cut into cells ({error}); put it right or remove it", row
-        ) from None
+        problem = f"the line cannot be cut into cells ({error}); put it right or remove it"
+        raise RecordingError(file, problem, row) from None
 
 
 def _check_sites(layout: Layout, sites: Counter[str], chosen: str | None) -> None:
     """Refuse a choice that the file does not offer, and a file of several sites without a choice."""
     held = ", ".join(f"{name} ({rows} rows)" for name, rows in sorted(sites.items()))
     if chosen and SITE not in layout.columns:
-        raise RecordingError(
-            layout.file, f"the file has no column Location to choose {chosen!r} by; leave the location out"
-        )
+        problem = f"the file has no column Location to choose {chosen!r} by; leave the location out"
+        raise RecordingError(layout.file, problem)
     if chosen and sites and chosen not in sites:
         raise RecordingError(layout.file, f"no rows of the location {chosen!r}; the file has {held}")
     if not chosen and len(sites) > 1:

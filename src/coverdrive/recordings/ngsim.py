@@ -1,4 +1,7 @@
-"""NGSIM recordings in feet: the US DOT portal's CSV (25 columns) and the original text (18 columns)."""
+"""NGSIM recordings: the US DOT portal's CSV (25 columns) and the original text (18 columns) in feet, Parquet in metres.
+
+The metric columns hold no vehicle sizes; every vehicle becomes a car of usual size.
+"""
 
 from collections import Counter
 from pathlib import Path
@@ -7,9 +10,9 @@ import numpy as np
 import polars as pl
 
 from coverdrive.errors import RecordingError
-from coverdrive.recordings.delimited import ROW, Layout, read_columns
+from coverdrive.recordings.delimited import LARGEST, ROW, Layout, read_columns
 from coverdrive.recordings.foreign import refuse_foreign
-from coverdrive.recordings.local_frame import recordings_from_local
+from coverdrive.recordings.local_frame import LENGTH, WIDTH, recordings_from_local
 from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.recordings.tracks import Reading
 
@@ -26,48 +29,45 @@ TEXT_COLUMNS = (
 REQUIRED = ("vehicle_id", "frame_id", "global_time", "local_x", "local_y", "v_length", "v_width", "v_vel")
 OPTIONAL = ("lane_id",)
 
+METRIC_COLUMNS = {
+    "Vehicle_ID": "vehicle",
+    "Frame_ID": "frame",
+    "Global_Time": "clock",
+    "local_x_m": "right",
+    "local_y_m": "front",
+    "v_vel_mps": "speed",
+}
+"""and what they are called from here on"""
+
 
 def read_ngsim(
     file: Path, location: str | None = None, settings: SmoothingSettings | None = None
 ) -> tuple[Reading, ...]:
     """Read one site of an NGSIM file, one recording for each recording period.
 
-    Args:
-        file: the portal's CSV or the original text.
-        location: the site, such as ``us-101``; needed where the file holds several, and left aside for the
-            original text, which cannot.
-        settings: how positions are smoothed.
-
-    Raises:
-        RecordingError: when the file is not what it claims to be.
-
+    The site ``location``, such as ``us-101``, is needed where the file holds several; the original text cannot.
     """
     layout = _layout(file)
     refuse_foreign(file, layout.columns)
     missing = [name for name in REQUIRED if name not in layout.columns]
     if missing:
-        raise RecordingError(
-            file, f"the file has no column {missing[0]}; expected the columns {', '.join(REQUIRED)}", 1
-        )
+        problem = f"the file has no column {missing[0]}; expected the columns {', '.join(REQUIRED)}"
+        raise RecordingError(file, problem, 1)
     wanted = [name for name in (*REQUIRED, *OPTIONAL) if name in layout.columns]
     repairs: Counter[str] = Counter()
-    site = location if layout.header_lines else None  # the original text holds a single site
-    feet = read_columns(layout, wanted, site, repairs)
+    feet = read_columns(layout, wanted, location if layout.separator == "," else None, repairs)
     usual = float(np.median(feet["v_length"].to_numpy()))
     if not USUAL_LENGTHS[0] <= usual <= USUAL_LENGTHS[1]:
         least, most = USUAL_LENGTHS
         problem = f"the median vehicle length is {usual:.2f}, which cannot be feet; expected {least:g} to {most:g}"
         raise RecordingError(file, f"{problem}, convert the file to feet")
+    lengths = {"right": "local_x", "front": "local_y", "length": "v_length", "width": "v_width", "speed": "v_vel"}
     metres = feet.select(
         ROW,
-        vehicle=pl.col("vehicle_id"),
-        frame=pl.col("frame_id"),
+        vehicle="vehicle_id",
+        frame="frame_id",
         clock=pl.col("global_time") / 1000,
-        right=pl.col("local_x") * FOOT,
-        front=pl.col("local_y") * FOOT,
-        length=pl.col("v_length") * FOOT,
-        width=pl.col("v_width") * FOOT,
-        speed=pl.col("v_vel") * FOOT,
+        **{name: pl.col(source) * FOOT for name, source in lengths.items()},
         **({"lane": pl.col("lane_id")} if "lane_id" in wanted else {}),
     )
     del feet  # a third of the memory
@@ -82,13 +82,33 @@ def _layout(file: Path) -> Layout:
         raise RecordingError(file, "the file is empty; check that it was copied whole")
     if "," in first:
         columns = tuple(name.strip().strip('"').lower() for name in first.split(","))
-        return Layout(file, columns, ",", header_lines=1)
+        return Layout(file, columns, ",")
     columns = tuple(TEXT_COLUMNS.split())
     if len(first.split()) != len(columns):
-        raise RecordingError(
-            file,
-            f"the first line has {len(first.split())} columns and no comma; expected a header with "
-            f"commas, as the NGSIM portal writes it, or the {len(columns)} columns of the original NGSIM text",
-            1,
-        )
-    return Layout(file, columns, " ", header_lines=0)
+        problem = f"the first line has {len(first.split())} columns and no comma; expected a header with commas, as"
+        problem += f" the NGSIM portal writes it, or the {len(columns)} columns of the original NGSIM text"
+        raise RecordingError(file, problem, 1)
+    return Layout(file, columns, " ")
+
+
+def is_metric(columns: list[str]) -> bool:
+    """Whether a table has the columns of this format."""
+    return {"Vehicle_ID", "local_x_m", "local_y_m"} <= set(columns)
+
+
+def read_metric(file: Path, source: pl.DataFrame, settings: SmoothingSettings | None = None) -> tuple[Reading, ...]:
+    """Metric NGSIM tracks from the columns of a file, one recording for each recording period."""
+    for name in METRIC_COLUMNS:
+        if name not in source.columns:
+            raise RecordingError(file, f"the file has no column {name}; expected {', '.join(METRIC_COLUMNS)}")
+        if not source[name].dtype.is_numeric():
+            raise RecordingError(file, f"expected numbers, got {source[name].dtype}; convert them", None, name)
+        number = source[name].cast(pl.Float64)
+        for row in (~(number.abs() < LARGEST).fill_null(False) | number.is_nan()).arg_true():
+            raise RecordingError(file, f"expected a number, got {source[name][row]!r}; remove the row", row + 1, name)
+    if source.is_empty():
+        raise RecordingError(file, "the file holds no rows of data; check that it was copied whole")
+    metres = source.select(pl.col(*METRIC_COLUMNS).cast(pl.Float64)).rename(METRIC_COLUMNS).with_row_index(ROW, 1)
+    metres = metres.with_columns(pl.col("clock") / 1000, length=pl.lit(LENGTH), width=pl.lit(WIDTH))
+    repairs = Counter({"assumed sizes": metres["vehicle"].n_unique()})
+    return recordings_from_local(file, metres, repairs, settings or SmoothingSettings())

@@ -34,11 +34,8 @@ def overlapping_groups(
 ) -> list[tuple[int, int]]:
     """Pairs of groups that share vehicles at the same time.
 
-    Args:
-        tracks: of every recording, with the speeds that the files state.
-        groups: the group of every row of each of the tracks, numbered through all of them.
-        files: number of the file that each recording is from; those of one file are not compared.
-
+    ``groups`` are those of every row of each of the tracks, numbered through all of them; ``files`` the file that each
+    of the recordings is from: those of one file are not compared.
     """
     if len(set(files)) < 2:
         return []
@@ -49,9 +46,8 @@ def overlapping_groups(
     matches = (
         runs.join(runs, on="key", suffix="_b")
         .filter(pl.col("file") < pl.col("file_b"))
-        .with_columns(offset=pl.col("moment_b") - pl.col("moment"))
-        .group_by("recording", "recording_b", "offset", "vehicle", "vehicle_b")
-        .len()
+        .select("recording", "recording_b", "vehicle", "vehicle_b", offset=pl.col("moment_b") - pl.col("moment"))
+        .unique()
         .sort("recording", "recording_b", "offset", "vehicle", "vehicle_b")
     )
     pairs: set[tuple[int, int]] = set()
@@ -82,9 +78,8 @@ def _runs(table: pl.DataFrame, number: int) -> pl.DataFrame:
     end = slice(RUN - 1, RUN - 1 + count)
     telling = (vehicle[:count] == vehicle[end]) & (moment[end] - moment[:count] == RUN - 1)
     telling &= changes > RUN // 2
-    return pl.DataFrame({"key": key, "vehicle": vehicle[:count], "moment": moment[:count], "recording": number}).filter(
-        telling
-    )
+    runs = pl.DataFrame({"key": key, "vehicle": vehicle[:count], "moment": moment[:count], "recording": number})
+    return runs.filter(telling)
 
 
 def _shared(a: pl.DataFrame, b: pl.DataFrame, offset: int, found: pl.DataFrame) -> set[tuple[int, int]]:
@@ -97,7 +92,6 @@ def _shared(a: pl.DataFrame, b: pl.DataFrame, offset: int, found: pl.DataFrame) 
     )
     agree = (pl.col("speed") - pl.col("speed_b")).abs().max().over("vehicle", "vehicle_b")
     shared = shared.filter(agree <= LARGEST_DIFFERENCE)
-    longest = shared.group_by("vehicle", "vehicle_b").len()["len"].to_numpy()
-    if len(longest) >= 2 or (len(longest) == 1 and longest[0] >= LONE):
-        return set(shared.select("group", "group_b").unique().iter_rows())
-    return set()
+    pairs = shared.select("vehicle", "vehicle_b").n_unique()
+    telling = pairs >= 2 or len(shared) >= LONE  # of one pair, all rows are its own
+    return set(shared.select("group", "group_b").unique().iter_rows()) if telling else set()

@@ -15,9 +15,8 @@ from scipy.sparse.csgraph import connected_components
 from coverdrive.errors import RecordingError
 from coverdrive.progress import part
 from coverdrive.recordings.commonroad import read_commonroad
-from coverdrive.recordings.foreign import refuse_foreign, refuse_json
-from coverdrive.recordings.metric import is_metric, read_metric
-from coverdrive.recordings.ngsim import read_ngsim
+from coverdrive.recordings.foreign import refuse_foreign
+from coverdrive.recordings.ngsim import is_metric, read_metric, read_ngsim
 from coverdrive.recordings.overlap import overlapping_groups
 from coverdrive.recordings.parquet import read_heads, read_parquet
 from coverdrive.recordings.recording import Recording
@@ -33,11 +32,11 @@ BLOCK = 60.0
 LONG = 120.0
 """[s] recordings that last longer are cut into groups"""
 
+Groups = Int[np.ndarray, "..."]
+
 
 def read(
-    paths: Path | str | Sequence[Path | str],
-    location: str | None = None,
-    smoothing: SmoothingSettings | None = None,
+    paths: Path | str | Sequence[Path | str], location: str | None = None, smoothing: SmoothingSettings | None = None
 ) -> tuple[Recording, ...]:
     """Read recordings and number their groups.
 
@@ -49,9 +48,6 @@ def read(
         paths: one or several files, or folders whose files of a known kind are read in natural order (2 before 10).
         location: the site to read from NGSIM files that hold several.
         smoothing: how positions are smoothed.
-
-    Raises:
-        RecordingError: when a file cannot be read as what it claims to be.
 
     """
     settings = smoothing or SmoothingSettings()
@@ -81,12 +77,8 @@ def _files(path: Path) -> list[Path]:
         raise RecordingError(path, f"it cannot be looked into ({error}); check the path and its permissions") from error
     if not files:
         raise RecordingError(path, f"the folder holds no recording; expected files {', '.join(SUFFIXES)}")
-    return sorted(files, key=lambda file: [(int(part or -1), text) for text, part in _parts(file.name)])
-
-
-def _parts(name: str) -> list[tuple[str, str]]:
-    """A name cut into pairs of text and the digits after it."""
-    return [(text, digits) for text, digits in re.findall(r"(\D*)(\d*)", name.lower())]
+    pairs = re.compile(r"(\D*)(\d*)")
+    return sorted(files, key=lambda file: [(int(part or -1), text) for text, part in pairs.findall(file.name.lower())])
 
 
 def _read_file(file: Path, location: str | None, settings: SmoothingSettings) -> tuple[Reading, ...]:
@@ -100,11 +92,11 @@ def _read_file(file: Path, location: str | None, settings: SmoothingSettings) ->
         if suffix == ".parquet":
             return _read_parquet(file, settings)
         if suffix == ".json":
-            refuse_json(file)
+            with file.open("rb") as stream:
+                refuse_foreign(file, stream.read(100_000).decode("utf-8", errors="replace").split('"'))
     except OSError as error:
-        raise RecordingError(
-            file, f"the file cannot be read ({error.strerror or error}); check its permissions"
-        ) from error
+        problem = f"the file cannot be read ({error.strerror or error}); check its permissions"
+        raise RecordingError(file, problem) from error
     raise RecordingError(file, f"unknown kind of file {suffix!r}; expected {', '.join(SUFFIXES)}")
 
 
@@ -114,16 +106,15 @@ def _read_parquet(file: Path, settings: SmoothingSettings) -> tuple[Reading, ...
     try:
         heads, table = read_heads(file, content), pl.read_parquet(BytesIO(content))
     except (pl.exceptions.PolarsError, pl.exceptions.PanicException) as error:
-        raise RecordingError(
-            file, f"not a Parquet file, or damaged ({error}); check that it was copied whole"
-        ) from error
+        problem = f"not a Parquet file, or damaged ({error}); check that it was copied whole"
+        raise RecordingError(file, problem) from error
     if heads is not None:
         return read_parquet(file, table, heads)
     if is_metric(table.columns):
         return _cut(read_metric(file, table, settings))
     refuse_foreign(file, table.columns)
-    columns = ", ".join(table.columns)
-    raise RecordingError(file, f"unknown columns {columns}; expected NGSIM tracks in metres or own recordings")
+    problem = f"unknown columns {', '.join(table.columns)}; expected NGSIM tracks in metres or own recordings"
+    raise RecordingError(file, problem)
 
 
 def _cut(readings: tuple[Reading, ...]) -> tuple[Reading, ...]:
@@ -131,15 +122,13 @@ def _cut(readings: tuple[Reading, ...]) -> tuple[Reading, ...]:
     times = [reading.recording.table["time"].to_numpy() for reading in readings]
     if max(time.max() for time in times) - min(time.min() for time in times) <= LONG:
         return readings
-    cut: list[Reading] = []
-    for reading in readings:
-        dt = reading.recording.dt
-        samples = round(BLOCK / dt)
-        block = (pl.col("time") / dt).round().cast(pl.Int64) // samples
-        table = reading.recording.table.with_columns(group=block)
-        raw = replace(reading.raw, group=reading.raw.moment // samples)
-        cut.append(Reading(replace(reading.recording, table=table), raw))
-    return tuple(cut)
+    dt = readings[0].recording.dt
+    samples = round(BLOCK / dt)
+    block = (pl.col("time") / dt).round().cast(pl.Int64) // samples
+    return tuple(
+        Reading(_regrouped(reading.recording, block), replace(reading.raw, group=reading.raw.moment // samples))
+        for reading in readings
+    )
 
 
 def _grouped(readings: list[Reading], origin: list[int]) -> tuple[Recording, ...]:
@@ -151,17 +140,15 @@ def _grouped(readings: list[Reading], origin: list[int]) -> tuple[Recording, ...
     links = coo_array((np.ones(len(pairs)), (first, second)), shape=(count, count))
     component = connected_components(links, directed=False)[1]
     used = np.unique(np.concatenate([component[numbers] for numbers in tables]))
-    grouped: list[Recording] = []
-    for reading, numbers in zip(readings, tables, strict=True):
-        group = pl.Series(np.searchsorted(used, component[numbers]), dtype=pl.Int64)
-        table = reading.recording.table.with_columns(group=group)
-        grouped.append(replace(reading.recording, table=table))
-    return tuple(grouped)
+    groups = (pl.Series(np.searchsorted(used, component[numbers]), dtype=pl.Int64) for numbers in tables)
+    return tuple(_regrouped(reading.recording, group) for reading, group in zip(readings, groups, strict=True))
 
 
-def _numbered(
-    readings: list[Reading], origin: list[int]
-) -> tuple[list[Int[np.ndarray, "..."]], list[Int[np.ndarray, "..."]]]:
+def _regrouped(recording: Recording, group: pl.Series | pl.Expr) -> Recording:
+    return replace(recording, table=recording.table.with_columns(group=group))
+
+
+def _numbered(readings: list[Reading], origin: list[int]) -> tuple[list[Groups], list[Groups]]:
     """The groups of the rows of all raw tracks and of all tables, numbered through all files."""
     raw = [reading.raw.group for reading in readings]
     tables = [reading.recording.table["group"].to_numpy() for reading in readings]

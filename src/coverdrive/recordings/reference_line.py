@@ -53,9 +53,7 @@ class ReferenceLine:
         lat = (v - value) * np.sqrt(1 + slope**2)
         return np.stack([self._arc_at(foot), lat], axis=-1)
 
-    def _line(
-        self, foot: Float[np.ndarray, " P"]
-    ) -> tuple[Float[np.ndarray, " P"], Float[np.ndarray, " P"], Float[np.ndarray, " P"]]:
+    def _line(self, foot: Float[np.ndarray, " P"]) -> tuple[Float[np.ndarray, " P"], ...]:
         """Offset, slope and second derivative, extended straight."""
         inside = np.clip(foot, 0.0, self.chord)
         slope = self.offset(inside, 1)

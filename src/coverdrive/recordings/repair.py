@@ -23,19 +23,14 @@ VERGE = 1.8
 
 @dataclass(frozen=True, eq=False)
 class RawTracks:
-    """Positions as measured, of all vehicles."""
+    """Positions as measured, of all vehicles: centres and sizes [m] at moments in units of dt."""
 
     vehicle: Int[np.ndarray, " R"]
     moment: Int[np.ndarray, " R"]
-    """time in units of dt"""
     lon: Float[np.ndarray, " R"]
-    """[m] centre along the road"""
     lat: Float[np.ndarray, " R"]
-    """[m] centre to the left"""
     length: Float[np.ndarray, " R"]
-    """[m]"""
     width: Float[np.ndarray, " R"]
-    """[m]"""
     speed: Float[np.ndarray, " R"]
     """[m/s] as the file states it: too rough to use, but it shows which vehicles of two files are the same"""
     group: Int[np.ndarray, " R"]
@@ -45,17 +40,13 @@ class RawTracks:
         """The rows selected by an index or boolean array; nothing is copied where all rows are."""
         if rows.dtype == np.bool_ and rows.all():
             return self
-        return RawTracks(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
+        return RawTracks(*(values[rows] for values in vars(self).values()))
 
 
 def tidy(raw: RawTracks, dt: float, repairs: Counter[str]) -> RawTracks:
     """Rows by vehicle and moment, each moment once, and none far from its neighbours on both sides.
 
-    Args:
-        raw: positions on the time grid.
-        dt: [s] between two moments.
-        repairs: gains ``rows out of order``, ``duplicated rows``, ``conflicting rows`` and ``lone outliers``.
-
+    ``repairs`` gains ``rows out of order``, ``duplicated rows``, ``conflicting rows`` and ``lone outliers``.
     """
     return _drop_outliers(_drop_duplicates(_sort(raw, repairs), repairs), dt, repairs)
 

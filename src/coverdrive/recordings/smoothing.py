@@ -45,19 +45,11 @@ class SmoothingSettings(Settings):
 
 
 def smooth(
-    values: Float[np.ndarray, " R"],
-    starts: Int[np.ndarray, " tracks"],
-    dt: float,
-    settings: SmoothingSettings,
+    values: Float[np.ndarray, " R"], starts: Int[np.ndarray, " tracks"], dt: float, settings: SmoothingSettings
 ) -> tuple[Float[np.ndarray, " R"], Float[np.ndarray, " R"]]:
     """Smoothed values and their time derivative; if causal, both are NaN in rows that have too little past.
 
-    Args:
-        values: samples of all tracks, one track after the other, each on a uniform time grid.
-        starts: first row of every track, ascending, the first one 0; every track has at least two rows.
-        dt: [s] between two samples.
-        settings: window and order.
-
+    Each track of at least two samples, dt [s] apart, begins at one of the rows ``starts``, the first one at row 0.
     """
     if settings.causal:
         return _smooth_by_past(values, starts, dt, settings)
@@ -65,7 +57,6 @@ def smooth(
     half = window // 2
     counts = np.diff(np.append(starts, len(values)))
     smoothed, slope = np.empty_like(values), np.empty_like(values)
-
     fit, fit_slope = _fit(window, settings.order, dt)
     if len(values) >= window:
         inner = slice(half, len(values) - half)

@@ -34,21 +34,18 @@ class Summary:
 
 def summarise(recordings: Sequence[Recording]) -> list[Summary]:
     """The summary of every recording, in their order."""
-    return [_summary(recording) for recording in recordings]
-
-
-def _summary(recording: Recording) -> Summary:
-    table = recording.table
-    time, speed = table["time"].to_numpy(), table["speed"].to_numpy()
-    return Summary(
-        name=recording.name,
-        groups=tuple(np.unique(table["group"].to_numpy()).tolist()),
-        vehicles=table["vehicle"].n_unique(),
-        minutes=float(np.ptp(time)) / 60,
-        rows=len(table),
-        lanes=recording.road.lanes,
-        mean_speed=float(speed.mean()),
-        max_speed=float(speed.max()),
-        dt=recording.dt,
-        repairs=recording.repairs,
-    )
+    return [
+        Summary(
+            name=recording.name,
+            groups=tuple(recording.table["group"].unique().sort()),
+            vehicles=recording.table["vehicle"].n_unique(),
+            minutes=float(np.ptp(recording.table["time"].to_numpy())) / 60,
+            rows=len(recording.table),
+            lanes=recording.road.lanes,
+            mean_speed=float(recording.table["speed"].to_numpy().mean()),
+            max_speed=float(recording.table["speed"].to_numpy().max()),
+            dt=recording.dt,
+            repairs=recording.repairs,
+        )
+        for recording in recordings
+    ]

@@ -5,8 +5,8 @@ R rows of raw positions become a recording's table: sorted by vehicle and time, 
 """
 
 from collections import Counter
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import polars as pl
@@ -28,26 +28,19 @@ STATED = (0.8, 1.25)
 """Median ratio of the speed of the positions to the one that a file states"""
 
 
-@dataclass(frozen=True, eq=False)
-class Reading:
-    """A recording together with what it was made from."""
+class Reading(NamedTuple):
+    """A recording, and the tracks on the road as the file holds them."""
 
     recording: Recording
     raw: RawTracks
-    """the tracks on the road as the file holds them"""
 
 
 def regular_table(raw: RawTracks, dt: float, settings: SmoothingSettings, repairs: Counter[str]) -> pl.DataFrame:
-    """The table of a recording; what had to be repaired is counted into ``repairs``.
+    """The table of a recording from at least one row of positions.
 
-    Args:
-        raw: positions on the time grid, at least one row.
-        dt: [s] between two moments.
-        settings: how positions are smoothed.
-        repairs: gains what `tidy` repairs, ``interpolated rows``, ``split tracks`` (at long gaps and at jumps) and
-            ``dropped tracks`` (of a single row), each where any; with causal smoothing ``rows without a past``,
-            which are left out, and no interpolated ones.
-
+    ``repairs`` gains what `tidy` repairs, ``interpolated rows``, ``split tracks`` (at long gaps and at jumps) and
+    ``dropped tracks`` (of a single row), each where any; with causal smoothing ``rows without a past``, which are left
+    out, and no interpolated ones.
     """
     longest = dt if settings.causal else LONGEST_GAP
     tracks = drop_single(fill_gaps(tidy(raw, dt, repairs), dt, longest, repairs), repairs)
@@ -57,20 +50,9 @@ def regular_table(raw: RawTracks, dt: float, settings: SmoothingSettings, repair
     speed, heading = motion(lon_rate, lat_rate, settings)
     known = ~np.isnan(lon_rate)
     counted(repairs, "rows without a past", int((~known).sum()))
-    return pl.DataFrame(
-        {
-            "vehicle": tracks.vehicle,
-            "group": tracks.group,
-            "time": tracks.moment * dt,
-            "lon": lon,
-            "lat": lat,
-            "speed": speed,
-            "heading": heading,
-            "length": tracks.length,
-            "width": tracks.width,
-        },
-        schema=SCHEMA,
-    ).filter(known)
+    measures = (lon, lat, speed, heading, tracks.length, tracks.width)
+    columns = (tracks.vehicle, tracks.group, tracks.moment * dt, *measures)
+    return pl.DataFrame(dict(zip(SCHEMA, columns, strict=True)), schema=SCHEMA).filter(known)
 
 
 def name_of(file: Path) -> str:
@@ -81,37 +63,23 @@ def name_of(file: Path) -> str:
 def check_time_step(file: Path, dt: float, what: str) -> None:
     """Refuse a time between two rows [s] that no recording of traffic has."""
     if not TIME_STEPS[0] <= dt <= TIME_STEPS[1]:
-        raise RecordingError(
-            file, f"{what} is {dt:g} s; expected {TIME_STEPS[0]} to {TIME_STEPS[1]:g} s, check its unit"
-        )
+        problem = f"{what} is {dt:g} s; expected {TIME_STEPS[0]} to {TIME_STEPS[1]:g} s, check its unit"
+        raise RecordingError(file, problem)
 
 
 def make_reading(
     file: Path, name: str, raw: RawTracks, dt: float, road: Road, settings: SmoothingSettings, repairs: Counter[str]
 ) -> Reading:
-    """A recording from raw positions, repaired and smoothed.
+    """A recording from raw positions as `tidy` returns them, repaired and smoothed.
 
-    Args:
-        file: named in errors.
-        name: of the recording.
-        raw: positions on the time grid, as `tidy` returns them.
-        dt: [s] between two moments.
-        road: whose right edge is at lat = 0.
-        settings: how positions are smoothed.
-        repairs: what has been repaired so far; gains ``rows off the road``, what `regular_table` repairs, and
-            ``implausible vehicles``, which jump, speed or drive backwards.
-
-    Raises:
-        RecordingError: when no vehicle is left, or what is left cannot be traffic.
-
+    ``repairs`` gains ``rows off the road``, what `regular_table` repairs, and ``implausible vehicles``, which jump,
+    speed or drive backwards.
     """
     kept = drop_off_road(raw, road, repairs)
     if len(kept.vehicle) < MOST_BESIDE * len(raw.vehicle):
-        raise RecordingError(
-            file,
-            f"only {len(kept.vehicle)} of {len(raw.vehicle)} rows are on the {road.lanes} lanes that were found, "
-            f"{road.edges[-1]:.1f} m wide; expected a straight road that most vehicles drive on, choose another file",
-        )
+        problem = f"only {len(kept.vehicle)} of {len(raw.vehicle)} rows are on the {road.lanes} lanes that were found, "
+        problem += f"{road.edges[-1]:.1f} m wide; expected a straight road that most vehicles drive on"
+        raise RecordingError(file, f"{problem}, choose another file")
     _check_stated_speeds(file, kept, dt)
     table = regular_table(kept, dt, settings, repairs)
     if table.is_empty():
@@ -133,22 +101,18 @@ def _check_stated_speeds(file: Path, raw: RawTracks, dt: float) -> None:
     way = np.hypot(np.diff(raw.lon), np.diff(raw.lat))
     ratio = float(np.median(way[usable] / seconds[usable] / speed[usable]))
     if not STATED[0] <= ratio <= STATED[1]:
-        raise RecordingError(
-            file,
-            f"the median ratio of the speeds of the positions to the speeds that the file states is {ratio:.3g}; "
-            f"expected 1: check the units of positions and speeds, and the time step of {dt:g} s",
-        )
+        found = f"the median ratio of the speeds of the positions to the speeds that the file states is {ratio:.3g}"
+        hint = f"check the units of positions and speeds, and the time step of {dt:g} s"
+        raise RecordingError(file, f"{found}; expected 1: {hint}")
 
 
 def _drop_implausible(file: Path, table: pl.DataFrame, dt: float, road: Road, repairs: Counter[str]) -> pl.DataFrame:
     """Without the vehicles that move as none does, unless they are many: then the recording is refused."""
     fast = float(np.quantile(table["speed"].to_numpy(), 0.99))
     if fast > FASTEST:
-        raise RecordingError(
-            file,
-            f"1 % of the rows are faster than {fast:.0f} m/s; expected at most {FASTEST:.0f} m/s, "
-            "check that the positions are in metres and the times in milliseconds",
-        )
+        problem = f"1 % of the rows are faster than {fast:.0f} m/s; expected at most {FASTEST:.0f} m/s"
+        hint = "check that the positions are in metres and the times in milliseconds"
+        raise RecordingError(file, f"{problem}, {hint}")
     wrong = implausible_vehicles(table, dt, road)
     if not 0 < len(wrong) <= MOST_IMPLAUSIBLE * table["vehicle"].n_unique():
         return table

@@ -124,7 +124,6 @@ class DriverTraffic:
             lon=lon,
             speed=np.array(scene.speed)[None],
             lane=lane,
-            target=lane.copy(),
             change_duration=rng.uniform(*settings.change_duration, shape),
             wander=np.stack([rng.uniform(0, settings.wander, shape), wave, -2 * np.pi * lon / wave], axis=-1),
             pause=settings.pause,

@@ -8,6 +8,7 @@ the left and to the right are the same code.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -46,28 +47,20 @@ class DriverSettings(Settings):
 
 @dataclass(frozen=True)
 class Drivers:
-    """What each driver wants and accepts."""
+    """What each driver wants and accepts, in the units of `DriverSettings`."""
 
     desired_speed: Values
-    """[m/s]"""
     time_gap: Values
-    """[s]"""
     minimum_gap: Values
-    """[m]"""
     acceleration: Values
-    """[m/s²]"""
     deceleration: Values
-    """[m/s²] comfortable, positive"""
     politeness: Values
     threshold: Values
-    """[m/s²]"""
     safe_deceleration: Values
-    """[m/s²] positive"""
 
     def at(self, slot: Int[np.ndarray, "*batch A"]) -> "Drivers":
         """The drivers in other slots of the same scene."""
-        fields = (getattr(self, name) for name in self.__dataclass_fields__)
-        return Drivers(*(np.take_along_axis(values, slot, -1) for values in fields))
+        return Drivers(*(np.take_along_axis(values, slot, -1) for values in vars(self).values()))
 
 
 def draw_drivers(settings: DriverSettings, random: np.random.Generator, shape: tuple[int, ...]) -> Drivers:
@@ -89,14 +82,8 @@ def follow(drivers: Drivers, speed: Values, gap: Values, leader_speed: Values) -
     """Acceleration [m/s²] of the Intelligent Driver Model (Treiber et al. 2000, eqs. 2 and 3, exponent 4).
 
     A driver above the desired speed slows down no harder than comfortably, as in the improved model (Treiber &
-    Kesting, *Traffic Flow Dynamics*, 2013, eq. 11.22); below it this is the original model.
-
-    Args:
-        drivers: who drives.
-        speed: [m/s] own speed.
-        gap: [m] bumper to bumper to the leader; `FREE` or more without one. Overlaps count as 0.1 m.
-        leader_speed: [m/s] arbitrary without a leader.
-
+    Kesting, *Traffic Flow Dynamics*, 2013, eq. 11.22); below it this is the original model. The gap [m] is from bumper
+    to bumper, where overlaps count as 0.1 m; without a leader it is `FREE`, and ``leader_speed`` arbitrary.
     """
     brake = 2 * np.sqrt(drivers.acceleration * drivers.deceleration)
     dynamic = speed * drivers.time_gap + speed * (speed - leader_speed) / brake
@@ -109,28 +96,22 @@ def follow(drivers: Drivers, speed: Values, gap: Values, leader_speed: Values) -
     return free - drivers.acceleration * interaction**2
 
 
-@dataclass(frozen=True)
-class Neighbours:
-    """The vehicle ahead and the one behind in some lane; the index of one that does not exist is arbitrary."""
+class Neighbours(NamedTuple):
+    """Slots of the vehicles ahead and behind in some lane, arbitrary where there is none.
+
+    The gaps [m] to them are from bumper to bumper, negative when overlapping, and `FREE` where there is none.
+    """
 
     leader: Int[np.ndarray, "*batch A"]
-    """slot of the vehicle ahead"""
     gap: Values
-    """[m] bumper to bumper to it, negative when overlapping; `FREE` without one"""
     follower: Int[np.ndarray, "*batch A"]
-    """slot of the vehicle behind"""
     rear_gap: Values
-    """[m] bumper to bumper to it, negative when overlapping; `FREE` without one"""
 
 
 def neighbours(lon: Values, length: Values, there: Bool[np.ndarray, "*batch A A"]) -> Neighbours:
     """The nearest vehicles ahead and behind; of two at the same place the one in the higher slot is ahead.
 
-    Args:
-        lon: [m] centres.
-        length: [m]
-        there: whether vehicle j (last axis) is in the lane that vehicle i looks at; itself is never looked at.
-
+    ``there`` says whether vehicle j (last axis) is in the lane that vehicle i looks at; itself is never looked at.
     """
     slots = np.arange(lon.shape[-1])
     distance = lon[..., None, :] - lon[..., :, None]
@@ -149,24 +130,12 @@ def neighbours(lon: Values, length: Values, there: Bool[np.ndarray, "*batch A A"
 
 
 def lane_change_advantage(
-    drivers: Drivers,
-    speed: Values,
-    length: Values,
-    current: Neighbours,
-    target: Neighbours,
+    drivers: Drivers, speed: Values, length: Values, current: Neighbours, target: Neighbours
 ) -> Values:
-    """Advantage [m/s²] of changing to a lane by MOBIL; −inf where the change is unsafe.
+    """Advantage [m/s²] of changing from the current to the target lane by MOBIL; −inf where the change is unsafe.
 
     A driver changes lanes when the advantage is positive: own gain plus politeness times the gain of the new and
     the old follower, less the threshold (Kesting et al. 2007, eqs. 2 and 3, symmetric rules).
-
-    Args:
-        drivers: who drives, in the slots of the vehicles.
-        speed: [m/s]
-        length: [m]
-        current: neighbours in the own lane.
-        target: neighbours in the lane to change to.
-
     """
 
     def of(slot: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -182,9 +151,8 @@ def lane_change_advantage(
     new_speed, old_speed = of(target.follower, speed), of(current.follower, speed)
     new_after = follow(new, new_speed, target.rear_gap, speed)
     new_gain = new_after - follow(new, new_speed, joined(target), of(target.leader, speed))
-    old_gain = follow(old, old_speed, joined(current), of(current.leader, speed)) - follow(
-        old, old_speed, current.rear_gap, speed
-    )
+    old_after = follow(old, old_speed, joined(current), of(current.leader, speed))
+    old_gain = old_after - follow(old, old_speed, current.rear_gap, speed)
     has_new, has_old = target.rear_gap < FREE, current.rear_gap < FREE
     others = np.where(has_new, new_gain, 0.0) + np.where(has_old, old_gain, 0.0)
     safe = (~has_new | (new_after >= -new.safe_deceleration)) & (own_after >= -drivers.safe_deceleration)

@@ -4,12 +4,12 @@ S scenes of A vehicle slots are driven at once. A vehicle that changes lanes is 
 lateral motion is a polynomial of fifth order in its progress, slowed down with the vehicle at low speed.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from coverdrive.simulation.drivers import Drivers, Neighbours, follow, lane_change_advantage, neighbours
+from coverdrive.simulation.drivers import Drivers, Neighbours, Values, follow, lane_change_advantage, neighbours
 
 HARDEST, STRONGEST = -7.5, 4.0
 """[m/s²] limits of every acceleration: emergency braking on a dry road, a strong car"""
@@ -35,8 +35,6 @@ SLOWING = 0.7
 CRAWL = 1.0
 """[m/s] smallest desired speed of a driver who slows down"""
 
-Values = Float[np.ndarray, "S A"]
-
 
 @dataclass
 class Freeway:
@@ -60,8 +58,6 @@ class Freeway:
     """[m/s] along the road"""
     lane: Int[np.ndarray, "S A"]
     """lane, or the one that is being left"""
-    target: Int[np.ndarray, "S A"]
-    """lane, or the one that is being entered"""
     change_duration: Values
     """[s] of a lane change at full speed"""
     wander: Float[np.ndarray, "S A 3"]
@@ -70,32 +66,23 @@ class Freeway:
     """[s] a driver stays in a lane at least"""
     ease: float = EASE
     """[m/s²] how fast a desired speed falls"""
-    progress: Values = field(init=False)
-    """of the lane change, 0 to 1"""
-    wait: Values = field(init=False)
-    """[s] until the driver thinks of a lane change again"""
-    goal: Values = field(init=False)
-    """[m/s] that the desired speed moves to"""
 
     def __post_init__(self) -> None:
         """Start without lane changes and with usual desires."""
-        self.progress = np.zeros_like(self.lon)
-        self.wait = np.zeros_like(self.lon)
-        self.goal = self.usual_speed.copy()
+        self.progress = np.zeros_like(self.lon)  # of the lane change, 0 to 1
+        self.wait = np.zeros_like(self.lon)  # [s] until the driver thinks of a lane change again
+        self.target = self.lane.copy()  # or the lane that is being entered
+        self.goal = self.usual_speed.copy()  # [m/s] that the desired speed moves to
 
-    def lateral(self, lane_width: float) -> tuple[Values, Values]:
-        """Lateral position [m] and velocity [m/s]."""
+    def states(self, lane_width: float) -> Float[np.ndarray, "S A 4"]:
+        """Lon, lat [m], speed [m/s] and heading [rad] of all vehicles."""
         s = self.progress
         way = (self.target - self.lane) * lane_width
         amplitude, wave, phase = np.moveaxis(self.wander, -1, 0)
         angle = 2 * np.pi * self.lon / wave + phase
         lat = (self.lane + 0.5) * lane_width + way * s**3 * (10 - 15 * s + 6 * s**2) + amplitude * np.sin(angle)
         pace = way * 30 * s**2 * (1 - s) ** 2 * self._progress_rate()
-        return lat, pace + amplitude * np.cos(angle) * 2 * np.pi / wave * self.speed
-
-    def states(self, lane_width: float) -> Float[np.ndarray, "S A 4"]:
-        """Lon, lat [m], speed [m/s] and heading [rad] of all vehicles."""
-        lat, lat_rate = self.lateral(lane_width)
+        lat_rate = pace + amplitude * np.cos(angle) * 2 * np.pi / wave * self.speed
         speed, heading = np.hypot(self.speed, lat_rate), np.arctan2(lat_rate, self.speed)
         return np.stack([self.lon, lat, speed, heading], axis=-1)
 

@@ -70,19 +70,15 @@ class GeneratedSettings(Settings):
     def _fits_into_memory(self) -> "GeneratedSettings":
         rows = self.scenes * self.vehicles[1] * self.duration / self.dt
         if rows > _MOST_ROWS:
-            raise ValueError(
-                f"{rows:.3g} rows of traffic are more than {_MOST_ROWS:.0e}; generate fewer or shorter scenes"
-            )
+            limit = f"{rows:.3g} rows of traffic are more than {_MOST_ROWS:.0e}"
+            raise ValueError(f"{limit}; generate fewer or shorter scenes")
         return self
 
 
 def generate(settings: GeneratedSettings | None = None, seed: int = 0) -> tuple[Recording, ...]:
     """Generate scenes; each is a recording and a group of its own, and no vehicle number occurs twice.
 
-    Args:
-        settings: how much of what.
-        seed: the same settings and seed give the same traffic.
-
+    The same settings and seed give the same traffic.
     """
     chosen = settings or GeneratedSettings()
     counts = [min(BATCH, chosen.scenes - first) for first in range(0, chosen.scenes, BATCH)]
@@ -139,14 +135,8 @@ def _start(settings: GeneratedSettings, random: np.random.Generator, scenes: int
         lon = np.where(inside, length / 2 - np.cumsum(room, axis=1), lon)
         front |= inside & (np.cumsum(inside, axis=1) == 1)
     drivers.desired_speed[front] = (pace * random.uniform(0.85, 1.1, shape))[front]
-    wander = np.stack(
-        [
-            random.uniform(0, settings.wander, shape),
-            random.uniform(150, 400, shape),
-            random.uniform(0, 2 * np.pi, shape),
-        ],
-        axis=-1,
-    )
+    limits = ((0, settings.wander), (150, 400), (0, 2 * np.pi))
+    wander = np.stack([random.uniform(*between, shape) for between in limits], axis=-1)
     return Freeway(
         drivers=drivers,
         usual_speed=drivers.desired_speed.copy(),
@@ -157,7 +147,6 @@ def _start(settings: GeneratedSettings, random: np.random.Generator, scenes: int
         lon=lon - np.where(valid, lon, 0.0).min(axis=1, keepdims=True) + 20.0,
         speed=speed,
         lane=lane,
-        target=lane.copy(),
         change_duration=random.uniform(4, 6, shape),
         wander=wander,
     )
@@ -176,9 +165,8 @@ def _recording(
     if settings.noise:
         for name in ("lon", "lat"):
             values[name] += settings.noise * random.standard_normal(len(moment))
-        raw = RawTracks(
-            vehicle=vehicle, moment=moment, group=group, **{k: values[k] for k in MEASURES if k != "heading"}
-        )
+        positions = {name: values[name] for name in MEASURES if name != "heading"}
+        raw = RawTracks(vehicle=vehicle, moment=moment, group=group, **positions)
         table = regular_table(raw, settings.dt, settings.smoothing, Counter())
     else:
         head = {"vehicle": vehicle, "group": group, "time": moment * settings.dt}
