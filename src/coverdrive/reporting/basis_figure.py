@@ -63,9 +63,8 @@ def basis_figure(
         lines: Float[np.ndarray, "M n 2"], tube: list[Mark], more: list[Mark], example: Float[np.ndarray, "T 2"] | None,
         ends: Float[np.ndarray, "M 2"], x: Axis, y: Axis,
     ) -> Panel:  # fmt: skip
-        marks = [*_trajectories(lines, share), *tube, _named(
-            lines[base], f"base trajectory {base} ({percent(float(share[base]), 2)} of the segments)", width=2
-        ), *more]  # fmt: skip
+        name = f"base trajectory {base} ({percent(float(share[base]), 2)} of the segments)"
+        marks = [*_trajectories(lines, share), *tube, _named(lines[base], name, width=2), *more]
         if example is not None:
             name = "a recorded segment that it stands for"
             marks.append(_named(example, name, width=1.6, dashed=True, colour=style.VERMILION))

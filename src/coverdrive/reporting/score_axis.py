@@ -4,7 +4,7 @@ Scores of the first bin, 0 among them, share a cell at the left end of the axis,
 the right end; an end is shown only if something is there. E edges of B = E − 1 bins.
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Shaped
@@ -20,8 +20,7 @@ _APART = 1.4
 """log-odds between the tick of an end and the next at least"""
 
 
-@dataclass(frozen=True)
-class ScoreAxis:
+class ScoreAxis(NamedTuple):
     """Where scores are drawn on an axis that is as long as it needs to be."""
 
     edges: Float[np.ndarray, " E"]
@@ -35,13 +34,7 @@ class ScoreAxis:
     def around(
         edges: Float[np.ndarray, " E"], counts: Shaped[np.ndarray, "*rows B"], marks: Float[np.ndarray, " _"]
     ) -> "ScoreAxis":
-        """The axis that shows every bin that is not empty in all rows, and every mark.
-
-        Args:
-            edges: from 0 to 1.
-            counts: of scores in every bin.
-            marks: scores, in [0, 1], that are not counted but shown.
-        """
+        """The axis that shows every bin of scores, from 0 to 1, with a count in any row, and every mark in [0, 1]."""
         filled = counts.reshape(-1, len(edges) - 1).sum(0) > 0
         filled[np.searchsorted(edges[1:-1], marks, side="right")] = True
         shown = np.flatnonzero(filled) if filled.any() else np.arange(len(filled))
@@ -61,11 +54,8 @@ class ScoreAxis:
     def ticks(self) -> dict[float, str]:
         """What stands where [log-odds], from left to right."""
         low, high = self.limits
-        ends: dict[float, str] = {}
-        if self.first == 0:
-            ends[low] = "0"
-        if self.last == len(self.edges) - 2:
-            ends[high] = "1"
+        ends = {low: "0"} if self.first == 0 else {}
+        ends |= {high: "1"} if self.last == len(self.edges) - 2 else {}
         inner = {float(logit(score)): text for score, text in _TICKS.items() if low <= logit(score) <= high}
         apart = {place: text for place, text in inner.items() if all(abs(place - end) > _APART for end in ends)}
         return dict(sorted((ends | apart).items()))
