@@ -1,8 +1,5 @@
 """Collisions by number of uncontrolled vehicles, with exact intervals (paper, Fig. 4a)."""
 
-from collections.abc import Mapping
-from types import MappingProxyType
-
 import numpy as np
 import polars as pl
 
@@ -11,12 +8,7 @@ from coverdrive.reporting import style
 from coverdrive.reporting.figure import Axis, Bars, Figure, Mark, Panel, Points, Rule, Texts
 from coverdrive.simulation.statistics import PAPER, PAPER_TRIALS, collision_table
 
-_KINDS: Mapping[str, tuple[str, str, str]] = MappingProxyType(
-    {
-        "frontal_or_side": ("frontal or side", style.BLUE, "o"),
-        "rear_end": ("rear-end", style.VERMILION, "s"),
-    }
-)
+_KINDS = {"frontal_or_side": ("frontal or side", style.BLUE, "o"), "rear_end": ("rear-end", style.VERMILION, "s")}
 """columns of the table: name, colour and marker"""
 
 _WIDTH = 0.36
@@ -30,12 +22,8 @@ def collisions_figure(results: pl.DataFrame, confidence: float = 0.95) -> Figure
     """How often the ego collides, for every number of vehicles and for all trials together.
 
     Args:
-        results: one row per trial, with the columns ``vehicles`` and ``kind``.
-        confidence: coverage of the Clopper–Pearson intervals, in (0, 1).
-
-    Raises:
-        DataError: there is no trial.
-        CertificateError: confidence outside (0, 1).
+        results: one row per trial, with the columns ``vehicles`` and ``kind``; DataError if there is none.
+        confidence: of the Clopper–Pearson intervals, in (0, 1), else CertificateError.
     """
     if results.is_empty():
         raise DataError("a figure of collisions needs at least one trial, got none; run some first")

@@ -16,13 +16,9 @@ _WIDTH = 0.6
 
 
 def drives_figure(trials: pl.DataFrame) -> Figure:
-    """Mean speed, least gap and jerk (root mean square) of every trial, by number of uncontrolled vehicles.
+    """Mean speed, least gap if anybody was met, and jerk of every trial, by number of uncontrolled vehicles.
 
-    Args:
-        trials: one row for each trial; a gap that is not finite, because nobody was met, is left out.
-
-    Raises:
-        DataError: there is no trial.
+    DataError if there is no trial.
     """
     if trials.is_empty():
         raise DataError("a figure of speeds and gaps needs at least one trial, got none; run some first")

@@ -15,14 +15,9 @@ _COLUMNS = {
 
 
 def planning_figure(trials: pl.DataFrame, period: float) -> Figure:
-    """The share of trials whose steps took at most a given time.
+    """The share of trials whose steps took at most a given time; the next plan is due after the period [s].
 
-    Args:
-        trials: one row for each trial.
-        period: [s] between two plans, which is the time there is.
-
-    Raises:
-        DataError: there is no trial.
+    DataError if there is no trial.
     """
     if trials.is_empty():
         raise DataError("a figure of planning times needs at least one trial, got none; run some first")

@@ -9,11 +9,7 @@ from coverdrive.reporting.figure import Axis, Bars, Figure, Panel, Rule
 
 
 def set_sizes_figure(learned: Learned) -> Figure:
-    """The share of test windows by the number of possible base trajectories.
-
-    Args:
-        learned: counts of test windows by the size of their set.
-    """
+    """The share of test windows by the number of possible base trajectories."""
     counts = learned.set_sizes
     sizes, share = np.arange(len(counts)), counts / max(counts.sum(), 1)
     mean = float(sizes @ share)
