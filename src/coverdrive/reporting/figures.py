@@ -13,18 +13,14 @@ from coverdrive.reporting.active_constraints import ActiveConstraints
 from coverdrive.reporting.affordance_figure import affordance_figure
 from coverdrive.reporting.animation import animate
 from coverdrive.reporting.basis_figure import basis_figure
-from coverdrive.reporting.collisions_figure import collisions_figure
 from coverdrive.reporting.contents import Contents
 from coverdrive.reporting.drawing import save
-from coverdrive.reporting.drives_figure import drives_figure
 from coverdrive.reporting.figure import Figure
-from coverdrive.reporting.losses_figure import losses_figure
-from coverdrive.reporting.planning_figure import planning_figure
+from coverdrive.reporting.learned_figures import losses_figure, scores_figure, set_sizes_figure
 from coverdrive.reporting.risk_figure import risk_figure
-from coverdrive.reporting.scores_figure import scores_figure
-from coverdrive.reporting.set_sizes_figure import set_sizes_figure
 from coverdrive.reporting.size_figure import size_figure
 from coverdrive.reporting.snapshots import snapshots
+from coverdrive.reporting.study_figures import collisions_figure, drives_figure, planning_figure
 from coverdrive.simulation.trace import Trace
 
 
