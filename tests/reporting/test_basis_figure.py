@@ -9,10 +9,9 @@ from report_fakes import make_basis
 from coverdrive.errors import DataError
 from coverdrive.prediction.cover.basis import Basis
 from coverdrive.reporting import style
-from coverdrive.reporting.basis_figure import basis_figure, farthest_inside, most_telling
+from coverdrive.reporting.basis_figure import MOST, basis_figure, farthest_inside, most_telling, spread
 from coverdrive.reporting.drawing import save
 from coverdrive.reporting.figure import Band, Line, Panel, Shapes
-from coverdrive.reporting.labels import MOST, spread
 
 pytestmark = pytest.mark.usefixtures("no_global_change")
 

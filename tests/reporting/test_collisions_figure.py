@@ -5,9 +5,9 @@ import pytest
 from scipy.stats import binomtest
 
 from coverdrive.errors import CertificateError, DataError
-from coverdrive.reporting.collisions_figure import collisions_figure
 from coverdrive.reporting.drawing import save
 from coverdrive.reporting.figure import Bars, Figure, Points, Rule, Texts
+from coverdrive.reporting.study_figures import collisions_figure
 
 pytestmark = pytest.mark.usefixtures("no_global_change")
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from coverdrive.prediction.learned import EDGES
-from coverdrive.reporting.score_axis import ScoreAxis
+from coverdrive.reporting.learned_figures import ScoreAxis
 
 NO_MARKS = np.empty(0)
 

@@ -9,12 +9,9 @@ from report_fakes import make_contents
 from scipy.special import expit
 
 from coverdrive.errors import DataError
-from coverdrive.reporting.drives_figure import drives_figure
 from coverdrive.reporting.figure import Bars, Line, Panel, Points, Rule
-from coverdrive.reporting.losses_figure import losses_figure
-from coverdrive.reporting.planning_figure import planning_figure
-from coverdrive.reporting.scores_figure import scores_figure
-from coverdrive.reporting.set_sizes_figure import set_sizes_figure
+from coverdrive.reporting.learned_figures import losses_figure, scores_figure, set_sizes_figure
+from coverdrive.reporting.study_figures import drives_figure, planning_figure
 
 
 def marks_of(panel: Panel, kind: type) -> list:

@@ -4,7 +4,7 @@ Above the road as in the snapshots, below it what the ego did so far: its speed,
 found. The still parts are drawn once; every frame draws only what moves.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,7 @@ from coverdrive.progress import done, stage
 from coverdrive.reporting import style
 from coverdrive.reporting.active_constraints import ActiveConstraints
 from coverdrive.reporting.gif import write_gif
-from coverdrive.reporting.road_drawing import RoadDrawing, Window
+from coverdrive.reporting.road_drawing import RoadDrawing
 from coverdrive.reporting.snapshots import add_legend
 from coverdrive.simulation.initial import EGO
 from coverdrive.simulation.misses import find_windows, left_recently
@@ -44,15 +44,9 @@ _MARKERS = {Status.SOLVED: "o", Status.FALLBACK: "s", Status.REAR: "D", Status.U
 
 
 def animate(trace: Trace, path: Path, constraints: ActiveConstraints | None = None) -> None:
-    """Write a video of a trace: one frame for every moment, and the last one held for a second.
+    """Write a video of a trace, ``.mp4`` or ``.gif``: a frame for every moment, and the last one held for a second.
 
-    Args:
-        trace: one episode.
-        path: of the video, ending in ``.mp4`` or ``.gif``; the folder is made if need be.
-        constraints: tells which are active in the plan; they are not marked if it is left out.
-
-    Raises:
-        SettingError: the path has another suffix.
+    The folder is made if need be. Active constraints are marked if ``constraints`` tells them.
     """
     write = _WRITERS.get(path.suffix)
     if write is None:
@@ -60,15 +54,8 @@ def animate(trace: Trace, path: Path, constraints: ActiveConstraints | None = No
     rate = 1 / float(trace.time[1] - trace.time[0])
     moments = [*range(len(trace) + 1), *[len(trace)] * round(HOLD * rate)]
     with stage("video"), style.style():
-        frames = _counted(_frames(trace, moments, constraints), len(moments))
+        frames = _frames(trace, moments, constraints)
         write_atomically(path, lambda temporary: write(temporary, frames, rate))
-
-
-def _counted(frames: Iterable[memoryview], total: int) -> Iterator[memoryview]:
-    """The frames, each reported when the next is asked for."""
-    for count, frame in enumerate(frames, start=1):
-        yield frame
-        done(count, total)
 
 
 def _write_mp4(path: Path, frames: Iterator[memoryview], rate: float) -> None:
@@ -83,11 +70,10 @@ def _write_mp4(path: Path, frames: Iterator[memoryview], rate: float) -> None:
         video.mux(stream.encode(None))
 
 
-def _write_gif(path: Path, frames: Iterator[memoryview], rate: float) -> None:
-    write_gif(path, map(np.asarray, frames), rate)
-
-
-_WRITERS = {".mp4": _write_mp4, ".gif": _write_gif}
+_WRITERS: Mapping[str, Callable[[Path, Iterator[memoryview], float], None]] = {
+    ".mp4": _write_mp4,
+    ".gif": lambda path, frames, rate: write_gif(path, map(np.asarray, frames), rate),
+}
 """by the suffix of the file"""
 
 
@@ -99,12 +85,13 @@ def _frames(trace: Trace, moments: list[int], constraints: ActiveConstraints | N
     picture = _Picture(figure, trace, constraints)
     canvas.draw()
     still = canvas.copy_from_bbox(figure.bbox)  # pyright: ignore[reportAttributeAccessIssue]
-    for moment in moments:
+    for count, moment in enumerate(moments, start=1):
         picture.show(moment)
         canvas.restore_region(still)
         for artist in picture.moving:
             artist.draw(canvas.get_renderer())
         yield canvas.buffer_rgba()
+        done(count, len(moments))
 
 
 class _Picture:
@@ -118,10 +105,11 @@ class _Picture:
         road = figure.add_subplot(grid[0, :])
         road.set_xlabel("distance ahead of the ego [m]")
         road.set_title(" ", loc="left")
-        self._drawing = RoadDrawing.on(road, trace.road, trace.scene.vehicles, Window())
+        self._drawing = RoadDrawing.on(road, trace.road, trace.scene.vehicles)
         self._title = road.text(0, 1.04, "", transform=road.transAxes, fontsize=8)
         add_legend(figure, trace.horizon, constraints is not None, bool(self._left.any()))
-        self._speed_line = _speed_panel(figure.add_subplot(grid[1, 0]), trace.time, self._speed)
+        speed = _over_time(figure.add_subplot(grid[1, 0]), trace, "ego speed [m/s]", max(self._speed.max(), 1.0))
+        self._speed_line = speed.plot([], [], color=style.EGO)[0]
         self._status_dots = _planning_panel(figure.add_subplot(grid[1, 1]), trace, self._milliseconds)
         self.moving: tuple[Artist, ...] = (
             *self._drawing.artists, self._title, self._speed_line, *self._status_dots.values()
@@ -146,21 +134,18 @@ class _Picture:
             dots.set_data(trace.time[steps], self._milliseconds[steps])
 
 
-def _speed_panel(axes: Axes, time: np.ndarray, speed: np.ndarray) -> Line2D:
-    axes.set(xlim=(0, time[-1]), ylim=(0, 1.1 * max(speed.max(), 1.0)), xlabel="time [s]", ylabel="ego speed [m/s]")
+def _over_time(axes: Axes, trace: Trace, label: str, largest: float) -> Axes:
+    axes.set(xlim=(0, trace.time[-1]), ylim=(0, 1.1 * largest), xlabel="time [s]", ylabel=label)
     axes.xaxis.set_major_locator(MaxNLocator(steps=[1, 2, 5, 10]))
     axes.grid(True)
-    return axes.plot([], [], color=style.EGO)[0]
+    return axes
 
 
 def _planning_panel(axes: Axes, trace: Trace, milliseconds: np.ndarray) -> dict[Status, Line2D]:
     """One set of dots for every way in which a plan of the drive was found, and the time there is for a plan."""
     period = 1000 * float(trace.time[1] - trace.time[0])
-    axes.set(xlim=(0, trace.time[-1]), ylim=(0, 1.1 * max(milliseconds.max(), period)))
-    axes.set(xlabel="time [s]", ylabel="planning [ms]")
-    axes.xaxis.set_major_locator(MaxNLocator(steps=[1, 2, 5, 10]))
+    _over_time(axes, trace, "planning [ms]", max(milliseconds.max(), period))
     axes.axhline(period, color=style.GREY, linestyle="--", linewidth=0.9, label="next plan due")
-    axes.grid(True)
     look: dict[str, Any] = {"linestyle": "none", "markersize": 2.5}
     dots = {
         status: axes.plot([], [], color=style.STATUS[status], marker=marker, label=status.value, **look)[0]

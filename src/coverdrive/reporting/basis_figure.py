@@ -7,20 +7,17 @@ M base trajectories of T points.
 """
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
+from scipy.optimize import isotonic_regression
 
 from coverdrive.errors import DataError
 from coverdrive.numbers import percent
 from coverdrive.prediction.cover.basis import Basis
 from coverdrive.reporting import style
 from coverdrive.reporting.figure import Axis, Band, Bars, Figure, Line, Mark, Panel, Points, Shapes, Texts
-from coverdrive.reporting.labels import labelled, spread
 
-_THINNEST, _THICKEST = 0.6, 2.4
-"""[point] line widths of the rarest and the most common base trajectory"""
-
-_PALEST, _DARKEST = 0.25, 0.9
-"""opacity of them"""
+MOST = 24
+"""labels that find room beside a plot"""
 
 _CURVE = 31
 """points of a drawn trajectory: the spline that the vehicles follow, not only the samples"""
@@ -59,9 +56,38 @@ def basis_figure(
         )
     base = most_telling(basis, share) if highlighted is None else highlighted
     example = None if segments is None else farthest_inside(basis, base, segments)
-    over_time = [_over_time(basis, share, base, example, component) for component in (0, 1)]
+    times = np.linspace(0, basis.horizon, _CURVE)
+    curves, half, labelled = basis.rollout(times)[0], tube_of(basis, times), _labelled(share)
+
+    def panel(
+        lines: Float[np.ndarray, "M n 2"], tube: list[Mark], more: list[Mark], example: Float[np.ndarray, "T 2"] | None,
+        ends: Float[np.ndarray, "M 2"], x: Axis, y: Axis,
+    ) -> Panel:  # fmt: skip
+        name = f"base trajectory {base} ({percent(float(share[base]), 2)} of the segments)"
+        marks = [*_trajectories(lines, share), *tube, _named(lines[base], name, width=2), *more]
+        if example is not None:
+            name = "a recorded segment that it stands for"
+            marks.append(_named(example, name, width=1.6, dashed=True, colour=style.VERMILION))
+        anchors = ["end" if lon < 0 else "start" for lon in ends[labelled, 0]]
+        text = [str(each) for each in labelled]
+        labels = Texts(x=ends[labelled, 0], y=ends[labelled, 1], text=text, anchor=anchors, colour=style.BLACK)
+        return Panel([*marks, labels], x, y)
+
+    def over_time(component: int, label: str) -> Panel:
+        values = curves[..., component]
+        low, high = values[base] - half[:, component], values[base] + half[:, component]
+        ends = _with_time(basis.horizon, values[:, -1])
+        ends[labelled, 1] = spread(ends[labelled, 1], _LABELS_APART * (np.ptp(values) or 1.0))
+        recorded = None if example is None else _with_time(basis.times, example[:, component])
+        band = Band(x=times, low=low, high=high, colour=style.SKY, opacity=0.25)
+        x = Axis("time [s]", 0, 1.06 * basis.horizon)
+        return panel(_with_time(times, values), [band], [], recorded, ends, x, Axis(label))
+
+    dots = Points(x=basis.points[base][:, 0], y=basis.points[base][:, 1], size=3)
+    x, y = Axis("deviation from constant velocity along the road [m]"), Axis("to the left [m]")
+    plane = panel(curves, _tube(basis, base), [dots], example, basis.points[:, -1], x, y)
     return Figure(
-        [[_plane(basis, share, base, example)], over_time, [_shares(share)]],
+        [[plane], [over_time(0, "along the road [m]"), over_time(1, "to the left [m]")], [_shares(share)]],
         height=6.2,
         heights=(1.3, 1, 0.7),
         caption=f"{len(basis)} base trajectories of {basis.horizon:g} s as deviations from constant velocity, the "
@@ -74,15 +100,12 @@ def basis_figure(
 def most_telling(basis: Basis, share: Float[np.ndarray, " M"]) -> int:
     """The most common base trajectory that ends over twice its tolerance away; if none does, the most common."""
     last = np.linalg.norm(basis.scaled(basis.points)[:, -1], axis=-1)
-    moves = last > 2 * basis.radius
-    return int(np.argmax(share + moves))
+    return int(np.argmax(share + (last > 2 * basis.radius)))
 
 
 def tube_of(basis: Basis, times: Float[np.ndarray, " n"]) -> Float[np.ndarray, "n 2"]:
     """Half extents [m] along lon and lat of the tube around a base: of its ellipses, or where it is cut, its boxes."""
-    if basis.reach is None:
-        return basis.tolerance(basis.radius, times)
-    return basis.radius * basis.tube(times)
+    return basis.tolerance(basis.radius, times) if basis.reach is None else basis.radius * basis.tube(times)
 
 
 def farthest_inside(basis: Basis, base: int, segments: Float[np.ndarray, "N T 2"]) -> Float[np.ndarray, "T 2"] | None:
@@ -90,6 +113,20 @@ def farthest_inside(basis: Basis, base: int, segments: Float[np.ndarray, "N T 2"
     distance = basis.distance(segments)[:, base]
     covered = distance <= basis.radius
     return segments[np.argmax(np.where(covered, distance, -1))] if covered.any() else None
+
+
+def spread(values: Float[np.ndarray, " N"], apart: float) -> Float[np.ndarray, " N"]:
+    """Places at least ``apart`` from each other, in the order of the values and as near to them as can be."""
+    order = np.argsort(values, kind="stable")
+    room = apart * np.arange(len(values))
+    places = np.empty(len(values))
+    places[order] = isotonic_regression(values[order] - room).x + room
+    return places
+
+
+def _labelled(share: Float[np.ndarray, " M"]) -> Int[np.ndarray, " _"]:
+    """The bases that are labelled: all, or the most common if there are too many."""
+    return np.sort(np.argsort(-share, kind="stable")[:MOST])
 
 
 def _explained(basis: Basis, base: int) -> str:
@@ -106,90 +143,44 @@ def _explained(basis: Basis, base: int) -> str:
     )
 
 
-def _plane(basis: Basis, share: Float[np.ndarray, " M"], base: int, example: Float[np.ndarray, "T 2"] | None) -> Panel:
-    """All base trajectories, lon against lat; one with its tube and an example inside it."""
-    curves = basis.rollout(np.linspace(0, basis.horizon, _CURVE))[0]
-    marks = [*_trajectories(curves, share), *_tube(basis, base), *_highlighted(curves[base], base, share)]
-    marks.append(Points(x=basis.points[base][:, 0], y=basis.points[base][:, 1], size=3))
-    if example is not None:
-        marks.append(_recorded(example))
-    marks.append(_labels(share, basis.points[:, -1]))
-    return Panel(marks, Axis("deviation from constant velocity along the road [m]"), Axis("to the left [m]"))
-
-
 def _tube(basis: Basis, base: int) -> list[Mark]:
     """Ellipses or boxes around every sample; ellipses that a box is cut from are dashed."""
     rings = basis.points[base][:, None] + basis.tolerance(basis.radius, basis.times)[:, None] * _CIRCLE
-    name = f"its tube every {basis.step:g} s"
+    name, ellipses = f"its tube every {basis.step:g} s", f"ellipses of ε = {basis.radius:g}"
     if basis.reach is None:
-        return [Shapes(outlines=list(rings), colour=style.SKY, name=f"{name}: ellipses of ε = {basis.radius:g}")]
+        return [Shapes(outlines=list(rings), colour=style.SKY, name=f"{name}: {ellipses}")]
     boxes = basis.points[base][:, None] + tube_of(basis, basis.times)[:, None] * _SQUARE
     return [
-        Shapes(outlines=list(rings), filled=False, dashed=True, width=0.6, colour=style.SKY,
-               name=f"the ellipses of ε = {basis.radius:g}"),
+        Shapes(outlines=list(rings), filled=False, dashed=True, width=0.6, colour=style.SKY, name=f"the {ellipses}"),
         Shapes(outlines=list(boxes), colour=style.SKY, name=f"{name}, cut to boxes"),
-    ]  # fmt: skip
+    ]
 
 
-def _over_time(
-    basis: Basis,
-    share: Float[np.ndarray, " M"],
-    base: int,
-    example: Float[np.ndarray, "T 2"] | None,
-    component: int,
-) -> Panel:
-    """One component of all base trajectories over time; the highlighted one with its tube as a band."""
-    times = np.linspace(0, basis.horizon, _CURVE)
-    values = basis.rollout(times)[0][..., component]
-    curves = np.stack(np.broadcast_arrays(times, values), axis=-1)
-    half = tube_of(basis, times)[:, component]
-    band = Band(x=times, low=values[base] - half, high=values[base] + half, colour=style.SKY, opacity=0.25)
-    marks = [*_trajectories(curves, share), band, *_highlighted(curves[base], base, share)]
-    if example is not None:
-        marks.append(_recorded(np.stack([basis.times, example[:, component]], axis=-1)))
-    shown, ends = labelled(share), np.stack(np.broadcast_arrays(basis.horizon, values[:, -1]), axis=-1)
-    ends[shown, 1] = spread(ends[shown, 1], _LABELS_APART * (np.ptp(values) or 1.0))
-    label = ("along the road [m]", "to the left [m]")[component]
-    return Panel([*marks, _labels(share, ends)], Axis("time [s]", 0, 1.06 * basis.horizon), Axis(label))
+def _with_time(
+    times: Float[np.ndarray, " n"] | float, values: Float[np.ndarray, "*m n"]
+) -> Float[np.ndarray, "*m n 2"]:
+    return np.stack(np.broadcast_arrays(times, values), axis=-1)
 
 
-def _highlighted(curve: Float[np.ndarray, "n 2"], base: int, share: Float[np.ndarray, " M"]) -> list[Mark]:
-    name = f"base trajectory {base} ({percent(float(share[base]), 2)} of the segments)"
-    return [Line(x=curve[:, 0], y=curve[:, 1], width=2, name=name, hover=name)]
-
-
-def _recorded(points: Float[np.ndarray, "n 2"]) -> Mark:
-    name = "a recorded segment that it stands for"
-    return Line(x=points[:, 0], y=points[:, 1], width=1.6, dashed=True, colour=style.VERMILION, name=name, hover=name)
-
-
-def _labels(share: Float[np.ndarray, " M"], places: Float[np.ndarray, "M 2"]) -> Mark:
-    """The numbers of the base trajectories, beside where they end."""
-    shown = labelled(share)
-    anchors = ["end" if lon < 0 else "start" for lon in places[shown, 0]]
-    text = [str(base) for base in shown]
-    return Texts(x=places[shown, 0], y=places[shown, 1], text=text, anchor=anchors, colour=style.BLACK)
+def _named(
+    points: Float[np.ndarray, "n 2"], name: str, width: float, dashed: bool = False, colour: str = style.BLUE
+) -> Line:
+    return Line(x=points[:, 0], y=points[:, 1], width=width, dashed=dashed, colour=colour, name=name, hover=name)
 
 
 def _trajectories(curves: Float[np.ndarray, "M n 2"], share: Float[np.ndarray, " M"]) -> list[Line]:
     """Lines as dark and thick as they are common on a scale of logarithms, the most common on top."""
-    common = _commonness(share)
+    lowest = share[share > 0].min(initial=1.0)
+    logarithm = np.log(np.maximum(share, lowest) / lowest)
+    common = (logarithm / max(logarithm.max(), 1e-3)).tolist()
     return [
         Line(
-            x=curves[base, :, 0], y=curves[base, :, 1], colour=style.BLACK,
-            width=_THINNEST + (_THICKEST - _THINNEST) * float(common[base]),
-            opacity=_PALEST + (_DARKEST - _PALEST) * float(common[base]),
+            x=curves[base, :, 0], y=curves[base, :, 1], colour=style.BLACK, width=0.6 + 1.8 * common[base],
+            opacity=0.25 + 0.65 * common[base],
             hover=f"base {base}\n{percent(float(share[base]))} of the training segments",
         )
         for base in np.argsort(share)
     ]  # fmt: skip
-
-
-def _commonness(share: Float[np.ndarray, " M"]) -> Float[np.ndarray, " M"]:
-    """From 0 of the rarest that occurs to 1 of the most common."""
-    lowest = share[share > 0].min(initial=1.0)
-    logarithm = np.log(np.maximum(share, lowest) / lowest)
-    return logarithm / max(logarithm.max(), 1e-3)
 
 
 def _shares(share: Float[np.ndarray, " M"]) -> Panel:
@@ -199,7 +190,5 @@ def _shares(share: Float[np.ndarray, " M"]) -> Panel:
     bars = Bars(x=np.arange(len(order)), height=100 * share[order], width=0.75, hover=hover)
     text = [percent(float(share[base]), 2) for base in order] if shown else []
     words = Texts(x=np.arange(len(text)), y=100 * share[order][: len(text)], text=text, anchor="middle", above=2)
-    x = Axis(
-        "base trajectory" if shown else "base trajectories, the most common first", -0.7, len(order) - 0.3, ticks=shown
-    )
-    return Panel([bars, words], x, Axis("training segments [%]", low=0))
+    label = "base trajectory" if shown else "base trajectories, the most common first"
+    return Panel([bars, words], Axis(label, -0.7, len(order) - 0.3, ticks=shown), Axis("training segments [%]", low=0))

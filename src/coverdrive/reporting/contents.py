@@ -61,10 +61,8 @@ class Fitted:
     @staticmethod
     def of(fit: Fit) -> "Fitted":
         """A fit that is in no folder."""
-        settings = fit.settings.model_dump_json(indent=2)
-        return Fitted(
-            "coverdrive", Path(), provenance(fit), settings, fit.predictor, Certified.of(fit), Learned.of(fit)
-        )
+        settings, learned = fit.settings.model_dump_json(indent=2), Learned.of(fit)
+        return Fitted("coverdrive", Path(), provenance(fit), settings, fit.predictor, Certified.of(fit), learned)
 
 
 @dataclass(frozen=True)
@@ -85,7 +83,5 @@ class Contents(Fitted):
     @property
     def driven(self) -> pl.DataFrame | None:
         """The trials that could start; none if there is no study, or none of its trials could."""
-        if self.trials is None:
-            return None
-        started = self.trials.filter(STARTED)
-        return None if started.is_empty() else started
+        started = None if self.trials is None else self.trials.filter(STARTED)
+        return None if started is None or started.is_empty() else started

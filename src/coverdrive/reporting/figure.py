@@ -10,7 +10,7 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -145,8 +145,7 @@ class Axis:
         return Scale(self.label, low, high, self.log, tuple(ticks.items()))
 
 
-@dataclass(frozen=True)
-class Scale:
+class Scale(NamedTuple):
     """An axis as it is drawn."""
 
     label: str
@@ -196,10 +195,8 @@ class Figure:
     def named(self) -> dict[str, Mark]:
         """The first mark of every entry of the legend, in the order of the marks."""
         named: dict[str, Mark] = {}
-        for panel in self.panels:
-            for mark in panel.marks:
-                if mark.name:
-                    named.setdefault(mark.name, mark)
+        for mark in (mark for panel in self.panels for mark in panel.marks if mark.name):
+            named.setdefault(mark.name, mark)
         return named
 
 
@@ -235,14 +232,13 @@ def to_json(figure: Figure) -> dict[str, Any]:
 
 
 def _panel(panel: Panel) -> dict[str, Any]:
-    x, y = (dataclasses.asdict(scale) for scale in panel.scales)
+    x, y = (scale._asdict() for scale in panel.scales)
     return {"title": panel.title, "x": x, "y": y, "marks": [_mark(mark) for mark in panel.marks]}
 
 
 def _mark(mark: Mark) -> dict[str, Any]:
-    values = {field.name: getattr(mark, field.name) for field in dataclasses.fields(mark)}
-    defaults = {field.name: field.default for field in dataclasses.fields(mark)}
-    shown = {name: _plain(value) for name, value in values.items() if value is not defaults[name]}
+    values = {field.name: (getattr(mark, field.name), field.default) for field in dataclasses.fields(mark)}
+    shown = {name: _plain(value) for name, (value, default) in values.items() if value is not default}
     return {"type": type(mark).__name__, **shown}
 
 

@@ -3,6 +3,8 @@
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from matplotlib.figure import Figure as Drawn
+
 from coverdrive.files import number_in_name
 from coverdrive.prediction.cover.basis_study import StudiedBasis
 from coverdrive.prediction.segments import Segments
@@ -11,18 +13,14 @@ from coverdrive.reporting.active_constraints import ActiveConstraints
 from coverdrive.reporting.affordance_figure import affordance_figure
 from coverdrive.reporting.animation import animate
 from coverdrive.reporting.basis_figure import basis_figure
-from coverdrive.reporting.collisions_figure import collisions_figure
 from coverdrive.reporting.contents import Contents
 from coverdrive.reporting.drawing import save
-from coverdrive.reporting.drives_figure import drives_figure
 from coverdrive.reporting.figure import Figure
-from coverdrive.reporting.losses_figure import losses_figure
-from coverdrive.reporting.planning_figure import planning_figure
+from coverdrive.reporting.learned_figures import losses_figure, scores_figure, set_sizes_figure
 from coverdrive.reporting.risk_figure import risk_figure
-from coverdrive.reporting.scores_figure import scores_figure
-from coverdrive.reporting.set_sizes_figure import set_sizes_figure
 from coverdrive.reporting.size_figure import size_figure
 from coverdrive.reporting.snapshots import snapshots
+from coverdrive.reporting.study_figures import collisions_figure, drives_figure, planning_figure
 from coverdrive.simulation.trace import Trace
 
 
@@ -45,28 +43,17 @@ def figures_of(contents: Contents) -> dict[str, Figure]:
 
 
 def draw_all(contents: Contents, folder: Path) -> list[Path]:
-    """Draw everything that there are results for; figures go to ``folder``, each as PNG and PDF.
-
-    Args:
-        contents: what there is; snapshots are drawn of its first trace.
-        folder: of the figures.
-
-    Returns:
-        The files.
-    """
-    drawings: dict[str, Callable[[], tuple[Path, Path]]] = {
-        name: lambda name=name, figure=figure: save(figure, folder / name)
-        for name, figure in figures_of(contents).items()
+    """Draw everything that there are results for into a folder, as PNG and PDF, with snapshots of the first trace."""
+    drawings: dict[str, Callable[[], Figure | Drawn]] = {
+        name: lambda figure=figure: figure for name, figure in figures_of(contents).items()
     }
-    drawings["affordance"] = lambda: save(affordance_figure(), folder / "affordance")
+    drawings["affordance"] = affordance_figure
     for trace in list(contents.traces.values())[:1]:
-        drawings["snapshots"] = lambda trace=trace: save(
-            snapshots(trace, constraints=contents.constraints), folder / "snapshots"
-        )
+        drawings["snapshots"] = lambda trace=trace: snapshots(trace, constraints=contents.constraints)
     files: list[Path] = []
     with stage("figures"):
-        for number, draw in enumerate(drawings.values(), start=1):
-            files += draw()
+        for number, (name, draw) in enumerate(drawings.items(), start=1):
+            files += save(draw(), folder / name)
             done(number, len(drawings))
     return files
 
@@ -81,5 +68,6 @@ def draw_bases(studied: Sequence[StudiedBasis], segments: Segments, folder: Path
     """Draw the size of bases against ε, and every basis, into a folder."""
     save(size_figure(studied), folder / "size")
     for each in studied:
-        figure = basis_figure(each.basis, each.share, segments.points)
-        save(figure, folder / f"basis_{number_in_name(each.basis.radius)}")
+        save(
+            basis_figure(each.basis, each.share, segments.points), folder / f"basis_{number_in_name(each.basis.radius)}"
+        )

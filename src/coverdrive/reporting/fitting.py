@@ -4,8 +4,10 @@ Every column is at least as wide as its longest word. Where not all of them have
 for each value, with the head of its column before it.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
 
+from rich.box import SIMPLE_HEAD
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.measure import Measurement
 from rich.padding import Padding
@@ -52,6 +54,36 @@ class FittingTable(Table):
                     yield Padding(Text(": " if head.plain else "").join([head, value]), (0, 0, 0, 2))
         if self.caption:
             yield _text(console, self.caption, "table.caption")
+
+
+def facts_table(title: str, facts: Iterable[tuple[str, str]]) -> FittingTable:
+    """A fact in each row, with its name before it."""
+    table = FittingTable("", "", title=title, show_header=False)
+    table.columns[0].style = "dim"
+    for name, fact in facts:
+        table.add_row(name, fact)
+    return table
+
+
+def columns_table(
+    title: str,
+    columns: Sequence[str],
+    rows: Iterable[Sequence[str | Text]],
+    caption: str | None = None,
+    *,
+    first: Mapping[str, Any] | None = None,
+    no_wrap: bool = False,
+    **look: Any,
+) -> FittingTable:
+    """A table of numbers, at the right of their columns; ``first`` has the options of a column of names before them."""
+    look = {"box": SIMPLE_HEAD, "padding": (0, 1, 0, 0), "show_edge": False} | look
+    table = FittingTable(title=title, caption=caption, **look)
+    numbers = {"justify": "right", "no_wrap": no_wrap}
+    for place, column in enumerate(columns):
+        table.add_column(column, **(numbers if place or first is None else first))  # pyright: ignore[reportArgumentType]
+    for row in rows:
+        table.add_row(*row)
+    return table
 
 
 def _range(console: Console, column: Column) -> Measurement:

@@ -21,13 +21,7 @@ _SHADES = 8
 
 
 def write_gif(path: Path, frames: Iterable[UInt8[np.ndarray, "height width 4"]], rate: float) -> None:
-    """Write frames as a GIF that plays for ever.
-
-    Args:
-        path: of the file.
-        frames: RGBA pixels of one frame after the other, at least one.
-        rate: frames per second.
-    """
+    """Write frames, RGBA pixels of at least one, as a GIF that plays for ever, so many per second."""
     palette = Image.new("P", (1, 1))
     palette.putpalette(_palette().ravel().tolist())
     pictures = (_small(frame).quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames)

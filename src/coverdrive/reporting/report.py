@@ -31,14 +31,8 @@ def report(
         fitted: a fit, or the results folder that it is in.
         study: that was driven with its predictor, if any.
         path: of the page; in the results folder if left out, or ``report.html``.
-        trials: to replay in any case.
+        trials: to replay in any case; DataError if one is none of the study.
         replays: number of notable trials to replay at most.
-
-    Returns:
-        The HTML file.
-
-    Raises:
-        DataError: there is no such trial.
     """
     page = Path(path) if path else _beside(fitted, study, "report").with_suffix(".html")
     write_page(contents_of(fitted, study, _replayed(study, trials, replays)), page)
@@ -46,18 +40,9 @@ def report(
 
 
 def draw_figures(fitted: Fit | Fitted, study: Study | None = None, trial: int | None = None) -> list[Path]:
-    """Draw every figure that there are results for, as PDF and PNG.
+    """Draw every figure that there are results for, as PDF and PNG, with snapshots of a trial.
 
-    Args:
-        fitted: a fit, or the results folder that it is in.
-        study: that was driven with its predictor, if any.
-        trial: whose snapshots are drawn; the liveliest, if left out.
-
-    Returns:
-        The files.
-
-    Raises:
-        DataError: there is no such trial.
+    That is the liveliest one, if none is named; DataError if there is no such trial.
     """
     return draw_all(contents_of(fitted, study, _one(study, trial)), _beside(fitted, study, "figures"))
 
@@ -65,11 +50,7 @@ def draw_figures(fitted: Fit | Fitted, study: Study | None = None, trial: int | 
 def animate_drive(
     fitted: Fit | Fitted, study: Study, trial: int | None = None, file_format: Literal["mp4", "gif"] = "mp4"
 ) -> Path:
-    """Write the video of a drive, of the liveliest one if no trial is named.
-
-    Raises:
-        DataError: there is no such trial, or the study was not driven.
-    """
+    """Write the video of a drive, of the liveliest one if no trial is named; DataError if there is none."""
     chosen = _one(study, trial) or [liveliest(study.trials)]
     path = _beside(fitted, study, "figures") / f"drive_{chosen[0]}.{file_format}"
     animate(study.trace(chosen[0]), path, ActiveConstraints.of_study(study))

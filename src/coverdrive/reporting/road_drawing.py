@@ -7,13 +7,14 @@ vehicle that has left its predicted set has a black frame.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import jax
 import numpy as np
 from jaxtyping import Bool, Float
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection, PathCollection, PolyCollection
+from matplotlib.collections import Collection, LineCollection, PathCollection, PolyCollection
 from matplotlib.colors import to_rgba
 from matplotlib.lines import Line2D
 from matplotlib.path import Path
@@ -78,14 +79,7 @@ class RoadDrawing:
 
     @staticmethod
     def on(axes: Axes, road: Road, slots: int, window: Window | None = None) -> "RoadDrawing":
-        """Prepare a drawing.
-
-        Args:
-            axes: to draw into; its limits are set.
-            road: its lanes; the road is drawn without end.
-            slots: number of vehicle slots A, the ego's included.
-            window: the stretch shown.
-        """
+        """Prepare a drawing on axes, whose limits are set, with a text for every vehicle slot, the ego's included."""
         window = window or Window()
         edges = np.asarray(road.edges)
         axes.set(xlim=(-window.behind, window.ahead), ylim=(edges[0] - VERGE, edges[-1] + VERGE), aspect="equal")
@@ -93,37 +87,25 @@ class RoadDrawing:
         axes.tick_params(axis="y", length=0)
         axes.spines[["left", "bottom"]].set_visible(False)
         axes.axhspan(edges[0], edges[-1], facecolor=style.ROAD, zorder=0)
-        sets = PathCollection([], linewidths=0, rasterized=True, zorder=1)
-        dashes = LineCollection([], colors=style.MARKING, linewidths=0.8, capstyle="butt", zorder=2)
-        members = LineCollection([], colors=style.OTHER, linewidths=0.4, zorder=2)
-        bodies = PolyCollection([], facecolors="none", linewidths=0.9, zorder=4)
-        frames = PolyCollection([], facecolors=style.BLACK, linewidths=0, zorder=5.5)
-        vehicles = PolyCollection([], edgecolors="white", linewidths=0.5, zorder=6)
-        active = PolyCollection([], facecolors="none", edgecolors=style.ACTIVE, linewidths=0.8, zorder=3.5)
-        for collection in (sets, dashes, members, active, bodies, frames, vehicles):
-            axes.add_collection(collection, autolim=False)
-        text = {
-            "color": "white",
-            "fontsize": 5.5,
-            "ha": "center",
-            "va": "center_baseline",
-            "clip_on": True,
-            "zorder": 7,
-        }
-        return RoadDrawing(
+        text: dict[str, Any] = {"color": "white", "fontsize": 5.5, "ha": "center", "va": "center_baseline"}
+        drawing = RoadDrawing(
             road=road,
             window=window,
-            sets=sets,
-            dashes=dashes,
-            members=members,
+            sets=PathCollection([], linewidths=0, rasterized=True, zorder=1),
+            dashes=LineCollection([], colors=style.MARKING, linewidths=0.8, capstyle="butt", zorder=2),
+            members=LineCollection([], colors=style.OTHER, linewidths=0.4, zorder=2),
             edges=tuple(axes.axhline(edge, color=style.MARKING, linewidth=1.0, zorder=3) for edge in edges[[0, -1]]),
-            active=active,
-            bodies=bodies,
+            active=PolyCollection([], facecolors="none", edgecolors=style.ACTIVE, linewidths=0.8, zorder=3.5),
+            bodies=PolyCollection([], facecolors="none", linewidths=0.9, zorder=4),
             plan=axes.plot([], [], color=style.EGO, marker="o", markersize=1.5, linewidth=1.0, zorder=5)[0],
-            frames=frames,
-            vehicles=vehicles,
-            speeds=tuple(axes.text(0, 0, "", **text) for _ in range(slots)),  # pyright: ignore[reportArgumentType]
+            frames=PolyCollection([], facecolors=style.BLACK, linewidths=0, zorder=5.5),
+            vehicles=PolyCollection([], edgecolors="white", linewidths=0.5, zorder=6),
+            speeds=tuple(axes.text(0, 0, "", clip_on=True, zorder=7, **text) for _ in range(slots)),
         )
+        for artist in drawing.artists:
+            if isinstance(artist, Collection):
+                axes.add_collection(artist, autolim=False)
+        return drawing
 
     @property
     def artists(self) -> tuple[Artist, ...]:
@@ -140,69 +122,44 @@ class RoadDrawing:
     ) -> Scene:
         """Show moment 0 … n of a trace of n steps, and return its scene; at moment n, what was planned the step before.
 
-        Args:
-            trace: the drive.
-            moment: which.
-            constraints: tells which are active in the plan; they are not marked if it is left out.
-            left: `coverdrive.simulation.misses.left_recently` of the trace; nobody is marked if it is left out.
+        Active constraints are marked if ``constraints`` tells them, and vehicles that left their sets if ``left``,
+        which is `coverdrive.simulation.misses.left_recently` of the trace, does.
         """
         scene: Scene = jax.tree.map(lambda values: values[moment], trace.scene)
         origin = np.array([float(scene.lon[EGO]), 0.0])
         planned = min(moment, len(trace) - 1)
-        self.show(scene, trace.paths[planned], trace.plans[planned])
+        paths = trace.paths[planned]
+        self.show(scene, paths, trace.plans[planned])
         boxes = np.zeros((0, 4, 2))
         if constraints is not None:
-            boxes = np.swapaxes(path_boxes(trace.paths[planned]), 0, 1)[constraints.of(trace, planned)]
+            boxes = np.swapaxes(path_boxes(paths), 0, 1)[constraints.of(trace, planned)]
         self.active.set_alpha(float(np.clip(_CLEAR / max(len(boxes), 1), 0.15, 1)))
         self.active.set_verts(list(boxes - origin))
         framed = np.zeros(scene.vehicles, dtype=bool) if left is None else left[moment]
         self.frames.set_verts(list(body_corners(scene.states, scene.half_sizes + _FRAME)[framed] - origin))
         return scene
 
-    def show(self, scene: Scene, paths: PredictedPaths | None = None, plan: Plan | None = None) -> None:
-        """Show a moment.
-
-        Args:
-            scene: an unbatched scene with the ego in slot 0.
-            paths: what was predicted at this moment.
-            plan: what the ego planned at this moment.
-        """
+    def show(self, scene: Scene, paths: PredictedPaths, plan: Plan) -> None:
+        """Show an unbatched scene with the ego in slot 0, and what was predicted and planned in it."""
         origin = np.array([float(scene.lon[EGO]), 0.0])
-        self._show_sets(paths, origin)
-        self._show_plan(plan, origin, scene.half_sizes[EGO])
-        self._show_vehicles(scene, origin)
-        self.dashes.set_segments(list(self._dashes(origin[0])))
-
-    def _show_sets(self, paths: PredictedPaths | None, origin: Float[np.ndarray, " 2"]) -> None:
-        if paths is None or len(paths) == 0:
-            self.sets.set_paths([])
-            self.members.set_segments([])
-            return
-        boxes = set_boxes(paths) - origin
+        boxes = set_boxes(paths) - origin if len(paths) else []
         self.sets.set_paths([Path.make_compound_path_from_polys(moment) for moment in boxes[::-1]])
         self.sets.set_facecolor(style.SETS(np.linspace(1, 0, len(boxes))).tolist())
         self.members.set_segments(list(paths.points - origin))
-        self.members.set_alpha(min(0.4, 30 / len(paths)))
-
-    def _show_plan(
-        self, plan: Plan | None, origin: Float[np.ndarray, " 2"], half_sizes: Float[np.ndarray, " 2"]
-    ) -> None:
-        states = np.zeros((0, 4)) if plan is None else plan.states
-        self.plan.set_data(*(states[:, :2] - origin).T)
-        times = np.zeros(0) if plan is None else plan.dt * np.arange(len(states))
+        self.members.set_alpha(min(0.4, 30 / max(len(paths), 1)))
+        self.plan.set_data(*(plan.states[:, :2] - origin).T)
+        times = plan.dt * np.arange(len(plan.states))
         full = np.isclose(times, np.round(times)) & (times > 0.5)
-        self.bodies.set_verts(list(body_corners(states[full], half_sizes) - origin))
+        self.bodies.set_verts(list(body_corners(plan.states[full], scene.half_sizes[EGO]) - origin))
         self.bodies.set_edgecolor(style.TIMES(times[full] / times.max(initial=1.0)).tolist())
-
-    def _show_vehicles(self, scene: Scene, origin: Float[np.ndarray, " 2"]) -> None:
-        corners = body_corners(scene.states, scene.half_sizes) - origin
-        valid = np.asarray(scene.valid)
+        corners, valid = body_corners(scene.states, scene.half_sizes) - origin, np.asarray(scene.valid)
         colours = [to_rgba(style.EGO if slot == EGO else style.OTHER) for slot in np.flatnonzero(valid)]
         self.vehicles.set_verts(list(corners[valid]))
         self.vehicles.set_facecolor(colours)
         for slot, text in enumerate(self.speeds):
             text.set_position(tuple(corners[slot].mean(0)))
             text.set_text(f"{scene.speed[slot]:.0f}" if valid[slot] else "")
+        self.dashes.set_segments(list(self._dashes(origin[0])))
 
     def _dashes(self, own_lon: float) -> Float[np.ndarray, "n 2 2"]:
         """Lane markings, which stand still on the road."""
@@ -216,10 +173,7 @@ class RoadDrawing:
 
 
 def set_boxes(paths: PredictedPaths) -> Float[np.ndarray, "_ S 4 2"]:
-    """Corners [m] of the boxes of all paths, all turning the same way.
-
-    Halfway between two points there is one more, so that fast vehicles leave no gaps.
-    """
+    """Corners [m] of the boxes of all paths, with one more halfway between two, so that fast vehicles leave no gaps."""
     return path_boxes(
         PredictedPaths(_with_midpoints(paths.points), paths.vehicle, _with_midpoints(paths.half_sizes), paths.dt / 2)
     )
@@ -233,12 +187,7 @@ def path_boxes(paths: PredictedPaths) -> Float[np.ndarray, "P S 4 2"]:
 def body_corners(
     states: Float[np.ndarray, "*n 4"], half_sizes: Float[np.ndarray, "*#n 2"]
 ) -> Float[np.ndarray, "*n 4 2"]:
-    """Corners [m] of bodies turned by their heading.
-
-    Args:
-        states: lon [m], lat [m], speed [m/s], heading [rad].
-        half_sizes: half length and half width [m].
-    """
+    """Corners [m] of bodies of half lengths and widths [m] in states (lon, lat [m], speed [m/s], heading [rad])."""
     along, across = np.moveaxis(half_sizes[..., None, :] * _CORNERS, -1, 0)
     cosine, sine = np.cos(states[..., 3, None]), np.sin(states[..., 3, None])
     turned = np.stack([along * cosine - across * sine, along * sine + across * cosine], axis=-1)

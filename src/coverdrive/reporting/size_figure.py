@@ -11,14 +11,7 @@ from coverdrive.reporting.figure import Axis, Band, Figure, Line, Mark, Panel, P
 
 
 def size_figure(studied: Sequence[StudiedBasis]) -> Figure:
-    """The sizes of bases of several ε.
-
-    Args:
-        studied: at least one basis, by ascending ε.
-
-    Raises:
-        DataError: there is no basis.
-    """
+    """The sizes of bases of several ε, by ascending ε; DataError if there is none."""
     if not studied:
         raise DataError("a figure of the size of bases needs at least one basis, got none; name an ε")
     epsilons = {each.basis.radius: f"{each.basis.radius:g}" for each in studied}

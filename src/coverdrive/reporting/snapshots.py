@@ -4,8 +4,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Int
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.legend_handler import HandlerTuple
 from matplotlib.lines import Line2D
@@ -38,45 +36,32 @@ def snapshots(
     window: Window | None = None,
     constraints: ActiveConstraints | None = None,
 ) -> Figure:
-    """Draw moments of a trace: vehicles, predicted sets and the own plan.
+    """Draw vehicles, predicted sets and the own plan at the starts of some steps, by default four interesting ones.
 
-    Args:
-        trace: one episode.
-        steps: indices of the steps at whose start the scene is shown; if left out, four interesting ones.
-        window: the stretch of road around the ego that is shown.
-        constraints: tells which are active in the plan; they are not marked if it is left out.
-
-    Raises:
-        DataError: no step, or one that the trace does not have.
+    ``window`` is the stretch of road around the ego; active constraints are marked if ``constraints`` tells them.
+    DataError if there is no step, or one that the trace does not have.
     """
     if steps is not None and not (steps and all(0 <= step < len(trace) for step in steps)):
         raise DataError(f"snapshots need steps from 0 to {len(trace) - 1}, got {list(steps)}; choose among these")
     moments = interesting_moments(trace) if steps is None else [Moment(step, "") for step in steps]
-    window = window or Window()
     left = left_recently(trace, find_windows(trace))
     with style.style():
         figure = style.new_figure(TWO_COLUMNS, 0.7 + 0.9 * len(moments))
         panels = figure.subplots(len(moments), 1, sharex=True, squeeze=False)[:, 0]
-        for letter, (axes, moment) in enumerate(zip(panels, moments, strict=True)):
-            _draw_moment(axes, trace, moment, window, chr(ord("a") + letter), constraints, left)
+        for letter, (axes, moment) in enumerate(zip(panels, moments, strict=True), start=ord("a")):
+            drawing = RoadDrawing.on(axes, trace.road, trace.scene.vehicles, window)
+            scene = drawing.show_moment(trace, moment.step, constraints, left)
+            title = f"({chr(letter)})  {trace.time[moment.step]:.1f} s, ego {scene.speed[EGO]:.1f} m/s"
+            axes.set_title(title + (f":  {moment.remark}" if moment.remark else ""), loc="left")
         panels[-1].set_xlabel("distance ahead of the ego [m]")
-        add_legend(
-            figure, trace.horizon, constraints is not None, bool(left[[moment.step for moment in moments]].any())
-        )
+        marked = bool(left[[moment.step for moment in moments]].any())
+        add_legend(figure, trace.horizon, constraints is not None, marked)
     return figure
 
 
 def add_legend(figure: Figure, horizon: float, active: bool, left: bool) -> None:
-    """Explain a drawing of the road, above all panels.
-
-    Args:
-        figure: of the drawing.
-        horizon: [s] that is predicted.
-        active: whether active constraints of the plan are marked.
-        left: whether a vehicle that left its predicted set is.
-    """
-    ages = (0.0, 0.25, 0.5, 0.75, 1.0)
-    shades = tuple(Patch(color=style.SETS(age)) for age in ages)
+    """Explain a drawing of the road above all panels; whether active constraints and vehicles that left are marked."""
+    shades = tuple(Patch(color=style.SETS(age)) for age in (0.0, 0.25, 0.5, 0.75, 1.0))
     bodies = tuple(Patch(facecolor="none", edgecolor=style.TIMES(age)) for age in (0.33, 0.67, 1.0))
     explained: dict[str, Patch | Line2D | tuple[Patch, ...]] = {
         "ego": Patch(color=style.EGO),
@@ -103,7 +88,11 @@ def interesting_moments(trace: Trace, count: int = 4) -> list[Moment]:
     A collision comes first, then lane changes, then overtaking, then dense traffic. Two moments are at least half a
     part from each other.
     """
-    near, changes, passes = _near(trace), _changes(trace), _passes(trace)
+    lon, valid = np.asarray(trace.scene.lon), trace.scene.valid
+    ahead, lane = lon - lon[:, [EGO]], np.asarray(trace.road.lane_of(np.asarray(trace.scene.lat[:, EGO])))
+    near = ((np.abs(ahead) < NEAR) & valid)[:-1].sum(1) - 1
+    changes = np.asarray(lane[1:] != lane[:-1])
+    passes = np.asarray(((ahead[:-1] > 0) & (ahead[1:] <= 0) & valid[1:]).any(1))
     collision = np.arange(len(trace)) == (len(trace) - 1 if trace.outcome.kind is not Kind.FINISHED else -1)
     interest = near + 100 * passes + 1000 * changes + 10_000 * collision
     parts = [part for part in np.array_split(np.arange(len(trace)), count) if len(part)]
@@ -116,45 +105,5 @@ def interesting_moments(trace: Trace, count: int = 4) -> list[Moment]:
         "overtakes": passes,
         f"just before a {trace.outcome.kind.value} collision": collision,
     }
-    return [
-        Moment(
-            step,
-            ", ".join(remark for remark, applies in remarks.items() if applies[step])
-            or f"vehicles within {NEAR:.0f} m: {near[step]}",
-        )
-        for step in steps
-    ]
-
-
-def _near(trace: Trace) -> Int[np.ndarray, " n"]:
-    """Number of vehicles around the ego at the start of every step."""
-    scene = trace.scene
-    distance = np.abs(np.asarray(scene.lon) - np.asarray(scene.lon)[:, [EGO]])
-    return ((distance < NEAR) & scene.valid)[:-1].sum(1) - 1
-
-
-def _changes(trace: Trace) -> Bool[np.ndarray, " n"]:
-    """Whether the ego crosses into another lane in each step."""
-    lane = np.asarray(trace.road.lane_of(np.asarray(trace.scene.lat[:, EGO])))
-    return np.asarray(lane[1:] != lane[:-1])
-
-
-def _passes(trace: Trace) -> Bool[np.ndarray, " n"]:
-    """Whether the ego passes another vehicle in each step, centre by centre."""
-    ahead = np.asarray(trace.scene.lon) > np.asarray(trace.scene.lon)[:, [EGO]]
-    return np.asarray((ahead[:-1] & ~ahead[1:] & trace.scene.valid[1:]).any(1))
-
-
-def _draw_moment(
-    axes: Axes,
-    trace: Trace,
-    moment: Moment,
-    window: Window,
-    letter: str,
-    constraints: ActiveConstraints | None,
-    left: Bool[np.ndarray, "m A"],
-) -> None:
-    drawing = RoadDrawing.on(axes, trace.road, trace.scene.vehicles, window)
-    scene = drawing.show_moment(trace, moment.step, constraints, left)
-    title = f"({letter})  {trace.time[moment.step]:.1f} s, ego {scene.speed[EGO]:.1f} m/s"
-    axes.set_title(title + (f":  {moment.remark}" if moment.remark else ""), loc="left")
+    said = {step: ", ".join(remark for remark, applies in remarks.items() if applies[step]) for step in steps}
+    return [Moment(step, said[step] or f"vehicles within {NEAR:.0f} m: {near[step]}") for step in steps]

@@ -28,15 +28,8 @@ EGO, OTHER = BLUE, VERMILION
 ACTIVE = "#7A1010"
 """members of predicted sets that are active constraints of a plan"""
 
-STATUS = MappingProxyType(
-    {
-        Status.SOLVED: GREEN,
-        Status.FALLBACK: PURPLE,
-        Status.REAR: SKY,
-        Status.UNSAFE: VERMILION,
-        Status.BLIND: "#882255",
-    }
-)
+STATUS = MappingProxyType({Status.SOLVED: GREEN, Status.FALLBACK: PURPLE, Status.REAR: SKY, Status.UNSAFE: VERMILION,
+                           Status.BLIND: "#882255"})  # fmt: skip
 """how plans were found; the page has the same"""
 
 ROAD, MARKING, PAPER = "#EFEFEF", "#A0A0A0", "#FFFFFF"
@@ -51,34 +44,16 @@ TIMES = LinearSegmentedColormap.from_list("times of the plan", ["#B34700", "#B83
 DPI = 200
 """dots per inch of PNG files"""
 
-_SETTINGS: Mapping[str, Any] = MappingProxyType(
-    {
-        "font.family": "sans-serif",
-        "font.sans-serif": ["DejaVu Sans"],
-        "font.size": 8,
-        "axes.titlesize": 8,
-        "axes.labelsize": 8,
-        "xtick.labelsize": 7,
-        "ytick.labelsize": 7,
-        "legend.fontsize": 7,
-        "legend.frameon": False,
-        "axes.spines.top": False,
-        "axes.spines.right": False,
-        "axes.axisbelow": True,
-        "axes.prop_cycle": cycler(color=CYCLE),
-        "grid.color": "#E3E3E3",
-        "grid.linewidth": 0.5,
-        "axes.linewidth": 0.6,
-        "axes.edgecolor": "#707070",
-        "lines.linewidth": 1.2,
-        "figure.facecolor": "white",
-        "savefig.facecolor": "white",
-        "pdf.fonttype": 42,
-        "svg.fonttype": "none",
-        "svg.hashsalt": "coverdrive",
-        "text.usetex": False,
-    }
-)
+_SETTINGS: Mapping[str, Any] = MappingProxyType({
+    "font.family": "sans-serif", "font.sans-serif": ["DejaVu Sans"], "font.size": 8,
+    "axes.titlesize": 8, "axes.labelsize": 8, "xtick.labelsize": 7, "ytick.labelsize": 7,
+    "legend.fontsize": 7, "legend.frameon": False,
+    "axes.spines.top": False, "axes.spines.right": False, "axes.axisbelow": True,
+    "axes.prop_cycle": cycler(color=CYCLE), "axes.linewidth": 0.6, "axes.edgecolor": "#707070",
+    "grid.color": "#E3E3E3", "grid.linewidth": 0.5, "lines.linewidth": 1.2,
+    "figure.facecolor": "white", "savefig.facecolor": "white",
+    "pdf.fonttype": 42, "svg.fonttype": "none", "svg.hashsalt": "coverdrive", "text.usetex": False,
+})  # fmt: skip
 
 
 def style() -> AbstractContextManager[None]:

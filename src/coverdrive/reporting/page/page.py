@@ -1,11 +1,9 @@
 """The page: its parts put into the template, with all scripts and styles inside."""
 
 import json
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import polars as pl
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
@@ -27,33 +25,8 @@ from coverdrive.simulation.outcome import Kind
 _TEMPLATES = Path(__file__).parent / "templates"
 
 
-@dataclass(frozen=True)
-class Drawn:
-    """One figure of the page."""
-
-    caption: str
-    json: Markup
-    """as `figure.js` draws it"""
-
-
-@dataclass(frozen=True)
-class Replay:
-    """One drive of the page."""
-
-    trial: int
-    label: str
-    """what the list of drives says"""
-    json: Markup
-    """the drive, as `replay_data` packs it"""
-
-
 def write_page(contents: Contents, path: Path) -> None:
-    """Write the report as one HTML file that needs nothing else.
-
-    Args:
-        contents: what it shows.
-        path: of the file.
-    """
+    """Write the report as one HTML file that needs nothing else."""
     text = page(contents)
     write_atomically(path, lambda file: file.write_text(text, encoding="utf-8"))
 
@@ -66,9 +39,7 @@ def page(contents: Contents) -> str:
     )  # fmt: skip
     with stage("report"):
         replays = _replays(contents)
-        drawn = {
-            name: Drawn(figure.caption, _script_json(to_json(figure))) for name, figure in figures_of(contents).items()
-        }
+        figures = figures_of(contents).items()
         return environment.get_template("page.html.jinja").render(
             asset=_asset,
             contents=contents,
@@ -79,7 +50,7 @@ def page(contents: Contents) -> str:
             facts=facts(contents),
             sketch=Markup(inline_svg(affordance_figure())),
             features=FEATURES,
-            drawn=drawn,
+            drawn={name: {"caption": each.caption, "json": _script_json(to_json(each))} for name, each in figures},
             refused=[each for each in contents.compared if each.refusal],
             columns=[(label, "ascending" if name in LEAST_FIRST else "descending") for name, label, _ in COLUMNS],
             rows=trial_rows(contents),
@@ -93,21 +64,18 @@ def page(contents: Contents) -> str:
         )
 
 
-def _replays(contents: Contents) -> list[Replay]:
-    replays: list[Replay] = []
+def _replays(contents: Contents) -> list[dict[str, Any]]:
+    """Of every drive its trial, what the list of drives says, and its data."""
+    near_misses = [] if contents.trials is None else contents.trials.filter(NEARLY)["trial"].to_list()
+    replays: list[dict[str, Any]] = []
     for trial, trace in contents.traces.items():
-        near = trace.outcome.kind is Kind.FINISHED and _was_near(contents, trial)
+        near = trace.outcome.kind is Kind.FINISHED and trial in near_misses
         data = {**replay_data(trial, trace, contents.constraints), "near": near}
-        ended = trace.outcome.kind.value + ", near miss" * near
-        label = f"trial {trial}: {int(trace.scene.valid[0].sum()) - 1} vehicles, {ended}"
-        replays.append(Replay(trial, label, _script_json(data)))
+        vehicles, ended = int(trace.scene.valid[0].sum()) - 1, trace.outcome.kind.value + ", near miss" * near
+        label = f"trial {trial}: {vehicles} vehicles, {ended}"
+        replays.append({"trial": trial, "label": label, "json": _script_json(data)})
         done(len(replays), len(contents.traces))
     return replays
-
-
-def _was_near(contents: Contents, trial: int) -> bool:
-    """Whether a trial without a collision was a near miss."""
-    return contents.trials is not None and contents.trials.filter(NEARLY, pl.col("trial") == trial).height > 0
 
 
 def _script_json(value: Any) -> Markup:

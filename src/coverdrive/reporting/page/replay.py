@@ -38,29 +38,24 @@ SLACK = "how far a plan reaches into a predicted box, tube included: 0 at its ed
 
 
 def replay_data(trial: int, trace: Trace, constraints: ActiveConstraints | None) -> dict[str, Any]:
-    """A drive as JSON values.
-
-    Args:
-        trial: its number.
-        trace: the drive.
-        constraints: tells which are active; none are marked without.
-    """
+    """A drive, the trial of this number, as JSON values; ``constraints`` tells which are active, none if left out."""
     scene, plans, paths = trace.scene, trace.plans, trace.paths
     left = left_recently(trace, find_windows(trace))
-    packer = _Packer()
-    packer.add("lon", scene.lon, _CENTIMETRE, axis=0)
-    packer.add("lat", scene.lat, _CENTIMETRE, axis=0)
-    packer.add("speed", scene.speed, _CENTIMETRE, axis=0)
-    packer.add("heading", scene.heading, _FINE, axis=0)
-    packer.add("valid", scene.valid, 1, axis=0)
-    packer.add("left", left, 1, axis=0)
-    packer.add("paths", _side_by_side([each.points for each in paths]), _COARSE, axis=0)
-    packer.add("boxes", _side_by_side([each.half_sizes for each in paths]), _COARSE, axis=0)
-    packer.add("vehicle", np.concatenate([each.vehicle for each in paths]), 1, axis=0)
-    packer.add("active", _active(trace, constraints), 1)
-    packer.add("plan", np.stack([plan.states[:, [0, 1, 3]] for plan in plans]), _FINE, axis=1)
-    packer.add("slack", np.stack([plan.slack for plan in plans]), _FINE)
-    packer.add("input", np.stack([plan.inputs[0] for plan in plans]), _FINE)
+    arrays, data = _packed({
+        "lon": (scene.lon, _CENTIMETRE, 0),
+        "lat": (scene.lat, _CENTIMETRE, 0),
+        "speed": (scene.speed, _CENTIMETRE, 0),
+        "heading": (scene.heading, _FINE, 0),
+        "valid": (scene.valid, 1, 0),
+        "left": (left, 1, 0),
+        "paths": (_side_by_side([each.points for each in paths]), _COARSE, 0),
+        "boxes": (_side_by_side([each.half_sizes for each in paths]), _COARSE, 0),
+        "vehicle": (np.concatenate([each.vehicle for each in paths]), 1, 0),
+        "active": (_active(trace, constraints), 1, None),
+        "plan": (np.stack([plan.states[:, [0, 1, 3]] for plan in plans]), _FINE, 1),
+        "slack": (np.stack([plan.slack for plan in plans]), _FINE, None),
+        "input": (np.stack([plan.inputs[0] for plan in plans]), _FINE, None),
+    })  # fmt: skip
     return {
         "trial": trial,
         "kind": trace.outcome.kind.value,
@@ -77,8 +72,8 @@ def replay_data(trial: int, trace: Trace, constraints: ActiveConstraints | None)
         "statuses": [status.value for status in Status],
         "milliseconds": (1e3 * trace.planning_seconds).round(1).tolist(),
         "events": _events(trace, left),
-        "arrays": packer.arrays,
-        "data": packer.text,
+        "arrays": arrays,
+        "data": data,
     }
 
 
@@ -99,10 +94,11 @@ def _events(trace: Trace, left: Bool[np.ndarray, "m A"]) -> list[tuple[int, str,
     """Moments that the ruler of the replay marks: when, which colour of the page, and what happened."""
     lane = np.asarray(trace.road.lane_of(np.asarray(trace.scene.lat[:, EGO])))
     changed = [(int(step) + 1, "own", "the ego changes lane") for step in np.flatnonzero(lane[1:] != lane[:-1])]
-    gone = [(step, "ink", "a vehicle has left its predicted set") for step in _begins(left.sum(1))]
+    begins = np.flatnonzero(np.diff(left.sum(1), prepend=0) > 0)
+    gone = [(int(step), "ink", "a vehicle has left its predicted set") for step in begins]
     statuses = [plan.status for plan in trace.plans]
     plans = [
-        (step, slug(status.value), f"plan {status.value}: {STATUSES[status.value]}")
+        (step, status.value, f"plan {status.value}: {STATUSES[status.value]}")
         for step, (status, before) in enumerate(zip(statuses, [Status.SOLVED, *statuses], strict=False))
         if status is not before and status not in (Status.SOLVED, Status.FALLBACK)
     ]
@@ -110,34 +106,17 @@ def _events(trace: Trace, left: Bool[np.ndarray, "m A"]) -> list[tuple[int, str,
     return sorted([*changed, *gone, *plans, *hit])
 
 
-def _begins(counts: Int[np.ndarray, " m"]) -> list[int]:
-    """Moments at which a count rises."""
-    return [int(step) for step in np.flatnonzero(np.diff(counts, prepend=0) > 0)]
+def _packed(values: dict[str, tuple[Any, float, int | None]]) -> tuple[dict[str, dict[str, Any]], str]:
+    """What each array is, and all of them as one text.
 
-
-def slug(name: str) -> str:
-    """A name as part of a name of the style sheet."""
-    return name.replace(" ", "-")
-
-
-class _Packer:
-    """Collects arrays, and writes them as one text."""
-
-    def __init__(self) -> None:
-        self.arrays: dict[str, dict[str, Any]] = {}
-        self._integers: list[np.ndarray] = []
-
-    def add(self, name: str, values: Any, unit: float, axis: int | None = None) -> None:
-        """Add an array that is to be restored up to half a unit; along ``axis`` only differences are stored."""
-        whole = np.rint(np.asarray(values, dtype=float) / unit).astype(np.int32)
-        if axis is not None:
-            whole = np.diff(whole, axis=axis, prepend=0)
-        self.arrays[name] = {"shape": list(whole.shape), "unit": unit, "axis": axis}
-        self._integers.append(whole.ravel())
-
-    @property
-    def text(self) -> str:
-        """All arrays one after the other."""
-        everything = np.concatenate(self._integers).astype("<i4")
-        planes = everything.view(np.uint8).reshape(-1, 4).T
-        return base64.b64encode(zlib.compress(np.ascontiguousarray(planes).tobytes(), 9)).decode()
+    An array comes with the unit to half of which it is to be restored, and the axis along which differences are stored.
+    """
+    arrays: dict[str, dict[str, Any]] = {}
+    integers: list[np.ndarray] = []
+    for name, (array, unit, axis) in values.items():
+        whole = np.rint(np.asarray(array, dtype=float) / unit).astype(np.int32)
+        whole = whole if axis is None else np.diff(whole, axis=axis, prepend=0)
+        arrays[name] = {"shape": list(whole.shape), "unit": unit, "axis": axis}
+        integers.append(whole.ravel())
+    planes = np.concatenate(integers).astype("<i4").view(np.uint8).reshape(-1, 4).T
+    return arrays, base64.b64encode(zlib.compress(np.ascontiguousarray(planes).tobytes(), 9)).decode()

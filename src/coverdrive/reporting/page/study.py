@@ -9,6 +9,7 @@ from coverdrive.reporting.contents import Contents
 from coverdrive.simulation.notable import COLLIDED, NEARLY
 from coverdrive.simulation.outcome import Cause, Fault
 
+_CAUSES = {cause: cause.value for cause in (Cause.PLANNING, Cause.PREDICTION)}
 _FAULTS = {Fault.EGO: "ego", Fault.OTHER: "other vehicle", Fault.NONE: "nobody"}
 
 
@@ -20,16 +21,11 @@ def ends(contents: Contents) -> str:
     if trials is None:
         return f"None of the {idle} trials could start: their vehicles found no room on the road."
     idle -= trials.height
+    near, unsafe = trials.filter(NEARLY).height, percent(plan_share(trials, Status.UNSAFE))
     said = f" {idle} more could not start: their vehicles found no room on the road." if idle else ""
-    return f"{_collisions(trials)} {_near_misses(trials)}{said}"
-
-
-def _near_misses(trials: pl.DataFrame) -> str:
-    near = trials.filter(NEARLY).height
     return (
-        f"{near} {'was a near miss' if near == 1 else 'were near misses'}. "
-        f"{percent(plan_share(trials, Status.UNSAFE))} of all plans were unsafe: nothing clear of the predicted paths "
-        "was found."
+        f"{_collisions(trials)} {near} {'was a near miss' if near == 1 else 'were near misses'}. {unsafe} of all plans "
+        f"were unsafe: nothing clear of the predicted paths was found.{said}"
     )
 
 
@@ -37,14 +33,11 @@ def _collisions(trials: pl.DataFrame) -> str:
     collided = trials.filter(COLLIDED)
     if collided.height == 0:
         return f"None of {trials.height} drives ended in a collision."
-    causes = [
-        f"{cause.value}: {(collided['cause'] == cause.value).sum()}" for cause in (Cause.PLANNING, Cause.PREDICTION)
-    ]
-    faults = [f"{who}: {(collided['at_fault'] == fault.value).sum()}" for fault, who in _FAULTS.items()]
-    return (
-        f"{collided.height} of {trials.height} drives ended in a collision ({', '.join(causes)}). At fault: "
-        f"{', '.join(faults)}."
+    causes, faults = (
+        ", ".join(f"{name}: {(collided[column] == each.value).sum()}" for each, name in names.items())
+        for column, names in (("cause", _CAUSES), ("at_fault", _FAULTS))
     )
+    return f"{collided.height} of {trials.height} drives ended in a collision ({causes}). At fault: {faults}."
 
 
 def plan_share(trials: pl.DataFrame, *statuses: Status) -> float:

@@ -1,7 +1,7 @@
 """The first things on the page: the numbers that count, and where everything comes from."""
 
 import re
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import polars as pl
@@ -16,8 +16,7 @@ from coverdrive.simulation.notable import COLLIDED
 from coverdrive.simulation.statistics import miss_rate
 
 
-@dataclass(frozen=True)
-class Tile:
+class Tile(NamedTuple):
     """One number."""
 
     value: str
@@ -48,57 +47,41 @@ def verdict(contents: Contents) -> str:
     if contents.driven is None:
         return f"None of {contents.trials.height} drives could start; {missed}."
     collided = _collided(contents.driven)
-    count = f"{collided.count}" if collided.count else "None"
     return (
-        f"{count} of {collided.total} drives ended in a collision, at {_mean(contents.driven, 'mean_speed'):.1f} m/s "
-        f"on average; {missed}."
+        f"{collided.count or 'None'} of {collided.total} drives ended in a collision, at "
+        f"{_mean(contents.driven, 'mean_speed'):.1f} m/s on average; {missed}."
     )
 
 
 def tiles(contents: Contents) -> list[Tile]:
     """The numbers that count."""
-    certificate, observed = contents.certified.certificates[0], _observed(contents)
+    certificate, observed, trials = contents.certified.certificates[0], _observed(contents), contents.driven
     certified = Tile(
         f"≤ {at_most(certificate.epsilon, 3)}",
         f"of {whose(certificate)} missed, {strength(certificate)}",
-        f"observed on unseen scenes: {percent(observed.value)} ({_counted(observed)})",
+        f"observed on unseen scenes: {percent(observed.value)} ({observed.count} of {observed.total}; 95 %: "
+        f"{interval(observed.low, observed.high)})",
         main=True,
     )
-    if contents.driven is None:
+    if trials is None:
         evaluation = contents.certified.evaluation
         bases = f"{evaluation.mean_set_size:.1f} of {len(contents.predictor.basis)}"
         return [certified, Tile(bases, "possible manoeuvres", "mean size of the predicted set")]
-    return [_collision_tile(contents.driven), certified, *_study_tiles(contents.driven)]
-
-
-def _collision_tile(trials: pl.DataFrame) -> Tile:
-    rate = _collided(trials)
-    return Tile(
-        f"{rate.count} of {rate.total}", "drives with a collision", f"95 %: {interval(rate.low, rate.high)}", main=True
-    )
-
-
-def _study_tiles(trials: pl.DataFrame) -> list[Tile]:
-    missed = miss_rate(trials, "prediction_misses", "windows")
+    collided, missed = _collided(trials), miss_rate(trials, "prediction_misses", "windows")
+    unsafe, rear = (percent(plan_share(trials, status)) for status in (Status.UNSAFE, Status.REAR))
     braking = float(trials["hardest_braking"].to_numpy().max())
     return [
+        Tile(f"{collided.count} of {collided.total}", "drives with a collision",
+             f"95 %: {interval(collided.low, collided.high)}", main=True),
+        certified,
         Tile(f"{_mean(trials, 'mean_speed'):.1f} m/s", "mean speed", "of the ego over all drives"),
-        Tile(
-            f"{_mean(trials, 'jerk_longitudinal'):.1f} m/s³",
-            "jerk along the road",
-            f"root mean square, mean of the drives; hardest braking {braking:.1f} m/s²",
-        ),
-        Tile(
-            percent(plan_share(trials, Status.SOLVED, Status.FALLBACK)),
-            "plans clear of all predicted paths",
-            f"unsafe: {percent(plan_share(trials, Status.UNSAFE))}; rear: {percent(plan_share(trials, Status.REAR))}",
-        ),
-        Tile(
-            percent(missed.missed / max(missed.total, 1)),
-            "windows missed in the drives",
-            f"95 %: {interval(missed.low, missed.high)}; not certified for this traffic",
-        ),
-    ]
+        Tile(f"{_mean(trials, 'jerk_longitudinal'):.1f} m/s³", "jerk along the road",
+             f"root mean square, mean of the drives; hardest braking {braking:.1f} m/s²"),
+        Tile(percent(plan_share(trials, Status.SOLVED, Status.FALLBACK)), "plans clear of all predicted paths",
+             f"unsafe: {unsafe}; rear: {rear}"),
+        Tile(percent(missed.missed / max(missed.total, 1)), "windows missed in the drives",
+             f"95 %: {interval(missed.low, missed.high)}; not certified for this traffic"),
+    ]  # fmt: skip
 
 
 def _collided(trials: pl.DataFrame) -> Rate:
@@ -137,10 +120,6 @@ def facts(contents: Contents) -> list[tuple[str, str]]:
          + ", ".join(f"{name} {version}" for name, version in run["packages"].items())),
         ("seed", str(run["seed"])),
     ]  # fmt: skip
-
-
-def _counted(rate: Rate) -> str:
-    return f"{rate.count} of {rate.total}; 95 %: {interval(rate.low, rate.high)}"
 
 
 def _planning(contents: Contents) -> list[tuple[str, str]]:

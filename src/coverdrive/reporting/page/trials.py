@@ -2,8 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import polars as pl
 
@@ -12,8 +11,7 @@ from coverdrive.simulation.notable import COLLIDED, NEARLY
 from coverdrive.simulation.trial import STARTED
 
 
-@dataclass(frozen=True)
-class Row:
+class Row(NamedTuple):
     """One trial."""
 
     trial: int
@@ -50,15 +48,13 @@ COLUMNS = (
 LEAST_FIRST = {"mean_speed", "minimum_gap", "minimum_time_to_collision"}
 """columns of which the least values are worth a look; of the others the largest are"""
 
-_THOUSANDTHS = "planning_p99"
-
 
 def trial_rows(contents: Contents) -> list[Row]:
     """One row for each trial; none without a study."""
     if contents.trials is None:
         return []
     trials = contents.trials.with_columns(
-        collided=COLLIDED & STARTED, nearly=NEARLY, planning_p99=1e3 * pl.col(_THOUSANDTHS)
+        collided=COLLIDED & STARTED, nearly=NEARLY, planning_p99=1e3 * pl.col("planning_p99")
     )
     rows: list[Row] = []
     for row in trials.iter_rows(named=True):
@@ -71,17 +67,15 @@ def trial_rows(contents: Contents) -> list[Row]:
                 remark=f"at fault: {row['at_fault']}; {row['cause']}" if row["collided"] else row["reason"],
                 replay=trace is not None,
                 differs=trace is not None and trace.outcome.kind.value != row["kind"],
-                numbers=tuple((_value(row[name]), _text(row, name, form)) for name, _, form in COLUMNS),
+                numbers=tuple(_number(row, name, form) for name, _, form in COLUMNS),
             )
         )
     return rows
 
 
-def _text(row: Mapping[str, Any], name: str, form: str) -> str:
-    known = row[name] is not None and math.isfinite(row[name])
-    return form.format(row[name], **row).replace("%", " %") if known else "–"
-
-
-def _value(number: float | None) -> float:
-    """What a cell is sorted by; what is unknown goes to the end."""
-    return math.inf if number is None else float(number)
+def _number(row: Mapping[str, Any], name: str, form: str) -> tuple[float, str]:
+    """What a cell is sorted by, and its text; what is unknown goes to the end."""
+    value = row[name]
+    if value is None or not math.isfinite(value):
+        return (math.inf if value is None else float(value)), "–"
+    return float(value), form.format(value, **row).replace("%", " %")
