@@ -78,12 +78,9 @@ def _trace(arrays: Mapping[str, np.ndarray]) -> Trace:
         found = {key.removeprefix(f"{name}."): value for key, value in arrays.items() if key.startswith(f"{name}.")}
         return {key: value if value.ndim else value.item() for key, value in found.items()}
 
-    plans, paths, outcome = part("plan"), part("paths"), part("outcome")
+    paths, outcome = part("paths"), part("outcome")
+    plans = {key: value.tolist() if value.ndim == 1 else value for key, value in part("plan").items()}
     plans["status"] = [Status(each) for each in plans["status"]]
-    rows = zip(
-        *(each.tolist() if isinstance(each, np.ndarray) and each.ndim == 1 else each for each in plans.values()),
-        strict=True,
-    )
     ends = np.cumsum(paths["count"])[:-1]
     columns = [np.split(paths[name], ends) for name in _PATHS]
     ellipses = np.split(paths["ellipses"], ends) if "ellipses" in paths else [None] * len(paths["dt"])
@@ -93,7 +90,7 @@ def _trace(arrays: Mapping[str, np.ndarray]) -> Trace:
         scene=Scene(**part("scene")),
         road=Road(**part("road")),
         paths=tuple(PredictedPaths(*row) for row in zip(*columns, paths["dt"].tolist(), ellipses, strict=True)),
-        plans=tuple(Plan(**dict(zip(plans, row, strict=True))) for row in rows),
+        plans=tuple(Plan(**dict(zip(plans, row, strict=True))) for row in zip(*plans.values(), strict=True)),
         **{name: arrays[name] for name in _STEPS},
         outcome=Outcome(Kind(outcome["kind"]), outcome["time"], partner, Fault(outcome["at_fault"])),
     )
