@@ -38,8 +38,8 @@ if TYPE_CHECKING:
     from coverdrive.simulation.comparison import Comparison as Comparison
     from coverdrive.simulation.comparison import compare as compare
     from coverdrive.simulation.generated import generate as generate
-    from coverdrive.simulation.simulate import simulate as simulate
     from coverdrive.simulation.study import Study as Study
+    from coverdrive.simulation.study import simulate as simulate
     from coverdrive.simulation.study import study as study
     from coverdrive.simulation.trace import Trace as Trace
 
@@ -54,7 +54,7 @@ _PLACES = {
     "certify": "prediction.certify",
     "Predictor": "prediction.predictor",
     "Planner": "planning.planner:MpcPlanner",
-    "simulate": "simulation.simulate",
+    "simulate": "simulation.study",
     "study": "simulation.study",
     "compare": "simulation.comparison",
     "report": "reporting.report",

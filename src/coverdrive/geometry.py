@@ -11,18 +11,12 @@ from jaxtyping import Bool, Float
 
 Array = Any
 """NumPy arrays and scalars"""
+Numbers = Float[Array, "*#n"]
+Pairs = Float[Array, "*#n 2"]
 
 
-def turned_half_extents(half_sizes: Float[Array, "*#n 2"], heading: Float[Array, "*#n"]) -> Float[Array, "*#n 2"]:
-    """Half extents along the road's axes of the smallest upright box around a turned box.
-
-    Args:
-        half_sizes: [m] half length and half width.
-        heading: [rad] of the box.
-
-    Returns:
-        [m] half extents along lon and lat.
-    """
+def turned_half_extents(half_sizes: Pairs, heading: Numbers) -> Pairs:
+    """Half extents [m] along the road's axes of the smallest upright box around a turned box."""
     return np.stack(turned_extents(half_sizes[..., 0], half_sizes[..., 1], heading), axis=-1)
 
 
@@ -32,48 +26,19 @@ def turned_extents(half_length: Array, half_width: Array, heading: Array) -> tup
     return half_length * cosine + half_width * sine, half_length * sine + half_width * cosine
 
 
-def axis_gap(
-    first: Float[Array, "*#n"],
-    second: Float[Array, "*#n"],
-    first_half: Float[Array, "*#n"] | float,
-    second_half: Float[Array, "*#n"] | float,
-) -> Float[Array, "*#n"]:
-    """Gap between two intervals of one axis: bumper to bumper along lon, side to side along lat.
-
-    Args:
-        first: [m] centre of the one interval.
-        second: [m] centre of the other.
-        first_half: [m] half extent of the one.
-        second_half: [m] half extent of the other.
-
-    Returns:
-        [m] distance between the facing ends; negative, by how much, where the intervals overlap.
-    """
+def axis_gap(first: Numbers, second: Numbers, first_half: Numbers | float, second_half: Numbers | float) -> Numbers:
+    """Gap [m] between intervals of one axis, of their centres and half extents; negative, by how much, if they meet."""
     return np.abs(np.subtract(first, second)) - np.add(first_half, second_half)
 
 
 def boxes_overlap(
-    centre: Float[Array, "*#n 2"],
-    heading: Float[Array, "*#n"],
-    half_sizes: Float[Array, "*#n 2"],
-    other_centre: Float[Array, "*#n 2"],
-    other_heading: Float[Array, "*#n"],
-    other_half_sizes: Float[Array, "*#n 2"],
-) -> Bool[Array, "*#n"]:
-    """Whether turned boxes overlap, by the separating axis theorem (Gottschalk, Lin, Manocha, SIGGRAPH 1996).
+    centre: Pairs, heading: Numbers, half_sizes: Pairs,
+    other_centre: Pairs, other_heading: Numbers, other_half_sizes: Pairs,
+) -> Bool[Array, "*#n"]:  # fmt: skip
+    """Whether the interiors of turned boxes meet.
 
-    Two rectangles are apart exactly if their projections onto one of their four side directions are apart.
-
-    Args:
-        centre: [m] (lon, lat) of the one box.
-        heading: [rad] of the one box.
-        half_sizes: [m] half length and half width of the one box.
-        other_centre: [m] (lon, lat) of the other box.
-        other_heading: [rad] of the other box.
-        other_half_sizes: [m] half length and half width of the other box.
-
-    Returns:
-        True where the interiors meet.
+    By the separating axis theorem (Gottschalk, Lin, Manocha, SIGGRAPH 1996): two rectangles are apart exactly if their
+    projections onto one of their four side directions are apart.
     """
     offset = np.subtract(other_centre, centre)
     turn = np.subtract(other_heading, heading)
@@ -85,30 +50,19 @@ def boxes_overlap(
 
 
 def body_distance(
-    centre: Float[Array, "*#n 2"],
-    heading: Float[Array, "*#n"],
-    half_sizes: Float[Array, "*#n 2"],
-    other_centre: Float[Array, "*#n 2"],
-    other_heading: Float[Array, "*#n"],
-    other_half_sizes: Float[Array, "*#n 2"],
-) -> Float[Array, "*#n"]:
-    """Distance [m] of two turned boxes, 0 if they overlap; arguments as of `boxes_overlap`.
-
-    Of two convex polygons that are apart, a corner of one is nearest to the other.
-    """
+    centre: Pairs, heading: Numbers, half_sizes: Pairs,
+    other_centre: Pairs, other_heading: Numbers, other_half_sizes: Pairs,
+) -> Numbers:  # fmt: skip
+    """Distance [m] of two turned boxes, 0 if they overlap; if not, a corner of one of them is nearest to the other."""
     first, second = (centre, heading, half_sizes), (other_centre, other_heading, other_half_sizes)
-    overlap = boxes_overlap(*first, *second)
-    return np.where(overlap, 0.0, np.minimum(_corner_distance(*first, *second), _corner_distance(*second, *first)))
+    nearest = np.minimum(_corner_distance(*first, *second), _corner_distance(*second, *first))
+    return np.where(boxes_overlap(*first, *second), 0.0, nearest)
 
 
 def _corner_distance(
-    centre: Float[Array, "*#n 2"],
-    heading: Float[Array, "*#n"],
-    half_sizes: Float[Array, "*#n 2"],
-    other_centre: Float[Array, "*#n 2"],
-    other_heading: Float[Array, "*#n"],
-    other_half_sizes: Float[Array, "*#n 2"],
-) -> Float[Array, "*#n"]:
+    centre: Pairs, heading: Numbers, half_sizes: Pairs,
+    other_centre: Pairs, other_heading: Numbers, other_half_sizes: Pairs,
+) -> Numbers:  # fmt: skip
     """Least distance [m] of the other box's corners to the one box."""
     distances = list[Any]()
     for side in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
@@ -118,7 +72,7 @@ def _corner_distance(
     return np.min(np.stack(np.broadcast_arrays(*distances)), axis=0)
 
 
-def _turned_into(offset: Float[Array, "*#n 2"], heading: Any) -> Float[Array, "*#n 2"]:
+def _turned_into(offset: Pairs, heading: Any) -> Pairs:
     """The offset [m] as seen from a body with the heading [rad]: how far ahead, how far to the left."""
     cosine, sine = np.cos(heading), np.sin(heading)
     lon, lat = offset[..., 0], offset[..., 1]

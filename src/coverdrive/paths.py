@@ -32,7 +32,7 @@ class PredictedPaths:
         """Number of paths S."""
         return self.points.shape[0]
 
-    def of(self, keep: "np.ndarray") -> "PredictedPaths":
+    def of(self, keep: np.ndarray) -> "PredictedPaths":
         """The paths selected by an index or boolean array over S."""
         ellipses = None if self.ellipses is None else self.ellipses[keep]
         return PredictedPaths(self.points[keep], self.vehicle[keep], self.half_sizes[keep], self.dt, ellipses)

@@ -59,17 +59,12 @@ class Scene:
         Compiled functions are specialised to array shapes; padding keeps the number of different shapes small.
         """
         missing = -self.vehicles % multiple
-
-        def padded(values: Array | np.ndarray) -> np.ndarray:
-            return np.concatenate([values, np.zeros((*values.shape[:-1], missing), values.dtype)], axis=-1)
-
-        return jax.tree.map(padded, self)
+        return jax.tree.map(lambda each: np.pad(each, [(0, 0)] * (each.ndim - 1) + [(0, missing)]), self)
 
     def packed(self, multiple: int) -> Float[np.ndarray, "7 slots"]:
         """The fields of one scene as the rows of one array, padded like `padded`; it is faster to hand to JAX."""
         rows = np.zeros((7, self.vehicles + -self.vehicles % multiple), np.float32)
-        fields = (self.lon, self.lat, self.speed, self.heading, self.length, self.width, self.valid)
-        for row, values in zip(rows, fields, strict=True):
+        for row, values in zip(rows, vars(self).values(), strict=True):
             row[: self.vehicles] = values
         return rows
 

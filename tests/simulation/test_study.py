@@ -15,9 +15,8 @@ from simulation_fakes import FAST, ConstantPlanner, fakes
 from coverdrive.errors import DataError, SettingError
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.progress import heard_by
-from coverdrive.simulation.simulate import simulate
 from coverdrive.simulation.statistics import widest_interval
-from coverdrive.simulation.study import Study
+from coverdrive.simulation.study import Study, simulate
 from coverdrive.simulation.trial import SCHEMA, WALL_TIMES, measure
 
 SCRIPT = Path(__file__).with_name("run_fake_study.py")

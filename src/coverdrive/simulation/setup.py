@@ -14,11 +14,10 @@ from coverdrive.certificates.certificate import fingerprint
 from coverdrive.errors import SettingError
 from coverdrive.planning.plan import Planner
 from coverdrive.planning.planner import MpcPlanner
-from coverdrive.recordings.recording import Recording
 from coverdrive.settings import Settings
 from coverdrive.simulation.episode import EpisodeSettings
 from coverdrive.simulation.predictor import Predictor
-from coverdrive.simulation.replay import ReplaySettings, Scenario, cut_scenarios
+from coverdrive.simulation.replay import ReplaySettings, Scenario
 from coverdrive.simulation.trace import Trace
 from coverdrive.simulation.traffic import Traffic
 from coverdrive.simulation.traffics import TrafficSettings, make_traffic
@@ -27,6 +26,11 @@ from coverdrive.simulation.trial import Participants, TrialSettings, run_trial
 VEHICLES = (3, 4, 5, 6, 7)
 """numbers of uncontrolled vehicles, taken in turn by the trials (paper §5)"""
 
+AnyPlanner = Planner | Callable[[], Planner]
+"""a planner, or what makes one: solvers that cannot move between processes are made anew in each"""
+AnyTraffic = str | TrafficSettings | Traffic | Callable[[], Traffic]
+"""the name of a traffic, settings of one, a model of your own, or what makes one"""
+
 
 @dataclass(frozen=True, eq=False)
 class Setup:
@@ -34,10 +38,10 @@ class Setup:
 
     predictor: Predictor
     """of the ego"""
-    planner: Planner | Callable[[], Planner] = field(default_factory=MpcPlanner)
-    """of the ego, or what makes one: solvers that cannot move between processes are made anew in each"""
-    traffic: str | TrafficSettings | Traffic | Callable[[], Traffic] = "set-sampling"
-    """all uncontrolled vehicles: a name, settings, a model of your own, or what makes one"""
+    planner: AnyPlanner = field(default_factory=MpcPlanner)
+    """of the ego"""
+    traffic: AnyTraffic = "set-sampling"
+    """all uncontrolled vehicles"""
     episode: EpisodeSettings = field(default_factory=EpisodeSettings)
     """start, length and time steps"""
     vehicles: Sequence[int] = VEHICLES
@@ -51,22 +55,15 @@ class Setup:
         """Give the traffic of a name its settings; refuse what makes no trial."""
         if not self.vehicles or min(self.vehicles) < 0:
             raise SettingError(f"a study needs numbers of uncontrolled vehicles, got {list(self.vehicles)}")
-        if isinstance(self.traffic, str):
-            object.__setattr__(self, "traffic", _settings_of(self.traffic))
-
-    @staticmethod
-    def of(
-        predictor: Predictor,
-        planner: Planner | Callable[[], Planner] | None,
-        traffic: str | TrafficSettings | Traffic | Callable[[], Traffic],
-        vehicles: Sequence[int],
-        seed: int,
-        recordings: Sequence[Recording],
-        episode: EpisodeSettings | None,
-    ) -> "Setup":
-        """A setup from what a user has, with the defaults in the place of what is left out."""
-        scenarios, episode = cut_scenarios(recordings), episode or EpisodeSettings()
-        return Setup(predictor, planner or MpcPlanner(), traffic, episode, tuple(vehicles), seed, scenarios)
+        if not isinstance(self.traffic, str):
+            return
+        try:
+            settings = TypeAdapter(TrafficSettings).validate_python({"kind": self.traffic})
+        except ValidationError as error:
+            raise SettingError(
+                f"no traffic is called {self.traffic!r}; choose set-sampling, drivers, aggressive, mixed or replay"
+            ) from error
+        object.__setattr__(self, "traffic", settings)
 
     def participants(self) -> Participants:
         """Who takes part, made for this process."""
@@ -116,15 +113,6 @@ class Setup:
 def _made(part: Any, kind: type) -> Any:
     """A part as it is, or made by what makes it; a class has the methods of its objects, but makes them."""
     return part if isinstance(part, kind) and not isinstance(part, type) else part()
-
-
-def _settings_of(traffic: str) -> TrafficSettings:
-    try:
-        return TypeAdapter(TrafficSettings).validate_python({"kind": traffic})
-    except ValidationError as error:
-        raise SettingError(
-            f"no traffic is called {traffic!r}; choose set-sampling, drivers, aggressive, mixed or replay"
-        ) from error
 
 
 def _described(part: Any) -> Any:

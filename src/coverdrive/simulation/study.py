@@ -1,6 +1,6 @@
 """Many seeded trials, on several processes, resumable (paper §5: 1000 trials, 200 each for 3 to 7 vehicles)."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -8,17 +8,16 @@ from pathlib import Path
 import polars as pl
 
 from coverdrive.errors import DataError, SettingError
-from coverdrive.planning.plan import Planner
+from coverdrive.planning.planner import MpcPlanner
 from coverdrive.progress import done, part, stage
 from coverdrive.recordings.recording import Recording
 from coverdrive.simulation.episode import EpisodeSettings
 from coverdrive.simulation.predictor import Predictor
-from coverdrive.simulation.setup import VEHICLES, Setup
+from coverdrive.simulation.replay import cut_scenarios
+from coverdrive.simulation.setup import VEHICLES, AnyPlanner, AnyTraffic, Setup
 from coverdrive.simulation.statistics import collision_table, widest_interval
 from coverdrive.simulation.study_folder import StudyFolder
 from coverdrive.simulation.trace import Trace
-from coverdrive.simulation.traffic import Traffic
-from coverdrive.simulation.traffics import TrafficSettings
 from coverdrive.simulation.trial import STARTED, table_of
 from coverdrive.simulation.workers import run_tasks
 
@@ -44,11 +43,7 @@ class Study:
 
     @property
     def trials(self) -> pl.DataFrame:
-        """One row for each trial that was driven; the columns are `coverdrive.simulation.trial.TrialResult`'s fields.
-
-        Raises:
-            DataError: the study is not finished.
-        """
+        """One row of `coverdrive.simulation.trial.TrialResult` for each trial that was driven, once all are."""
         return self.files.table().filter(STARTED)
 
     @property
@@ -71,11 +66,7 @@ class Study:
         return self.traces([trial])[trial]
 
     def traces(self, trials: Sequence[int]) -> dict[int, Trace]:
-        """Several such drives by the numbers of their trials.
-
-        Raises:
-            DataError: the study replayed other recordings than the setup has.
-        """
+        """Several such drives by the numbers of their trials; a DataError if the study replayed other recordings."""
         if not self.files.exists:
             self.files.claim(self._loaded.description())
         traces: dict[int, Trace] = {}
@@ -101,16 +92,11 @@ class Study:
 
         Args:
             trials: number of trials; the largest, if the study may stop early.
-            workers: number of processes, each on one thread; with 1, trials run in this process.
-            cluster: address of a Dask scheduler whose workers run the trials instead, as in ``tcp://host:8786``.
-            until_width: stop once both 95 % intervals of `collision_table` are at most this wide for all trials. This
-                is decided after whole batches in the order of trials, so that it does not depend on the workers.
-            batch: number of trials of a batch.
+            workers: as in `study`.
+            cluster: as in `study`.
+            until_width: as in `study`.
+            batch: number of trials after which it is asked whether to stop early.
             name: of the stage that is reported.
-
-        Raises:
-            SettingError: fewer than one trial, worker or trial of a batch, or no cluster there.
-            DataError: the folder holds a study of another configuration, or no trial could start.
         """
         if min(trials, workers, batch) < 1:
             raise SettingError(
@@ -119,10 +105,19 @@ class Study:
             )
         setup = self._loaded
         ends = [*range(batch, trials, batch), trials] if until_width else [trials]
-        table = table_of([])
+        rows, table = dict[int, pl.DataFrame](), table_of([])
         with stage(f"{name} ({trials})"):
             for end in ends:
-                table = self._run_until(setup, end, trials, workers, cluster)
+                wanted = [setup.trial(number) for number in range(len(rows), end)]
+                found = {trial.number: self.files.row_of(trial) for trial in wanted}
+                rows |= {number: row for number, row in found.items() if row is not None}
+                done(len(rows), trials)
+                pending = [trial for trial in wanted if trial.number not in rows]
+                for row in run_tasks(setup.participants, pending, workers, cluster):
+                    self.files.save(row)
+                    rows[row["trial"]] = table_of([row])
+                    done(len(rows), trials)
+                table = pl.concat([rows[number] for number in range(end)])
                 if until_width and widest_interval(table.filter(STARTED)) <= until_width:
                     break
         self.files.save_table(table)
@@ -130,27 +125,14 @@ class Study:
             raise DataError(f"none of the {table.height} trials could start: {table['reason'][0]}")
         return self
 
-    def _run_until(self, setup: Setup, end: int, total: int, workers: int, cluster: str | None) -> pl.DataFrame:
-        """The rows of all trials before ``end``, after driving those that are missing."""
-        wanted = [setup.trial(number) for number in range(end)]
-        found = {trial.number: self.files.row_of(trial) for trial in wanted}
-        rows = {number: row for number, row in found.items() if row is not None}
-        done(len(rows), total)
-        pending = [trial for trial in wanted if trial.number not in rows]
-        for row in run_tasks(setup.participants, pending, workers, cluster):
-            self.files.save(row)
-            rows[row["trial"]] = table_of([row])
-            done(len(rows), total)
-        return pl.concat([rows[number] for number in range(end)])
-
 
 def study(
     predictor: Predictor,
-    planner: Planner | Callable[[], Planner] | None = None,
+    planner: AnyPlanner | None = None,
     *,
     folder: Path | str,
     trials: int = 20,
-    traffic: str | TrafficSettings | Traffic | Callable[[], Traffic] = "set-sampling",
+    traffic: AnyTraffic = "set-sampling",
     vehicles: Sequence[int] = VEHICLES,
     seed: int = 0,
     recordings: Sequence[Recording] = (),
@@ -172,13 +154,36 @@ def study(
         seed: of the study.
         recordings: to replay; they should neither have trained nor calibrated the predictor.
         episode: start, length and time steps.
-        workers: number of processes.
-        cluster: address of a Dask scheduler whose workers drive instead.
-        until_width: stop early, once both 95 % intervals of the collision rates are this narrow.
+        workers: number of processes, each on one thread; with 1, trials run in this process.
+        cluster: address of a Dask scheduler whose workers drive instead, as in ``tcp://host:8786``.
+        until_width: stop early, once both 95 % intervals of `collision_table` are at most this wide. This is decided
+            after whole batches in the order of trials, so that it does not depend on the workers.
 
     Raises:
-        SettingError: a number makes no sense, or there is no such traffic.
-        DataError: the folder holds another study, or no trial could start.
+        SettingError: a number makes no sense, there is no such traffic, or no cluster there.
+        DataError: the folder holds a study of another configuration, or no trial could start.
     """
-    setup = Setup.of(predictor, planner, traffic, vehicles, seed, recordings, episode)
+    scenarios, episode = cut_scenarios(recordings), episode or EpisodeSettings()
+    setup = Setup(predictor, planner or MpcPlanner(), traffic, episode, tuple(vehicles), seed, scenarios)
     return Study(setup, Path(folder)).run(trials, workers=workers, cluster=cluster, until_width=until_width)
+
+
+def simulate(
+    predictor: Predictor,
+    planner: AnyPlanner | None = None,
+    *,
+    traffic: AnyTraffic = "set-sampling",
+    vehicles: int = 5,
+    seed: int = 0,
+    trial: int = 0,
+    recordings: Sequence[Recording] = (),
+    episode: EpisodeSettings | None = None,
+) -> Trace:
+    """Drive once, as trial ``trial`` of a `study` with these arguments and this one number of vehicles.
+
+    Raises:
+        StartError: the vehicles cannot be placed.
+        SettingError: there is no such traffic, or the planner looks farther than the predictor.
+    """
+    scenarios, episode = cut_scenarios(recordings), episode or EpisodeSettings()
+    return Setup(predictor, planner or MpcPlanner(), traffic, episode, (vehicles,), seed, scenarios).drive(trial)

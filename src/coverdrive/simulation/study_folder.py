@@ -30,6 +30,7 @@ class StudyFolder:
     def __init__(self, path: Path):
         """Name the folder; it is made as needed."""
         self.path = path
+        self._description, self._table = path / "study.json", path / "trials.parquet"
         self.set_aside: list[Path] = []
         """damaged files that were moved out of the way"""
 
@@ -44,11 +45,7 @@ class StudyFolder:
         return self._table.exists()
 
     def description(self) -> dict[str, Any]:
-        """What is studied, as `claim` wrote it.
-
-        Raises:
-            DataError: the file is missing, damaged, or written by another version of this format.
-        """
+        """What is studied, as `claim` of this version wrote it; else a DataError."""
         file = self._description
         try:
             found = json.loads(file.read_text(encoding="utf-8"))
@@ -59,11 +56,7 @@ class StudyFolder:
         return found
 
     def claim(self, description: dict[str, Any]) -> None:
-        """Say in the folder what is studied, or check that it says the same.
-
-        Raises:
-            DataError: the folder holds a study of something else.
-        """
+        """Say in the folder what is studied, or check that it says the same; else a DataError."""
         wanted = json.loads(json.dumps({"format": _FORMAT, "version": coverdrive.__version__} | description))
         if not self.exists:
             write_json(self._description, wanted)
@@ -103,11 +96,7 @@ class StudyFolder:
         write_atomically(self._table, table.write_parquet)
 
     def table(self) -> pl.DataFrame:
-        """One row for each trial, also for those that could not start.
-
-        Raises:
-            DataError: the study is not finished, or the file is damaged.
-        """
+        """One row for each trial, also for those that could not start; a DataError if they are not there."""
         if not self.finished:
             raise DataError(
                 f"the study in {self.path} is not finished: {self._table.name} is missing; the command that began it "
@@ -127,14 +116,6 @@ class StudyFolder:
             save_trace(setup().drive(trial.number), file)
         return load_trace(file)
 
-    @property
-    def _description(self) -> Path:
-        return self.path / "study.json"
-
-    @property
-    def _table(self) -> Path:
-        return self.path / "trials.parquet"
-
     def _part(self, trial: int) -> Path:
         return self.path / "trials" / f"{trial:06d}.parquet"
 
@@ -152,7 +133,5 @@ def flat(value: Any, name: str = "") -> dict[str, Any]:
     """Nested JSON objects as one object with dotted names."""
     if not isinstance(value, dict):
         return {name: value}
-    leaves: dict[str, Any] = {}
-    for key, inner in value.items():
-        leaves |= flat(inner, f"{name}.{key}" if name else key)
-    return leaves
+    parts = (flat(inner, f"{name}.{key}" if name else key) for key, inner in value.items())
+    return {key: leaf for part in parts for key, leaf in part.items()}

@@ -4,6 +4,7 @@ n steps, m = n + 1 moments, A vehicle slots (the ego's is 0). Step k leads from 
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import jax
 import numpy as np
@@ -16,27 +17,18 @@ from coverdrive.scene import Scene
 from coverdrive.simulation.outcome import Outcome
 
 
-@jax.tree_util.register_dataclass
-@dataclass(frozen=True, eq=False)
-class Step:
-    """What happened in one step."""
+class Step(NamedTuple):
+    """What happened in one step, in the terms of `Trace`."""
 
     scene: Scene
     """all vehicles after the step"""
     paths: PredictedPaths
-    """what was predicted at the start of the step"""
     plan: Plan
-    """what the ego planned against it"""
     base: Int[np.ndarray, " A"]
-    """index of the base trajectory that each vehicle follows during the step; −1: none"""
     stuck: Bool[np.ndarray, " A"]
-    """whether a vehicle chose at the start of the step and found no choice that passes its check"""
     missed: Bool[np.ndarray, " A"]
-    """whether a vehicle chose a base trajectory that the predictor calls impossible"""
     prediction_seconds: float
-    """[s] wall time of the prediction"""
     planning_seconds: float
-    """[s] wall time of prediction and planning together"""
 
 
 @jax.tree_util.register_dataclass
@@ -79,18 +71,17 @@ class Trace:
 
 def make_trace(start: Scene, road: Road, steps: list[Step], dt: float, outcome: Outcome) -> Trace:
     """Put the steps of an episode, at least one, of ``dt`` [s] each behind one another."""
-    scenes = [start, *(step.scene for step in steps)]
-    fields = ("lon", "lat", "speed", "heading", "length", "width", "valid")
+    scenes, paths, plans, base, stuck, missed, prediction_seconds, planning_seconds = zip(*steps, strict=True)
     return Trace(
-        time=dt * np.arange(len(scenes)),
-        scene=Scene(**{field: np.stack([getattr(scene, field) for scene in scenes]) for field in fields}),
+        time=dt * np.arange(len(steps) + 1),
+        scene=jax.tree.map(lambda *each: np.stack(each), start, *scenes),
         road=road,
-        paths=tuple(step.paths for step in steps),
-        plans=tuple(step.plan for step in steps),
-        base=np.stack([step.base for step in steps]),
-        stuck=np.stack([step.stuck for step in steps]),
-        missed=np.stack([step.missed for step in steps]),
-        prediction_seconds=np.array([step.prediction_seconds for step in steps]),
-        planning_seconds=np.array([step.planning_seconds for step in steps]),
+        paths=paths,
+        plans=plans,
+        base=np.stack(base),
+        stuck=np.stack(stuck),
+        missed=np.stack(missed),
+        prediction_seconds=np.array(prediction_seconds),
+        planning_seconds=np.array(planning_seconds),
         outcome=outcome,
     )

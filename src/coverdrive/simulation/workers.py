@@ -25,17 +25,12 @@ _CONNECT = "10s"
 
 
 def run_tasks(build: Build, tasks: Sequence[TrialSettings], workers: int, cluster: str | None = None) -> Generator[Row]:
-    """Run trials in any order, yielding the row of each when it is done.
-
-    Args:
-        build: makes the participants, once in every process.
-        tasks: the trials.
-        workers: number of processes on this machine; with 1, trials run in this process.
-        cluster: address of a Dask scheduler whose workers are used instead.
+    """Run trials in any order, yielding the row of each when it is done; all else as in `coverdrive.study`.
 
     Raises:
         SettingError: there is no cluster.
         MissingExtraError: the package for it is not installed.
+        DataError: a worker process was killed.
     """
     if not tasks:
         return
@@ -44,8 +39,14 @@ def run_tasks(build: Build, tasks: Sequence[TrialSettings], workers: int, cluste
             yield from _run_parallel(build, tasks, -1)
     elif workers > 1 and len(tasks) > 1:
         watch = partial(end_with_parent, os.getpid())
-        with _one_thread_each(), parallel_config("loky", inner_max_num_threads=1, initializer=watch), _told():
-            yield from _run_parallel(build, tasks, min(workers, len(tasks)))
+        try:
+            with _one_thread_each(), parallel_config("loky", inner_max_num_threads=1, initializer=watch):
+                yield from _run_parallel(build, tasks, min(workers, len(tasks)))
+        except BrokenProcessPool as error:
+            raise DataError(
+                "a worker process was killed, most often because memory ran out; finished trials are kept: start the "
+                "same command again, with fewer --workers"
+            ) from error
     else:
         participants = build()
         for task in tasks:
@@ -56,18 +57,6 @@ def _run_parallel(build: Build, tasks: Sequence[TrialSettings], workers: int) ->
     study = uuid.uuid4().hex
     parallel: Any = Parallel(n_jobs=workers, batch_size=1, return_as="generator_unordered")  # pyright: ignore[reportArgumentType]
     yield from parallel(delayed(_run_in_worker)(build, study, task) for task in tasks)
-
-
-@contextmanager
-def _told() -> Generator[None]:
-    """Say what it means that a worker is gone."""
-    try:
-        yield
-    except BrokenProcessPool as error:
-        raise DataError(
-            "a worker process was killed, most often because memory ran out; finished trials are kept: start the same "
-            "command again, with fewer --workers"
-        ) from error
 
 
 @contextmanager
