@@ -26,11 +26,8 @@ def conformal(
 ) -> tuple[Thresholds, Certificate]:
     """Thresholds that miss at most a share ε of new samples of every group.
 
-    Args:
-        calibration: the units. With several groups, a vehicle counts in every group that it drives, with its windows
-            there.
-        claim: with a bound ε; without a confidence, the guarantee is marginal.
-        group: of every base, fixed without looking at the calibration scores; `pooled` if not given.
+    With several groups, a vehicle counts in every group that it drives, with its windows there. The ``group`` of every
+    base is fixed without looking at the calibration scores; without a confidence, the guarantee is marginal.
 
     Raises:
         CertificateError: no group has enough units for ε.
@@ -48,9 +45,8 @@ def conformal(
     rule = Thresholds.at(lowest[member], calibration.tube)
     kind = {1: "pooled", bases: "per base"}.get(groups, "clustered") if bases > 1 else "pooled"
     unseen = int(np.isinf(lowest[member]).sum())
-    return rule, calibration.certificate(
-        f"conformal, {kind}", epsilon, claim, rule=rule, groups=groups, unseen_bases=unseen
-    )
+    more = {"groups": groups, "unseen_bases": unseen}
+    return rule, calibration.certificate(f"conformal, {kind}", epsilon, claim, rule, **more)
 
 
 def pooled(bases: int) -> Int[np.ndarray, " M"]:
@@ -66,12 +62,8 @@ def per_base(bases: int) -> Int[np.ndarray, " M"]:
 def clustered(training_count: Int[np.ndarray, " M"], least: float) -> Int[np.ndarray, " M"]:
     """Rare bases in one group, every other base by itself.
 
-    Bases with fewer than ``least`` training units are rare; if they have fewer than that even together, the next rarest
-    bases join them.
-
-    Args:
-        training_count: units of the training split Ω₁ that drove each base.
-        least: how many of them a group needs.
+    Bases with fewer than ``least`` units of the training split Ω₁ are rare; if they have fewer than that even together,
+    the next rarest bases join them.
     """
     rarest = np.argsort(training_count, kind="stable")
     before = np.cumsum(training_count[rarest]) - training_count[rarest]
@@ -82,12 +74,7 @@ def clustered(training_count: Int[np.ndarray, " M"], least: float) -> Int[np.nda
 
 
 def units_needed(epsilon: float, confidence: float | None = None) -> int:
-    """The smallest number n of calibration units of a group with which ε is possible.
-
-    Args:
-        epsilon: allowed probability of a miss, in (0, 1).
-        confidence: as in `conformal`, for this group alone.
-    """
+    """The smallest number of calibration units of a group with which ε is possible; confidence of this group alone."""
     check_epsilon(epsilon)
     estimate = 1 / epsilon - 1 if confidence is None else np.log1p(-confidence) / np.log1p(-epsilon)
     needed = max(int(estimate) - 2, 0)

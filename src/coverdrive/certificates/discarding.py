@@ -1,11 +1,10 @@
 """Post-bloating with discarded samples: smaller sets for a larger, still exact, bound.
 
-Up to r calibration units are discarded, and the thresholds are then taken as in post-bloating. By Theorem 2.1 of
-Campi and Garatti (2011), P{violation > ε} ≤ C(M + r − 1, r)·Φ(ε, M + r − 1, N₂), whatever chooses the discarded units,
-as long as the thresholds miss them all and r is fixed beforehand. Units that leave the cover's tube are missed by any
-thresholds: they are discarded first, so that no separate bound on the cover is needed. (They are samples like all
-others if their score is read as a negative one.) Discarding fewer than r only lowers the thresholds, and the bound
-still holds. With a tube for each base, there are 2M decision variables.
+Up to r calibration units are discarded, and the thresholds are then taken as in post-bloating. By Theorem 2.1 of Campi
+and Garatti (2011), P{violation > ε} ≤ C(M + r − 1, r)·Φ(ε, M + r − 1, N₂), whatever chooses the discarded units, as
+long as the thresholds miss them all and r is fixed beforehand; discarding fewer only lowers the thresholds. Units that
+leave the cover's tube are missed by any thresholds: they are discarded first, so that no separate bound on the cover is
+needed. With a tube for each base, there are 2M decision variables.
 
 The rest is greedy. Raising the threshold of one base to its next score, or shrinking its tube to its next distance,
 costs the units that have the present one; each step takes what shrinks the sets most for each unit that it costs, on
@@ -29,10 +28,7 @@ from coverdrive.errors import CertificateError
 def discard(calibration: Calibration, claim: Claim, discarded: int | None = None) -> tuple[Thresholds, Certificate]:
     """Thresholds that miss at most r calibration units, and the bound on missing a new one.
 
-    Args:
-        calibration: the units.
-        claim: its bound ε gives r, the greatest number that stays within it.
-        discarded: number r ≥ 0 of units that may be missed, fixed beforehand; given instead of the bound.
+    r is the greatest number that stays within the bound ε of the claim, or ``discarded``, fixed beforehand.
 
     Raises:
         CertificateError: there are too few units, or more than r of them leave the tube.
@@ -67,9 +63,6 @@ def number_discarded(
         allowed: r for a bound; negative if the bound is impossible.
         least: the smallest bound possible.
         count: number N of calibration units.
-
-    Raises:
-        CertificateError: both or neither are given, or what is given is impossible.
     """
     if epsilon is not None and discarded is None:
         check_epsilon(epsilon)

@@ -3,7 +3,7 @@
 from decimal import ROUND_CEILING, Decimal
 from typing import Literal
 
-from coverdrive.certificates.bounds import discarding_bound, judged_bound, rate_limit, violation_bound
+from coverdrive.certificates.bounds import discarding_bound, judged_bound, rate_limit
 from coverdrive.certificates.calibration import Claim, check_epsilon
 from coverdrive.certificates.certificate import Counted
 from coverdrive.certificates.methods import Method
@@ -17,14 +17,9 @@ USUAL = 0.1
 def smallest_epsilon(method: Method, claim: Claim, bases: int, count: int, uncovered: int = 0) -> float:
     """A bound below which the method can prove nothing; 1 if it can prove nothing at all.
 
-    Of methods that calibrate groups of bases, it is the one that all units would prove if they drove one group.
-
-    Args:
-        method: by which it is to be proved.
-        claim: what is to be claimed, but for ε.
-        bases: number M of bases.
-        count: number N of calibration units.
-        uncovered: how many of them leave the tube of every base, so that every rule misses them.
+    Of methods that calibrate groups of bases, it is the one that all ``count`` units would prove if they drove one
+    group. ``uncovered`` of them leave the tube of every base, so that every rule misses them. The ε of the claim is not
+    used.
     """
     variables = bases * (2 if claim.tubes == "per base" else 1)
     shared = (1 + claim.sure) / 2
@@ -43,11 +38,7 @@ def smallest_epsilon(method: Method, claim: Claim, bases: int, count: int, uncov
 
 
 def _support_limit(confidence: float, support: int, discarded: int, count: int) -> float:
-    if support + discarded > count:
-        return 1.0
-    if discarded == 0:
-        return violation_bound(confidence, support, count)
-    return discarding_bound(confidence, support, discarded, count)
+    return 1.0 if support + discarded > count else discarding_bound(confidence, support, discarded, count)
 
 
 def provable_epsilon(
@@ -59,22 +50,11 @@ def provable_epsilon(
     uncovered: int = 0,
     unit: Counted = "window",
 ) -> float | None:
-    """The bound ε to claim: what is asked for, if it can be proved.
+    """The bound ε to claim: what is asked for, if it can be proved; None for methods that compute it.
 
     "auto" is `USUAL` or, where the number of units cannot prove that, the smallest bound that it can, rounded up to two
-    digits. It looks at nothing but the number of units: the bound has to be fixed before their scores are seen.
-
-    Args:
-        asked: ε in (0, 1), or "auto"; methods that compute their bound ignore it.
-        method: by which it is to be proved.
-        claim: what is to be claimed, but for ε.
-        bases: number M of bases.
-        count: number N of calibration units.
-        uncovered: how many of them leave the tube of every base.
-        unit: what they are.
-
-    Returns:
-        None for methods that compute ε.
+    digits. It looks at nothing but the number of units: the bound has to be fixed before their scores are seen. The
+    rest is as in `smallest_epsilon`.
 
     Raises:
         CertificateError: it cannot be proved; the message says which could.

@@ -22,11 +22,11 @@ import numpy as np
 from jaxtyping import Float
 from scipy import sparse
 
+from coverdrive.certificates.bloating import scenario_certificate
 from coverdrive.certificates.bounds import judged_bound, rate_limit
 from coverdrive.certificates.calibration import Calibration, Claim, ScoredSamples
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.rule import ROUNDING, Hyperplanes
-from coverdrive.certificates.scenario import scenario_certificate
 from coverdrive.errors import CertificateError
 from coverdrive.extras import require
 
@@ -44,13 +44,7 @@ _ROUNDS = 300
 
 
 def support_vectors(calibration: Calibration, claim: Claim) -> tuple[Hyperplanes, Certificate]:
-    """Hyperplanes that miss no covered calibration sample, and the bound on missing a new one.
-
-    With windows and vehicles, the rule is the same.
-
-    Args:
-        calibration: with hidden values, and with training samples that have them, too: negatives are drawn from these.
-        claim: without a bound ε.
+    """Hyperplanes that miss no covered calibration sample, and the bound on missing a new one; alike in every unit.
 
     Raises:
         CertificateError: there are no hidden values, or so many samples support the solution that nothing is proved.
@@ -87,7 +81,15 @@ def support_vectors(calibration: Calibration, claim: Claim) -> tuple[Hyperplanes
         farthest = samples.distance == calibration.farthest[samples.base]
         supporting.append(calibration.unit[calibration.in_tube & farthest])
     support = min(len(np.unique(np.concatenate(supporting))) + degenerate * most, len(calibration))
-    certificate = _certificate(calibration, claim, support, hidden.shape[1])
+    dimension = calibration.bases * (hidden.shape[1] + (2 if claim.tubes == "per base" else 1))
+    certificate = scenario_certificate(
+        calibration,
+        claim,
+        method="support vectors",
+        bound=partial(judged_bound, support=support, samples=len(calibration)),
+        paper_epsilon=rate_limit(claim.sure, dimension - 1, len(calibration)),
+        support=support,
+    )
     return Hyperplanes(weights, offsets, calibration.radii(claim.tubes)), certificate
 
 
@@ -97,24 +99,8 @@ def _hidden(samples: ScoredSamples) -> Float[np.ndarray, "N H"]:
     return samples.hidden.astype(float)
 
 
-def _certificate(calibration: Calibration, claim: Claim, support: int, neurons: int) -> Certificate:
-    dimension = calibration.bases * (neurons + (2 if claim.tubes == "per base" else 1))
-    return scenario_certificate(
-        calibration,
-        claim,
-        method="support vectors",
-        bound=partial(judged_bound, support=support, samples=len(calibration)),
-        paper_epsilon=rate_limit(claim.sure, dimension - 1, len(calibration)),
-        support=support,
-    )
-
-
 def _normal(positive: Float[np.ndarray, "n H"], negative: Float[np.ndarray, "m H"]) -> Float[np.ndarray, " H"]:
-    """The normal w of the hyperplane with all positives on its far side.
-
-    Raises:
-        CertificateError: the solver gave up.
-    """
+    """The normal w of the hyperplane with all positives on its far side."""
     along = positive @ (positive.mean(0) - negative.mean(0))
     chosen = np.argsort(along, kind="stable")[:_JOINING]
     for _ in range(_ROUNDS):
