@@ -237,12 +237,7 @@ class Calibration:
         return Calibration(samples, self.tube, self.kind, self.seed, None)
 
     def certificate(
-        self,
-        method: str,
-        epsilon: float,
-        claim: Claim,
-        rule: Thresholds | None = None,
-        **more: Any,
+        self, method: str, epsilon: float, claim: Claim, rule: Thresholds | None = None, **more: Any
     ) -> Certificate:
         """The certificate of a rule that was calibrated on these units, the rest of which is ``more``.
 

@@ -29,28 +29,16 @@ class Method(StrEnum):
         method._value_, method.help = name, text
         return method
 
-    POST_BLOATING = (
-        "post-bloating",
-        "misses no covered calibration sample; computes ε from their number (the paper's method)",
-    )
+    POST_BLOATING = "post-bloating", "misses no covered calibration sample; computes ε from their number (the paper's)"
     SVM = "svm", "hyperplanes in the last hidden layer that miss no covered calibration sample (the paper's appendix)"
     DISCARDING = "discarding", "post-bloating that may miss as many calibration samples as a given ε allows"
     NESTED_SETS = "nested-sets", "thresholds at one level of quantiles of the training scores, calibrated for a given ε"
-    LEARN_THEN_TEST = (
-        "learn-then-test",
-        "tests the same thresholds one after the other against a given ε (the reference)",
-    )
+    LEARN_THEN_TEST = "learn-then-test", "tests the same thresholds one by one against a given ε (the reference)"
     POOLED = "conformal-pooled", "conformal with one threshold for all bases; ε on average over calibrations"
-    PER_BASE = (
-        "conformal-per-base",
-        "conformal with ε for every base by itself, on average over calibrations (the paper's appendix)",
-    )
+    PER_BASE = "conformal-per-base", "the same, with ε for every base by itself (the paper's appendix)"
     CLUSTERED = "conformal-clustered", "the same, with bases that are rare in training sharing one threshold"
     PAC_POOLED = "pac-pooled", "conformal with one threshold for all bases; ε with the given confidence"
-    PAC_PER_BASE = (
-        "pac-per-base",
-        "conformal with ε for every base by itself, for all of them with the given confidence",
-    )
+    PAC_PER_BASE = "pac-per-base", "the same, with ε for every base by itself, for all of them at once"
     PAC_CLUSTERED = "pac-clustered", "the same, with bases that are rare in training sharing one threshold"
 
     @property

@@ -83,14 +83,10 @@ class Segments:
 
 
 def cut_segments(recordings: Sequence[Recording], settings: SegmentSettings | None = None) -> Segments:
-    """Cut every track of every recording into overlapping segments.
-
-    Args:
-        recordings: tracks on a uniform time grid.
-        settings: horizon, step and stride; the step and the stride must be multiples of each recording's time step.
+    """Cut every track of every recording, on a uniform time grid, into overlapping segments.
 
     Raises:
-        SettingError: the step is not a multiple of a recording's time step.
+        SettingError: the step or the stride is not a multiple of a recording's time step.
         DataError: no track is as long as the horizon.
     """
     settings = settings or SegmentSettings()

@@ -49,21 +49,9 @@ class StudiedBasis:
 
 
 def study_bases(
-    segments: Segments,
-    radii: Sequence[float],
-    settings: BasisSettings | None = None,
-    seed: int = 0,
+    segments: Segments, radii: Sequence[float], settings: BasisSettings | None = None, seed: int = 0
 ) -> tuple[StudiedBasis, ...]:
-    """Make, verify and bound a basis for every ε.
-
-    Args:
-        segments: to be covered.
-        radii: radii of the covers; equal ones count once.
-        settings: of the basis; their ε is not used.
-        seed: of the covers and of the bounds.
-
-    Returns:
-        By ascending ε.
+    """Make, verify and bound a basis for every different ε in ``radii``, ascending; the ε of the settings is not used.
 
     Raises:
         SettingError: there is no ε, or one is not a positive number.
@@ -108,10 +96,7 @@ def _study(segments: Segments, settings: BasisSettings, seed: int, source: str) 
 
 
 def point_table(studied: StudiedBasis) -> pl.DataFrame:
-    """The points of a basis, one in each row.
-
-    Columns: base, time [s], lon and lat [m] as deviation from constant velocity, share of the segments.
-    """
+    """Columns: base, time [s], lon and lat [m] as deviation from constant velocity, share of the segments."""
     basis = studied.basis
     bases, points, _ = basis.points.shape
     return pl.DataFrame(

@@ -33,17 +33,14 @@ def free_centres(
     seed: int = 0,
     symmetric: bool = False,
 ) -> Float[np.ndarray, "L T 2"]:
-    """Cover by as many base trajectories or fewer.
+    """As many base trajectories as ``centres`` or fewer that cover all segments, in the order of greedy choice.
 
     Args:
         scaled: segments in coordinates in which the norm is the maximum over t of the Euclidean length.
-        centres: base trajectories that cover all segments, such as those of `greedy_cover`.
-        radius: radius of the cover.
+        centres: cover all segments, such as those of `greedy_cover`.
+        radius: of the cover.
         seed: of the order in which bases are tried.
         symmetric: the mirror image of every base, left for right, covers as well.
-
-    Returns:
-        Base trajectories that cover all segments, in the order of greedy choice.
     """
     reach = radius * (1 - 2 * CAUTION)
     random = np.random.default_rng(seed)

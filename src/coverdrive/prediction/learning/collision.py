@@ -18,13 +18,7 @@ CHECK_INTERVAL = 0.25
 
 
 def colliding_bases(basis: Basis, scene: Scene, own: Int[np.ndarray, " N"]) -> Bool[Array, "N M"]:
-    """Whether each base trajectory of one vehicle per scene hits another vehicle within the horizon.
-
-    Args:
-        basis: M base trajectories.
-        scene: N scenes.
-        own: slot of the vehicle that drives the base trajectory, in each scene.
-    """
+    """Whether each base trajectory of one vehicle per scene, in slot ``own``, hits another within the horizon."""
     times = np.arange(CHECK_INTERVAL, basis.horizon + 1e-9, CHECK_INTERVAL)
     deviation, _ = basis.rollout(times)
     return _collides(deviation, times, scene, own)

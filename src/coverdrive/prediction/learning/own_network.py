@@ -44,11 +44,7 @@ class OwnNetwork:
         return {"inputs": self.inputs, "output": "own"}
 
     def scores(self, features: Float[np.ndarray, "N F"]) -> Float[np.ndarray, "N M"]:
-        """Score of every base trajectory, in [0, 1].
-
-        Raises:
-            DataError: the function gives something else.
-        """
+        """Score of every base trajectory, in [0, 1]; `DataError` where the function gives something else."""
         scores = np.asarray(self.function(seen_by(features, self.inputs)))
         if scores.shape != (len(features), self.bases) or not ((scores >= 0) & (scores <= 1)).all():
             raise DataError(
