@@ -23,11 +23,7 @@ from coverdrive.errors import CertificateError
 
 
 def post_bloat(calibration: Calibration, claim: Claim) -> tuple[Thresholds, Certificate]:
-    """Thresholds that miss no covered calibration sample, and the bound on missing a new one, window or vehicle.
-
-    Raises:
-        CertificateError: there are too few samples for any bound.
-    """
+    """Thresholds that miss no covered calibration sample, and the bound on missing a new one, window or vehicle."""
     variables = calibration.bases * (2 if claim.tubes == "per base" else 1)
     certificate = scenario_certificate(
         calibration,
@@ -49,13 +45,8 @@ def scenario_certificate(
 ) -> Certificate:
     """The certificate of a rule that misses no covered window.
 
-    Args:
-        calibration: the windows.
-        claim: of the bound.
-        method: its name.
-        bound: on the probability that a new unit is covered and missed, by its confidence.
-        paper_epsilon: the same by the paper's dimension, at the confidence of the claim.
-        support: number of units that support the rule, if it was counted.
+    ``bound`` is that on missing a covered unit, by its confidence, ``paper_epsilon`` the same by the paper's dimension,
+    and ``support`` the number of units that support the rule, if it was counted.
     """
     shared = (1 + claim.sure) / 2
     epsilon = rate_limit(shared, calibration.uncovered, len(calibration)) + bound(shared)

@@ -138,11 +138,7 @@ class Calibration:
         seed: int = 0,
         training: ScoredSamples | None = None,
     ) -> "Calibration":
-        """Count samples of the calibration split Ω₂ in units; ``trained_on`` are the vehicles that trained the network.
-
-        Raises:
-            CertificateError: calibration samples trained the network or shape the rules.
-        """
+        """Count samples of Ω₂ in units; `CertificateError` if their vehicles trained the network or shape the rules."""
         known = trained_on if training is None else np.union1d(trained_on, training.vehicle)
         if shared := len(np.intersect1d(samples.vehicle, known)):
             raise CertificateError(

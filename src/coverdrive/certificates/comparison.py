@@ -37,13 +37,9 @@ class Compared:
 
 
 def compare(calibration: Calibration, claim: Claim, test: ScoredSamples, targets: Sequence[float]) -> list[Compared]:
-    """Calibrate by every method for every target, and test on samples that neither trained nor calibrated.
+    """Calibrate by every method for every ε of ``targets``, and test on samples that neither trained nor calibrated.
 
-    Args:
-        calibration: units to calibrate on.
-        claim: what is claimed about them; its own ε is ignored.
-        test: the unseen samples.
-        targets: bounds ε to ask for; one that is not in (0, 1) is a `CertificateError`.
+    The ε of the claim is ignored; a target that is not in (0, 1) is a `CertificateError`.
     """
     asked = {None: replace(claim, epsilon=None)} | {target: replace(claim, epsilon=target) for target in targets}
     unseen = one_window_each(test, calibration.seed) if calibration.kind == "drawn window" else test

@@ -28,10 +28,8 @@ from coverdrive.errors import CertificateError
 def discard(calibration: Calibration, claim: Claim, discarded: int | None = None) -> tuple[Thresholds, Certificate]:
     """Thresholds that miss at most r calibration units, and the bound on missing a new one.
 
-    r is the greatest number that stays within the bound ε of the claim, or ``discarded``, fixed beforehand.
-
-    Raises:
-        CertificateError: there are too few units, or more than r of them leave the tube.
+    r is the greatest number that stays within the bound ε of the claim, or ``discarded``, fixed beforehand. Too few
+    units, or more than r of them outside the tube, are a `CertificateError`.
     """
     support, count = calibration.bases * (2 if claim.tubes == "per base" else 1), len(calibration)
     least = violation_bound(claim.sure, support, count)
@@ -55,14 +53,9 @@ def discard(calibration: Calibration, claim: Claim, discarded: int | None = None
 def number_discarded(
     discarded: int | None, epsilon: float | None, allowed: Callable[[float], int], least: float, count: int
 ) -> int:
-    """The number r of calibration units that may be missed, as given or as a bound ε allows.
+    """The number r of calibration units that may be missed: as given, or what is ``allowed`` by a bound ε.
 
-    Args:
-        discarded: r, if given.
-        epsilon: the bound, if given.
-        allowed: r for a bound; negative if the bound is impossible.
-        least: the smallest bound possible.
-        count: number N of calibration units.
+    ``least`` is the smallest bound possible, for which r = 0.
     """
     if epsilon is not None and discarded is None:
         check_epsilon(epsilon)
@@ -116,14 +109,11 @@ def _greedy(calibration: Calibration, tubes: Tubes, budget: int) -> Thresholds:
 
 
 class _Step(NamedTuple):
-    """Discarding all units that ask for the tightest demand of a queue."""
+    """Discarding the units that ask for the tightest demand of a queue: how much sets of which bases shrink."""
 
     asks: set[int]
-    """these units"""
     shrunk: set[int]
-    """bases that they drove"""
     rate: float
-    """by how much the sets shrink for each of them"""
 
 
 class _Queues:

@@ -24,10 +24,8 @@ def learn_then_test(
 ) -> tuple[Thresholds, Certificate]:
     """The last of a sequence of rules that is proved to miss at most a share ε of new units.
 
-    The rules are in the order of testing, fixed beforehand; else the nested ones that the training samples shape.
-
-    Raises:
-        CertificateError: not even the first rule passes its test.
+    The rules are in the order of testing, fixed beforehand; else the nested ones that the training samples shape. If
+    not even the first passes its test, this is a `CertificateError`.
     """
     epsilon, count = claim.bound, len(calibration)
     passed: Thresholds | None = None
@@ -45,9 +43,8 @@ def learn_then_test(
         )
     tubes = "cover" if (passed.tube == calibration.tube).all() else "per base"
     unseen = int((passed.values == 0).sum())
-    return passed, calibration.certificate(
-        "learn then test", epsilon, replace(claim, tubes=tubes), rule=passed, unseen_bases=unseen
-    )
+    claim = replace(claim, tubes=tubes)
+    return passed, calibration.certificate("learn then test", epsilon, claim, passed, unseen_bases=unseen)
 
 
 def rules_of(nested: NestedSets, tube: float) -> list[Thresholds]:

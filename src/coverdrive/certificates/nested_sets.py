@@ -83,11 +83,7 @@ def nested_sets(
 ) -> tuple[Thresholds, Certificate]:
     """The last of nested rules that misses at most r calibration units, and the bound on missing a new one.
 
-    The rules are fixed beforehand, else quantiles of the training scores; r is the greatest number that stays within
-    the bound ε of the claim, or ``discarded``, fixed beforehand.
-
-    Raises:
-        CertificateError: there are too few units, or more than r of them leave the tube.
+    The rules are fixed beforehand, else quantiles of the training scores; r is as in `discard`, and so are errors.
     """
     nested = nested or nested_sets_of(calibration, claim)
     count = len(calibration)

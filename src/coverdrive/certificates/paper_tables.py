@@ -15,7 +15,7 @@ from jaxtyping import Int
 from coverdrive.certificates.bloating import post_bloat
 from coverdrive.certificates.bounds import rate_limit, violation_bound
 from coverdrive.certificates.calibration import Calibration, Claim, ScoredSamples
-from coverdrive.certificates.conformal import conformal, per_base, pooled
+from coverdrive.certificates.conformal import conformal, per_base
 from coverdrive.certificates.evaluation import Rate, evaluate
 from coverdrive.certificates.nested_sets import nested_sets, quantile_sets
 from coverdrive.errors import CertificateError
@@ -55,14 +55,11 @@ TABLE_2_SAMPLES = 23919
 
 @dataclass(frozen=True)
 class Bounds:
-    """One row of Table 1, recomputed."""
+    """One row of Table 1, for N₂ ``samples``: ε₉₉ and the empirical miss rate as printed, and recomputed bounds."""
 
     samples: int
-    """N₂"""
     printed: float
-    """ε₉₉ as printed"""
     printed_observed: float
-    """empirical miss rate as printed"""
     theorem: float
     """99 % bound of the paper's Theorem 1, Φ(ε, M + 1, N₂)"""
     theorem_at_90: float
@@ -89,75 +86,59 @@ def _bounds(bases: int, samples: int) -> tuple[float, float, float, float]:
 
 @dataclass(frozen=True)
 class Growth:
-    """Post-bloating and nested sets on the first N₂ calibration samples."""
+    """Post-bloating and nested sets (the family) on the first N₂ calibration samples, windows of some vehicles.
+
+    Bounds are as in `Bounds`; of test windows, the rate of those whose base is not predicted, and the mean set size.
+    """
 
     samples: int
-    """N₂"""
     vehicles: int
-    """vehicles that these samples are windows of"""
     theorem: float
-    """99 % bound of the paper's Theorem 1"""
     exact: float
-    """99 % bound with M − 1"""
     observed: Rate
-    """test windows whose base is not predicted"""
     set_size: float
-    """mean, on test windows"""
     mixed: Rate
     """the same where N₂ windows of both sides, drawn at random, calibrate and the others test: windows of one vehicle
     are then on both sides, and the bound is kept because they are alike"""
     family: float
-    """99 % bound of the family"""
     family_observed: Rate
-    """test windows whose base the family does not predict"""
     family_set_size: float
-    """mean of the family, on test windows"""
 
 
 @dataclass(frozen=True)
 class Residuals:
-    """Conformal prediction by one method at one nominal ε."""
+    """Conformal prediction by one method at one nominal ε, with what was observed as in `Growth`."""
 
     average: float
     """Σ pᵢ·dᵢ, with pᵢ the share of base i in the calibration samples; dᵢ = 1 where base i is always possible"""
     observed: Rate
-    """test windows whose base is not predicted"""
     set_size: float
-    """mean, on test windows"""
 
 
 @dataclass(frozen=True)
 class ConformalRow:
-    """One row of Table 2; a method that refused is none."""
+    """One row of Table 2: nominal ε, average d and empirical ε as printed, and by method; none where one refused.
+
+    The paper's method is per base; pooled has one d for all bases; PAC is with 99 % confidence, for all bases at once.
+    """
 
     nominal: float
-    """ε"""
     printed_average: float
-    """average d, as printed"""
     printed_observed: float
-    """empirical ε, as printed"""
     per_base: Residuals | None
-    """the paper's method"""
     pooled: Residuals | None
-    """one d for all bases"""
     pac_per_base: Residuals | None
-    """with 99 % confidence, for all bases at once"""
     pac_pooled: Residuals | None
-    """with 99 % confidence"""
 
 
 @dataclass(frozen=True)
 class PaperTables:
-    """Both tables on one network and its samples."""
+    """Both tables on one network of M bases and the numbers of covered samples of each side."""
 
     bases: int
-    """M"""
     train: int
-    """windows that trained the network"""
     calibration: int
-    """windows that calibrate"""
     test: int
-    """covered samples of each side"""
     uncovered: Rate
     """calibration and test samples that no base covers, which are left out"""
     table_1: list[Growth]
@@ -243,7 +224,7 @@ def _conformal_row(
 ) -> ConformalRow:
     bases, units = test.scores.shape[1], Calibration.of(calibration, tube, np.unique(train.vehicle))
 
-    def residuals(group: Int[np.ndarray, " M"], confidence: float | None) -> Residuals | None:
+    def residuals(group: Int[np.ndarray, " M"] | None, confidence: float | None) -> Residuals | None:
         try:
             rule, _ = conformal(units, Claim(printed[0], confidence), group)
         except CertificateError:
@@ -251,5 +232,5 @@ def _conformal_row(
         found = evaluate(rule, test)
         return Residuals(float((1 - rule.values[calibration.base]).mean()), found.windows, found.mean_set_size)
 
-    groups = per_base(bases), pooled(bases)
+    groups = per_base(bases), None
     return ConformalRow(*printed, *(residuals(group, sure) for sure in (None, CONFIDENCE) for group in groups))

@@ -47,10 +47,7 @@ class Thresholds:
     values: Float[np.ndarray, " M"]
     """c_j in [0, 1]"""
     tube: Float[np.ndarray, " M"]
-    """ρ_j: radius, in the norm of the basis, around each base"""
-
     kind: ClassVar[str] = "thresholds"
-    """name of the kind of rule in files"""
 
     @staticmethod
     def at(lowest: Float[np.ndarray, " M"], tube: float | Float[np.ndarray, " M"]) -> "Thresholds":
@@ -79,10 +76,7 @@ class Hyperplanes:
     offsets: Float[np.ndarray, " M"]
     """b_j, the margin for rounding included"""
     tube: Float[np.ndarray, " M"]
-    """ρ_j: radius, in the norm of the basis, around each base"""
-
     kind: ClassVar[str] = "hyperplanes"
-    """name of the kind of rule in files"""
 
     @property
     def arrays(self) -> dict[str, np.ndarray]:

@@ -2,18 +2,17 @@
 
 With h the H values of the last hidden layer (n̄ in the paper), the hyperplane of base j minimises ‖w‖²/2 + C·Σ ξ such
 that w·h + b ≥ 1 for every covered calibration sample that drove base j (hard), and w·h + b ≤ −1 + ξ for training
-samples that drove another base (soft). Ω₂ enters by the hard constraints alone, so that this is a convex program of
-H + 1 decision variables, the slacks being functions of them. Base j is possible iff w·h + b ≥ 1: what the calibration
-samples satisfy is what is certified. Of all solutions the one with the least b counts, which makes it unique.
+samples that drove another base (soft): a convex program of H + 1 decision variables, of which Ω₂ gives the hard
+constraints alone. Base j is possible iff w·h + b ≥ 1: what the calibration samples satisfy is what is certified. Of all
+solutions the one with the least b counts, which makes it unique.
 
-In all M bases at most M·(H + 1) calibration samples support the solution; with a tube for each base, M more. Often far
-fewer do, and those that are found are counted: the wait-and-judge bound is for their number. For every base, all
-samples on the margin count, or H + 1 if there are more: a little noise on the constraints, as small as one likes,
-leaves no more than these, and the miss probability can only be smaller than its limit (as in Calafiore 2010). Where
-no direction is worth its slack, w = 0: all samples are on the margin, and the base is always possible.
+At most M·(H + 1) calibration samples support the solution; with a tube for each base, M more. Often far fewer do, and
+the wait-and-judge bound is for the number found. For every base, all samples on the margin count, or H + 1 if there are
+more: a little noise on the constraints, as small as one likes, leaves no more than these, and the miss probability can
+only be smaller than its limit (as in Calafiore 2010). Where no direction is worth its slack, w = 0: all samples are on
+the margin, and the base is always possible.
 
-Hundreds of calibration samples decide among tens of thousands, so that constraints are generated: the quadratic
-program is solved for few of them, and those that its solution violates most join, until none is violated.
+Constraints are generated: the program is solved for few of them, and those that it violates most join, until none is.
 """
 
 from functools import partial
@@ -44,11 +43,7 @@ _ROUNDS = 300
 
 
 def support_vectors(calibration: Calibration, claim: Claim) -> tuple[Hyperplanes, Certificate]:
-    """Hyperplanes that miss no covered calibration sample, and the bound on missing a new one; alike in every unit.
-
-    Raises:
-        CertificateError: there are no hidden values, or so many samples support the solution that nothing is proved.
-    """
+    """Hyperplanes that miss no covered calibration sample, and the bound on missing a new one; alike in every unit."""
     samples, training = calibration.samples, calibration.shaping
     hidden, others = _hidden(samples), _hidden(training)
     if hidden.shape[1] != others.shape[1]:

@@ -50,11 +50,10 @@ class CertificateSettings(Settings):
 def provable(
     vehicle: Int[np.ndarray, " N"], outside: Bool[np.ndarray, " N"], bases: int, settings: CertificateSettings
 ) -> float | None:
-    """The bound ε to ask for, which can be found out before a network is trained; None for methods that compute it.
+    """The bound ε to ask for, None for methods that compute it; `CertificateError` if no network could prove it.
 
-    Raises:
-        CertificateError: whatever the network, N samples of such vehicles, so many of them outside the tube of every
-            base, cannot prove it.
+    N samples, those of them outside the tube of every base, and the number of bases are known before a network is
+    trained.
     """
     unit = unit_of(vehicle, settings.unit)
     count, uncovered = int(unit.max()) + 1, len(np.unique(unit[outside]))

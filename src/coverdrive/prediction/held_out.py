@@ -21,9 +21,8 @@ class Source:
 
     name: str
     rows: int
-    """of its table"""
     fingerprint: str
-    """of its table"""
+    """of its table, like the rows"""
     held_out: tuple[int, ...]
     """its groups of scenes that are on the test side only"""
 

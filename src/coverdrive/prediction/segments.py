@@ -85,9 +85,8 @@ class Segments:
 def cut_segments(recordings: Sequence[Recording], settings: SegmentSettings | None = None) -> Segments:
     """Cut every track of every recording, on a uniform time grid, into overlapping segments.
 
-    Raises:
-        SettingError: the step or the stride is not a multiple of a recording's time step.
-        DataError: no track is as long as the horizon.
+    A step or stride that is no multiple of the time step is a `SettingError`, and no track as long as the horizon a
+    `DataError`.
     """
     settings = settings or SegmentSettings()
     parts = [_cut(recording, index, settings) for index, recording in enumerate(recordings)]

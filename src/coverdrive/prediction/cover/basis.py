@@ -55,16 +55,13 @@ class BasisSettings(Settings):
 
 
 class Basis(eqx.Module):
-    """M base trajectories of T points, as deviations from constant velocity."""
+    """M base trajectories of T points, as deviations from constant velocity; their tolerance as in `BasisSettings`."""
 
     points: Float[np.ndarray, "M T 2"]
     """[m] deviation along lon and lat; the first point is zero"""
     radius: float
-    """radius of the cover that the basis was made for"""
     aspect: float
-    """tolerance along the road over tolerance across it"""
     growth: float
-    """relative growth of the tolerance over the horizon"""
     step: float
     """[s] between two points"""
     reach: Float[np.ndarray, "T 2"] | None = None

@@ -36,9 +36,8 @@ class StudiedBasis:
     """no basis whose base trajectories are segments has fewer (fractional packing); None where they need not be
     segments. Of a symmetric basis, both bounds are on symmetric ones, whose base trajectories may be mirror images"""
     seconds: float
-    """[s] wall time of the cover"""
     bound_seconds: float
-    """[s] wall time of both bounds"""
+    """[s] wall time of the cover, and of both bounds"""
     source: str
     """fingerprint of the segments"""
 
@@ -55,7 +54,6 @@ def study_bases(
 
     Raises:
         SettingError: there is no ε, or one is not a positive number.
-        DataError: there is no segment, or a point is not finite.
     """
     settings = settings or BasisSettings()
     if not radii or not all(np.isfinite(radius) and radius > 0 for radius in radii):

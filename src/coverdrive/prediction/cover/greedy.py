@@ -31,12 +31,9 @@ def greedy_cover(
 ) -> Int[np.ndarray, " M"]:
     """Indices of few segments such that every one is within ε of a chosen one, in order; none can be left out.
 
-    Args:
-        scaled: segments in coordinates in which the norm is the maximum over t of the Euclidean length.
-        radius: of the cover.
-        candidates: number of segments that greedy choice picks from at a time.
-        seed: of the random sample of candidates.
-        symmetric: the mirror image of every chosen segment, left for right, covers as well.
+    The norm of ``scaled`` segments is the maximum over t of the Euclidean length. Greedy choice picks from so many
+    candidates at a time, drawn by the seed; if symmetric, the mirror image of a chosen segment, left for right, covers
+    too.
     """
     points = np.asarray(scaled, dtype=np.float32)
     reach = radius * (1 - CAUTION)

@@ -29,12 +29,10 @@ _ROUNDING = 1e-4
 
 @dataclass(frozen=True)
 class FractionalBound:
-    """A proof that a cover by balls around points needs many: weights that none of these balls holds more than 1 of."""
+    """A proof that a cover by balls around points needs many: weights of the points ``rows``, at most 1 in a ball."""
 
     rows: Int[np.ndarray, " R"]
-    """indices of the points that have a weight"""
     weights: Float[np.ndarray, " R"]
-    """of these points, not negative"""
 
     @property
     def value(self) -> float:

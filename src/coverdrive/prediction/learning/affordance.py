@@ -43,7 +43,9 @@ def affordance(scene: Scene, road: Road) -> Float[Array, "*batch A 21"]:
     lane.
     """
     centre = jnp.asarray(road.centres)[road.lane_of(scene.lat)]
-    ahead, same = _ahead(scene), _lane_offset(scene, road) == 0
+    itself = jnp.eye(scene.vehicles, dtype=bool)
+    ahead = (_between(scene.lon) >= 0) & ~itself  # exactly alongside counts as ahead, itself as behind
+    same = _lane_offset(scene, road) == 0
     sides = (scene, road), (scene.mirrored(), road.mirrored())
     left, right = (_lane_offset(*side) == 1 for side in sides)
     nearest = _nearest(scene, jnp.stack([ahead & same, ahead & left, ~ahead & left, ahead & right, ~ahead & right]))
@@ -113,12 +115,6 @@ def _nearest(scene: Scene, mask: Bool[Array, "n *batch A A"]) -> _Neighbour:
 
 def _limited(clearance: Array | np.ndarray) -> Array:
     return jnp.clip(clearance, -CLEARANCE_LIMIT, CLEARANCE_LIMIT)
-
-
-def _ahead(scene: Scene) -> Bool[Array, "*batch A A"]:
-    """Whether the other (last axis) is ahead of the vehicle; exactly alongside counts as ahead, itself as behind."""
-    itself = jnp.eye(scene.vehicles, dtype=bool)
-    return (_between(scene.lon) >= 0) & ~itself
 
 
 def _lane_offset(scene: Scene, road: Road) -> Array:

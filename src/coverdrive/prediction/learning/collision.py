@@ -31,16 +31,12 @@ def _collides(
     slots = own[:, None]
     speed = scene.speed * jnp.cos(scene.heading)
 
-    def ahead_of_own(values: Array | np.ndarray) -> Array:
-        return jnp.asarray(values) - jnp.take_along_axis(jnp.asarray(values), slots, axis=1)
-
-    def mean_with_own(sizes: Array | np.ndarray) -> Array:
-        return (jnp.asarray(sizes) + jnp.take_along_axis(jnp.asarray(sizes), slots, axis=1)) / 2
+    def own_of(values: Array | np.ndarray) -> Array:
+        return jnp.take_along_axis(jnp.asarray(values), slots, axis=1)
 
     others = scene.valid & (jnp.arange(scene.vehicles) != slots)
-    lon, lat = ahead_of_own(scene.lon), ahead_of_own(scene.lat)
-    closing = ahead_of_own(speed)
-    length, width = mean_with_own(scene.length), mean_with_own(scene.width)
+    lon, lat, closing = (values - own_of(values) for values in (scene.lon, scene.lat, speed))
+    length, width = ((sizes + own_of(sizes)) / 2 for sizes in (scene.length, scene.width))
     hit = jnp.zeros((len(own), deviation.shape[0]), dtype=bool)
     for k in range(len(times)):
         apart_lon = (lon + closing * times[k])[:, None, :] - deviation[None, :, k, 0, None]

@@ -60,10 +60,10 @@ def _urgency(values: Array, speed: Array, neighbour: str) -> tuple[Array, Array,
 
 
 def refuse_look_ahead(recordings: Sequence[Recording], inputs: Inputs) -> None:
-    """Refuse lateral speeds that were estimated from later positions: they tell which way a vehicle is about to go.
+    """Raise `SettingError` for "motion" of recordings smoothed with later positions.
 
-    Raises:
-        SettingError: the inputs hold the lateral motion, and a recording was smoothed with a look into the future.
+    Lateral speeds that were estimated from them tell which way a vehicle is about to go, which no car on the road
+    knows.
     """
     knowing = [recording.name for recording in recordings if not recording.causal]
     if inputs == "motion" and knowing:

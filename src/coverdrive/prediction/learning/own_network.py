@@ -55,9 +55,6 @@ class OwnNetwork:
             )
         return scores
 
-    def hidden(self, features: Float[np.ndarray, "N F"]) -> None:
-        """None: the layers of the function are not known."""
-
 
 def seen_by(features: Float[np.ndarray, "N F"], inputs: Inputs) -> Float[np.ndarray, "N _"]:
     """The features without the lateral speed, unless the inputs hold the motion."""

@@ -74,13 +74,8 @@ def make_samples(
 ) -> Samples:
     """Describe and label the moments at which segments, or a selection of them, start in the recordings.
 
-    Args:
-        recordings: what the segments were cut from.
-        segments: N segments.
-        basis: M base trajectories.
-        assignment: the first base in the basis' order of choice that covers a segment, so that few bases stand for most
-            segments, or the nearest by the atomic norm. Where none covers it, it is the nearest.
-        mirrored: describe the mirror images, left for right, of scenes and segments.
+    The first base in the basis' order of choice that covers a segment stands for it, so that few bases stand for most,
+    or the nearest by the atomic norm, as where none covers it. Mirrored: the mirror images of scenes and segments.
     """
     features = np.zeros((len(segments), len(FEATURES) + len(MOTION)), dtype=np.float32)
     collides = np.zeros((len(segments), len(basis)), dtype=bool)

@@ -84,12 +84,9 @@ class TrainingSettings(Settings):
 def train(
     samples: Samples, settings: TrainingSettings | None = None, seed: int = 0
 ) -> tuple[Network, Float[np.ndarray, " epochs"]]:
-    """A network trained on all given samples, and the mean loss of every epoch.
+    """A network trained on all given samples, and the mean loss of every epoch; `DataError` where training diverges.
 
     The seed is of the initial weights, the order of the samples, dropout and noise.
-
-    Raises:
-        DataError: there are no samples, or training diverged.
     """
     settings = settings or TrainingSettings()
     if len(samples) == 0:
