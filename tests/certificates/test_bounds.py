@@ -5,7 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy import stats
 
@@ -90,6 +90,7 @@ def _log(number: int) -> float:
 
 
 @given(st.floats(0.5, 0.999), st.integers(1, 20), st.integers(0, 30), st.integers(50, 2000))
+@example(0.5, 19, 30, 50)  # close to 1, where the tail is steep
 def test_discarding_bound_inverts_its_tail(confidence: float, support: int, discarded: int, samples: int) -> None:
     bound = discarding_bound(confidence, support, discarded, samples)
     if bound < 1:

@@ -3,27 +3,27 @@
 c_j is the smallest score of base j among the calibration samples that drove it and stayed within its tube. This is a
 convex program with M decision variables in which every calibration sample bounds at most one threshold (a vehicle:
 several), so that at most M samples support the solution. With a tube for each base, ρ_j is the largest distance of the
-same samples: 2M decision variables, and at most 2M samples that support them. How misses of the cover are added is
-said in `scenario`.
+same samples: 2M decision variables, and at most 2M samples that support them.
+
+A new sample is missed if no base covers it, or if it is covered and the rule misses it. The first is bounded by the
+one-sided Clopper–Pearson limit of the uncovered calibration units, the second by a scenario bound for the covered ones;
+each takes half of the allowed error probability, and ε is their sum.
 """
 
+from collections.abc import Callable
 from functools import partial
+
+import numpy as np
 
 from coverdrive.certificates.bounds import rate_limit, violation_bound
 from coverdrive.certificates.calibration import Calibration, Claim
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.rule import Thresholds
-from coverdrive.certificates.scenario import scenario_certificate
+from coverdrive.errors import CertificateError
 
 
 def post_bloat(calibration: Calibration, claim: Claim) -> tuple[Thresholds, Certificate]:
-    """Thresholds that miss no covered calibration sample, and the bound on missing a new one.
-
-    The rule is the same for windows and for vehicles.
-
-    Raises:
-        CertificateError: there are too few samples for any bound.
-    """
+    """Thresholds that miss no covered calibration sample, and the bound on missing a new one, window or vehicle."""
     variables = calibration.bases * (2 if claim.tubes == "per base" else 1)
     certificate = scenario_certificate(
         calibration,
@@ -33,3 +33,36 @@ def post_bloat(calibration: Calibration, claim: Claim) -> tuple[Thresholds, Cert
         paper_epsilon=rate_limit(claim.sure, variables + 1, len(calibration)),
     )
     return Thresholds.at(calibration.lowest, calibration.radii(claim.tubes)), certificate
+
+
+def scenario_certificate(
+    calibration: Calibration,
+    claim: Claim,
+    method: str,
+    bound: Callable[[float], float],
+    paper_epsilon: float | None,
+    support: int | None = None,
+) -> Certificate:
+    """The certificate of a rule that misses no covered window.
+
+    ``bound`` is that on missing a covered unit, by its confidence, ``paper_epsilon`` the same by the paper's dimension,
+    and ``support`` the number of units that support the rule, if it was counted.
+    """
+    shared = (1 + claim.sure) / 2
+    epsilon = rate_limit(shared, calibration.uncovered, len(calibration)) + bound(shared)
+    if epsilon >= 1:
+        supporting = "" if support is None else f" and {support} support the hyperplanes"
+        raise CertificateError(
+            f"of {len(calibration)} calibration {calibration.kind}s, {calibration.uncovered} leave the tube of every "
+            f"base{supporting}, so that nothing is proved; calibrate on more data, or use fewer base trajectories"
+            + ("" if support is None else ", fewer hidden neurons, or post-bloating")
+        )
+    return calibration.certificate(
+        method,
+        epsilon,
+        claim,
+        unseen_bases=int(np.isinf(calibration.lowest).sum()),
+        prediction_epsilon=bound(claim.sure),
+        paper_epsilon=paper_epsilon,
+        support=support,
+    )

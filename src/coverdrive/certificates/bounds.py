@@ -1,11 +1,13 @@
 r"""Exact tail bounds for scenario programs and for observed rates (paper §3.2).
 
-Φ(ε, k, N) is the probability of at most k successes in N trials of success rate ε. If a convex program with N
-i.i.d. constraints has at most ζ supporting constraints, then the probability that its violation probability exceeds
-ε is at most Φ(ε, ζ − 1, N) (Calafiore 2010, Theorem 3.3).
+Φ(ε, k, N) is the probability of at most k successes in N trials of success rate ε. If a convex program with N i.i.d.
+constraints has at most ζ supporting constraints, then the probability that its violation probability exceeds ε is at
+most Φ(ε, ζ − 1, N) (Calafiore 2010, Theorem 3.3). In post-bloating with M thresholds, every sample bounds exactly one
+threshold, so ζ ≤ M. The paper uses M + 2 (its Theorem 1 has k = M + 1), which is valid and looser.
 
-Post-bloating with M thresholds: every sample bounds exactly one threshold, so ζ ≤ M. The paper uses M + 2
-(its Theorem 1 has k = M + 1), which is valid and looser.
+In all functions, ε and confidences are in (0, 1); ζ = ``support`` ≥ 1 is the greatest number of supporting constraints
+and r = ``discarded`` ≥ 0 of discarded ones, all violated by the solution; N is the number of ``samples`` or ``trials``.
+They raise `CertificateError` for another confidence.
 """
 
 import math
@@ -19,29 +21,14 @@ from coverdrive.errors import CertificateError
 
 
 def binomial_tail(epsilon: float, successes: int, samples: int) -> float:
-    """Φ(ε, k, N), by the incomplete beta function.
-
-    Args:
-        epsilon: success rate ε in [0, 1].
-        successes: k ≥ 0; for k ≥ N the tail is 1.
-        samples: number of trials N.
-    """
+    """Φ(ε, k, N) for k ``successes``, by the incomplete beta function; 1 for k ≥ N."""
     if successes >= samples:
         return 1.0
     return float(special.betaincc(successes + 1, samples - successes, epsilon))
 
 
 def violation_bound(confidence: float, support: int, samples: int) -> float:
-    """The smallest ε with Φ(ε, ζ − 1, N) ≤ 1 − confidence.
-
-    Args:
-        confidence: probability in (0, 1) with which the violation probability is at most ε.
-        support: greatest number ζ ≥ 1 of supporting constraints.
-        samples: number N of i.i.d. samples.
-
-    Raises:
-        CertificateError: confidence outside (0, 1), or fewer samples than supporting constraints.
-    """
+    """The smallest ε with Φ(ε, ζ − 1, N) ≤ 1 − confidence; `CertificateError` if N < ζ."""
     if not 1 <= support <= samples:
         raise CertificateError(
             f"{samples} calibration samples cannot support a bound with {support} supporting constraints; "
@@ -51,13 +38,7 @@ def violation_bound(confidence: float, support: int, samples: int) -> float:
 
 
 def rate_limit(confidence: float, successes: int, trials: int) -> float:
-    """The smallest ε with Φ(ε, k, N) ≤ 1 − confidence: the one-sided Clopper–Pearson upper limit of a rate.
-
-    Args:
-        confidence: in (0, 1).
-        successes: observed number k of successes.
-        trials: number N of independent trials.
-    """
+    """The smallest ε with Φ(ε, k, N) ≤ 1 − confidence: the one-sided Clopper–Pearson upper limit of a rate."""
     check_confidence(confidence)
     return float(special.betaincinv(successes + 1, trials - successes, confidence)) if successes < trials else 1.0
 
@@ -67,11 +48,6 @@ def misses_allowed(epsilon: float, confidence: float, trials: int) -> int:
 
     A rule of one parameter that misses at most k of N calibration units has a miss probability of at most ε with this
     confidence; for a continuous score the probability is distributed as Beta(k + 1, N − k).
-
-    Args:
-        epsilon: bound on the probability of a miss, in (0, 1).
-        confidence: in (0, 1).
-        trials: number N ≥ 0 of independent calibration units.
     """
     check_confidence(confidence)
     return bisect_left(range(trials + 1), True, key=lambda k: binomial_tail(epsilon, k, trials) > 1 - confidence) - 1
@@ -80,10 +56,7 @@ def misses_allowed(epsilon: float, confidence: float, trials: int) -> int:
 def marginal_misses_allowed(epsilon: float, trials: int) -> int:
     """The same for split conformal prediction, k = N − ⌈(N + 1)(1 − ε)⌉; −1 if that rank exceeds N.
 
-    Args:
-        epsilon: bound on the probability of a miss over calibration and test together, in (0, 1), read as the decimal
-            number that it prints as.
-        trials: number N ≥ 0 of exchangeable calibration units.
+    ε is read as the decimal number that it prints as.
     """
     return math.floor((trials + 1) * Fraction(str(float(epsilon)))) - 1
 
@@ -92,12 +65,6 @@ def log_discarding_tail(epsilon: float, support: int, discarded: int, samples: i
     """Logarithm of C(ζ + r − 1, r)·Φ(ε, ζ + r − 1, N), which bounds P{violation > ε}.
 
     Source: Campi and Garatti 2011, Theorem 2.1. The sum is taken of logarithms, because its factors overflow.
-
-    Args:
-        epsilon: violation probability in (0, 1).
-        support: greatest number ζ ≥ 1 of supporting constraints.
-        discarded: number r ≥ 0 of discarded constraints, all violated by the solution.
-        samples: number N of i.i.d. samples.
     """
     most = support + discarded - 1
     if most >= samples:
@@ -110,17 +77,7 @@ def log_discarding_tail(epsilon: float, support: int, discarded: int, samples: i
 
 
 def discarding_bound(confidence: float, support: int, discarded: int, samples: int) -> float:
-    """The smallest ε for which `log_discarding_tail` is at most log(1 − confidence).
-
-    Args:
-        confidence: probability in (0, 1) with which the violation probability is at most ε.
-        support: greatest number ζ ≥ 1 of supporting constraints.
-        discarded: number r ≥ 0 of discarded constraints.
-        samples: number N of i.i.d. samples.
-
-    Raises:
-        CertificateError: confidence outside (0, 1), or too few samples for so many discarded ones.
-    """
+    """The smallest ε for which `log_discarding_tail` is at most log(1 − confidence); there is none if N < ζ + r."""
     low, high = violation_bound(confidence, support + discarded, samples), 1 - 1e-9
     if discarded == 0 or support == 1:  # one way to discard: the tail has no further factor
         return low
@@ -132,20 +89,13 @@ def discarding_bound(confidence: float, support: int, discarded: int, samples: i
             lambda epsilon: log_discarding_tail(epsilon, support, discarded, samples) - goal,
             bracket=(low, high),
             method="bisect",
-            xtol=1e-13,
+            xtol=1e-15,  # the tail is steep where the bound is close to 1
         ).root
     )
 
 
 def discards_allowed(epsilon: float, confidence: float, support: int, samples: int) -> int:
-    """The greatest number r of discarded samples whose bound is at most ε; −1 if not even none may be discarded.
-
-    Args:
-        epsilon: bound on the violation probability, in (0, 1).
-        confidence: in (0, 1).
-        support: greatest number ζ ≥ 1 of supporting constraints.
-        samples: number N of i.i.d. samples.
-    """
+    """The greatest number r of discarded samples whose bound is at most ε; −1 if not even none may be discarded."""
     check_confidence(confidence)
     goal = math.log1p(-confidence)
     numbers = range(max(samples - support + 1, 0))
@@ -153,7 +103,7 @@ def discards_allowed(epsilon: float, confidence: float, support: int, samples: i
 
 
 def judged_bound(confidence: float, support: int, samples: int) -> float:
-    r"""The bound ε(k) on the violation probability for a number k of support samples found after solving.
+    r"""The bound ε(k) on the violation probability for a number k ≥ 0 of support samples found after solving.
 
     With confidence 1 − β, the violation probability is at most ε(k) whatever k turns out to be, where t = 1 − ε(k)
     solves β/(N + 1)·Σ_{m=k}^{N} C(m, k)·t^(m − k) = C(N, k)·t^(N − k).
@@ -162,11 +112,6 @@ def judged_bound(confidence: float, support: int, samples: int) -> float:
     decision variables. It holds wherever the solution is unique and does not change when samples that do not support
     it are left out (Campi and Garatti 2023, *Compression, generalization and learning*); counting too many support
     samples only raises it.
-
-    Args:
-        confidence: 1 − β, in (0, 1).
-        support: number k ≥ 0 of samples without which the solution would be another.
-        samples: number N ≥ 1 of i.i.d. samples.
     """
     check_confidence(confidence)
     if support >= samples:
@@ -183,16 +128,7 @@ def judged_bound(confidence: float, support: int, samples: int) -> float:
 
 
 def clopper_pearson(successes: int, trials: int, confidence: float = 0.95) -> tuple[float, float]:
-    """Exact two-sided interval of a rate (Clopper and Pearson 1934).
-
-    Args:
-        successes: observed number of successes.
-        trials: number of independent trials; with none, the interval is [0, 1].
-        confidence: coverage in (0, 1).
-
-    Returns:
-        The lower and the upper end.
-    """
+    """Exact two-sided interval of a rate (Clopper and Pearson 1934); of no trials, it is [0, 1]."""
     check_confidence(confidence)
     tail = (1 - confidence) / 2
     low = float(stats.beta.ppf(tail, successes, trials - successes + 1)) if successes > 0 else 0.0

@@ -8,7 +8,7 @@ with a score of −∞. A unit is missed if anything it asks for is.
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -39,9 +39,8 @@ class ScoredSamples:
         samples, bases = self.scores.shape
         if samples == 0:
             raise CertificateError("there are no samples to calibrate on or to test; give more recordings")
-        if not ((self.scores >= 0) & (self.scores <= 1)).all():
-            worst = self.scores[~((self.scores >= 0) & (self.scores <= 1))][0]
-            raise CertificateError(f"scores must be numbers in [0, 1], got {worst}; apply a sigmoid or a softmax")
+        if len(wrong := self.scores[~((self.scores >= 0) & (self.scores <= 1))]):
+            raise CertificateError(f"scores must be numbers in [0, 1], got {wrong[0]}; apply a sigmoid or a softmax")
         if not ((self.base >= 0) & (self.base < bases)).all():
             raise CertificateError(f"every sample needs one of the {bases} bases as its label")
         if not (np.isfinite(self.distance) & (self.distance >= 0)).all():
@@ -139,20 +138,13 @@ class Calibration:
         seed: int = 0,
         training: ScoredSamples | None = None,
     ) -> "Calibration":
-        """Count calibration samples in units.
-
-        Args:
-            samples: the calibration split Ω₂.
-            tube: radius ρ around every base within which a path is covered, fixed before these samples are seen.
-            trained_on: keys of the vehicles that trained the network.
-            unit: what the bound counts.
-            seed: of all draws.
-            training: scores of the training split Ω₁, for the methods that look at it.
-
-        Raises:
-            CertificateError: calibration samples trained the network or shape the rules.
-        """
-        refuse_trained(samples, trained_on if training is None else np.union1d(trained_on, training.vehicle))
+        """Count samples of Ω₂ in units; `CertificateError` if their vehicles trained the network or shape the rules."""
+        known = trained_on if training is None else np.union1d(trained_on, training.vehicle)
+        if shared := len(np.intersect1d(samples.vehicle, known)):
+            raise CertificateError(
+                f"{shared} of {len(np.unique(samples.vehicle))} calibration vehicles also trained the network, and "
+                "thresholds taken from them would certify nothing; calibrate on vehicles that training never saw"
+            )
         return Calibration(_in_units(samples, unit, seed), tube, unit, seed, training)
 
     def __len__(self) -> int:
@@ -167,8 +159,7 @@ class Calibration:
     @cached_property
     def unit(self) -> Int[np.ndarray, " W"]:
         """In 0 … N − 1: the unit of every window."""
-        windows = np.arange(len(self.samples))
-        return np.unique(self.samples.vehicle, return_inverse=True)[1] if self.kind == "vehicle" else windows
+        return unit_of(self.samples.vehicle, self.kind)
 
     @cached_property
     def in_tube(self) -> Bool[np.ndarray, " W"]:
@@ -242,30 +233,11 @@ class Calibration:
         return Calibration(samples, self.tube, self.kind, self.seed, None)
 
     def certificate(
-        self,
-        method: str,
-        epsilon: float,
-        claim: Claim,
-        *,
-        rule: Thresholds | None = None,
-        unseen_bases: int = 0,
-        groups: int = 1,
-        prediction_epsilon: float | None = None,
-        paper_epsilon: float | None = None,
-        support: int | None = None,
+        self, method: str, epsilon: float, claim: Claim, rule: Thresholds | None = None, **more: Any
     ) -> Certificate:
-        """The certificate of a rule that was calibrated on these units.
+        """The certificate of a rule that was calibrated on these units, the rest of which is ``more``.
 
-        Args:
-            method: its name in sentences.
-            epsilon: the bound that is proved.
-            claim: gives the confidence, and says whether the bases have tubes of their own.
-            rule: which covered units it misses is counted; without one, it misses none.
-            unseen_bases: and all that follow as in `Certificate`.
-            groups: of bases.
-            prediction_epsilon: of post-bloating and hyperplanes.
-            paper_epsilon: of post-bloating and hyperplanes.
-            support: of hyperplanes.
+        Which covered units the rule misses is counted; without one, it misses none.
         """
         return Certificate(
             method=method,
@@ -275,25 +247,21 @@ class Calibration:
             unit=self.kind,
             bases=self.bases,
             uncovered=self.uncovered,
-            unseen_bases=unseen_bases,
             discarded=0 if rule is None else int((self.missed(rule) & self.covered).sum()),
             tube=self.tube,
             fingerprint=fingerprint(self.samples.scores, self.samples.base, self.samples.distance),
-            groups=groups,
-            prediction_epsilon=prediction_epsilon,
-            paper_epsilon=paper_epsilon,
             tubes=claim.tubes,
-            support=support,
+            **more,
         )
 
 
-def one_window_each(samples: ScoredSamples, seed: int) -> ScoredSamples:
-    """One window of every vehicle, drawn with equal chances.
+def unit_of(vehicle: Int[np.ndarray, " W"], kind: Counted) -> Int[np.ndarray, " W"]:
+    """In 0 … N − 1: the unit of every window."""
+    return np.unique(vehicle, return_inverse=True)[1] if kind == "vehicle" else np.arange(len(vehicle))
 
-    Args:
-        samples: windows of vehicles.
-        seed: of the draw.
-    """
+
+def one_window_each(samples: ScoredSamples, seed: int) -> ScoredSamples:
+    """One window of every vehicle, drawn with equal chances."""
     order = np.random.default_rng(seed).permutation(len(samples))
     _, first = np.unique(samples.vehicle[order], return_index=True)
     return samples.of(np.sort(order[first]))
@@ -307,13 +275,3 @@ def check_epsilon(epsilon: float) -> None:
     """Raise `CertificateError` unless 0 < ε < 1."""
     if not 0 < epsilon < 1:
         raise CertificateError(f"a bound ε on the probability of a miss must lie between 0 and 1, got {epsilon}")
-
-
-def refuse_trained(samples: ScoredSamples, trained_on: Int[np.ndarray, " V"]) -> None:
-    """Raise `CertificateError` if a vehicle of the samples also trained the network."""
-    shared = np.intersect1d(samples.vehicle, trained_on)
-    if len(shared):
-        raise CertificateError(
-            f"{len(shared)} of {len(np.unique(samples.vehicle))} calibration vehicles also trained the network, and "
-            "thresholds taken from them would certify nothing; calibrate on vehicles that training never saw"
-        )

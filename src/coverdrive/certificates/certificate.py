@@ -62,28 +62,21 @@ class Certificate:
     @property
     def sentence(self) -> str:
         """The statement that is proved, with its assumption."""
+        sure = "Over calibration and test together"
+        if self.confidence is not None:
+            sure = f"With {percent(self.confidence, 4)} confidence"
         return (
-            f"{self._probability} that {self._miss} is at most {at_most(self.epsilon)} "
+            f"{sure}, the probability that {self._miss} is at most {at_most(self.epsilon)} "
             f"({self.method}, {self.samples} calibration {self.unit}s, {self.uncovered} of them uncovered, "
-            f"{self._numbers}), if new {self.unit}s are independent draws from the same traffic as the calibration "
-            f"{self.unit}s.{self._limits}"
+            f"{self.bases} bases{', each with a tube of its own' if self.tubes == 'per base' else ''}"
+            f"{'' if self.support is None else f', {self.support} supporting {self.unit}s'}), if new {self.unit}s are "
+            f"independent draws from the same traffic as the calibration {self.unit}s.{self._limits}"
         )
 
     @property
     def group(self) -> str:
         """What each bound is about, where there is one for each of several groups of bases."""
         return "base" if self.groups == self.bases else "group of bases"
-
-    @property
-    def _numbers(self) -> str:
-        bases = f"{self.bases} bases" + (", each with a tube of its own" if self.tubes == "per base" else "")
-        return bases if self.support is None else f"{bases}, {self.support} supporting {self.unit}s"
-
-    @property
-    def _probability(self) -> str:
-        if self.confidence is None:
-            return "Over calibration and test together, the probability"
-        return f"With {percent(self.confidence, 4)} confidence, the probability"
 
     @property
     def _miss(self) -> str:
@@ -94,13 +87,12 @@ class Certificate:
         }[self.unit]
         if self.groups == 1:
             return miss
-        which = self.group
         if self.unit == "vehicle":
             return (
-                f"a vehicle that drives a calibrated {which} leaves its predicted set in any window in which it does, "
-                f"for every such {which},"
+                f"a vehicle that drives a calibrated {self.group} leaves its predicted set in any window in which it "
+                f"does, for every such {self.group},"
             )
-        return f"{miss}, whichever calibrated {which} it drives there,"
+        return f"{miss}, whichever calibrated {self.group} it drives there,"
 
     @property
     def _limits(self) -> str:

@@ -37,29 +37,18 @@ class Compared:
 
 
 def compare(calibration: Calibration, claim: Claim, test: ScoredSamples, targets: Sequence[float]) -> list[Compared]:
-    """Calibrate by every method for every target, and test on unseen samples.
+    """Calibrate by every method for every ε of ``targets``, and test on samples that neither trained nor calibrated.
 
-    Args:
-        calibration: units to calibrate on.
-        claim: what is claimed about them; its own ε is ignored.
-        test: samples that neither trained nor calibrated.
-        targets: bounds ε to ask for.
-
-    Raises:
-        CertificateError: a target is not between 0 and 1.
+    The ε of the claim is ignored; a target that is not in (0, 1) is a `CertificateError`.
     """
     asked = {None: replace(claim, epsilon=None)} | {target: replace(claim, epsilon=target) for target in targets}
     unseen = one_window_each(test, calibration.seed) if calibration.kind == "drawn window" else test
-    runs = [(method, target) for method in Method for target in _targets_of(method, targets)]
+    runs = [(method, each) for method in Method for each in ([None] if method.computes_epsilon else targets)]
     compared: list[Compared] = []
     for method, target in runs:
         compared.append(_compared(method, calibration, asked[target], unseen))
         done(len(compared), len(runs))
     return compared
-
-
-def _targets_of(method: Method, targets: Sequence[float]) -> Sequence[float | None]:
-    return [None] if method.computes_epsilon else targets
 
 
 def _compared(method: Method, calibration: Calibration, claim: Claim, unseen: ScoredSamples) -> Compared:

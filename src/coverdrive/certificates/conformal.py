@@ -1,14 +1,14 @@
 """Split conformal prediction on the residual 1 − score of the driven base (paper, appendix), for groups of bases.
 
 In every group on its own, d is the ⌈(n + 1)(1 − ε)⌉-th smallest residual of its n calibration units, and the threshold
-of its bases is c = 1 − d. Groups are all bases together (pooled), every base by itself (per base, Mondrian: the
-paper's), or every frequent base by itself and the rare ones together (clustered). A unit outside the tube has an
-infinite residual, so that misses of the cover are counted like all others. If the rank exceeds n, or if that residual
-is infinite, no threshold of the group is valid: its bases are always possible, and the certificate excludes them.
+of its bases is c = 1 − d. Groups are all bases (pooled), every base by itself (per base, Mondrian: the paper's), or
+every frequent base by itself and the rare ones together (clustered). A unit outside the tube has an infinite residual,
+so that misses of the cover count like all others. If the rank exceeds n, or if that residual is infinite, no threshold
+of the group is valid: its bases are always possible, and the certificate excludes them.
 
-The guarantee averages over calibrations. With a confidence, the rank l is instead the least that satisfies
-Φ(ε, n − l, n) ≤ 1 − confidence (the miss probability of a continuous score is distributed as Beta(n + 1 − l, l): Vovk
-2012, Proposition 2a); the groups share the allowed error probability equally, so that all hold at once.
+The guarantee averages over calibrations. With a confidence, the rank l is instead the least that satisfies Φ(ε, n − l,
+n) ≤ 1 − confidence (the miss probability of a continuous score is distributed as Beta(n + 1 − l, l): Vovk 2012,
+Proposition 2a); the groups share the allowed error probability equally, so that all hold at once.
 """
 
 import numpy as np
@@ -24,19 +24,13 @@ from coverdrive.errors import CertificateError
 def conformal(
     calibration: Calibration, claim: Claim, group: Int[np.ndarray, " M"] | None = None
 ) -> tuple[Thresholds, Certificate]:
-    """Thresholds that miss at most a share ε of new samples of every group.
+    """Thresholds that miss at most a share ε of new samples of every group; all groups too small: `CertificateError`.
 
-    Args:
-        calibration: the units. With several groups, a vehicle counts in every group that it drives, with its windows
-            there.
-        claim: with a bound ε; without a confidence, the guarantee is marginal.
-        group: of every base, fixed without looking at the calibration scores; `pooled` if not given.
-
-    Raises:
-        CertificateError: no group has enough units for ε.
+    With several groups, a vehicle counts in every group that it drives, with its windows there. The ``group`` of every
+    base is fixed without looking at the calibration scores, else there is one; without a confidence, ε is marginal.
     """
     epsilon, bases = claim.bound, calibration.bases
-    member = np.unique(pooled(bases) if group is None else group, return_inverse=True)[1]
+    member = np.unique(np.zeros(bases) if group is None else group, return_inverse=True)[1]
     if len(member) != bases:
         raise CertificateError(f"every one of the {bases} bases needs a group, got {len(member)} groups")
     groups = int(member.max()) + 1
@@ -48,14 +42,8 @@ def conformal(
     rule = Thresholds.at(lowest[member], calibration.tube)
     kind = {1: "pooled", bases: "per base"}.get(groups, "clustered") if bases > 1 else "pooled"
     unseen = int(np.isinf(lowest[member]).sum())
-    return rule, calibration.certificate(
-        f"conformal, {kind}", epsilon, claim, rule=rule, groups=groups, unseen_bases=unseen
-    )
-
-
-def pooled(bases: int) -> Int[np.ndarray, " M"]:
-    """One group of all bases."""
-    return np.zeros(bases, dtype=np.int64)
+    more = {"groups": groups, "unseen_bases": unseen}
+    return rule, calibration.certificate(f"conformal, {kind}", epsilon, claim, rule, **more)
 
 
 def per_base(bases: int) -> Int[np.ndarray, " M"]:
@@ -66,12 +54,8 @@ def per_base(bases: int) -> Int[np.ndarray, " M"]:
 def clustered(training_count: Int[np.ndarray, " M"], least: float) -> Int[np.ndarray, " M"]:
     """Rare bases in one group, every other base by itself.
 
-    Bases with fewer than ``least`` training units are rare; if they have fewer than that even together, the next rarest
-    bases join them.
-
-    Args:
-        training_count: units of the training split Ω₁ that drove each base.
-        least: how many of them a group needs.
+    Bases with fewer than ``least`` units of the training split Ω₁ are rare; if they have fewer than that even together,
+    the next rarest bases join them.
     """
     rarest = np.argsort(training_count, kind="stable")
     before = np.cumsum(training_count[rarest]) - training_count[rarest]
@@ -82,12 +66,7 @@ def clustered(training_count: Int[np.ndarray, " M"], least: float) -> Int[np.nda
 
 
 def units_needed(epsilon: float, confidence: float | None = None) -> int:
-    """The smallest number n of calibration units of a group with which ε is possible.
-
-    Args:
-        epsilon: allowed probability of a miss, in (0, 1).
-        confidence: as in `conformal`, for this group alone.
-    """
+    """The smallest number of calibration units of a group with which ε is possible; confidence of this group alone."""
     check_epsilon(epsilon)
     estimate = 1 / epsilon - 1 if confidence is None else np.log1p(-confidence) / np.log1p(-epsilon)
     needed = max(int(estimate) - 2, 0)

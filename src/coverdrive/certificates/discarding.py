@@ -1,11 +1,10 @@
 """Post-bloating with discarded samples: smaller sets for a larger, still exact, bound.
 
-Up to r calibration units are discarded, and the thresholds are then taken as in post-bloating. By Theorem 2.1 of
-Campi and Garatti (2011), P{violation > ε} ≤ C(M + r − 1, r)·Φ(ε, M + r − 1, N₂), whatever chooses the discarded units,
-as long as the thresholds miss them all and r is fixed beforehand. Units that leave the cover's tube are missed by any
-thresholds: they are discarded first, so that no separate bound on the cover is needed. (They are samples like all
-others if their score is read as a negative one.) Discarding fewer than r only lowers the thresholds, and the bound
-still holds. With a tube for each base, there are 2M decision variables.
+Up to r calibration units are discarded, and the thresholds are then taken as in post-bloating. By Theorem 2.1 of Campi
+and Garatti (2011), P{violation > ε} ≤ C(M + r − 1, r)·Φ(ε, M + r − 1, N₂), whatever chooses the discarded units, as
+long as the thresholds miss them all and r is fixed beforehand; discarding fewer only lowers the thresholds. Units that
+leave the cover's tube are missed by any thresholds: they are discarded first, so that no separate bound on the cover is
+needed. With a tube for each base, there are 2M decision variables.
 
 The rest is greedy. Raising the threshold of one base to its next score, or shrinking its tube to its next distance,
 costs the units that have the present one; each step takes what shrinks the sets most for each unit that it costs, on
@@ -29,13 +28,8 @@ from coverdrive.errors import CertificateError
 def discard(calibration: Calibration, claim: Claim, discarded: int | None = None) -> tuple[Thresholds, Certificate]:
     """Thresholds that miss at most r calibration units, and the bound on missing a new one.
 
-    Args:
-        calibration: the units.
-        claim: its bound ε gives r, the greatest number that stays within it.
-        discarded: number r ≥ 0 of units that may be missed, fixed beforehand; given instead of the bound.
-
-    Raises:
-        CertificateError: there are too few units, or more than r of them leave the tube.
+    r is the greatest number that stays within the bound ε of the claim, or ``discarded``, fixed beforehand. Too few
+    units, or more than r of them outside the tube, are a `CertificateError`.
     """
     support, count = calibration.bases * (2 if claim.tubes == "per base" else 1), len(calibration)
     least = violation_bound(claim.sure, support, count)
@@ -59,17 +53,9 @@ def discard(calibration: Calibration, claim: Claim, discarded: int | None = None
 def number_discarded(
     discarded: int | None, epsilon: float | None, allowed: Callable[[float], int], least: float, count: int
 ) -> int:
-    """The number r of calibration units that may be missed, as given or as a bound ε allows.
+    """The number r of calibration units that may be missed: as given, or what is ``allowed`` by a bound ε.
 
-    Args:
-        discarded: r, if given.
-        epsilon: the bound, if given.
-        allowed: r for a bound; negative if the bound is impossible.
-        least: the smallest bound possible.
-        count: number N of calibration units.
-
-    Raises:
-        CertificateError: both or neither are given, or what is given is impossible.
+    ``least`` is the smallest bound possible, for which r = 0.
     """
     if epsilon is not None and discarded is None:
         check_epsilon(epsilon)
@@ -123,14 +109,11 @@ def _greedy(calibration: Calibration, tubes: Tubes, budget: int) -> Thresholds:
 
 
 class _Step(NamedTuple):
-    """Discarding all units that ask for the tightest demand of a queue."""
+    """Discarding the units that ask for the tightest demand of a queue: how much sets of which bases shrink."""
 
     asks: set[int]
-    """these units"""
     shrunk: set[int]
-    """bases that they drove"""
     rate: float
-    """by how much the sets shrink for each of them"""
 
 
 class _Queues:

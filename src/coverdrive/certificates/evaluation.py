@@ -12,16 +12,12 @@ from coverdrive.numbers import interval, percent
 
 @dataclass(frozen=True)
 class Rate:
-    """An observed rate with its 95 % Clopper–Pearson interval."""
+    """An observed rate, ``count`` of ``total``, with the ends of its 95 % Clopper–Pearson interval."""
 
     count: int
-    """of misses"""
     total: int
-    """of tries"""
     low: float
-    """lower end of the interval"""
     high: float
-    """upper end of the interval"""
 
     @property
     def value(self) -> float:
@@ -52,7 +48,6 @@ class Evaluation:
     outside_tube: int
     """windows that leave the tube around their base"""
     mean_set_size: float
-    """possible bases of a window"""
     median_set_size: float
     """possible bases of a window"""
     mean_tube: float

@@ -1,10 +1,9 @@
 """Learn then test: the reference that every other method is compared with (Angelopoulos et al. 2021).
 
 Rules are tested one after the other, in an order fixed beforehand, from the one with the largest sets. A rule that
-misses k of N₂ units rejects "its miss probability exceeds ε" if Φ(ε, k, N₂) ≤ 1 − confidence, which is the one-sided
-Clopper–Pearson test. Testing stops at the first rule that does not reject; the rule before it is returned. Because of
-the fixed sequence, the probability of returning a rule that misses more often than ε is at most 1 − confidence,
-whatever the rules are: unlike in `nested_sets`, they need not be nested.
+misses k of N₂ units rejects "its miss probability exceeds ε" if Φ(ε, k, N₂) ≤ 1 − confidence. The last rule before the
+first that does not reject is returned. Because of the fixed sequence, the probability of returning one that misses more
+often than ε is at most 1 − confidence, whatever the rules are: unlike in `nested_sets`, they need not be nested.
 """
 
 from collections.abc import Sequence
@@ -25,14 +24,8 @@ def learn_then_test(
 ) -> tuple[Thresholds, Certificate]:
     """The last of a sequence of rules that is proved to miss at most a share ε of new units.
 
-    Args:
-        calibration: the units.
-        claim: with a bound ε.
-        rules: in the order of testing, from the largest sets to the smallest, fixed beforehand; else the nested ones
-            that the training samples shape.
-
-    Raises:
-        CertificateError: not even the first rule passes its test.
+    The rules are in the order of testing, fixed beforehand; else the nested ones that the training samples shape. If
+    not even the first passes its test, this is a `CertificateError`.
     """
     epsilon, count = claim.bound, len(calibration)
     passed: Thresholds | None = None
@@ -50,9 +43,8 @@ def learn_then_test(
         )
     tubes = "cover" if (passed.tube == calibration.tube).all() else "per base"
     unseen = int((passed.values == 0).sum())
-    return passed, calibration.certificate(
-        "learn then test", epsilon, replace(claim, tubes=tubes), rule=passed, unseen_bases=unseen
-    )
+    claim = replace(claim, tubes=tubes)
+    return passed, calibration.certificate("learn then test", epsilon, claim, passed, unseen_bases=unseen)
 
 
 def rules_of(nested: NestedSets, tube: float) -> list[Thresholds]:

@@ -19,24 +19,27 @@ from coverdrive.errors import CertificateError
 
 
 class Method(StrEnum):
-    """Names of the methods."""
+    """The methods: the name and, in one line, the help of each."""
 
-    POST_BLOATING = "post-bloating"
-    SVM = "svm"
-    DISCARDING = "discarding"
-    NESTED_SETS = "nested-sets"
-    LEARN_THEN_TEST = "learn-then-test"
-    POOLED = "conformal-pooled"
-    PER_BASE = "conformal-per-base"
-    CLUSTERED = "conformal-clustered"
-    PAC_POOLED = "pac-pooled"
-    PAC_PER_BASE = "pac-per-base"
-    PAC_CLUSTERED = "pac-clustered"
+    help: str
 
-    @property
-    def help(self) -> str:
-        """The method in one line."""
-        return HELP[self]
+    def __new__(cls, name: str, text: str) -> "Method":
+        """Make one member."""
+        method = str.__new__(cls, name)
+        method._value_, method.help = name, text
+        return method
+
+    POST_BLOATING = "post-bloating", "misses no covered calibration sample; computes ε from their number (the paper's)"
+    SVM = "svm", "hyperplanes in the last hidden layer that miss no covered calibration sample (the paper's appendix)"
+    DISCARDING = "discarding", "post-bloating that may miss as many calibration samples as a given ε allows"
+    NESTED_SETS = "nested-sets", "thresholds at one level of quantiles of the training scores, calibrated for a given ε"
+    LEARN_THEN_TEST = "learn-then-test", "tests the same thresholds one by one against a given ε (the reference)"
+    POOLED = "conformal-pooled", "conformal with one threshold for all bases; ε on average over calibrations"
+    PER_BASE = "conformal-per-base", "the same, with ε for every base by itself (the paper's appendix)"
+    CLUSTERED = "conformal-clustered", "the same, with bases that are rare in training sharing one threshold"
+    PAC_POOLED = "pac-pooled", "conformal with one threshold for all bases; ε with the given confidence"
+    PAC_PER_BASE = "pac-per-base", "the same, with ε for every base by itself, for all of them at once"
+    PAC_CLUSTERED = "pac-clustered", "the same, with bases that are rare in training sharing one threshold"
 
     @property
     def computes_epsilon(self) -> bool:
@@ -54,29 +57,8 @@ class Method(StrEnum):
         return self in (Method.POST_BLOATING, Method.SVM, Method.DISCARDING, Method.NESTED_SETS, Method.LEARN_THEN_TEST)
 
 
-HELP = {
-    Method.POST_BLOATING: "misses no covered calibration sample; computes ε from their number (the paper's method)",
-    Method.SVM: "hyperplanes in the last hidden layer that miss no covered calibration sample (the paper's appendix)",
-    Method.DISCARDING: "post-bloating that may miss as many calibration samples as a given ε allows",
-    Method.NESTED_SETS: "thresholds at one level of quantiles of the training scores, calibrated for a given ε",
-    Method.LEARN_THEN_TEST: "tests the same thresholds one after the other against a given ε (the reference)",
-    Method.POOLED: "conformal with one threshold for all bases; ε on average over calibrations",
-    Method.PER_BASE: "conformal with ε for every base by itself, on average over calibrations (the paper's appendix)",
-    Method.CLUSTERED: "the same, with bases that are rare in training sharing one threshold",
-    Method.PAC_POOLED: "conformal with one threshold for all bases; ε with the given confidence",
-    Method.PAC_PER_BASE: "conformal with ε for every base by itself, for all of them with the given confidence",
-    Method.PAC_CLUSTERED: "the same, with bases that are rare in training sharing one threshold",
-}
-"""One line about every method."""
-
-
 def certify(method: Method | str, calibration: Calibration, claim: Claim) -> tuple[Rule, Certificate]:
     """Calibrate thresholds by the method of a name.
-
-    Args:
-        method: its name.
-        calibration: the units to calibrate on.
-        claim: what is to be proved.
 
     Raises:
         CertificateError: no such method, what it needs is not given, or what it would claim does not hold.

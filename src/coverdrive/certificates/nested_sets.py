@@ -1,11 +1,10 @@
 """Nested sets: a line of thresholds, and of tubes, shaped on training data, of which one number is calibrated.
 
-The rules are nested: rule l = 0 calls every base possible, and every next rule has thresholds that are
-at least as high, and tubes that are no wider. A calibration unit that is missed by a rule is missed by all later ones.
-The last rule that misses at most r of N₂ units has a miss probability V with P{V > ε} ≤ Φ(ε, r, N₂): the order
-statistic of one number has that law, and no binomial factor is needed, because there is one way to discard the r
-lowest. For M bases this is a far smaller bound than post-bloating's, paid in larger sets where the shape is wrong.
-Units that leave the cover's tube are missed by every rule.
+Rule l = 0 calls every base possible, and every next rule has thresholds that are at least as high, and tubes that are
+no wider. A calibration unit that is missed by a rule is missed by all later ones. The last rule that misses at most r
+of N₂ units has a miss probability V with P{V > ε} ≤ Φ(ε, r, N₂): the order statistic of one number has that law, and no
+binomial factor is needed, because there is one way to discard the r lowest. For M bases this is a far smaller bound
+than post-bloating's, paid in larger sets where the shape is wrong.
 """
 
 from dataclasses import dataclass, replace
@@ -15,7 +14,7 @@ from jaxtyping import Float, Int
 
 from coverdrive.certificates.bounds import misses_allowed, rate_limit
 from coverdrive.certificates.calibration import Calibration, Claim, ScoredSamples
-from coverdrive.certificates.certificate import Certificate, Tubes
+from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.discarding import number_discarded
 from coverdrive.certificates.rule import Thresholds
 from coverdrive.errors import CertificateError
@@ -37,11 +36,6 @@ class NestedSets:
         if self.radii is not None and not (np.diff(self.radii, axis=0) <= 0).all():
             raise CertificateError("the tubes of nested rules must not grow from rule to rule")
 
-    @property
-    def tubes(self) -> Tubes:
-        """Whether every base has a tube of its own."""
-        return "cover" if self.radii is None else "per base"
-
     def rule(self, number: int, tube: float) -> Thresholds:
         """One of the rules; ``tube`` is the radius ρ of the cover."""
         return Thresholds.at(self.values[number], tube if self.radii is None else np.minimum(self.radii[number], tube))
@@ -62,15 +56,10 @@ class NestedSets:
 def quantile_sets(training: ScoredSamples, rules: int = 400, tube: float | None = None) -> NestedSets:
     """Thresholds at equal quantiles of every base's training scores, after proportional ones up to the lowest score.
 
-    With tubes, the radius of every base is the quantile of its training distances that is passed as often, after
-    proportional ones down to the largest distance. A base without training samples is always possible, within the
-    widest tube.
-
-    Args:
-        training: scores of the training split Ω₁.
-        rules: number L ≥ 2 of rules; half of them up to the lowest score of every base, half above, where the
-            quantiles are spaced geometrically.
-        tube: radius ρ of the cover, the widest of all tubes; if not given, no tube is shaped.
+    With a ``tube``, the radius of the cover, the radius of every base is the quantile of its training distances that is
+    passed as often, after proportional ones down to the largest distance. A base without training samples is always
+    possible, within the widest tube. Half of the rules are up to the lowest score of every base, half above, where the
+    quantiles are spaced geometrically.
     """
     bases = training.scores.shape[1]
     half = rules // 2
@@ -94,21 +83,12 @@ def nested_sets(
 ) -> tuple[Thresholds, Certificate]:
     """The last of nested rules that misses at most r calibration units, and the bound on missing a new one.
 
-    Args:
-        calibration: the units.
-        claim: its bound ε gives r, the greatest number that stays within it.
-        nested: the rules, fixed beforehand; else quantiles of the training scores.
-        discarded: number r ≥ 0 of units that may be missed, fixed beforehand; given instead of the bound.
-
-    Raises:
-        CertificateError: there are too few units, or more than r of them leave the tube.
+    The rules are fixed beforehand, else quantiles of the training scores; r is as in `discard`, and so are errors.
     """
     nested = nested or nested_sets_of(calibration, claim)
     count = len(calibration)
-    least = rate_limit(claim.sure, 0, count)
-    allowed = number_discarded(
-        discarded, claim.epsilon, lambda bound: misses_allowed(bound, claim.sure, count), least, count
-    )
+    sure, least = claim.sure, rate_limit(claim.sure, 0, count)
+    allowed = number_discarded(discarded, claim.epsilon, lambda bound: misses_allowed(bound, sure, count), least, count)
     last = np.sort(nested.last_passed(calibration))
     chosen = int(last[allowed])
     if chosen < 0:
@@ -119,10 +99,9 @@ def nested_sets(
     rule = nested.rule(chosen, calibration.tube)
     bound = rate_limit(claim.sure, allowed, count)
     never = int((nested.values[-1] == 0).sum())
-    method = f"nested sets of {'thresholds' if nested.radii is None else 'thresholds and tubes'}"
-    return rule, calibration.certificate(
-        method, bound, replace(claim, tubes=nested.tubes), rule=rule, unseen_bases=never
-    )
+    what, tubes = ("thresholds", "cover") if nested.radii is None else ("thresholds and tubes", "per base")
+    claim = replace(claim, tubes=tubes)
+    return rule, calibration.certificate(f"nested sets of {what}", bound, claim, rule, unseen_bases=never)
 
 
 def nested_sets_of(calibration: Calibration, claim: Claim) -> NestedSets:

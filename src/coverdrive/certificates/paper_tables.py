@@ -15,10 +15,9 @@ from jaxtyping import Int
 from coverdrive.certificates.bloating import post_bloat
 from coverdrive.certificates.bounds import rate_limit, violation_bound
 from coverdrive.certificates.calibration import Calibration, Claim, ScoredSamples
-from coverdrive.certificates.conformal import conformal, per_base, pooled
-from coverdrive.certificates.evaluation import Evaluation, Rate, evaluate
+from coverdrive.certificates.conformal import conformal, per_base
+from coverdrive.certificates.evaluation import Rate, evaluate
 from coverdrive.certificates.nested_sets import nested_sets, quantile_sets
-from coverdrive.certificates.rule import Thresholds
 from coverdrive.errors import CertificateError
 from coverdrive.progress import done
 
@@ -26,9 +25,6 @@ BASES = 17
 """M of the paper"""
 
 CONFIDENCE = 0.99
-"""of Table 1"""
-
-CLAIM = Claim(confidence=CONFIDENCE)
 """of Table 1"""
 
 TABLE_1 = (
@@ -59,14 +55,11 @@ TABLE_2_SAMPLES = 23919
 
 @dataclass(frozen=True)
 class Bounds:
-    """One row of Table 1, recomputed."""
+    """One row of Table 1, for N₂ ``samples``: ε₉₉ and the empirical miss rate as printed, and recomputed bounds."""
 
     samples: int
-    """N₂"""
     printed: float
-    """ε₉₉ as printed"""
     printed_observed: float
-    """empirical miss rate as printed"""
     theorem: float
     """99 % bound of the paper's Theorem 1, Φ(ε, M + 1, N₂)"""
     theorem_at_90: float
@@ -93,75 +86,59 @@ def _bounds(bases: int, samples: int) -> tuple[float, float, float, float]:
 
 @dataclass(frozen=True)
 class Growth:
-    """Post-bloating and nested sets on the first N₂ calibration samples."""
+    """Post-bloating and nested sets (the family) on the first N₂ calibration samples, windows of some vehicles.
+
+    Bounds are as in `Bounds`; of test windows, the rate of those whose base is not predicted, and the mean set size.
+    """
 
     samples: int
-    """N₂"""
     vehicles: int
-    """vehicles that these samples are windows of"""
     theorem: float
-    """99 % bound of the paper's Theorem 1"""
     exact: float
-    """99 % bound with M − 1"""
     observed: Rate
-    """test windows whose base is not predicted"""
     set_size: float
-    """mean, on test windows"""
     mixed: Rate
     """the same where N₂ windows of both sides, drawn at random, calibrate and the others test: windows of one vehicle
     are then on both sides, and the bound is kept because they are alike"""
     family: float
-    """99 % bound of the family"""
     family_observed: Rate
-    """test windows whose base the family does not predict"""
     family_set_size: float
-    """mean of the family, on test windows"""
 
 
 @dataclass(frozen=True)
 class Residuals:
-    """Conformal prediction by one method at one nominal ε."""
+    """Conformal prediction by one method at one nominal ε, with what was observed as in `Growth`."""
 
     average: float
     """Σ pᵢ·dᵢ, with pᵢ the share of base i in the calibration samples; dᵢ = 1 where base i is always possible"""
     observed: Rate
-    """test windows whose base is not predicted"""
     set_size: float
-    """mean, on test windows"""
 
 
 @dataclass(frozen=True)
 class ConformalRow:
-    """One row of Table 2; a method that refused is none."""
+    """One row of Table 2: nominal ε, average d and empirical ε as printed, and by method; none where one refused.
+
+    The paper's method is per base; pooled has one d for all bases; PAC is with 99 % confidence, for all bases at once.
+    """
 
     nominal: float
-    """ε"""
     printed_average: float
-    """average d, as printed"""
     printed_observed: float
-    """empirical ε, as printed"""
     per_base: Residuals | None
-    """the paper's method"""
     pooled: Residuals | None
-    """one d for all bases"""
     pac_per_base: Residuals | None
-    """with 99 % confidence, for all bases at once"""
     pac_pooled: Residuals | None
-    """with 99 % confidence"""
 
 
 @dataclass(frozen=True)
 class PaperTables:
-    """Both tables on one network and its samples."""
+    """Both tables on one network of M bases and the numbers of covered samples of each side."""
 
     bases: int
-    """M"""
     train: int
-    """windows that trained the network"""
     calibration: int
-    """windows that calibrate"""
     test: int
-    """covered samples of each side"""
     uncovered: Rate
     """calibration and test samples that no base covers, which are left out"""
     table_1: list[Growth]
@@ -171,30 +148,20 @@ class PaperTables:
 
 
 def make_tables(
-    train: ScoredSamples,
-    calibration: ScoredSamples,
-    test: ScoredSamples,
-    tube: float,
-    seed: int = 0,
+    train: ScoredSamples, calibration: ScoredSamples, test: ScoredSamples, tube: float, seed: int = 0
 ) -> PaperTables:
-    """Repeat the experiments of both tables.
+    """Repeat the experiments of both tables, on the splits that train, calibrate and test, and the ε of the cover.
 
     Calibration sets of growing size are the windows of one vehicle after the other in random order, so that growth
     brings new vehicles and not only more windows of the same. For comparison, windows are also dealt out at random.
-
-    Args:
-        train: scores of the split that trained the network.
-        calibration: of the calibration split.
-        test: of the test split.
-        tube: ε of the cover.
-        seed: of the order of the vehicles.
 
     Raises:
         CertificateError: a calibration vehicle trained the network, or there are fewer calibration samples than bases.
     """
     uncovered = Rate.of(np.r_[calibration.distance, test.distance] > tube)
-    train, calibration, test = (_covered(side, tube) for side in (train, calibration, test))
-    ordered = calibration.of(_vehicle_by_vehicle(calibration, seed))
+    train, calibration, test = (side.of(np.flatnonzero(side.distance <= tube)) for side in (train, calibration, test))
+    names, number = np.unique(calibration.vehicle, return_inverse=True)
+    ordered = calibration.of(np.argsort(np.random.default_rng(seed).permutation(len(names))[number], kind="stable"))
     sizes = table_1_sizes(len(ordered))
     steps = len(sizes) + len(TABLE_2)
     mixed = _joined(calibration, test)
@@ -205,8 +172,8 @@ def make_tables(
         done(len(growth), steps)
     few = ordered.of(np.arange(min(TABLE_2_SAMPLES, len(ordered))))
     rows: list[ConformalRow] = []
-    for nominal, average, observed in TABLE_2:
-        rows.append(_conformal_row(train, few, test, tube, nominal, average, observed))
+    for printed in TABLE_2:
+        rows.append(_conformal_row(train, few, test, tube, printed))
         done(len(growth) + len(rows), steps)
     bases = test.scores.shape[1]
     return PaperTables(bases, len(train), len(calibration), len(test), uncovered, growth, len(few), rows)
@@ -216,15 +183,6 @@ def table_1_sizes(available: int) -> list[int]:
     """The paper's numbers of calibration samples, all made smaller alike if there are not as many as in its last."""
     share = min(1.0, available / TABLE_1[-1][0])
     return [max(int(share * size), 1) for size, _, _ in TABLE_1]
-
-
-def _covered(samples: ScoredSamples, tube: float) -> ScoredSamples:
-    return samples.of(np.flatnonzero(samples.distance <= tube))
-
-
-def _vehicle_by_vehicle(samples: ScoredSamples, seed: int) -> Int[np.ndarray, " N"]:
-    names, number = np.unique(samples.vehicle, return_inverse=True)
-    return np.argsort(np.random.default_rng(seed).permutation(len(names))[number], kind="stable")
 
 
 def _joined(one: ScoredSamples, other: ScoredSamples) -> ScoredSamples:
@@ -237,10 +195,10 @@ def _grown(
 ) -> Growth:
     trained_on = np.unique(train.vehicle)
     bases, samples = test.scores.shape[1], len(calibration)
-    units = Calibration.of(calibration, tube, trained_on)
-    bloated, _ = post_bloat(units, CLAIM)
-    shaped, _ = nested_sets(units, CLAIM, quantile_sets(train), discarded=0)
-    drawn, _ = post_bloat(Calibration.of(mixed.of(np.arange(samples)), tube, trained_on), CLAIM)
+    units, claim = Calibration.of(calibration, tube, trained_on), Claim(confidence=CONFIDENCE)
+    bloated, _ = post_bloat(units, claim)
+    shaped, _ = nested_sets(units, claim, quantile_sets(train), discarded=0)
+    drawn, _ = post_bloat(Calibration.of(mixed.of(np.arange(samples)), tube, trained_on), claim)
     theorem, _, exact, family = _bounds(bases, samples)
     ours, theirs = evaluate(bloated, test), evaluate(shaped, test)
     return Growth(
@@ -262,29 +220,17 @@ def _conformal_row(
     calibration: ScoredSamples,
     test: ScoredSamples,
     tube: float,
-    nominal: float,
-    printed_average: float,
-    printed_observed: float,
+    printed: tuple[float, float, float],
 ) -> ConformalRow:
     bases, units = test.scores.shape[1], Calibration.of(calibration, tube, np.unique(train.vehicle))
 
-    def residuals(group: Int[np.ndarray, " M"], confidence: float | None) -> Residuals | None:
+    def residuals(group: Int[np.ndarray, " M"] | None, confidence: float | None) -> Residuals | None:
         try:
-            rule, _ = conformal(units, Claim(nominal, confidence), group)
+            rule, _ = conformal(units, Claim(printed[0], confidence), group)
         except CertificateError:
             return None
-        return _residuals(rule, calibration, evaluate(rule, test))
+        found = evaluate(rule, test)
+        return Residuals(float((1 - rule.values[calibration.base]).mean()), found.windows, found.mean_set_size)
 
-    return ConformalRow(
-        nominal=nominal,
-        printed_average=printed_average,
-        printed_observed=printed_observed,
-        per_base=residuals(per_base(bases), None),
-        pooled=residuals(pooled(bases), None),
-        pac_per_base=residuals(per_base(bases), CONFIDENCE),
-        pac_pooled=residuals(pooled(bases), CONFIDENCE),
-    )
-
-
-def _residuals(rule: Thresholds, calibration: ScoredSamples, evaluation: Evaluation) -> Residuals:
-    return Residuals(float((1 - rule.values[calibration.base]).mean()), evaluation.windows, evaluation.mean_set_size)
+    groups = per_base(bases), None
+    return ConformalRow(*printed, *(residuals(group, sure) for sure in (None, CONFIDENCE) for group in groups))

@@ -3,7 +3,7 @@
 from decimal import ROUND_CEILING, Decimal
 from typing import Literal
 
-from coverdrive.certificates.bounds import discarding_bound, judged_bound, rate_limit, violation_bound
+from coverdrive.certificates.bounds import discarding_bound, judged_bound, rate_limit
 from coverdrive.certificates.calibration import Claim, check_epsilon
 from coverdrive.certificates.certificate import Counted
 from coverdrive.certificates.methods import Method
@@ -17,14 +17,9 @@ USUAL = 0.1
 def smallest_epsilon(method: Method, claim: Claim, bases: int, count: int, uncovered: int = 0) -> float:
     """A bound below which the method can prove nothing; 1 if it can prove nothing at all.
 
-    Of methods that calibrate groups of bases, it is the one that all units would prove if they drove one group.
-
-    Args:
-        method: by which it is to be proved.
-        claim: what is to be claimed, but for ε.
-        bases: number M of bases.
-        count: number N of calibration units.
-        uncovered: how many of them leave the tube of every base, so that every rule misses them.
+    Of methods that calibrate groups of bases, it is the one that all ``count`` units would prove if they drove one
+    group. ``uncovered`` of them leave the tube of every base, so that every rule misses them. The ε of the claim is not
+    used.
     """
     variables = bases * (2 if claim.tubes == "per base" else 1)
     shared = (1 + claim.sure) / 2
@@ -43,11 +38,7 @@ def smallest_epsilon(method: Method, claim: Claim, bases: int, count: int, uncov
 
 
 def _support_limit(confidence: float, support: int, discarded: int, count: int) -> float:
-    if support + discarded > count:
-        return 1.0
-    if discarded == 0:
-        return violation_bound(confidence, support, count)
-    return discarding_bound(confidence, support, discarded, count)
+    return 1.0 if support + discarded > count else discarding_bound(confidence, support, discarded, count)
 
 
 def provable_epsilon(
@@ -59,58 +50,34 @@ def provable_epsilon(
     uncovered: int = 0,
     unit: Counted = "window",
 ) -> float | None:
-    """The bound ε to claim: what is asked for, if it can be proved.
+    """The bound ε to claim, `CertificateError` if it cannot be proved; None for methods that compute it.
 
     "auto" is `USUAL` or, where the number of units cannot prove that, the smallest bound that it can, rounded up to two
-    digits. It looks at nothing but the number of units: the bound has to be fixed before their scores are seen.
-
-    Args:
-        asked: ε in (0, 1), or "auto"; methods that compute their bound ignore it.
-        method: by which it is to be proved.
-        claim: what is to be claimed, but for ε.
-        bases: number M of bases.
-        count: number N of calibration units.
-        uncovered: how many of them leave the tube of every base.
-        unit: what they are.
-
-    Returns:
-        None for methods that compute ε.
-
-    Raises:
-        CertificateError: it cannot be proved; the message says which could.
+    digits. It looks at nothing but the number of units: the bound has to be fixed before their scores are seen. The
+    rest is as in `smallest_epsilon`.
     """
     least = smallest_epsilon(method, claim, bases, count, uncovered)
-    if method.computes_epsilon:
-        if least >= 1:
-            raise CertificateError(f"{_units(unit, count, uncovered)} prove nothing{_by(method, claim)}; {_MORE}")
+    units = f"{count} calibration {unit}s" + (
+        f", of which {uncovered} leave the tube of every base," if uncovered else ""
+    )
+    by = f" by {method}" + ("" if method.marginal else f" with {percent(claim.sure, 4)} confidence")
+    more = "give more recordings, or a larger share of them to calibration, or ask for less confidence"
+    if method.computes_epsilon and least < 1:
         return None
-    if asked == "auto":
+    if auto := asked == "auto":
         by_number = smallest_epsilon(method, claim, bases, count)
         asked = USUAL if by_number <= USUAL else rounded_up(by_number)
-        if asked >= 1:
-            raise CertificateError(f"{_units(unit, count, 0)} prove nothing{_by(method, claim)}; {_MORE}")
+    if method.computes_epsilon or (auto and asked >= 1):
+        raise CertificateError(f"{units} prove nothing{by}; {more}")
     check_epsilon(asked)
     if asked >= least:
         return asked
     possible = rounded_up(least)
     advice = f"`--epsilon {possible:g}`" + ("" if uncovered else " or `--epsilon auto`")
-    raise CertificateError(
-        f"{_units(unit, count, uncovered)} cannot prove ε = {asked:g}{_by(method, claim)}; "
-        + (f"the smallest ε possible with them is {possible:g}: ask for it with {advice}, or " if possible < 1 else "")
-        + _MORE
+    instead = (
+        f"the smallest ε possible with them is {possible:g}: ask for it with {advice}, or " if possible < 1 else ""
     )
-
-
-_MORE = "give more recordings, or a larger share of them to calibration, or ask for less confidence"
-
-
-def _units(unit: Counted, count: int, uncovered: int) -> str:
-    outside = f", of which {uncovered} leave the tube of every base," if uncovered else ""
-    return f"{count} calibration {unit}s{outside}"
-
-
-def _by(method: Method, claim: Claim) -> str:
-    return f" by {method}" + ("" if method.marginal else f" with {percent(claim.sure, 4)} confidence")
+    raise CertificateError(f"{units} cannot prove ε = {asked:g}{by}; {instead}{more}")
 
 
 def rounded_up(value: float) -> float:

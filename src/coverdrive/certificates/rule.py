@@ -36,12 +36,7 @@ class Rule(Protocol):
     def possible(
         self, scores: Float[np.ndarray, "*batch M"], hidden: Float[np.ndarray, "*batch H"] | None = None
     ) -> Bool[np.ndarray, "*batch M"]:
-        """Which bases are possible, for any batch shape.
-
-        Args:
-            scores: of every base.
-            hidden: values of the last hidden layer; rules that do not look at them need none.
-        """
+        """Which bases are possible, for any batch shape; rules that do not look at the last hidden layer need none."""
         ...
 
 
@@ -52,19 +47,11 @@ class Thresholds:
     values: Float[np.ndarray, " M"]
     """c_j in [0, 1]"""
     tube: Float[np.ndarray, " M"]
-    """ρ_j: radius, in the norm of the basis, around each base"""
-
     kind: ClassVar[str] = "thresholds"
-    """name of the kind of rule in files"""
 
     @staticmethod
     def at(lowest: Float[np.ndarray, " M"], tube: float | Float[np.ndarray, " M"]) -> "Thresholds":
-        """Thresholds at the lowest scores that are not to be missed; infinite ones make a base always possible.
-
-        Args:
-            lowest: in [0, 1], or infinite where a base has no score to go by.
-            tube: radius ρ, in the norm of the basis, around every base, or that of each.
-        """
+        """Thresholds at the lowest scores that are not to be missed; infinite ones make a base always possible."""
         values = np.where(np.isfinite(lowest), np.maximum(lowest - ROUNDING, 0), 0)
         return Thresholds(values, np.broadcast_to(np.asarray(tube, dtype=float), lowest.shape).copy())
 
@@ -89,10 +76,7 @@ class Hyperplanes:
     offsets: Float[np.ndarray, " M"]
     """b_j, the margin for rounding included"""
     tube: Float[np.ndarray, " M"]
-    """ρ_j: radius, in the norm of the basis, around each base"""
-
     kind: ClassVar[str] = "hyperplanes"
-    """name of the kind of rule in files"""
 
     @property
     def arrays(self) -> dict[str, np.ndarray]:
@@ -102,11 +86,7 @@ class Hyperplanes:
     def possible(
         self, scores: Float[np.ndarray, "*batch M"], hidden: Float[np.ndarray, "*batch H"] | None = None
     ) -> Bool[np.ndarray, "*batch M"]:
-        """Which bases are possible, for values of the last hidden layer of any batch shape.
-
-        Raises:
-            CertificateError: there are no such values, or not as many as each hyperplane has weights.
-        """
+        """Which bases are possible; `CertificateError` if the last hidden layer is missing or another network's."""
         neurons = self.weights.shape[1]
         if hidden is None or hidden.shape[-1] != neurons:
             got = "none" if hidden is None else f"{hidden.shape[-1]}"
@@ -118,11 +98,7 @@ class Hyperplanes:
 
 
 def rule_of(kind: str, arrays: Mapping[str, np.ndarray]) -> Rule:
-    """The rule of a kind that the arrays came from; other names are ignored.
-
-    Raises:
-        CertificateError: no such kind.
-    """
+    """The rule of a kind that the arrays came from; other names are ignored, another kind is a `CertificateError`."""
     if kind == Thresholds.kind:
         return Thresholds(arrays["thresholds"], arrays["tube"])
     if kind == Hyperplanes.kind:

@@ -2,18 +2,17 @@
 
 With h the H values of the last hidden layer (n̄ in the paper), the hyperplane of base j minimises ‖w‖²/2 + C·Σ ξ such
 that w·h + b ≥ 1 for every covered calibration sample that drove base j (hard), and w·h + b ≤ −1 + ξ for training
-samples that drove another base (soft). Ω₂ enters by the hard constraints alone, so that this is a convex program of
-H + 1 decision variables, the slacks being functions of them. Base j is possible iff w·h + b ≥ 1: what the calibration
-samples satisfy is what is certified. Of all solutions the one with the least b counts, which makes it unique.
+samples that drove another base (soft): a convex program of H + 1 decision variables, of which Ω₂ gives the hard
+constraints alone. Base j is possible iff w·h + b ≥ 1: what the calibration samples satisfy is what is certified. Of all
+solutions the one with the least b counts, which makes it unique.
 
-In all M bases at most M·(H + 1) calibration samples support the solution; with a tube for each base, M more. Often far
-fewer do, and those that are found are counted: the wait-and-judge bound is for their number. For every base, all
-samples on the margin count, or H + 1 if there are more: a little noise on the constraints, as small as one likes,
-leaves no more than these, and the miss probability can only be smaller than its limit (as in Calafiore 2010). Where
-no direction is worth its slack, w = 0: all samples are on the margin, and the base is always possible.
+At most M·(H + 1) calibration samples support the solution; with a tube for each base, M more. Often far fewer do, and
+the wait-and-judge bound is for the number found. For every base, all samples on the margin count, or H + 1 if there are
+more: a little noise on the constraints, as small as one likes, leaves no more than these, and the miss probability can
+only be smaller than its limit (as in Calafiore 2010). Where no direction is worth its slack, w = 0: all samples are on
+the margin, and the base is always possible.
 
-Hundreds of calibration samples decide among tens of thousands, so that constraints are generated: the quadratic
-program is solved for few of them, and those that its solution violates most join, until none is violated.
+Constraints are generated: the program is solved for few of them, and those that it violates most join, until none is.
 """
 
 from functools import partial
@@ -22,11 +21,11 @@ import numpy as np
 from jaxtyping import Float
 from scipy import sparse
 
+from coverdrive.certificates.bloating import scenario_certificate
 from coverdrive.certificates.bounds import judged_bound, rate_limit
 from coverdrive.certificates.calibration import Calibration, Claim, ScoredSamples
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.rule import ROUNDING, Hyperplanes
-from coverdrive.certificates.scenario import scenario_certificate
 from coverdrive.errors import CertificateError
 from coverdrive.extras import require
 
@@ -44,17 +43,7 @@ _ROUNDS = 300
 
 
 def support_vectors(calibration: Calibration, claim: Claim) -> tuple[Hyperplanes, Certificate]:
-    """Hyperplanes that miss no covered calibration sample, and the bound on missing a new one.
-
-    With windows and vehicles, the rule is the same.
-
-    Args:
-        calibration: with hidden values, and with training samples that have them, too: negatives are drawn from these.
-        claim: without a bound ε.
-
-    Raises:
-        CertificateError: there are no hidden values, or so many samples support the solution that nothing is proved.
-    """
+    """Hyperplanes that miss no covered calibration sample, and the bound on missing a new one; alike in every unit."""
     samples, training = calibration.samples, calibration.shaping
     hidden, others = _hidden(samples), _hidden(training)
     if hidden.shape[1] != others.shape[1]:
@@ -87,7 +76,15 @@ def support_vectors(calibration: Calibration, claim: Claim) -> tuple[Hyperplanes
         farthest = samples.distance == calibration.farthest[samples.base]
         supporting.append(calibration.unit[calibration.in_tube & farthest])
     support = min(len(np.unique(np.concatenate(supporting))) + degenerate * most, len(calibration))
-    certificate = _certificate(calibration, claim, support, hidden.shape[1])
+    dimension = calibration.bases * (hidden.shape[1] + (2 if claim.tubes == "per base" else 1))
+    certificate = scenario_certificate(
+        calibration,
+        claim,
+        method="support vectors",
+        bound=partial(judged_bound, support=support, samples=len(calibration)),
+        paper_epsilon=rate_limit(claim.sure, dimension - 1, len(calibration)),
+        support=support,
+    )
     return Hyperplanes(weights, offsets, calibration.radii(claim.tubes)), certificate
 
 
@@ -97,24 +94,8 @@ def _hidden(samples: ScoredSamples) -> Float[np.ndarray, "N H"]:
     return samples.hidden.astype(float)
 
 
-def _certificate(calibration: Calibration, claim: Claim, support: int, neurons: int) -> Certificate:
-    dimension = calibration.bases * (neurons + (2 if claim.tubes == "per base" else 1))
-    return scenario_certificate(
-        calibration,
-        claim,
-        method="support vectors",
-        bound=partial(judged_bound, support=support, samples=len(calibration)),
-        paper_epsilon=rate_limit(claim.sure, dimension - 1, len(calibration)),
-        support=support,
-    )
-
-
 def _normal(positive: Float[np.ndarray, "n H"], negative: Float[np.ndarray, "m H"]) -> Float[np.ndarray, " H"]:
-    """The normal w of the hyperplane with all positives on its far side.
-
-    Raises:
-        CertificateError: the solver gave up.
-    """
+    """The normal w of the hyperplane with all positives on its far side."""
     along = positive @ (positive.mean(0) - negative.mean(0))
     chosen = np.argsort(along, kind="stable")[:_JOINING]
     for _ in range(_ROUNDS):

@@ -4,9 +4,10 @@ from contextlib import suppress
 from typing import Annotated, Literal
 
 import numpy as np
+from jaxtyping import Bool, Int
 from pydantic import Field, model_validator
 
-from coverdrive.certificates.calibration import Calibration, Claim, ScoredSamples
+from coverdrive.certificates.calibration import Calibration, Claim, ScoredSamples, unit_of
 from coverdrive.certificates.certificate import Certificate, Tubes, Unit
 from coverdrive.certificates.methods import Method
 from coverdrive.certificates.methods import certify as certify_scores
@@ -15,7 +16,6 @@ from coverdrive.errors import CertificateError
 from coverdrive.prediction.cover.basis import Basis
 from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.learning.own_network import OwnNetwork
-from coverdrive.prediction.learning.samples import Samples
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.settings import Settings
 
@@ -47,28 +47,16 @@ class CertificateSettings(Settings):
         return self
 
 
-def provable(samples: Samples, basis: Basis, settings: CertificateSettings) -> float | None:
-    """The bound ε to ask for, found out before a network is trained.
+def provable(
+    vehicle: Int[np.ndarray, " N"], outside: Bool[np.ndarray, " N"], bases: int, settings: CertificateSettings
+) -> float | None:
+    """The bound ε to ask for, None for methods that compute it; `CertificateError` if no network could prove it.
 
-    Args:
-        samples: the calibration split Ω₂.
-        basis: its radius is the tube around every base that vehicles have to stay in.
-        settings: what to claim.
-
-    Returns:
-        None for methods that compute ε.
-
-    Raises:
-        CertificateError: whatever the network, so few calibration samples, or with so many of them outside the tube of
-            every base, cannot prove it.
+    N samples, those of them outside the tube of every base, and the number of bases are known before a network is
+    trained.
     """
-    outside = samples.distance[np.arange(len(samples)), samples.base] > basis.radius
-    return _epsilon(samples.vehicle, outside, len(basis), settings)
-
-
-def _epsilon(vehicle: np.ndarray, outside: np.ndarray, bases: int, settings: CertificateSettings) -> float | None:
-    unit = np.unique(vehicle, return_inverse=True)[1] if settings.unit == "vehicle" else np.arange(len(vehicle))
-    count, uncovered = len(np.unique(unit)), len(np.unique(unit[outside]))
+    unit = unit_of(vehicle, settings.unit)
+    count, uncovered = int(unit.max()) + 1, len(np.unique(unit[outside]))
     claim = Claim(confidence=settings.confidence, tubes=settings.tube)
     return provable_epsilon(settings.epsilon, settings.method, claim, bases, count, uncovered, settings.unit)
 
@@ -81,25 +69,16 @@ def calibrate(
     settings: CertificateSettings,
     seed: int = 0,
 ) -> tuple[Predictor, tuple[Certificate, ...]]:
-    """Turn a trained network into a predictor with a certificate.
+    """A predictor with a certificate in the chosen unit, and the certificates of its rule in every unit that has one.
 
-    Args:
-        basis: its radius is the tube around every base that vehicles have to stay in.
-        network: trained on the vehicles of ``training``.
-        training: scores of the training split Ω₁.
-        calibration: scores of the calibration split Ω₂.
-        settings: what to claim.
-        seed: of methods that draw.
-
-    Returns:
-        The predictor with its certificate in the chosen unit, and the certificates of its rule in every unit in
-        which there is one: of post-bloating and svm in both units, as far as there are enough samples.
+    Post-bloating and svm certify both units, as far as there are enough samples. ``training`` are the scores of the
+    split Ω₁ that trained the network, ``calibration`` those of Ω₂; the seed is of methods that draw.
 
     Raises:
         CertificateError: a calibration vehicle trained the network, or there are too few for the claim.
     """
     trained_on = np.unique(training.vehicle)
-    epsilon = _epsilon(calibration.vehicle, calibration.distance > basis.radius, len(basis), settings)
+    epsilon = provable(calibration.vehicle, calibration.distance > basis.radius, len(basis), settings)
     claim = Claim(epsilon, settings.confidence, settings.tube)
 
     def certified(unit: Unit) -> tuple[Predictor, Certificate]:

@@ -41,18 +41,11 @@ class Fitted(Protocol):
 
 
 def certify(
-    fitted: Fitted,
-    targets: Sequence[float] = TARGETS,
-    unit: Counted | None = None,
-    confidence: float | None = None,
+    fitted: Fitted, targets: Sequence[float] = TARGETS, unit: Counted | None = None, confidence: float | None = None
 ) -> list[Compared]:
-    """Calibrate by every method for every target, and test on the test split.
+    """Calibrate by every method for every bound ε on the miss rate in ``targets``, and test on the test split.
 
-    Args:
-        fitted: has the predictor, and the scores of the split that made it.
-        targets: bounds ε on the miss rate to ask for.
-        unit: what the bounds count; else that of the settings.
-        confidence: of the bounds; else that of the settings.
+    What the bounds count and their confidence are those of the settings, unless given.
 
     Raises:
         DataError: the scores are another predictor's.
@@ -61,13 +54,7 @@ def certify(
     predictor, scored, settings = fitted.predictor, fitted.scored, fitted.settings.certificate
     scored.refuse_other(predictor)
     wanted = Claim(confidence=settings.confidence if confidence is None else confidence, tubes=settings.tube)
-    calibration = Calibration.of(
-        scored.calibration,
-        predictor.basis.radius,
-        predictor.trained_on,
-        unit or settings.unit,
-        fitted.seed,
-        scored.train,
-    )
+    tube, unit = predictor.basis.radius, unit or settings.unit
+    calibration = Calibration.of(scored.calibration, tube, predictor.trained_on, unit, fitted.seed, scored.train)
     with stage("methods"):
         return compare(calibration, wanted, scored.test, targets)

@@ -20,7 +20,7 @@ from coverdrive.errors import SettingError
 from coverdrive.prediction.calibrate import CertificateSettings, Epsilon, calibrate, provable
 from coverdrive.prediction.cover.basis import Basis, BasisSettings, make_basis
 from coverdrive.prediction.held_out import Source, sources_of
-from coverdrive.prediction.learning.look_ahead import refuse_look_ahead
+from coverdrive.prediction.learning.inputs import refuse_look_ahead
 from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.learning.own_network import Learner, OwnNetwork, seen_by
 from coverdrive.prediction.learning.samples import Assignment, Samples, make_samples
@@ -100,9 +100,9 @@ def fit(
         recordings: at least three independent groups of scenes.
         settings: of every stage.
         seed: of the split, the cover and the training.
-        epsilon: bound on the miss rate to ask for, in (0, 1), or "auto"; else that of the settings.
-        confidence: with which the bound holds, in (0, 1); else that of the settings.
-        unit: what the bound counts; else that of the settings.
+        epsilon: bound on the miss rate to ask for, in (0, 1), or "auto"; else, like the next two, as the settings say.
+        confidence: with which the bound holds, in (0, 1).
+        unit: what the bound counts.
         learner: makes a network of your own from the training samples, of their ``features`` and ``base``: any function
             that gives N × M scores for N × 21 features (`coverdrive.prediction.learning.own_network`).
 
@@ -122,7 +122,9 @@ def fit(
     with _timed("affordances and labels", seconds):
         samples = make_samples(recordings, segments, basis, settings.assignment)
         training = samples.of(sides.train)
-        provable(samples.of(sides.calibration), basis, settings.certificate)
+        outside = samples.distance[np.arange(len(samples)), samples.base] > basis.radius
+        asked = sides.calibration
+        provable(samples.vehicle[asked], outside[asked], len(basis), settings.certificate)
     with _timed("mirror images", seconds):
         lessons = training.and_also(_mirrored(recordings, segments.of(sides.train), basis, settings))
     with _timed("training", seconds):

@@ -1,8 +1,4 @@
-"""What a predictor was made from, and which scenes neither trained nor calibrated it.
-
-Only on the latter may it be tried without flattering it. `Source` remembers them, so that nothing has to be cut or
-split again.
-"""
+"""What a predictor was made from, and which scenes neither trained nor calibrated it, on which it may be tried."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -12,7 +8,7 @@ import polars as pl
 
 from coverdrive.certificates.certificate import fingerprint
 from coverdrive.errors import DataError
-from coverdrive.prediction.learning.look_ahead import refuse_look_ahead
+from coverdrive.prediction.learning.inputs import refuse_look_ahead
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.prediction.segments import Segments, vehicle_keys
 from coverdrive.prediction.split import Split
@@ -25,9 +21,8 @@ class Source:
 
     name: str
     rows: int
-    """of its table"""
     fingerprint: str
-    """of its table"""
+    """of its table, like the rows"""
     held_out: tuple[int, ...]
     """its groups of scenes that are on the test side only"""
 
@@ -55,11 +50,8 @@ def sources_of(recordings: Sequence[Recording], segments: Segments, split: Split
 def held_out(source: Sequence[Source], predictor: Predictor, recordings: Sequence[Recording]) -> tuple[Recording, ...]:
     """The recordings without all groups of scenes that the predictor was made from.
 
-    Args:
-        source: what the predictor was made from.
-        predictor: knows the vehicles that trained it.
-        recordings: to choose from. One that the predictor was made from is left with its groups of the test side; one
-            that shares no vehicle with those that trained it is left as a whole.
+    One that it was made from is left with its groups of the test side; one that shares no vehicle with those that
+    trained it is left as a whole.
 
     Raises:
         SettingError: the predictor sees a motion that was estimated from the future.
@@ -74,16 +66,13 @@ def held_out(source: Sequence[Source], predictor: Predictor, recordings: Sequenc
         if found is not None:
             table = recording.table.filter(pl.col("group").is_in(found.held_out))
             kept += [replace(recording, table=table)] if len(table) else []
-        elif recording.name in names or np.isin(_vehicles(recording), predictor.trained_on).any():
+            continue
+        keys = vehicle_keys(recording.name, recording.table["vehicle"].unique().to_numpy())
+        if recording.name in names or np.isin(keys, predictor.trained_on).any():
             raise DataError(
                 f"{recording.name} shares vehicles with what the predictor was made from, but is not as it was then, "
                 "so that no scene of it is known to be new; give it as it was read for the fit, with the same "
                 "smoothing, or entirely new recordings"
             )
-        else:
-            kept.append(recording)
+        kept.append(recording)
     return tuple(kept)
-
-
-def _vehicles(recording: Recording) -> np.ndarray:
-    return vehicle_keys(recording.name, recording.table["vehicle"].unique().to_numpy())

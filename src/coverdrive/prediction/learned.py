@@ -63,11 +63,7 @@ class Learned:
 
     @staticmethod
     def load(path: Path) -> "Learned":
-        """Read it.
-
-        Raises:
-            DataError: the file is missing, was changed, or is not one that `save` wrote.
-        """
+        """Read what `save` wrote; else raise `DataError`."""
         _, arrays = load_arrays(path, "learned", "coverdrive fit")
         with reading(path, "learned", "coverdrive fit"):
             return Learned(**arrays)

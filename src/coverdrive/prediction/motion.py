@@ -24,13 +24,8 @@ def follow(
     """Base trajectories put on the position and longitudinal speed of vehicles; leading axes are broadcast.
 
     A vehicle that would go backwards stands still along the road instead. The speed is such that its component along
-    the road is exact.
-
-    Args:
-        state: of the vehicles at time 0.
-        times: ascending, from 0 [s].
-        deviation: of the base trajectories from constant velocity, along lon and lat [m].
-        rate: of that deviation [m/s].
+    the road is exact. ``times`` [s] ascend from 0; ``deviation`` [m] is from constant velocity, along lon and lat, and
+    ``rate`` [m/s] its rate.
     """
     shape = np.broadcast_shapes(state.shape[:-1], deviation.shape[:-2], rate.shape[:-2])
     result = np.empty((*shape, len(times), 4))
@@ -68,16 +63,11 @@ def _follow(
 
 @compiled
 def add_bodies(
-    half_sizes: Float[np.ndarray, "S n 2"],
-    body: Float[np.ndarray, "S 2"],
-    motion: Float[np.ndarray, "S n 4"],
+    half_sizes: Float[np.ndarray, "S n 2"], body: Float[np.ndarray, "S 2"], motion: Float[np.ndarray, "S n 4"]
 ) -> None:
-    """Add the half extents of bodies, turned as in their motions, to those of boxes around their centres.
+    """Add the half extents [m] of bodies, turned as in their motions, to ``half_sizes`` of boxes around their centres.
 
-    Args:
-        half_sizes: [m] of the boxes along lon and lat, to be enlarged.
-        body: [m] half length and half width.
-        motion: the states.
+    A body is its half length and half width [m].
     """
     for i in range(len(body)):
         for k in range(motion.shape[1]):

@@ -10,8 +10,7 @@ from coverdrive.prediction.split import SplitSettings
 def paper_settings() -> PredictionSettings:
     """The paper's labels, network and loss, overlapping windows, and a calibration side as large as in its Table 1.
 
-    The generated scenes hold more than the paper's 140,000 segments at this stride, and more than its 63,786
-    calibration samples are among seven twentieths of them.
+    At this stride, seven twentieths of the generated scenes hold more than its 63,786 calibration samples.
     """
     return PredictionSettings.paper().model_copy(
         update={

@@ -105,7 +105,11 @@ class Predictor:
         times, deviation, rate, tube, ellipses = self._rollout(dt, steps)
         valid = np.asarray(scene.valid)
         if ego is not None and not (0 <= ego < len(valid) and valid[ego]):
-            raise _no_vehicle(ego, valid)
+            slots = ", ".join(map(str, np.flatnonzero(valid)[:8])) or "none"
+            raise SettingError(
+                f"ego = {ego} is not the slot of a vehicle of this scene, which has {int(valid.sum())} of them (slots "
+                f"{slots}{', …' if valid.sum() > 8 else ''}); give one of these slots, or None to predict everybody"
+            )
         possible = self.possible(scene, road)
         possible[valid & ~possible.any(axis=1)] = True
         if ego is not None:
@@ -120,8 +124,7 @@ class Predictor:
     def _values(self) -> Callable[[Float[np.ndarray, "7 A"], Float[Array | np.ndarray, " E"]], Array | np.ndarray]:
         """The function of a packed scene and road edges that gives M scores and then the last hidden layer.
 
-        One compiled function that knows the network and gives one array: XLA takes about as long for every array that
-        is handed over as for a layer.
+        One compiled function with one result: XLA takes about as long for every array handed over as for a layer.
         """
         network = self.network
 
@@ -173,7 +176,7 @@ class Predictor:
     def _arrays(self) -> dict[str, np.ndarray]:
         return {
             "basis": self.basis.points,
-            **({} if self.basis.reach is None else {"reach": self.basis.reach}),
+            **self.basis.cut,
             "trained_on": self.trained_on,
             **self.rule.arrays,
             **self.network.arrays,
@@ -189,11 +192,7 @@ class Predictor:
         }
 
     def save(self, path: Path) -> None:
-        """Write the predictor to a file; an interrupted write leaves no file behind.
-
-        Raises:
-            SettingError: the scores come from a function, which no file holds.
-        """
+        """Write it to a file, or to none if interrupted; `SettingError` if the scores come from a function."""
         if isinstance(self.network, OwnNetwork):
             raise SettingError(
                 f"the scores of this predictor come from {self.network.function!r}, and no file can hold a function; "
@@ -203,11 +202,7 @@ class Predictor:
 
     @staticmethod
     def load(path: Path) -> "Predictor":
-        """Read a predictor.
-
-        Raises:
-            DataError: the file is missing, was changed, or is not one that `save` wrote.
-        """
+        """Read what `save` wrote; else raise `DataError`."""
         header, arrays = load_arrays(path, "predictor", _COMMAND)
         with reading(path, "predictor", _COMMAND):
             predictor = Predictor(
@@ -220,11 +215,3 @@ class Predictor:
             if predictor.fingerprint != fingerprint_of(header, arrays):
                 raise DataError("it holds what no predictor has")
         return predictor
-
-
-def _no_vehicle(ego: int, valid: Bool[np.ndarray, " A"]) -> SettingError:
-    slots = ", ".join(map(str, np.flatnonzero(valid)[:8])) or "none"
-    return SettingError(
-        f"ego = {ego} is not the slot of a vehicle of this scene, which has {int(valid.sum())} of them (slots {slots}"
-        f"{', …' if valid.sum() > 8 else ''}); give one of these slots, or None to predict everybody"
-    )

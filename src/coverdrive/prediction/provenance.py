@@ -2,7 +2,7 @@
 
 import platform
 from dataclasses import asdict
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import version
 from typing import Any
 
 import coverdrive
@@ -13,21 +13,11 @@ _PACKAGES = ("jax", "equinox", "numba", "numpy", "scipy", "polars")
 
 def provenance(fit: Fit) -> dict[str, Any]:
     """The same as JSON values."""
-    return versions() | {
-        "seed": fit.seed,
-        "recordings": [asdict(each) for each in fit.source],
-        "seconds": fit.seconds,
-    }
+    recordings = [asdict(each) for each in fit.source]
+    return versions() | {"seed": fit.seed, "recordings": recordings, "seconds": fit.seconds}
 
 
 def versions() -> dict[str, Any]:
     """Versions of this package, of Python, and of what numbers depend on."""
-    packages = {name: _version(name) for name in _PACKAGES}
+    packages = {name: version(name) for name in _PACKAGES}
     return {"coverdrive": coverdrive.__version__, "python": platform.python_version(), "packages": packages}
-
-
-def _version(package: str) -> str | None:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return None

@@ -43,15 +43,7 @@ class ScoredSides:
 
     @staticmethod
     def load(path: Path, predictor: Predictor | None = None) -> "ScoredSides":
-        """Read them.
-
-        Args:
-            path: of the file.
-            predictor: whose scores they have to be; if not given, they may be anyone's.
-
-        Raises:
-            DataError: the file is missing, was changed, is not one that `save` wrote, or is another predictor's.
-        """
+        """Read what `save` wrote; else, or if they are not those of the predictor given, raise `DataError`."""
         header, arrays = load_arrays(path, "scores", _COMMAND)
         with reading(path, "scores", _COMMAND):
             names = [each.name for each in fields(ScoredSamples)]
@@ -65,12 +57,7 @@ class ScoredSides:
         return scored
 
     def refuse_other(self, predictor: Predictor, name: str = "the scores") -> None:
-        """Raise `DataError` unless these are scores by the network of a predictor.
-
-        Args:
-            predictor: whose they should be.
-            name: how to call the scores.
-        """
+        """Raise `DataError`, with what to call the scores, unless they are by the network of a predictor."""
         if self.predictor != predictor.fingerprint:
             raise DataError(
                 f"{name}: these are scores of the predictor {self.predictor}, expected those of "
@@ -81,12 +68,9 @@ class ScoredSides:
 def score(network: Network | OwnNetwork, samples: Samples, tube: float | None = None) -> ScoredSamples:
     """Scores, and the last hidden layer, of samples with a known outcome.
 
-    Args:
-        network: any.
-        samples: N samples.
-        tube: a vehicle is in its predicted set if it stays within this radius of any possible base: of the bases that
-            it stayed that close to, the one with the highest score stands for what it did. Without a tube, and
-            where no base is that close, it is the base of the samples.
+    A vehicle is in its predicted set if it stays within ``tube`` of any possible base: of the bases that it stayed that
+    close to, the one with the highest score stands for what it did. Without a tube, and where no base is that close, it
+    is the base of the samples.
     """
     if isinstance(network, OwnNetwork):
         scores, hidden = network.scores(samples.features), None

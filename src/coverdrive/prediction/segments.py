@@ -83,15 +83,10 @@ class Segments:
 
 
 def cut_segments(recordings: Sequence[Recording], settings: SegmentSettings | None = None) -> Segments:
-    """Cut every track of every recording into overlapping segments.
+    """Cut every track of every recording, on a uniform time grid, into overlapping segments.
 
-    Args:
-        recordings: tracks on a uniform time grid.
-        settings: horizon, step and stride; the step and the stride must be multiples of each recording's time step.
-
-    Raises:
-        SettingError: the step is not a multiple of a recording's time step.
-        DataError: no track is as long as the horizon.
+    A step or stride that is no multiple of the time step is a `SettingError`, and no track as long as the horizon a
+    `DataError`.
     """
     settings = settings or SegmentSettings()
     parts = [_cut(recording, index, settings) for index, recording in enumerate(recordings)]

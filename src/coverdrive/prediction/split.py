@@ -47,18 +47,11 @@ class Split:
 
 
 def split(
-    vehicle: Int[np.ndarray, " N"],
-    group: Int[np.ndarray, " N"],
-    settings: SplitSettings | None = None,
-    seed: int = 0,
+    vehicle: Int[np.ndarray, " N"], group: Int[np.ndarray, " N"], settings: SplitSettings | None = None, seed: int = 0
 ) -> Split:
     """Deal whole groups out to the three sides, as near to the shares as a seeded search finds.
 
-    Args:
-        vehicle: key of the vehicle of each sample.
-        group: group of scenes of each sample; ascending in time within one recording.
-        settings: the shares.
-        seed: of the search.
+    ``vehicle`` and ``group`` are the keys of each sample; groups ascend in time within one recording.
 
     Raises:
         DataError: fewer than three groups, or a side stays empty.

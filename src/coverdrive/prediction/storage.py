@@ -31,13 +31,9 @@ def fingerprint_of(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) 
 
 
 def save_arrays(path: Path, kind: str, header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
-    """Write arrays to a file; an interrupted write leaves no file behind.
+    """Write arrays, and a header of JSON values, by name to a file; an interrupted write leaves no file behind.
 
-    Args:
-        path: of the file.
-        kind: what the file holds, as in "predictor".
-        header: anything that JSON can hold, by name.
-        arrays: by name.
+    ``kind`` is what the file holds, as in "predictor".
     """
     metadata = {"format": _format(kind), "fingerprint": fingerprint_of(header, arrays)}
     metadata |= {name: json.dumps(value, sort_keys=True) for name, value in header.items()}
@@ -64,12 +60,7 @@ def _bytes_of(metadata: Mapping[str, str], arrays: Mapping[str, np.ndarray]) -> 
 
 
 def load_arrays(path: Path, kind: str, command: str) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-    """Read the header and the arrays of a file that `save_arrays` wrote.
-
-    Args:
-        path: of the file.
-        kind: what the file has to hold.
-        command: with which a user makes such a file.
+    """The header and the arrays of a file of such a kind that `save_arrays` wrote, as users do with ``command``.
 
     Raises:
         DataError: the file is missing, is no safetensors file, holds something else, or was changed.
@@ -92,11 +83,7 @@ def load_arrays(path: Path, kind: str, command: str) -> tuple[dict[str, Any], di
 
 @contextmanager
 def reading(path: Path, kind: str, command: str) -> Generator[None]:
-    """Say of whatever goes wrong in the block that the file is no such file.
-
-    Raises:
-        DataError: something went wrong.
-    """
+    """Say of whatever goes wrong in the block, by a `DataError`, that the file is no such file."""
     try:
         yield
     except (OSError, SafetensorError, CoverdriveError, ValueError, LookupError, TypeError, AttributeError) as error:

@@ -1,16 +1,14 @@
 """The trajectory basis: M base trajectories that represent all others up to ε (paper §2.1, Fig. 1).
 
 The distance of two segments is the atomic norm of their difference whose unit ball is an ellipse at every sample,
-growing with time: max over t of ‖(Δlon·s_t/4, Δlat·s_t)‖₂ with s_t = (T−1)/(T−1+t). With ε = 0.5 the tolerance is
-2 m × 0.5 m at the start and 4 m × 1 m at the end of the horizon.
-
-No vehicle deviates as much within half a second. Once the base trajectories are chosen, the unit ball is therefore cut
-at every sample to what the segments need that they cover: a narrower tube, which covers the same segments.
+growing with time: max over t of ‖(Δlon·s_t/4, Δlat·s_t)‖₂ with s_t = (T−1)/(T−1+t). With ε = 0.5 the tolerance is 2 m ×
+0.5 m at the start and 4 m × 1 m at the end of the horizon. Afterwards the unit ball is cut at every sample to what the
+segments need that a base covers: a narrower tube, which covers the same segments.
 """
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import equinox as eqx
 import jax
@@ -57,16 +55,13 @@ class BasisSettings(Settings):
 
 
 class Basis(eqx.Module):
-    """M base trajectories of T points, as deviations from constant velocity."""
+    """M base trajectories of T points, as deviations from constant velocity; their tolerance as in `BasisSettings`."""
 
     points: Float[np.ndarray, "M T 2"]
     """[m] deviation along lon and lat; the first point is zero"""
     radius: float
-    """radius of the cover that the basis was made for"""
     aspect: float
-    """tolerance along the road over tolerance across it"""
     growth: float
-    """relative growth of the tolerance over the horizon"""
     step: float
     """[s] between two points"""
     reach: Float[np.ndarray, "T 2"] | None = None
@@ -91,6 +86,11 @@ class Basis(eqx.Module):
         """Everything but the points, by name."""
         return {name: float(getattr(self, name)) for name in ("radius", "aspect", "growth", "step")}
 
+    @property
+    def cut(self) -> dict[str, np.ndarray]:
+        """The reach by its name, where there is one."""
+        return {} if self.reach is None else {"reach": self.reach}
+
     def distance(self, points: Float[np.ndarray, "N T 2"]) -> Float[np.ndarray, "N M"]:
         """Atomic norm of the difference of every segment to every base trajectory: a base covers what is within ε."""
         bases, tube = self.scaled(self.points), self._knots / self._axes
@@ -100,7 +100,7 @@ class Basis(eqx.Module):
     def tube(self, times: Float[np.ndarray, " n"]) -> Float[np.ndarray, "n 2"]:
         """Half extents [m] along lon and lat of the tube of radius 1 at ``times`` [s] in the horizon.
 
-        They are linear between the points of the segments; all paths start at the same point, so that they begin at 0.
+        Linear between the points of the segments, from 0: all paths start at the same point.
         """
         return np.stack([np.interp(times, self.times, column) for column in self._knots.T], axis=-1)
 
@@ -120,10 +120,9 @@ class Basis(eqx.Module):
         return np.stack([self.aspect * across, across], axis=-1)
 
     def rollout(self, times: Float[np.ndarray, " n"]) -> tuple[Float[np.ndarray, "M n 2"], Float[np.ndarray, "M n 2"]]:
-        """Deviation [m] of every base trajectory at any ``times`` [s] in the horizon, and its rate [m/s].
+        """Deviation [m] of every base trajectory at ``times`` [s] in the horizon, and its rate [m/s], by cubic splines.
 
-        A cubic spline through the points. At the start the rate along the road is zero: the deviation is taken from
-        the speed at that moment.
+        At the start the rate along the road is zero: the deviation is taken from the speed at that moment.
         """
         still = np.zeros(len(self))
         ends = ((1, still), (2, still))
@@ -138,22 +137,12 @@ class Basis(eqx.Module):
         return points / self._axes
 
     def save(self, path: Path, source: str = "") -> None:
-        """Write the basis to a file.
-
-        Args:
-            path: of the file.
-            source: fingerprint of the segments that it was made from.
-        """
-        reach = {} if self.reach is None else {"reach": self.reach}
-        save_arrays(path, "basis", {**self.tolerances, "source": source}, {"points": self.points, **reach})
+        """Write it to a file, with the fingerprint of the segments that it was made from."""
+        save_arrays(path, "basis", self.tolerances | {"source": source}, {"points": self.points} | self.cut)
 
     @staticmethod
     def load(path: Path) -> "Basis":
-        """Read a basis.
-
-        Raises:
-            DataError: the file is missing, or not one that `save` wrote.
-        """
+        """Read what `save` wrote; else raise `DataError`."""
         header, arrays = load_arrays(path, "basis", "coverdrive basis")
         with reading(path, "basis", "coverdrive basis"):
             del header["source"]
@@ -173,18 +162,8 @@ def _distance(
     return furthest
 
 
-def make_basis(
-    segments: Segments,
-    settings: BasisSettings | None = None,
-    seed: int = 0,
-) -> Basis:
-    """Cover all segments with few of them.
-
-    Args:
-        segments: the segments to cover; the base trajectories are taken from them, and from their mirror
-            images if the settings say symmetric, unless the settings leave their centres free.
-        settings: tolerance and search.
-        seed: of the search.
+def make_basis(segments: Segments, settings: BasisSettings | None = None, seed: int = 0) -> Basis:
+    """Cover all segments with few of them, of their mirror images, or of free trajectories, as the settings say.
 
     Raises:
         DataError: there is no segment, or a point is not finite.
@@ -192,8 +171,7 @@ def make_basis(
     settings = settings or BasisSettings()
     if len(segments) == 0 or not np.isfinite(segments.points).all():
         raise DataError(f"a basis needs segments of finite points, got {len(segments)} segments")
-    tolerance: dict[str, Any] = {"radius": settings.radius, "aspect": settings.aspect, "growth": settings.growth}
-    everything = Basis(segments.points, step=segments.step, **tolerance)
+    everything = Basis(segments.points, settings.radius, settings.aspect, settings.growth, segments.step)
     scaled = everything.scaled(segments.points)
     chosen = greedy_cover(scaled, settings.radius, settings.candidates, seed, settings.symmetric)
     points = segments.points[chosen]
@@ -202,7 +180,7 @@ def make_basis(
         points = centres * everything.tolerance(1.0, everything.times)
     if settings.symmetric:
         points = with_mirror_images(points)
-    basis = Basis(points, step=segments.step, **tolerance)
+    basis = replace(everything, points=points)
     if settings.cut:
         basis = replace(basis, reach=_reach_of(basis, segments.points))
     uncovered = int((basis.distance(segments.points).min(1) > settings.radius).sum())

@@ -36,9 +36,8 @@ class StudiedBasis:
     """no basis whose base trajectories are segments has fewer (fractional packing); None where they need not be
     segments. Of a symmetric basis, both bounds are on symmetric ones, whose base trajectories may be mirror images"""
     seconds: float
-    """[s] wall time of the cover"""
     bound_seconds: float
-    """[s] wall time of both bounds"""
+    """[s] wall time of the cover, and of both bounds"""
     source: str
     """fingerprint of the segments"""
 
@@ -49,25 +48,12 @@ class StudiedBasis:
 
 
 def study_bases(
-    segments: Segments,
-    radii: Sequence[float],
-    settings: BasisSettings | None = None,
-    seed: int = 0,
+    segments: Segments, radii: Sequence[float], settings: BasisSettings | None = None, seed: int = 0
 ) -> tuple[StudiedBasis, ...]:
-    """Make, verify and bound a basis for every ε.
-
-    Args:
-        segments: to be covered.
-        radii: radii of the covers; equal ones count once.
-        settings: of the basis; their ε is not used.
-        seed: of the covers and of the bounds.
-
-    Returns:
-        By ascending ε.
+    """Make, verify and bound a basis for every different ε in ``radii``, ascending; the ε of the settings is not used.
 
     Raises:
         SettingError: there is no ε, or one is not a positive number.
-        DataError: there is no segment, or a point is not finite.
     """
     settings = settings or BasisSettings()
     if not radii or not all(np.isfinite(radius) and radius > 0 for radius in radii):
@@ -108,10 +94,7 @@ def _study(segments: Segments, settings: BasisSettings, seed: int, source: str) 
 
 
 def point_table(studied: StudiedBasis) -> pl.DataFrame:
-    """The points of a basis, one in each row.
-
-    Columns: base, time [s], lon and lat [m] as deviation from constant velocity, share of the segments.
-    """
+    """Columns: base, time [s], lon and lat [m] as deviation from constant velocity, share of the segments."""
     basis = studied.basis
     bases, points, _ = basis.points.shape
     return pl.DataFrame(

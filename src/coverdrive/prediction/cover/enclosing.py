@@ -1,9 +1,8 @@
 """The smallest ball around segments, wherever its centre is.
 
-In coordinates in which the norm is the maximum over t of the Euclidean length, such a ball is one disc for each t, and
-the smallest one has the smallest enclosing disc of the points at every t: T problems in the plane, each decided by at
-most three points (Welzl 1991). They are found together: the point that is farthest outside enters in place of one that
-no longer matters, so that the radius grows until nothing is outside.
+In coordinates in which the norm is the maximum over t of the Euclidean length, it has the smallest enclosing disc of
+the points at every t, each decided by at most three points (Welzl 1991). They are found together: the point farthest
+outside enters in place of one that no longer matters, so that the radius grows until nothing is outside.
 """
 
 from itertools import combinations
@@ -22,14 +21,9 @@ _MEMBERS = np.concatenate([_TWO[:, [0, 1, 1]], _THREE])
 def enclosing_ball(
     points: Float[np.ndarray, "n T 2"], enough: float = np.inf
 ) -> tuple[Float[np.ndarray, "T 2"], float]:
-    """Find the smallest ball.
+    """Centre of the smallest ball around at least one scaled segment, and the distance of the farthest from there.
 
-    Args:
-        points: at least one segment, scaled.
-        enough: a radius; the search may end as soon as the smallest ball is known to be larger.
-
-    Returns:
-        Its centre, and the distance of the farthest segment from there.
+    The search may end as soon as the smallest ball is known to have a radius above ``enough``.
     """
     times = np.arange(points.shape[1])
     support = np.zeros((len(times), 3), dtype=np.int64)

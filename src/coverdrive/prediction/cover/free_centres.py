@@ -1,12 +1,10 @@
 """A smaller cover by base trajectories that need not be segments (beyond paper §2.1).
 
-A cover is improved base by base: a base is taken away, and the segments that now no base covers are given, one after
-the other, to other bases. Those may move: a base has to cover what it alone covers, so that it can take another segment
-if the smallest ball around both still has a radius of at most ε. If nothing is left over, there is one base less;
-otherwise the base comes back around what is left over, and has less to cover the next time.
-
-The search works on few segments, at first those that the fewest bases cover. Segments that its result leaves uncovered
-join them until there are none; that is decided on all segments, in double precision.
+A base is taken away, and the segments that now no base covers are given, one after the other, to other bases. Those may
+move: a base has to cover what it alone covers, so that it can take another segment if the smallest ball around both
+still has a radius of at most ε. If something is left over, the base comes back around it, and has less to cover the
+next time. The search works on few segments, at first those that the fewest bases cover; segments that its result leaves
+uncovered join them until there are none, which is decided on all segments, in double precision.
 """
 
 import jax.numpy as jnp
@@ -33,17 +31,9 @@ def free_centres(
     seed: int = 0,
     symmetric: bool = False,
 ) -> Float[np.ndarray, "L T 2"]:
-    """Cover by as many base trajectories or fewer.
+    """As many base trajectories as ``centres`` or fewer that cover all segments, in the order of greedy choice.
 
-    Args:
-        scaled: segments in coordinates in which the norm is the maximum over t of the Euclidean length.
-        centres: base trajectories that cover all segments, such as those of `greedy_cover`.
-        radius: radius of the cover.
-        seed: of the order in which bases are tried.
-        symmetric: the mirror image of every base, left for right, covers as well.
-
-    Returns:
-        Base trajectories that cover all segments, in the order of greedy choice.
+    The rest is as in `greedy_cover`; the seed is of the order in which bases are tried.
     """
     reach = radius * (1 - 2 * CAUTION)
     random = np.random.default_rng(seed)

@@ -1,9 +1,8 @@
 """Greedy set cover: few base trajectories such that every segment is ε-close to one of them (paper §2.1).
 
-The number of segments that a set of bases covers is submodular, so that greedy choice needs at most ln N + 1 times
-as many bases as the optimum. It is done lazily (Minoux 1978): counts can only fall, so that a candidate whose
-recounted gain still leads is the best. Candidates are the segments themselves: first a seeded random sample, then,
-for the few that no candidate covers, those that are still uncovered. At the end, choices that later ones have made
+Coverage is submodular, so that greedy choice needs at most ln N + 1 times as many bases as the optimum. It is lazy
+(Minoux 1978): counts can only fall, so that a candidate whose recounted gain still leads is the best. Candidates are a
+seeded random sample of the segments, then of those still uncovered. At the end, choices that later ones have made
 superfluous are left out.
 """
 
@@ -28,23 +27,13 @@ CAUTION = 1e-5
 
 
 def greedy_cover(
-    scaled: Float[np.ndarray, "N T 2"],
-    radius: float,
-    candidates: int = 4096,
-    seed: int = 0,
-    symmetric: bool = False,
+    scaled: Float[np.ndarray, "N T 2"], radius: float, candidates: int = 4096, seed: int = 0, symmetric: bool = False
 ) -> Int[np.ndarray, " M"]:
-    """Choose segments such that every segment is within ε of a chosen one.
+    """Indices of few segments such that every one is within ε of a chosen one, in order; none can be left out.
 
-    Args:
-        scaled: segments in coordinates in which the norm is the maximum over t of the Euclidean length.
-        radius: radius of the cover.
-        candidates: number of segments that greedy choice picks from at a time.
-        seed: of the random sample of candidates.
-        symmetric: the mirror image of every chosen segment, left for right, covers as well.
-
-    Returns:
-        Indices of the chosen segments, in the order of choice; none can be left out.
+    The norm of ``scaled`` segments is the maximum over t of the Euclidean length. Greedy choice picks from so many
+    candidates at a time, drawn by the seed; if symmetric, the mirror image of a chosen segment, left for right, covers
+    too.
     """
     points = np.asarray(scaled, dtype=np.float32)
     reach = radius * (1 - CAUTION)
@@ -69,11 +58,7 @@ def greedy_order(
 ) -> Int[np.ndarray, " L"]:
     """Indices of the centres of a cover, each the one that covers most of what is left; without those not needed.
 
-    Args:
-        centres: within ε · (1 − 2 · `CAUTION`) of every segment there is one of them.
-        scaled: segments.
-        radius: radius of the cover.
-        symmetric: the mirror image of every centre, left for right, covers as well.
+    Every segment has to be within ε · (1 − 2 · `CAUTION`) of a centre, or if symmetric, of its mirror image.
     """
     pool, points = np.asarray(centres, dtype=np.float32), np.asarray(scaled, dtype=np.float32)
     covers = _coverage(pool, points, radius * (1 - CAUTION), symmetric)

@@ -1,9 +1,9 @@
 """Lower bounds on the size of any ε-cover, which say how far a greedy one can be from the best (paper §2.1).
 
 Packing: of points that are pairwise farther apart than 2ε, one ball of radius ε holds at most one, wherever its centre
-is. Fractional packing: weights y ≥ 0 on the points such that no ball around an allowed centre holds more than 1 in all;
-by weak duality of linear programming, their sum bounds the number of such balls that a cover needs. That is tighter,
-and holds for the allowed centres only. N points of T samples each, in coordinates in which the norm is the maximum
+is. Fractional packing: weights y ≥ 0 on the points such that no ball around one of them holds more than 1 in all; by
+weak duality of linear programming, their sum bounds the number of such balls that a cover needs. That is tighter, and
+holds for centres among the points only. N points of T samples each, in coordinates in which the norm is the maximum
 over t of the Euclidean length.
 """
 
@@ -29,28 +29,21 @@ _ROUNDING = 1e-4
 
 @dataclass(frozen=True)
 class FractionalBound:
-    """A proof that a cover needs many balls: weights that no ball holds more than 1 of."""
+    """A proof that a cover by balls around points needs many: weights of the points ``rows``, at most 1 in a ball."""
 
     rows: Int[np.ndarray, " R"]
-    """indices of the points that have a weight"""
     weights: Float[np.ndarray, " R"]
-    """of these points, not negative; no ball of radius ε around an allowed centre holds more than 1 in all"""
 
     @property
     def value(self) -> float:
-        """Sum of the weights; a cover by balls around allowed centres has at least as many balls."""
+        """Sum of the weights: the number of balls at least."""
         return float(self.weights.sum())
 
 
 def packing(points: Float[np.ndarray, "N T 2"], radius: float, seed: int = 0) -> Int[np.ndarray, " P"]:
-    """Choose points that are pairwise farther apart than 2ε, those with few neighbours first.
+    """Indices of points that are pairwise farther apart than 2ε, those with few neighbours in a seeded sample first.
 
     No cover by balls of radius ε has fewer than P of them, even if their centres may be anywhere.
-
-    Args:
-        points: to be covered, scaled.
-        radius: radius of the cover.
-        seed: of the sample on which neighbours are counted.
     """
     single = jnp.asarray(points, dtype=jnp.float32)
     reach = 2 * radius + _slack(points, radius)
@@ -61,53 +54,37 @@ def packing(points: Float[np.ndarray, "N T 2"], radius: float, seed: int = 0) ->
     for index in np.argsort(neighbours, kind="stable"):
         if free[index]:
             chosen.append(int(index))
-            free &= ~_ball(single, int(index), single, reach)
+            free &= ~_ball(single, int(index), reach)
     return np.array(chosen, dtype=np.int64)
 
 
 def fractional_bound(
-    points: Float[np.ndarray, "N T 2"],
-    radius: float,
-    more_centres: Float[np.ndarray, "C T 2"] | None = None,
-    rounds: int = 100,
-    seed: int = 0,
+    points: Float[np.ndarray, "N T 2"], radius: float, rounds: int = 100, seed: int = 0
 ) -> FractionalBound:
-    """Bound the size of any cover whose centres are among the points, or among ``more_centres``.
+    """The best lower bound of all rounds on the size of a cover whose centres are among the points.
 
     A linear program finds the weights, on few points and against few centres; both are added where they are missing.
-    Whatever it returns, the weights are then divided by the most that a ball around *any* of the N + C centres holds,
-    so that the bound is proved after every round and does not depend on the accuracy of the solver. Balls are taken a
-    little larger than ε, by more than single precision can err.
-
-    Args:
-        points: to be covered, scaled.
-        radius: radius of the cover.
-        more_centres: allowed besides the points.
-        rounds: number of linear programs; fewer only give a weaker bound.
-        seed: of the points to begin with.
-
-    Returns:
-        The best bound of all rounds.
+    Whatever it returns, the weights are then divided by the most that a ball around *any* point holds, so that the
+    bound is proved after every round and does not depend on the accuracy of the solver. Balls are taken a little larger
+    than ε, by more than single precision can err. The seed is of the points to begin with.
     """
-    everywhere = points if more_centres is None else np.concatenate([points, more_centres])
-    centres = jnp.asarray(everywhere, dtype=jnp.float32)
-    covered = centres[: len(points)]
-    reach = radius + _slack(everywhere, radius)
+    centres = jnp.asarray(points, dtype=jnp.float32)
+    reach = radius + _slack(points, radius)
     rows = np.sort(np.random.default_rng(seed).permutation(len(points))[:_FIRST_ROWS])
     columns = rows
     best = FractionalBound(rows[:0], np.zeros(0))
     for _ in range(rounds):
-        weights, shares = _solve(everywhere, rows, columns, reach)
+        weights, shares = _solve(points, rows, columns, reach)
         held = _held(centres[rows], weights, centres, reach)
         most = max(float(held.max()), 1.0) * (1 + _ROUNDING)
         if weights.sum() / most > best.value:
             best = FractionalBound(rows, weights / most)
-        heavy = _spread(held, lambda centre: _ball(centres, centre, centres, radius / 2), above=_TIGHT)
+        heavy = _spread(held, lambda centre: _ball(centres, centre, radius / 2), above=_TIGHT)
         if len(np.setdiff1d(heavy, columns)):
             columns = np.union1d(columns, heavy)
             continue
-        missing = 1 - _held(centres[columns], shares, covered, reach)
-        bare = _spread(missing, lambda point: _ball(centres, point, covered, radius / 2), above=_ROUNDING)
+        missing = 1 - _held(centres[columns], shares, centres, reach)
+        bare = _spread(missing, lambda point: _ball(centres, point, radius / 2), above=_ROUNDING)
         if len(bare) == 0:
             break
         rows, columns = np.union1d(rows, bare), np.union1d(columns, bare)
@@ -115,14 +92,11 @@ def fractional_bound(
 
 
 def _solve(
-    everywhere: Float[np.ndarray, "C T 2"],
-    rows: Int[np.ndarray, " R"],
-    columns: Int[np.ndarray, " K"],
-    radius: float,
+    points: Float[np.ndarray, "N T 2"], rows: Int[np.ndarray, " R"], columns: Int[np.ndarray, " K"], radius: float
 ) -> tuple[Float[np.ndarray, " R"], Float[np.ndarray, " K"]]:
     """Weights of the points ``rows`` against the centres ``columns``, and the shares of a fractional cover."""
-    points, centres = everywhere[rows].astype(np.float32), everywhere[columns].astype(np.float32)
-    holds = np.array([(((points - centre) ** 2).sum(-1) <= radius**2).all(-1) for centre in centres], dtype=float)
+    held, centres = points[rows].astype(np.float32), points[columns].astype(np.float32)
+    holds = np.array([(((held - centre) ** 2).sum(-1) <= radius**2).all(-1) for centre in centres], dtype=float)
     result = linprog(-np.ones(len(rows)), A_ub=csr_array(holds), b_ub=np.ones(len(columns)), method="highs")
     return np.maximum(result.x, 0), np.maximum(-result.ineqlin.marginals, 0)
 
@@ -148,10 +122,8 @@ def _weigh(
     return weights @ within(at, around, radius)
 
 
-def _ball(
-    centres: Float[Array, "C T 2"], centre: int, points: Float[Array, "N T 2"], radius: float
-) -> Bool[np.ndarray, " N"]:
-    return np.asarray(within(centres[centre : centre + 1], points, radius))[0]
+def _ball(points: Float[Array, "N T 2"], centre: int, radius: float) -> Bool[np.ndarray, " N"]:
+    return np.asarray(within(points[centre : centre + 1], points, radius))[0]
 
 
 def _spread(

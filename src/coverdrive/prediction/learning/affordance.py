@@ -1,11 +1,8 @@
 """The affordance: 21 features that describe the traffic around a vehicle (paper §2.2, Fig. 2).
 
-They do not depend on the order of the vehicles, nor on their number. Left and right are one piece of code: the right
-side is the left side of the mirrored scene. This is the only affordance function of the package; training,
-simulation and figures all call it.
-
-Clearances along the road are from bumper to bumper, clearances across it from side to side; a vehicle alongside has
-a negative clearance along the road. Speeds of others are relative to the own speed.
+They do not depend on the order of the vehicles, nor on their number. The right side is the left side of the mirrored
+scene. Clearances along the road are from bumper to bumper, clearances across it from side to side; a vehicle alongside
+has a negative clearance along the road. Speeds of others are relative to the own speed.
 """
 
 import operator
@@ -21,27 +18,12 @@ from coverdrive.road import Road
 from coverdrive.scene import Scene
 
 FEATURES = (
-    "speed",
-    "distance to lane centre",
-    "front clearance",
-    "front relative speed",
-    "left front clearance",
-    "left front relative speed",
-    "left front lateral clearance",
-    "left rear clearance",
-    "left rear lateral clearance",
-    "left rear relative speed",
-    "right front clearance",
-    "right front relative speed",
-    "right front lateral clearance",
-    "right rear clearance",
-    "right rear lateral clearance",
-    "right rear relative speed",
-    "left front length",
-    "left rear length",
-    "right front length",
-    "right rear length",
-    "own length",
+    *("speed", "distance to lane centre", "front clearance", "front relative speed"),
+    *("left front clearance", "left front relative speed", "left front lateral clearance"),
+    *("left rear clearance", "left rear lateral clearance", "left rear relative speed"),
+    *("right front clearance", "right front relative speed", "right front lateral clearance"),
+    *("right rear clearance", "right rear lateral clearance", "right rear relative speed"),
+    *("left front length", "left rear length", "right front length", "right rear length", "own length"),
 )
 """Names of the features in the paper's order; lengths and clearances in m, speeds in m/s."""
 
@@ -55,17 +37,15 @@ FREE_LATERAL_CLEARANCE = 3.6
 
 
 def affordance(scene: Scene, road: Road) -> Float[Array, "*batch A 21"]:
-    """Features of every vehicle of every scene.
+    """Features of every vehicle of every scene, in the order of `FEATURES`.
 
-    Args:
-        scene: any leading batch axes; features of slots that hold no vehicle are finite and meaningless.
-        road: lanes; vehicles off the road are taken to be in the nearest lane.
-
-    Returns:
-        The features in the order of `FEATURES`.
+    Those of slots without a vehicle are finite and meaningless; vehicles off the road are taken to be in the nearest
+    lane.
     """
     centre = jnp.asarray(road.centres)[road.lane_of(scene.lat)]
-    ahead, same = _ahead(scene), _lane_offset(scene, road) == 0
+    itself = jnp.eye(scene.vehicles, dtype=bool)
+    ahead = (_between(scene.lon) >= 0) & ~itself  # exactly alongside counts as ahead, itself as behind
+    same = _lane_offset(scene, road) == 0
     sides = (scene, road), (scene.mirrored(), road.mirrored())
     left, right = (_lane_offset(*side) == 1 for side in sides)
     nearest = _nearest(scene, jnp.stack([ahead & same, ahead & left, ~ahead & left, ahead & right, ~ahead & right]))
@@ -73,27 +53,12 @@ def affordance(scene: Scene, road: Road) -> Float[Array, "*batch A 21"]:
     left_front, left_rear = (_on_the_left(each, *sides[0]) for each in beside[:2])
     right_front, right_rear = (_on_the_left(each, *sides[1]) for each in beside[2:])
     columns = (
-        scene.speed,
-        scene.lat - centre,
-        front.clearance,
-        front.speed,
-        left_front.clearance,
-        left_front.speed,
-        left_front.lateral,
-        left_rear.clearance,
-        left_rear.lateral,
-        left_rear.speed,
-        right_front.clearance,
-        right_front.speed,
-        right_front.lateral,
-        right_rear.clearance,
-        right_rear.lateral,
-        right_rear.speed,
-        left_front.length,
-        left_rear.length,
-        right_front.length,
-        right_rear.length,
-        scene.length,
+        *(scene.speed, scene.lat - centre, front.clearance, front.speed),
+        *(left_front.clearance, left_front.speed, left_front.lateral),
+        *(left_rear.clearance, left_rear.lateral, left_rear.speed),
+        *(right_front.clearance, right_front.speed, right_front.lateral),
+        *(right_rear.clearance, right_rear.lateral, right_rear.speed),
+        *(left_front.length, left_rear.length, right_front.length, right_rear.length, scene.length),
     )
     return jnp.stack([jnp.asarray(column, dtype=jnp.float32) for column in columns], axis=-1)
 
@@ -125,10 +90,8 @@ def _on_the_left(found: _Neighbour, scene: Scene, road: Road) -> _Neighbour:
 def _nearest(scene: Scene, mask: Bool[Array, "n *batch A A"]) -> _Neighbour:
     """The neighbour within each ``mask`` (own vehicle × other) with the smallest clearance along the road.
 
-    The masks are looked at together, which takes XLA much less time than one after the other. Nothing that is said of
-    a neighbour changes where left and right are exchanged.
-
-    Where several are equally near, each feature is the smallest of theirs, so that their order plays no role.
+    Where several are equally near, each feature is the smallest of theirs, so that their order plays no role. XLA takes
+    much less time for all masks together than one after the other.
     """
     others = mask & scene.valid[..., None, :]
     apart = jnp.abs(_between(scene.lon))
@@ -152,12 +115,6 @@ def _nearest(scene: Scene, mask: Bool[Array, "n *batch A A"]) -> _Neighbour:
 
 def _limited(clearance: Array | np.ndarray) -> Array:
     return jnp.clip(clearance, -CLEARANCE_LIMIT, CLEARANCE_LIMIT)
-
-
-def _ahead(scene: Scene) -> Bool[Array, "*batch A A"]:
-    """Whether the other (last axis) is ahead of the vehicle; exactly alongside counts as ahead, itself as behind."""
-    itself = jnp.eye(scene.vehicles, dtype=bool)
-    return (_between(scene.lon) >= 0) & ~itself
 
 
 def _lane_offset(scene: Scene, road: Road) -> Array:

@@ -1,11 +1,9 @@
 """Bodies in the boxes of a path: what makes a certificate a statement about what planning keeps clear of.
 
 Around every point of a path there is a box: the vehicle's body, turned as the base trajectory turns, and the tube. A
-vehicle whose centre is in the tube sticks out of it if it is turned otherwise. Nothing but its own heading says how
-far, so its body has to stay in the boxes as well for a base to cover what it did.
-
-A base that would go backwards from a low speed is measured as it is; predicted, it stands still (`motion.follow`), and
-is then nearer to a vehicle that does not go backwards either: what counts as covered stays in the predicted boxes.
+vehicle in the tube sticks out of the box if it is turned otherwise, so its body has to stay in the boxes as well for a
+base to cover what it did. A base that would go backwards is measured as it is; predicted, it stands still
+(`motion.follow`), nearer to a vehicle that does not go backwards either: the covered stays in the predicted boxes.
 """
 
 import numpy as np
@@ -20,12 +18,7 @@ _CHUNK = 65_536
 
 
 def body_radius(basis: Basis, segments: Segments) -> Float[np.ndarray, "N M"]:
-    """The least radius of the tube around every base with which the boxes hold the whole body at every point.
-
-    Args:
-        basis: M base trajectories.
-        segments: N segments.
-    """
+    """The least radius of the tube around every base with which the boxes hold the whole body at every point."""
     parts = (np.arange(i, min(i + _CHUNK, len(segments))) for i in range(0, len(segments), _CHUNK))
     return np.concatenate([np.zeros((0, len(basis))), *(_distance(basis, segments.of(part)) for part in parts)])
 

@@ -18,13 +18,7 @@ CHECK_INTERVAL = 0.25
 
 
 def colliding_bases(basis: Basis, scene: Scene, own: Int[np.ndarray, " N"]) -> Bool[Array, "N M"]:
-    """Whether each base trajectory of one vehicle per scene hits another vehicle within the horizon.
-
-    Args:
-        basis: M base trajectories.
-        scene: N scenes.
-        own: slot of the vehicle that drives the base trajectory, in each scene.
-    """
+    """Whether each base trajectory of one vehicle per scene, in slot ``own``, hits another within the horizon."""
     times = np.arange(CHECK_INTERVAL, basis.horizon + 1e-9, CHECK_INTERVAL)
     deviation, _ = basis.rollout(times)
     return _collides(deviation, times, scene, own)
@@ -37,16 +31,12 @@ def _collides(
     slots = own[:, None]
     speed = scene.speed * jnp.cos(scene.heading)
 
-    def ahead_of_own(values: Array | np.ndarray) -> Array:
-        return jnp.asarray(values) - jnp.take_along_axis(jnp.asarray(values), slots, axis=1)
-
-    def mean_with_own(sizes: Array | np.ndarray) -> Array:
-        return (jnp.asarray(sizes) + jnp.take_along_axis(jnp.asarray(sizes), slots, axis=1)) / 2
+    def own_of(values: Array | np.ndarray) -> Array:
+        return jnp.take_along_axis(jnp.asarray(values), slots, axis=1)
 
     others = scene.valid & (jnp.arange(scene.vehicles) != slots)
-    lon, lat = ahead_of_own(scene.lon), ahead_of_own(scene.lat)
-    closing = ahead_of_own(speed)
-    length, width = mean_with_own(scene.length), mean_with_own(scene.width)
+    lon, lat, closing = (values - own_of(values) for values in (scene.lon, scene.lat, speed))
+    length, width = ((sizes + own_of(sizes)) / 2 for sizes in (scene.length, scene.width))
     hit = jnp.zeros((len(own), deviation.shape[0]), dtype=bool)
     for k in range(len(times)):
         apart_lon = (lon + closing * times[k])[:, None, :] - deviation[None, :, k, 0, None]

@@ -1,8 +1,4 @@
-"""What training minimises: the paper's margin loss and two losses of the field.
-
-Each takes what the last layer of one network gives for a batch of B samples, before any sigmoid or softmax, and is
-averaged over the samples.
-"""
+"""What training minimises: the paper's margin loss and two losses of the field, averaged over a batch of B samples."""
 
 from collections.abc import Callable
 from typing import Literal

@@ -49,16 +49,9 @@ class Network(eqx.Module):
         inputs: Inputs = "affordance",
         output: Output = "sigmoid",
     ) -> "Network":
-        """Networks with random weights (He et al. 2015), scaled to the training features, without a prior.
+        """Random weights (He et al. 2015) from the features of the training samples to M = ``bases`` scores, no prior.
 
-        Args:
-            features: of the training samples.
-            hidden: neurons of the hidden layers.
-            bases: number M of scores.
-            key: of the random weights.
-            members: number E of networks.
-            inputs: what they see of the features.
-            output: what turns the last layer into scores.
+        ``hidden`` are the neurons of the hidden layers, ``members`` is the number E of networks.
         """
         seen = np.asarray(network_inputs(features, inputs))
         sizes = (seen.shape[1], *hidden, bases)
@@ -116,11 +109,7 @@ class Network(eqx.Module):
 
     @staticmethod
     def of(arrays: Mapping[str, np.ndarray], kind: Mapping[str, str]) -> "Network":
-        """The network that `arrays` and `kind` came from; other arrays are ignored.
-
-        Raises:
-            DataError: it sees or gives what this version does not know.
-        """
+        """The network that `arrays` and `kind` came from, ignoring other arrays; `DataError` if it is of no kind."""
         known = {"inputs": get_args(Inputs), "output": get_args(Output)}
         for name, choices in known.items():
             if kind.get(name) not in choices:

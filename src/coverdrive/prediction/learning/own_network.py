@@ -44,11 +44,7 @@ class OwnNetwork:
         return {"inputs": self.inputs, "output": "own"}
 
     def scores(self, features: Float[np.ndarray, "N F"]) -> Float[np.ndarray, "N M"]:
-        """Score of every base trajectory, in [0, 1].
-
-        Raises:
-            DataError: the function gives something else.
-        """
+        """Score of every base trajectory, in [0, 1]; `DataError` where the function gives something else."""
         scores = np.asarray(self.function(seen_by(features, self.inputs)))
         if scores.shape != (len(features), self.bases) or not ((scores >= 0) & (scores <= 1)).all():
             raise DataError(
@@ -58,9 +54,6 @@ class OwnNetwork:
                 + "; one column for each base trajectory, after a sigmoid or a softmax"
             )
         return scores
-
-    def hidden(self, features: Float[np.ndarray, "N F"]) -> None:
-        """None: the layers of the function are not known."""
 
 
 def seen_by(features: Float[np.ndarray, "N F"], inputs: Inputs) -> Float[np.ndarray, "N _"]:

@@ -43,8 +43,6 @@ class Samples:
     """the base that stands for what the vehicle did"""
     vehicle: Int[np.ndarray, " N"]
     """key of the vehicle"""
-    group: Int[np.ndarray, " N"]
-    """group of scenes that may share vehicles"""
 
     def __len__(self) -> int:
         """Number of samples N."""
@@ -74,16 +72,10 @@ def make_samples(
     assignment: Assignment = "covering",
     mirrored: bool = False,
 ) -> Samples:
-    """Describe and label the moments at which segments start.
+    """Describe and label the moments at which segments, or a selection of them, start in the recordings.
 
-    Args:
-        recordings: what the segments were cut from.
-        segments: N segments; may be a selection of those of the recordings.
-        basis: M base trajectories.
-        assignment: which base stands for a segment: the first in the basis' order of choice that covers it, so that
-            few bases stand for most segments, or the nearest by the atomic norm. Where none covers it, it is the
-            nearest.
-        mirrored: describe the mirror images, left for right, of scenes and segments.
+    The first base in the basis' order of choice that covers a segment stands for it, so that few bases stand for most,
+    or the nearest by the atomic norm, as where none covers it. Mirrored: the mirror images of scenes and segments.
     """
     features = np.zeros((len(segments), len(FEATURES) + len(MOTION)), dtype=np.float32)
     collides = np.zeros((len(segments), len(basis)), dtype=bool)
@@ -99,7 +91,7 @@ def make_samples(
     if assignment == "covering":
         covered = distance <= basis.radius
         base = np.where(covered.any(1), covered.argmax(1), base)
-    return Samples(features, distance, collides, base, segments.vehicle, segments.group)
+    return Samples(features, distance, collides, base, segments.vehicle)
 
 
 def _describe(

@@ -82,37 +82,19 @@ class TrainingSettings(Settings):
 
 
 def train(
-    samples: Samples,
-    settings: TrainingSettings | None = None,
-    seed: int = 0,
+    samples: Samples, settings: TrainingSettings | None = None, seed: int = 0
 ) -> tuple[Network, Float[np.ndarray, " epochs"]]:
-    """Train a network on all given samples.
+    """A network trained on all given samples, and the mean loss of every epoch; `DataError` where training diverges.
 
-    Args:
-        samples: the training split Ω₁.
-        settings: network, loss and optimiser.
-        seed: of the initial weights, the order of the samples, dropout and noise.
-
-    Returns:
-        The network, and the mean loss of every epoch.
-
-    Raises:
-        DataError: there are no samples, or training diverged.
+    The seed is of the initial weights, the order of the samples, dropout and noise.
     """
     settings = settings or TrainingSettings()
     if len(samples) == 0:
         raise DataError("there are no samples to train on; give more recordings or a larger training share")
     start, order = jax.random.split(jax.random.key(seed))
     labels = samples.labels
-    network = Network.create(
-        samples.features,
-        settings.hidden,
-        labels.shape[1],
-        start,
-        settings.members,
-        settings.inputs,
-        OUTPUT[settings.loss],
-    )
+    sizes, output = (settings.hidden, labels.shape[1]), OUTPUT[settings.loss]
+    network = Network.create(samples.features, *sizes, start, settings.members, settings.inputs, output)
     parameters = (network.weights, network.biases)
     state = _optimiser(settings, len(samples)).init(parameters)
     inputs, targets = network.scaled(samples.features), jnp.asarray(labels)
