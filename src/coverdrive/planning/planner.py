@@ -241,7 +241,9 @@ class MpcPlanner:
         extra = np.array([settings.lane_change * (target != held) for target in targets])
         around = self._surroundings(state, obstacles, road)
         nothing = np.zeros(2 * lanes, int), np.zeros((2 * lanes, 2 * problem.steps))
-        wanted = Wanted(np.array(road.centres)[targets], extra, last, *nothing, resumed=False)
+        wanted = Wanted(
+            np.array(road.centres)[targets], extra, last, *nothing, min(1.0, self._period / self.dt), resumed=False
+        )
         tolerance, left = settings.search.tolerance, settings.iterations
         at_once = min(settings.iterations_at_once, max(1, _PATHS_BETWEEN_LOOKS // max(1, around.boxes.shape[2])))
         while True:

@@ -21,6 +21,7 @@ from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.descent import descend
 from coverdrive.planning.evaluate import Evaluated, drive_step, evaluate
+from coverdrive.planning.follow import harm_on_the_way
 from coverdrive.planning.merit import Surroundings
 from coverdrive.planning.motion import lane_seeking
 from coverdrive.planning.vehicle import VehicleSettings
@@ -30,6 +31,8 @@ _UNCLEAR = 1e12
 """more than any motion costs; added to the cost of those that are not clear"""
 _PER_HARM = 1e11
 """[s/m] price of the harm of contacts: more than comfort and slack are worth"""
+_NOT_OPTIMISED = 1e9
+"""handicap of clear motions that do not come out of the descent"""
 _PER_DEPARTURE = 1e15
 """[1/m] price of leaving the road: more than any contact"""
 _NO_DEPARTURE = 0.005
@@ -72,6 +75,8 @@ class Wanted(NamedTuple):
     """index of the target of each start"""
     starts: Float[np.ndarray, "B U"]
     """inputs where an unfinished search goes on; they count only if ``resumed``"""
+    share: float
+    """of a step, until the next plan; at most 1"""
     resumed: bool
     """whether the search goes on, instead of starting from the last plans and the manoeuvres"""
 
@@ -176,18 +181,18 @@ def _search(
     descent = descend(starts, target, extra, around, constants, iterations, tolerance)
     optimised = evaluate(descent.inputs, target, around, constants)
     standing = np.full(lanes + 1, np.inf)
-    held = np.argmin(wanted.extra)
+    held = int(np.argmin(wanted.extra))
     allowed, driven = min(simple.harm[0], simple.harm[len(guesses) + held]), len(guesses) + held
     chosen = Chosen(np.nan, 0.0, 0.0, 0.0, 0, False, False)
-    chosen = _better(chosen, optimised, lane, True, held, allowed, wanted, standing, arrays)
-    chosen = _better(chosen, simple, simple_lane, False, driven, allowed, wanted, standing, arrays)
+    chosen = _better(chosen, optimised, lane, True, -1, allowed, around, wanted, constants, standing, arrays)
+    chosen = _better(chosen, simple, simple_lane, False, driven, allowed, around, wanted, constants, standing, arrays)
     if not chosen.clear:
         places = _places(around, constants)
         braking = -constants.vehicle.max_deceleration * _HARD
         evading, of_place = _manoeuvres(around, places, braking, _HURRY, constants)
         lane_of = _nearest(places, wanted.targets)[of_place]
         candidates = evaluate(evading, wanted.targets[lane_of], around, constants)
-        chosen = _better(chosen, candidates, lane_of, False, -1, allowed, wanted, standing, arrays)
+        chosen = _better(chosen, candidates, lane_of, False, -1, allowed, around, wanted, constants, standing, arrays)
     arrays.descended[:], arrays.descended_lane[:] = descent.inputs, lane
     done = bool(descent.done[np.argmin(descent.value + extra)])
     of_contact = chosen.severity, chosen.harm, chosen.departure
@@ -202,7 +207,9 @@ def _better(
     optimised: bool,
     driven: int,
     allowed: float,
+    around: Surroundings,
     wanted: Wanted,
+    constants: Constants,
     standing: Float[np.ndarray, " L1"],
     arrays: Arrays,
 ) -> Chosen:
@@ -211,12 +218,17 @@ def _better(
     The candidate ``driven`` goes on with what is driven. Ranks that are no numbers are never better.
     """
     for i in range(len(lane)):
+        handicap = wanted.extra[lane[i]] + (0.0 if optimised else _NOT_OPTIMISED)
         rank = _rank(candidates, i, i == driven, allowed)
+        if rank < _UNCLEAR and i != driven and rank + handicap < standing[-1]:
+            target = float(wanted.targets[lane[i]])
+            candidates.harm[i] = harm_on_the_way(candidates.inputs[i], target, around, wanted.share, constants)
+            rank = _rank(candidates, i, False, allowed)
         if rank < standing[lane[i]]:
             standing[lane[i]] = rank
             arrays.best[lane[i]] = candidates.inputs[i]
-        if rank + wanted.extra[lane[i]] < standing[-1]:
-            standing[-1] = rank + wanted.extra[lane[i]]
+        if rank + handicap < standing[-1]:
+            standing[-1] = rank + handicap
             arrays.states[:], arrays.inputs[:] = candidates.states[i], candidates.inputs[i]
             arrays.slack[:], arrays.off_road[:] = candidates.slack[i], candidates.off_road[i]
             of_contact = candidates.severity[i], candidates.harm[i], candidates.departure[i]
@@ -229,8 +241,8 @@ def _rank(candidates: Evaluated, i: int, driven: bool, allowed: float) -> float:
     """The lower, the better: clear motions by their cost; others first by leaving the road, then by more harm [m/s]
     than is allowed, then by the cost that counts how deep and how early they get into boxes.
 
-    A clear motion that has hardly any room is one of the others, unless it goes on with what is driven: the next plan
-    cannot follow it to the centimetre.
+    A clear motion that has hardly any room, or gets lost on the way, is one of the others, unless it goes on with what
+    is driven.
     """
     if candidates.clear[i] and (driven or candidates.harm[i] == 0):
         return candidates.lasting_cost[i]
