@@ -6,6 +6,7 @@ some time offset, both exist. R is the number of rows.
 """
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 import polars as pl
@@ -68,16 +69,11 @@ def _runs(table: pl.DataFrame, number: int) -> pl.DataFrame:
     rounded = np.rint(table["speed"].to_numpy() / STEP).astype(np.int64)
     count = max(0, len(rounded) - RUN + 1)
     factors = np.random.default_rng(0).integers(1, 2**62, RUN)
-    key = np.zeros(count, dtype=np.int64)
-    changes = np.zeros(count, dtype=np.int64)
-    for lag in range(RUN):
-        part = rounded[lag : lag + count]
-        key += part * factors[lag]
-        if lag:
-            changes += part != rounded[lag - 1 : lag - 1 + count]
+    parts = [rounded[lag : lag + count] for lag in range(RUN)]
+    key = sum((part * factor for part, factor in zip(parts, factors, strict=True)), np.zeros(count, dtype=np.int64))
+    changes = sum((part != before for before, part in pairwise(parts)), np.zeros(count, dtype=np.int64))
     end = slice(RUN - 1, RUN - 1 + count)
-    telling = (vehicle[:count] == vehicle[end]) & (moment[end] - moment[:count] == RUN - 1)
-    telling &= changes > RUN // 2
+    telling = (vehicle[:count] == vehicle[end]) & (moment[end] - moment[:count] == RUN - 1) & (changes > RUN // 2)
     runs = pl.DataFrame({"key": key, "vehicle": vehicle[:count], "moment": moment[:count], "recording": number})
     return runs.filter(telling)
 

@@ -34,19 +34,13 @@ class Frames:
     scene: Scene
     """all measures in float32, with leading axis F; empty slots are zero and not valid"""
     frame: Int[np.ndarray, " rows"]
-    """frame of every row of the recording's table"""
     slot: Int[np.ndarray, " rows"]
-    """slot of every row of the recording's table"""
+    """where every row of the recording's table is"""
 
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """Tracks of vehicles on one road; one that cannot be traffic (`coverdrive.recordings.checks`) is not made.
-
-    Raises:
-        DataError: names the recording, and the vehicle and time of what is wrong.
-
-    """
+    """Tracks of vehicles on one road; one that cannot be traffic (`coverdrive.recordings.checks`) is a `DataError`."""
 
     name: str
     """what it is called in reports, from the file's name"""
@@ -77,19 +71,12 @@ class Recording:
         return np.rint(self.table["time"].to_numpy() / self.dt).astype(np.int64)
 
     def scene_at(self, time: float) -> Scene:
-        """The vehicles present at a time [s], rounded to the time grid; A = vehicles present.
-
-        Raises:
-            DataError: when the time is before the first or after the last row.
-
-        """
+        """The A vehicles present at a time [s] from the first to the last row, rounded to the time grid."""
         moment = round(time / self.dt)
         first, last = int(self._moment.min()), int(self._moment.max())
         if not first <= moment <= last:
-            raise DataError(
-                f"{self.name} lasts from {first * self.dt:g} s to {last * self.dt:g} s; "
-                f"got the time {time:g} s, choose one between them"
-            )
+            lasts = f"{self.name} lasts from {first * self.dt:g} s to {last * self.dt:g} s"
+            raise DataError(f"{lasts}; got the time {time:g} s, choose one between them")
         present = self.table.filter(pl.Series(self._moment == moment))
         values = {name: present[name].to_numpy() for name in MEASURES}
         return Scene(**values, valid=np.ones(len(present), dtype=bool))

@@ -50,8 +50,10 @@ class ReferenceLine:
             value, slope, bend = self._line(foot)
             foot = foot + (u - foot + (v - value) * slope) / (1 + slope**2 - (v - value) * bend)
         value, slope, _ = self._line(foot)
-        lat = (v - value) * np.sqrt(1 + slope**2)
-        return np.stack([self._arc_at(foot), lat], axis=-1)
+        inside = np.clip(foot, 0.0, self.chord)
+        arc = np.interp(inside, np.linspace(0.0, self.chord, len(self.arc)), self.arc)
+        stretch = np.sqrt(1 + slope**2)
+        return np.stack([arc + (foot - inside) * stretch, (v - value) * stretch], axis=-1)
 
     def _line(self, foot: Float[np.ndarray, " P"]) -> tuple[Float[np.ndarray, " P"], ...]:
         """Offset, slope and second derivative, extended straight."""
@@ -59,13 +61,6 @@ class ReferenceLine:
         slope = self.offset(inside, 1)
         bend = np.where(inside == foot, self.offset(inside, 2), 0.0)
         return self.offset(inside) + slope * (foot - inside), slope, bend
-
-    def _arc_at(self, foot: Float[np.ndarray, " P"]) -> Float[np.ndarray, " P"]:
-        """Length of the line up to each foot, negative before its start."""
-        inside = np.clip(foot, 0.0, self.chord)
-        _, slope, _ = self._line(foot)
-        arc = np.interp(inside, np.linspace(0.0, self.chord, len(self.arc)), self.arc)
-        return arc + (foot - inside) * np.sqrt(1 + slope**2)
 
 
 def bend(points: Float[np.ndarray, "P 2"]) -> float:

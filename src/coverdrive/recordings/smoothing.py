@@ -81,14 +81,13 @@ def _smooth_by_past(
     values: Float[np.ndarray, " R"], starts: Int[np.ndarray, " tracks"], dt: float, settings: SmoothingSettings
 ) -> tuple[Float[np.ndarray, " R"], Float[np.ndarray, " R"]]:
     window = settings.past_samples(dt)
-    smoothed, slope = np.full_like(values, np.nan), np.full_like(values, np.nan)
-    if len(values) >= window:
-        for result, fit in zip((smoothed, slope), _fit(window, settings.past_order, dt), strict=True):
-            result[window - 1 :] = np.convolve(values, fit[-1, ::-1], mode="valid")
+    results = np.full_like(values, np.nan), np.full_like(values, np.nan)
     since_start = np.arange(len(values)) - np.repeat(starts, np.diff(np.append(starts, len(values))))
-    unknown = since_start < window - 1
-    smoothed[unknown], slope[unknown] = np.nan, np.nan
-    return smoothed, slope
+    for result, fit in zip(results, _fit(window, settings.past_order, dt), strict=True):
+        if len(values) >= window:
+            result[window - 1 :] = np.convolve(values, fit[-1, ::-1], mode="valid")
+        result[since_start < window - 1] = np.nan
+    return results
 
 
 def motion(

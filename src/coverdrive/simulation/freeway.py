@@ -47,13 +47,11 @@ class Freeway:
     moody: Bool[np.ndarray, "S A"]
     """whether the driver changes the desired speed now and then"""
     length: Values
-    """[m]"""
     width: Values
-    """[m]"""
     valid: Bool[np.ndarray, "S A"]
     """whether the slot holds a vehicle"""
     lon: Values
-    """[m] centre"""
+    """of the centre; this and the sizes in m"""
     speed: Values
     """[m/s] along the road"""
     lane: Int[np.ndarray, "S A"]
