@@ -14,6 +14,7 @@ from coverdrive.simulation import metrics
 from coverdrive.simulation.motion import constant_velocity
 from coverdrive.simulation.outcome import Fault, Kind, Outcome
 from coverdrive.simulation.trace import Step, Trace, make_trace
+from coverdrive.simulation.trial import measure
 
 NOBODY = PredictedPaths(np.zeros((0, 13, 2)), np.zeros(0, dtype=int), np.zeros((0, 13, 2)), 0.25)
 
@@ -40,8 +41,8 @@ def trace_of(scenes, statuses=None, slacks=None, seconds=None, stuck=None, misse
 
 def test_speed_and_distance_of_the_own_car():
     trace = trace_of([make_scene([0, 50], [1.8, 1.8], [20, 0]), make_scene([3, 50], [1.8, 1.8], [40, 0])])
-    assert metrics.mean_speed(trace) == 30
-    assert metrics.distance(trace) == 3
+    found = measure(trace, 0, 0)
+    assert (found.mean_speed, found.distance) == (30, 3)
 
 
 def test_a_lane_change_counts_when_the_other_lane_is_reached():
@@ -117,10 +118,12 @@ def test_slack_planning_time_and_status():
         slacks=[0.0, 0.3, 0.1, 0.2],
         seconds=[0.1, 0.2, 0.3, 0.4],
     )
-    assert metrics.maximum_slack(trace) == 0.3
-    assert metrics.planning_time(trace, 0.5) == pytest.approx(0.25)
-    assert metrics.planning_time(trace, 1.0) == pytest.approx(0.4)
-    assert [metrics.status_share(trace, status) for status in Status] == [0.5, 0.25, 0.0, 0.25, 0.0]
+    found = measure(trace, 0, 0)
+    assert found.maximum_slack == 0.3
+    assert found.planning_median == pytest.approx(0.25)
+    assert found.planning_maximum == pytest.approx(0.4)
+    shares = [found.share_solved, found.share_fallback, found.share_rear, found.share_unsafe, found.share_blind]
+    assert shares == [0.5, 0.25, 0.0, 0.25, 0.0]
 
 
 def test_jerk_and_braking_come_from_the_inputs_that_were_applied():
@@ -139,7 +142,7 @@ def test_jerk_and_braking_come_from_the_inputs_that_were_applied():
 
 def test_share_of_plans_with_slack_leaves_out_rounding():
     scene = make_scene([0], [1.8])
-    assert metrics.share_slack(trace_of([scene] * 5, slacks=[0.0, 1e-6, 0.01, 0.5])) == 0.5
+    assert measure(trace_of([scene] * 5, slacks=[0.0, 1e-6, 0.01, 0.5]), 0, 0).share_slack == 0.5
 
 
 def test_vehicles_count_while_they_are_there():
@@ -156,8 +159,8 @@ def test_stuck_moments_and_impossible_choices_are_counted_one_by_one():
         stuck=[np.array([False, True, True]), np.array([False, True, False])],
         missed=[np.array([False, False, True]), np.array([False, False, False])],
     )
-    assert metrics.traffic_stuck(trace) == 3
-    assert metrics.impossible_choices(trace) == 1
+    found = measure(trace, 0, 0)
+    assert (found.traffic_stuck, found.impossible_choices) == (3, 1)
 
 
 def test_collisions_of_the_traffic_count_pairs_once_and_leave_the_own_car_out():

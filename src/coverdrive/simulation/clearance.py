@@ -20,13 +20,9 @@ def clearance(
     others: Float[np.ndarray, "B n 4"],
     half_sizes: Float[np.ndarray, "B 2"],
 ) -> Float[np.ndarray, " M"]:
-    """Least distance [m] of every path to all others, along lon or lat, whichever is larger; negative: overlap.
+    """Least distance [m] of a vehicle's paths to all others at the same times; infinite without any.
 
-    Args:
-        paths: states of one vehicle on each of its paths.
-        half_size: its half length and half width [m].
-        others: states of the other vehicles at the same times; without any, the clearance is infinite.
-        half_sizes: their half lengths and half widths [m].
+    It is that along lon or lat, whichever is larger; negative where bodies overlap.
     """
     extent = turned_half_extents(half_size, paths[..., 3])
     extents = turned_half_extents(half_sizes[:, None], others[..., 3])

@@ -71,10 +71,7 @@ class Comparison:
 def compare(first: Study | Path | str, second: Study | Path | str, confidence: float = 0.95) -> Comparison:
     """Compare the trials that two studies both have.
 
-    Args:
-        first: a study, its folder, or the results folder around it.
-        second: the same.
-        confidence: coverage of every interval by itself, in (0, 1).
+    Each is a study, its folder, or the results folder around it; ``confidence``, in (0, 1), is of every interval alone.
 
     Raises:
         DataError: a folder holds no finished study, or the two have other seeds or numbers of vehicles.
@@ -147,11 +144,9 @@ def _of_means(name: str, ours: pl.DataFrame, theirs: pl.DataFrame, confidence: f
     a, b = (table[name].to_numpy().astype(float) for table in (ours, theirs))
     finite = np.isfinite(a) & np.isfinite(b)
     a, b = a[finite], b[finite]
-    nothing = float("nan")
-    if len(a) == 0:
-        return Difference(name, 0, nothing, nothing, nothing, nothing, nothing)
-    low, high, p = paired_t(b - a, confidence) if len(a) > 1 else (nothing, nothing, nothing)
-    return Difference(name, len(a), float(a.mean()), float(b.mean()), low, high, p)
+    one, two = (float(a.mean()), float(b.mean())) if len(a) else (np.nan, np.nan)
+    low, high, p = paired_t(b - a, confidence) if len(a) > 1 else (np.nan, np.nan, np.nan)
+    return Difference(name, len(a), one, two, low, high, p)
 
 
 def paired_t(difference: Float[np.ndarray, " n"], confidence: float) -> tuple[float, float, float]:

@@ -98,13 +98,9 @@ class DriverTraffic:
     def reset(
         self, scene: Scene, road: Road, rng: np.random.Generator, controlled: Bool[np.ndarray, " A"] | None = None
     ) -> None:
-        """Begin with every vehicle in the middle of its lane.
+        """Begin with every vehicle in the middle of its lane, on a road of equal lanes whose right edge is at lat = 0.
 
-        Args:
-            scene: at the start.
-            road: of equal lanes, the right edge at lat = 0.
-            rng: source of the drivers' characters, whims and wandering.
-            controlled: the slots that this model moves, if not all but the ego's.
+        ``controlled`` are the slots that this model moves, if not all but the ego's.
         """
         self._road, self._rng = road, rng
         self._controlled = np.arange(scene.vehicles) != EGO if controlled is None else controlled

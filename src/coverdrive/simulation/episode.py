@@ -55,16 +55,8 @@ def run_episode(
 
     The same seed gives the same trace, wall times excepted.
 
-    Args:
-        predictor: gives the possible paths of the uncontrolled vehicles.
-        planner: plans the ego's motion; it is reset first.
-        traffic: moves the uncontrolled vehicles; it is reset first.
-        settings: start, length and time steps.
-        vehicles: number of uncontrolled vehicles.
-        seed: of the start and of the traffic.
-
-    Raises:
-        StartError: the vehicles cannot be placed.
+    Planner and traffic are reset first. ``vehicles`` is the number of uncontrolled ones; ``seed`` is of the start and
+    of the traffic. A StartError if they cannot be placed.
     """
     start_seed, traffic_seed = _children(seed)
     start = _start(traffic, settings.initial, vehicles, np.random.default_rng(start_seed))

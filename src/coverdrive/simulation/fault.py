@@ -26,13 +26,7 @@ _DECELERATION = 3.0
 
 
 def fault_of(kind: Kind, partner: int, before: Sequence[Scene]) -> Fault:
-    """Who is at fault in a collision of the ego.
-
-    Args:
-        kind: of the collision.
-        partner: slot of the vehicle in contact.
-        before: all vehicles at all moments before the contact, the ego in slot 0.
-    """
+    """Who is at fault in a collision of the ego with ``partner``, of all vehicles at all moments before the contact."""
     if kind is Kind.FRONTAL:
         return Fault.OTHER if _cut_in(before, partner, EGO) else Fault.EGO
     if kind is Kind.REAR_END:

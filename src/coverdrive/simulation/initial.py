@@ -50,15 +50,7 @@ class InitialSettings(Settings):
 
 
 def initial_scene(settings: InitialSettings, vehicles: int, rng: np.random.Generator) -> Scene:
-    """Draw the start of a trial by rejection: all vehicles anew until none is too close to another.
-
-    Args:
-        settings: road, speeds, places and sizes.
-        vehicles: number of uncontrolled vehicles, at least 0.
-        rng: source of every random choice.
-
-    Returns:
-        A scene of ``vehicles`` + 1 valid slots, the ego in slot 0.
+    """Draw the ego and ``vehicles`` others by rejection: all anew until none is too close to another.
 
     Raises:
         StartError: the vehicles cannot be placed.

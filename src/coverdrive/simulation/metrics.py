@@ -1,10 +1,7 @@
-"""How well an episode went: one function per measure, each from a trace alone.
-
-m moments, B vehicles other than the ego.
-"""
+"""How well an episode went: the measures of a trace that take more than one line; m moments, B other vehicles."""
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 
 from coverdrive.geometry import body_distance, boxes_overlap, turned_half_extents
 from coverdrive.planning.plan import Status
@@ -12,23 +9,10 @@ from coverdrive.simulation.initial import EGO
 from coverdrive.simulation.outcome import contacts
 from coverdrive.simulation.trace import Trace
 
-_SLACK = 1e-3
-"""a smaller slack is the solver's tolerance"""
-
 _LOOKS = 21
 """moments of a step at which contact is looked for"""
 _SETTLED = 0.25
 """share of a lane's width: nearer than this to its centre, the ego counts as having reached the lane"""
-
-
-def mean_speed(trace: Trace) -> float:
-    """Mean speed of the ego [m/s]."""
-    return float(trace.scene.speed[:, EGO].mean())
-
-
-def distance(trace: Trace) -> float:
-    """How far the ego came along the road [m]."""
-    return float(trace.scene.lon[-1, EGO] - trace.scene.lon[0, EGO])
 
 
 def lane_changes(trace: Trace) -> int:
@@ -69,7 +53,13 @@ def minimum_time_to_collision(trace: Trace) -> float:
 
     Bodies are boxes along the road; velocities have two components, so that contact from the side counts as well.
     """
-    separation, velocity, reach, there = _relative(trace)
+    states, others = trace.scene.states, np.arange(trace.scene.vehicles) != EGO
+    speed, heading = states[..., 2], states[..., 3]
+    velocity = np.stack([speed * np.cos(heading), speed * np.sin(heading)], axis=-1)
+    extent = turned_half_extents(trace.scene.half_sizes, heading)
+    separation, velocity = (each[:, others] - each[:, [EGO]] for each in (states[..., :2], velocity))
+    reach = extent[:, others] + extent[:, [EGO]]
+    there = np.asarray(trace.scene.valid)[:, others]
     inside = np.abs(separation) < reach
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         crossings = np.stack([(-reach - separation) / velocity, (reach - separation) / velocity])
@@ -79,36 +69,11 @@ def minimum_time_to_collision(trace: Trace) -> float:
     return float(np.where(there & (enter < leave), enter, np.inf).min(initial=np.inf))
 
 
-def maximum_slack(trace: Trace) -> float:
-    """Largest slack of an obstacle constraint in any plan; 0 if all plans kept clear."""
-    return float(max(plan.slack.max(initial=0.0) for plan in trace.plans))
-
-
-def planning_time(trace: Trace, quantile: float) -> float:
-    """Quantile in [0, 1] of the wall time [s] of a step's prediction and planning."""
-    return float(np.quantile(trace.planning_seconds, quantile))
-
-
-def status_share(trace: Trace, status: Status) -> float:
-    """Share of the plans that were found in this way."""
-    return sum(plan.status is status for plan in trace.plans) / len(trace)
-
-
-def traffic_stuck(trace: Trace) -> int:
-    """How often an uncontrolled vehicle found no choice that passes its check."""
-    return int(trace.stuck.sum())
-
-
 def traffic_collisions(trace: Trace) -> int:
     """Number of pairs of uncontrolled vehicles that overlap at any moment."""
     touched = np.any(contacts(trace.scene), axis=0)
     touched[EGO] = touched[:, EGO] = False
     return int(np.triu(touched).sum())
-
-
-def share_slack(trace: Trace) -> float:
-    """Share of the plans that violate an obstacle constraint at any step."""
-    return sum(float(plan.slack.max(initial=0.0)) > _SLACK for plan in trace.plans) / len(trace)
 
 
 def jerk(trace: Trace) -> tuple[float, float]:
@@ -132,31 +97,6 @@ def _accelerations(trace: Trace) -> Float[np.ndarray, "n 2"]:
     """Acceleration [m/s²] of the ego along and across its way in every step."""
     applied = np.stack([plan.inputs[0] for plan in trace.plans])
     return np.stack([applied[:, 0], applied[:, 1] * trace.scene.speed[:-1, EGO]], axis=-1)
-
-
-def impossible_choices(trace: Trace) -> int:
-    """How often an uncontrolled vehicle chose a base trajectory that the predictor calls impossible."""
-    return int(trace.missed.sum())
-
-
-def _relative(
-    trace: Trace,
-) -> tuple[Float[np.ndarray, "m B 2"], Float[np.ndarray, "m B 2"], Float[np.ndarray, "m B 2"], Bool[np.ndarray, "m B"]]:
-    """Place [m] and velocity [m/s] of the others as seen from the ego, sum of half extents [m], and who is there.
-
-    All along lon and lat.
-    """
-    states = trace.scene.states
-    speed, heading = states[..., 2], states[..., 3]
-    velocity = np.stack([speed * np.cos(heading), speed * np.sin(heading)], axis=-1)
-    extent = turned_half_extents(trace.scene.half_sizes, heading)
-    others = np.arange(trace.scene.vehicles) != EGO
-    return (
-        states[:, others, :2] - states[:, [EGO], :2],
-        velocity[:, others] - velocity[:, [EGO]],
-        extent[:, others] + extent[:, [EGO]],
-        np.asarray(trace.scene.valid)[:, others],
-    )
 
 
 def clear_contacts(trace: Trace) -> int:

@@ -41,12 +41,7 @@ class Windows:
 
 
 def find_windows(trace: Trace, boxes: bool = False) -> Windows:
-    """Follow every vehicle over the horizon of every prediction, as far as the trace goes.
-
-    Args:
-        trace: one episode.
-        boxes: whether to look at the boxes alone, which are what plans keep clear of.
-    """
+    """Follow every vehicle over the horizon of every prediction, as far as the trace goes; or of their boxes alone."""
     step = float(trace.time[1] - trace.time[0])
     seen = np.zeros((len(trace), trace.scene.vehicles), dtype=bool)
     left = np.full(seen.shape, np.inf)

@@ -21,13 +21,5 @@ def constant_velocity(
 ) -> Float[np.ndarray, "*batch n 4"]:
     """The states of vehicles that keep speed and heading, at ``times`` [s] from now."""
     lon, lat, speed, heading = (states[..., None, i] for i in range(4))
-    ahead = np.zeros((*states.shape[:-1], len(times)))
-    return np.stack(
-        [
-            lon + speed * np.cos(heading) * times,
-            lat + speed * np.sin(heading) * times,
-            speed + ahead,
-            heading + ahead,
-        ],
-        axis=-1,
-    )
+    along, across = lon + speed * np.cos(heading) * times, lat + speed * np.sin(heading) * times
+    return np.stack(np.broadcast_arrays(along, across, speed, heading), axis=-1)

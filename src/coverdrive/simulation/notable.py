@@ -26,10 +26,6 @@ def notable(trials: pl.DataFrame, most: int) -> list[int]:
 
     Without a collision or a near miss the drive with the least gap is the first one. The liveliest gives way only if
     there is room for no more than one.
-
-    Args:
-        trials: one row for each trial, at least one.
-        most: how many numbers at most.
     """
     nearest = trials.sort("minimum_gap", "trial")
     collisions, near_misses = trials.filter(COLLIDED)["trial"].to_list(), nearest.filter(NEARLY)["trial"].to_list()

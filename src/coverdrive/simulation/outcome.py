@@ -65,20 +65,10 @@ class Outcome:
 
 
 def judge(before: Scene, after: Scene) -> tuple[Kind, int] | None:
-    """The collision of the ego between two successive moments, or None if there is none.
-
-    Args:
-        before: all vehicles one step earlier, the ego in slot 0.
-        after: all vehicles now.
-
-    Returns:
-        Its kind, and the slot of the vehicle in contact; of the first one, if several are.
-    """
+    """The kind of the ego's collision between two successive moments, and with whom (the first slot, if several)."""
     contact = contacts(after)[EGO]
-    if not contact.any():
-        return None
-    partner = int(np.flatnonzero(contact)[0])
-    return _kind(before, partner), partner
+    partner = int(contact.argmax())
+    return (_kind(before, partner), partner) if contact.any() else None
 
 
 def contacts(scene: Scene) -> Bool[np.ndarray, "*batch A A"]:

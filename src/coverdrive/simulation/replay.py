@@ -7,7 +7,7 @@ moments, A vehicles.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -21,6 +21,7 @@ from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.settings import Settings
 from coverdrive.simulation.initial import EGO, InitialSettings
+from coverdrive.simulation.motion import with_states
 from coverdrive.simulation.traffic import Start, TrafficStep
 
 _ATTEMPTS = 1000
@@ -82,11 +83,7 @@ class ReplayTraffic:
     """Uncontrolled vehicles that do what they did when they were recorded."""
 
     def __init__(self, scenarios: Sequence[Scenario], settings: ReplaySettings | None = None):
-        """Replay some of the scenarios.
-
-        Raises:
-            DataError: no scenario lasts long enough.
-        """
+        """Replay some of the scenarios; a DataError if none lasts long enough."""
         self._settings = settings or ReplaySettings()
         least = self._settings.shortest
         self._scenarios = [each for each in scenarios if (len(each.states) - 1) * each.dt >= least - 1e-6]
@@ -97,15 +94,9 @@ class ReplayTraffic:
             )
 
     def start(self, settings: InitialSettings, vehicles: int, rng: np.random.Generator) -> Start:
-        """Draw a scene, a moment and a place for the ego; every recorded vehicle is there.
+        """Draw a scene, long ones more often, a moment and a place for an ego of the settings' size.
 
-        Args:
-            settings: size of the ego.
-            vehicles: without effect: there are as many as were recorded.
-            rng: source of the choice; long scenes are chosen more often.
-
-        Raises:
-            StartError: the ego fits nowhere.
+        Every recorded vehicle is there, whatever ``vehicles`` says. A StartError if the ego fits nowhere.
         """
         room = [len(scenario.states) - round(self._settings.shortest / scenario.dt) for scenario in self._scenarios]
         for _ in range(_ATTEMPTS):
@@ -149,11 +140,7 @@ class ReplayTraffic:
         return None if (near & in_the_way).any() else (own, kept)
 
     def _in_the_way(
-        self,
-        own: Float[np.ndarray, " 4"],
-        own_size: Float[np.ndarray, " 2"],
-        states: Float[np.ndarray, "A 4"],
-        sizes: Float[np.ndarray, "A 2"],
+        self, own: Float[np.ndarray, " 4"], own_size: np.ndarray, states: np.ndarray, sizes: np.ndarray
     ) -> Bool[np.ndarray, " A"]:
         """Which vehicles are nearer to the ego, in its way, than a start allows."""
         apart = np.abs(states[:, :2] - own[:2]) - (sizes + own_size) / 2
@@ -189,8 +176,6 @@ class ReplayTraffic:
         appearing = there & ~np.asarray(scene.valid)[EGO + 1 :]
         there &= ~(appearing & self._in_the_way(own, sizes[EGO], recorded, sizes[EGO + 1 :]))
         states[EGO + 1 :][there] = recorded[there]
-        lon, lat, speed, heading = states.T
-        valid = np.concatenate([[True], there])
         nobody = np.zeros(scene.vehicles, dtype=bool)
-        moved = Scene(lon, lat, speed, heading, scene.length, scene.width, valid)
+        moved = replace(with_states(scene, states), valid=np.concatenate([[True], there]))
         return TrafficStep(moved, np.full(scene.vehicles, -1), nobody, nobody.copy())

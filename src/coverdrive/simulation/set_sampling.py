@@ -48,12 +48,8 @@ class SetSamplingTraffic:
     ) -> None:
         """Begin with every vehicle at constant velocity; all choose in the first step.
 
-        Args:
-            scene: at the start.
-            road: of the episode.
-            rng: source of all choices.
-            controlled: the slots that this model moves, if not all but the ego's; vehicles of other models are
-                taken into account at constant velocity.
+        ``controlled`` are the slots that this model moves, if not all but the ego's; vehicles of other models are taken
+        into account at constant velocity.
         """
         self._road, self._rng = road, rng
         self._controlled = np.arange(scene.vehicles) != EGO if controlled is None else controlled
@@ -62,11 +58,7 @@ class SetSamplingTraffic:
         self._base = np.full(scene.vehicles, -1)
 
     def step(self, scene: Scene, dt: float) -> TrafficStep:
-        """Choose if it is time to, then move every vehicle along its chosen path.
-
-        Raises:
-            SettingError: ``dt`` does not divide the interval between two choices.
-        """
+        """Choose if it is time to, then move everybody; a SettingError if ``dt`` does not divide the interval."""
         steps = round(self._settings.interval / dt)
         if steps < 1 or not np.isclose(steps * dt, self._settings.interval):
             raise SettingError(
@@ -119,10 +111,7 @@ class SetSamplingTraffic:
         return np.minimum(apart, road_clearance(paths, half_sizes[slot], self._road))
 
     def _pick(
-        self,
-        possible: Bool[np.ndarray, " M"],
-        clear: Float[np.ndarray, " M"],
-        deviation: Float[np.ndarray, "M n 2"],
+        self, possible: Bool[np.ndarray, " M"], clear: Float[np.ndarray, " M"], deviation: Float[np.ndarray, "M n 2"]
     ) -> tuple[int, bool]:
         """A random base trajectory that is possible and passes the check; else the least bad one, and True.
 

@@ -24,17 +24,9 @@ PAPER_TRIALS = 1000
 def collision_table(results: pl.DataFrame, confidence: float = 0.95) -> pl.DataFrame:
     """Collisions by number of uncontrolled vehicles, and of all trials together.
 
-    Args:
-        results: one row per trial, with the columns ``vehicles`` and ``kind``.
-        confidence: coverage of the intervals, in (0, 1).
-
-    Returns:
-        One row per number of vehicles, ascending, then one with ``vehicles`` null for all trials; ``trials``, and for
-        ``frontal_or_side`` and ``rear_end`` the count, and the rate with the ends of its Clopper–Pearson interval as
-        ``…_rate``, ``…_low``, ``…_high``.
-
-    Raises:
-        CertificateError: confidence outside (0, 1).
+    One row per number of vehicles, ascending, then one with ``vehicles`` null for all trials; ``trials``, and for
+    ``frontal_or_side`` and ``rear_end`` the count, and the rate with the ends of its Clopper–Pearson interval as
+    ``…_rate``, ``…_low``, ``…_high``. A CertificateError if confidence is outside (0, 1).
     """
     numbers = results["vehicles"].unique().sort().to_list()
     rows = [_row(number, results.filter(pl.col("vehicles") == number), confidence) for number in numbers]
@@ -82,19 +74,15 @@ def miss_rate(results: pl.DataFrame, missed: str, total: str, confidence: float 
     trials (Cochran, *Sampling Techniques*, 1977, §2.11). Where no trial has a miss it reaches up to the
     Clopper–Pearson bound on the probability that a trial has any.
 
-    Args:
-        results: one row per trial.
-        missed: column that counts the misses.
-        total: column that counts what could be missed.
-        confidence: coverage of the interval, in (0, 1).
+    ``missed`` and ``total`` are the columns, of one row per trial, that count the misses and what could be missed.
     """
-    misses, totals = results[missed].to_numpy(), results[total].to_numpy()
+    misses, totals, count = results[missed].to_numpy(), results[total].to_numpy(), results.height
+    low, high = 0.0, 1.0
     if not misses.any():
-        return MissRate(0, int(totals.sum()), *clopper_pearson(0, results.height, confidence))
-    rate = float(misses.sum() / totals.sum())
-    count = results.height
-    if count == 1:
-        return MissRate(int(misses.sum()), int(totals.sum()), 0.0, 1.0)
-    spread = float(np.sqrt(count / (count - 1) * ((misses - rate * totals) ** 2).sum()) / totals.sum())
-    half = float(student.ppf((1 + confidence) / 2, count - 1)) * spread
-    return MissRate(int(misses.sum()), int(totals.sum()), max(0.0, rate - half), min(1.0, rate + half))
+        low, high = clopper_pearson(0, count, confidence)
+    elif count > 1:
+        rate = float(misses.sum() / totals.sum())
+        spread = float(np.sqrt(count / (count - 1) * ((misses - rate * totals) ** 2).sum()) / totals.sum())
+        half = float(student.ppf((1 + confidence) / 2, count - 1)) * spread
+        low, high = max(0.0, rate - half), min(1.0, rate + half)
+    return MissRate(int(misses.sum()), int(totals.sum()), low, high)

@@ -32,16 +32,7 @@ TrafficSettings = Annotated[
 
 
 def make_traffic(settings: TrafficSettings, predictor: Predictor, scenarios: Sequence[Scenario] = ()) -> Traffic:
-    """The traffic model of these settings.
-
-    Args:
-        settings: of the model.
-        predictor: gives the sets of the models that sample them.
-        scenarios: recorded scenes to replay; other models need none.
-
-    Raises:
-        DataError: there is nothing to replay.
-    """
+    """The traffic model of these settings; a DataError if it replays ``scenarios`` and there are none."""
     match settings:
         case SetSamplingSettings():
             return SetSamplingTraffic(predictor, settings)

@@ -1,6 +1,7 @@
 """One trial of a study: an episode from a numbered seed, and its measures in one flat row."""
 
 import typing
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, fields
 from typing import Any, NamedTuple
@@ -13,6 +14,7 @@ from coverdrive.planning.plan import Planner, Status
 from coverdrive.progress import heard_by
 from coverdrive.simulation import metrics
 from coverdrive.simulation.episode import EpisodeSettings, run_episode
+from coverdrive.simulation.initial import EGO
 from coverdrive.simulation.misses import cause_of, find_windows
 from coverdrive.simulation.outcome import Kind
 from coverdrive.simulation.predictor import Predictor
@@ -134,6 +136,9 @@ class TrialResult:
 
 _COLUMN_TYPES = {int: pl.Int64(), float: pl.Float64(), str: pl.String(), int | None: pl.Int64()}
 
+_SLACK = 1e-3
+"""a smaller slack is the solver's tolerance"""
+
 SCHEMA = {field.name: _COLUMN_TYPES[typing.get_type_hints(TrialResult)[field.name]] for field in fields(TrialResult)}
 """columns of a table of trial results"""
 
@@ -145,11 +150,7 @@ WALL_TIMES = ("planning_median", "planning_p99", "planning_maximum")
 
 
 def run_trial(participants: Participants, trial: TrialSettings) -> Trace:
-    """The episode of one trial; the same alone as within a study.
-
-    Raises:
-        StartError: the vehicles cannot be placed.
-    """
+    """The episode of one trial, the same alone as within a study; a StartError if the vehicles cannot be placed."""
     seed = np.random.SeedSequence(trial.seed, spawn_key=(trial.number,))
     return run_episode(*participants, trial.episode, trial.vehicles, seed)
 
@@ -168,6 +169,9 @@ def measure(trace: Trace, seed: int, trial: int) -> TrialResult:
     """All measures of one trial's trace."""
     windows = find_windows(trace)
     along, across = metrics.jerk(trace)
+    slacks = np.array([plan.slack.max(initial=0.0) for plan in trace.plans])
+    median, p99, maximum = np.quantile(trace.planning_seconds, (0.5, 0.99, 1.0)).tolist()
+    statuses = Counter(plan.status for plan in trace.plans)
     return TrialResult(
         trial=trial,
         seed=seed,
@@ -177,8 +181,8 @@ def measure(trace: Trace, seed: int, trial: int) -> TrialResult:
         partner=trace.outcome.partner,
         at_fault=trace.outcome.at_fault.value,
         cause=cause_of(trace).value,
-        mean_speed=metrics.mean_speed(trace),
-        distance=metrics.distance(trace),
+        mean_speed=float(trace.scene.speed[:, EGO].mean()),
+        distance=float(trace.scene.lon[-1, EGO] - trace.scene.lon[0, EGO]),
         lane_changes=metrics.lane_changes(trace),
         overtakes=metrics.overtakes(trace),
         road_departure=metrics.road_departure(trace),
@@ -187,20 +191,20 @@ def measure(trace: Trace, seed: int, trial: int) -> TrialResult:
         jerk_longitudinal=along,
         jerk_lateral=across,
         hardest_braking=metrics.hardest_braking(trace),
-        maximum_slack=metrics.maximum_slack(trace),
-        share_slack=metrics.share_slack(trace),
-        planning_median=metrics.planning_time(trace, 0.5),
-        planning_p99=metrics.planning_time(trace, 0.99),
-        planning_maximum=metrics.planning_time(trace, 1.0),
-        share_solved=metrics.status_share(trace, Status.SOLVED),
-        share_unsafe=metrics.status_share(trace, Status.UNSAFE),
-        share_rear=metrics.status_share(trace, Status.REAR),
-        share_fallback=metrics.status_share(trace, Status.FALLBACK),
-        share_blind=metrics.status_share(trace, Status.BLIND),
+        maximum_slack=float(slacks.max()),
+        share_slack=float((slacks > _SLACK).mean()),
+        planning_median=median,
+        planning_p99=p99,
+        planning_maximum=maximum,
+        share_solved=statuses[Status.SOLVED] / len(trace),
+        share_unsafe=statuses[Status.UNSAFE] / len(trace),
+        share_rear=statuses[Status.REAR] / len(trace),
+        share_fallback=statuses[Status.FALLBACK] / len(trace),
+        share_blind=statuses[Status.BLIND] / len(trace),
         clear_contacts=metrics.clear_contacts(trace),
-        traffic_stuck=metrics.traffic_stuck(trace),
+        traffic_stuck=int(trace.stuck.sum()),
         traffic_collisions=metrics.traffic_collisions(trace),
-        impossible_choices=metrics.impossible_choices(trace),
+        impossible_choices=int(trace.missed.sum()),
         windows=int(windows.seen.sum()),
         prediction_misses=int(windows.missed.sum()),
         vehicles_seen=int(windows.seen.any(0).sum()),
