@@ -255,7 +255,7 @@ def _ticks(low: float, high: float) -> list[float]:
     """Round numbers, about six of them."""
     rough = (high - low) / 6
     unit = 10.0 ** math.floor(math.log10(rough)) if rough > 0 else 1.0
-    step = unit * next((each for each in (1, 2, 5) if each * unit >= rough), 10)
+    step = unit * next((each for each in (1, 2, 2.5, 5) if each * unit >= rough), 10)
     first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
     return [float(f"{number * step:.10g}") for number in range(first, last + 1)]
 
