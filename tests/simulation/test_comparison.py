@@ -110,6 +110,6 @@ def test_what_is_missing_in_a_folder_is_named(tmp_path):
     for name in ("nothing", "empty"):
         assert f"{tmp_path / name} holds no study" in complaint(tmp_path / name)
     (tmp_path / "b" / "study" / "trials.parquet").write_text("torn")
-    assert "trials.parquet is damaged" in complaint(tmp_path / "b")
+    assert "trials.parquet is damaged or of another version" in complaint(tmp_path / "b")
     (tmp_path / "b" / "study" / "trials.parquet").unlink()
     assert f"the study in {tmp_path / 'b' / 'study'} is not finished" in complaint(tmp_path / "b")

@@ -138,7 +138,7 @@ def test_a_damaged_row_is_set_aside_and_driven_again(tmp_path, damage):
 def test_a_damaged_table_is_named(tmp_path):
     study = Study(fakes(), tmp_path).run(1)
     (tmp_path / "trials.parquet").write_bytes(b"PAR1")
-    with pytest.raises(DataError, match=r"trials.parquet is damaged"):
+    with pytest.raises(DataError, match=r"trials.parquet is damaged or of another version"):
         study.trials  # noqa: B018
     assert study.run(1).trials.height == 1
 
