@@ -104,7 +104,9 @@ class StudyFolder:
             )
         table = _table_in(self._table)
         if table is None:
-            raise DataError(f"{self._table} is damaged or of another version; the command that drove the study puts it together again")
+            raise DataError(
+                f"{self._table} is damaged or of another version; the command that drove the study puts it together again"
+            )
         return table
 
     def trace(self, trial: TrialSettings, setup: Callable[[], Setup]) -> Trace:
