@@ -105,7 +105,7 @@ class StudyFolder:
         table = _table_in(self._table)
         if table is None:
             raise DataError(
-                f"{self._table} is damaged or of another version; the command that drove the study puts it together again"
+                f"{self._table} is damaged or of another version; the command that drove the study makes it anew"
             )
         return table
 
