@@ -12,6 +12,8 @@ from coverdrive.planning.constants import Constants
 from coverdrive.planning.evaluate import evaluate
 from coverdrive.planning.merit import Surroundings
 
+_NONE = -1e6
+"""[m] half size of what is nowhere"""
 _PLANS = 4
 """plans for which a motion is followed"""
 
@@ -53,11 +55,11 @@ def _drive(state: Float[np.ndarray, " 4"], applied: Float[np.ndarray, " 2"], tim
 
 @compiled
 def _later(boxes: Float[np.ndarray, "7 P n"], share: float) -> Float[np.ndarray, "7 P n"]:
-    """The boxes after a share of a step; beyond their paths they go on."""
+    """The boxes after a share of a step; where they are beyond their paths is not known: there are none."""
     later = boxes.copy()
     for i in range(4):
         later[i, :-1] += share * (boxes[i, 1:] - boxes[i, :-1])
-    later[:2, -1] += share * (boxes[:2, -1] - boxes[:2, -2])
+    later[2:4, -1] = _NONE
     return later
 
 
