@@ -182,17 +182,27 @@ def _search(
     optimised = evaluate(descent.inputs, target, around, constants)
     standing = np.full(lanes + 1, np.inf)
     held = int(np.argmin(wanted.extra))
-    allowed, driven = min(simple.harm[0], simple.harm[len(guesses) + held]), len(guesses) + held
+    driven = len(guesses) + held
+    allowed, last_target = min(simple.harm[0], simple.harm[driven]), float(wanted.targets[held])
+    lost = (
+        simple.clear[driven]
+        and harm_on_the_way(simple.inputs[driven], last_target, around, wanted.share, constants) > 0
+    )
+    strict = not lost
     chosen = Chosen(np.nan, 0.0, 0.0, 0.0, 0, False, False)
-    chosen = _better(chosen, optimised, lane, True, -1, allowed, around, wanted, constants, standing, arrays)
-    chosen = _better(chosen, simple, simple_lane, False, driven, allowed, around, wanted, constants, standing, arrays)
+    chosen = _better(chosen, optimised, lane, True, strict, -1, allowed, around, wanted, constants, standing, arrays)
+    chosen = _better(
+        chosen, simple, simple_lane, False, strict, driven, allowed, around, wanted, constants, standing, arrays
+    )
     if not chosen.clear:
         places = _places(around, constants)
         braking = -constants.vehicle.max_deceleration * _HARD
         evading, of_place = _manoeuvres(around, places, braking, _HURRY, constants)
         lane_of = _nearest(places, wanted.targets)[of_place]
         candidates = evaluate(evading, wanted.targets[lane_of], around, constants)
-        chosen = _better(chosen, candidates, lane_of, False, -1, allowed, around, wanted, constants, standing, arrays)
+        chosen = _better(
+            chosen, candidates, lane_of, False, strict, -1, allowed, around, wanted, constants, standing, arrays
+        )
     arrays.descended[:], arrays.descended_lane[:] = descent.inputs, lane
     done = bool(descent.done[np.argmin(descent.value + extra)])
     of_contact = chosen.severity, chosen.harm, chosen.departure
@@ -205,6 +215,7 @@ def _better(
     candidates: Evaluated,
     lane: Int[np.ndarray, " m"],
     optimised: bool,
+    strict: bool,
     driven: int,
     allowed: float,
     around: Surroundings,
@@ -215,12 +226,14 @@ def _better(
 ) -> Chosen:
     """What is chosen with more candidates; ``standing`` holds the rank of the best of each lane, and of the chosen.
 
-    The candidate ``driven`` goes on with what is driven. Ranks that are no numbers are never better.
+    The candidate ``driven`` goes on with what is driven. It is free to have little room, and if not ``strict``, because
+    it gets lost as well, so are all. Ranks that are no numbers are never better.
     """
     for i in range(len(lane)):
         handicap = wanted.extra[lane[i]] + (0.0 if optimised else _NOT_OPTIMISED)
-        rank = _rank(candidates, i, i == driven, allowed)
-        if rank < _UNCLEAR and i != driven and rank + handicap < standing[-1]:
+        free = i == driven or not strict
+        rank = _rank(candidates, i, free, allowed)
+        if rank < _UNCLEAR and not free and rank + handicap < standing[-1]:
             target = float(wanted.targets[lane[i]])
             candidates.harm[i] = harm_on_the_way(candidates.inputs[i], target, around, wanted.share, constants)
             rank = _rank(candidates, i, False, allowed)
@@ -237,14 +250,13 @@ def _better(
 
 
 @compiled
-def _rank(candidates: Evaluated, i: int, driven: bool, allowed: float) -> float:
+def _rank(candidates: Evaluated, i: int, free: bool, allowed: float) -> float:
     """The lower, the better: clear motions by their cost; others first by leaving the road, then by more harm [m/s]
     than is allowed, then by the cost that counts how deep and how early they get into boxes.
 
-    A clear motion that has hardly any room, or gets lost on the way, is one of the others, unless it goes on with what
-    is driven.
+    A clear motion that has hardly any room, or gets lost on the way, is one of the others, unless it is ``free``.
     """
-    if candidates.clear[i] and (driven or candidates.harm[i] == 0):
+    if candidates.clear[i] and (free or candidates.harm[i] == 0):
         return candidates.lasting_cost[i]
     leaving, more = max(0.0, candidates.departure[i] - _NO_DEPARTURE), max(0.0, candidates.harm[i] - allowed)
     return _UNCLEAR + _PER_DEPARTURE * leaving + _PER_HARM * more + candidates.lasting_cost[i]
