@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
-from coverdrive.planning.evaluate import evaluate
+from coverdrive.planning.evaluate import compiled_empty, fill
 from coverdrive.planning.merit import Surroundings
 
 _NONE = -1e6
@@ -19,25 +19,24 @@ _PLANS = 4
 
 
 @compiled
-def harm_on_the_way(
-    inputs: Float[np.ndarray, " U"], target: float, around: Surroundings, share: float, constants: Constants
-) -> float:
+def harm_on_the_way(inputs: Float[np.ndarray, " U"], around: Surroundings, share: float, constants: Constants) -> float:
     """The most harm [m/s] that the rest of a motion does, as one of the next plans that is not clear; else 0.
 
     Args:
         inputs: of the motion, within the limits of the car.
-        target: [m] lat of the centre of its target lane.
         around: what the motion is made for.
         share: of a step, until the next plan.
         constants: of the problem.
     """
     rest, state, boxes, worst = inputs.copy(), around.state.copy(), around.boxes, 0.0
+    no_target = np.zeros(1)
     for _ in range(_PLANS):
         applied = np.array([rest[0], rest[constants.steps]])
         _drive(state, applied, share * constants.dt)
         boxes, rest = _later(boxes, share), _shifted(rest, share)
         there = Surroundings(state.copy(), applied, around.edges, boxes)
-        result = evaluate(rest.reshape(1, -1), np.array([target]), there, constants)
+        result = compiled_empty(1, len(rest))
+        fill(rest.reshape(1, -1), no_target, there, constants, result, False)
         if not result.clear[0]:
             worst = max(worst, result.harm[0])
     return worst

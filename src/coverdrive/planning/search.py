@@ -31,8 +31,6 @@ _UNCLEAR = 1e12
 """more than any motion costs; added to the cost of those that are not clear"""
 _PER_HARM = 1e11
 """[s/m] price of the harm of contacts: more than comfort and slack are worth"""
-_NOT_OPTIMISED = 1e9
-"""handicap of clear motions that do not come out of the descent"""
 _PER_DEPARTURE = 1e15
 """[1/m] price of leaving the road: more than any contact"""
 _NO_DEPARTURE = 0.005
@@ -183,11 +181,8 @@ def _search(
     standing = np.full(lanes + 1, np.inf)
     held = int(np.argmin(wanted.extra))
     driven = len(guesses) + held
-    allowed, last_target = min(simple.harm[0], simple.harm[driven]), float(wanted.targets[held])
-    lost = (
-        simple.clear[driven]
-        and harm_on_the_way(simple.inputs[driven], last_target, around, wanted.share, constants) > 0
-    )
+    allowed = min(simple.harm[0], simple.harm[driven])
+    lost = simple.clear[driven] and harm_on_the_way(simple.inputs[driven], around, wanted.share, constants) > 0
     strict = not lost
     chosen = Chosen(np.nan, 0.0, 0.0, 0.0, 0, False, False)
     chosen = _better(chosen, optimised, lane, True, strict, -1, allowed, around, wanted, constants, standing, arrays)
@@ -230,12 +225,11 @@ def _better(
     it gets lost as well, so are all. Ranks that are no numbers are never better.
     """
     for i in range(len(lane)):
-        handicap = wanted.extra[lane[i]] + (0.0 if optimised else _NOT_OPTIMISED)
+        handicap = wanted.extra[lane[i]]
         free = i == driven or not strict
         rank = _rank(candidates, i, free, allowed)
         if rank < _UNCLEAR and not free and rank + handicap < standing[-1]:
-            target = float(wanted.targets[lane[i]])
-            candidates.harm[i] = harm_on_the_way(candidates.inputs[i], target, around, wanted.share, constants)
+            candidates.harm[i] = harm_on_the_way(candidates.inputs[i], around, wanted.share, constants)
             rank = _rank(candidates, i, False, allowed)
         if rank < standing[lane[i]]:
             standing[lane[i]] = rank
