@@ -11,18 +11,28 @@ import json
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from coverdrive.certificates import support_vectors
 from coverdrive.certificates.bounds import binomial_tail, discards_allowed, marginal_misses_allowed, misses_allowed
-from coverdrive.certificates.calibration import ScoredSamples
-from coverdrive.certificates.methods import Method, Task, certify
+from coverdrive.certificates.calibration import Calibration, Claim, ScoredSamples
+from coverdrive.certificates.methods import Method, certify
 from coverdrive.certificates.nested_sets import quantile_sets
-from coverdrive.certificates.rule import Hyperplanes
+from coverdrive.certificates.rule import Hyperplanes, Rule
 
 EPSILON, CONFIDENCE, TUBE = 0.1, 0.99, 0.75
 BASES, NEURONS = 17, 50
+
+
+class Task(NamedTuple):
+    samples: ScoredSamples
+    training: ScoredSamples
+
+    def solved(self, method: Method) -> Rule:
+        calibration = Calibration.of(self.samples, TUBE, self.training.vehicle, training=self.training)
+        return certify(method, calibration, Claim(None if method.computes_epsilon else EPSILON, CONFIDENCE))[0]
 
 
 def made_up(count: int, seed: int, first: int) -> ScoredSamples:
@@ -56,7 +66,7 @@ def discarding(task: Task) -> np.ndarray:
     return np.array([scores[0] for scores in mine])
 
 
-def family(task: Task) -> np.ndarray:
+def nested_sets(task: Task) -> np.ndarray:
     samples = task.samples
     allowed = misses_allowed(EPSILON, CONFIDENCE, len(samples))
     driven = samples.scores[np.arange(len(samples)), samples.base]
@@ -64,7 +74,7 @@ def family(task: Task) -> np.ndarray:
     return [values for values in rules if (driven < values[samples.base]).sum() <= allowed][-1]
 
 
-def risk_control(task: Task) -> np.ndarray:
+def tested_in_turn(task: Task) -> np.ndarray:
     samples = task.samples
     driven = samples.scores[np.arange(len(samples)), samples.base]
     passed = None
@@ -99,7 +109,7 @@ def hyperplanes(task: Task) -> np.ndarray:
     joining = support_vectors._JOINING
     support_vectors._JOINING = len(task.samples)
     try:
-        return certify(Method.SVM, task)[0].weights
+        return task.solved(Method.SVM).weights
     finally:
         support_vectors._JOINING = joining
 
@@ -120,8 +130,8 @@ BASELINES = {
     Method.POST_BLOATING: post_bloating,
     Method.SVM: hyperplanes,
     Method.DISCARDING: discarding,
-    Method.NESTED_SETS: family,
-    Method.LEARN_THEN_TEST: risk_control,
+    Method.NESTED_SETS: nested_sets,
+    Method.LEARN_THEN_TEST: tested_in_turn,
     Method.POOLED: pooled(marginal),
     Method.PER_BASE: per_base(marginal),
     Method.CLUSTERED: per_base(marginal),
@@ -133,10 +143,9 @@ BASELINES = {
 
 
 def compared(method: Method, training: ScoredSamples, samples: ScoredSamples) -> dict[str, float | bool]:
-    epsilon = None if method.computes_epsilon else EPSILON
-    task = Task(samples, TUBE, training.vehicle, epsilon, CONFIDENCE, training=training)
+    task = Task(samples, training)
     start = time.perf_counter()
-    rule = certify(method, task)[0]
+    rule = task.solved(method)
     seconds = time.perf_counter() - start
     start = time.perf_counter()
     expected = BASELINES[method](task)
@@ -156,7 +165,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("certify.json"))
     arguments = parser.parse_args()
     training, samples = made_up(arguments.samples, 1, 0), made_up(arguments.samples, 2, arguments.samples)
-    certify(Method.NESTED_SETS, Task(samples, TUBE, training.vehicle, EPSILON, training=training))
+    Task(samples, training).solved(Method.NESTED_SETS)
     methods = {method.value: compared(method, training, samples) for method in Method}
     result = {
         "samples": len(samples),

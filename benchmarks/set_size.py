@@ -14,9 +14,10 @@ from pathlib import Path
 import equinox as eqx
 import numpy as np
 
+from coverdrive.certificates.calibration import Calibration, Claim
 from coverdrive.certificates.certificate import Unit
 from coverdrive.certificates.evaluation import evaluate
-from coverdrive.certificates.methods import Method, Task, certify
+from coverdrive.certificates.methods import Method, certify
 from coverdrive.errors import CertificateError
 from coverdrive.prediction.cover.basis import Basis, make_basis
 from coverdrive.prediction.fit import PredictionSettings, cut_and_split
@@ -72,9 +73,10 @@ def claims_of(
     )
     found: list[tuple[float, float, float]] = []
     for unit, epsilon in CLAIMS:
-        task = Task(calibration, basis.radius, np.unique(train_side.vehicle), epsilon, 0.99, unit, training=train_side)
+        known = np.unique(train_side.vehicle)
+        units = Calibration.of(calibration, basis.radius, known, unit, training=train_side)
         try:
-            result = evaluate(certify(Method.PAC_POOLED, task)[0], test)
+            result = evaluate(certify(Method.PAC_POOLED, units, Claim(epsilon))[0], test)
         except CertificateError:
             found.append((np.nan, np.nan, np.nan))
             continue

@@ -24,8 +24,8 @@ Box = tuple[float, float, float, float, float, float]
 @compiled
 def box_of(boxes: Float[np.ndarray, "7 P n"], moment: int, slot: int) -> Box:
     """A box at a moment."""
-    at = boxes[:, moment, slot]
-    return at[0], at[1], at[2], at[3], at[4], at[5]
+    lon, lat, speed = boxes[0, moment, slot], boxes[1, moment, slot], boxes[4, moment, slot]
+    return lon, lat, boxes[2, moment, slot], boxes[3, moment, slot], speed, boxes[5, moment, slot]
 
 
 @compiled
@@ -55,7 +55,9 @@ def parts_of(
     parts = 1
     for axis in range(2):
         past = abs(way[axis] - boxes[axis, moment + 1, slot] + boxes[axis, moment, slot])
-        parts = max(parts, 1 + int(min(past / (own[axis] + boxes[2 + axis, moment, slot]), MOST_PARTS - 1)))
+        room = own[axis] + boxes[2 + axis, moment, slot]
+        if past >= room:
+            parts = max(parts, 1 + int(min(past / room, MOST_PARTS - 1)))
     return parts
 
 

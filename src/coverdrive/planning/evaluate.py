@@ -130,7 +130,7 @@ def empty(motions: int, inputs: int) -> Evaluated:
     )  # fmt: skip
 
 
-_compiled_empty = compiled(empty)
+compiled_empty = compiled(empty)
 
 
 @compiled
@@ -158,7 +158,7 @@ def evaluate(
         around: what the motions are made for.
         constants: of the problem.
     """
-    result = _compiled_empty(inputs.shape[0], inputs.shape[1])
+    result = compiled_empty(inputs.shape[0], inputs.shape[1])
     fill(inputs, target, around, constants, result)
     return result
 
@@ -170,8 +170,9 @@ def fill(
     around: Surroundings,
     constants: Constants,
     result: Evaluated,
+    priced: bool = True,
 ) -> None:
-    """`evaluate` into arrays of `empty`: from Python, where an interrupt may come."""
+    """`evaluate` into arrays of `empty`: from Python, where an interrupt may come. Costs are left out if not wanted."""
     motions, steps = len(inputs), constants.steps
     for i in range(motions):
         state = (around.state[0], around.state[1], around.state[2], around.state[3])
@@ -181,7 +182,8 @@ def fill(
             result.inputs[i, k], result.inputs[i, steps + k] = applied
             for j in range(4):
                 result.states[i, k + 1, j] = state[j]
-        _add_costs(i, target[i], result, around, constants)
+        if priced:
+            _add_costs(i, target[i], result, around, constants)
         _look_at_all_times(i, result, around, constants)
 
 
@@ -245,7 +247,7 @@ def _nearest(
 def _look_at_all_times(i: int, result: Evaluated, around: Surroundings, constants: Constants) -> None:
     """Tell whether a motion is clear at all times, how severe its contacts are, and how far off the road it gets."""
     steps, states, boxes = constants.steps, result.states[i], around.boxes
-    edges, exact = np.empty((steps, 2, 4)), np.empty((steps, 2, 4))
+    edges, exact, known = np.empty((steps, 2, 4)), np.empty((steps, 2, 4)), False
     write_edges(states, result.inputs[i], edges, constants)
     for k in range(steps):
         beyond = max(edges[k, 1, 3] - around.edges[1], around.edges[0] - edges[k, 1, 1])
@@ -256,11 +258,13 @@ def _look_at_all_times(i: int, result: Evaluated, around: Surroundings, constant
         if result.clear[i] and _first_contact(i, slot, result, edges, boxes, constants)[0] < np.inf:
             result.clear[i] = False
     spare(edges)
-    write_exact_edges(states, exact, constants)
     for slot in range(boxes.shape[2]):
         time, speed = _first_contact(i, slot, result, edges, boxes, constants)
         if time == np.inf:
             continue
+        if not known:
+            write_exact_edges(states, exact, constants)
+            known = True
         sure, speed_then = _first_contact(i, slot, result, exact, boxes, constants)
         if sure < np.inf:
             time, speed = sure, speed_then

@@ -9,33 +9,34 @@ from jaxtyping import Float
 
 from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
-from coverdrive.planning.evaluate import evaluate
+from coverdrive.planning.evaluate import compiled_empty, fill
 from coverdrive.planning.merit import Surroundings
 
+_NONE = -1e6
+"""[m] half size of what is nowhere"""
 _PLANS = 4
 """plans for which a motion is followed"""
 
 
 @compiled
-def harm_on_the_way(
-    inputs: Float[np.ndarray, " U"], target: float, around: Surroundings, share: float, constants: Constants
-) -> float:
+def harm_on_the_way(inputs: Float[np.ndarray, " U"], around: Surroundings, share: float, constants: Constants) -> float:
     """The most harm [m/s] that the rest of a motion does, as one of the next plans that is not clear; else 0.
 
     Args:
         inputs: of the motion, within the limits of the car.
-        target: [m] lat of the centre of its target lane.
         around: what the motion is made for.
         share: of a step, until the next plan.
         constants: of the problem.
     """
     rest, state, boxes, worst = inputs.copy(), around.state.copy(), around.boxes, 0.0
+    no_target = np.zeros(1)
     for _ in range(_PLANS):
         applied = np.array([rest[0], rest[constants.steps]])
         _drive(state, applied, share * constants.dt)
         boxes, rest = _later(boxes, share), _shifted(rest, share)
         there = Surroundings(state.copy(), applied, around.edges, boxes)
-        result = evaluate(rest.reshape(1, -1), np.array([target]), there, constants)
+        result = compiled_empty(1, len(rest))
+        fill(rest.reshape(1, -1), no_target, there, constants, result, False)
         if not result.clear[0]:
             worst = max(worst, result.harm[0])
     return worst
@@ -53,11 +54,11 @@ def _drive(state: Float[np.ndarray, " 4"], applied: Float[np.ndarray, " 2"], tim
 
 @compiled
 def _later(boxes: Float[np.ndarray, "7 P n"], share: float) -> Float[np.ndarray, "7 P n"]:
-    """The boxes after a share of a step; beyond their paths they go on."""
+    """The boxes after a share of a step; where they are beyond their paths is not known: there are none."""
     later = boxes.copy()
     for i in range(4):
         later[i, :-1] += share * (boxes[i, 1:] - boxes[i, :-1])
-    later[:2, -1] += share * (boxes[:2, -1] - boxes[:2, -2])
+    later[2:4, -1] = _NONE
     return later
 
 

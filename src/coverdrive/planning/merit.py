@@ -28,7 +28,7 @@ _IN_VIEW = 1.0
 """constraints that are further from being active than this are not seen by a step"""
 _HEADING_IN_VIEW = 0.2
 """[rad] the same of the limits of the heading"""
-_KINK = 0.05
+KINK = 0.05
 """[m] below which a length is smoothed"""
 _LIMITS = 8
 """constraints of every step besides the boxes"""
@@ -233,7 +233,7 @@ class _Lag(NamedTuple):
 def _lag_of(state: Float[np.ndarray, " 4"], start: Float[np.ndarray, " 4"], dt: float) -> _Lag:
     lon = dt / 2 * (state[2] * np.cos(state[3]) - start[2] * np.cos(start[3]))
     lat = dt / 2 * (state[2] * np.sin(state[3]) - start[2] * np.sin(start[3]))
-    return _Lag(lon, lat, np.sqrt(lon**2 + _KINK**2) - _KINK, np.sqrt(lat**2 + _KINK**2) - _KINK)
+    return _Lag(lon, lat, np.sqrt(lon**2 + KINK**2) - KINK, np.sqrt(lat**2 + KINK**2) - KINK)
 
 
 @compiled
@@ -242,8 +242,8 @@ def _with_lag(
     dt: float,
 ) -> tuple[float, float, float, float]:  # fmt: skip
     """Derivatives by the state, of which the lag is a function, from those where half of the lag is added."""
-    along = (by[0] + by_half[0] * lag.lon / (lag.long + _KINK)) * dt / 4
-    across = (by[1] + by_half[1] * lag.lat / (lag.wide + _KINK)) * dt / 4
+    along = (by[0] + by_half[0] * lag.lon / (lag.long + KINK)) * dt / 4
+    across = (by[1] + by_half[1] * lag.lat / (lag.wide + KINK)) * dt / 4
     cosine, sine = np.cos(heading), np.sin(heading)
     turning = speed * (across * cosine - along * sine)
     return by[0], by[1], by[2] + along * cosine + across * sine, by[3] + turning

@@ -31,8 +31,6 @@ _UNCLEAR = 1e12
 """more than any motion costs; added to the cost of those that are not clear"""
 _PER_HARM = 1e11
 """[s/m] price of the harm of contacts: more than comfort and slack are worth"""
-_NOT_OPTIMISED = 1e9
-"""handicap of clear motions that do not come out of the descent"""
 _PER_DEPARTURE = 1e15
 """[1/m] price of leaving the road: more than any contact"""
 _NO_DEPARTURE = 0.005
@@ -183,10 +181,14 @@ def _search(
     standing = np.full(lanes + 1, np.inf)
     held = int(np.argmin(wanted.extra))
     driven = len(guesses) + held
-    allowed, strict = min(simple.harm[0], simple.harm[driven]), bool(not simple.clear[driven])
+    allowed = min(simple.harm[0], simple.harm[driven])
+    lost = simple.clear[driven] and harm_on_the_way(simple.inputs[driven], around, wanted.share, constants) > 0
+    strict = not lost
     chosen = Chosen(np.nan, 0.0, 0.0, 0.0, 0, False, False)
-    chosen = _better(chosen, optimised, lane, True, strict, allowed, around, wanted, constants, standing, arrays)
-    chosen = _better(chosen, simple, simple_lane, False, strict, allowed, around, wanted, constants, standing, arrays)
+    chosen = _better(chosen, optimised, lane, True, strict, -1, allowed, around, wanted, constants, standing, arrays)
+    chosen = _better(
+        chosen, simple, simple_lane, False, strict, driven, allowed, around, wanted, constants, standing, arrays
+    )
     if not chosen.clear:
         places = _places(around, constants)
         braking = -constants.vehicle.max_deceleration * _HARD
@@ -194,7 +196,7 @@ def _search(
         lane_of = _nearest(places, wanted.targets)[of_place]
         candidates = evaluate(evading, wanted.targets[lane_of], around, constants)
         chosen = _better(
-            chosen, candidates, lane_of, False, strict, allowed, around, wanted, constants, standing, arrays
+            chosen, candidates, lane_of, False, strict, -1, allowed, around, wanted, constants, standing, arrays
         )
     arrays.descended[:], arrays.descended_lane[:] = descent.inputs, lane
     done = bool(descent.done[np.argmin(descent.value + extra)])
@@ -209,6 +211,7 @@ def _better(
     lane: Int[np.ndarray, " m"],
     optimised: bool,
     strict: bool,
+    driven: int,
     allowed: float,
     around: Surroundings,
     wanted: Wanted,
@@ -218,16 +221,16 @@ def _better(
 ) -> Chosen:
     """What is chosen with more candidates; ``standing`` holds the rank of the best of each lane, and of the chosen.
 
-    If ``strict``, what is driven is not clear, and no motion may become so by a hair. Ranks that are no numbers are
-    never better.
+    The candidate ``driven`` goes on with what is driven. It is free to have little room, and if not ``strict``, because
+    it gets lost as well, so are all. Ranks that are no numbers are never better.
     """
     for i in range(len(lane)):
-        handicap = wanted.extra[lane[i]] + (0.0 if optimised else _NOT_OPTIMISED)
-        rank = _rank(candidates, i, strict, allowed)
-        if rank < _UNCLEAR and strict and rank + handicap < standing[-1]:
-            target = float(wanted.targets[lane[i]])
-            candidates.harm[i] = harm_on_the_way(candidates.inputs[i], target, around, wanted.share, constants)
-            rank = _rank(candidates, i, strict, allowed)
+        handicap = wanted.extra[lane[i]]
+        free = i == driven or not strict
+        rank = _rank(candidates, i, free, allowed)
+        if rank < _UNCLEAR and not free and rank + handicap < standing[-1]:
+            candidates.harm[i] = harm_on_the_way(candidates.inputs[i], around, wanted.share, constants)
+            rank = _rank(candidates, i, False, allowed)
         if rank < standing[lane[i]]:
             standing[lane[i]] = rank
             arrays.best[lane[i]] = candidates.inputs[i]
@@ -241,13 +244,13 @@ def _better(
 
 
 @compiled
-def _rank(candidates: Evaluated, i: int, strict: bool, allowed: float) -> float:
+def _rank(candidates: Evaluated, i: int, free: bool, allowed: float) -> float:
     """The lower, the better: clear motions by their cost; others first by leaving the road, then by more harm [m/s]
     than is allowed, then by the cost that counts how deep and how early they get into boxes.
 
-    If ``strict``, a clear motion that has hardly any room, or gets lost on the way, is one of the others.
+    A clear motion that has hardly any room, or gets lost on the way, is one of the others, unless it is ``free``.
     """
-    if candidates.clear[i] and not (strict and candidates.harm[i] > 0):
+    if candidates.clear[i] and (free or candidates.harm[i] == 0):
         return candidates.lasting_cost[i]
     leaving, more = max(0.0, candidates.departure[i] - _NO_DEPARTURE), max(0.0, candidates.harm[i] - allowed)
     return _UNCLEAR + _PER_DEPARTURE * leaving + _PER_HARM * more + candidates.lasting_cost[i]
