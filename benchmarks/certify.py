@@ -27,10 +27,13 @@ BASES, NEURONS = 17, 50
 
 
 class Task(NamedTuple):
+    """What every method and its baseline are given."""
+
     samples: ScoredSamples
     training: ScoredSamples
 
     def solved(self, method: Method) -> Rule:
+        """The rule of the package."""
         calibration = Calibration.of(self.samples, TUBE, self.training.vehicle, training=self.training)
         return certify(method, calibration, Claim(None if method.computes_epsilon else EPSILON, CONFIDENCE))[0]
 
