@@ -18,8 +18,8 @@ class Status(enum.Enum):
     SOLVED = "solved"
     """the best of the optimised plans; it is clear of every predicted path at any time and stays on the road"""
     FALLBACK = "fallback"
-    """as clear, but the rest of the last plan, or a simple braking or swerving manoeuvre: no optimised plan is clear and
-    cheaper"""
+    """as clear, but the rest of the last plan, or a simple braking or swerving manoeuvre: no optimised plan is clear
+    and cheaper"""
     REAR = "rear"
     """nothing clear was found; it is clear of everything else if the vehicle directly behind in the own lane (paper,
     Remark 2) reacts and brakes as a careful driver would"""
