@@ -126,6 +126,6 @@ def test_time_of_contact_by_hand() -> None:
     write_edges(states, inputs, edges, CONSTANTS)
     boxes = np.zeros((7, 13, 2))
     boxes[0], boxes[2], boxes[3] = [6.8, 60.0], 2.4, 0.95
-    assert contact_at(edges[0], boxes, 0, 0) == pytest.approx(0.4)
-    assert contact_at(edges[0], boxes, 0, 1) > 1
-    assert contact_at(edges[1], boxes, 1, 0) == 0.0
+    assert contact_at(edges, boxes, 0, 0, 0.0) == pytest.approx(0.4)
+    assert contact_at(edges, boxes, 0, 1, 0.0) > 1
+    assert contact_at(edges, boxes, 1, 0, 0.0) == 0.0

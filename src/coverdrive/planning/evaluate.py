@@ -18,11 +18,11 @@ from coverdrive.planning.merit import Surroundings, cost_of_input, cost_of_state
 from coverdrive.planning.problem import Situation
 from coverdrive.planning.sweep import (
     NEVER,
+    SPARE,
     State,
     contact_at,
     impact,
     impact_beyond,
-    spare,
     write_edges,
     write_exact_edges,
 )
@@ -255,17 +255,15 @@ def _look_at_all_times(i: int, result: Evaluated, around: Surroundings, constant
             result.departure[i] += beyond
             result.clear[i] = False
     for slot in range(boxes.shape[2]):
-        if result.clear[i] and _first_contact(i, slot, result, edges, boxes, constants)[0] < np.inf:
-            result.clear[i] = False
-    spare(edges)
-    for slot in range(boxes.shape[2]):
-        time, speed = _first_contact(i, slot, result, edges, boxes, constants)
+        time, speed = _first_contact(i, slot, SPARE, result, edges, boxes, constants)
         if time == np.inf:
             continue
+        if result.clear[i] and _first_contact(i, slot, 0.0, result, edges, boxes, constants)[0] < np.inf:
+            result.clear[i] = False
         if not known:
             write_exact_edges(states, exact, constants)
             known = True
-        sure, speed_then = _first_contact(i, slot, result, exact, boxes, constants)
+        sure, speed_then = _first_contact(i, slot, SPARE, result, exact, boxes, constants)
         if sure < np.inf:
             time, speed = sure, speed_then
             result.severity[i] = max(result.severity[i], speed)
@@ -276,16 +274,16 @@ def _look_at_all_times(i: int, result: Evaluated, around: Surroundings, constant
 
 @compiled
 def _first_contact(
-    i: int, slot: int, result: Evaluated, edges: Float[np.ndarray, "K 2 4"], boxes: Float[np.ndarray, "7 P n"],
-    constants: Constants,
+    i: int, slot: int, room: float, result: Evaluated, edges: Float[np.ndarray, "K 2 4"],
+    boxes: Float[np.ndarray, "7 P n"], constants: Constants,
 ) -> tuple[float, float]:  # fmt: skip
     """When [steps] a motion first touches a box, infinity for never, and their relative speed [m/s] then."""
     steps, states = constants.steps, result.states[i]
     for k in range(steps):
-        share = contact_at(edges[k], boxes, k, slot)
+        share = contact_at(edges, boxes, k, slot, room)
         if share < NEVER:
             applied = result.inputs[i, k], result.inputs[i, steps + k]
             return k + share, impact(_state(states, k), applied, share, boxes, k, slot, constants.dt)
     braking = constants.vehicle.max_deceleration
-    speed = impact_beyond(_state(states, steps), edges[steps - 1, 1], boxes, slot, braking)
+    speed = impact_beyond(_state(states, steps), edges[steps - 1, 1], boxes, slot, braking, room)
     return (float(steps) if speed >= 0 else np.inf), speed

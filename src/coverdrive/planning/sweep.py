@@ -75,19 +75,11 @@ def write_edges(
 def write_exact_edges(
     states: Float[np.ndarray, "P 4"], edges: Float[np.ndarray, "K 2 4"], constants: Constants
 ) -> None:
-    """Write the edges, as `write_edges` does, of a slightly larger car that goes on exactly, not by steps."""
+    """Write the edges, as `write_edges` does, of a car that goes on exactly, not by steps."""
     for k in range(constants.steps):
         for at in range(2):
             ahead, aside = lag(states, k + at, constants.dt)
             _place(edges[k, at], states[k + at], (ahead, aside, ahead, aside), constants)
-    spare(edges)
-
-
-@compiled
-def spare(edges: Float[np.ndarray, "K 2 4"]) -> None:
-    """Move all edges outwards."""
-    edges[:, :, :2] -= SPARE
-    edges[:, :, 2:] += SPARE
 
 
 @compiled
@@ -114,7 +106,9 @@ def _place(
 
 
 @compiled
-def contact_at(edges: Float[np.ndarray, "2 4"], boxes: Float[np.ndarray, "7 P n"], step: int, slot: int) -> float:
+def contact_at(
+    edges: Float[np.ndarray, "K 2 4"], boxes: Float[np.ndarray, "7 P n"], step: int, slot: int, room: float
+) -> float:
     """The share of a step after which body and box first overlap; `NEVER` if they do not.
 
     Args:
@@ -122,16 +116,15 @@ def contact_at(edges: Float[np.ndarray, "2 4"], boxes: Float[np.ndarray, "7 P n"
         boxes: lon, lat, half length, half width [m], speed and deceleration of the boxes.
         step: index of the step, from 0.
         slot: index of the box.
+        room: [m] by which the body is larger all around.
     """
     first, last = 0.0, 1.0
     for axis in range(2):
-        for side in (
-            -1.0,
-            1.0,
-        ):  # the body's front is beyond the box's rear, and its rear is not beyond the box's front
+        half_now, half_then = boxes[2 + axis, step, slot] + room, boxes[2 + axis, step + 1, slot] + room
+        for side in (-1.0, 1.0):  # the body's front is beyond the box's rear; its rear is not beyond the box's front
             own = axis + 2 if side < 0 else axis
-            now = side * (boxes[axis, step, slot] - edges[0, own]) + boxes[2 + axis, step, slot]
-            then = side * (boxes[axis, step + 1, slot] - edges[1, own]) + boxes[2 + axis, step + 1, slot]
+            now = side * (boxes[axis, step, slot] - edges[step, 0, own]) + half_now
+            then = side * (boxes[axis, step + 1, slot] - edges[step, 1, own]) + half_then
             if now <= 0 and then <= 0:
                 return NEVER
             if now <= 0:
@@ -163,7 +156,12 @@ def _velocity(at: Float[np.ndarray, " P"], step: int, share: float) -> float:
 
 @compiled
 def impact_beyond(
-    state: State, edges: Float[np.ndarray, " 4"], boxes: Float[np.ndarray, "7 P n"], slot: int, braking: float
+    state: State,
+    edges: Float[np.ndarray, " 4"],
+    boxes: Float[np.ndarray, "7 P n"],
+    slot: int,
+    braking: float,
+    room: float,
 ) -> float:
     """Closing speed [m/s] at which the car meets a box that is ahead at the end and goes on; −1 if it need not.
 
@@ -173,16 +171,17 @@ def impact_beyond(
         boxes: with the speed [m/s] to brake to, and its fall [m/s²].
         slot: index of the box.
         braking: [m/s²] its deceleration.
+        room: [m] by which the body is larger all around.
     """
     faster = state[2] - boxes[4, -1, slot]
-    room = boxes[0, -1, slot] - boxes[2, -1, slot] - edges[2]
-    lat, half = boxes[1, -1, slot], boxes[3, -1, slot]
-    if faster <= 0 or room < 0 or edges[1] >= lat + half or edges[3] <= lat - half:
+    way = boxes[0, -1, slot] - boxes[2, -1, slot] - edges[2] - room
+    lat, half = boxes[1, -1, slot], boxes[3, -1, slot] + room
+    if faster <= 0 or way < 0 or edges[1] >= lat + half or edges[3] <= lat - half:
         return -1.0
     fall = min(boxes[5, -1, slot], braking)
     harder = braking - fall
     if faster * fall <= boxes[4, -1, slot] * harder:
-        left = faster**2 - 2 * harder * room
+        left = faster**2 - 2 * harder * way
     else:
-        left = state[2] ** 2 - 2 * braking * (room + boxes[4, -1, slot] ** 2 / (2 * fall))
+        left = state[2] ** 2 - 2 * braking * (way + boxes[4, -1, slot] ** 2 / (2 * fall))
     return np.sqrt(left) if left > 0 else -1.0
