@@ -115,7 +115,7 @@ class TrialResult:
     share_blind: float
     """of the plans made without knowing the own state or a path"""
     clear_contacts: int
-    """steps in which the own car, driving a plan that was called clear, touched a predicted box; must be 0"""
+    """steps in which a plan that was called clear touched a predicted box, which between samples it may"""
     traffic_stuck: int
     """how often an uncontrolled vehicle found no choice that passes its check"""
     traffic_collisions: int
