@@ -18,7 +18,10 @@ from jaxtyping import Float, PRNGKeyArray
 from coverdrive.errors import DataError
 from coverdrive.prediction.learning.inputs import Inputs, network_inputs
 
-Output = Literal["sigmoid", "softmax"]
+Output = Literal["sigmoid", "softmax", "boxes"]
+
+_LIMIT = 3.0
+"""of scaled inputs to networks that give boxes, which have to make sense of what no training sample was like"""
 
 
 class Network(eqx.Module):
@@ -37,7 +40,7 @@ class Network(eqx.Module):
     inputs: Inputs = eqx.field(static=True)
     """what the network sees of the features"""
     output: Output = eqx.field(static=True)
-    """what turns the last layer into scores"""
+    """what the last layer is turned into: scores, or boxes (`coverdrive.prediction.boxes`)"""
 
     @staticmethod
     def create(
@@ -74,7 +77,8 @@ class Network(eqx.Module):
     @eqx.filter_jit
     def scaled(self, features: Float[Array | np.ndarray, "*batch F"]) -> Float[Array, "*batch I"]:
         """What the first layer sees."""
-        return (network_inputs(features, self.inputs) - self.mean) / self.scale
+        values = (network_inputs(features, self.inputs) - self.mean) / self.scale
+        return jnp.clip(values, -_LIMIT, _LIMIT) if self.output == "boxes" else values
 
     @eqx.filter_jit
     def hidden(self, features: Float[Array | np.ndarray, "*batch F"]) -> Float[Array, "*batch H"]:
@@ -84,9 +88,13 @@ class Network(eqx.Module):
     @eqx.filter_jit
     def scores(self, features: Float[Array | np.ndarray, "*batch F"]) -> Float[Array, "*batch M"]:
         """Score of every base trajectory, in [0, 1]."""
-        outputs = affine(self._last_hidden(features), self.weights[-1], self.biases[-1])
+        outputs = self.outputs(features)
         activate = jax.nn.softmax if self.output == "softmax" else jax.nn.sigmoid
         return (1 - self.prior.sum()) * activate(outputs).mean(-2) + self.prior
+
+    def outputs(self, features: Float[Array | np.ndarray, "*batch F"]) -> Float[Array, "*batch E O"]:
+        """The last layer of every member."""
+        return affine(self._last_hidden(features), self.weights[-1], self.biases[-1])
 
     def _last_hidden(self, features: Float[Array | np.ndarray, "*batch F"]) -> Float[Array, "*batch E H"]:
         values = self.scaled(features)[..., None, :]

@@ -1,6 +1,6 @@
 """Training samples: the affordance of a moment, and a label for every base trajectory (paper §2.3)."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Literal
 
@@ -15,6 +15,7 @@ from coverdrive.prediction.learning.collision import colliding_bases
 from coverdrive.prediction.segments import Segments
 from coverdrive.progress import done
 from coverdrive.recordings.recording import Recording
+from coverdrive.road import Road
 from coverdrive.scene import Scene
 
 POSSIBLE, OTHER, COLLIDES = 1, 0, -1
@@ -77,13 +78,11 @@ def make_samples(
     The first base in the basis' order of choice that covers a segment stands for it, so that few bases stand for most,
     or the nearest by the atomic norm, as where none covers it. Mirrored: the mirror images of scenes and segments.
     """
-    features = np.zeros((len(segments), len(FEATURES) + len(MOTION)), dtype=np.float32)
-    collides = np.zeros((len(segments), len(basis)), dtype=bool)
-    for index, recording in enumerate(recordings):
-        chosen = np.flatnonzero(segments.recording == index)
-        if len(chosen):
-            features[chosen], collides[chosen] = _describe(recording, segments.row[chosen], basis, mirrored)
-        done(index + 1, len(recordings))
+    def look(scene: Scene, road: Road, own: np.ndarray) -> tuple[np.ndarray, ...]:
+        return _seen(scene, road, own), np.asarray(colliding_bases(basis, scene, own))
+
+    empty = np.zeros((0, len(FEATURES) + len(MOTION)), dtype=np.float32), np.zeros((0, len(basis)), dtype=bool)
+    features, collides = _looked(recordings, segments, mirrored, look, empty)
     driven = segments.mirrored if mirrored else segments
     apart = basis.distance(driven.points)
     distance = np.maximum(apart, body_radius(basis, driven))
@@ -94,21 +93,45 @@ def make_samples(
     return Samples(features, distance, collides, base, segments.vehicle)
 
 
-def _describe(
-    recording: Recording, rows: Int[np.ndarray, " n"], basis: Basis, mirrored: bool
-) -> tuple[Float[np.ndarray, "n F"], Bool[np.ndarray, "n M"]]:
-    """Describe in chunks of one size, so that everything is compiled once per number of slots and lanes."""
-    frames = recording.frames()
-    scenes, road = frames.scene.padded(_SLOTS), recording.road
-    if mirrored:
-        scenes, road = scenes.mirrored(), road.mirrored()
-    features, collides = [], []
-    for part in np.split(np.resize(rows, len(rows) + -len(rows) % _CHUNK), range(_CHUNK, len(rows), _CHUNK)):
-        scene: Scene = jax.tree.map(lambda values, part=part: values[frames.frame[part]], scenes)
-        own = frames.slot[part]
-        features.append(np.asarray(_described(scene, road))[np.arange(_CHUNK), own])
-        collides.append(np.asarray(colliding_bases(basis, scene, own)))
-    return np.concatenate(features)[: len(rows)], np.concatenate(collides)[: len(rows)]
+def make_features(
+    recordings: Sequence[Recording], segments: Segments, mirrored: bool = False
+) -> Float[np.ndarray, "N F"]:
+    """The affordance at the start of every segment, or of its mirror image, followed by the lateral speed."""
+    empty = np.zeros((0, len(FEATURES) + len(MOTION)), dtype=np.float32)
+    return _looked(recordings, segments, mirrored, lambda *moment: (_seen(*moment),), (empty,))[0]
+
+
+def _looked(
+    recordings: Sequence[Recording],
+    segments: Segments,
+    mirrored: bool,
+    look: Callable[[Scene, Road, np.ndarray], tuple[np.ndarray, ...]],
+    empty: tuple[np.ndarray, ...],
+) -> list[np.ndarray]:
+    """What ``look`` says of the moments at which segments start and of the slots of their vehicles.
+
+    In chunks of one size, so that everything is compiled once per number of slots and lanes.
+    """
+    found, places = [empty], [np.arange(0)]
+    for index, recording in enumerate(recordings):
+        chosen = np.flatnonzero(segments.recording == index)
+        frames = recording.frames()
+        scenes, road = frames.scene.padded(_SLOTS), recording.road
+        if mirrored:
+            scenes, road = scenes.mirrored(), road.mirrored()
+        for first in range(0, len(chosen), _CHUNK):
+            place = chosen[first : first + _CHUNK]
+            rows = np.resize(segments.row[place], _CHUNK)
+            scene: Scene = jax.tree.map(lambda values, rows=rows: values[frames.frame[rows]], scenes)
+            found.append(tuple(values[: len(place)] for values in look(scene, road, frames.slot[rows])))
+            places.append(place)
+        done(index + 1, len(recordings))
+    order = np.argsort(np.concatenate(places), kind="stable")
+    return [np.concatenate(parts)[order] for parts in zip(*found, strict=True)]
+
+
+def _seen(scene: Scene, road: Road, own: np.ndarray) -> np.ndarray:
+    return np.asarray(_described(scene, road))[np.arange(_CHUNK), own]
 
 
 _described = jax.jit(described)

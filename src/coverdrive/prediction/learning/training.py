@@ -1,6 +1,7 @@
 """Training the network, or every member of an ensemble (paper §3.1)."""
 
 import math
+from collections.abc import Callable
 from typing import Annotated, Any
 
 import equinox as eqx
@@ -9,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 import optax
 from jax import Array
-from jaxtyping import Float, Int8, PRNGKeyArray
+from jaxtyping import Float, PRNGKeyArray, Shaped
 from pydantic import Field
 
 from coverdrive.errors import DataError
@@ -21,21 +22,15 @@ from coverdrive.progress import done
 from coverdrive.settings import Settings
 
 
-class TrainingSettings(Settings):
-    """Network, loss and optimiser; the defaults are what gave the smallest sets, `paper` what the paper has."""
+class OptimiserSettings(Settings):
+    """Networks and how their loss is minimised."""
 
-    loss: Loss = "cross-entropy"
-    """what is minimised"""
-    margin: MarginSettings = MarginSettings()
-    """of the margin loss"""
     inputs: Inputs = "derived"
     """what the network sees of the affordance"""
     mirrored: bool = True
     """with every sample, its mirror image (left for right) is trained on"""
     members: int = Field(default=4, ge=1, le=1000)
     """networks whose scores are averaged"""
-    prior: float = Field(default=0.3, ge=0, lt=1)
-    """share of every score that comes from how often each base was driven in training"""
     hidden: tuple[Annotated[int, Field(ge=1, le=10_000)], ...] = Field(default=(100, 50), max_length=20)
     """neurons of the hidden layers (authors' scripts)"""
     dropout: float = Field(default=0.2, ge=0, lt=1)
@@ -55,6 +50,25 @@ class TrainingSettings(Settings):
     most_steps: int = Field(default=2500, ge=1, le=100_000_000)
     """training on many samples ends after so many steps, be it in fewer passes"""
 
+    def passes(self, samples: int) -> int:
+        """Passes over so many samples."""
+        return min(self.epochs, math.ceil(self.most_steps / self.steps(samples)))
+
+    def steps(self, samples: int) -> int:
+        """Steps of a pass; samples that do not fill a batch wait for another one."""
+        return max(1, samples // self.batch)
+
+
+class TrainingSettings(OptimiserSettings):
+    """Of scores of base trajectories; the defaults are what gave the smallest sets, `paper` what the paper has."""
+
+    loss: Loss = "cross-entropy"
+    """what is minimised"""
+    margin: MarginSettings = MarginSettings()
+    """of the margin loss"""
+    prior: float = Field(default=0.3, ge=0, lt=1)
+    """share of every score that comes from how often each base was driven in training"""
+
     @staticmethod
     def paper() -> "TrainingSettings":
         """One network on the 21 features, margin loss, Adam (paper §3.1, authors' scripts)."""
@@ -72,14 +86,6 @@ class TrainingSettings(Settings):
             most_steps=1_000_000,
         )
 
-    def passes(self, samples: int) -> int:
-        """Passes over so many samples."""
-        return min(self.epochs, math.ceil(self.most_steps / self.steps(samples)))
-
-    def steps(self, samples: int) -> int:
-        """Steps of a pass; samples that do not fill a batch wait for another one."""
-        return max(1, samples // self.batch)
-
 
 def train(
     samples: Samples, settings: TrainingSettings | None = None, seed: int = 0
@@ -89,30 +95,47 @@ def train(
     The seed is of the initial weights, the order of the samples, dropout and noise.
     """
     settings = settings or TrainingSettings()
-    if len(samples) == 0:
-        raise DataError("there are no samples to train on; give more recordings or a larger training share")
     start, order = jax.random.split(jax.random.key(seed))
     labels = samples.labels
     sizes, output = (settings.hidden, labels.shape[1]), OUTPUT[settings.loss]
     network = Network.create(samples.features, *sizes, start, settings.members, settings.inputs, output)
+    loss = loss_function(settings.loss, settings.margin)
+    network, losses = optimised(network, samples.features, labels, loss, settings, order)
+    shares = np.bincount(samples.base, minlength=labels.shape[1]) / len(samples)
+    prior = (settings.prior * shares).astype(np.float32)
+    return eqx.tree_at(lambda made: made.prior, network, prior), losses
+
+
+def optimised(
+    network: Network,
+    features: Float[np.ndarray, "N F"],
+    targets: Shaped[np.ndarray, "N *target"],
+    loss: Callable[[Array, Array], Array],
+    settings: OptimiserSettings,
+    key: PRNGKeyArray,
+) -> tuple[Network, Float[np.ndarray, " epochs"]]:
+    """The network with the least loss of its last layer (B, O) and the targets of a batch; the loss of every epoch.
+
+    `DataError` where training diverges, or has nothing to learn from.
+    """
+    if len(features) == 0:
+        raise DataError("there are no samples to train on; give more recordings or a larger training share")
     parameters = (network.weights, network.biases)
-    state = _optimiser(settings, len(samples)).init(parameters)
-    inputs, targets = network.scaled(samples.features), jnp.asarray(labels)
-    passes = settings.passes(len(samples))
+    state = _optimiser(settings, len(features)).init(parameters)
+    inputs, wanted = network.scaled(features), jnp.asarray(targets)
+    passes = settings.passes(len(features))
     losses: list[float] = []
-    for epoch, key in enumerate(jax.random.split(order, passes)):
-        parameters, state, loss = _epoch(parameters, state, inputs, targets, settings, key)
-        losses.append(float(loss))
+    for epoch, drawn in enumerate(jax.random.split(key, passes)):
+        parameters, state, mean = _epoch(parameters, state, inputs, wanted, loss, settings, drawn)
+        losses.append(float(mean))
         done(epoch + 1, passes)
     if not np.isfinite(losses[-1]):
         raise DataError(f"training diverged (loss {losses[-1]}); use a smaller learning rate")
-    shares = np.bincount(samples.base, minlength=labels.shape[1]) / len(samples)
-    prior = (settings.prior * shares).astype(np.float32)
-    trained = eqx.tree_at(lambda made: (made.weights, made.biases, made.prior), network, (*parameters, prior))
+    trained = eqx.tree_at(lambda made: (made.weights, made.biases), network, parameters)
     return jax.tree.map(np.asarray, trained), np.array(losses)
 
 
-def _optimiser(settings: TrainingSettings, samples: int) -> optax.GradientTransformation:
+def _optimiser(settings: OptimiserSettings, samples: int) -> optax.GradientTransformation:
     rate = settings.learning_rate
     schedule = optax.cosine_decay_schedule(rate, settings.passes(samples) * settings.steps(samples))
     return optax.adamw(schedule if settings.annealed else rate, weight_decay=settings.weight_decay)
@@ -123,8 +146,9 @@ def _epoch(
     parameters: Any,
     state: Any,
     inputs: Float[Array, "N I"],
-    labels: Int8[Array, "N M"],
-    settings: TrainingSettings,
+    targets: Shaped[Array, "N *target"],
+    loss: Callable[[Array, Array], Array],
+    settings: OptimiserSettings,
     key: PRNGKeyArray,
 ) -> tuple[Any, Any, Float[Array, ""]]:
     """One pass over the samples; every member sees them in an order of its own."""
@@ -133,11 +157,11 @@ def _epoch(
     size = min(settings.batch, len(inputs))
     orders = [jax.random.permutation(each, len(inputs)) for each in jax.random.split(key, settings.members)]
     batches = jnp.stack(orders, axis=1)[: steps * size].reshape(steps, size, settings.members)
-    loss_of_member = jax.vmap(loss_function(settings.loss, settings.margin), in_axes=1)
+    loss_of_member = jax.vmap(loss, in_axes=1)
 
     def loss_of(parameters: Any, batch: Array, key: PRNGKeyArray) -> Array:
         outputs = _outputs(parameters, inputs[batch], settings, key)
-        return loss_of_member(outputs, labels[batch]).sum()
+        return loss_of_member(outputs, targets[batch]).sum()
 
     def step(carry: tuple[Any, Any], drawn: tuple[Array, PRNGKeyArray]) -> tuple[tuple[Any, Any], Array]:
         parameters, state = carry
@@ -150,7 +174,7 @@ def _epoch(
 
 
 def _outputs(
-    parameters: Any, inputs: Float[Array, "B E I"], settings: TrainingSettings, key: PRNGKeyArray
+    parameters: Any, inputs: Float[Array, "B E I"], settings: OptimiserSettings, key: PRNGKeyArray
 ) -> Float[Array, "B E M"]:
     """What the last layers give in training: with noise on the inputs and with neurons left out."""
     weights, biases = parameters

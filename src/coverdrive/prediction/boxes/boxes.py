@@ -1,0 +1,73 @@
+"""Boxes that are to hold the body of a vehicle, how far segments are outside, and the family of sets that scale them.
+
+A box has a centre, as deviation from constant velocity, and half sizes by which it is larger than the body, at each of
+the P points after the start. The sets are nested in one number: all half sizes are r times as large as they were
+learned. A segment is in the set from the least r on with which its whole body is in the boxes at all points. Its score
+is 1/(1 + r), so that every method of calibration (`coverdrive.certificates`) finds a threshold as for one base.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from coverdrive.certificates.calibration import ScoredSamples
+from coverdrive.certificates.rule import scale_at
+from coverdrive.geometry import turned_half_extents
+from coverdrive.prediction.segments import Segments
+
+TUBE = 1.0
+"""distance from which on a segment counts as outside every set"""
+
+LEAST = 1e-3
+"""scores below it are outside every set; no set is larger than that"""
+
+_COMMON, _NARROWEST = 0.99, 0.05
+"""quantile of the deviations from constant velocity that shapes its box, and the least half size [m] of it"""
+
+
+@dataclass(frozen=True)
+class Boxes:
+    """Boxes for N moments, at r = 1."""
+
+    centre: Float[np.ndarray, "N P 2"]
+    """[m] deviation from constant velocity along lon and lat"""
+    half_sizes: Float[np.ndarray, "N P 2"]
+    """[m] half extents beyond those of the body"""
+
+    @property
+    def areas(self) -> Float[np.ndarray, "N P"]:
+        """[m²] that the centre of the vehicle may be in."""
+        return 4 * self.half_sizes.prod(-1)
+
+
+def beyond_box(segments: Segments, centre: Float[np.ndarray, "N P 2"]) -> Float[np.ndarray, "N P 2"]:
+    """[m] from a centre to the farthest side of the body along lon and lat, less the half sizes of the body."""
+    return np.abs(segments.points[:, 1:] - centre) + body_excess(segments)
+
+
+def body_excess(segments: Segments) -> Float[np.ndarray, "N P 2"]:
+    """[m] by which a body reaches farther along lon and lat because it is turned."""
+    straight = segments.half_sizes[:, None]
+    return turned_half_extents(straight, segments.heading[:, 1:]) - straight
+
+
+def scored_by(boxes: Boxes, segments: Segments) -> ScoredSamples:
+    """The scores of segments; they all drove the one base that there is."""
+    ratio = (beyond_box(segments, boxes.centre) / boxes.half_sizes).max((1, 2))
+    score = 1 / (1 + np.maximum(ratio, 0))
+    outside = np.where(score < LEAST, 2 * TUBE, 0.0)
+    nobody = np.zeros(len(segments), dtype=np.int64)
+    return ScoredSamples(score[:, None], nobody, outside, segments.vehicle, area=boxes.areas.mean(1))
+
+
+def constant_velocity(training: Segments, segments: Segments) -> Boxes:
+    """The trivial predictor: around constant velocity, by the quantiles of the training deviations at every point."""
+    common = np.quantile(np.abs(training.points[:, 1:]), _COMMON, axis=0)
+    half_sizes = np.broadcast_to(np.maximum(common, _NARROWEST), segments.points[:, 1:].shape)
+    return Boxes(np.zeros(half_sizes.shape), half_sizes)
+
+
+def scale_of(threshold: float) -> float:
+    """How many times as large as learned the boxes are at a threshold."""
+    return float(scale_at(max(threshold, LEAST)))

@@ -1,0 +1,103 @@
+"""The predictor of boxes: network, the scale that was calibrated, and certificate in one object and one file."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from functools import cached_property
+from itertools import product
+from pathlib import Path
+from typing import Any, ClassVar
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from jaxtyping import Bool, Float, Int
+from scipy.interpolate import CubicSpline
+
+from coverdrive.certificates.certificate import Certificate
+from coverdrive.certificates.rule import Thresholds
+from coverdrive.paths import PredictedPaths
+from coverdrive.prediction.boxes.boxes import TUBE, scale_of
+from coverdrive.prediction.boxes.network import BoxNetwork
+from coverdrive.prediction.learning.affordance import described
+from coverdrive.prediction.predictor import SLOTS, StoredPredictor, TimeGrid, others_of
+from coverdrive.road import Road
+from coverdrive.scene import Scene
+
+_CORNERS = np.array(list(product((-1.0, 0.0, 1.0), repeat=2)))
+"""members of a set that traffic may drive: the centre of the boxes, and the middles and corners of their sides"""
+
+
+@dataclass(frozen=True)
+class BoxPredictor(StoredPredictor):
+    """Says in which box every vehicle of a scene stays."""
+
+    network: BoxNetwork
+    rule: Thresholds
+    certificate: Certificate
+    trained_on: Int[np.ndarray, " V"]
+    """keys of the vehicles that trained the network"""
+    step: float
+    """[s] between two boxes that were learned"""
+    basis: ClassVar[None] = None
+    tube: ClassVar[float] = TUBE
+
+    @property
+    def horizon(self) -> float:
+        """[s] that it looks ahead."""
+        return self.step * len(self.network.usual)
+
+    def predict(
+        self,
+        scene: Scene,
+        road: Road,
+        ego: int | None = None,
+        dt: float | None = None,
+        steps: int | None = None,
+        *,
+        like: TimeGrid | None = None,
+    ) -> PredictedPaths:
+        """One path for each vehicle, in whose boxes it stays; arguments and errors as of the predictor of a basis."""
+        period, count = self._grid(dt, steps, like)
+        vehicle = others_of(scene, ego)
+        times = period * np.arange(count + 1)
+        centre, half_sizes = self._boxes_at(scene, road, vehicle, times)
+        states = scene.states[vehicle]
+        centre[..., 0] += states[:, :1] + times * (states[:, 2] * np.cos(states[:, 3]))[:, None]
+        centre[..., 1] += states[:, 1:2]
+        half_sizes += scene.half_sizes[vehicle][:, None]
+        return PredictedPaths(centre, vehicle, half_sizes, period)
+
+    def choices(
+        self, scene: Scene, road: Road, times: Float[np.ndarray, " n"]
+    ) -> tuple[Float[np.ndarray, "A M n 2"], Float[np.ndarray, "A M n 2"], Bool[np.ndarray, "A M"]]:
+        """M = 9 motions within the boxes of every slot, as deviations [m] from constant velocity, and their rates."""
+        centre, half_sizes = self._boxes_at(scene, road, np.arange(scene.vehicles), times)
+        deviation = centre[:, None] + _CORNERS[:, None] * half_sizes[:, None]
+        rate = np.gradient(deviation, times, axis=2)
+        possible = np.broadcast_to(np.asarray(scene.valid)[:, None], deviation.shape[:2]).copy()
+        return deviation, rate, possible
+
+    def _boxes_at(
+        self, scene: Scene, road: Road, vehicle: Int[np.ndarray, " n"], times: Float[np.ndarray, " K"]
+    ) -> tuple[Float[np.ndarray, "n K 2"], Float[np.ndarray, "n K 2"]]:
+        """Centres and half sizes of the boxes of some slots at ``times`` [s], which the calibrated scale is part of."""
+        values = np.asarray(self._values(scene.packed(SLOTS), road.edges), dtype=float)[:, vehicle]
+        place, size = self._weights(times)
+        return place @ values[0], scale_of(self.rule.values[0]) * (size @ values[1])
+
+    def _weights(self, times: Float[np.ndarray, " K"]) -> tuple[Float[np.ndarray, "K P"], Float[np.ndarray, "K P"]]:
+        """What boxes at any times are made of: cubic splines through the centres, and lines between the sizes."""
+        knots = self.step * np.arange(len(self.network.usual) + 1)
+        unit = np.eye(len(knots))[:, 1:]
+        return CubicSpline(knots, unit)(times), np.stack([np.interp(times, knots, each) for each in unit.T], axis=-1)
+
+    @cached_property
+    def _values(self) -> Callable[[Float[np.ndarray, "7 A"], Float[Array | np.ndarray, " E"]], Array]:
+        """The function of a packed scene and road edges that gives centres and half sizes (2, A, P, 2)."""
+        network = self.network
+
+        def values(rows: Float[Array, "7 A"], edges: Float[Array, " E"]) -> Float[Array, "2 A P 2"]:
+            return jnp.stack(network.boxes(described(Scene.unpacked(rows), Road(edges, np.inf))))
+
+        return jax.jit(values)
