@@ -6,7 +6,7 @@ from simulation_fakes import make_scene
 
 from coverdrive.geometry import boxes_overlap
 from coverdrive.road import Road
-from coverdrive.simulation.clearance import clearance, directly_in_front, road_clearance
+from coverdrive.simulation.set_sampling import clearance, directly_in_front, road_clearance
 
 CAR = np.array([2.4, 0.95])
 

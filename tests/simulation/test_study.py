@@ -41,7 +41,7 @@ def test_trials_are_spread_evenly_and_written_one_by_one(tmp_path):
     assert pl.read_parquet(tmp_path / "trials.parquet").equals(table)
     one = measure(setup.drive(3), 1, 3)
     row = table.row(3, named=True)
-    assert {name: getattr(one, name) for name in SCHEMA if name not in WALL_TIMES} == {
+    assert {name: one[name] for name in SCHEMA if name not in WALL_TIMES} == {
         name: row[name] for name in SCHEMA if name not in WALL_TIMES
     }
 
