@@ -9,14 +9,13 @@ A file that is damaged, foreign, edited or older is refused by its name.
 """
 
 import hashlib
-import json
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
 import polars as pl
-from pydantic import TypeAdapter, ValidationError
+from pydantic import TypeAdapter
 
 import coverdrive
 from coverdrive.certificates.comparison import Compared
@@ -44,16 +43,10 @@ STUDY = "study"
 """the study in the traffic of the folder's settings; one in another traffic is called ``study-drivers`` or the like"""
 
 _FORMAT = 2
-_OBJECT = TypeAdapter(dict[str, Any]).validate_python
+_OBJECT, _CERTIFIED = TypeAdapter(dict[str, Any]), TypeAdapter(Certified)
+_METHODS = TypeAdapter(dict[Literal["methods"], list[Compared]])
 
 T = TypeVar("T")
-
-
-@dataclass(frozen=True)
-class _Methods:
-    """What ``methods.json`` holds."""
-
-    methods: list[Compared]
 
 
 class Results:
@@ -62,7 +55,6 @@ class Results:
     def __init__(self, folder: Path | str):
         """Name the folder; it is made as needed."""
         self.folder = Path(folder)
-        self._known: dict[str, Any] = {}
 
     # what a fit leaves
 
@@ -82,30 +74,35 @@ class Results:
         """Whether there is a fit."""
         return (self.folder / MANIFEST).exists()
 
-    @property
+    @cached_property
     def experiment(self) -> Experiment:
         """The settings that the fit was made with."""
-        return self._kept("experiment", lambda: Experiment.load(self._sealed(CONFIG)))
+        return Experiment.load(self._sealed(CONFIG))
 
-    @property
+    @cached_property
     def predictor(self) -> Predictor:
         """The certified predictor."""
-        return self._kept("predictor", lambda: Predictor.load(self._sealed(PREDICTOR)))
+        return Predictor.load(self._sealed(PREDICTOR))
 
-    @property
+    @cached_property
     def scored(self) -> ScoredSides:
         """Scores of every side of the split."""
-        return self._kept("scored", lambda: ScoredSides.load(self._sealed(SCORES), self.predictor))
+        return ScoredSides.load(self._sealed(SCORES), self.predictor)
 
-    @property
+    @cached_property
     def learned(self) -> Learned:
         """What pictures of the fit show."""
-        return self._kept("learned", lambda: Learned.load(self._sealed(LEARNED)))
+        return Learned.load(self._sealed(LEARNED))
 
-    @property
+    @cached_property
     def certified(self) -> Certified:
         """The certificates, and how they did on scenes that were never seen."""
-        return self._kept("certified", lambda: _read(self._sealed(CERTIFICATE), TypeAdapter(Certified).validate_python))
+        return _read(self._sealed(CERTIFICATE), _CERTIFIED)
+
+    @cached_property
+    def run(self) -> dict[str, Any]:
+        """Versions, data and times."""
+        return _read(self._sealed(RUN), _OBJECT)
 
     @property
     def settings(self) -> PredictionSettings:
@@ -116,11 +113,6 @@ class Results:
     def seed(self) -> int:
         """That the fit was made with."""
         return self.experiment.seed
-
-    @property
-    def run(self) -> dict[str, Any]:
-        """Versions, data and times."""
-        return self._kept("run", lambda: _read(self._sealed(RUN), _OBJECT))
 
     @property
     def fitted(self) -> Fitted:
@@ -140,7 +132,7 @@ class Results:
 
     def save_methods(self, compared: Sequence[Compared]) -> None:
         """Write a comparison of methods as JSON, and as a table of one row for each method and target."""
-        write_json(self.folder / METHODS, TypeAdapter(_Methods).dump_python(_Methods(list(compared)), mode="json"))
+        write_json(self.folder / METHODS, _METHODS.dump_python({"methods": list(compared)}, mode="json"))
         table = pl.DataFrame([_row(each) for each in compared], infer_schema_length=None)
         write_atomically(self.folder / "methods.csv", table.write_csv)
         self._seal(METHODS)
@@ -150,7 +142,7 @@ class Results:
         """All methods of calibration side by side; none if they were not compared on this predictor yet."""
         if METHODS not in self._digests:
             return []
-        return _read(self._sealed(METHODS), TypeAdapter(_Methods).validate_python).methods
+        return _read(self._sealed(METHODS), _METHODS)["methods"]
 
     # studies
 
@@ -232,13 +224,7 @@ class Results:
         known = self._digests if self.holds_fit else {}
         files = known | {name: _digest(self.folder / name) for name in names}
         write_json(self.folder / MANIFEST, {"format": _FORMAT, "coverdrive": coverdrive.__version__, "files": files})
-        self._known.clear()
-
-    def _kept(self, name: str, read: Callable[[], T]) -> T:
-        """What was read before, or is read now."""
-        if name not in self._known:
-            self._known[name] = read()
-        return self._known[name]
+        self.__dict__ = {"folder": self.folder}  # whatever was read is void
 
     def _sealed(self, name: str) -> Path:
         """A file that is as it was written."""
@@ -266,7 +252,7 @@ def not_driven(folder: Path, study: str) -> DataError:
 def certificate_record(fit: Fit) -> dict[str, Any]:
     """Certificates, and how they did on the test split, as JSON values."""
     sentences = [certificate.sentence for certificate in fit.certificates]
-    return {"sentences": sentences} | TypeAdapter(Certified).dump_python(Certified.of(fit), mode="json")
+    return {"sentences": sentences} | _CERTIFIED.dump_python(Certified.of(fit), mode="json")
 
 
 def save_bases(experiment: Experiment, studied: Sequence[StudiedBasis], folder: Path) -> None:
@@ -301,10 +287,10 @@ def _digest(file: Path) -> str:
         return hashlib.file_digest(content, "sha256").hexdigest()
 
 
-def _read(file: Path, checked: Callable[[Any], T]) -> T:
+def _read(file: Path, content: TypeAdapter[T]) -> T:
     """The content of a JSON file, as what it was written from."""
     try:
-        return checked(json.loads(file.read_text(encoding="utf-8")))
-    except (OSError, ValueError, ValidationError) as error:
+        return content.validate_json(file.read_bytes())
+    except (OSError, ValueError) as error:
         first = str(error).partition("\n")[0]
         raise DataError(f"{file}: not a readable result ({first}); make it with `coverdrive fit`") from error

@@ -6,16 +6,9 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+from coverdrive.cli import options
 from coverdrive.cli.bars import stages, waiting
-from coverdrive.cli.options import (
-    Config,
-    Out,
-    Seed,
-    ToReplay,
-    TrafficName,
-    console,
-    experiment_of,
-)
+from coverdrive.cli.options import console, experiment_of
 from coverdrive.progress import stage
 
 
@@ -35,11 +28,11 @@ def drive(
             help="Number of uncontrolled vehicles, as in `--vehicles 8`; else that of the trial.",
         ),
     ] = None,
-    traffic: TrafficName = None,
-    recording: ToReplay = None,
-    seed: Seed = None,
-    out: Out = Path("results"),
-    config: Config = None,
+    traffic: options.TrafficName = None,
+    recording: options.ToReplay = None,
+    seed: options.Seed = None,
+    out: options.Out = Path("results"),
+    config: options.Config = None,
 ) -> dict[str, Any]:
     """Drive one trial with the predictor in a results folder; write its trace, snapshots and a video.
 
