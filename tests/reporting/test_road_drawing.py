@@ -21,7 +21,7 @@ PATHS = 2 * PATHS_PER_VEHICLE
 @pytest.fixture
 def drawing(trace) -> RoadDrawing:
     axes = style.new_figure(8, 2).subplots()
-    return RoadDrawing.on(axes, trace.road, trace.scene.vehicles, Window(behind=30, ahead=60))
+    return RoadDrawing(axes, trace.road, trace.scene.vehicles, Window(behind=30, ahead=60))
 
 
 def polygons(collection) -> list[np.ndarray]:
@@ -151,5 +151,5 @@ def test_a_left_turned_body_points_left():
 def test_traces_of_any_length_are_drawn():
     short = make_trace(1)
     axes = style.new_figure(8, 2).subplots()
-    scene = RoadDrawing.on(axes, short.road, 4).show_moment(short, 1)
+    scene = RoadDrawing(axes, short.road, 4).show_moment(short, 1)
     assert scene.lon.shape == (4,)
