@@ -9,7 +9,7 @@ A file that is damaged, foreign, edited or older is refused by its name.
 """
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, TypeVar
@@ -97,12 +97,12 @@ class Results:
     @cached_property
     def certified(self) -> Certified:
         """The certificates, and how they did on scenes that were never seen."""
-        return _read(self._sealed(CERTIFICATE), _CERTIFIED)
+        return _read(self._sealed(CERTIFICATE), _CERTIFIED.validate_json)
 
     @cached_property
     def run(self) -> dict[str, Any]:
         """Versions, data and times."""
-        return _read(self._sealed(RUN), _OBJECT)
+        return _read(self._sealed(RUN), _OBJECT.validate_json)
 
     @property
     def settings(self) -> PredictionSettings:
@@ -142,7 +142,7 @@ class Results:
         """All methods of calibration side by side; none if they were not compared on this predictor yet."""
         if METHODS not in self._digests:
             return []
-        return _read(self._sealed(METHODS), _METHODS)["methods"]
+        return _read(self._sealed(METHODS), _METHODS.validate_json)["methods"]
 
     # studies
 
@@ -214,7 +214,7 @@ class Results:
             raise DataError(
                 f"there are no results in {self.folder}; make some with `coverdrive run --out {self.folder}`"
             )
-        found = _read(file, _OBJECT)
+        found = _read(file, _OBJECT.validate_json)
         if found.get("format") != _FORMAT:
             raise DataError(f"{file}: expected results of format {_FORMAT}, got {found.get('format')!r}; fit again")
         return found["files"]
@@ -287,10 +287,10 @@ def _digest(file: Path) -> str:
         return hashlib.file_digest(content, "sha256").hexdigest()
 
 
-def _read(file: Path, content: TypeAdapter[T]) -> T:
+def _read(file: Path, parse: Callable[[bytes], T]) -> T:
     """The content of a JSON file, as what it was written from."""
     try:
-        return content.validate_json(file.read_bytes())
+        return parse(file.read_bytes())
     except (OSError, ValueError) as error:
         first = str(error).partition("\n")[0]
         raise DataError(f"{file}: not a readable result ({first}); make it with `coverdrive fit`") from error

@@ -6,7 +6,7 @@ Trial i has its own random numbers, so that it is the same alone and within a st
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from pydantic import TypeAdapter, ValidationError
@@ -33,16 +33,8 @@ AnyPlanner = Planner | Callable[[], Planner]
 AnyTraffic = str | TrafficSettings | Traffic | Callable[[], Traffic]
 """the name of a traffic, settings of one, a model of your own, or what makes one"""
 
-
-class Participants(NamedTuple):
-    """Who takes part in an episode; built once per process, because solvers cannot move between processes."""
-
-    predictor: Predictor
-    """of the ego"""
-    planner: Planner
-    """of the ego"""
-    traffic: Traffic
-    """all uncontrolled vehicles"""
+Participants = tuple[Predictor, Planner, Traffic]
+"""who takes part in an episode; built once per process, because solvers cannot move between processes"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +75,7 @@ class Setup:
         traffic: Any = self.traffic
         if isinstance(traffic, Settings):
             traffic = make_traffic(traffic, self.predictor, self._read() if self.replays else ())  # pyright: ignore[reportArgumentType]
-        return Participants(self.predictor, _made(self.planner, Planner), _made(traffic, Traffic))
+        return self.predictor, _made(self.planner, Planner), _made(traffic, Traffic)
 
     def vehicles_of(self, trial: int) -> int:
         """Number of uncontrolled vehicles of a trial."""

@@ -88,15 +88,8 @@ class Study:
     ) -> "Study":
         """Drive all trials that the folder does not hold yet; a study that was killed goes on where it was.
 
-        A study may be continued with more trials: the first ones stay the same.
-
-        Args:
-            trials: number of trials; the largest, if the study may stop early.
-            workers: as in `study`.
-            cluster: as in `study`.
-            until_width: as in `study`.
-            batch: number of trials after which it is asked whether to stop early.
-            name: of the stage that is reported.
+        A study may be continued with more trials: the first ones stay the same. Whether to stop early is asked after
+        every ``batch`` of trials; ``name`` is of the stage that is reported, all else as in `study`.
         """
         if min(trials, workers, batch) < 1:
             raise SettingError(

@@ -10,8 +10,7 @@ from report_fakes import make_contents, make_stray
 
 from coverdrive.progress import heard_by
 from coverdrive.reporting.page.page import _script_json, page, write_page
-from coverdrive.reporting.page.study import ends
-from coverdrive.reporting.page.summary import heading, tiles, verdict
+from coverdrive.reporting.page.summary import ends, heading, tiles, verdict
 from coverdrive.reporting.page.trials import COLUMNS, trial_rows
 from coverdrive.simulation.outcome import Kind
 from coverdrive.simulation.trial import measure

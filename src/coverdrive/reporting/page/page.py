@@ -16,8 +16,7 @@ from coverdrive.reporting.drawing import inline_svg
 from coverdrive.reporting.figure import to_json
 from coverdrive.reporting.figures import figures_of
 from coverdrive.reporting.page.replay import SLACK, STATUSES, replay_data
-from coverdrive.reporting.page.study import ends
-from coverdrive.reporting.page.summary import facts, heading, tiles, verdict
+from coverdrive.reporting.page.summary import ends, facts, heading, tiles, verdict
 from coverdrive.reporting.page.trials import COLUMNS, LEAST_FIRST, trial_rows
 from coverdrive.simulation.notable import NEAR_GAP, NEAR_TIME, NEARLY
 from coverdrive.simulation.outcome import Kind
