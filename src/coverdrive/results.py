@@ -182,27 +182,27 @@ class Results:
         Raises:
             DataError: it was driven with another predictor, or not at all.
         """
-        return self.study(self._experiment_of(self.study_name(traffic)), recordings, self.study_name(traffic))
+        name = self.study_name(traffic)
+        folder, experiment = StudyFolder(self.folder / name), self.experiment
+        if folder.exists:
+            described = folder.description()
+            if described["predictor"] != self.predictor.fingerprint:
+                raise DataError(
+                    f"the study in {folder.path} was driven with another predictor than that in {self.folder}; "
+                    f"fit to another folder, or remove the folder `{name}` in it and drive again"
+                )
+            parts = {part: described[part] for part in ("planner", "traffic", "episode", "seed")}
+            experiment = experiment.overridden(study={"vehicles": described["vehicles"]}, **parts)
+        elif name != STUDY:
+            raise DataError(
+                f"{self.folder} holds no finished study in `{name}`; drive one with "
+                f"`coverdrive study --traffic {traffic} --out {self.folder}`"
+            )
+        return self.study(experiment, recordings, name)
 
     def study_name(self, traffic: str | None) -> str:
         """Folder of the study in a traffic: that of the folder's settings is called ``study``."""
         return STUDY if traffic in (None, self.experiment.traffic.kind) else f"{STUDY}-{traffic}"
-
-    def _experiment_of(self, study: str) -> Experiment:
-        """The settings with which a study was driven, or would be."""
-        folder = StudyFolder(self.folder / study)
-        if not folder.exists:
-            if study == STUDY:
-                return self.experiment
-            raise not_driven(self.folder, study)
-        described = folder.description()
-        if described["predictor"] != self.predictor.fingerprint:
-            raise DataError(
-                f"the study in {folder.path} was driven with another predictor than that in {self.folder}; "
-                f"fit to another folder, or remove the folder `{study}` in it and drive again"
-            )
-        parts = {name: described[name] for name in ("planner", "traffic", "episode", "seed")}
-        return self.experiment.overridden(study={"vehicles": described["vehicles"]}, **parts)
 
     # what holds the folder together
 
@@ -239,14 +239,6 @@ class Results:
                 "put the right one back, or make all anew with `coverdrive fit`"
             )
         return file
-
-
-def not_driven(folder: Path, study: str) -> DataError:
-    """What to say where there is no study."""
-    traffic = study.removeprefix(STUDY).replace("-", " --traffic ", 1)
-    return DataError(
-        f"{folder} holds no finished study in `{study}`; drive one with `coverdrive study{traffic} --out {folder}`"
-    )
 
 
 def certificate_record(fit: Fit) -> dict[str, Any]:

@@ -82,12 +82,13 @@ class SetSamplingTraffic:
         possible = np.asarray(self._predictor.possible(scene, self._road))
         heeds_own = directly_in_front(scene, self._road)
         self._begin_choice(scene, times)
-        stuck, missed = np.zeros((2, scene.vehicles), dtype=bool)
+        half_sizes, (stuck, missed) = scene.half_sizes, np.zeros((2, scene.vehicles), dtype=bool)
         for slot in self._rng.permutation(np.flatnonzero(scene.valid & self._controlled)).tolist():
             paths = follow(self._paths[slot, 0], times, deviation, rate)
             others = scene.valid & (np.arange(scene.vehicles) != slot)
             others[EGO] &= heeds_own[slot]
-            clear = self._clearance(scene, slot, paths, others)
+            apart = clearance(paths[:, 1:], half_sizes[slot], self._paths[others, 1:], half_sizes[others])
+            clear = np.minimum(apart, road_clearance(paths, half_sizes[slot], self._road))
             base, stuck[slot] = self._pick(possible[slot], clear, deviation)
             missed[slot] = not possible[slot, base]
             self._base[slot] = base
@@ -102,14 +103,6 @@ class SetSamplingTraffic:
         self._paths = np.concatenate([left, beyond], axis=1)
         self._paths[~self._controlled] = constant_velocity(scene.states[~self._controlled], times)
         self._age = 0
-
-    def _clearance(
-        self, scene: Scene, slot: int, paths: Float[np.ndarray, "M n 4"], others: Bool[np.ndarray, " A"]
-    ) -> Float[np.ndarray, " M"]:
-        """Clearance [m] of a vehicle's paths to the other vehicles and to the edges of the road, after now."""
-        half_sizes = scene.half_sizes
-        apart = clearance(paths[:, 1:], half_sizes[slot], self._paths[others, 1:], half_sizes[others])
-        return np.minimum(apart, road_clearance(paths, half_sizes[slot], self._road))
 
     def _pick(
         self, possible: Bool[np.ndarray, " M"], clear: Float[np.ndarray, " M"], deviation: Float[np.ndarray, "M n 2"]

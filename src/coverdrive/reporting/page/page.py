@@ -40,7 +40,7 @@ def page(contents: Contents) -> str:
         replays = _replays(contents)
         figures = figures_of(contents).items()
         return environment.get_template("page.html.jinja").render(
-            asset=_asset,
+            asset=lambda name: Markup((_TEMPLATES / name).read_text(encoding="utf-8")),  # a style sheet or script
             contents=contents,
             certificates=contents.certified.certificates,
             heading=heading(contents),
@@ -80,8 +80,3 @@ def _replays(contents: Contents) -> list[dict[str, Any]]:
 def _script_json(value: Any) -> Markup:
     """JSON that may stand inside a script element."""
     return Markup(json.dumps(value, separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c"))
-
-
-def _asset(name: str) -> Markup:
-    """A style sheet or script of the package, as it is."""
-    return Markup((_TEMPLATES / name).read_text(encoding="utf-8"))

@@ -140,6 +140,7 @@ def facts(contents: Contents) -> list[tuple[str, str]]:
     evaluation, samples = certified.evaluation, certified.samples
     recordings = run["recordings"]
     rows = sum(recording["rows"] for recording in recordings)
+    median = None if contents.driven is None else 1e3 * float(np.median(contents.driven["planning_median"].to_numpy()))
     return [
         ("recordings", f"{len(recordings)} with {rows} rows in all"),
         ("segments", f"{samples['segments']} of {basis.horizon:g} s: {samples['train']} to train, "
@@ -150,17 +151,10 @@ def facts(contents: Contents) -> list[tuple[str, str]]:
         ("not predicted / outside the tube", f"{evaluation.not_predicted} / {evaluation.outside_tube} test windows"),
         ("test windows that no base covers", str(certified.uncovered)),
         ("set size", f"mean {evaluation.mean_set_size:.2f}, median {evaluation.median_set_size:g} of {len(basis)}"),
-        *_planning(contents),
+        *([("prediction and plan", f"{median:.3g} ms (median step of the median trial); due every "
+            f"{1e3 * contents.period:g} ms")] if median is not None else []),
         ("time", ", ".join(f"{stage} {seconds:.1f} s" for stage, seconds in run["seconds"].items())),
         ("software", f"coverdrive {run['coverdrive']}, Python {run['python']}, "
          + ", ".join(f"{name} {version}" for name, version in run["packages"].items())),
         ("seed", str(run["seed"])),
     ]  # fmt: skip
-
-
-def _planning(contents: Contents) -> list[tuple[str, str]]:
-    if contents.driven is None:
-        return []
-    median = 1e3 * float(np.median(contents.driven["planning_median"].to_numpy()))
-    return [("prediction and plan", f"{median:.3g} ms (median step of the median trial); due every "
-             f"{1e3 * contents.period:g} ms")]  # fmt: skip
