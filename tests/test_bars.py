@@ -18,7 +18,7 @@ def interrupt(phase: str, info: dict[str, int]) -> None:
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-def test_an_interrupt_that_python_drops_ends_the_stage_at_its_next_report() -> None:
+def test_an_interrupt_that_python_drops_ends_the_stage_at_its_next_report(heeds_interrupts: None) -> None:
     with pytest.raises(KeyboardInterrupt), stages(), stage("work"):
         done(0.1)
         gc.callbacks.append(interrupt)
