@@ -39,7 +39,7 @@ def test_every_vehicle_path_and_second_has_its_artist(drawing, trace):
     assert all(len(path.to_polygons()) == PATHS for path in sets)
 
 
-def test_the_own_car_is_blue_and_at_the_origin(drawing, trace):
+def test_the_ego_is_blue_and_at_the_origin(drawing, trace):
     drawing.show_moment(trace, 5)
     own, ahead, _ = polygons(drawing.vehicles)
     assert own.mean(0) == pytest.approx([0, trace.scene.lat[5, 0]])
@@ -56,7 +56,7 @@ def test_speeds_stand_in_the_vehicles_and_empty_slots_have_none(drawing, trace):
     assert drawing.speeds[1].get_position() == pytest.approx((40 - 0.4, 1.8))
 
 
-def test_the_plan_starts_at_the_own_car(drawing, trace):
+def test_the_plan_starts_at_the_ego(drawing, trace):
     drawing.show_moment(trace, 3)
     assert drawing.plan.get_xydata()[0] == pytest.approx([0, trace.scene.lat[3, 0]])
     assert polygons(drawing.bodies)[0].mean(0) == pytest.approx([24.4, trace.scene.lat[3, 0]])

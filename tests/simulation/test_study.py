@@ -17,10 +17,12 @@ from coverdrive.planning.planner import MpcPlanner
 from coverdrive.progress import heard_by
 from coverdrive.simulation.statistics import widest_interval
 from coverdrive.simulation.study import Study, simulate
-from coverdrive.simulation.trial import SCHEMA, WALL_TIMES, measure
+from coverdrive.simulation.trial import SCHEMA, measure
 
 SCRIPT = Path(__file__).with_name("run_fake_study.py")
 CLUSTER = Path(__file__).with_name("run_cluster_study.py")
+WALL_TIMES = ("planning_median", "planning_p99", "planning_maximum")
+"""columns that depend on the machine, not only on the seed"""
 
 
 def run(folder, trials, setup=None, **options) -> pl.DataFrame:

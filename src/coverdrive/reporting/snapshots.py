@@ -36,7 +36,7 @@ def snapshots(
     window: Window | None = None,
     constraints: ActiveConstraints | None = None,
 ) -> Figure:
-    """Draw vehicles, predicted sets and the own plan at the starts of some steps, by default four interesting ones.
+    """Draw vehicles, predicted sets and the ego's plan at the starts of some steps, by default four interesting ones.
 
     ``window`` is the stretch of road around the ego; active constraints are marked if ``constraints`` tells them.
     DataError if there is no step, or one that the trace does not have.

@@ -91,15 +91,12 @@ COLUMNS: dict[str, tuple[type, Callable[[_Drive], Any], str]] = {
                         "those of them that left every predicted path in at least one of them"),
     "reason": (str, lambda of: "", "why the trial could not start; then all measures are null"),
 }  # fmt: skip
-"""of a table of trials, by name: type, value, and what it is"""
+"""of a table of trials, by name: type, value, and what it is; those of planning times depend on the machine, too"""
 
 SCHEMA = {name: {int: pl.Int64(), float: pl.Float64(), str: pl.String()}[kind] for name, (kind, *_) in COLUMNS.items()}
 
 STARTED = pl.col("kind") != Kind.NOT_STARTED.value
 """whether a trial could start, as an expression on a table of trials"""
-
-WALL_TIMES = ("planning_median", "planning_p99", "planning_maximum")
-"""columns that depend on the machine, not only on the seed"""
 
 
 def measure(trace: Trace, seed: int, trial: int) -> Row:
