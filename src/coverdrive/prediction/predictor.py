@@ -3,6 +3,7 @@
 Nothing in the file can be executed (`coverdrive.prediction.storage`).
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, fields
 from functools import cached_property
@@ -28,7 +29,7 @@ from coverdrive.prediction.storage import fingerprint_of, load_arrays, reading, 
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 
-_SLOTS = 8
+SLOTS = 8
 _COMMAND = "coverdrive fit"
 _Asked = tuple[float | None, int | None]
 _ROUNDING = 1e-9
@@ -50,8 +51,68 @@ class TimeGrid(Protocol):
         ...
 
 
+class StoredPredictor(ABC):
+    """What all predictors have in common: paths on any grid of times within their horizon, and one file."""
+
+    certificate: Certificate
+
+    @property
+    @abstractmethod
+    def _arrays(self) -> dict[str, np.ndarray]: ...
+
+    @property
+    @abstractmethod
+    def _header(self) -> dict[str, Any]: ...
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """A short hash of everything that is stored of it, the certificate included."""
+        return fingerprint_of(self._header, self._arrays)
+
+    def save(self, path: Path) -> None:
+        """Write it to a file, or to none if interrupted; `SettingError` if it cannot be stored."""
+        save_arrays(path, "predictor", self._header, self._arrays)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """The fields alone; what is cached belongs to the process."""
+        return {each.name: getattr(self, each.name) for each in fields(self)}  # pyright: ignore[reportArgumentType]
+
+
+def grid_of(
+    horizon: float, step: float, dt: float | None = None, steps: int | None = None, like: TimeGrid | None = None
+) -> tuple[float, int]:
+    """The grid of times that is asked for, if the horizon reaches that far; ``step`` apart if nothing is."""
+    dt, steps = (dt, steps) if like is None else (like.dt, like.steps)
+    dt = step if dt is None else dt
+    if not 0 < dt < np.inf:
+        raise SettingError(f"the time dt between two points of a path must be positive, got {dt} s; try 0.25")
+    steps = int(horizon / dt + _ROUNDING) if steps is None else steps
+    if steps < 1 or steps != int(steps):
+        raise SettingError(f"a path has a whole number of steps, at least one, got {steps}; try {horizon / dt:.0f}")
+    if dt * steps > horizon + _ROUNDING:
+        raise SettingError(
+            f"{steps} steps of {dt:g} s are {dt * steps:g} s, but this predictor knows what vehicles do within "
+            f"{horizon:g} s; take at most {int(horizon / dt + _ROUNDING)} steps, or fit one with a longer horizon"
+        )
+    return dt, int(steps)
+
+
+def others_of(scene: Scene, ego: int | None) -> Bool[np.ndarray, " A"]:
+    """The slots of vehicles but the ego's; `SettingError` if ``ego`` is not the slot of a vehicle."""
+    others = np.array(scene.valid)
+    if ego is not None and not (0 <= ego < len(others) and others[ego]):
+        slots = ", ".join(map(str, np.flatnonzero(others)[:8])) or "none"
+        raise SettingError(
+            f"ego = {ego} is not the slot of a vehicle of this scene, which has {int(others.sum())} of them (slots "
+            f"{slots}{', …' if others.sum() > 8 else ''}); give one of these slots, or None to predict everybody"
+        )
+    if ego is not None:
+        others[ego] = False
+    return others
+
+
 @dataclass(frozen=True)
-class Predictor:
+class Predictor(StoredPredictor):
     """Says what every vehicle of a scene may do next."""
 
     basis: Basis
@@ -64,10 +125,15 @@ class Predictor:
         default_factory=dict[_Asked, tuple[np.ndarray, ...]], init=False, repr=False, compare=False
     )
 
-    @cached_property
-    def fingerprint(self) -> str:
-        """A short hash of everything that is stored of it, the certificate included."""
-        return fingerprint_of(self._header, self._arrays)
+    @property
+    def horizon(self) -> float:
+        """[s] that it looks ahead."""
+        return self.basis.horizon
+
+    @property
+    def tube(self) -> float:
+        """Radius of the cover, beyond which a vehicle is outside every set."""
+        return self.basis.radius
 
     def possible(self, scene: Scene, road: Road) -> Bool[np.ndarray, "A M"]:
         """The bases that the rule calls possible for every slot of one scene; none for slots without a vehicle."""
@@ -75,7 +141,7 @@ class Predictor:
 
     def _scored(self, scene: Scene, road: Road) -> tuple[Bool[np.ndarray, "A M"], Float[np.ndarray, "A M"]]:
         """`possible`, and the scores."""
-        values = np.asarray(self._values(scene.packed(_SLOTS), road.edges))[: scene.vehicles]
+        values = np.asarray(self._values(scene.packed(SLOTS), road.edges))[: scene.vehicles]
         scores, hidden = values[:, : len(self.rule.tube)], values[:, len(self.rule.tube) :]
         return self.rule.possible(scores, hidden) & np.asarray(scene.valid)[:, None], scores
 
@@ -107,18 +173,10 @@ class Predictor:
         if like is not None:
             dt, steps = like.dt, like.steps
         times, deviation, rate, tube, ellipses = self._rollout(dt, steps)
-        valid = np.asarray(scene.valid)
-        if ego is not None and not (0 <= ego < len(valid) and valid[ego]):
-            slots = ", ".join(map(str, np.flatnonzero(valid)[:8])) or "none"
-            raise SettingError(
-                f"ego = {ego} is not the slot of a vehicle of this scene, which has {int(valid.sum())} of them (slots "
-                f"{slots}{', …' if valid.sum() > 8 else ''}); give one of these slots, or None to predict everybody"
-            )
+        others = others_of(scene, ego)
         possible, scores = self._scored(scene, road)
-        possible[valid & ~possible.any(axis=1)] = True
-        if ego is not None:
-            possible[ego] = False
-        vehicle, base = np.nonzero(possible)
+        possible[~possible.any(axis=1)] = True
+        vehicle, base = np.nonzero(possible & others[:, None])
         motion = follow(scene.states[vehicle], times, deviation[base], rate[base])
         half_sizes = tube[base]
         add_bodies(half_sizes, scene.half_sizes[vehicle], motion)
@@ -146,36 +204,24 @@ class Predictor:
 
         return jax.jit(values)
 
-    def __getstate__(self) -> dict[str, Any]:
-        """The fields alone; what is cached belongs to the process."""
-        return {each.name: getattr(self, each.name) for each in fields(self)}
+    def choices(
+        self, scene: Scene, road: Road, times: Float[np.ndarray, " n"]
+    ) -> tuple[Float[np.ndarray, "A M n 2"], Float[np.ndarray, "A M n 2"], Bool[np.ndarray, "A M"]]:
+        """Every base, for each slot, as deviation [m] from constant velocity, and its rate; and whether it is possible."""
+        possible = self.possible(scene, road)
+        deviation, rate = (np.broadcast_to(each, (len(possible), *each.shape)) for each in self.basis.rollout(times))
+        return deviation, rate, possible
 
     def _rollout(self, dt: float | None, steps: int | None) -> tuple[np.ndarray, ...]:
         """Times, deviations and their rates, tubes and their ellipses at these times; kept for the next call."""
         kept = self._rollouts.get((dt, steps))
         if kept is None:
-            period, count = self._grid(dt, steps)
+            period, count = grid_of(self.horizon, self.basis.step, dt, steps)
             times = period * np.arange(count + 1)
             tubes = (self.basis.tube(times), self.basis.tolerance(1.0, times))
             tube, ellipses = (self.rule.tube[:, None, None] * each for each in tubes)
             kept = self._rollouts[dt, steps] = (times, *self.basis.rollout(times), tube, ellipses)
         return kept
-
-    def _grid(self, dt: float | None, steps: int | None) -> tuple[float, int]:
-        """The grid that is asked for, if the basis reaches that far."""
-        horizon = self.basis.horizon
-        dt = self.basis.step if dt is None else dt
-        if not 0 < dt < np.inf:
-            raise SettingError(f"the time dt between two points of a path must be positive, got {dt} s; try 0.25")
-        steps = int(horizon / dt + _ROUNDING) if steps is None else steps
-        if steps < 1 or steps != int(steps):
-            raise SettingError(f"a path has a whole number of steps, at least one, got {steps}; try {horizon / dt:.0f}")
-        if dt * steps > horizon + _ROUNDING:
-            raise SettingError(
-                f"{steps} steps of {dt:g} s are {dt * steps:g} s, but this predictor knows what vehicles do within "
-                f"{horizon:g} s; take at most {int(horizon / dt + _ROUNDING)} steps, or fit one with a longer horizon"
-            )
-        return dt, int(steps)
 
     @property
     def _arrays(self) -> dict[str, np.ndarray]:
@@ -203,7 +249,7 @@ class Predictor:
                 f"the scores of this predictor come from {self.network.function!r}, and no file can hold a function; "
                 "keep your network in a file of its own, and certify it again where it is needed"
             )
-        save_arrays(path, "predictor", self._header, self._arrays)
+        super().save(path)
 
     @staticmethod
     def load(path: Path) -> "Predictor":

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float
 
 from coverdrive.certificates.calibration import ScoredSamples
-from coverdrive.certificates.rule import scale_at
+from coverdrive.certificates.rule import Rule
 from coverdrive.geometry import turned_half_extents
 from coverdrive.prediction.segments import Segments
 
@@ -68,6 +68,6 @@ def constant_velocity(training: Segments, segments: Segments) -> Boxes:
     return Boxes(np.zeros(half_sizes.shape), half_sizes)
 
 
-def scale_of(threshold: float) -> float:
-    """How many times as large as learned the boxes are at a threshold."""
-    return float(scale_at(max(threshold, LEAST)))
+def scale_of(rule: Rule) -> float:
+    """How many times as large as learned the boxes are that a rule lets in."""
+    return 1 / max(float(rule.arrays["thresholds"][0]), LEAST) - 1

@@ -5,6 +5,8 @@ is added to that of the usual size of a deviation; sizes stay within a factor of
 ensemble are averaged, centres and logarithms of sizes.
 """
 
+from collections.abc import Mapping
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
@@ -27,11 +29,6 @@ class BoxNetwork(eqx.Module):
     network: Network
     usual: Float[Array | np.ndarray, "P 2"]
     """[m] root mean square of the training deviations from constant velocity along lon and lat"""
-    trust: Float[Array | np.ndarray, " 2"]
-    """share of what the network says of the logarithm of the sizes along lon and lat, as against the usual ones"""
-    stretch: Float[Array | np.ndarray, " 2"]
-    """factors of the sizes along lon and lat"""
-
     @staticmethod
     def outputs(points: int) -> int:
         """Neurons of the last layer for so many points."""
@@ -41,9 +38,9 @@ class BoxNetwork(eqx.Module):
         """Centres [m], and logarithms of the half sizes over the usual ones, for outputs of the last layer."""
         time = np.arange(1, len(self.usual) + 1) / len(self.usual)
         shapes = legvander(2 * time - 1, min(_TERMS, len(time)) - 1)
-        place, size = jnp.split(outputs.reshape(*outputs.shape[:-1], 2, -1, 2), 2, axis=-3)
-        centre = jnp.einsum("tk,...ka->...ta", time[:, None] * shapes, place[..., 0, :, :]) * self.usual
-        return centre, _BOUND * jnp.tanh(jnp.einsum("tk,...ka->...ta", shapes, size[..., 0, :, :]) / _BOUND)
+        parts = outputs.reshape(*outputs.shape[:-1], 2, -1, 2)
+        centre = jnp.einsum("tk,...ka->...ta", time[:, None] * shapes, parts[..., 0, :, :]) * self.usual
+        return centre, _BOUND * jnp.tanh(jnp.einsum("tk,...ka->...ta", shapes, parts[..., 1, :, :]) / _BOUND)
 
     def members(
         self, features: Float[Array | np.ndarray, "*batch F"]
@@ -56,10 +53,14 @@ class BoxNetwork(eqx.Module):
     ) -> tuple[Float[Array, "*batch P 2"], Float[Array, "*batch P 2"]]:
         """Centres [m] and half sizes [m] at r = 1."""
         centre, size = self.members(features)
-        return centre.mean(-3), self.stretch * self.usual * jnp.exp(self.trust * size.mean(-3))
+        return centre.mean(-3), self.usual * jnp.exp(size.mean(-3))
 
     @property
     def arrays(self) -> dict[str, np.ndarray]:
         """All parameters by name, to be stored; `of` makes the same from them and the kind of the network."""
-        own = {f"box_{name}": np.asarray(getattr(self, name)) for name in ("usual", "trust", "stretch")}
-        return own | self.network.arrays
+        return {"box_usual": np.asarray(self.usual), **self.network.arrays}
+
+    @staticmethod
+    def of(arrays: Mapping[str, np.ndarray], kind: Mapping[str, str]) -> "BoxNetwork":
+        """The network that `arrays` and the kind came from."""
+        return BoxNetwork(Network.of(arrays, kind), arrays["box_usual"])

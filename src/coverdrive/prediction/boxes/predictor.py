@@ -1,10 +1,9 @@
 """The predictor of boxes: network, the scale that was calibrated, and certificate in one object and one file."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from itertools import product
-from pathlib import Path
 from typing import Any, ClassVar
 
 import jax
@@ -15,12 +14,12 @@ from jaxtyping import Bool, Float, Int
 from scipy.interpolate import CubicSpline
 
 from coverdrive.certificates.certificate import Certificate
-from coverdrive.certificates.rule import Thresholds
+from coverdrive.certificates.rule import Rule, Thresholds, rule_of
 from coverdrive.paths import PredictedPaths
 from coverdrive.prediction.boxes.boxes import TUBE, scale_of
 from coverdrive.prediction.boxes.network import BoxNetwork
 from coverdrive.prediction.learning.affordance import described
-from coverdrive.prediction.predictor import SLOTS, StoredPredictor, TimeGrid, others_of
+from coverdrive.prediction.predictor import SLOTS, StoredPredictor, TimeGrid, grid_of, others_of
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 
@@ -33,7 +32,8 @@ class BoxPredictor(StoredPredictor):
     """Says in which box every vehicle of a scene stays."""
 
     network: BoxNetwork
-    rule: Thresholds
+    rule: Rule
+    """thresholds, of one base"""
     certificate: Certificate
     trained_on: Int[np.ndarray, " V"]
     """keys of the vehicles that trained the network"""
@@ -58,8 +58,8 @@ class BoxPredictor(StoredPredictor):
         like: TimeGrid | None = None,
     ) -> PredictedPaths:
         """One path for each vehicle, in whose boxes it stays; arguments and errors as of the predictor of a basis."""
-        period, count = self._grid(dt, steps, like)
-        vehicle = others_of(scene, ego)
+        period, count = grid_of(self.horizon, self.step, dt, steps, like)
+        vehicle = np.flatnonzero(others_of(scene, ego))
         times = period * np.arange(count + 1)
         centre, half_sizes = self._boxes_at(scene, road, vehicle, times)
         states = scene.states[vehicle]
@@ -84,7 +84,7 @@ class BoxPredictor(StoredPredictor):
         """Centres and half sizes of the boxes of some slots at ``times`` [s], which the calibrated scale is part of."""
         values = np.asarray(self._values(scene.packed(SLOTS), road.edges), dtype=float)[:, vehicle]
         place, size = self._weights(times)
-        return place @ values[0], scale_of(self.rule.values[0]) * (size @ values[1])
+        return place @ values[0], scale_of(self.rule) * (size @ values[1])
 
     def _weights(self, times: Float[np.ndarray, " K"]) -> tuple[Float[np.ndarray, "K P"], Float[np.ndarray, "K P"]]:
         """What boxes at any times are made of: cubic splines through the centres, and lines between the sizes."""
@@ -101,3 +101,23 @@ class BoxPredictor(StoredPredictor):
             return jnp.stack(network.boxes(described(Scene.unpacked(rows), Road(edges, np.inf))))
 
         return jax.jit(values)
+
+    @property
+    def _arrays(self) -> dict[str, np.ndarray]:
+        return {"trained_on": self.trained_on, **self.rule.arrays, **self.network.arrays}
+
+    @property
+    def _header(self) -> dict[str, Any]:
+        return {
+            "boxes": {"step": self.step},
+            "network": self.network.network.kind,
+            "rule": self.rule.kind,
+            "certificate": asdict(self.certificate),
+        }
+
+    @staticmethod
+    def of(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> "BoxPredictor":
+        """The predictor that was stored like this."""
+        network = BoxNetwork.of(arrays, header["network"])
+        rule, certificate = rule_of(header["rule"], arrays), Certificate(**header["certificate"])
+        return BoxPredictor(network, rule, certificate, arrays["trained_on"], header["boxes"]["step"])

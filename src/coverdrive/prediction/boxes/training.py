@@ -1,55 +1,92 @@
-"""Training boxes for what they are: as small as possible on average for as many vehicles that stay inside.
+"""Training boxes for what they are for: to be as small as possible on average while enough vehicles stay inside.
 
-With A the mean area of the boxes of a window at r = 1, and r the least scale with which they hold the whole segment, a
-set of scale q has area q²·A, and q is a high quantile of r over vehicles. Training minimises log E[A] + 2·log of the
-p-norm of r, which stands for that quantile: it is smooth, and changes nothing if all sizes are scaled alike.
-
-A network knows its own training vehicles too well, so each member is trained without a part of them. How much to trust
-the sizes, and how long the boxes are for their width, is chosen by the segments of vehicles that members did not see.
+With A the mean area of the boxes of a segment at r = 1, and r the least scale with which they hold all of it, the sets
+of scale q have area q²·A, and q is a high quantile of r. Training minimises log E[A] + 2·log of the p-norm of r, which
+stands for that quantile: it is smooth, and changes nothing if all sizes are scaled alike.
 """
-
-from collections.abc import Callable
-from itertools import product
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
-from jaxtyping import Float, Int
+from jaxtyping import Float
 from pydantic import Field
 
 from coverdrive.prediction.boxes.boxes import body_excess
 from coverdrive.prediction.boxes.network import BoxNetwork
 from coverdrive.prediction.learning.inputs import Inputs
 from coverdrive.prediction.learning.network import Network
-from coverdrive.prediction.learning.training import OptimiserSettings, optimised
+from coverdrive.prediction.learning.training import Hidden, OptimiserSettings, optimised
 from coverdrive.prediction.segments import Segments
 
 _SMOOTH = 12.0
-"""power of the norm that stands for the largest of a segment's points and directions"""
+"""power of the norm that stands for the largest over a segment's points and directions"""
 
-_TRUSTED = np.linspace(0.5, 1.0, 6)
-_STRETCHED = np.geomspace(0.3, 4.0, 25)
-"""choices of the trust in sizes, and of the width of boxes for their length"""
+_CALM = 0.1
+"""factor of the first weights of the last layer, so that training begins near the usual sizes"""
 
-_COVERED = 0.95
-"""share of the vehicles that no member saw whose boxes are to be smallest"""
+_CLOSEST = 1e-6
+"""[of the half sizes] distances below it count as this much"""
 
 
 class BoxSettings(OptimiserSettings):
-    """How boxes are learned."""
+    """How boxes are learned; the rest is as for scores."""
 
     inputs: Inputs = "motion"
-    members: int = Field(default=8, ge=2, le=1000)
-    """networks that are averaged"""
-    parts: int = Field(default=4, ge=2, le=1000)
-    """into which the training vehicles are dealt; each member is trained without one of them"""
+    """what the network sees of the affordance"""
     power: float = Field(default=16.0, ge=1, le=100)
-    """p of the norm that stands for a quantile of the scale: the larger, the fewer segments count"""
-    hidden: OptimiserSettings.__annotations__["hidden"] = (64, 64)  # pyright: ignore
+    """p of the norm that stands for a quantile of the scale; the larger, the fewer segments decide"""
+    hidden: Hidden = (64, 64)
+    """neurons of the hidden layers"""
     dropout: float = Field(default=0.1, ge=0, lt=1)
+    """share of the hidden neurons that are left out in each step"""
     learning_rate: float = Field(default=2e-3, gt=0, le=10)
+    """of the first step"""
     batch: int = Field(default=512, ge=1, le=1_000_000)
+    """samples per step"""
     epochs: int = Field(default=1000, ge=1, le=1_000_000)
+    """passes over the training samples, unless there are so many that ``most_steps`` ends training before"""
     most_steps: int = Field(default=1500, ge=1, le=100_000_000)
+    """training on many samples ends after so many steps, be it in fewer passes"""
+
+
+def train_boxes(
+    features: Float[np.ndarray, "N F"], segments: Segments, settings: BoxSettings, seed: int = 0
+) -> tuple[BoxNetwork, Float[np.ndarray, " epochs"]]:
+    """A network trained on the features at the start of segments, and the mean loss of every epoch.
+
+    The seed is of the initial weights, the order of the samples, dropout and noise; `DataError` as of `optimised`.
+    """
+    start, order = jax.random.split(jax.random.key(seed))
+    deviation = segments.points[:, 1:]
+    usual = np.sqrt((deviation**2).mean(0)).astype(np.float32)
+    outputs = BoxNetwork.outputs(len(usual))
+    network = Network.create(features, settings.hidden, outputs, start, settings.members, settings.inputs, "boxes")
+    network = eqx.tree_at(lambda made: made.weights[-1], network, _CALM * network.weights[-1])
+    decoder = BoxNetwork(network, np.maximum(usual, _CLOSEST))
+
+    def loss(last: Float[Array, "B O"], wanted: Float[Array, "B P 4"]) -> Float[Array, ""]:
+        return box_loss(*decoder.decoded(last), wanted, decoder.usual, settings.power)
+
+    targets = np.concatenate([deviation, body_excess(segments)], axis=-1).astype(np.float32)
+    trained, losses = optimised(network, features, targets, loss, settings, order)
+    return BoxNetwork(trained, decoder.usual), losses
+
+
+def box_loss(
+    centre: Float[Array, "B P 2"],
+    size: Float[Array, "B P 2"],
+    wanted: Float[Array, "B P 4"],
+    usual: Float[Array | np.ndarray, "P 2"],
+    power: float,
+) -> Float[Array, ""]:
+    """What training minimises, for centres [m], logarithms of the half sizes over the usual [m], and what they hold.
+
+    That is the deviation of the body's centre, followed by how much farther it reaches because it is turned [m].
+    """
+    half_sizes = usual * jnp.exp(size)
+    beyond = (jnp.abs(wanted[..., :2] - centre) + wanted[..., 2:]) / half_sizes
+    scale = jax.nn.logsumexp(_SMOOTH * jnp.log(jnp.maximum(beyond, 0) + _CLOSEST), axis=(1, 2)) / _SMOOTH
+    norm = (jax.nn.logsumexp(power * scale) - jnp.log(len(scale))) / power
+    return jnp.log(half_sizes.prod(-1).mean()) + 2 * norm

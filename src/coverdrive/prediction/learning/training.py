@@ -22,6 +22,10 @@ from coverdrive.progress import done
 from coverdrive.settings import Settings
 
 
+Hidden = Annotated[tuple[Annotated[int, Field(ge=1, le=10_000)], ...], Field(max_length=20)]
+"""Neurons of hidden layers"""
+
+
 class OptimiserSettings(Settings):
     """Networks and how their loss is minimised."""
 
@@ -31,7 +35,7 @@ class OptimiserSettings(Settings):
     """with every sample, its mirror image (left for right) is trained on"""
     members: int = Field(default=4, ge=1, le=1000)
     """networks whose scores are averaged"""
-    hidden: tuple[Annotated[int, Field(ge=1, le=10_000)], ...] = Field(default=(100, 50), max_length=20)
+    hidden: Hidden = (100, 50)
     """neurons of the hidden layers (authors' scripts)"""
     dropout: float = Field(default=0.2, ge=0, lt=1)
     """share of the hidden neurons that are left out in each step"""
