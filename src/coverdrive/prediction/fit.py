@@ -123,7 +123,7 @@ def fit(
         training = samples.of(sides.train)
         outside = samples.distance[np.arange(len(samples)), samples.base] > basis.radius
         asked = sides.calibration
-        provable(samples.vehicle[asked], outside[asked], len(basis), settings.certificate)
+        provable(samples.vehicle[asked], samples.group[asked], outside[asked], len(basis), settings.certificate)
     with _timed("mirror images", seconds):
         lessons = training.and_also(_mirrored(recordings, segments.of(sides.train), basis, settings))
     with _timed("training", seconds):
@@ -170,7 +170,7 @@ def _with_claim(
         first = error.errors()[0]
         raise SettingError(
             f"{first['loc'][0]}: {first['msg']}, got {first['input']!r}; ε and the confidence are shares between 0 and "
-            '1 (ε may be "auto"), the unit is "vehicle" or "window"'
+            '1 (ε may be "auto"), the unit is "vehicle", "window", "share" or "group"'
         ) from error
     return settings.model_copy(update={"certificate": claim})
 
