@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from coverdrive.prediction.certify import certify as certify
     from coverdrive.prediction.fit import Fit as Fit
     from coverdrive.prediction.fit import fit as fit
+    from coverdrive.prediction.folds import Fold as Fold
+    from coverdrive.prediction.folds import fit_folds as fit_folds
     from coverdrive.prediction.predictor import Predictor as Predictor
     from coverdrive.recordings.read import read as read
     from coverdrive.recordings.recording import Recording as Recording
@@ -51,6 +53,7 @@ _PLACES = {
     "read": "recordings.read",
     "generate": "simulation.generated",
     "fit": "prediction.fit",
+    "fit_folds": "prediction.folds",
     "certify": "prediction.certify",
     "Predictor": "prediction.predictor",
     "Planner": "planning.planner:MpcPlanner",
@@ -62,6 +65,7 @@ _PLACES = {
     "Scene": "scene",
     "Road": "road",
     "Fit": "prediction.fit",
+    "Fold": "prediction.folds",
     "Certificate": "certificates.certificate",
     "Compared": "certificates.comparison",
     "PredictedPaths": "paths",

@@ -51,7 +51,7 @@ def test_what_is_counted(unit: Counted, groups: int, miss: str) -> None:
 def test_a_marginal_certificate_claims_no_confidence() -> None:
     sentence = replace(PLAIN, confidence=None).sentence
     assert sentence.startswith("Over calibration and test together, the probability that")
-    assert sentence.endswith("without confidence: the rule of this one calibration may miss more often.")
+    assert sentence.endswith("where some calibrations are refused, on average.")
     assert "confidence, the" not in sentence
 
 
@@ -66,3 +66,24 @@ def test_a_share_of_every_bases_vehicles_is_no_share_of_all_vehicles() -> None:
     assert warning in replace(PLAIN, unit="vehicle", groups=17).sentence
     assert warning not in replace(PLAIN, unit="vehicle").sentence
     assert warning not in replace(PLAIN, groups=17).sentence
+
+
+def test_vehicles_and_scene_groups_are_counted_and_what_they_mean_is_said() -> None:
+    several = replace(PLAIN, vehicles=90, scenes=4, design_effect=2.345)
+    assert "1000 calibration windows of 90 vehicles in 4 scene groups, 3 of them uncovered" in several.sentence
+    assert "each has 11: the bound can be far too small; claim a share of windows instead." in several.sentence
+    assert "of groups there are only 4 (design effect 2.3)." in several.sentence
+    alone = replace(PLAIN, unit="vehicle", samples=90, vehicles=90, scenes=1).sentence
+    assert "90 calibration vehicles in 1 scene group, 3 of them uncovered" in alone
+    assert "of groups there is only one, which does not show how much groups differ." in alone
+    many = replace(PLAIN, unit="vehicle", samples=90, vehicles=90, scenes=40, design_effect=1.0).sentence
+    assert many.endswith("as the calibration vehicles.")
+
+
+def test_shares_and_groups_are_told_apart() -> None:
+    share = replace(PLAIN, unit="share", vehicles=1000, scenes=50).sentence
+    assert "the expected share of a vehicle's windows in which it leaves its predicted set is at most 1.23 %" in share
+    assert "1000 calibration vehicles in 50 scene groups, 3 of them with uncovered windows" in share
+    group = replace(PLAIN, unit="group", samples=50, vehicles=1000, scenes=50).sentence
+    assert "a vehicle of a new scene group leaves its predicted set in any window in which it is seen is" in group
+    assert "50 calibration scene groups of 1000 vehicles" in group

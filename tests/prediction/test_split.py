@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from coverdrive.errors import DataError
-from coverdrive.prediction.split import SplitSettings, split
+from coverdrive.prediction.split import SplitSettings, rotations, split
 
 
 def sides_of(values: np.ndarray, sides: list[np.ndarray]) -> list[set[int]]:
@@ -49,6 +49,21 @@ def test_one_long_recording_is_cut_in_time() -> None:
     first = [time.ravel()[side].min() for side in (result.calibration, result.test)]
     assert last[0] <= first[0] and last[1] <= first[1]
     assert 0 < result.dropped < 0.1 * len(vehicle)
+
+
+def test_rotations_give_every_part_every_role() -> None:
+    group, vehicle = np.repeat(np.arange(8), 25), np.arange(200) // 5
+    found = rotations(vehicle, group, 4, seed=0)
+    roles = [
+        tuple(frozenset(each) for each in sides_of(group, [side.train, side.calibration, side.test])) for side in found
+    ]
+    assert len(set(roles)) == 12
+    parts = {calibration for _, calibration, _ in roles}
+    assert len(parts) == 4 and {test for _, _, test in roles} == parts and frozenset().union(*parts) == set(range(8))
+    for train, calibration, test in roles:
+        assert not calibration & test and train == set(range(8)) - calibration - test
+    with pytest.raises(DataError, match="at least 3 folds, got 2"):
+        rotations(vehicle, group, 2)
 
 
 def test_too_few_groups_are_refused() -> None:

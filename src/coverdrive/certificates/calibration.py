@@ -1,12 +1,13 @@
 """What every method calibrates on: windows with a known outcome, and the units that a bound counts.
 
-A unit is a window, a vehicle with all its windows, or one window of a vehicle drawn at random. It asks of base j that
+A unit is a window, a vehicle with all its windows, or one window of a vehicle drawn at random; of a mean loss, a
+vehicle whose windows, or a scene group whose vehicles, are its pieces. It asks of base j that
 c_j be at most the lowest score that j had in a window of the unit that drove j, and that the tube of j reach as far as
 those windows were from j. A window that leaves the cover's tube around its base is missed at every threshold: it asks
 with a score of −∞. A unit is missed if anything it asks for is.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -14,7 +15,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from coverdrive.certificates.bounds import check_confidence
-from coverdrive.certificates.certificate import Certificate, Counted, Tubes, fingerprint
+from coverdrive.certificates.certificate import NOUNS, Certificate, Counted, Tubes, fingerprint
 from coverdrive.certificates.rule import ROUNDING, Thresholds
 from coverdrive.errors import CertificateError
 
@@ -33,6 +34,8 @@ class ScoredSamples:
     """key of the vehicle"""
     hidden: Float[np.ndarray, "N H"] | None = None
     """values of the last hidden layer; only support vectors look at them"""
+    group: Int[np.ndarray, " N"] | None = None
+    """scene group; without it, every vehicle is one"""
 
     def __post_init__(self) -> None:
         """Refuse what no guarantee could rest on."""
@@ -57,8 +60,12 @@ class ScoredSamples:
 
     def of(self, rows: Int[np.ndarray, " n"]) -> "ScoredSamples":
         """The samples of some rows."""
-        hidden = None if self.hidden is None else self.hidden[rows]
-        return ScoredSamples(self.scores[rows], self.base[rows], self.distance[rows], self.vehicle[rows], hidden)
+        return replace(self, **{name: values[rows] for name, values in vars(self).items() if values is not None})
+
+    @property
+    def scene(self) -> Int[np.ndarray, " N"]:
+        """Scene group."""
+        return self.vehicle if self.group is None else self.group
 
     @property
     def score_of_base(self) -> Float[np.ndarray, " N"]:
@@ -159,7 +166,36 @@ class Calibration:
     @cached_property
     def unit(self) -> Int[np.ndarray, " W"]:
         """In 0 … N − 1: the unit of every window."""
-        return unit_of(self.samples.vehicle, self.kind)
+        return unit_of(self.samples.vehicle, self.samples.scene, self.kind)
+
+    @property
+    def noun(self) -> str:
+        """What is counted."""
+        return NOUNS.get(self.kind, self.kind)
+
+    @cached_property
+    def pieces(self) -> "tuple[Calibration, Int[np.ndarray, ' P']]":
+        """Of a mean loss: what a unit loses parts of, windows or vehicles, and the unit of each."""
+        parts = replace(self, kind="window" if self.kind == "share" else "vehicle")
+        owner = np.zeros(len(parts), dtype=np.int64)
+        owner[parts.unit] = self.unit
+        return parts, owner
+
+    def losses(self, rule: Thresholds) -> Float[np.ndarray, " N"]:
+        """Share of the pieces of every unit of a mean loss that a rule misses."""
+        parts, owner = self.pieces
+        return np.bincount(owner, parts.missed(rule)) / np.bincount(owner)
+
+    def _design_effect(self, rule: Thresholds | None) -> float | None:
+        by = replace(self, kind="vehicle")
+        missed = ~by.covered if rule is None else by.missed(rule)
+        group = np.zeros(len(by), dtype=np.int64)
+        group[by.unit] = np.unique(by.samples.scene, return_inverse=True)[1]
+        count, rate = np.bincount(group), missed.mean()
+        if len(count) < 2 or rate in (0, 1):
+            return None
+        apart = np.bincount(group, missed) / count - rate
+        return float((count * apart**2).sum() / (rate * (1 - rate)) / (len(count) - 1))
 
     @cached_property
     def in_tube(self) -> Bool[np.ndarray, " W"]:
@@ -237,8 +273,13 @@ class Calibration:
     ) -> Certificate:
         """The certificate of a rule that was calibrated on these units, the rest of which is ``more``.
 
-        Which covered units the rule misses is counted; without one, it misses none.
+        Which covered units the rule misses is counted; without one, it misses none. A bound that says nothing is a
+        `CertificateError`.
         """
+        if not epsilon < 1:
+            raise CertificateError(
+                f"{len(self)} calibration {self.noun}s prove nothing by {method}; give more recordings"
+            )
         return Certificate(
             method=method,
             epsilon=epsilon,
@@ -251,13 +292,18 @@ class Calibration:
             tube=self.tube,
             fingerprint=fingerprint(self.samples.scores, self.samples.base, self.samples.distance),
             tubes=claim.tubes,
+            vehicles=len(np.unique(self.samples.vehicle)),
+            scenes=len(np.unique(self.samples.scene)),
+            design_effect=self._design_effect(rule),
             **more,
         )
 
 
-def unit_of(vehicle: Int[np.ndarray, " W"], kind: Counted) -> Int[np.ndarray, " W"]:
-    """In 0 … N − 1: the unit of every window."""
-    return np.unique(vehicle, return_inverse=True)[1] if kind == "vehicle" else np.arange(len(vehicle))
+def unit_of(vehicle: Int[np.ndarray, " W"], group: Int[np.ndarray, " W"], kind: Counted) -> Int[np.ndarray, " W"]:
+    """In 0 … N − 1: the unit of every window of a vehicle and a scene group."""
+    if kind in ("window", "drawn window"):
+        return np.arange(len(vehicle))
+    return np.unique(group if kind == "group" else vehicle, return_inverse=True)[1]
 
 
 def one_window_each(samples: ScoredSamples, seed: int) -> ScoredSamples:

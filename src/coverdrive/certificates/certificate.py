@@ -8,11 +8,18 @@ import numpy as np
 
 from coverdrive.numbers import at_most, percent
 
-Unit = Literal["window", "vehicle"]
-"""What is counted: single windows, or vehicles (a vehicle misses if any of its windows does)"""
+Unit = Literal["window", "vehicle", "share", "group"]
+"""What is bounded: how many single windows are missed; how many vehicles (one misses if any of its windows does); the
+share of a vehicle's windows, on average over vehicles; the share of a scene group's vehicles, on average over groups"""
 
 Counted = Unit | Literal["drawn window"]
 """The same, or one window of every vehicle, drawn at random: independent draws, as vehicles are"""
+
+NOUNS = {"share": "vehicle", "group": "scene group"}
+"""What is counted, where it is not called like the unit"""
+
+FEW, SEVERAL = 30, 2
+"""Scene groups below which it is said what they do to a bound; windows for each vehicle, above which it is said, too"""
 
 Tubes = Literal["cover", "per base"]
 """Radii of the tubes: the ε of the cover around every base, or one for each base, calibrated and not above it"""
@@ -58,6 +65,18 @@ class Certificate:
     """whether the vehicle has to stay within ``tube`` of its base, or within a radius calibrated for that base"""
     support: int | None = None
     """calibration samples that support the hyperplanes, counted in ``unit``"""
+    vehicles: int = 0
+    """calibration vehicles"""
+    scenes: int = 0
+    """groups of scenes that they are from"""
+    design_effect: float | None = None
+    """variance of missed vehicles between groups of scenes, as a multiple of that of independent vehicles; none if
+    there is one group, or if nothing or everything is missed"""
+
+    @property
+    def noun(self) -> str:
+        """What is counted."""
+        return NOUNS.get(self.unit, self.unit)
 
     @property
     def sentence(self) -> str:
@@ -66,12 +85,19 @@ class Certificate:
         if self.confidence is not None:
             sure = f"With {percent(self.confidence, 4)} confidence"
         return (
-            f"{sure}, the probability that {self._miss} is at most {at_most(self.epsilon)} "
-            f"({self.method}, {self.samples} calibration {self.unit}s, {self.uncovered} of them uncovered, "
+            f"{sure}, {self._miss} is at most {at_most(self.epsilon)} "
+            f"({self.method}, {self.samples} calibration {self.noun}s{self._origin}, {self.uncovered} of them "
+            f"{'with uncovered windows' if self.unit in NOUNS else 'uncovered'}, "
             f"{self.bases} bases{', each with a tube of its own' if self.tubes == 'per base' else ''}"
-            f"{'' if self.support is None else f', {self.support} supporting {self.unit}s'}), if new {self.unit}s are "
-            f"independent draws from the same traffic as the calibration {self.unit}s.{self._limits}"
+            f"{'' if self.support is None else f', {self.support} supporting {self.noun}s'}), if new {self.noun}s are "
+            f"independent draws from the same traffic as the calibration {self.noun}s.{self._limits}"
         )
+
+    @property
+    def _origin(self) -> str:
+        vehicles = f" of {self.vehicles} vehicles" if self.unit in ("window", "group") else ""
+        scenes = f" in {self.scenes} scene group{'s' * (self.scenes != 1)}" if self.unit != "group" else ""
+        return vehicles + scenes if self.scenes else ""
 
     @property
     def group(self) -> str:
@@ -84,23 +110,38 @@ class Certificate:
             "window": "a vehicle leaves its predicted set within the horizon of one window",
             "vehicle": "a vehicle leaves its predicted set in any window in which it is seen",
             "drawn window": "a vehicle leaves its predicted set in one window drawn at random from its own",
-        }[self.unit]
+            "group": "a vehicle of a new scene group leaves its predicted set in any window in which it is seen",
+        }
+        if self.unit == "share":
+            return "the expected share of a vehicle's windows in which it leaves its predicted set"
         if self.groups == 1:
-            return miss
+            return f"the probability that {miss[self.unit]}"
         if self.unit == "vehicle":
             return (
-                f"a vehicle that drives a calibrated {self.group} leaves its predicted set in any window in which it "
-                f"does, for every such {self.group},"
+                f"the probability that a vehicle that drives a calibrated {self.group} leaves its predicted set in any "
+                f"window in which it does, for every such {self.group},"
             )
-        return f"{miss}, whichever calibrated {self.group} it drives there,"
+        return f"the probability that {miss[self.unit]}, whichever calibrated {self.group} it drives there,"
 
     @property
     def _limits(self) -> str:
         limits = ""
         if self.confidence is None:
             limits += (
-                " This is an average over calibrations, without confidence: the rule of this one calibration may miss "
-                "more often."
+                " This is an average over all calibrations, without confidence: the rule of this one may miss more "
+                "often, and so may those that are left where some calibrations are refused, on average."
+            )
+        if self.unit == "window" and self.samples > SEVERAL * self.vehicles > 0:
+            limits += (
+                f" Windows of one vehicle are not independent, and here each has {self.samples / self.vehicles:.0f}: "
+                "the bound can be far too small; claim a share of windows instead."
+            )
+        if self.unit != "group" and 0 < self.scenes < FEW:
+            found = "" if self.design_effect is None else f" (design effect {self.design_effect:.1f})"
+            alone = "is only one, which does not show how much groups differ" if self.scenes == 1 else ""
+            limits += (
+                " Vehicles of one scene group may be alike, and of groups there "
+                f"{alone or f'are only {self.scenes}{found}'}."
             )
         if self.groups > 1 and self.unit == "vehicle":
             limits += (

@@ -33,7 +33,7 @@ class Compared:
         """Observed misses, counted as the certificate counts."""
         if self.certificate is None or self.evaluation is None:
             return None
-        return self.evaluation.vehicles if self.certificate.unit == "vehicle" else self.evaluation.windows
+        return self.evaluation.missed(self.certificate.unit)
 
 
 def compare(calibration: Calibration, claim: Claim, test: ScoredSamples, targets: Sequence[float]) -> list[Compared]:

@@ -16,7 +16,8 @@ from jaxtyping import Float, Int
 
 from coverdrive.certificates.bounds import marginal_misses_allowed, misses_allowed, rate_limit
 from coverdrive.certificates.calibration import Calibration, Claim, check_epsilon
-from coverdrive.certificates.certificate import Certificate
+from coverdrive.certificates.certificate import NOUNS, Certificate
+from coverdrive.certificates.mean_loss import last_level
 from coverdrive.certificates.rule import Thresholds
 from coverdrive.errors import CertificateError
 
@@ -26,7 +27,8 @@ def conformal(
 ) -> tuple[Thresholds, Certificate]:
     """Thresholds that miss at most a share ε of new samples of every group; all groups too small: `CertificateError`.
 
-    With several groups, a vehicle counts in every group that it drives, with its windows there. The ``group`` of every
+    Of a mean loss (`coverdrive.certificates.mean_loss`), ε bounds its mean, for all bases in one group. With several
+    groups, a vehicle counts in every group that it drives, with its windows there. The ``group`` of every
     base is fixed without looking at the calibration scores, else there is one; without a confidence, ε is marginal.
     """
     epsilon, bases = claim.bound, calibration.bases
@@ -34,6 +36,10 @@ def conformal(
     if len(member) != bases:
         raise CertificateError(f"every one of the {bases} bases needs a group, got {len(member)} groups")
     groups = int(member.max()) + 1
+    if calibration.kind in NOUNS:
+        level = last_level(calibration, claim, _scores(calibration.pieces[0], member == 0))
+        rule = Thresholds.at(np.full(bases, level), calibration.tube)
+        return rule, calibration.certificate("conformal, pooled", epsilon, claim, rule, unseen_bases=0)
     shared = None if claim.confidence is None else 1 - (1 - claim.confidence) / groups
     scores = [_scores(calibration, member == number) for number in range(groups)]
     lowest = np.array([_threshold(score, epsilon, shared) for score in scores])

@@ -6,15 +6,17 @@ import numpy as np
 
 from coverdrive.certificates.bounds import clopper_pearson
 from coverdrive.certificates.calibration import ScoredSamples
+from coverdrive.certificates.certificate import Counted
+from coverdrive.certificates.mean_loss import loss_limit
 from coverdrive.certificates.rule import Rule
 from coverdrive.numbers import interval, percent
 
 
 @dataclass(frozen=True)
 class Rate:
-    """An observed rate, ``count`` of ``total``, with the ends of its 95 % Clopper–Pearson interval."""
+    """An observed rate, ``count`` of ``total``, with the ends of its 95 % interval (Clopper and Pearson, or bets)."""
 
-    count: int
+    count: float
     total: int
     low: float
     high: float
@@ -30,6 +32,12 @@ class Rate:
         count, total = int(hits.sum()), len(hits)
         return Rate(count, total, *clopper_pearson(count, total))
 
+    @staticmethod
+    def of_losses(losses: np.ndarray) -> "Rate":
+        """Mean of losses in [0, 1], for which units may depend on each other within."""
+        low, high = 1 - loss_limit(1 - losses, 0.975), loss_limit(losses, 0.975)
+        return Rate(round(float(losses.sum()), 3), len(losses), max(low, 0.0), high)
+
     def __str__(self) -> str:
         """The rate, its counts and its interval."""
         return f"{percent(self.value)} ({self.count} of {self.total}; 95 % {interval(self.low, self.high)})"
@@ -42,7 +50,11 @@ class Evaluation:
     windows: Rate
     """missed windows; their interval ignores that windows of one vehicle depend on each other"""
     vehicles: Rate
-    """vehicles of which any window is missed"""
+    """vehicles of which any window is missed; their interval ignores that vehicles of one scene group may be alike"""
+    shares: Rate
+    """share of a vehicle's windows that are missed, on average over vehicles"""
+    groups: Rate
+    """share of a scene group's vehicles of which any window is missed, on average over groups"""
     not_predicted: int
     """windows whose base is not in the set"""
     outside_tube: int
@@ -55,6 +67,10 @@ class Evaluation:
     bases: int
     """number M of bases: the size of the set that never misses a base"""
 
+    def missed(self, unit: Counted) -> Rate:
+        """The rate that a certificate for this unit bounds."""
+        return {"vehicle": self.vehicles, "share": self.shares, "group": self.groups}.get(unit, self.windows)
+
 
 def evaluate(rule: Rule, samples: ScoredSamples) -> Evaluation:
     """Apply a rule to samples with a known outcome."""
@@ -64,9 +80,14 @@ def evaluate(rule: Rule, samples: ScoredSamples) -> Evaluation:
     outside = samples.distance > rule.tube[samples.base]
     missed = not_predicted | outside
     _, vehicle = np.unique(samples.vehicle, return_inverse=True)
+    any_missed = np.bincount(vehicle, weights=missed) > 0
+    scene = np.zeros(len(any_missed), dtype=np.int64)
+    scene[vehicle] = np.unique(samples.scene, return_inverse=True)[1]
     return Evaluation(
         windows=Rate.of(missed),
-        vehicles=Rate.of(np.bincount(vehicle, weights=missed) > 0),
+        vehicles=Rate.of(any_missed),
+        shares=Rate.of_losses(np.bincount(vehicle, missed) / np.bincount(vehicle)),
+        groups=Rate.of_losses(np.bincount(scene, any_missed) / np.maximum(np.bincount(scene), 1)),
         not_predicted=int(not_predicted.sum()),
         outside_tube=int(outside.sum()),
         mean_set_size=float(sizes.mean()),

@@ -1,7 +1,8 @@
 """Learn then test: the reference that every other method is compared with (Angelopoulos et al. 2021).
 
 Rules are tested one after the other, in an order fixed beforehand, from the one with the largest sets. A rule that
-misses k of N₂ units rejects "its miss probability exceeds ε" if Φ(ε, k, N₂) ≤ 1 − confidence. The last rule before the
+misses k of N₂ units rejects "its miss probability exceeds ε" if Φ(ε, k, N₂) ≤ 1 − confidence; of a mean loss, if the
+losses prove ε (`coverdrive.certificates.mean_loss`). The last rule before the
 first that does not reject is returned. Because of the fixed sequence, the probability of returning one that misses more
 often than ε is at most 1 − confidence, whatever the rules are: unlike in `nested_sets`, they need not be nested.
 """
@@ -13,7 +14,8 @@ import numpy as np
 
 from coverdrive.certificates.bounds import binomial_tail, rate_limit
 from coverdrive.certificates.calibration import Calibration, Claim
-from coverdrive.certificates.certificate import Certificate
+from coverdrive.certificates.certificate import NOUNS, Certificate
+from coverdrive.certificates.mean_loss import proves
 from coverdrive.certificates.nested_sets import NestedSets, nested_sets_of
 from coverdrive.certificates.rule import Thresholds
 from coverdrive.errors import CertificateError
@@ -32,12 +34,16 @@ def learn_then_test(
     misses = 0
     for rule in rules_of(nested_sets_of(calibration, claim), calibration.tube) if rules is None else rules:
         misses = int(calibration.missed(rule).sum())
-        if binomial_tail(epsilon, misses, count) > 1 - claim.sure:
+        if calibration.kind in NOUNS:
+            passes = proves(calibration.losses(rule), epsilon, claim.sure)
+        else:
+            passes = binomial_tail(epsilon, misses, count) <= 1 - claim.sure
+        if not passes:
             break
         passed = rule
     if passed is None:
         raise CertificateError(
-            f"{misses} misses of the first rule in {count} calibration {calibration.kind}s cannot prove ε = "
+            f"{misses} misses of the first rule in {count} calibration {calibration.noun}s cannot prove ε = "
             f"{epsilon:g}; the smallest ε possible with them is {rate_limit(claim.sure, misses, count):.3g}, so allow "
             "that much or calibrate on more data"
         )

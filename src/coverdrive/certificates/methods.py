@@ -8,7 +8,7 @@ import numpy as np
 
 from coverdrive.certificates.bloating import post_bloat
 from coverdrive.certificates.calibration import Calibration, Claim
-from coverdrive.certificates.certificate import Certificate
+from coverdrive.certificates.certificate import NOUNS, Certificate
 from coverdrive.certificates.conformal import clustered, conformal, per_base, units_needed
 from coverdrive.certificates.discarding import discard
 from coverdrive.certificates.learn_then_test import learn_then_test
@@ -52,6 +52,11 @@ class Method(StrEnum):
         return self in (Method.POOLED, Method.PER_BASE, Method.CLUSTERED)
 
     @property
+    def bounds_losses(self) -> bool:
+        """Whether it can bound a share of windows, or of the vehicles of a scene group."""
+        return self in (Method.POOLED, Method.PAC_POOLED, Method.NESTED_SETS, Method.LEARN_THEN_TEST)
+
+    @property
     def calibrates_tubes(self) -> bool:
         """Whether it can give every base a tube of its own."""
         return self in (Method.POST_BLOATING, Method.SVM, Method.DISCARDING, Method.NESTED_SETS, Method.LEARN_THEN_TEST)
@@ -67,6 +72,11 @@ def certify(method: Method | str, calibration: Calibration, claim: Claim) -> tup
         calibrate = _METHODS[Method(method)]
     except ValueError as error:
         raise CertificateError(f"no method is called {method!r}; choose one of {', '.join(Method)}") from error
+    if calibration.kind in NOUNS and not Method(method).bounds_losses:
+        raise CertificateError(
+            f"{method} counts units that are missed or not, and bounds no shares of them; claim vehicles or windows, "
+            f"or take one of {', '.join(each for each in Method if each.bounds_losses)}"
+        )
     if Method(method).computes_epsilon and claim.epsilon is not None:
         raise CertificateError(f"{method} computes its ε and takes none; leave it out, or use discarding")
     if claim.tubes == "per base" and not Method(method).calibrates_tubes:

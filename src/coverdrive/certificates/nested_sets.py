@@ -14,8 +14,9 @@ from jaxtyping import Float, Int
 
 from coverdrive.certificates.bounds import misses_allowed, rate_limit
 from coverdrive.certificates.calibration import Calibration, Claim, ScoredSamples
-from coverdrive.certificates.certificate import Certificate
+from coverdrive.certificates.certificate import NOUNS, Certificate
 from coverdrive.certificates.discarding import number_discarded
+from coverdrive.certificates.mean_loss import last_level
 from coverdrive.certificates.rule import Thresholds
 from coverdrive.errors import CertificateError
 
@@ -87,17 +88,20 @@ def nested_sets(
     """
     nested = nested or nested_sets_of(calibration, claim)
     count = len(calibration)
-    sure, least = claim.sure, rate_limit(claim.sure, 0, count)
-    allowed = number_discarded(discarded, claim.epsilon, lambda bound: misses_allowed(bound, sure, count), least, count)
-    last = np.sort(nested.last_passed(calibration))
-    chosen = int(last[allowed])
-    if chosen < 0:
-        raise CertificateError(
-            f"{int((last < 0).sum())} of {count} calibration {calibration.kind}s leave the tube around their base, but "
-            f"only {allowed} may be missed; allow more, or widen the tube or refine the basis"
-        )
+    if calibration.kind in NOUNS:
+        passed = nested.last_passed(calibration.pieces[0])
+        chosen, bound = int(last_level(calibration, claim, np.where(passed < 0, -np.inf, passed))), claim.bound
+    else:
+        sure, least = claim.sure, rate_limit(claim.sure, 0, count)
+        allowed = number_discarded(discarded, claim.epsilon, lambda e: misses_allowed(e, sure, count), least, count)
+        last = np.sort(nested.last_passed(calibration))
+        chosen, bound = int(last[allowed]), rate_limit(sure, allowed, count)
+        if chosen < 0:
+            raise CertificateError(
+                f"{int((last < 0).sum())} of {count} calibration {calibration.kind}s leave the tube around their base, "
+                f"but only {allowed} may be missed; allow more, or widen the tube or refine the basis"
+            )
     rule = nested.rule(chosen, calibration.tube)
-    bound = rate_limit(claim.sure, allowed, count)
     never = int((nested.values[-1] == 0).sum())
     what, tubes = ("thresholds", "cover") if nested.radii is None else ("thresholds and tubes", "per base")
     claim = replace(claim, tubes=tubes)

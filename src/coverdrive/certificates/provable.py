@@ -3,9 +3,12 @@
 from decimal import ROUND_CEILING, Decimal
 from typing import Literal
 
+import numpy as np
+
 from coverdrive.certificates.bounds import discarding_bound, judged_bound, rate_limit
 from coverdrive.certificates.calibration import Claim, check_epsilon
-from coverdrive.certificates.certificate import Counted
+from coverdrive.certificates.certificate import NOUNS, Counted
+from coverdrive.certificates.mean_loss import loss_limit, units_needed
 from coverdrive.certificates.methods import Method
 from coverdrive.errors import CertificateError
 from coverdrive.numbers import percent
@@ -14,12 +17,14 @@ USUAL = 0.1
 """the bound ε that is asked for where nobody says another"""
 
 
-def smallest_epsilon(method: Method, claim: Claim, bases: int, count: int, uncovered: int = 0) -> float:
+def smallest_epsilon(
+    method: Method, claim: Claim, bases: int, count: int, uncovered: int = 0, unit: Counted = "window"
+) -> float:
     """A bound below which the method can prove nothing; 1 if it can prove nothing at all.
 
     Of methods that calibrate groups of bases, it is the one that all ``count`` units would prove if they drove one
-    group. ``uncovered`` of them leave the tube of every base, so that every rule misses them. The ε of the claim is not
-    used.
+    group. ``uncovered`` of them leave the tube of every base, so that every rule misses them; of a mean loss they are
+    not looked at. The ε of the claim is not used.
     """
     variables = bases * (2 if claim.tubes == "per base" else 1)
     shared = (1 + claim.sure) / 2
@@ -29,6 +34,8 @@ def smallest_epsilon(method: Method, claim: Claim, bases: int, count: int, uncov
         return min(1.0, rate_limit(shared, uncovered, count) + judged_bound(shared, 0, count))
     if method == Method.DISCARDING:
         return _support_limit(claim.sure, variables, uncovered, count)
+    if unit in NOUNS:
+        return loss_limit(np.zeros(count), None if method.marginal else claim.sure)
     if method in (Method.PER_BASE, Method.CLUSTERED, Method.PAC_PER_BASE, Method.PAC_CLUSTERED):
         uncovered = 0  # they may all have driven another group
     if method.marginal:
@@ -56,8 +63,8 @@ def provable_epsilon(
     digits. It looks at nothing but the number of units: the bound has to be fixed before their scores are seen. The
     rest is as in `smallest_epsilon`.
     """
-    least = smallest_epsilon(method, claim, bases, count, uncovered)
-    units = f"{count} calibration {unit}s" + (
+    least = smallest_epsilon(method, claim, bases, count, uncovered, unit)
+    units = f"{count} calibration {NOUNS.get(unit, unit)}s" + (
         f", of which {uncovered} leave the tube of every base," if uncovered else ""
     )
     by = f" by {method}" + ("" if method.marginal else f" with {percent(claim.sure, 4)} confidence")
@@ -65,7 +72,7 @@ def provable_epsilon(
     if method.computes_epsilon and least < 1:
         return None
     if auto := asked == "auto":
-        by_number = smallest_epsilon(method, claim, bases, count)
+        by_number = smallest_epsilon(method, claim, bases, count, unit=unit)
         asked = USUAL if by_number <= USUAL else rounded_up(by_number)
     if method.computes_epsilon or (auto and asked >= 1):
         raise CertificateError(f"{units} prove nothing{by}; {more}")
@@ -74,6 +81,8 @@ def provable_epsilon(
         return asked
     possible = rounded_up(least)
     advice = f"`--epsilon {possible:g}`" + ("" if uncovered else " or `--epsilon auto`")
+    if unit == "group":
+        more = f"{units_needed(asked, None if method.marginal else claim.sure)} groups would do: {more}"
     instead = (
         f"the smallest ε possible with them is {possible:g}: ask for it with {advice}, or " if possible < 1 else ""
     )

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from coverdrive.certificates.comparison import Compared
     from coverdrive.results import Results
 
-Counted = Literal["window", "vehicle", "drawn window"]
+Counted = Literal["window", "vehicle", "drawn window", "share", "group"]
 
 
 def certify(

@@ -1,8 +1,12 @@
 """``coverdrive fit``: a certified predictor."""
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
 
 from coverdrive.cli import options
 from coverdrive.cli.bars import stages, waiting
@@ -21,6 +25,14 @@ def fit(
     confidence: options.Confidence = None,
     unit: options.Unit = None,
     seed: options.Seed = None,
+    folds: Annotated[
+        int | None,
+        Parameter(
+            validator=Number(gte=3, lte=20),
+            help="Fit with every pair of so many parts of the scene groups as calibration and test side, print the "
+            "spread, and keep no predictor; as in `--folds 4`, which is 12 fits.",
+        ),
+    ] = None,
     out: options.Out = Path("results"),
     config: options.Config = None,
     preset: options.Preset = "default",
@@ -33,6 +45,7 @@ def fit(
 
     - from a download of NGSIM: `coverdrive fit --recording us-101.csv --location us-101`
     - the smallest bound that the data can prove: `coverdrive fit --recording scenarios/ --epsilon auto`
+    - how much depends on which scenes calibrate: `coverdrive fit --recording scenarios/ --folds 4`
     - from generated traffic, as in the paper: `coverdrive fit --preset paper --out paper`
     """
     with waiting():
@@ -40,9 +53,24 @@ def fit(
     experiment = experiment_of(
         config, preset, settings, seed=seed, location=location, prediction=certificate(epsilon, confidence, unit)
     )
+    if folds is not None:
+        return _folds_and_print(experiment, recording or [], folds)
     result = fit_and_print(experiment, recording or [], Results(out))
     console.print(f"The predictor is in {out}")
     return {"results": str(out), **certificate_record(result)}
+
+
+def _folds_and_print(experiment: "Experiment", paths: Sequence[Path], folds: int) -> dict[str, Any]:
+    """Fit with scene groups in every role, and say how far results spread."""
+    with waiting():
+        from coverdrive.prediction.folds import fit_folds
+        from coverdrive.reporting.terminal import folds_table
+    with stages():
+        found = fit_folds(experiment.recordings(paths), experiment.prediction, experiment.seed, folds)
+    console.print(folds_table(found))
+    for refused in dict.fromkeys(each.refusal for each in found if each.refusal):
+        console.print(f"• {refused}")
+    return {"folds": [asdict(each) for each in found]}
 
 
 def fit_and_print(experiment: "Experiment", paths: Sequence[Path], results: "Results") -> "Fit":

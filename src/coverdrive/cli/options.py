@@ -95,9 +95,10 @@ Confidence = Annotated[
     ),
 ]
 Unit = Annotated[
-    Literal["window", "vehicle"] | None,
+    Literal["window", "vehicle", "share", "group"] | None,
     Parameter(
-        help="What the bound counts: whole vehicles, or windows of 3 s as in the paper; as in `--unit window`.",
+        help="What the bound is about: whole vehicles; windows of 3 s as in the paper; the share of a vehicle's "
+        "windows; vehicles of a new group of scenes; as in `--unit share`.",
         show_default=usually("vehicle"),
     ),
 ]

@@ -34,8 +34,8 @@ class CertificateSettings(Settings):
     confidence: float = Field(default=0.99, gt=0, lt=1)
     """probability with which the bound on the miss rate holds (paper, Table 1)"""
     unit: Unit = "vehicle"
-    """what the bound stored with the predictor counts: whole vehicles, or windows as in the paper, which takes the
-    windows of one vehicle for independent"""
+    """what the bound stored with the predictor is about: whole vehicles; windows as in the paper, which takes those of
+    one vehicle for independent; the share of a vehicle's windows; or vehicles of a new group of scenes"""
     tube: Tubes = "cover"
     """radius around every base within which a vehicle has to stay: that of the cover, or one of its own, calibrated
     with the threshold of the base and never above it"""
@@ -48,14 +48,18 @@ class CertificateSettings(Settings):
 
 
 def provable(
-    vehicle: Int[np.ndarray, " N"], outside: Bool[np.ndarray, " N"], bases: int, settings: CertificateSettings
+    vehicle: Int[np.ndarray, " N"],
+    group: Int[np.ndarray, " N"],
+    outside: Bool[np.ndarray, " N"],
+    bases: int,
+    settings: CertificateSettings,
 ) -> float | None:
     """The bound ε to ask for, None for methods that compute it; `CertificateError` if no network could prove it.
 
     N samples, those of them outside the tube of every base, and the number of bases are known before a network is
     trained.
     """
-    unit = unit_of(vehicle, settings.unit)
+    unit = unit_of(vehicle, group, settings.unit)
     count, uncovered = int(unit.max()) + 1, len(np.unique(unit[outside]))
     claim = Claim(confidence=settings.confidence, tubes=settings.tube)
     return provable_epsilon(settings.epsilon, settings.method, claim, bases, count, uncovered, settings.unit)
@@ -78,7 +82,8 @@ def calibrate(
         CertificateError: a calibration vehicle trained the network, or there are too few for the claim.
     """
     trained_on = np.unique(training.vehicle)
-    epsilon = provable(calibration.vehicle, calibration.distance > basis.radius, len(basis), settings)
+    outside = calibration.distance > basis.radius
+    epsilon = provable(calibration.vehicle, calibration.scene, outside, len(basis), settings)
     claim = Claim(epsilon, settings.confidence, settings.tube)
 
     def certified(unit: Unit) -> tuple[Predictor, Certificate]:

@@ -92,6 +92,7 @@ def fit(
     confidence: float | None = None,
     unit: Unit | None = None,
     learner: Learner | None = None,
+    sides: Split | None = None,
 ) -> Fit:
     """Learn a predictor, certify it and test it.
 
@@ -104,6 +105,7 @@ def fit(
         unit: what the bound counts.
         learner: makes a network of your own from the training samples, of their ``features`` and ``base``: any function
             that gives N × M scores for N × 21 features (`coverdrive.prediction.learning.own_network`).
+        sides: of the segments, where they are not to be drawn.
 
     Raises:
         SettingError: a value is not allowed.
@@ -115,7 +117,8 @@ def fit(
     _, basis_seed, training_seed = _seeds(seed)
 
     with _timed("segments", seconds):
-        segments, sides = cut_and_split(recordings, settings, seed)
+        segments, drawn = cut_and_split(recordings, settings, seed)
+        sides = sides or drawn
     with _timed("basis", seconds):
         basis = make_basis(segments.of(sides.train), settings.basis, basis_seed)
     with _timed("affordances and labels", seconds):
@@ -123,7 +126,7 @@ def fit(
         training = samples.of(sides.train)
         outside = samples.distance[np.arange(len(samples)), samples.base] > basis.radius
         asked = sides.calibration
-        provable(samples.vehicle[asked], outside[asked], len(basis), settings.certificate)
+        provable(samples.vehicle[asked], samples.group[asked], outside[asked], len(basis), settings.certificate)
     with _timed("mirror images", seconds):
         lessons = training.and_also(_mirrored(recordings, segments.of(sides.train), basis, settings))
     with _timed("training", seconds):
@@ -170,7 +173,7 @@ def _with_claim(
         first = error.errors()[0]
         raise SettingError(
             f"{first['loc'][0]}: {first['msg']}, got {first['input']!r}; ε and the confidence are shares between 0 and "
-            '1 (ε may be "auto"), the unit is "vehicle" or "window"'
+            '1 (ε may be "auto"), the unit is "vehicle", "window", "share" or "group"'
         ) from error
     return settings.model_copy(update={"certificate": claim})
 

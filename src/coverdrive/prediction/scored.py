@@ -81,7 +81,7 @@ def score(network: Network | OwnNetwork, samples: Samples, tube: float | None = 
         covering = samples.distance <= tube
         base = np.where(covering.any(1), np.where(covering, scores, -1).argmax(1), base)
     distance = samples.distance[np.arange(len(samples)), base]
-    return ScoredSamples(scores, base, distance, samples.vehicle, hidden)
+    return ScoredSamples(scores, base, distance, samples.vehicle, hidden, samples.group)
 
 
 @jax.jit

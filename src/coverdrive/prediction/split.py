@@ -8,7 +8,7 @@ side is a contiguous stretch of time; a vehicle that still crosses a border keep
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Int
+from jaxtyping import Float, Int
 from pydantic import Field, model_validator
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
@@ -57,14 +57,26 @@ def split(
         DataError: fewer than three groups, or a side stays empty.
     """
     settings = settings or SplitSettings()
+    borders = np.cumsum([settings.train, settings.calibration])
+    return _split(vehicle, _dealt(vehicle, group, borders, seed))
+
+
+def rotations(vehicle: Int[np.ndarray, " N"], group: Int[np.ndarray, " N"], folds: int, seed: int = 0) -> list[Split]:
+    """All ways in which two of so many parts of whole groups calibrate and test, and the others train.
+
+    Raises:
+        DataError: fewer than three parts or groups, or a side stays empty.
+    """
+    if folds < 3:
+        raise DataError(f"to train, to calibrate and to test takes at least 3 folds, got {folds}")
+    fold = _dealt(vehicle, group, np.arange(1, folds) / folds, seed)
+    roles = [(one, other) for one in range(folds) for other in range(folds) if one != other]
+    return [_split(vehicle, np.where(fold == one, 1, np.where(fold == other, 2, 0))) for one, other in roles]
+
+
+def _split(vehicle: Int[np.ndarray, " N"], side: Int[np.ndarray, " N"]) -> Split:
+    """The samples of sides 0, 1 and 2, without those whose vehicle has more of them on another one."""
     _, vehicles = np.unique(vehicle, return_inverse=True)
-    names, groups = np.unique(group, return_inverse=True)
-    if len(names) < 3:
-        raise DataError(
-            f"a split by scenes needs at least three independent groups of scenes, got {len(names)}; "
-            "give more scenes, or a recording of at least three minutes"
-        )
-    side = _side_of_group(vehicles, groups, settings, seed)[groups]
     counts = np.zeros((vehicles.max() + 1, 3), dtype=np.int64)
     np.add.at(counts, (vehicles, side), 1)
     kept = counts.argmax(1)[vehicles] == side
@@ -77,13 +89,19 @@ def split(
     return Split(*sides, dropped=int((~kept).sum()))
 
 
-def _side_of_group(
-    vehicles: Int[np.ndarray, " N"], groups: Int[np.ndarray, " N"], settings: SplitSettings, seed: int
-) -> Int[np.ndarray, " G"]:
-    """0, 1 or 2 for each group: of several random orders the one that comes nearest to the shares."""
+def _dealt(
+    vehicle: Int[np.ndarray, " N"], group: Int[np.ndarray, " N"], borders: Float[np.ndarray, " b"], seed: int
+) -> Int[np.ndarray, " N"]:
+    """The part, 0 … b, of each sample: of several random orders of groups the one that comes nearest to the shares."""
+    _, vehicles = np.unique(vehicle, return_inverse=True)
+    names, groups = np.unique(group, return_inverse=True)
+    if len(names) < 3:
+        raise DataError(
+            f"a split by scenes needs at least three independent groups of scenes, got {len(names)}; "
+            "give more scenes, or a recording of at least three minutes"
+        )
     component = _components(vehicles, groups)
     sizes = np.bincount(groups)
-    borders = np.cumsum([settings.train, settings.calibration])
     shares = np.diff([0, *borders, 1])
     random = np.random.default_rng(seed)
 
@@ -95,9 +113,9 @@ def _side_of_group(
         return side
 
     def imbalance(side: Int[np.ndarray, " G"]) -> float:
-        return float(np.abs(np.bincount(side, sizes, minlength=3) / sizes.sum() - shares).max())
+        return float(np.abs(np.bincount(side, sizes, minlength=len(shares)) / sizes.sum() - shares).max())
 
-    return min((draw() for _ in range(_DRAWS)), key=imbalance)
+    return min((draw() for _ in range(_DRAWS)), key=imbalance)[groups]
 
 
 def _components(vehicles: Int[np.ndarray, " N"], groups: Int[np.ndarray, " N"]) -> Int[np.ndarray, " G"]:

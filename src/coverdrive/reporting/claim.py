@@ -15,6 +15,10 @@ ON_AVERAGE, BY_ITSELF = "†", "‡"
 """signs at a bound in a table: it holds on average; it is about every base or group of bases by itself"""
 
 
+WHOSE = {"share": "the average vehicle's windows", "group": "the vehicles of a new scene group"}
+"""Of what a bound is a share, where that is not called like the unit"""
+
+
 def strength(certificate: Certificate) -> str:
     """How surely the bound holds."""
     if certificate.confidence is None:
@@ -25,7 +29,7 @@ def strength(certificate: Certificate) -> str:
 def whose(certificate: Certificate) -> str:
     """Of which samples the bound says how many are missed."""
     if certificate.groups == 1:
-        return f"{certificate.unit}s"
+        return WHOSE.get(certificate.unit, f"{certificate.unit}s")
     return f"the {certificate.unit}s that drive a {certificate.group}, for each {certificate.group} by itself"
 
 

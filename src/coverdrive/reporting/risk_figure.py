@@ -41,8 +41,9 @@ def risk_figure(compared: Sequence[Compared]) -> Figure:
         look = {"colour": style.CYCLE[number % len(style.CYCLE)], "name": legend(mine)}
         for each in mine:
             marks += _marks(each, _MARKERS[number % len(_MARKERS)], limit, look)
-    x, y = Axis(f"missed {unit}s [%]", 0, limit), Axis("mean set size [base trajectories]")
-    return Figure([[Panel(marks, x, y)]], height=4.2, caption=_CAPTION.format(unit=unit), legend_columns=3)
+    noun = {"share": "window", "group": "vehicle"}.get(unit, unit)
+    x, y = Axis(f"missed {noun}s [%]", 0, limit), Axis("mean set size [base trajectories]")
+    return Figure([[Panel(marks, x, y)]], height=4.2, caption=_CAPTION.format(unit=noun), legend_columns=3)
 
 
 def _limit(compared: Sequence[Compared]) -> float:

@@ -66,8 +66,9 @@ def safety_table(trials: pl.DataFrame, certificates: Sequence[Certificate] = ())
          f"{causes[Cause.PLANNING]} of {trials.height} trials"),
         ("at fault: ego / other / nobody",
          " / ".join(str((collided["at_fault"] == fault.value).sum()) for fault in Fault)),
-        ("windows that left their set", _missed(windows, bounds.get("window"))),
-        (f"vehicles that left a set ({each:.0f} windows each)", _missed(vehicles, bounds.get("vehicle"))),
+        ("windows that left their set", _missed(windows, bounds.get("window", bounds.get("share")))),
+        (f"vehicles that left a set ({each:.0f} windows each)",
+         _missed(vehicles, bounds.get("vehicle", bounds.get("group")))),
         ("choices that the predictor calls impossible", str(trials["impossible_choices"].sum())),
     ])  # fmt: skip
 

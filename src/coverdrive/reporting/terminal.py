@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
+import numpy as np
 from rich.table import Table
 from rich.text import Text
 
@@ -9,6 +10,7 @@ from coverdrive.certificates.comparison import Compared
 from coverdrive.numbers import at_most
 from coverdrive.prediction.cover.basis_study import StudiedBasis
 from coverdrive.prediction.fit import Fit
+from coverdrive.prediction.folds import Fold
 from coverdrive.recordings.summary import Summary
 from coverdrive.reporting.claim import BY_ITSELF, ON_AVERAGE, signs, strength, whose
 from coverdrive.reporting.fitting import columns_table, facts_table
@@ -52,12 +54,12 @@ def _fit_facts(result: Fit) -> Iterator[tuple[str, str]]:
     yield "base trajectories", f"{len(basis)} (ε = {basis.radius:g}, all training segments covered)"
     for each in result.certificates:
         yield (
-            f"bound on missed {each.unit}s",
-            f"{at_most(each.epsilon)} of {whose(each)}, {strength(each)}, by {each.method} "
-            f"({each.samples} {each.unit}s, {each.uncovered} of them uncovered)",
+            "bound on misses",
+            f"{at_most(each.epsilon)} of {whose(each)}, {strength(each)}, by {each.method} ({each.samples} "
+            f"{each.noun}s, {each.uncovered} of them uncovered; {each.vehicles} vehicles, {each.scenes} scene groups)",
         )
         if each.prediction_epsilon is not None and each.paper_epsilon is not None:
-            ours = "exact" if each.support is None else f"by {each.support} supporting {each.unit}s"
+            ours = "exact" if each.support is None else f"by {each.support} supporting {each.noun}s"
             yield (
                 "  of those that a base covers",
                 f"{at_most(each.prediction_epsilon)} {ours}, {at_most(each.paper_epsilon)} by the paper's theorem",
@@ -72,6 +74,29 @@ def _fit_facts(result: Fit) -> Iterator[tuple[str, str]]:
         yield "mean radius of their tubes", f"{evaluation.mean_tube:.3f}"
     for stage, seconds in result.seconds.items():
         yield f"time for {stage}", f"{seconds:.1f} s"
+
+
+def folds_table(folds: Sequence[Fold]) -> Table:
+    """A line for each assignment of scene groups to sides, and their mean and range."""
+    rows: list[Sequence[str]] = []
+    rates: list[tuple[float, ...]] = []
+    for each in folds:
+        places = tuple(" ".join(map(str, groups)) for groups in (each.calibration, each.test))
+        if each.certificate is None or each.evaluation is None:
+            rows.append((*places, "refused"))
+            continue
+        found = each.evaluation
+        rates.append((each.certificate.epsilon, found.missed(each.certificate.unit).value, found.windows.value))
+        own = found.missed(each.certificate.unit)
+        shown = f"{own.value:.1%} ({own.low:.1%}–{own.high:.1%})", f"{found.windows.value:.2%}"
+        rows.append((*places, at_most(each.certificate.epsilon), *shown, f"{found.mean_set_size:.1f}"))
+        rates[-1] += (found.mean_set_size,)
+    if rates:
+        bound, own, windows, size = ((np.mean(each), min(each), max(each)) for each in zip(*rates, strict=True))
+        shares = ("{:.1%} ({:.1%}–{:.1%})".format(*each) for each in (bound, own, windows))
+        rows.append(("mean (range)", "", *shares, "{:.1f} ({:.1f}–{:.1f})".format(*size)))
+    columns = ("calibration", "test", "bound ε", "missed, unseen (95 %)", "windows", "set size")
+    return columns_table("Scene groups in every role", columns, rows, "numbers of the scene groups of a side", first={})
 
 
 def methods_table(compared: Sequence[Compared]) -> Table:

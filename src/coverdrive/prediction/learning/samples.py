@@ -44,6 +44,8 @@ class Samples:
     """the base that stands for what the vehicle did"""
     vehicle: Int[np.ndarray, " N"]
     """key of the vehicle"""
+    group: Int[np.ndarray, " N"]
+    """scene group"""
 
     def __len__(self) -> int:
         """Number of samples N."""
@@ -90,7 +92,7 @@ def make_samples(
     if assignment == "covering":
         covered = distance <= basis.radius
         base = np.where(covered.any(1), covered.argmax(1), base)
-    return Samples(features, distance, collides, base, segments.vehicle)
+    return Samples(features, distance, collides, base, segments.vehicle, segments.group)
 
 
 def make_features(

@@ -98,7 +98,7 @@ def _mean(trials: pl.DataFrame, column: str) -> float:
 def _observed(contents: Contents) -> Rate:
     """How many were missed on unseen scenes, of what the certificate counts."""
     evaluation = contents.certified.evaluation
-    return evaluation.vehicles if contents.certified.certificates[0].unit == "vehicle" else evaluation.windows
+    return evaluation.missed(contents.certified.certificates[0].unit)
 
 
 def ends(contents: Contents) -> str:

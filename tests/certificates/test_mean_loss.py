@@ -1,0 +1,175 @@
+"""Bounds on shares hold whatever windows of a vehicle, or vehicles of a group, have in common; counts do not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.special import ndtr
+
+from coverdrive.certificates.calibration import Calibration, Claim, ScoredSamples
+from coverdrive.certificates.certificate import Counted
+from coverdrive.certificates.evaluation import Rate, evaluate
+from coverdrive.certificates.mean_loss import loss_limit, proves, units_needed
+from coverdrive.certificates.methods import Method, certify
+from coverdrive.certificates.rule import Thresholds
+from coverdrive.errors import CertificateError
+
+NOBODY = np.array([], dtype=np.int64)
+CLAIM = Claim(0.2, 0.9)
+
+
+def alike(groups: int, vehicles: int, windows: int, seed: int, by_group: float = 0.0, by_vehicle: float = 0.0):
+    """Uniform scores of one base, which have shares of their variance in common in a group and in a vehicle.
+
+    The threshold c misses any window with the probability c.
+    """
+    random = np.random.default_rng(seed)
+    normal = random.normal(size=(groups, 1, 1)) * np.sqrt(by_group)
+    normal = normal + random.normal(size=(groups, vehicles, 1)) * np.sqrt(by_vehicle)
+    normal = normal + random.normal(size=(groups, vehicles, windows)) * np.sqrt(1 - by_group - by_vehicle)
+    count = normal.size
+    vehicle = np.arange(count) // windows
+    zero = np.zeros(count, dtype=np.int64)
+    scores = ndtr(normal).reshape(-1, 1)
+    return ScoredSamples(scores, zero, 0.0 * zero, vehicle, None, vehicle // vehicles)
+
+
+def threshold(samples: ScoredSamples, unit: Counted, claim: Claim = CLAIM) -> float:
+    method = Method.PAC_POOLED if claim.confidence else Method.POOLED
+    rule, _ = certify(method, Calibration.of(samples, 1.0, NOBODY, unit), claim)
+    assert isinstance(rule, Thresholds)
+    return float(rule.values[0])
+
+
+def test_bets_by_hand() -> None:
+    """Stakes are sqrt(2 log 10 / (3 v)) with v = 1/4, then the spread so far, but cost 0.99 of the capital at most."""
+    losses, epsilon = np.array([0.0, 0.5, 0.0]), 0.6
+    capital, capitals = 1.0, []
+    for number, loss in enumerate(losses):
+        seen = losses[:number]
+        means = [(0.5 + losses[: k + 1].sum()) / (k + 2) for k in range(number)]
+        spread = (0.25 + sum((seen - means) ** 2)) / (number + 1)
+        capital *= 1 + min(np.sqrt(2 * np.log(10) / (3 * spread)), 0.99 / 0.4) * (epsilon - loss)
+        capitals.append(capital)
+    assert proves(losses, epsilon, 0.9) is bool(max(capitals) >= 10)
+    assert 0.4 < loss_limit(losses, 0.9) < 1
+    assert proves(losses, loss_limit(losses, 0.9), 0.9) and not proves(losses, loss_limit(losses, 0.9) - 1e-5, 0.9)
+
+
+def test_without_confidence_one_loss_is_added() -> None:
+    assert proves(np.array([0.0, 0.5, 0.1]), 0.41, None) and not proves(np.array([0.0, 0.5, 0.1]), 0.39, None)
+    assert units_needed(0.1, None) == 9
+
+
+@pytest.mark.parametrize(("epsilon", "confidence"), [(0.1, 0.99), (0.3, 0.9)])
+def test_how_many_units_would_do(epsilon: float, confidence: float) -> None:
+    needed = units_needed(epsilon, confidence)
+    exact = np.log(1 - confidence) / np.log(1 - epsilon)  # of units that are missed or not
+    assert exact <= needed < 1.1 * exact + 2
+    assert not proves(np.zeros(needed - 1), epsilon, confidence)
+
+
+def exceeding(unit: Counted, repeats: int = 2000, **how: float) -> float:
+    """How often the rule of a calibration misses more windows than it claims."""
+    return float(np.mean([threshold(alike(40, 1, 10, seed, **how), unit) > 0.2 for seed in range(repeats)]))
+
+
+@pytest.mark.slow
+def test_a_share_of_windows_is_bounded_although_windows_of_a_vehicle_are_alike() -> None:
+    assert exceeding("share", by_vehicle=0.7) < 0.1
+    assert exceeding("window", by_vehicle=0.7) > 0.15  # the negative control: as if windows were independent
+    assert exceeding("window", by_vehicle=0.0) < 0.115
+
+
+@pytest.mark.slow
+def test_vehicles_of_a_new_group_are_bounded_although_vehicles_of_a_group_are_alike() -> None:
+    def found(unit: Counted) -> float:
+        samples = (alike(40, 10, 1, seed, by_group=0.7) for seed in range(2000))
+        return float(np.mean([threshold(each, unit) > 0.2 for each in samples]))
+
+    assert found("group") < 0.1
+    assert found("vehicle") > 0.15  # the negative control: as if vehicles of one group were independent
+
+
+@pytest.mark.slow
+def test_on_average_over_calibrations_new_groups_are_bounded() -> None:
+    samples = (alike(12, 10, 1, seed, by_group=0.7) for seed in range(2000))
+    assert 0.15 < np.mean([threshold(each, "group", Claim(0.2, None)) for each in samples]) < 0.2
+
+
+def test_far_fewer_vehicles_are_enough_than_for_one_window_each() -> None:
+    found = [
+        [threshold(alike(60, 1, 20, seed, by_vehicle=0.3), unit) for unit in ("share", "drawn window")]
+        for seed in range(60)
+    ]
+    share, drawn = np.mean(found, axis=0)
+    assert share > 1.1 * drawn
+
+
+def test_nested_rules_and_their_tests_agree() -> None:
+    samples, training = alike(60, 1, 20, 0, by_vehicle=0.3), alike(60, 1, 20, 1, by_vehicle=0.3)
+    training = replace(training, vehicle=training.vehicle + 1000)
+    for unit in ("share", "group"):
+        calibration = Calibration.of(samples, 1.0, NOBODY, unit, training=training)
+        nested, tested = (certify(each, calibration, CLAIM) for each in (Method.NESTED_SETS, Method.LEARN_THEN_TEST))
+        assert isinstance(nested[0], Thresholds) and isinstance(tested[0], Thresholds)
+        assert nested[0].values.tolist() == tested[0].values.tolist()
+        assert nested[0].values[0] > 0.001
+        assert proves(calibration.losses(nested[0]), 0.2, 0.9)
+
+
+def test_too_few_groups_are_refused_with_how_many_would_do() -> None:
+    few = Calibration.of(alike(3, 50, 5, 0), 1.0, NOBODY, "group")
+    needed = units_needed(0.2, 0.9)
+    with pytest.raises(
+        CertificateError, match=rf"3 calibration scene groups cannot prove ε = 0\.2; .*{needed} of them"
+    ):
+        certify(Method.PAC_POOLED, few, CLAIM)
+    enough = Calibration.of(alike(needed, 50, 5, 0), 1.0, NOBODY, "group")
+    _, certificate = certify(Method.PAC_POOLED, enough, CLAIM)
+    assert (certificate.samples, certificate.vehicles, certificate.scenes) == (needed, 50 * needed, needed)
+    assert "a vehicle of a new scene group leaves its predicted set in any window" in certificate.sentence
+    assert f"{needed} calibration scene groups of {50 * needed} vehicles" in certificate.sentence
+
+
+def test_windows_outside_every_tube_are_lost_at_every_threshold() -> None:
+    samples = alike(60, 1, 20, 0)
+    far = replace(samples, distance=np.where(np.arange(len(samples)) % 20 < 2, 2.0, 0.0))
+    assert 0 < threshold(far, "share") < threshold(samples, "share")
+    with pytest.raises(CertificateError, match=r"60 calibration vehicles cannot prove ε = 0\.2: 0\.3 of them is lost"):
+        threshold(replace(samples, distance=np.where(np.arange(len(samples)) % 20 < 6, 2.0, 0.0)), "share")
+
+
+@pytest.mark.parametrize("method", [Method.POST_BLOATING, Method.DISCARDING, Method.PAC_PER_BASE])
+def test_methods_that_count_bound_no_shares(method: Method) -> None:
+    calibration = Calibration.of(alike(60, 1, 5, 0), 1.0, NOBODY, "share")
+    with pytest.raises(CertificateError, match="bounds no shares"):
+        certify(method, calibration, replace(CLAIM, epsilon=None) if method.computes_epsilon else CLAIM)
+
+
+def test_observed_shares_and_groups_by_hand() -> None:
+    """Vehicles 0 and 1 of group 7 miss 1/2 and none of their windows, vehicle 2 of group 8 both."""
+    scores = np.array([[0.1], [0.9], [0.9], [0.9], [0.1], [0.2]])
+    vehicle, group = np.array([0, 0, 1, 1, 2, 2]), np.array([7, 7, 7, 7, 8, 8])
+    zero = np.zeros(6, dtype=np.int64)
+    found = evaluate(Thresholds.at(np.array([0.5]), 1.0), ScoredSamples(scores, zero, 0.0 * zero, vehicle, None, group))
+    assert (found.shares.value, found.groups.value) == (pytest.approx(0.5), pytest.approx(0.75))
+    assert (found.missed("share"), found.missed("group")) == (found.shares, found.groups)
+
+
+def test_the_interval_of_a_mean_loss_holds() -> None:
+    inside = [
+        (found := Rate.of_losses(np.random.default_rng(seed).beta(0.3, 1.2, 50))).low <= 0.2 <= found.high
+        for seed in range(300)
+    ]
+    assert np.mean(inside) > 0.93
+
+
+def test_the_design_effect_is_the_variance_between_groups() -> None:
+    independent, linked = alike(20, 50, 1, 0), alike(20, 50, 1, 0, by_group=0.9)
+    effects = [
+        certify(Method.PAC_POOLED, Calibration.of(each, 1.0, NOBODY, "vehicle"), CLAIM)[1].design_effect
+        for each in (independent, linked)
+    ]
+    assert effects[0] is not None and 0.3 < effects[0] < 2.2
+    assert effects[1] is not None and effects[1] > 15
