@@ -36,6 +36,8 @@ class ScoredSamples:
     """values of the last hidden layer; only support vectors look at them"""
     group: Int[np.ndarray, " N"] | None = None
     """scene group; without it, every vehicle is one"""
+    area: Float[np.ndarray, " N"] | None = None
+    """[m²] in which the centre may be at a score of one half, where it grows as the square of (1 − score) / score"""
 
     def __post_init__(self) -> None:
         """Refuse what no guarantee could rest on."""

@@ -8,7 +8,7 @@ from coverdrive.certificates.bounds import clopper_pearson
 from coverdrive.certificates.calibration import ScoredSamples
 from coverdrive.certificates.certificate import Counted
 from coverdrive.certificates.mean_loss import loss_limit
-from coverdrive.certificates.rule import Rule
+from coverdrive.certificates.rule import Rule, scale_of
 from coverdrive.numbers import interval, percent
 
 
@@ -66,6 +66,8 @@ class Evaluation:
     """mean radius of the tubes of all bases in all sets, in the norm of the basis"""
     bases: int
     """number M of bases: the size of the set that never misses a base"""
+    mean_area: float | None = None
+    """[m²] in which the centre of a vehicle may be, where sets are boxes of any size instead of bases"""
 
     def missed(self, unit: Counted) -> Rate:
         """The rate that a certificate for this unit bounds."""
@@ -94,4 +96,5 @@ def evaluate(rule: Rule, samples: ScoredSamples) -> Evaluation:
         median_set_size=float(np.median(sizes)),
         mean_tube=float((possible @ rule.tube).sum() / max(sizes.sum(), 1)),
         bases=samples.scores.shape[1],
+        mean_area=None if samples.area is None else float(samples.area.mean()) * scale_of(rule) ** 2,
     )

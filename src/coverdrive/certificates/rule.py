@@ -15,6 +15,9 @@ from coverdrive.errors import CertificateError
 ROUNDING = 1e-6
 """Rules give way by this much, so that scores computed in batches of another shape are never missed."""
 
+LEAST = 1e-3
+"""Scores of boxes below it are outside every set: none is more than a thousand times as large as it was learned."""
+
 
 @runtime_checkable
 class Rule(Protocol):
@@ -104,3 +107,8 @@ def rule_of(kind: str, arrays: Mapping[str, np.ndarray]) -> Rule:
     if kind == Hyperplanes.kind:
         return Hyperplanes(arrays["hyperplane_weights"], arrays["hyperplane_offsets"], arrays["tube"])
     raise CertificateError(f"no rule is called {kind!r}; expected {Thresholds.kind!r} or {Hyperplanes.kind!r}")
+
+
+def scale_of(rule: Rule) -> float:
+    """How many times as large as they were learned boxes are (`coverdrive.prediction.boxes`), by the one threshold."""
+    return 1 / max(float(rule.arrays["thresholds"][0]), LEAST) - 1

@@ -1,7 +1,8 @@
 """Calibrating a trained network: its scores become a rule with a certificate (paper §3.2)."""
 
+from collections.abc import Callable
 from contextlib import suppress
-from typing import Annotated, Literal
+from typing import Annotated, Literal, TypeVar
 
 import numpy as np
 from jaxtyping import Bool, Int
@@ -12,12 +13,15 @@ from coverdrive.certificates.certificate import Certificate, Tubes, Unit
 from coverdrive.certificates.methods import Method
 from coverdrive.certificates.methods import certify as certify_scores
 from coverdrive.certificates.provable import provable_epsilon
+from coverdrive.certificates.rule import Rule
 from coverdrive.errors import CertificateError
 from coverdrive.prediction.cover.basis import Basis
 from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.learning.own_network import OwnNetwork
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.settings import Settings
+
+P = TypeVar("P")
 
 Epsilon = Annotated[float, Field(gt=0, lt=1)] | Literal["auto"]
 """A bound on the miss rate, or "auto": one that can be proved"""
@@ -81,15 +85,31 @@ def calibrate(
     Raises:
         CertificateError: a calibration vehicle trained the network, or there are too few for the claim.
     """
+
+    def make(rule: Rule, certificate: Certificate, trained_on: Int[np.ndarray, " V"]) -> Predictor:
+        return Predictor(basis, network, rule, certificate, trained_on)
+
+    return calibrated(make, basis.radius, training, calibration, settings, seed)
+
+
+def calibrated(
+    make: Callable[[Rule, Certificate, Int[np.ndarray, " V"]], P],
+    tube: float,
+    training: ScoredSamples,
+    calibration: ScoredSamples,
+    settings: CertificateSettings,
+    seed: int,
+) -> tuple[P, tuple[Certificate, ...]]:
+    """The same of any predictor, which is made of a rule, a certificate, and the vehicles that trained it."""
     trained_on = np.unique(training.vehicle)
-    outside = calibration.distance > basis.radius
-    epsilon = provable(calibration.vehicle, calibration.scene, outside, len(basis), settings)
+    outside, bases = calibration.distance > tube, calibration.scores.shape[1]
+    epsilon = provable(calibration.vehicle, calibration.scene, outside, bases, settings)
     claim = Claim(epsilon, settings.confidence, settings.tube)
 
-    def certified(unit: Unit) -> tuple[Predictor, Certificate]:
-        units = Calibration.of(calibration, basis.radius, trained_on, unit, seed, training)
+    def certified(unit: Unit) -> tuple[P, Certificate]:
+        units = Calibration.of(calibration, tube, trained_on, unit, seed, training)
         rule, certificate = certify_scores(settings.method, units, claim)
-        return Predictor(basis, network, rule, certificate, trained_on), certificate
+        return make(rule, certificate, trained_on), certificate
 
     predictor, certificate = certified(settings.unit)
     certificates = [certificate]

@@ -8,22 +8,28 @@ import time
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from typing import Literal, NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from pydantic import ValidationError
 
 from coverdrive.certificates.certificate import Certificate, Unit
 from coverdrive.certificates.evaluation import Evaluation, Rate, evaluate
 from coverdrive.certificates.methods import Method
+from coverdrive.certificates.rule import Rule, scale_of
 from coverdrive.errors import SettingError
-from coverdrive.prediction.calibrate import CertificateSettings, Epsilon, calibrate, provable
+from coverdrive.prediction.boxes.boxes import TUBE, scored_by
+from coverdrive.prediction.boxes.predictor import BoxPredictor
+from coverdrive.prediction.boxes.training import BoxSettings, train_boxes
+from coverdrive.prediction.calibrate import CertificateSettings, Epsilon, calibrate, calibrated, provable
 from coverdrive.prediction.cover.basis import Basis, BasisSettings, make_basis
 from coverdrive.prediction.held_out import Source, sources_of
 from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.learning.own_network import Learner, OwnNetwork, seen_by
-from coverdrive.prediction.learning.samples import Assignment, Samples, make_samples
+from coverdrive.prediction.learning.samples import Assignment, Samples, make_features, make_samples
 from coverdrive.prediction.learning.training import TrainingSettings, train
+from coverdrive.prediction.occupied import Occupied, areas_of_bases, compared
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.prediction.scored import ScoredSides, score
 from coverdrive.prediction.segments import Segments, SegmentSettings, cut_segments
@@ -36,7 +42,10 @@ from coverdrive.settings import Settings
 class PredictionSettings(Settings):
     """Everything that turns recordings into a predictor."""
 
+    sets: Literal["boxes", "bases"] = "boxes"
+    """boxes whose place and size follow the situation, or the possible base trajectories of the paper with their tubes"""
     segments: SegmentSettings = SegmentSettings()
+    boxes: BoxSettings = BoxSettings()
     basis: BasisSettings = BasisSettings()
     split: SplitSettings = SplitSettings()
     assignment: Assignment = "covering"
@@ -48,6 +57,7 @@ class PredictionSettings(Settings):
     def paper() -> "PredictionSettings":
         """The paper's labels, network and certificate; ε and the split are ours, and no sample is left out."""
         return PredictionSettings(
+            sets="bases",
             basis=BasisSettings(cut=False),
             assignment="nearest",
             training=TrainingSettings.paper(),
@@ -59,13 +69,15 @@ class PredictionSettings(Settings):
 class Fit:
     """A predictor, how it was made, and what was measured meanwhile."""
 
-    predictor: Predictor
+    predictor: Predictor | BoxPredictor
     certificates: tuple[Certificate, ...]
     """of the predictor's rule in every unit in which there is one, that of the predictor first"""
     evaluation: Evaluation
     """on the test split"""
+    occupied: Occupied
+    """how large its sets are there, and those of constant velocity with the same claim"""
     uncovered: Rate
-    """test windows that no base covers within the radius of the cover"""
+    """test windows that are outside of every set: no base covers them within the radius of the cover"""
     segments: Segments
     """all segments cut from the recordings"""
     split: Split
@@ -74,7 +86,7 @@ class Fit:
     scored: ScoredSides
     """scores of the samples of each side of the split"""
     base_share: Float[np.ndarray, " M"]
-    """share of the training windows that each base stands for"""
+    """share of the training windows that each base stands for; none without bases"""
     losses: Float[np.ndarray, " epochs"]
     """mean training loss of every epoch; none of a network that the user trained"""
     seconds: dict[str, float]
@@ -103,7 +115,7 @@ def fit(
         epsilon: bound on the miss rate to ask for, in (0, 1), or "auto"; else, like the next two, as the settings say.
         confidence: with which the bound holds, in (0, 1).
         unit: what the bound counts.
-        learner: makes a network of your own from the training samples, of their ``features`` and ``base``: any function
+        learner: makes a network of your own, which scores base trajectories, from the training samples, of their ``features`` and ``base``: any function
             that gives N × M scores for N × 21 features (`coverdrive.prediction.learning.own_network`).
         sides: of the segments, where they are not to be drawn.
 
@@ -114,11 +126,92 @@ def fit(
     """
     settings = _with_claim(settings or PredictionSettings(), epsilon, confidence, unit)
     seconds: dict[str, float] = {}
-    _, basis_seed, training_seed = _seeds(seed)
-
     with _timed("segments", seconds):
         segments, drawn = cut_and_split(recordings, settings, seed)
         sides = sides or drawn
+    if learner is None and settings.sets == "boxes":
+        made = _fit_boxes(recordings, segments, sides, settings, seed, seconds)
+    else:
+        made = _fit_bases(recordings, segments, sides, settings, seed, seconds, learner)
+    predictor, test = made.predictor, made.scored.test
+    with _timed("comparison", seconds):
+        occupied = compared(made.areas, segments, sides, settings.certificate, predictor.certificate, seed)
+    return Fit(
+        predictor=predictor,
+        certificates=made.certificates,
+        evaluation=evaluate(predictor.rule, test),
+        occupied=occupied,
+        uncovered=Rate.of(test.distance > predictor.tube),
+        segments=segments,
+        split=sides,
+        source=sources_of(recordings, segments, sides),
+        scored=made.scored,
+        base_share=made.base_share,
+        losses=made.losses,
+        seconds=seconds,
+        settings=settings,
+        seed=seed,
+    )
+
+
+class _Made(NamedTuple):
+    """What is learned and certified."""
+
+    predictor: Predictor | BoxPredictor
+    certificates: tuple[Certificate, ...]
+    scored: ScoredSides
+    areas: Float[np.ndarray, " P"]
+    base_share: Float[np.ndarray, " M"]
+    losses: Float[np.ndarray, " epochs"]
+
+
+def _fit_boxes(
+    recordings: Sequence[Recording],
+    segments: Segments,
+    sides: Split,
+    settings: PredictionSettings,
+    seed: int,
+    seconds: dict[str, float],
+) -> _Made:
+    """Boxes whose place and size are learned."""
+    training = segments.of(sides.train)
+    with _timed("affordances", seconds):
+        asked = segments.of(sides.calibration)
+        provable(asked.vehicle, asked.group, np.zeros(len(asked), dtype=bool), 1, settings.certificate)
+        features = make_features(recordings, segments)
+    lessons, shown = training, features[sides.train]
+    if settings.boxes.mirrored:
+        with _timed("mirror images", seconds):
+            lessons = training.and_also(training.mirrored)
+            shown = np.concatenate([shown, make_features(recordings, training, mirrored=True)])
+    with _timed("training", seconds):
+        network, losses = train_boxes(shown, lessons, settings.boxes, _seeds(seed)[2])
+    with _timed("certificate", seconds):
+        boxes = [network.boxes_of(features[side]) for side in (sides.train, sides.calibration, sides.test)]
+        scored = [
+            scored_by(each, segments.of(side))
+            for each, side in zip(boxes, (sides.train, sides.calibration, sides.test), strict=True)
+        ]
+
+        def make(rule: Rule, certificate: Certificate, trained_on: Int[np.ndarray, " V"]) -> BoxPredictor:
+            return BoxPredictor(network, rule, certificate, trained_on, segments.step)
+
+        predictor, certificates = calibrated(make, TUBE, scored[0], scored[1], settings.certificate, seed)
+    areas = boxes[2].areas.mean(0) * scale_of(predictor.rule) ** 2
+    return _Made(predictor, certificates, ScoredSides(*scored, predictor.fingerprint), areas, np.zeros(0), losses)
+
+
+def _fit_bases(
+    recordings: Sequence[Recording],
+    segments: Segments,
+    sides: Split,
+    settings: PredictionSettings,
+    seed: int,
+    seconds: dict[str, float],
+    learner: Learner | None,
+) -> _Made:
+    """Base trajectories and their scores."""
+    _, basis_seed, training_seed = _seeds(seed)
     with _timed("basis", seconds):
         basis = make_basis(segments.of(sides.train), settings.basis, basis_seed)
     with _timed("affordances and labels", seconds):
@@ -137,22 +230,10 @@ def fit(
             score(network, samples.of(side), tube) for side in (sides.train, sides.calibration, sides.test)
         )
         predictor, certificates = calibrate(basis, network, train_side, calibration, settings.certificate, seed)
-        evaluation = evaluate(predictor.rule, test)
-    return Fit(
-        predictor=predictor,
-        certificates=certificates,
-        evaluation=evaluation,
-        uncovered=Rate.of(test.distance > basis.radius),
-        segments=segments,
-        split=sides,
-        source=sources_of(recordings, segments, sides),
-        scored=ScoredSides(train_side, calibration, test, predictor.fingerprint),
-        base_share=np.bincount(training.base, minlength=len(basis)) / len(training),
-        losses=losses,
-        seconds=seconds,
-        settings=settings,
-        seed=seed,
-    )
+    scored = ScoredSides(train_side, calibration, test, predictor.fingerprint)
+    share = np.bincount(training.base, minlength=len(basis)) / len(training)
+    areas = areas_of_bases(basis, predictor.rule, test)
+    return _Made(predictor, certificates, scored, areas, share, losses)
 
 
 def cut_and_split(recordings: Sequence[Recording], settings: PredictionSettings, seed: int) -> tuple[Segments, Split]:

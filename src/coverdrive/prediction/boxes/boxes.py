@@ -12,15 +12,12 @@ import numpy as np
 from jaxtyping import Float
 
 from coverdrive.certificates.calibration import ScoredSamples
-from coverdrive.certificates.rule import Rule
+from coverdrive.certificates.rule import LEAST
 from coverdrive.geometry import turned_half_extents
 from coverdrive.prediction.segments import Segments
 
 TUBE = 1.0
 """distance from which on a segment counts as outside every set"""
-
-LEAST = 1e-3
-"""scores below it are outside every set; no set is larger than that"""
 
 _COMMON, _NARROWEST = 0.99, 0.05
 """quantile of the deviations from constant velocity that shapes its box, and the least half size [m] of it"""
@@ -58,7 +55,7 @@ def scored_by(boxes: Boxes, segments: Segments) -> ScoredSamples:
     score = 1 / (1 + np.maximum(ratio, 0))
     outside = np.where(score < LEAST, 2 * TUBE, 0.0)
     nobody = np.zeros(len(segments), dtype=np.int64)
-    return ScoredSamples(score[:, None], nobody, outside, segments.vehicle, area=boxes.areas.mean(1))
+    return ScoredSamples(score[:, None], nobody, outside, segments.vehicle, None, segments.group, boxes.areas.mean(1))
 
 
 def constant_velocity(training: Segments, segments: Segments) -> Boxes:
@@ -66,8 +63,3 @@ def constant_velocity(training: Segments, segments: Segments) -> Boxes:
     common = np.quantile(np.abs(training.points[:, 1:]), _COMMON, axis=0)
     half_sizes = np.broadcast_to(np.maximum(common, _NARROWEST), segments.points[:, 1:].shape)
     return Boxes(np.zeros(half_sizes.shape), half_sizes)
-
-
-def scale_of(rule: Rule) -> float:
-    """How many times as large as learned the boxes are that a rule lets in."""
-    return 1 / max(float(rule.arrays["thresholds"][0]), LEAST) - 1

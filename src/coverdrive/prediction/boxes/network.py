@@ -14,6 +14,7 @@ from jax import Array
 from jaxtyping import Float
 from numpy.polynomial.legendre import legvander
 
+from coverdrive.prediction.boxes.boxes import Boxes
 from coverdrive.prediction.learning.network import Network
 
 _TERMS = 3
@@ -48,12 +49,17 @@ class BoxNetwork(eqx.Module):
         """`decoded` for every member."""
         return self.decoded(self.network.outputs(features))
 
+    @eqx.filter_jit
     def boxes(
         self, features: Float[Array | np.ndarray, "*batch F"]
     ) -> tuple[Float[Array, "*batch P 2"], Float[Array, "*batch P 2"]]:
         """Centres [m] and half sizes [m] at r = 1."""
         centre, size = self.members(features)
         return centre.mean(-3), self.usual * jnp.exp(size.mean(-3))
+
+    def boxes_of(self, features: Float[np.ndarray, "N F"]) -> Boxes:
+        """The boxes for N moments."""
+        return Boxes(*(np.asarray(each, dtype=float) for each in self.boxes(features)))
 
     @property
     def arrays(self) -> dict[str, np.ndarray]:

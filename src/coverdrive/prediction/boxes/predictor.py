@@ -14,9 +14,9 @@ from jaxtyping import Bool, Float, Int
 from scipy.interpolate import CubicSpline
 
 from coverdrive.certificates.certificate import Certificate
-from coverdrive.certificates.rule import Rule, Thresholds, rule_of
+from coverdrive.certificates.rule import Rule, rule_of, scale_of
 from coverdrive.paths import PredictedPaths
-from coverdrive.prediction.boxes.boxes import TUBE, scale_of
+from coverdrive.prediction.boxes.boxes import TUBE
 from coverdrive.prediction.boxes.network import BoxNetwork
 from coverdrive.prediction.learning.affordance import described
 from coverdrive.prediction.predictor import SLOTS, StoredPredictor, TimeGrid, grid_of, others_of

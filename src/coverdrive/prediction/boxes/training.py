@@ -39,8 +39,10 @@ class BoxSettings(OptimiserSettings):
     """p of the norm that stands for a quantile of the scale; the larger, the fewer segments decide"""
     hidden: Hidden = (64, 64)
     """neurons of the hidden layers"""
-    dropout: float = Field(default=0.1, ge=0, lt=1)
-    """share of the hidden neurons that are left out in each step"""
+    noise: float = Field(default=0.3, ge=0, le=100)
+    """standard deviation of noise on the scaled inputs"""
+    weight_decay: float = Field(default=0.1, ge=0, le=1e3)
+    """of AdamW"""
     learning_rate: float = Field(default=2e-3, gt=0, le=10)
     """of the first step"""
     batch: int = Field(default=512, ge=1, le=1_000_000)

@@ -1,0 +1,92 @@
+"""How much of the road predicted sets take: the area that the centre of a vehicle may be in, bodies taken off.
+
+Beside every predictor stands a trivial one with the same claim: constant velocity in one conformal box, whose size is
+calibrated on the same units. P points after the start.
+"""
+
+from contextlib import suppress
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from coverdrive.certificates.calibration import ScoredSamples
+from coverdrive.certificates.certificate import Certificate
+from coverdrive.certificates.evaluation import Evaluation, evaluate
+from coverdrive.certificates.methods import Method
+from coverdrive.certificates.rule import Rule, scale_of
+from coverdrive.errors import CertificateError
+from coverdrive.prediction.boxes.boxes import TUBE, constant_velocity, scored_by
+from coverdrive.prediction.calibrate import CertificateSettings, calibrated
+from coverdrive.prediction.cover.basis import Basis
+from coverdrive.prediction.segments import Segments
+from coverdrive.prediction.split import Split
+
+
+@dataclass(frozen=True)
+class Occupied:
+    """Mean areas over the windows of the test split."""
+
+    seconds: tuple[float, ...]
+    """[s] after the start"""
+    areas: tuple[float, ...]
+    """[m²] of the predicted sets then"""
+    baseline: tuple[float, ...] = ()
+    """[m²] of constant velocity in one conformal box; none if that cannot be proved"""
+    baseline_evaluation: Evaluation | None = None
+    """of the same"""
+
+    @property
+    def mean(self) -> float:
+        """[m²] over all times."""
+        return float(np.mean(self.areas))
+
+    @property
+    def ratio(self) -> float | None:
+        """To the trivial predictor's."""
+        return self.mean / float(np.mean(self.baseline)) if self.baseline else None
+
+
+def compared(
+    areas: Float[np.ndarray, " P"],
+    segments: Segments,
+    sides: Split,
+    settings: CertificateSettings,
+    certificate: Certificate,
+    seed: int,
+) -> Occupied:
+    """Areas, and those of the trivial predictor, for the bound of a certificate by the same method."""
+    seconds = tuple((segments.step * np.arange(1, len(areas) + 1)).tolist())
+    found = Occupied(seconds, tuple(areas.tolist()))
+    method = Method.PAC_POOLED if settings.method.computes_epsilon else settings.method
+    claim = settings.model_copy(update={"method": method, "epsilon": certificate.epsilon, "tube": "cover"})
+    training, *rest = (segments.of(side) for side in (sides.train, sides.calibration, sides.test))
+    boxes = [constant_velocity(training, each) for each in (training, *rest)]
+    scored = [scored_by(box, each) for box, each in zip(boxes, (training, *rest), strict=True)]
+    with suppress(CertificateError):  # then there is nothing to compare with
+        rule, _ = calibrated(lambda rule, *_: rule, TUBE, scored[0], scored[1], claim, seed)
+        baseline = boxes[2].areas.mean(0) * scale_of(rule) ** 2
+        found = replace(found, baseline=tuple(baseline.tolist()), baseline_evaluation=evaluate(rule, scored[2]))
+    return found
+
+
+def areas_of_bases(basis: Basis, rule: Rule, samples: ScoredSamples) -> Float[np.ndarray, " P"]:
+    """[m²] of the union of the tubes of all possible bases, on average over samples."""
+    possible = rule.possible(samples.scores, samples.hidden)
+    sets, count = np.unique(possible | ~possible.any(1, keepdims=True), axis=0, return_counts=True)
+    half_sizes = rule.tube[:, None, None] * basis.tube(basis.times)
+    areas = [
+        [union_area(basis.points[bases, k], half_sizes[bases, k]) for k in range(1, len(basis.times))] for bases in sets
+    ]
+    return np.average(areas, axis=0, weights=count)
+
+
+def union_area(centre: Float[np.ndarray, "S 2"], half_sizes: Float[np.ndarray, "S 2"]) -> float:
+    """Area of the union of upright boxes, cell by cell between all their edges."""
+    low, high = centre - half_sizes, centre + half_sizes
+    edges = [np.unique([low[:, axis], high[:, axis]]) for axis in (0, 1)]
+    within = [
+        (low[:, axis, None] <= edge[:-1]) & (edge[1:] <= high[:, axis, None]) for axis, edge in enumerate(edges)
+    ]
+    taken = np.einsum("sx,sy->xy", *within) > 0
+    return float(np.diff(edges[0]) @ taken @ np.diff(edges[1]))
