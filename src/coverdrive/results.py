@@ -27,7 +27,7 @@ from coverdrive.prediction.cover.basis_study import StudiedBasis, basis_record, 
 from coverdrive.prediction.fit import Fit, PredictionSettings
 from coverdrive.prediction.held_out import Source, held_out
 from coverdrive.prediction.learned import Learned
-from coverdrive.prediction.predictor import Predictor
+from coverdrive.prediction.predictor import AnyPredictor, Predictor
 from coverdrive.prediction.provenance import provenance, versions
 from coverdrive.prediction.scored import ScoredSides
 from coverdrive.reporting.contents import Certified, Fitted
@@ -80,7 +80,7 @@ class Results:
         return Experiment.load(self._sealed(CONFIG))
 
     @cached_property
-    def predictor(self) -> Predictor:
+    def predictor(self) -> AnyPredictor:
         """The certified predictor."""
         return Predictor.load(self._sealed(PREDICTOR))
 
@@ -268,6 +268,7 @@ def _row(each: Compared) -> dict[str, Any]:
         "low": missed.low if missed else None,
         "high": missed.high if missed else None,
         "mean_set_size": evaluation.mean_set_size if evaluation else None,
+        "mean_area": evaluation.mean_area if evaluation else None,
         "mean_tube": evaluation.mean_tube if evaluation else None,
         "seconds": each.seconds,
         "refusal": each.refusal,

@@ -88,7 +88,8 @@ class Certificate:
             f"{sure}, {self._miss} is at most {at_most(self.epsilon)} "
             f"({self.method}, {self.samples} calibration {self.noun}s{self._origin}, {self.uncovered} of them "
             f"{'with uncovered windows' if self.unit in NOUNS else 'uncovered'}, "
-            f"{self.bases} bases{', each with a tube of its own' if self.tubes == 'per base' else ''}"
+            f"{f'{self.bases} bases' if self.bases > 1 else 'boxes'}"
+            f"{', each with a tube of its own' if self.tubes == 'per base' else ''}"
             f"{'' if self.support is None else f', {self.support} supporting {self.noun}s'}), if new {self.noun}s are "
             f"independent draws from the same traffic as the calibration {self.noun}s.{self._limits}"
         )

@@ -69,6 +69,16 @@ class Evaluation:
     mean_area: float | None = None
     """[m²] in which the centre of a vehicle may be, where sets are boxes of any size instead of bases"""
 
+    @property
+    def size(self) -> float:
+        """Mean area [m²] where sets are boxes, else the mean number of possible bases."""
+        return self.mean_set_size if self.mean_area is None else self.mean_area
+
+    @property
+    def sized(self) -> str:
+        """How large sets are on average."""
+        return f"{self.mean_set_size:.2f} of {self.bases}" if self.mean_area is None else f"{self.mean_area:.1f} m²"
+
     def missed(self, unit: Counted) -> Rate:
         """The rate that a certificate for this unit bounds."""
         return {"vehicle": self.vehicles, "share": self.shares, "group": self.groups}.get(unit, self.windows)

@@ -7,7 +7,7 @@ from coverdrive.certificates.calibration import Calibration, Claim
 from coverdrive.certificates.certificate import Counted
 from coverdrive.certificates.comparison import Compared, compare
 from coverdrive.prediction.fit import PredictionSettings
-from coverdrive.prediction.predictor import Predictor
+from coverdrive.prediction.predictor import AnyPredictor
 from coverdrive.prediction.scored import ScoredSides
 from coverdrive.progress import stage
 
@@ -20,7 +20,7 @@ class Fitted(Protocol):
     """A `Fit`, or what was stored of one."""
 
     @property
-    def predictor(self) -> Predictor:
+    def predictor(self) -> AnyPredictor:
         """Whose network gave the scores."""
         ...
 
@@ -54,7 +54,7 @@ def certify(
     predictor, scored, settings = fitted.predictor, fitted.scored, fitted.settings.certificate
     scored.refuse_other(predictor)
     wanted = Claim(confidence=settings.confidence if confidence is None else confidence, tubes=settings.tube)
-    tube, unit = predictor.basis.radius, unit or settings.unit
+    tube, unit = predictor.tube, unit or settings.unit
     calibration = Calibration.of(scored.calibration, tube, predictor.trained_on, unit, fitted.seed, scored.train)
     with stage("methods"):
         return compare(calibration, wanted, scored.test, targets)

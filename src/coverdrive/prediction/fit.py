@@ -30,7 +30,7 @@ from coverdrive.prediction.learning.own_network import Learner, OwnNetwork, seen
 from coverdrive.prediction.learning.samples import Assignment, Samples, make_features, make_samples
 from coverdrive.prediction.learning.training import TrainingSettings, train
 from coverdrive.prediction.occupied import Occupied, areas_of_bases, compared
-from coverdrive.prediction.predictor import Predictor
+from coverdrive.prediction.predictor import AnyPredictor
 from coverdrive.prediction.scored import ScoredSides, score
 from coverdrive.prediction.segments import Segments, SegmentSettings, cut_segments
 from coverdrive.prediction.split import Split, SplitSettings, split
@@ -69,7 +69,7 @@ class PredictionSettings(Settings):
 class Fit:
     """A predictor, how it was made, and what was measured meanwhile."""
 
-    predictor: Predictor | BoxPredictor
+    predictor: AnyPredictor
     certificates: tuple[Certificate, ...]
     """of the predictor's rule in every unit in which there is one, that of the predictor first"""
     evaluation: Evaluation
@@ -115,8 +115,9 @@ def fit(
         epsilon: bound on the miss rate to ask for, in (0, 1), or "auto"; else, like the next two, as the settings say.
         confidence: with which the bound holds, in (0, 1).
         unit: what the bound counts.
-        learner: makes a network of your own, which scores base trajectories, from the training samples, of their ``features`` and ``base``: any function
-            that gives N × M scores for N × 21 features (`coverdrive.prediction.learning.own_network`).
+        learner: makes a network of your own that scores base trajectories, from the training samples, of their
+            ``features`` and ``base``: any function that gives N × M scores for N × 21 features
+            (`coverdrive.prediction.learning.own_network`).
         sides: of the segments, where they are not to be drawn.
 
     Raises:
@@ -157,7 +158,7 @@ def fit(
 class _Made(NamedTuple):
     """What is learned and certified."""
 
-    predictor: Predictor | BoxPredictor
+    predictor: AnyPredictor
     certificates: tuple[Certificate, ...]
     scored: ScoredSides
     areas: Float[np.ndarray, " P"]

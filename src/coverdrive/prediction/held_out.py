@@ -8,7 +8,7 @@ import polars as pl
 
 from coverdrive.certificates.certificate import fingerprint
 from coverdrive.errors import DataError
-from coverdrive.prediction.predictor import Predictor
+from coverdrive.prediction.predictor import AnyPredictor
 from coverdrive.prediction.segments import Segments
 from coverdrive.prediction.split import Split
 from coverdrive.recordings.recording import Recording
@@ -46,7 +46,9 @@ def sources_of(recordings: Sequence[Recording], segments: Segments, split: Split
     )
 
 
-def held_out(source: Sequence[Source], predictor: Predictor, recordings: Sequence[Recording]) -> tuple[Recording, ...]:
+def held_out(
+    source: Sequence[Source], predictor: AnyPredictor, recordings: Sequence[Recording]
+) -> tuple[Recording, ...]:
     """The recordings without all groups of scenes that the predictor was made from.
 
     One that it was made from is left with its groups of the test side; one that shares no vehicle with those that

@@ -25,7 +25,7 @@ EDGES: Float[np.ndarray, " E"] = np.concatenate(
 
 @dataclass(frozen=True)
 class Learned:
-    """Shares, examples, losses and distributions."""
+    """Shares, examples, losses and distributions; where sets are boxes, there are M = 0 bases."""
 
     base_share: Float[np.ndarray, " M"]
     """share of the training windows that each base stands for"""
@@ -45,8 +45,11 @@ class Learned:
     @staticmethod
     def of(fit: Fit) -> "Learned":
         """Take it from a fit."""
-        driven, others = score_histograms(fit.scored.calibration, EDGES)
-        sizes = fit.predictor.rule.possible(fit.scored.test.scores).sum(1)
+        driven = others = np.zeros((0, len(EDGES) - 1), dtype=np.int64)
+        sizes = np.zeros(0, dtype=np.int64)
+        if fit.predictor.basis is not None:
+            driven, others = score_histograms(fit.scored.calibration, EDGES)
+            sizes = fit.predictor.rule.possible(fit.scored.test.scores).sum(1)
         return Learned(
             base_share=fit.base_share,
             examples=_examples(fit),
@@ -82,8 +85,9 @@ def score_histograms(
 
 def _examples(fit: Fit) -> Float[np.ndarray, "M T 2"]:
     """The farthest training segment that each base covers."""
-    basis = fit.predictor.basis
-    segments = fit.segments.points[fit.split.train]
+    basis, segments = fit.predictor.basis, fit.segments.points[fit.split.train]
+    if basis is None:
+        return segments[:0]
     distance = basis.distance(segments)
     farthest = np.where(distance <= basis.radius, distance, -1.0)
     found = farthest.max(0) >= 0

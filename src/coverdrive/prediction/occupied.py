@@ -85,8 +85,6 @@ def union_area(centre: Float[np.ndarray, "S 2"], half_sizes: Float[np.ndarray, "
     """Area of the union of upright boxes, cell by cell between all their edges."""
     low, high = centre - half_sizes, centre + half_sizes
     edges = [np.unique([low[:, axis], high[:, axis]]) for axis in (0, 1)]
-    within = [
-        (low[:, axis, None] <= edge[:-1]) & (edge[1:] <= high[:, axis, None]) for axis, edge in enumerate(edges)
-    ]
+    within = [(low[:, axis, None] <= edge[:-1]) & (edge[1:] <= high[:, axis, None]) for axis, edge in enumerate(edges)]
     taken = np.einsum("sx,sy->xy", *within) > 0
     return float(np.diff(edges[0]) @ taken @ np.diff(edges[1]))

@@ -13,7 +13,7 @@ from coverdrive.errors import DataError
 from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.learning.own_network import OwnNetwork
 from coverdrive.prediction.learning.samples import Samples
-from coverdrive.prediction.predictor import Predictor
+from coverdrive.prediction.predictor import AnyPredictor
 from coverdrive.prediction.storage import load_arrays, reading, save_arrays
 
 _COMMAND = "coverdrive fit"
@@ -42,7 +42,7 @@ class ScoredSides:
         save_arrays(path, "scores", {"predictor": self.predictor}, arrays)
 
     @staticmethod
-    def load(path: Path, predictor: Predictor | None = None) -> "ScoredSides":
+    def load(path: Path, predictor: AnyPredictor | None = None) -> "ScoredSides":
         """Read what `save` wrote; else, or if they are not those of the predictor given, raise `DataError`."""
         header, arrays = load_arrays(path, "scores", _COMMAND)
         with reading(path, "scores", _COMMAND):
@@ -56,7 +56,7 @@ class ScoredSides:
             scored.refuse_other(predictor, str(path))
         return scored
 
-    def refuse_other(self, predictor: Predictor, name: str = "the scores") -> None:
+    def refuse_other(self, predictor: AnyPredictor, name: str = "the scores") -> None:
         """Raise `DataError`, with what to call the scores, unless they are by the network of a predictor."""
         if self.predictor != predictor.fingerprint:
             raise DataError(

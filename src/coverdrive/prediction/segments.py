@@ -83,7 +83,9 @@ class Segments:
 
     def and_also(self, others: "Segments") -> "Segments":
         """These segments followed by others with as many points."""
-        return replace(self, **{name: np.concatenate([getattr(self, name), getattr(others, name)]) for name in _PER_SEGMENT})
+        return replace(
+            self, **{name: np.concatenate([getattr(self, name), getattr(others, name)]) for name in _PER_SEGMENT}
+        )
 
 
 def cut_segments(recordings: Sequence[Recording], settings: SegmentSettings | None = None) -> Segments:

@@ -5,11 +5,14 @@ such draws (marginal conformal prediction). And they are about a miss of any kin
 one of a group of bases, for each by itself.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.comparison import Compared
+from coverdrive.certificates.evaluation import Evaluation, Rate
 from coverdrive.numbers import percent
+from coverdrive.prediction.cover.basis import Basis
+from coverdrive.prediction.occupied import Occupied
 
 ON_AVERAGE, BY_ITSELF = "†", "‡"
 """signs at a bound in a table: it holds on average; it is about every base or group of bases by itself"""
@@ -45,3 +48,34 @@ def legend(compared: Sequence[Compared]) -> str:
     kinds += [f"each {each.group.split()[0]}" for each in certificates if each.groups > 1]
     named = ", ".join(dict.fromkeys(kinds))
     return compared[0].method.value + (f" ({named})" if named else "")
+
+
+def set_facts(
+    basis: Basis | None, evaluation: Evaluation, occupied: Occupied, uncovered: Rate
+) -> Iterator[tuple[str, str]]:
+    """How often the sets of a predictor, with the basis if it has one, missed on unseen scenes, and how large they are.
+
+    Beside the area in which the centre of a vehicle may be stands what the trivial predictor takes for the same claim.
+    """
+    yield "missed test windows", str(evaluation.windows)
+    yield "missed test vehicles", str(evaluation.vehicles)
+    if basis is not None:
+        yield (
+            "  not predicted / outside the tube",
+            f"{evaluation.not_predicted} / {evaluation.outside_tube} test windows",
+        )
+        yield "test windows that no base covers", str(uncovered)
+        yield "set size", f"mean {evaluation.sized}, median {evaluation.median_set_size:g}"
+    span = f"{occupied.seconds[0]:g} to {occupied.seconds[-1]:g} s"
+    yield f"occupied area, {span}", f"{_areas(occupied.areas)} m², mean {occupied.mean:.1f} m²"
+    trivial = occupied.baseline_evaluation
+    if trivial is not None:
+        yield (
+            "  constant velocity, one conformal box",
+            f"{_areas(occupied.baseline)} m²; the sets take {occupied.ratio:.2f} of it; missed vehicles "
+            f"{trivial.vehicles}",
+        )
+
+
+def _areas(areas: Sequence[float]) -> str:
+    return " ".join(f"{area:.1f}" for area in areas)

@@ -12,7 +12,8 @@ from coverdrive.certificates.comparison import Compared
 from coverdrive.certificates.evaluation import Evaluation, Rate
 from coverdrive.prediction.fit import Fit
 from coverdrive.prediction.learned import Learned
-from coverdrive.prediction.predictor import Predictor
+from coverdrive.prediction.occupied import Occupied
+from coverdrive.prediction.predictor import AnyPredictor
 from coverdrive.prediction.provenance import provenance
 from coverdrive.reporting.active_constraints import ActiveConstraints
 from coverdrive.simulation.trace import Trace
@@ -26,8 +27,10 @@ class Certified:
     certificates: tuple[Certificate, ...]
     """that of the predictor first"""
     evaluation: Evaluation
+    occupied: Occupied
+    """how large its sets are there, beside those of the trivial predictor"""
     uncovered: Rate
-    """test windows that no base covers"""
+    """test windows that are outside of every set"""
     samples: Mapping[str, int]
     """windows on every side of the split"""
 
@@ -37,7 +40,7 @@ class Certified:
         split = fit.split
         samples = {"segments": len(fit.segments), "dropped": split.dropped}
         samples |= {side: len(getattr(split, side)) for side in ("train", "calibration", "test")}
-        return Certified(fit.certificates, fit.evaluation, fit.uncovered, samples)
+        return Certified(fit.certificates, fit.evaluation, fit.occupied, fit.uncovered, samples)
 
 
 @dataclass(frozen=True)
@@ -52,7 +55,7 @@ class Fitted:
     """versions, data and times"""
     settings: str
     """all settings, as TOML or JSON"""
-    predictor: Predictor
+    predictor: AnyPredictor
     certified: Certified
     learned: Learned
     compared: Sequence[Compared] = ()

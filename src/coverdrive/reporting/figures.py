@@ -16,7 +16,7 @@ from coverdrive.reporting.basis_figure import basis_figure
 from coverdrive.reporting.contents import Contents
 from coverdrive.reporting.drawing import save
 from coverdrive.reporting.figure import Figure
-from coverdrive.reporting.learned_figures import losses_figure, scores_figure, set_sizes_figure
+from coverdrive.reporting.learned_figures import areas_figure, losses_figure, scores_figure, set_sizes_figure
 from coverdrive.reporting.risk_figure import risk_figure
 from coverdrive.reporting.size_figure import size_figure
 from coverdrive.reporting.snapshots import snapshots
@@ -27,12 +27,13 @@ from coverdrive.simulation.trace import Trace
 def figures_of(contents: Contents) -> dict[str, Figure]:
     """The figure of every result that there is, by its name."""
     learned, trials = contents.learned, contents.driven
-    figures = {
-        "basis": basis_figure(contents.predictor.basis, learned.base_share, learned.examples),
-        "scores": scores_figure(learned, contents.predictor.rule),
-        "set_sizes": set_sizes_figure(learned),
-        "losses": losses_figure(learned),
-    }
+    figures = {"areas": areas_figure(contents.certified.occupied), "losses": losses_figure(learned)}
+    if contents.predictor.basis is not None:
+        figures |= {
+            "basis": basis_figure(contents.predictor.basis, learned.base_share, learned.examples),
+            "scores": scores_figure(learned, contents.predictor.rule),
+            "set_sizes": set_sizes_figure(learned),
+        }
     if any(each.certificate for each in contents.compared):
         figures["methods"] = risk_figure(contents.compared)
     if trials is not None:

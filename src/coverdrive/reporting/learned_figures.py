@@ -16,6 +16,7 @@ from coverdrive.certificates.rule import Rule as Sets
 from coverdrive.certificates.rule import Thresholds
 from coverdrive.numbers import percent
 from coverdrive.prediction.learned import Learned
+from coverdrive.prediction.occupied import Occupied
 from coverdrive.reporting import style
 from coverdrive.reporting.figure import Axis, Bars, Figure, Line, Mark, Panel, Points, Rule
 
@@ -146,3 +147,21 @@ def losses_figure(learned: Learned) -> Figure:
     marks = [Line(x=epochs, y=learned.losses), Points(x=epochs, y=learned.losses, size=2.5, hover=hover)]
     panel = Panel(marks, Axis("epoch"), Axis("loss", log=True))
     return Figure([[panel]], height=2.6, caption="Mean training loss of every epoch.")
+
+
+def areas_figure(occupied: Occupied) -> Figure:
+    """The mean area of predicted sets over time, and that of the trivial predictor with the same claim."""
+    lines = [("predicted sets", occupied.areas, style.BLUE)]
+    if occupied.baseline:
+        lines.append(("constant velocity, one conformal box", occupied.baseline, style.ORANGE))
+    marks: list[Mark] = []
+    for name, areas, colour in lines:
+        hover = [f"{name}\n{area:.1f} m² after {time:g} s" for time, area in zip(occupied.seconds, areas, strict=True)]
+        marks.append(Line(x=np.array(occupied.seconds), y=np.array(areas), colour=colour, name=name))
+        marks.append(Points(x=np.array(occupied.seconds), y=np.array(areas), colour=colour, size=2.5, hover=hover))
+    x, y = Axis("time [s]", 0, 1.06 * occupied.seconds[-1]), Axis("occupied area [m²]", low=0)
+    return Figure(
+        [[Panel(marks, x, y)]],
+        height=2.6,
+        caption="How large an area the centre of a vehicle may be in, on average over the windows of unseen scenes.",
+    )

@@ -31,7 +31,7 @@ def risk_figure(compared: Sequence[Compared]) -> Figure:
     Methods that refused are left out; DataError if all did.
     """
     shown = [each for each in compared if each.certificate and each.evaluation and each.missed]
-    if not shown or not shown[0].certificate:
+    if not shown or not shown[0].certificate or not shown[0].evaluation:
         raise DataError("every method refused, so that there is nothing to draw; ask for a larger ε")
     limit, unit = _limit(shown), shown[0].certificate.unit
     methods = [method for method in type(shown[0].method) if any(each.method is method for each in shown)]
@@ -42,7 +42,10 @@ def risk_figure(compared: Sequence[Compared]) -> Figure:
         for each in mine:
             marks += _marks(each, _MARKERS[number % len(_MARKERS)], limit, look)
     noun = {"share": "window", "group": "vehicle"}.get(unit, unit)
-    x, y = Axis(f"missed {noun}s [%]", 0, limit), Axis("mean set size [base trajectories]")
+    x, y = (
+        Axis(f"missed {noun}s [%]", 0, limit),
+        Axis(f"mean set size [{'base trajectories' if shown[0].evaluation.mean_area is None else 'm²'}]"),
+    )
     return Figure([[Panel(marks, x, y)]], height=4.2, caption=_CAPTION.format(unit=noun), legend_columns=3)
 
 
@@ -60,8 +63,8 @@ def _marks(each: Compared, marker: str, limit: float, look: dict[str, Any]) -> l
     certificate, evaluation, missed = each.certificate, each.evaluation, each.missed
     if certificate is None or evaluation is None or missed is None:
         return []
-    bound, observed, size = 100 * certificate.epsilon, 100 * missed.value, [evaluation.mean_set_size]
-    hollow, hover = certificate.confidence is None, f"{each.method.value}\n{{}}\n{size[0]:.2f} possible bases"
+    bound, observed, size = 100 * certificate.epsilon, 100 * missed.value, [evaluation.size]
+    hollow, hover = certificate.confidence is None, f"{each.method.value}\n{{}}\nset size {evaluation.sized}"
 
     def point(value: float, said: str, **more: Any) -> Points:
         shown = ">" if value > limit else marker

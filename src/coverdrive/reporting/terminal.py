@@ -12,7 +12,7 @@ from coverdrive.prediction.cover.basis_study import StudiedBasis
 from coverdrive.prediction.fit import Fit
 from coverdrive.prediction.folds import Fold
 from coverdrive.recordings.summary import Summary
-from coverdrive.reporting.claim import BY_ITSELF, ON_AVERAGE, signs, strength, whose
+from coverdrive.reporting.claim import BY_ITSELF, ON_AVERAGE, set_facts, signs, strength, whose
 from coverdrive.reporting.fitting import columns_table, facts_table
 
 
@@ -45,13 +45,14 @@ def fit_table(result: Fit) -> Table:
 
 def _fit_facts(result: Fit) -> Iterator[tuple[str, str]]:
     evaluation, basis, split = result.evaluation, result.predictor.basis, result.split
-    yield "segments", f"{len(result.segments)} of {basis.horizon:g} s"
+    yield "segments", f"{len(result.segments)} of {result.predictor.horizon:g} s"
     yield (
         "split by vehicle and scene",
         f"{len(split.train)} training, {len(split.calibration)} calibration, {len(split.test)} test; "
         f"{split.dropped} left out",
     )
-    yield "base trajectories", f"{len(basis)} (ε = {basis.radius:g}, all training segments covered)"
+    if basis is not None:
+        yield "base trajectories", f"{len(basis)} (ε = {basis.radius:g}, all training segments covered)"
     for each in result.certificates:
         yield (
             "bound on misses",
@@ -64,12 +65,7 @@ def _fit_facts(result: Fit) -> Iterator[tuple[str, str]]:
                 "  of those that a base covers",
                 f"{at_most(each.prediction_epsilon)} {ours}, {at_most(each.paper_epsilon)} by the paper's theorem",
             )
-    yield "missed test windows", str(evaluation.windows)
-    yield "missed test vehicles", str(evaluation.vehicles)
-    yield "  not predicted / outside the tube", f"{evaluation.not_predicted} / {evaluation.outside_tube} windows"
-    yield "test windows that no base covers", str(result.uncovered)
-    sizes = f"mean {evaluation.mean_set_size:.1f}, median {evaluation.median_set_size:g} of {len(basis)}"
-    yield "set size on test windows", sizes
+    yield from set_facts(result.predictor.basis, evaluation, result.occupied, result.uncovered)
     if result.predictor.certificate.tubes == "per base":
         yield "mean radius of their tubes", f"{evaluation.mean_tube:.3f}"
     for stage, seconds in result.seconds.items():
@@ -89,8 +85,8 @@ def folds_table(folds: Sequence[Fold]) -> Table:
         rates.append((each.certificate.epsilon, found.missed(each.certificate.unit).value, found.windows.value))
         own = found.missed(each.certificate.unit)
         shown = f"{own.value:.1%} ({own.low:.1%}–{own.high:.1%})", f"{found.windows.value:.2%}"
-        rows.append((*places, at_most(each.certificate.epsilon), *shown, f"{found.mean_set_size:.1f}"))
-        rates[-1] += (found.mean_set_size,)
+        rows.append((*places, at_most(each.certificate.epsilon), *shown, found.sized))
+        rates[-1] += (found.size,)
     if rates:
         bound, own, windows, size = ((np.mean(each), min(each), max(each)) for each in zip(*rates, strict=True))
         shares = ("{:.1%} ({:.1%}–{:.1%})".format(*each) for each in (bound, own, windows))
@@ -107,7 +103,7 @@ def methods_table(compared: Sequence[Compared]) -> Table:
         [(each.method.value, "" if each.target is None else f"{each.target:.3g}", *_found(each)) for each in compared],
         f"bounds hold with the confidence asked for, but {ON_AVERAGE} only on average over calibrations, without it; "
         f"{BY_ITSELF} each base or group of bases by itself: a vehicle that drives several may be missed more often; "
-        "set size: mean, median",
+        "set size: mean number of bases, or of m²",
         first={"no_wrap": True},
         no_wrap=True,
     )
@@ -119,7 +115,7 @@ def _found(each: Compared) -> tuple[str, ...]:
     return (
         f"{at_most(each.certificate.epsilon)}{signs(each.certificate):\u00a0<2}",
         f"{each.missed.value:.2%} ({each.missed.low:.1%}–{each.missed.high:.1%})",
-        f"{each.evaluation.mean_set_size:.1f}, {each.evaluation.median_set_size:g}",
+        each.evaluation.sized,
         f"{each.seconds:.2f}",
     )
 

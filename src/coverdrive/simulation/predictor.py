@@ -1,6 +1,6 @@
 """What the simulation asks of a predictor; `coverdrive.prediction` provides one, and so can you.
 
-M base trajectories, A vehicle slots, n times.
+M motions, A vehicle slots, n times.
 """
 
 from typing import Protocol, runtime_checkable
@@ -14,30 +14,22 @@ from coverdrive.scene import Scene
 
 
 @runtime_checkable
-class Basis(Protocol):
-    """The base trajectories (paper §2.1), as deviations from constant velocity."""
+class Predictor(Protocol):
+    """Anything that says what a vehicle may do next."""
 
     @property
     def horizon(self) -> float:
-        """[s] length of every base trajectory."""
+        """[s] that it looks ahead."""
         ...
 
-    def rollout(self, times: Float[np.ndarray, " n"]) -> tuple[Float[np.ndarray, "M n 2"], Float[np.ndarray, "M n 2"]]:
-        """Deviation [m] along lon and lat of every base trajectory at any times [s], and its rate [m/s]."""
-        ...
+    def choices(
+        self, scene: Scene, road: Road, times: Float[np.ndarray, " n"]
+    ) -> tuple[Float[np.ndarray, "A M n 2"], Float[np.ndarray, "A M n 2"], Bool[np.ndarray, "A M"]]:
+        """Motions that every slot of an unbatched scene may drive: for simulated traffic that stays in its sets.
 
-
-@runtime_checkable
-class Predictor(Protocol):
-    """Anything that says which base trajectories a vehicle may follow."""
-
-    @property
-    def basis(self) -> Basis:
-        """The base trajectories that the verdicts are about."""
-        ...
-
-    def possible(self, scene: Scene, road: Road) -> Bool[np.ndarray, "A M"]:
-        """Which base trajectories every slot of an unbatched scene may follow; arbitrary for invalid slots."""
+        As deviations [m] from constant velocity along lon and lat at times [s] from now, their rates [m/s], and which
+        of them are in the predicted set; of slots without a vehicle anything.
+        """
         ...
 
     def predict(self, scene: Scene, road: Road, ego: int, dt: float, steps: int) -> PredictedPaths:

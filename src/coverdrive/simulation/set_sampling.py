@@ -76,20 +76,18 @@ class SetSamplingTraffic:
 
     def _choose(self, scene: Scene, dt: float) -> tuple[Bool[np.ndarray, " A"], Bool[np.ndarray, " A"]]:
         """Give every valid vehicle a new base trajectory; tell who was stuck, and who left its predicted set."""
-        basis = self._predictor.basis
-        times = dt * np.arange(round(basis.horizon / dt) + 1)
-        deviation, rate = basis.rollout(times)
-        possible = np.asarray(self._predictor.possible(scene, self._road))
+        times = dt * np.arange(round(self._predictor.horizon / dt) + 1)
+        deviation, rate, possible = self._predictor.choices(scene, self._road, times)
         heeds_own = directly_in_front(scene, self._road)
         self._begin_choice(scene, times)
         half_sizes, (stuck, missed) = scene.half_sizes, np.zeros((2, scene.vehicles), dtype=bool)
         for slot in self._rng.permutation(np.flatnonzero(scene.valid & self._controlled)).tolist():
-            paths = follow(self._paths[slot, 0], times, deviation, rate)
+            paths = follow(self._paths[slot, 0], times, deviation[slot], rate[slot])
             others = scene.valid & (np.arange(scene.vehicles) != slot)
             others[EGO] &= heeds_own[slot]
             apart = clearance(paths[:, 1:], half_sizes[slot], self._paths[others, 1:], half_sizes[others])
             clear = np.minimum(apart, road_clearance(paths, half_sizes[slot], self._road))
-            base, stuck[slot] = self._pick(possible[slot], clear, deviation)
+            base, stuck[slot] = self._pick(possible[slot], clear, deviation[slot])
             missed[slot] = not possible[slot, base]
             self._base[slot] = base
             self._paths[slot] = paths[base]

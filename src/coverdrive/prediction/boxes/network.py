@@ -30,12 +30,15 @@ class BoxNetwork(eqx.Module):
     network: Network
     usual: Float[Array | np.ndarray, "P 2"]
     """[m] root mean square of the training deviations from constant velocity along lon and lat"""
+
     @staticmethod
     def outputs(points: int) -> int:
         """Neurons of the last layer for so many points."""
         return 4 * min(_TERMS, points)
 
-    def decoded(self, outputs: Float[Array, "*batch O"]) -> tuple[Float[Array, "*batch P 2"], Float[Array, "*batch P 2"]]:
+    def decoded(
+        self, outputs: Float[Array, "*batch O"]
+    ) -> tuple[Float[Array, "*batch P 2"], Float[Array, "*batch P 2"]]:
         """Centres [m], and logarithms of the half sizes over the usual ones, for outputs of the last layer."""
         time = np.arange(1, len(self.usual) + 1) / len(self.usual)
         shapes = legvander(2 * time - 1, min(_TERMS, len(time)) - 1)

@@ -19,7 +19,7 @@ from coverdrive.paths import PredictedPaths
 from coverdrive.prediction.boxes.boxes import TUBE
 from coverdrive.prediction.boxes.network import BoxNetwork
 from coverdrive.prediction.learning.affordance import described
-from coverdrive.prediction.predictor import SLOTS, StoredPredictor, TimeGrid, grid_of, others_of
+from coverdrive.prediction.stored import SLOTS, StoredPredictor, TimeGrid, grid_of, others_of
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 

@@ -80,6 +80,7 @@ def make_samples(
     The first base in the basis' order of choice that covers a segment stands for it, so that few bases stand for most,
     or the nearest by the atomic norm, as where none covers it. Mirrored: the mirror images of scenes and segments.
     """
+
     def look(scene: Scene, road: Road, own: np.ndarray) -> tuple[np.ndarray, ...]:
         return _seen(scene, road, own), np.asarray(colliding_bases(basis, scene, own))
 
@@ -124,7 +125,8 @@ def _looked(
         for first in range(0, len(chosen), _CHUNK):
             place = chosen[first : first + _CHUNK]
             rows = np.resize(segments.row[place], _CHUNK)
-            scene: Scene = jax.tree.map(lambda values, rows=rows: values[frames.frame[rows]], scenes)
+            frame = frames.frame[rows]
+            scene: Scene = jax.tree.map(lambda values, frame=frame: values[frame], scenes)
             found.append(tuple(values[: len(place)] for values in look(scene, road, frames.slot[rows])))
             places.append(place)
         done(index + 1, len(recordings))

@@ -21,7 +21,6 @@ from coverdrive.prediction.learning.samples import Samples
 from coverdrive.progress import done
 from coverdrive.settings import Settings
 
-
 Hidden = Annotated[tuple[Annotated[int, Field(ge=1, le=10_000)], ...], Field(max_length=20)]
 """Neurons of hidden layers"""
 

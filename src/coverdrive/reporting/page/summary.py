@@ -9,7 +9,7 @@ import polars as pl
 from coverdrive.certificates.evaluation import Rate
 from coverdrive.numbers import at_most, interval, percent
 from coverdrive.planning.plan import Status
-from coverdrive.reporting.claim import strength, whose
+from coverdrive.reporting.claim import set_facts, strength, whose
 from coverdrive.reporting.contents import Contents
 from coverdrive.simulation.notable import COLLIDED, NEARLY
 from coverdrive.simulation.outcome import Cause, Fault
@@ -68,8 +68,14 @@ def tiles(contents: Contents) -> list[Tile]:
     )
     if trials is None:
         evaluation = contents.certified.evaluation
-        bases = f"{evaluation.mean_set_size:.1f} of {len(contents.predictor.basis)}"
-        return [certified, Tile(bases, "possible manoeuvres", "mean size of the predicted set")]
+        return [
+            certified,
+            Tile(
+                evaluation.sized,
+                "occupied" if evaluation.mean_area else "possible manoeuvres",
+                "mean size of the predicted set",
+            ),
+        ]
     collided, missed = _collided(trials), miss_rate(trials, "prediction_misses", "windows")
     unsafe, rear = (percent(plan_share(trials, status)) for status in (Status.UNSAFE, Status.REAR))
     braking = float(trials["hardest_braking"].to_numpy().max())
@@ -143,14 +149,11 @@ def facts(contents: Contents) -> list[tuple[str, str]]:
     median = None if contents.driven is None else 1e3 * float(np.median(contents.driven["planning_median"].to_numpy()))
     return [
         ("recordings", f"{len(recordings)} with {rows} rows in all"),
-        ("segments", f"{samples['segments']} of {basis.horizon:g} s: {samples['train']} to train, "
+        ("segments", f"{samples['segments']} of {contents.predictor.horizon:g} s: {samples['train']} to train, "
          f"{samples['calibration']} to calibrate, {samples['test']} to test; {samples['dropped']} left out"),
-        ("base trajectories", f"{len(basis)} (ε = {basis.radius:g}; all training segments are covered)"),
-        ("missed test windows", str(evaluation.windows)),
-        ("missed test vehicles", str(evaluation.vehicles)),
-        ("not predicted / outside the tube", f"{evaluation.not_predicted} / {evaluation.outside_tube} test windows"),
-        ("test windows that no base covers", str(certified.uncovered)),
-        ("set size", f"mean {evaluation.mean_set_size:.2f}, median {evaluation.median_set_size:g} of {len(basis)}"),
+        *([("base trajectories", f"{len(basis)} (ε = {basis.radius:g}; all training segments are covered)")]
+          if basis is not None else []),
+        *set_facts(basis, evaluation, certified.occupied, certified.uncovered),
         *([("prediction and plan", f"{median:.3g} ms (median step of the median trial); due every "
             f"{1e3 * contents.period:g} ms")] if median is not None else []),
         ("time", ", ".join(f"{stage} {seconds:.1f} s" for stage, seconds in run["seconds"].items())),

@@ -1,0 +1,99 @@
+"""What predictors have in common: the times that are asked for, for whom, and one file that holds everything.
+
+Nothing in the file can be executed (`coverdrive.prediction.storage`).
+"""
+
+from abc import ABC, abstractmethod
+from dataclasses import fields
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+from jaxtyping import Bool
+
+from coverdrive.certificates.certificate import Certificate
+from coverdrive.errors import SettingError
+from coverdrive.prediction.storage import fingerprint_of, save_arrays
+from coverdrive.scene import Scene
+
+SLOTS = 8
+"""Scenes are padded to a multiple of so many slots, so that little is compiled"""
+
+_ROUNDING = 1e-9
+"""[s] by which a horizon may be longer than that of the predictor, for rounding"""
+
+
+@runtime_checkable
+class TimeGrid(Protocol):
+    """Anything that looks ahead in steps, as a planner does."""
+
+    @property
+    def dt(self) -> float:
+        """[s] of a step."""
+        ...
+
+    @property
+    def steps(self) -> int:
+        """Number of steps."""
+        ...
+
+
+class StoredPredictor(ABC):
+    """What all predictors have in common: paths on any grid of times within their horizon, and one file."""
+
+    certificate: Certificate
+
+    @property
+    @abstractmethod
+    def _arrays(self) -> dict[str, np.ndarray]: ...
+
+    @property
+    @abstractmethod
+    def _header(self) -> dict[str, Any]: ...
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """A short hash of everything that is stored of it, the certificate included."""
+        return fingerprint_of(self._header, self._arrays)
+
+    def save(self, path: Path) -> None:
+        """Write it to a file, or to none if interrupted; `SettingError` if it cannot be stored."""
+        save_arrays(path, "predictor", self._header, self._arrays)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """The fields alone; what is cached belongs to the process."""
+        return {each.name: getattr(self, each.name) for each in fields(self)}  # pyright: ignore[reportArgumentType]
+
+
+def grid_of(
+    horizon: float, step: float, dt: float | None = None, steps: int | None = None, like: TimeGrid | None = None
+) -> tuple[float, int]:
+    """The grid of times that is asked for, if the horizon reaches that far; ``step`` apart if nothing is."""
+    dt, steps = (dt, steps) if like is None else (like.dt, like.steps)
+    dt = step if dt is None else dt
+    if not 0 < dt < np.inf:
+        raise SettingError(f"the time dt between two points of a path must be positive, got {dt} s; try 0.25")
+    steps = int(horizon / dt + _ROUNDING) if steps is None else steps
+    if steps < 1 or steps != int(steps):
+        raise SettingError(f"a path has a whole number of steps, at least one, got {steps}; try {horizon / dt:.0f}")
+    if dt * steps > horizon + _ROUNDING:
+        raise SettingError(
+            f"{steps} steps of {dt:g} s are {dt * steps:g} s, but this predictor knows what vehicles do within "
+            f"{horizon:g} s; take at most {int(horizon / dt + _ROUNDING)} steps, or fit one with a longer horizon"
+        )
+    return dt, int(steps)
+
+
+def others_of(scene: Scene, ego: int | None) -> Bool[np.ndarray, " A"]:
+    """The slots of vehicles but the ego's; `SettingError` if ``ego`` is not the slot of a vehicle."""
+    others = np.array(scene.valid)
+    if ego is not None and not (0 <= ego < len(others) and others[ego]):
+        slots = ", ".join(map(str, np.flatnonzero(others)[:8])) or "none"
+        raise SettingError(
+            f"ego = {ego} is not the slot of a vehicle of this scene, which has {int(others.sum())} of them (slots "
+            f"{slots}{', …' if others.sum() > 8 else ''}); give one of these slots, or None to predict everybody"
+        )
+    if ego is not None:
+        others[ego] = False
+    return others
