@@ -28,6 +28,9 @@ scenes = 6
 duration = 20.0
 vehicles = [10, 12]
 
+[prediction]
+sets = "bases"
+
 [prediction.basis]
 radius = 1.0
 

@@ -9,6 +9,7 @@ from coverdrive.prediction.learning.training import TrainingSettings
 from coverdrive.prediction.segments import Segments, SegmentSettings
 
 SETTINGS = PredictionSettings(
+    sets="bases",
     segments=SegmentSettings(stride=0.5),
     basis=BasisSettings(radius=1.0),
     training=TrainingSettings(epochs=5),

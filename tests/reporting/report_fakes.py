@@ -19,6 +19,7 @@ from coverdrive.planning.vehicle import VehicleSettings
 from coverdrive.prediction.cover.basis import Basis
 from coverdrive.prediction.learned import Learned
 from coverdrive.prediction.learning.network import Network
+from coverdrive.prediction.occupied import Occupied
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.reporting.active_constraints import ActiveConstraints
 from coverdrive.reporting.contents import Certified, Contents
@@ -164,7 +165,8 @@ def make_contents(traces: dict[int, Trace] | None = None, bases: int = 5) -> Con
         settings="seed = 0",
         predictor=Predictor(basis, network, Thresholds.at(random.uniform(size=bases), 0.5), certificate, np.arange(2)),
         certified=Certified(
-            (certificate,), evaluation, Rate(3, 1000, 0.0, 0.1),
+            (certificate,), evaluation, Occupied((0.5, 1.0), (2.0, 9.0), (3.0, 12.0), evaluation),
+            Rate(3, 1000, 0.0, 0.1),
             {"segments": 100, "train": 50, "calibration": 30, "test": 20, "dropped": 0},
         ),
         learned=Learned(

@@ -42,6 +42,14 @@ class FakePredictor(eqx.Module):
         verdict[:, list(self.impossible)] = False
         return verdict
 
+    @property
+    def horizon(self):
+        return self.basis.horizon
+
+    def choices(self, scene, road, times):
+        deviation, rate = (np.broadcast_to(each, (scene.vehicles, *each.shape)) for each in self.basis.rollout(times))
+        return deviation, rate, self.possible(scene, road)
+
     def predict(self, scene, road, ego, dt, steps):
         times = dt * np.arange(steps + 1)
         deviation, _ = self.basis.rollout(times)

@@ -43,7 +43,7 @@ class PredictionSettings(Settings):
     """Everything that turns recordings into a predictor."""
 
     sets: Literal["boxes", "bases"] = "boxes"
-    """boxes whose place and size follow the situation, or the possible base trajectories of the paper with their tubes"""
+    """boxes whose place and size follow the situation, or the paper's base trajectories with tubes around them"""
     segments: SegmentSettings = SegmentSettings()
     boxes: BoxSettings = BoxSettings()
     basis: BasisSettings = BasisSettings()
@@ -130,7 +130,9 @@ def fit(
     with _timed("segments", seconds):
         segments, drawn = cut_and_split(recordings, settings, seed)
         sides = sides or drawn
-    if learner is None and settings.sets == "boxes":
+    if learner is not None:
+        settings = settings.model_copy(update={"sets": "bases"})
+    if settings.sets == "boxes":
         made = _fit_boxes(recordings, segments, sides, settings, seed, seconds)
     else:
         made = _fit_bases(recordings, segments, sides, settings, seed, seconds, learner)
@@ -199,7 +201,14 @@ def _fit_boxes(
 
         predictor, certificates = calibrated(make, TUBE, scored[0], scored[1], settings.certificate, seed)
     areas = boxes[2].areas.mean(0) * scale_of(predictor.rule) ** 2
-    return _Made(predictor, certificates, ScoredSides(*scored, predictor.fingerprint), areas, np.zeros(0), losses)
+    return _Made(
+        predictor,
+        certificates,
+        ScoredSides(scored[0], scored[1], scored[2], predictor.fingerprint),
+        areas,
+        np.zeros(0),
+        losses,
+    )
 
 
 def _fit_bases(

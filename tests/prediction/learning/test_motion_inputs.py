@@ -17,6 +17,7 @@ from coverdrive.road import Road
 from coverdrive.scene import Scene
 
 SETTINGS = PredictionSettings(
+    sets="bases",
     segments=SegmentSettings(stride=0.5),
     basis=BasisSettings(radius=1.0),
     training=TrainingSettings(epochs=2, inputs="motion"),

@@ -58,7 +58,7 @@ class BoxNetwork(eqx.Module):
     ) -> tuple[Float[Array, "*batch P 2"], Float[Array, "*batch P 2"]]:
         """Centres [m] and half sizes [m] at r = 1."""
         centre, size = self.members(features)
-        return centre.mean(-3), self.usual * jnp.exp(size.mean(-3))
+        return centre.mean(-3), jnp.exp(size.mean(-3)) * self.usual
 
     def boxes_of(self, features: Float[np.ndarray, "N F"]) -> Boxes:
         """The boxes for N moments."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from itertools import product
 from typing import Any, ClassVar
 
@@ -83,14 +83,8 @@ class BoxPredictor(StoredPredictor):
     ) -> tuple[Float[np.ndarray, "n K 2"], Float[np.ndarray, "n K 2"]]:
         """Centres and half sizes of the boxes of some slots at ``times`` [s], which the calibrated scale is part of."""
         values = np.asarray(self._values(scene.packed(SLOTS), road.edges), dtype=float)[:, vehicle]
-        place, size = self._weights(times)
+        place, size = _weights(len(self.network.usual), self.step, tuple(times.tolist()))
         return place @ values[0], scale_of(self.rule) * (size @ values[1])
-
-    def _weights(self, times: Float[np.ndarray, " K"]) -> tuple[Float[np.ndarray, "K P"], Float[np.ndarray, "K P"]]:
-        """What boxes at any times are made of: cubic splines through the centres, and lines between the sizes."""
-        knots = self.step * np.arange(len(self.network.usual) + 1)
-        unit = np.eye(len(knots))[:, 1:]
-        return CubicSpline(knots, unit)(times), np.stack([np.interp(times, knots, each) for each in unit.T], axis=-1)
 
     @cached_property
     def _values(self) -> Callable[[Float[np.ndarray, "7 A"], Float[Array | np.ndarray, " E"]], Array]:
@@ -121,3 +115,13 @@ class BoxPredictor(StoredPredictor):
         network = BoxNetwork.of(arrays, header["network"])
         rule, certificate = rule_of(header["rule"], arrays), Certificate(**header["certificate"])
         return BoxPredictor(network, rule, certificate, arrays["trained_on"], header["boxes"]["step"])
+
+
+@cache
+def _weights(
+    points: int, step: float, times: tuple[float, ...]
+) -> tuple[Float[np.ndarray, "K P"], Float[np.ndarray, "K P"]]:
+    """What boxes at any times are made of: cubic splines through the centres, and lines between the half sizes."""
+    knots = step * np.arange(points + 1)
+    unit = np.eye(points + 1)[1:]
+    return CubicSpline(knots, unit.T)(times), np.stack([np.interp(times, knots, each) for each in unit], axis=-1)

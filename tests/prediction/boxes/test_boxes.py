@@ -1,0 +1,191 @@
+"""Boxes whose place and size are learned: scores, training, and the predictor."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from prediction_fakes import segments_of
+
+from coverdrive.certificates.methods import Method
+from coverdrive.certificates.rule import Thresholds, scale_of
+from coverdrive.errors import SettingError
+from coverdrive.geometry import turned_half_extents
+from coverdrive.prediction.boxes.boxes import TUBE, Boxes, constant_velocity, scored_by
+from coverdrive.prediction.boxes.predictor import BoxPredictor
+from coverdrive.prediction.boxes.training import BoxSettings, train_boxes
+from coverdrive.prediction.calibrate import CertificateSettings
+from coverdrive.prediction.certify import certify
+from coverdrive.prediction.fit import Fit, PredictionSettings, fit
+from coverdrive.prediction.occupied import union_area
+from coverdrive.prediction.predictor import Predictor
+from coverdrive.prediction.segments import Segments, SegmentSettings
+from coverdrive.recordings.recording import Recording
+from coverdrive.road import Road
+from coverdrive.scene import Scene
+
+
+@pytest.fixture(scope="module")
+def fitted(scenes: tuple[Recording, ...]) -> Fit:
+    settings = PredictionSettings(
+        segments=SegmentSettings(stride=0.5),
+        boxes=BoxSettings(most_steps=150, batch=64, hidden=(16,), members=2),
+        certificate=CertificateSettings(confidence=0.9, unit="window"),
+    )
+    return fit(scenes, settings, seed=1)
+
+
+def straight(count: int, seed: int = 0) -> Segments:
+    """Segments that brake or speed up, by a number that is their first feature, and stay in their lane."""
+    random = np.random.default_rng(seed)
+    times, acceleration = 0.5 * np.arange(7), random.uniform(-3, 3, count)
+    points = np.stack([acceleration[:, None] * times**2 / 2, np.zeros((count, 7))], -1)
+    noise = 0.05 * random.normal(size=points.shape) * (times > 0)[:, None]
+    return segments_of(points + noise)
+
+
+def test_a_score_is_the_least_scale_that_holds_the_whole_body() -> None:
+    segments = segments_of(np.zeros((2, 7, 2)))
+    segments.points[0, 3] = [1.0, -0.6]
+    segments.heading[1, 2] = 0.1
+    boxes = Boxes(np.zeros((2, 6, 2)), np.full((2, 6, 2), 0.5))
+    half_length, half_width = segments.half_sizes[0]
+    turned = half_length * np.sin(0.1) + half_width * np.cos(0.1) - half_width
+    scored = scored_by(boxes, segments)
+    np.testing.assert_allclose(scored.scores[:, 0], [1 / (1 + 1.0 / 0.5), 1 / (1 + turned / 0.5)])
+    assert scored.area is not None and scored.area.tolist() == [1.0, 1.0]
+    assert (scored.distance <= TUBE).all()
+    assert scale_of(Thresholds(scored.scores[0], np.ones(1))) == pytest.approx(2.0)
+
+
+def test_what_no_box_holds_is_outside_of_every_set() -> None:
+    segments = segments_of(np.full((1, 7, 2), 2000.0))
+    boxes = Boxes(np.zeros((1, 6, 2)), np.ones((1, 6, 2)))
+    assert scored_by(boxes, segments).distance[0] > TUBE
+    assert scale_of(Thresholds(np.zeros(1), np.ones(1))) == pytest.approx(999)
+
+
+def test_training_finds_where_vehicles_go_and_how_sure_that_is() -> None:
+    segments, others = straight(600), straight(200, seed=1)
+
+    def features_of(chosen: Segments) -> np.ndarray:
+        features = np.random.default_rng(2).normal(size=(len(chosen), 22)).astype(np.float32)
+        features[:, 0] = chosen.points[:, -1, 0]
+        return features
+
+    plain = {"noise": 0.0, "dropout": 0.0, "weight_decay": 0.0}
+    settings = BoxSettings(most_steps=600, batch=128, hidden=(32,), members=2, inputs="affordance", **plain)
+    network, losses = train_boxes(features_of(segments), segments, settings)
+    assert losses[-1] < losses[0]
+    boxes, trivial = network.boxes_of(features_of(others)), constant_velocity(segments, others)
+
+    def area(each: Boxes) -> float:
+        """[m²] of the sets that hold nine tenths of the other segments."""
+        worst = 1 / np.quantile(scored_by(each, others).scores, 0.1) - 1
+        return float(each.areas.mean()) * worst**2
+
+    assert area(boxes) < 0.3 * area(trivial)
+    assert np.array_equal(train_boxes(features_of(segments), segments, settings)[1], losses)
+
+
+def test_a_window_is_covered_exactly_if_its_body_is_in_the_predicted_boxes(
+    fitted: Fit, scenes: tuple[Recording, ...]
+) -> None:
+    predictor, segments, test = fitted.predictor, fitted.segments, fitted.split.test
+    assert isinstance(predictor, BoxPredictor)
+    covered = predictor.rule.possible(fitted.scored.test.scores)[:, 0]
+    assert 0 < fitted.evaluation.not_predicted == (~covered).sum() < len(test)
+    margins = []
+    for row, expected in zip(test[::7], covered[::7], strict=True):
+        recording = scenes[segments.recording[row]]
+        start = recording.table.row(int(segments.row[row]), named=True)
+        scene = recording.scene_at(start["time"])
+        slot = int(np.flatnonzero(np.isclose(scene.lon, start["seen_lon"]))[0])
+        paths = predictor.predict(scene, recording.road, None, segments.step, 6)
+        assert paths.vehicle.tolist() == list(range(scene.vehicles))
+        actual = segments.points[row] + [scene.lon[slot], scene.lat[slot]]
+        actual[:, 0] += segments.speed[row] * segments.step * np.arange(7)
+        body = turned_half_extents(segments.half_sizes[row], segments.heading[row])
+        margin = (paths.half_sizes[slot] - np.abs(actual - paths.points[slot]) - body)[1:].min()
+        assert (margin > 0) == expected or abs(margin) < 1e-3
+        margins.append(margin)
+    assert min(margins) < 0 < max(margins) or covered[::7].all()
+
+
+def test_boxes_follow_the_vehicle_whatever_its_slot_and_begin_with_its_body(fitted: Fit) -> None:
+    scene, road = three_vehicles(), Road.straight()
+    paths = fitted.predictor.predict(scene, road, ego=0, dt=0.25, steps=12)
+    assert paths.vehicle.tolist() == [1, 2] and paths.points.shape == (2, 13, 2) and paths.dt == 0.25
+    np.testing.assert_allclose(paths.points[:, 0], scene.states[1:, :2], atol=1e-9)
+    np.testing.assert_allclose(paths.half_sizes[:, 0], scene.half_sizes[1:])
+    order = np.array([2, 0, 1])
+    turned = Scene(**{name: values[order] for name, values in vars(scene).items()})
+    again = fitted.predictor.predict(turned, road, ego=1, dt=0.25, steps=12)
+    np.testing.assert_allclose(again.points[::-1], paths.points, atol=1e-3)
+    np.testing.assert_allclose(again.half_sizes[::-1], paths.half_sizes, atol=1e-3)
+
+
+def test_asking_beyond_the_horizon_or_for_nobody_is_refused(fitted: Fit) -> None:
+    scene, road = three_vehicles(), Road.straight()
+    assert fitted.predictor.horizon == 3.0
+    with pytest.raises(SettingError, match="within 3 s"):
+        fitted.predictor.predict(scene, road, dt=0.5, steps=7)
+    with pytest.raises(SettingError, match="not the slot"):
+        fitted.predictor.predict(scene, road, ego=3)
+
+
+def test_traffic_drives_within_the_boxes(fitted: Fit) -> None:
+    scene, road, times = three_vehicles(), Road.straight(), 0.5 * np.arange(7)
+    deviation, rate, possible = fitted.predictor.choices(scene, road, times)
+    paths = fitted.predictor.predict(scene, road, None, 0.5, 6)
+    moved = scene.states[:, None, None, :2] + deviation
+    moved[..., 0] += scene.states[:, None, None, 2] * times
+    apart = np.abs(moved - paths.points[:, None]) + scene.half_sizes[:, None, None]
+    assert (apart <= paths.half_sizes[:, None] + 1e-9).all()
+    assert deviation.shape == rate.shape == (3, 9, 7, 2) and possible.all()
+    nobody = replace(scene, valid=np.zeros(3, dtype=bool))
+    assert not fitted.predictor.choices(nobody, road, times)[2].any()
+
+
+def test_file_round_trip(fitted: Fit, tmp_path) -> None:
+    file = tmp_path / "predictor.safetensors"
+    fitted.predictor.save(file)
+    loaded = Predictor.load(file)
+    assert isinstance(loaded, BoxPredictor)
+    assert loaded.fingerprint == fitted.predictor.fingerprint and loaded.certificate == fitted.predictor.certificate
+    scene, road = three_vehicles(), Road.straight()
+    ours, theirs = (each.predict(scene, road) for each in (fitted.predictor, loaded))
+    assert np.array_equal(ours.points, theirs.points) and np.array_equal(ours.half_sizes, theirs.half_sizes)
+
+
+def test_all_methods_calibrate_the_scale(fitted: Fit) -> None:
+    compared = certify(fitted, [0.2], "window", 0.9)
+    made = {each.method for each in compared if each.certificate}
+    assert {Method.PAC_POOLED, Method.NESTED_SETS, Method.LEARN_THEN_TEST, Method.DISCARDING} <= made
+    assert Method.SVM not in made
+    for each in compared:
+        if each.evaluation is not None:
+            assert each.evaluation.mean_area is not None and each.evaluation.mean_area > 0
+    asked = next(each for each in compared if each.method is Method.PAC_POOLED)
+    assert asked.evaluation is not None and asked.evaluation.windows.low <= 0.2
+
+
+def test_areas_of_the_fit_are_those_of_its_predictions(fitted: Fit) -> None:
+    occupied, evaluation = fitted.occupied, fitted.evaluation
+    assert occupied.seconds == (0.5, 1.0, 1.5, 2.0, 2.5, 3.0)
+    assert evaluation.mean_area == pytest.approx(occupied.mean)
+    assert occupied.baseline_evaluation is not None
+    assert occupied.ratio == pytest.approx(occupied.mean / np.mean(occupied.baseline))
+    assert evaluation.size == evaluation.mean_area and "m²" in evaluation.sized
+
+
+def test_area_of_a_union() -> None:
+    centre, half_sizes = np.array([[0.0, 0.0], [1.0, 0.0], [9.0, 9.0]]), np.array([[1.0, 1.0], [1.0, 0.5], [0.5, 2.0]])
+    assert union_area(centre, half_sizes) == pytest.approx(4 + 1 + 4)
+    assert union_area(centre[:1], half_sizes[:1]) == pytest.approx(4)
+
+
+def three_vehicles() -> Scene:
+    return Scene(
+        lon=np.array([0.0, 30.0, 10.0]), lat=np.array([1.8, 1.8, 5.4]), speed=np.array([20.0, 15.0, 12.0]),
+        heading=np.zeros(3), length=np.full(3, 4.8), width=np.full(3, 1.9), valid=np.ones(3, dtype=bool),
+    )  # fmt: skip
