@@ -8,22 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+from coverdrive.cli import options
 from coverdrive.cli.bars import stages, waiting
-from coverdrive.cli.options import (
-    Confidence,
-    Config,
-    Epsilon,
-    Location,
-    Out,
-    Preset,
-    Recordings,
-    Seed,
-    Set,
-    Unit,
-    certificate,
-    console,
-    experiment_of,
-)
+from coverdrive.cli.options import certificate, console, experiment_of
 
 if TYPE_CHECKING:
     from coverdrive.config import Experiment
@@ -33,11 +20,11 @@ if TYPE_CHECKING:
 
 def fit(
     *,
-    recording: Recordings = None,
-    epsilon: Epsilon = None,
-    confidence: Confidence = None,
-    unit: Unit = None,
-    seed: Seed = None,
+    recording: options.Recordings = None,
+    epsilon: options.Epsilon = None,
+    confidence: options.Confidence = None,
+    unit: options.Unit = None,
+    seed: options.Seed = None,
     folds: Annotated[
         int | None,
         Parameter(
@@ -46,11 +33,11 @@ def fit(
             "spread, and keep no predictor; as in `--folds 4`, which is 12 fits.",
         ),
     ] = None,
-    out: Out = Path("results"),
-    config: Config = None,
-    preset: Preset = "default",
-    location: Location = None,
-    settings: Set = None,
+    out: options.Out = Path("results"),
+    config: options.Config = None,
+    preset: options.Preset = "default",
+    location: options.Location = None,
+    settings: options.Set = None,
 ) -> dict[str, Any]:
     """Learn a predictor from recordings, certify it, and test it on scenes that it never saw.
 
