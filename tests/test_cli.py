@@ -251,6 +251,16 @@ def test_mistakes_are_explained(arguments: list[str], complaint: str, tmp_path: 
 
 
 @pytest.mark.slow
+def test_folds_print_their_spread_and_keep_nothing(quick_run: Path, tmp_path: Path) -> None:
+    options = ("--folds", "3", "--config", quick_run / "quick.toml", "--out", tmp_path / "out")
+    found = json.loads(coverdrive("fit", *options, "--json", only="stdout"))["folds"]
+    assert len(found) == 6 and all(each["evaluation"]["windows"]["total"] > 0 for each in found)
+    printed = coverdrive("fit", *options, "--unit", "group", "--set", "prediction.certificate.method=pac-pooled")
+    assert "refused" in printed and "groups would do" in printed
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.slow
 def test_a_refused_certificate_leaves_nothing_behind(quick_run: Path, tmp_path: Path) -> None:
     config, quick = tmp_path / "strict.toml", (quick_run / "quick.toml").read_text()
     config.write_text(quick.replace('unit = "window"', 'unit = "window"\nmethod = "pac-pooled"\nepsilon = 1e-6'))

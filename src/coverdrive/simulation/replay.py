@@ -1,9 +1,10 @@
 """Replayed traffic: recorded vehicles drive as they did, with the ego in the place of one of them or between two.
 
-Recorded vehicles do not react to the ego: they may run into it, which is counted as their fault unless it had just
-cut in, and none makes room for it. A vehicle is there while it was recorded, but for the time in which it would appear
-on the ego. Use scenes that neither trained nor calibrated the predictor (`coverdrive.prediction.held_out`). F
-moments, A vehicles.
+They are where, and as fast as, they were seen at each moment (`coverdrive.recordings.filtering`): nothing that the ego
+is shown knows their future. Recorded vehicles do not react to the ego: they may run into it, which is counted as their
+fault unless it had just cut in, and none makes room for it. A vehicle is there while it was recorded, but for the time
+in which it would appear on the ego. Use scenes that neither trained nor calibrated the predictor
+(`coverdrive.prediction.held_out`). F moments, A vehicles.
 """
 
 from collections.abc import Sequence
