@@ -61,7 +61,7 @@ def test_every_kind_has_its_words(certificate: Certificate, strong: str, who: st
     figure = risk_figure([compared])
     bounds, *dots, observed = figure.panels[0].marks
     assert list(figure.named) == [bounds.name] == [name]
-    assert bounds.hover == [f"nested-sets\nat most 14.4 % of {who} missed,\n{strong}\n5.00 possible bases"]
+    assert bounds.hover == [f"nested-sets\nat most 14.4 % of {who} missed,\n{strong}\nset size 5.00 of 5"]
     assert (bounds.hollow, [dot.marker for dot in dots]) == ("†" in sign, ["."] * ("‡" in sign))
     assert observed.hover[0].startswith("nested-sets\n4 % missed on unseen scenes (4 of 100)")
     console = Console(width=80)

@@ -57,7 +57,7 @@ def test_names_cannot_end_a_script() -> None:
 def test_every_figure_is_valid_json_with_marks(html: str) -> None:
     figures = dict(re.findall(r'id="figure-(\w+)".*?<script type="application/json">(.*?)</script>', html, re.DOTALL))
     assert set(figures) == {
-        "basis", "methods", "scores", "set_sizes", "losses", "collisions", "drives", "planning"
+        "areas", "basis", "methods", "scores", "set_sizes", "losses", "collisions", "drives", "planning"
     }  # fmt: skip
     for text in figures.values():
         panels = [panel for row in json.loads(text)["rows"] for panel in row["panels"]]

@@ -23,8 +23,8 @@ from coverdrive.prediction.stored import SLOTS, StoredPredictor, TimeGrid, grid_
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 
-_CORNERS = np.array(list(product((-1.0, 0.0, 1.0), repeat=2)))
-"""members of a set that traffic may drive: the centre of the boxes, and the middles and corners of their sides"""
+_ENDS = np.array(list(product((-0.8, 0.0, 0.8), repeat=2)))
+"""where motions that traffic may drive end, in half sizes of the last box: a turned body still has room in it"""
 
 
 @dataclass(frozen=True)
@@ -71,9 +71,15 @@ class BoxPredictor(StoredPredictor):
     def choices(
         self, scene: Scene, road: Road, times: Float[np.ndarray, " n"]
     ) -> tuple[Float[np.ndarray, "A M n 2"], Float[np.ndarray, "A M n 2"], Bool[np.ndarray, "A M"]]:
-        """M = 9 motions within the boxes of every slot, as deviations [m] from constant velocity, and their rates."""
+        """M = 9 motions within the boxes of every slot, as deviations [m] from constant velocity, and their rates.
+
+        They leave the centres of the boxes with the square of time along the road, smoothly and for good across it.
+        """
         centre, half_sizes = self._boxes_at(scene, road, np.arange(scene.vehicles), times)
-        deviation = centre[:, None] + _CORNERS[:, None] * half_sizes[:, None]
+        share = times[:, None] / times[-1]
+        way = np.concatenate([share**2, share**2 * (3 - 2 * share)], axis=1)
+        reach = (half_sizes[:, 1:] / way[1:]).min(1, keepdims=True)
+        deviation = centre[:, None] + _ENDS[:, None] * (reach * way)[:, None]
         rate = np.gradient(deviation, times, axis=2)
         possible = np.broadcast_to(np.asarray(scene.valid)[:, None], deviation.shape[:2]).copy()
         return deviation, rate, possible

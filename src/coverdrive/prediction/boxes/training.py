@@ -35,7 +35,7 @@ class BoxSettings(OptimiserSettings):
 
     inputs: Inputs = "motion"
     """what the network sees of the affordance"""
-    power: float = Field(default=16.0, ge=1, le=100)
+    power: float = Field(default=12.0, ge=1, le=100)
     """p of the norm that stands for a quantile of the scale; the larger, the fewer segments decide"""
     hidden: Hidden = (64, 64)
     """neurons of the hidden layers"""
