@@ -41,6 +41,7 @@ def fill(folder: Path) -> None:
     experiment = Experiment().overridden(
         generated={"scenes": 6, "duration": 20.0, "vehicles": (10, 12)},
         prediction={
+            "sets": "bases",
             "basis": {"radius": 1.0},
             "training": {"epochs": 4},
             "certificate": {"confidence": 0.9, "unit": "window"},

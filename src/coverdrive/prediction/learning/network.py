@@ -54,8 +54,11 @@ class Network(eqx.Module):
     ) -> "Network":
         """Random weights (He et al. 2015) from the features of the training samples to M = ``bases`` scores, no prior.
 
-        ``hidden`` are the neurons of the hidden layers, ``members`` is the number E of networks.
+        ``hidden`` are the neurons of the hidden layers, ``members`` is the number E of networks; without features, a
+        `DataError`.
         """
+        if len(features) == 0:
+            raise DataError("there are no samples to train on; give more recordings or a larger training share")
         seen = np.asarray(network_inputs(features, inputs))
         sizes = (seen.shape[1], *hidden, bases)
         keys = jax.random.split(key, len(sizes) - 1)

@@ -119,10 +119,8 @@ def optimised(
 ) -> tuple[Network, Float[np.ndarray, " epochs"]]:
     """The network with the least loss of its last layer (B, O) and the targets of a batch; the loss of every epoch.
 
-    `DataError` where training diverges, or has nothing to learn from.
+    `DataError` where training diverges.
     """
-    if len(features) == 0:
-        raise DataError("there are no samples to train on; give more recordings or a larger training share")
     parameters = (network.weights, network.biases)
     state = _optimiser(settings, len(features)).init(parameters)
     inputs, wanted = network.scaled(features), jnp.asarray(targets)
