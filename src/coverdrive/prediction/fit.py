@@ -132,10 +132,8 @@ def fit(
         sides = sides or drawn
     if learner is not None:
         settings = settings.model_copy(update={"sets": "bases"})
-    if settings.sets == "boxes":
-        made = _fit_boxes(recordings, segments, sides, settings, seed, seconds)
-    else:
-        made = _fit_bases(recordings, segments, sides, settings, seed, seconds, learner)
+    task = _Task(recordings, segments, sides, settings, seed, seconds)
+    made = _fit_boxes(task) if settings.sets == "boxes" else _fit_bases(task, learner)
     predictor, test = made.predictor, made.scored.test
     with _timed("comparison", seconds):
         occupied = compared(made.areas, segments, sides, settings.certificate, predictor.certificate, seed)
@@ -157,6 +155,17 @@ def fit(
     )
 
 
+class _Task(NamedTuple):
+    """What there is to learn from, and how."""
+
+    recordings: Sequence[Recording]
+    segments: Segments
+    sides: Split
+    settings: PredictionSettings
+    seed: int
+    seconds: dict[str, float]
+
+
 class _Made(NamedTuple):
     """What is learned and certified."""
 
@@ -168,15 +177,9 @@ class _Made(NamedTuple):
     losses: Float[np.ndarray, " epochs"]
 
 
-def _fit_boxes(
-    recordings: Sequence[Recording],
-    segments: Segments,
-    sides: Split,
-    settings: PredictionSettings,
-    seed: int,
-    seconds: dict[str, float],
-) -> _Made:
+def _fit_boxes(task: _Task) -> _Made:
     """Boxes whose place and size are learned."""
+    recordings, segments, sides, settings, seed, seconds = task
     training = segments.of(sides.train)
     with _timed("affordances", seconds):
         asked = segments.of(sides.calibration)
@@ -190,37 +193,24 @@ def _fit_boxes(
     with _timed("training", seconds):
         network, losses = train_boxes(shown, lessons, settings.boxes, _seeds(seed)[2])
     with _timed("certificate", seconds):
-        boxes = [network.boxes_of(features[side]) for side in (sides.train, sides.calibration, sides.test)]
-        scored = [
-            scored_by(each, segments.of(side))
-            for each, side in zip(boxes, (sides.train, sides.calibration, sides.test), strict=True)
-        ]
+        rows = (sides.train, sides.calibration, sides.test)
+        boxes = [network.boxes_of(features[side]) for side in rows]
+        train_side, calibration, test = (
+            scored_by(each, segments.of(side)) for each, side in zip(boxes, rows, strict=True)
+        )
 
         def make(rule: Rule, certificate: Certificate, trained_on: Int[np.ndarray, " V"]) -> BoxPredictor:
             return BoxPredictor(network, rule, certificate, trained_on, segments.step)
 
-        predictor, certificates = calibrated(make, TUBE, scored[0], scored[1], settings.certificate, seed)
+        predictor, certificates = calibrated(make, TUBE, train_side, calibration, settings.certificate, seed)
+    scored = ScoredSides(train_side, calibration, test, predictor.fingerprint)
     areas = boxes[2].areas.mean(0) * scale_of(predictor.rule) ** 2
-    return _Made(
-        predictor,
-        certificates,
-        ScoredSides(scored[0], scored[1], scored[2], predictor.fingerprint),
-        areas,
-        np.zeros(0),
-        losses,
-    )
+    return _Made(predictor, certificates, scored, areas, np.zeros(0), losses)
 
 
-def _fit_bases(
-    recordings: Sequence[Recording],
-    segments: Segments,
-    sides: Split,
-    settings: PredictionSettings,
-    seed: int,
-    seconds: dict[str, float],
-    learner: Learner | None,
-) -> _Made:
+def _fit_bases(task: _Task, learner: Learner | None) -> _Made:
     """Base trajectories and their scores."""
+    recordings, segments, sides, settings, seed, seconds = task
     _, basis_seed, training_seed = _seeds(seed)
     with _timed("basis", seconds):
         basis = make_basis(segments.of(sides.train), settings.basis, basis_seed)
