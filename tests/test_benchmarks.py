@@ -58,6 +58,14 @@ def test_motion(us101: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
 
 @pytest.mark.slow
+def test_occupied(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    quick = ("--scenes", "15", "--folds", "3", "--steps", "20")
+    rows = ran("occupied", tmp_path / "occupied.json", monkeypatch, *quick)
+    assert {row["unit"] for row in rows} == {"vehicle", "window"}
+    assert all(row["ratio"] > 0 and 0 <= row["missed"] < 0.5 for row in rows)
+
+
+@pytest.mark.slow
 def test_planner(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     result = ran("planner", tmp_path / "planner.json", monkeypatch, "--trials", "1", "--compared", "4")
     assert sum(result["coverdrive"]["share of each status"].values()) == pytest.approx(1.0)
