@@ -6,7 +6,7 @@ import numpy as np
 
 from coverdrive.certificates.bounds import clopper_pearson
 from coverdrive.certificates.calibration import ScoredSamples
-from coverdrive.certificates.certificate import Counted
+from coverdrive.certificates.certificate import Unit
 from coverdrive.certificates.mean_loss import loss_limit
 from coverdrive.certificates.rule import Rule
 from coverdrive.numbers import interval, percent
@@ -67,7 +67,7 @@ class Evaluation:
     bases: int
     """number M of bases: the size of the set that never misses a base"""
 
-    def missed(self, unit: Counted) -> Rate:
+    def missed(self, unit: Unit) -> Rate:
         """The rate that a certificate for this unit bounds."""
         return {"vehicle": self.vehicles, "share": self.shares, "group": self.groups}.get(unit, self.windows)
 
