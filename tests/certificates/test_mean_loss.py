@@ -154,6 +154,15 @@ def test_observed_shares_and_groups_by_hand() -> None:
     assert (found.missed("share"), found.missed("group")) == (found.shares, found.groups)
 
 
+def test_a_vehicle_that_crosses_into_another_group_counts_in_its_first() -> None:
+    """Vehicle 1 of group 0 is last seen in group 1, in which nobody else is."""
+    vehicle, group, zero = np.array([0, 1, 1]), np.array([0, 0, 1]), np.zeros(3, dtype=np.int64)
+    samples = ScoredSamples(np.array([[0.9], [0.9], [0.1]]), zero, 0.0 * zero, vehicle, None, group)
+    rule, calibration = Thresholds.at(np.array([0.5]), 1.0), Calibration.of(samples, 1.0, NOBODY, "group")
+    assert calibration.losses(rule).tolist() == [0.5]
+    assert evaluate(rule, samples).groups.value == 0.5
+
+
 def test_the_interval_of_a_mean_loss_holds() -> None:
     inside = [
         (found := Rate.of_losses(np.random.default_rng(seed).beta(0.3, 1.2, 50))).low <= 0.2 <= found.high

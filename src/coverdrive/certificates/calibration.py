@@ -63,8 +63,9 @@ class ScoredSamples:
 
     @property
     def scene(self) -> Int[np.ndarray, " N"]:
-        """Scene group."""
-        return self.vehicle if self.group is None else self.group
+        """Scene group; of a vehicle that crosses from one to the next, that of its first window."""
+        _, first, vehicle = np.unique(self.vehicle, return_index=True, return_inverse=True)
+        return self.vehicle if self.group is None else self.group[first][vehicle]
 
     @property
     def score_of_base(self) -> Float[np.ndarray, " N"]:
@@ -271,13 +272,8 @@ class Calibration:
     ) -> Certificate:
         """The certificate of a rule that was calibrated on these units, the rest of which is ``more``.
 
-        Which covered units the rule misses is counted; without one, it misses none. A bound that says nothing is a
-        `CertificateError`.
+        Which covered units the rule misses is counted; without one, it misses none.
         """
-        if not epsilon < 1:
-            raise CertificateError(
-                f"{len(self)} calibration {self.noun}s prove nothing by {method}; give more recordings"
-            )
         return Certificate(
             method=method,
             epsilon=epsilon,

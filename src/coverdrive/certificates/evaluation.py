@@ -87,7 +87,7 @@ def evaluate(rule: Rule, samples: ScoredSamples) -> Evaluation:
         windows=Rate.of(missed),
         vehicles=Rate.of(any_missed),
         shares=Rate.of_losses(np.bincount(vehicle, missed) / np.bincount(vehicle)),
-        groups=Rate.of_losses(np.bincount(scene, any_missed) / np.maximum(np.bincount(scene), 1)),
+        groups=Rate.of_losses(np.bincount(scene, any_missed) / np.bincount(scene)),
         not_predicted=int(not_predicted.sum()),
         outside_tube=int(outside.sum()),
         mean_set_size=float(sizes.mean()),
