@@ -10,7 +10,7 @@ from coverdrive.certificates import learn_then_test as testing
 from coverdrive.certificates import nested_sets as nesting
 from coverdrive.certificates import support_vectors as vectors
 from coverdrive.certificates.calibration import Calibration, Claim, ScoredSamples
-from coverdrive.certificates.certificate import Counted, Tubes
+from coverdrive.certificates.certificate import Tubes, Unit
 
 NOBODY = np.array([], dtype=np.int64)
 
@@ -24,7 +24,7 @@ class Task:
     trained_on: np.ndarray
     epsilon: float | None = None
     confidence: float = 0.99
-    unit: Counted = "window"
+    unit: Unit = "window"
     training: ScoredSamples | None = None
     seed: int = 0
     tubes: Tubes = "cover"

@@ -1,4 +1,4 @@
-"""Windows, vehicles and drawn windows as units, by hand and against a slow loop."""
+"""Windows and vehicles as units, by hand and against a slow loop."""
 
 import numpy as np
 import pytest
@@ -6,8 +6,8 @@ from certificates_fakes import make_units
 from hypothesis import given
 from hypothesis import strategies as st
 
-from coverdrive.certificates.calibration import Calibration, ScoredSamples, one_window_each
-from coverdrive.certificates.certificate import Counted
+from coverdrive.certificates.calibration import Calibration, ScoredSamples
+from coverdrive.certificates.certificate import Unit
 from coverdrive.certificates.rule import Thresholds
 from coverdrive.errors import CertificateError
 
@@ -48,7 +48,7 @@ def test_vehicles_by_hand() -> None:
 
 
 @given(st.integers(0, 10_000), st.sampled_from(["window", "vehicle"]))
-def test_missed_units_are_those_of_a_slow_loop(seed: int, unit: Counted) -> None:
+def test_missed_units_are_those_of_a_slow_loop(seed: int, unit: Unit) -> None:
     samples = random_samples(seed)
     rule = Thresholds(np.random.default_rng(seed + 1).random(3), np.full(3, TUBE))
     missed: dict[int, bool] = {}
@@ -59,23 +59,6 @@ def test_missed_units_are_those_of_a_slow_loop(seed: int, unit: Counted) -> None
         missed[key] = missed.get(key, False) or miss
     units = make_units(samples, TUBE, unit)
     assert units.missed(rule).tolist() == [missed[key] for key in sorted(missed)]
-
-
-@given(st.integers(0, 10_000))
-def test_one_window_of_every_vehicle(seed: int) -> None:
-    samples = random_samples(seed)
-    drawn = one_window_each(samples, seed)
-    assert sorted(drawn.vehicle.tolist()) == np.unique(samples.vehicle).tolist()
-    rows = {(vehicle, score.tobytes()) for vehicle, score in zip(samples.vehicle, samples.scores, strict=True)}
-    assert all((v, s.tobytes()) in rows for v, s in zip(drawn.vehicle, drawn.scores, strict=True))
-    assert np.array_equal(drawn.scores, one_window_each(samples, seed).scores)
-
-
-def test_every_window_is_drawn_equally_often() -> None:
-    samples = ScoredSamples(np.array([[0.1], [0.2], [0.3]]), np.zeros(3, int), np.zeros(3), np.zeros(3, int))
-    scores = [one_window_each(samples, seed).scores[0, 0] for seed in range(900)]
-    counts = [scores.count(score) for score in (0.1, 0.2, 0.3)]
-    assert min(counts) > 300 - 4 * np.sqrt(200)
 
 
 def test_training_vehicles_are_refused() -> None:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from coverdrive.certificates.certificate import Certificate, Counted
+from coverdrive.certificates.certificate import Certificate, Unit
 
 PLAIN = Certificate(
     method="post-bloating",
@@ -33,7 +33,6 @@ def test_the_whole_sentence() -> None:
     ("unit", "groups", "miss"),
     [
         ("vehicle", 1, "a vehicle leaves its predicted set in any window in which it is seen is"),
-        ("drawn window", 1, "a vehicle leaves its predicted set in one window drawn at random from its own is"),
         ("window", 17, "within the horizon of one window, whichever calibrated base it drives there, is"),
         ("window", 5, "within the horizon of one window, whichever calibrated group of bases it drives there, is"),
         (
@@ -44,7 +43,7 @@ def test_the_whole_sentence() -> None:
         ),
     ],
 )
-def test_what_is_counted(unit: Counted, groups: int, miss: str) -> None:
+def test_what_is_counted(unit: Unit, groups: int, miss: str) -> None:
     assert f"{miss} at most 1.23 %" in replace(PLAIN, unit=unit, groups=groups).sentence
 
 

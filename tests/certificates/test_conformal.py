@@ -254,12 +254,12 @@ def test_calibrating_on_training_data_fails() -> None:
 def test_counting_windows_fails_where_they_depend(draw: Draw) -> None:
     """Twenty windows of a vehicle that are all alike are one sample, not twenty."""
     repeats, epsilon = 1000, 0.1
-    broken = {"window": 0, "vehicle": 0, "drawn window": 0}
+    broken = {"window": 0, "vehicle": 0, "share": 0}
     for repeat in range(repeats):
         samples = draw(60, 1, repeat, windows=20)
         for unit in broken:
             rule, _ = conformal(samples, TUBE, NOBODY, epsilon, 0.9, unit=unit, seed=repeat)
             broken[unit] += bool(rule.values[0] > epsilon)  # the probability that a new vehicle is missed
     assert broken["vehicle"] <= broken_at_most(repeats, 0.1)
-    assert broken["drawn window"] <= broken_at_most(repeats, 0.1)
+    assert broken["share"] <= broken_at_most(repeats, 0.1)
     assert broken["window"] > 2 * broken_at_most(repeats, 0.1)

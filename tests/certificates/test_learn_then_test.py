@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from coverdrive.certificates.calibration import ScoredSamples
-from coverdrive.certificates.certificate import Counted
+from coverdrive.certificates.certificate import Unit
 from coverdrive.certificates.learn_then_test import rules_of
 from coverdrive.certificates.nested_sets import NestedSets
 from coverdrive.certificates.rule import Thresholds
@@ -19,7 +19,7 @@ from coverdrive.errors import CertificateError
 TUBE = 0.5
 NOBODY = np.array([], dtype=np.int64)
 Draw = Callable[..., ScoredSamples]
-UNITS: list[Counted] = ["window", "vehicle", "drawn window"]
+UNITS: list[Unit] = ["window", "vehicle", "share"]
 
 
 def at(*values: float) -> list[Thresholds]:
@@ -47,7 +47,7 @@ def test_a_first_rule_that_fails_is_refused() -> None:
 
 
 @given(st.integers(0, 10_000), st.sampled_from(UNITS), st.floats(0.05, 0.4))
-def test_nested_rules_give_the_familys_result(seed: int, unit: Counted, epsilon: float) -> None:
+def test_nested_rules_give_the_familys_result(seed: int, unit: Unit, epsilon: float) -> None:
     random = np.random.default_rng(seed)
     samples = ScoredSamples(
         random.random((300, 2)), random.integers(0, 2, 300), np.zeros(300), random.integers(0, 120, 300)

@@ -9,7 +9,7 @@ import polars as pl
 import pytest
 from recordings_fakes import straight
 
-from coverdrive.recordings.filtering import seen
+from coverdrive.recordings.filtering import seen, update
 from coverdrive.recordings.read import read
 from coverdrive.recordings.recording import SCHEMA
 from coverdrive.recordings.repair import RawTracks
@@ -57,6 +57,14 @@ def test_every_track_begins_anew():
     alone = seen(values[10:], np.ones(8, dtype=bool), np.array([0]), 0.1, NOISES)
     assert np.array_equal(np.array(together)[:, 10:], np.array(alone))
     assert together[1][9] == pytest.approx(10, abs=0.1) and alone[1][-1] == pytest.approx(-10, abs=0.1)
+
+
+def test_one_measurement_after_the_other_gives_the_same() -> None:
+    values, state = np.cumsum(np.random.default_rng(0).normal(1, 0.3, 20)), np.full(5, np.nan)
+    positions, velocities = seen(values, np.arange(20) != 7, np.array([0]), 0.1, NOISES)
+    for moment in range(20):
+        update(state, values[moment] if moment != 7 else np.nan, 0.1, *NOISES)
+        assert (state[0], state[1]) == (positions[moment], velocities[moment])
 
 
 def driven(extra: float = 0.0) -> RawTracks:

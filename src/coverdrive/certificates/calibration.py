@@ -1,10 +1,9 @@
 """What every method calibrates on: windows with a known outcome, and the units that a bound counts.
 
-A unit is a window, a vehicle with all its windows, or one window of a vehicle drawn at random; of a mean loss, a
-vehicle whose windows, or a scene group whose vehicles, are its pieces. It asks of base j that
-c_j be at most the lowest score that j had in a window of the unit that drove j, and that the tube of j reach as far as
-those windows were from j. A window that leaves the cover's tube around its base is missed at every threshold: it asks
-with a score of −∞. A unit is missed if anything it asks for is.
+A unit is a window, or a vehicle with all its windows; of a mean loss, a vehicle whose windows, or a scene group whose
+vehicles, are its pieces. It asks of base j that c_j be at most the lowest score that j had in a window of the unit that
+drove j, and that the tube of j reach as far as those windows were from j. A window that leaves the cover's tube around
+its base is missed at every threshold: it asks with a score of −∞. A unit is missed if anything it asks for is.
 """
 
 from dataclasses import dataclass, replace
@@ -15,7 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from coverdrive.certificates.bounds import check_confidence
-from coverdrive.certificates.certificate import NOUNS, Certificate, Counted, Tubes, fingerprint
+from coverdrive.certificates.certificate import NOUNS, Certificate, Tubes, Unit, fingerprint
 from coverdrive.certificates.rule import ROUNDING, Thresholds
 from coverdrive.errors import CertificateError
 
@@ -66,8 +65,9 @@ class ScoredSamples:
 
     @property
     def scene(self) -> Int[np.ndarray, " N"]:
-        """Scene group."""
-        return self.vehicle if self.group is None else self.group
+        """Scene group; of a vehicle that crosses from one to the next, that of its first window."""
+        _, first, vehicle = np.unique(self.vehicle, return_index=True, return_inverse=True)
+        return self.vehicle if self.group is None else self.group[first][vehicle]
 
     @property
     def score_of_base(self) -> Float[np.ndarray, " N"]:
@@ -131,10 +131,10 @@ class Calibration:
     """the windows of all units, from the calibration split Ω₂"""
     tube: float
     """radius ρ of the cover: around every base, within it, a path is covered"""
-    kind: Counted
+    kind: Unit
     """what is counted"""
     seed: int
-    """of the draw of one window of every vehicle, where these are the unit, and of the negatives of hyperplanes"""
+    """of the negatives of hyperplanes"""
     training: ScoredSamples | None
     """scores of the training split Ω₁, which shape nested sets, clusters and hyperplanes"""
 
@@ -143,7 +143,7 @@ class Calibration:
         samples: ScoredSamples,
         tube: float,
         trained_on: Int[np.ndarray, " V"],
-        unit: Counted = "window",
+        unit: Unit = "window",
         seed: int = 0,
         training: ScoredSamples | None = None,
     ) -> "Calibration":
@@ -154,7 +154,7 @@ class Calibration:
                 f"{shared} of {len(np.unique(samples.vehicle))} calibration vehicles also trained the network, and "
                 "thresholds taken from them would certify nothing; calibrate on vehicles that training never saw"
             )
-        return Calibration(_in_units(samples, unit, seed), tube, unit, seed, training)
+        return Calibration(samples, tube, unit, seed, training)
 
     def __len__(self) -> int:
         """Number N of units."""
@@ -267,21 +267,15 @@ class Calibration:
     @property
     def of_training(self) -> "Calibration":
         """The training samples in the same units; they calibrate nothing, but say what is common."""
-        samples = _in_units(self.shaping, self.kind, self.seed)
-        return Calibration(samples, self.tube, self.kind, self.seed, None)
+        return replace(self, samples=self.shaping, training=None)
 
     def certificate(
         self, method: str, epsilon: float, claim: Claim, rule: Thresholds | None = None, **more: Any
     ) -> Certificate:
         """The certificate of a rule that was calibrated on these units, the rest of which is ``more``.
 
-        Which covered units the rule misses is counted; without one, it misses none. A bound that says nothing is a
-        `CertificateError`.
+        Which covered units the rule misses is counted; without one, it misses none.
         """
-        if not epsilon < 1:
-            raise CertificateError(
-                f"{len(self)} calibration {self.noun}s prove nothing by {method}; give more recordings"
-            )
         return Certificate(
             method=method,
             epsilon=epsilon,
@@ -301,22 +295,11 @@ class Calibration:
         )
 
 
-def unit_of(vehicle: Int[np.ndarray, " W"], group: Int[np.ndarray, " W"], kind: Counted) -> Int[np.ndarray, " W"]:
+def unit_of(vehicle: Int[np.ndarray, " W"], group: Int[np.ndarray, " W"], kind: Unit) -> Int[np.ndarray, " W"]:
     """In 0 … N − 1: the unit of every window of a vehicle and a scene group."""
-    if kind in ("window", "drawn window"):
+    if kind == "window":
         return np.arange(len(vehicle))
     return np.unique(group if kind == "group" else vehicle, return_inverse=True)[1]
-
-
-def one_window_each(samples: ScoredSamples, seed: int) -> ScoredSamples:
-    """One window of every vehicle, drawn with equal chances."""
-    order = np.random.default_rng(seed).permutation(len(samples))
-    _, first = np.unique(samples.vehicle[order], return_index=True)
-    return samples.of(np.sort(order[first]))
-
-
-def _in_units(samples: ScoredSamples, unit: Counted, seed: int) -> ScoredSamples:
-    return one_window_each(samples, seed) if unit == "drawn window" else samples
 
 
 def check_epsilon(epsilon: float) -> None:

@@ -12,9 +12,6 @@ Unit = Literal["window", "vehicle", "share", "group"]
 """What is bounded: how many single windows are missed; how many vehicles (one misses if any of its windows does); the
 share of a vehicle's windows, on average over vehicles; the share of a scene group's vehicles, on average over groups"""
 
-Counted = Unit | Literal["drawn window"]
-"""The same, or one window of every vehicle, drawn at random: independent draws, as vehicles are"""
-
 NOUNS = {"share": "vehicle", "group": "scene group"}
 """What is counted, where it is not called like the unit"""
 
@@ -40,7 +37,7 @@ class Certificate:
     """probability, over the draw of the calibration samples, with which the bound holds; none if it is marginal"""
     samples: int
     """number N₂ of calibration samples, counted in ``unit``"""
-    unit: Counted
+    unit: Unit
     """what is counted, and what the statement is about"""
     bases: int
     """number M of base trajectories"""
@@ -110,7 +107,6 @@ class Certificate:
         miss = {
             "window": "a vehicle leaves its predicted set within the horizon of one window",
             "vehicle": "a vehicle leaves its predicted set in any window in which it is seen",
-            "drawn window": "a vehicle leaves its predicted set in one window drawn at random from its own",
             "group": "a vehicle of a new scene group leaves its predicted set in any window in which it is seen",
         }
         if self.unit == "share":

@@ -4,7 +4,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from coverdrive.certificates.calibration import Calibration, Claim, ScoredSamples, one_window_each
+from coverdrive.certificates.calibration import Calibration, Claim, ScoredSamples
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.evaluation import Evaluation, Rate, evaluate
 from coverdrive.certificates.methods import Method, certify
@@ -42,11 +42,10 @@ def compare(calibration: Calibration, claim: Claim, test: ScoredSamples, targets
     The ε of the claim is ignored; a target that is not in (0, 1) is a `CertificateError`.
     """
     asked = {None: replace(claim, epsilon=None)} | {target: replace(claim, epsilon=target) for target in targets}
-    unseen = one_window_each(test, calibration.seed) if calibration.kind == "drawn window" else test
     runs = [(method, each) for method in Method for each in ([None] if method.computes_epsilon else targets)]
     compared: list[Compared] = []
     for method, target in runs:
-        compared.append(_compared(method, calibration, asked[target], unseen))
+        compared.append(_compared(method, calibration, asked[target], test))
         done(len(compared), len(runs))
     return compared
 

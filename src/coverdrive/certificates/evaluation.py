@@ -6,7 +6,7 @@ import numpy as np
 
 from coverdrive.certificates.bounds import clopper_pearson
 from coverdrive.certificates.calibration import ScoredSamples
-from coverdrive.certificates.certificate import Counted
+from coverdrive.certificates.certificate import Unit
 from coverdrive.certificates.mean_loss import loss_limit
 from coverdrive.certificates.rule import Rule, scale_of
 from coverdrive.numbers import interval, percent
@@ -79,7 +79,7 @@ class Evaluation:
         """How large sets are on average."""
         return f"{self.mean_set_size:.2f} of {self.bases}" if self.mean_area is None else f"{self.mean_area:.1f} m²"
 
-    def missed(self, unit: Counted) -> Rate:
+    def missed(self, unit: Unit) -> Rate:
         """The rate that a certificate for this unit bounds."""
         return {"vehicle": self.vehicles, "share": self.shares, "group": self.groups}.get(unit, self.windows)
 
@@ -99,7 +99,7 @@ def evaluate(rule: Rule, samples: ScoredSamples) -> Evaluation:
         windows=Rate.of(missed),
         vehicles=Rate.of(any_missed),
         shares=Rate.of_losses(np.bincount(vehicle, missed) / np.bincount(vehicle)),
-        groups=Rate.of_losses(np.bincount(scene, any_missed) / np.maximum(np.bincount(scene), 1)),
+        groups=Rate.of_losses(np.bincount(scene, any_missed) / np.bincount(scene)),
         not_predicted=int(not_predicted.sum()),
         outside_tube=int(outside.sum()),
         mean_set_size=float(sizes.mean()),

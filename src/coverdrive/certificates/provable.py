@@ -7,7 +7,7 @@ import numpy as np
 
 from coverdrive.certificates.bounds import discarding_bound, judged_bound, rate_limit
 from coverdrive.certificates.calibration import Claim, check_epsilon
-from coverdrive.certificates.certificate import NOUNS, Counted
+from coverdrive.certificates.certificate import NOUNS, Unit
 from coverdrive.certificates.mean_loss import loss_limit, units_needed
 from coverdrive.certificates.methods import Method
 from coverdrive.errors import CertificateError
@@ -18,7 +18,7 @@ USUAL = 0.1
 
 
 def smallest_epsilon(
-    method: Method, claim: Claim, bases: int, count: int, uncovered: int = 0, unit: Counted = "window"
+    method: Method, claim: Claim, bases: int, count: int, uncovered: int = 0, unit: Unit = "window"
 ) -> float:
     """A bound below which the method can prove nothing; 1 if it can prove nothing at all.
 
@@ -55,7 +55,7 @@ def provable_epsilon(
     bases: int,
     count: int,
     uncovered: int = 0,
-    unit: Counted = "window",
+    unit: Unit = "window",
 ) -> float | None:
     """The bound ε to claim, `CertificateError` if it cannot be proved; None for methods that compute it.
 
@@ -64,9 +64,8 @@ def provable_epsilon(
     rest is as in `smallest_epsilon`.
     """
     least = smallest_epsilon(method, claim, bases, count, uncovered, unit)
-    units = f"{count} calibration {NOUNS.get(unit, unit)}s" + (
-        f", of which {uncovered} leave the tube of every base," if uncovered else ""
-    )
+    outside = f", of which {uncovered} leave the tube of every base," if uncovered and unit not in NOUNS else ""
+    units = f"{count} calibration {NOUNS.get(unit, unit)}{'s' * (count != 1)}{outside}"
     by = f" by {method}" + ("" if method.marginal else f" with {percent(claim.sure, 4)} confidence")
     more = "give more recordings, or a larger share of them to calibration, or ask for less confidence"
     if method.computes_epsilon and least < 1:

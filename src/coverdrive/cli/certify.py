@@ -3,18 +3,17 @@
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
 from coverdrive.cli.bars import stages, waiting
-from coverdrive.cli.options import TARGETS, Confidence, Out, between, console, usually
+from coverdrive.cli.options import TARGETS, Confidence, Out, Unit, between, console
 
 if TYPE_CHECKING:
+    from coverdrive.certificates.certificate import Unit as Bounded
     from coverdrive.certificates.comparison import Compared
     from coverdrive.results import Results
-
-Counted = Literal["window", "vehicle", "drawn window", "share", "group"]
 
 
 def certify(
@@ -28,10 +27,7 @@ def certify(
         ),
     ] = TARGETS,
     confidence: Confidence = None,
-    unit: Annotated[
-        Counted | None,
-        Parameter(help="What the bound counts, as in `--unit window`.", show_default=usually("vehicle")),
-    ] = None,
+    unit: Unit = None,
     out: Out = Path("results"),
 ) -> dict[str, Any]:
     """Compare all methods of calibration on the predictor in a results folder, on the scores that its fit has kept.
@@ -63,7 +59,7 @@ def compare_and_save(
     results: "Results",
     targets: Sequence[float] = TARGETS,
     confidence: float | None = None,
-    unit: Counted | None = None,
+    unit: "Bounded | None" = None,
 ) -> "list[Compared]":
     """Compare all methods on the scores of a fit."""
     from coverdrive.prediction.certify import certify

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Protocol, runtime_checkable
 
 from coverdrive.certificates.calibration import Calibration, Claim
-from coverdrive.certificates.certificate import Counted
+from coverdrive.certificates.certificate import Unit
 from coverdrive.certificates.comparison import Compared, compare
 from coverdrive.prediction.fit import PredictionSettings
 from coverdrive.prediction.predictor import AnyPredictor
@@ -41,7 +41,7 @@ class Fitted(Protocol):
 
 
 def certify(
-    fitted: Fitted, targets: Sequence[float] = TARGETS, unit: Counted | None = None, confidence: float | None = None
+    fitted: Fitted, targets: Sequence[float] = TARGETS, unit: Unit | None = None, confidence: float | None = None
 ) -> list[Compared]:
     """Calibrate by every method for every bound ε on the miss rate in ``targets``, and test on the test split.
 
