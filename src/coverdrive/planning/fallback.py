@@ -3,7 +3,9 @@
 import numpy as np
 from jaxtyping import Bool, Float
 
-from coverdrive.planning.motion import Motion, drive, judged, lane_seeking_inputs
+from coverdrive.planning.constants import constants_of
+from coverdrive.planning.evaluate import Motion, evaluated
+from coverdrive.planning.motion import drive, lane_seeking_inputs
 from coverdrive.planning.problem import ProblemSettings, Situation
 from coverdrive.planning.vehicle import VehicleSettings
 from coverdrive.road import Road
@@ -29,7 +31,7 @@ def braking_motion(situation: Situation, lane_centre: float, problem: ProblemSet
         problem: horizon, car, weights and shape of the obstacles.
     """
     target, deceleration = np.array([lane_centre]), np.array([-problem.vehicle.max_deceleration])
-    states, inputs = drive(
+    _, inputs = drive(
         situation.state,
         lambda _, states: lane_seeking_inputs(states, target, deceleration),
         motions=1,
@@ -37,7 +39,7 @@ def braking_motion(situation: Situation, lane_centre: float, problem: ProblemSet
         dt=problem.dt,
         vehicle=problem.vehicle,
     )
-    return judged(states[0], inputs[0], lane_centre, situation, problem)
+    return evaluated(inputs, target, situation, constants_of(problem))[0]
 
 
 def plausible(state: Float[np.ndarray, " 4"], vehicle: VehicleSettings, road: Road) -> Bool[np.ndarray, " 4"]:

@@ -2,8 +2,9 @@
 
 The slack γ_k of the paper's problem is penalised by c_k·γ_k² and appears nowhere else, so it can be put in: what is
 left is a least-squares problem in the inputs. Differences from the cost of `coverdrive.planning.cost`: every path has a
-slack of its own (the cost takes the largest of each step), for either sign of the heading where both matter, and the
-limits of speed and heading, which whoever drives the inputs keeps exactly, are penalties.
+slack of its own (the cost takes the largest of each step) at every part of a step in which it is passed, for either
+sign of the heading where both matter; the body is long enough to be where the car gets by Euler steps and where it gets
+exactly; and the limits of speed and heading, which whoever drives the inputs keeps exactly, are penalties.
 
 K steps, U = 2K inputs, n boxes per step, C constraints in view.
 """
@@ -15,7 +16,7 @@ from jaxtyping import Float, Int
 
 from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
-from coverdrive.planning.contact import box_excess, half_sizes_of
+from coverdrive.planning.contact import MOST_PARTS, box_between, box_excess, box_of, half_sizes_of, parts_of
 from coverdrive.planning.cost import input_cost, state_cost
 from coverdrive.planning.course import Course, add_lat_curvature, course_of
 
@@ -27,6 +28,8 @@ _IN_VIEW = 1.0
 """constraints that are further from being active than this are not seen by a step"""
 _HEADING_IN_VIEW = 0.2
 """[rad] the same of the limits of the heading"""
+KINK = 0.05
+"""[m] below which a length is smoothed"""
 _LIMITS = 8
 """constraints of every step besides the boxes"""
 _TURNED = 0.15
@@ -46,8 +49,9 @@ class Surroundings(NamedTuple):
     """acceleration [m/s²] and yaw rate [rad/s] applied before"""
     edges: Float[np.ndarray, " 2"]
     """[m] lat of the right and of the left edge of the road"""
-    boxes: Float[np.ndarray, "5 K n"]
-    """lon, lat, half length, half width [m], speed [m/s] of `coverdrive.planning.obstacles.Obstacles`"""
+    boxes: Float[np.ndarray, "7 P n"]
+    """lon, lat, half length, half width [m], speed [m/s], deceleration [m/s²] and likelihood of
+    `coverdrive.planning.obstacles.Obstacles`"""
 
 
 class Model(NamedTuple):
@@ -141,7 +145,7 @@ def _smooth(
 @compiled
 def _constraints(course: Course, around: Surroundings, constants: Constants) -> _Constraints:
     """The constraints in view."""
-    most = constants.steps * (2 * around.boxes.shape[2] + _LIMITS)
+    most = constants.steps * ((1 + MOST_PARTS) * around.boxes.shape[2] + _LIMITS)
     seen = _Constraints(np.empty(most), np.empty((most, 4)), np.empty(most, np.int64), np.empty(most))
     count = _limits(course, around, constants, seen)
     count = _bodies(course, around, constants, seen, count)
@@ -190,19 +194,88 @@ def _bodies(course: Course, around: Surroundings, constants: Constants, seen: _C
         sign = 1.0 if heading >= 0 else -1.0
         other_view = _MIRRORED_IN_VIEW if abs(heading) < _TURNED else -np.inf
         own, smaller = half_sizes_of(abs(heading), vehicle), half_sizes_of(-abs(heading), vehicle)
+        lag = _lag_of(course.states[k], around.state, constants.dt)
+        at = (lon + lag.lon / 2, lat + lag.lat / 2, speed)
         for slot in range(boxes.shape[2]):
             for half, turn, view in ((own, sign, _IN_VIEW), (smaller, -sign, other_view)):
-                value, by = box_excess((lon, lat, speed), half, turn, boxes, k, slot, view, constants)
+                larger = half[0] + lag.long / 2, half[1] + lag.wide / 2
+                value, by, by_half = box_excess(at, larger, turn, box_of(boxes, k + 1, slot), view, constants)
                 if value > -view:
+                    by = _with_lag(by, by_half, lag, speed, heading, constants.dt)
                     count = _append(seen, count, k, value, by, constants.slack[k])
                 if value <= -other_view:
                     break
+            if k + 1 < constants.steps:
+                count = _passing(course, k, slot, own, sign, boxes, constants, seen, count)
         for half, turn, view in ((own, sign, _IN_VIEW), (smaller, -sign, other_view)):
             half_width, widening = half[1] + constants.shape.edge_margin, turn * vehicle.length / 2
             for side, beyond in ((1.0, lat - edges[1]), (-1.0, edges[0] - lat)):
                 if beyond + half_width > -view:
                     by = (0.0, side, 0.0, widening)
                     count = _append(seen, count, k, beyond + half_width, by, constants.cost.off_road)
+    return count
+
+
+class _Lag(NamedTuple):
+    """How far a car that goes on exactly is from the plan: the body is anywhere in between."""
+
+    lon: float
+    """[m] as `coverdrive.planning.sweep.lag`"""
+    lat: float
+    """[m]"""
+    long: float
+    """[m] length of the way along lon, without a kink at 0"""
+    wide: float
+    """[m] the same along lat"""
+
+
+@compiled
+def _lag_of(state: Float[np.ndarray, " 4"], start: Float[np.ndarray, " 4"], dt: float) -> _Lag:
+    lon = dt / 2 * (state[2] * np.cos(state[3]) - start[2] * np.cos(start[3]))
+    lat = dt / 2 * (state[2] * np.sin(state[3]) - start[2] * np.sin(start[3]))
+    return _Lag(lon, lat, np.sqrt(lon**2 + KINK**2) - KINK, np.sqrt(lat**2 + KINK**2) - KINK)
+
+
+@compiled
+def _with_lag(
+    by: tuple[float, float, float, float], by_half: tuple[float, float], lag: _Lag, speed: float, heading: float,
+    dt: float,
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """Derivatives by the state, of which the lag is a function, from those where half of the lag is added."""
+    along = (by[0] + by_half[0] * lag.lon / (lag.long + KINK)) * dt / 4
+    across = (by[1] + by_half[1] * lag.lat / (lag.wide + KINK)) * dt / 4
+    cosine, sine = np.cos(heading), np.sin(heading)
+    turning = speed * (across * cosine - along * sine)
+    return by[0], by[1], by[2] + along * cosine + across * sine, by[3] + turning
+
+
+@compiled
+def _passing(
+    course: Course,
+    k: int,
+    slot: int,
+    own: tuple[float, float],
+    sign: float,
+    boxes: Float[np.ndarray, "7 P n"],
+    constants: Constants,
+    seen: _Constraints,
+    count: int,
+) -> int:
+    """Append a box where it is passed between the states k and k + 1; returns the number of constraints.
+
+    The car is in between, and where it is follows from the state k alone.
+    """
+    state, by_lon, by_lat = course.states[k], course.lon_by[k + 1], course.lat_by[k + 1]
+    way = course.states[k + 1, 0] - state[0], course.states[k + 1, 1] - state[1]
+    parts = parts_of(way, own, boxes, k + 1, slot)
+    for part in range(1, parts):
+        share = part / parts
+        at = (state[0] + share * way[0], state[1] + share * way[1], state[2])
+        value, by, _ = box_excess(at, own, sign, box_between(boxes, k + 1, slot, share), _IN_VIEW, constants)
+        if value > -_IN_VIEW:
+            by_speed = share * (by[0] * by_lon[0] + by[1] * by_lat[0])
+            by_heading = by[3] + share * (by[0] * by_lon[1] + by[1] * by_lat[1])
+            count = _append(seen, count, k, value, (by[0], by[1], by_speed, by_heading), constants.slack[k])
     return count
 
 

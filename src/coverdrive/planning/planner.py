@@ -15,11 +15,11 @@ from pydantic import Field
 from coverdrive.errors import SettingError
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.constants import constants_of
-from coverdrive.planning.domination import mark_undominated
+from coverdrive.planning.evaluate import Motion, evaluated
 from coverdrive.planning.fallback import assumed_state, braking_motion, continued, plausible
 from coverdrive.planning.follower import FollowerSettings, with_careful_follower, without_follower
 from coverdrive.planning.merit import Surroundings
-from coverdrive.planning.motion import Motion, judged, shifted_inputs
+from coverdrive.planning.motion import shifted_inputs
 from coverdrive.planning.obstacles import Obstacles, obstacles_of, pack, reachable
 from coverdrive.planning.path_memory import PathMemory
 from coverdrive.planning.plan import Plan, Status
@@ -156,11 +156,19 @@ class MpcPlanner:
         paths, complete = self._paths.completed(paths, self._period)
         searching = complete and blind <= self.settings.grace + _ROUNDING
         motion, status = self._decide(measured, paths, road, searching, blind, begin)
-        slack = np.maximum(0.0, motion.slack - problem.obstacles.margin)
+        slack = np.zeros(problem.steps) if motion.clear else np.maximum(0.0, motion.slack - problem.obstacles.margin)
         if not (known and complete):
             status, slack = Status.BLIND, np.ones(problem.steps)
         seconds = time.perf_counter() - begin
-        return Plan(motion.states, motion.inputs, slack, status, float(motion.cost), seconds, problem.dt)
+        severity, inputs = float(motion.severity), motion.inputs
+        if not motion.clear and motion.states[1, 2] <= _ROUNDING:
+            inputs = self._stopping(inputs, measured[2])
+        return Plan(motion.states, inputs, slack, status, float(motion.cost), seconds, problem.dt, severity)
+
+    def _stopping(self, inputs: Float[np.ndarray, "K 2"], speed: float) -> Float[np.ndarray, "K 2"]:
+        """Inputs of which the first one stops the car as early as it can, not at the end of its step."""
+        hardest = -min(self.settings.problem.vehicle.max_deceleration, max(0.0, speed) / self._period)
+        return np.concatenate([[[min(inputs[0, 0], hardest), inputs[0, 1]]], inputs[1:]])
 
     def _continued(
         self, state: Float[np.ndarray, " 4"], expected: Float[np.ndarray, " 4"], paths: PredictedPaths
@@ -190,17 +198,18 @@ class MpcPlanner:
         memory = self._memory
         applied = memory.applied if memory else np.zeros(2)
         situation = Situation(state, applied, (float(road.edges[0]), float(road.edges[-1])), obstacles)
-        yielded = self._yielded(state, paths, road, lane, begin) if found is not None and not found.clear else None
+        yielded = self._yielded(state, paths, road, lane, begin) if found and not found.chosen.clear else None
         if found is None:
             motion, status = braking_motion(situation, float(road.centres[lane]), problem), Status.UNSAFE
             target, inputs = lane, {lane: motion.inputs}
         else:
             status = _status_of(found)
             if yielded is not None:
-                found, status = yielded, Status.REAR if yielded.clear else Status.UNSAFE
-            motion, target = _motion_of(found, state[0]), targets[found.lane]
+                found, status = yielded, Status.REAR if yielded.chosen.clear else Status.UNSAFE
+            target = targets[found.chosen.lane]
+            motion = _motion_of(found, state[0])
             if yielded is not None:
-                motion = judged(motion.states, motion.inputs, float(road.centres[target]), situation, problem)
+                motion = evaluated(motion.inputs[None], np.array(road.centres)[[target]], situation, self._constants)[0]
             inputs = dict(zip(targets, map(_by_step, found.arrays.best), strict=True))
         later = {lane: self._shift @ each for lane, each in inputs.items()}
         self._memory = _Memory(target, motion.inputs[0], _after(motion, self._period, problem.dt), later, blind)
@@ -227,12 +236,14 @@ class MpcPlanner:
         targets = [lane, *(side for side in (lane - 1, lane + 1) if 0 <= side < road.lanes)]
         held = memory.lane if memory else lane
         lanes, straight = len(targets), np.zeros((problem.steps, 2))
-        starts = np.zeros((2 * lanes, 2 * problem.steps))
-        for start, target in zip(starts, targets, strict=False):
-            start[:] = (memory.inputs.get(target, straight) if memory else straight).T.ravel()
+        known = memory.inputs if memory else {}
+        last = np.array([known.get(target, straight).T.ravel() for target in targets])
         extra = np.array([settings.lane_change * (target != held) for target in targets])
         around = self._surroundings(state, obstacles, road)
-        wanted = Wanted(np.array(road.centres)[targets], extra, np.zeros(2 * lanes, int), starts, resumed=False)
+        nothing = np.zeros(2 * lanes, int), np.zeros((2 * lanes, 2 * problem.steps))
+        wanted = Wanted(
+            np.array(road.centres)[targets], extra, last, *nothing, min(1.0, self._period / self.dt), resumed=False
+        )
         tolerance, left = settings.search.tolerance, settings.iterations
         at_once = min(settings.iterations_at_once, max(1, _PATHS_BETWEEN_LOOKS // max(1, around.boxes.shape[2])))
         while True:
@@ -242,22 +253,19 @@ class MpcPlanner:
             if found.done or left == 0 or time.perf_counter() - begin > self._budget:
                 break
             wanted = wanted._replace(lane=found.arrays.descended_lane, starts=found.arrays.descended, resumed=True)
-        return (found if np.isfinite(found.cost) else None), targets
+        return (found if np.isfinite(found.chosen.cost) else None), targets
 
     def _surroundings(self, state: Float[np.ndarray, " 4"], obstacles: Obstacles, road: Road) -> Surroundings:
         """What the search is made for; boxes that no motion can reach are left out."""
         problem, memory = self.settings.problem, self._memory
         near = reachable(state, obstacles, problem.dt, problem.vehicle, problem.obstacles)
-        boxes = np.empty((5, problem.steps, int(near.sum())))
+        boxes = np.empty((7, problem.steps + 1, int(near.sum())))
         pack(obstacles, near, float(state[0]), boxes)
-        kept, vehicle = np.empty(boxes.shape[2], bool), problem.vehicle
-        turned, fastest = max(abs(state[3]), vehicle.max_heading), max(state[2], vehicle.max_speed)
-        mark_undominated(boxes, turned, fastest, self._constants, kept)
         return Surroundings(
             state=np.array([0.0, *state[1:]]),
             previous_input=np.array(memory.applied) if memory else np.zeros(2),
             edges=np.array([road.edges[0], road.edges[-1]], dtype=float),
-            boxes=boxes if kept.all() else boxes[:, :, kept].copy(),
+            boxes=boxes,
         )
 
 
@@ -268,15 +276,17 @@ def _by_step(inputs: Float[np.ndarray, " U"]) -> Float[np.ndarray, "K 2"]:
 
 def _motion_of(found: Found, lon: float) -> Motion:
     """The chosen motion on the road, `lon` [m] being where the car is."""
-    chosen = found.arrays
-    states = chosen.states + np.array([lon, 0.0, 0.0, 0.0])
-    return Motion(states, _by_step(chosen.inputs), chosen.slack, chosen.off_road, found.cost, found.cost)
+    arrays, chosen = found.arrays, found.chosen
+    states = arrays.states + np.array([lon, 0.0, 0.0, 0.0])
+    inputs, cost = _by_step(arrays.inputs), chosen.cost
+    of_contact = chosen.severity, chosen.harm, chosen.departure, chosen.clear
+    return Motion(states, inputs, arrays.slack, arrays.off_road, cost, cost, *of_contact)
 
 
 def _status_of(found: Found) -> Status:
-    if not found.clear:
+    if not found.chosen.clear:
         return Status.UNSAFE
-    return Status.SOLVED if found.optimised else Status.FALLBACK
+    return Status.SOLVED if found.chosen.optimised else Status.FALLBACK
 
 
 def _after(motion: Motion, elapsed: float, dt: float) -> Float[np.ndarray, " 4"]:
