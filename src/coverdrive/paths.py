@@ -27,6 +27,8 @@ class PredictedPaths:
     ellipses: Float[np.ndarray, "S P 2"] | None = None
     """[m] half axes along lon and lat of the ellipse around the point in which the centre is predicted to stay besides;
     planning keeps clear of the whole box. None: the centre may be anywhere"""
+    weight: Float[np.ndarray, " S"] | None = None
+    """how likely the path is among those of its vehicle, up to a factor for each vehicle. None: all are alike"""
 
     def __len__(self) -> int:
         """Number of paths S."""
@@ -34,5 +36,5 @@ class PredictedPaths:
 
     def of(self, keep: np.ndarray) -> "PredictedPaths":
         """The paths selected by an index or boolean array over S."""
-        ellipses = None if self.ellipses is None else self.ellipses[keep]
-        return PredictedPaths(self.points[keep], self.vehicle[keep], self.half_sizes[keep], self.dt, ellipses)
+        ellipses, weight = (None if each is None else each[keep] for each in (self.ellipses, self.weight))
+        return PredictedPaths(self.points[keep], self.vehicle[keep], self.half_sizes[keep], self.dt, ellipses, weight)

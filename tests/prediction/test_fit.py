@@ -154,6 +154,8 @@ def test_predicted_paths(fitted: Fit) -> None:
     assert first[:, 0] == pytest.approx(scene.lon[paths.vehicle])
     assert first[:, 1] == pytest.approx(scene.lat[paths.vehicle])
     assert (np.diff(paths.points[..., 0], axis=1) >= 0).all()
+    assert paths.weight is not None
+    assert (paths.weight > 0).all() and 0 < paths.weight[paths.vehicle == 1].sum() <= 1 + 1e-6
 
 
 def test_half_sizes_hold_body_and_tube(fitted: Fit) -> None:

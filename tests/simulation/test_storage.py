@@ -39,14 +39,14 @@ def test_paths_stay_with_their_step(tmp_path):
     assert [len(paths) for paths in load_trace(tmp_path / "trace.npz").paths] == [2, 0, *[36] * 8]
 
 
-def test_ellipses_of_the_paths_are_kept(tmp_path):
+@pytest.mark.parametrize("name", ["ellipses", "weight"])
+def test_what_paths_may_have_besides_is_kept(name: str, tmp_path):
     trace = a_trace(3)
-    paths = tuple(replace(each, ellipses=each.half_sizes / 3) for each in trace.paths)
+    values = [each.half_sizes[:, 0, 0] if name == "weight" else each.half_sizes / 3 for each in trace.paths]
+    paths = tuple(replace(each, **{name: value}) for each, value in zip(trace.paths, values, strict=True))
     save_trace(replace(trace, paths=paths), tmp_path / "trace.npz")
-    found = load_trace(tmp_path / "trace.npz").paths
-    for ours, theirs in zip(paths, found, strict=True):
-        assert ours.ellipses is not None and theirs.ellipses is not None
-        assert np.array_equal(ours.ellipses, theirs.ellipses)
+    for value, found in zip(values, load_trace(tmp_path / "trace.npz").paths, strict=True):
+        assert np.array_equal(getattr(found, name), value)
 
 
 def test_missing_and_foreign_files_are_named(tmp_path):

@@ -71,9 +71,13 @@ class Predictor:
 
     def possible(self, scene: Scene, road: Road) -> Bool[np.ndarray, "A M"]:
         """The bases that the rule calls possible for every slot of one scene; none for slots without a vehicle."""
+        return self._scored(scene, road)[0]
+
+    def _scored(self, scene: Scene, road: Road) -> tuple[Bool[np.ndarray, "A M"], Float[np.ndarray, "A M"]]:
+        """`possible`, and the scores."""
         values = np.asarray(self._values(scene.packed(_SLOTS), road.edges))[: scene.vehicles]
         scores, hidden = values[:, : len(self.rule.tube)], values[:, len(self.rule.tube) :]
-        return self.rule.possible(scores, hidden) & np.asarray(scene.valid)[:, None]
+        return self.rule.possible(scores, hidden) & np.asarray(scene.valid)[:, None], scores
 
     def predict(
         self,
@@ -110,7 +114,7 @@ class Predictor:
                 f"ego = {ego} is not the slot of a vehicle of this scene, which has {int(valid.sum())} of them (slots "
                 f"{slots}{', …' if valid.sum() > 8 else ''}); give one of these slots, or None to predict everybody"
             )
-        possible = self.possible(scene, road)
+        possible, scores = self._scored(scene, road)
         possible[valid & ~possible.any(axis=1)] = True
         if ego is not None:
             possible[ego] = False
@@ -118,7 +122,8 @@ class Predictor:
         motion = follow(scene.states[vehicle], times, deviation[base], rate[base])
         half_sizes = tube[base]
         add_bodies(half_sizes, scene.half_sizes[vehicle], motion)
-        return PredictedPaths(motion[..., :2], vehicle, half_sizes, float(times[1]), ellipses[base])
+        weight = scores[vehicle, base].astype(float)
+        return PredictedPaths(motion[..., :2], vehicle, half_sizes, float(times[1]), ellipses[base], weight)
 
     @cached_property
     def _values(self) -> Callable[[Float[np.ndarray, "7 A"], Float[Array | np.ndarray, " E"]], Array | np.ndarray]:

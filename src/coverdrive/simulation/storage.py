@@ -22,6 +22,7 @@ from coverdrive.simulation.trace import Trace
 
 _STEPS = ("base", "stuck", "missed", "prediction_seconds", "planning_seconds")
 _PATHS = ("points", "vehicle", "half_sizes")
+_OPTIONAL = ("ellipses", "weight")
 _NOBODY = -1
 
 
@@ -64,9 +65,9 @@ def _flat(trace: Trace) -> dict[str, np.ndarray]:
         **{f"outcome.{name}": value for name, value in vars(outcome).items()},
         "outcome.partner": _NOBODY if outcome.partner is None else outcome.partner,
     }
-    ellipses = [each.ellipses for each in paths if each.ellipses is not None]
-    if len(ellipses) == len(paths):
-        values["paths.ellipses"] = np.concatenate(ellipses)
+    for name in _OPTIONAL:
+        if all(getattr(each, name) is not None for each in paths):
+            values[f"paths.{name}"] = np.concatenate([getattr(each, name) for each in paths])
     return {name: np.asarray(value) for name, value in values.items()}
 
 
@@ -83,13 +84,14 @@ def _trace(arrays: Mapping[str, np.ndarray]) -> Trace:
     plans["status"] = [Status(each) for each in plans["status"]]
     ends = np.cumsum(paths["count"])[:-1]
     columns = [np.split(paths[name], ends) for name in _PATHS]
-    ellipses = np.split(paths["ellipses"], ends) if "ellipses" in paths else [None] * len(paths["dt"])
+    dts = paths["dt"].tolist()
+    optional = [np.split(paths[name], ends) if name in paths else [None] * len(dts) for name in _OPTIONAL]
     partner = None if outcome["partner"] == _NOBODY else outcome["partner"]
     return Trace(
         time=arrays["time"],
         scene=Scene(**part("scene")),
         road=Road(**part("road")),
-        paths=tuple(PredictedPaths(*row) for row in zip(*columns, paths["dt"].tolist(), ellipses, strict=True)),
+        paths=tuple(PredictedPaths(*row) for row in zip(*columns, dts, *optional, strict=True)),
         plans=tuple(Plan(**dict(zip(plans, row, strict=True))) for row in zip(*plans.values(), strict=True)),
         **{name: arrays[name] for name in _STEPS},
         outcome=Outcome(Kind(outcome["kind"]), outcome["time"], partner, Fault(outcome["at_fault"])),
