@@ -12,7 +12,10 @@ from jaxtyping import Float
 from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.obstacles import FAR, TINY, own_half_sizes
+from coverdrive.planning.rollout import State
 
+_KINK = 0.01
+"""[rad] at which a heading is rounded off"""
 MOST_PARTS = 8
 """parts that a step is looked at in at the most"""
 half_sizes_of = compiled(own_half_sizes)
@@ -22,14 +25,14 @@ Box = tuple[float, float, float, float, float, float]
 
 
 @compiled
-def box_of(boxes: Float[np.ndarray, "7 P n"], moment: int, slot: int) -> Box:
+def box_of(boxes: Float[np.ndarray, "8 P n"], moment: int, slot: int) -> Box:
     """A box at a moment."""
     lon, lat, speed = boxes[0, moment, slot], boxes[1, moment, slot], boxes[4, moment, slot]
     return lon, lat, boxes[2, moment, slot], boxes[3, moment, slot], speed, boxes[5, moment, slot]
 
 
 @compiled
-def box_between(boxes: Float[np.ndarray, "7 P n"], moment: int, slot: int, share: float) -> Box:
+def box_between(boxes: Float[np.ndarray, "8 P n"], moment: int, slot: int, share: float) -> Box:
     """A box after a share of the step that follows a moment; nobody has to brake for it there."""
     now, then, rest = boxes[:, moment, slot], boxes[:, moment + 1, slot], 1 - share
     lon, lat = rest * now[0] + share * then[0], rest * now[1] + share * then[1]
@@ -38,7 +41,7 @@ def box_between(boxes: Float[np.ndarray, "7 P n"], moment: int, slot: int, share
 
 @compiled
 def parts_of(
-    way: tuple[float, float], own: tuple[float, float], boxes: Float[np.ndarray, "7 P n"], moment: int, slot: int
+    way: tuple[float, float], own: tuple[float, float], boxes: Float[np.ndarray, "8 P n"], moment: int, slot: int
 ) -> int:
     """In how many parts the step after a moment is looked at, so that the own box cannot jump over another.
 
@@ -62,26 +65,32 @@ def parts_of(
 
 
 @compiled
+def smooth_half_sizes(heading: float, vehicle: Any) -> tuple[tuple[float, float], tuple[float, float]]:
+    """`own_half_sizes` for either sign of the heading, without a kink at 0 and never smaller, and the derivatives."""
+    smooth = np.sqrt(heading**2 + _KINK**2)
+    long, wide = half_sizes_of(smooth, vehicle)
+    return (long, vehicle.width / 2 * heading / smooth), (wide, vehicle.length / 2 * heading / smooth)
+
+
+@compiled
 def box_excess(
-    state: tuple[float, float, float],
-    own: tuple[float, float],
-    sign: float,
+    state: State,
+    own: tuple[tuple[float, float], tuple[float, float]],
     box: Box,
     view: float,
     constants: Constants,
-) -> tuple[float, Any, tuple[float, float]]:
+) -> tuple[float, State]:
     """The slack γ that a box asks for, margin included and negative outside, and its derivatives.
 
     Args:
-        state: lon, lat [m] and speed [m/s] of the own car.
-        own: [m] half extents of its box along lon and lat.
-        sign: of the heading that they are taken for, by which they grow with it.
+        state: lon, lat [m], speed [m/s] and heading [rad] of the ego.
+        own: [m] half extents of its box along lon and lat, each with its derivative by the heading.
         box: the box.
         view: what is below −view is not looked at, and −view is returned with derivatives of 0.
         constants: of the problem.
 
     Returns:
-        The slack, and its derivatives with respect to lon, lat, speed and heading, and to the half extents of the car.
+        The slack, and its derivatives with respect to the state.
     """
     vehicle, inflation = constants.vehicle, constants.inflation
     half_way = braking = 0.0
@@ -94,24 +103,22 @@ def box_excess(
         else:
             braking = state[2] / (2 * vehicle.max_deceleration)
             half_way = state[2] * braking / 2 - box[4] ** 2 / (4 * fall)
-    long = inflation * (box[2] + own[0] + half_way)
-    wide = inflation * (box[3] + own[1])
+    long = inflation * (box[2] + own[0][0] + half_way)
+    wide = inflation * (box[3] + own[1][0])
     ahead, aside = state[0] + half_way - box[0], state[1] - box[1]
     touching = 1 + constants.shape.margin
     if abs(ahead) >= (touching + view) * long or abs(aside) >= (touching + view) * wide:
-        return -view, (0.0, 0.0, 0.0, 0.0), (0.0, 0.0)
-    per_long, per_wide = 1 / long, 1 / wide
-    ahead, aside = ahead * per_long, aside * per_wide
+        return -view, (0.0, 0.0, 0.0, 0.0)
+    ahead, aside = ahead / long, aside / wide
     of_ahead, below_ahead = _to_order(ahead, constants)
     of_aside, below_aside = _to_order(aside, constants)
     power = of_ahead + of_aside + TINY
     norm = _root(power, constants)
     factor = -norm / power
-    by_ahead, by_aside = factor * below_ahead * per_long, factor * below_aside * per_wide
-    by_half_sizes = -inflation * by_ahead * ahead, -inflation * by_aside * aside
-    by_heading = sign / 2 * (by_half_sizes[0] * vehicle.width + by_half_sizes[1] * vehicle.length)
+    by_ahead, by_aside = factor * below_ahead / long, factor * below_aside / wide
+    by_heading = -inflation * (by_ahead * ahead * own[0][1] + by_aside * aside * own[1][1])
     by_speed = by_ahead * (1 - inflation * ahead) * braking
-    return touching - norm, (by_ahead, by_aside, by_speed, by_heading), by_half_sizes
+    return touching - norm, (by_ahead, by_aside, by_speed, by_heading)
 
 
 @compiled

@@ -68,20 +68,3 @@ def lane_seeking(lat: Any, speed: Any, heading: Any, target_lat: Any, hurry: flo
     fastest = hurry * _LATERAL_SPEED
     sideways = np.minimum(np.maximum((target_lat - lat) * hurry / _LANE_TIME, -fastest), fastest)
     return (np.arctan2(sideways, np.maximum(speed, 2 * fastest)) - heading) * hurry / _HEADING_TIME
-
-
-def shifted_inputs(inputs: Float[np.ndarray, "K n"], elapsed: float, dt: float) -> Float[np.ndarray, "K n"]:
-    """The inputs of a plan as seen some time later: their means over the steps of the new plan.
-
-    Args:
-        inputs: acceleration [m/s²] and yaw rate [rad/s], each held for dt; a unit matrix gives the map as a matrix.
-        elapsed: [s] since the plan was made; after its end the last inputs are held on.
-        dt: [s].
-    """
-    steps = len(inputs)
-    more = int(np.ceil(elapsed / dt))
-    held = np.concatenate([inputs, np.repeat(inputs[-1:], more, axis=0)])
-    integral = np.concatenate([np.zeros((1, inputs.shape[1])), np.cumsum(held, axis=0)])
-    at = elapsed / dt + np.arange(steps + 1)
-    known = np.arange(len(integral))
-    return np.diff(np.stack([np.interp(at, known, column) for column in integral.T], axis=-1), axis=0)

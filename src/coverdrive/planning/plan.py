@@ -49,6 +49,9 @@ class Plan:
     """[s]"""
     severity: float = 0.0
     """[m/s] where nothing is clear: relative speed at the first contact with a predicted box, of the worst box"""
+    fail_safe: Float[np.ndarray, "P 4"] | None = None
+    """the states of a second branch that begins with the same steps, and is driven where no better plan is found. None:
+    there is only one"""
 
 
 @runtime_checkable

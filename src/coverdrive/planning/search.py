@@ -1,40 +1,40 @@
 """The search for a plan, compiled: manoeuvres as guesses, descent from the best of them, and the choice.
 
 Every target lane has two starts: the last plan to that lane, and the cheapest of simple manoeuvres (steer to the lane
-at a constant acceleration, from full braking to full throttle), so that a last plan that got stuck is left behind. All
-starts descend together. Whatever comes out is driven within the limits of the car and evaluated against every box
-(`coverdrive.planning.evaluate`); so are the simple manoeuvres and the last plans themselves, which are what is left
-when the descent finds nothing clear. If nothing at all is clear, more ways to evade are tried. Of everything that does
-no more harm than full braking in the lane and than the rest of the last plan, the cheapest is chosen then: what gets
-into boxes least and latest.
+at a constant acceleration, from full braking to full throttle) with the least harmful one as its fail-safe branch. All
+starts descend together. Whatever comes out is evaluated (`coverdrive.planning.evaluate`), and so are the simple
+manoeuvres and the rest of the last fail-safe branch, as plans whose branches are one: they are what is left when the
+descent finds nothing clear. If nothing at all is clear, more ways to evade are tried, and of everything that does
+hardly more harm than the least harmful, the cheapest is chosen.
 
-L target lanes, B = 2L starts, m motions, P = K + 1 states.
+L target lanes, g accelerations, m plans, N nodes, K steps, P = K + 1 states.
 """
 
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 from pydantic import Field
 
 from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.descent import descend
-from coverdrive.planning.evaluate import Evaluated, drive_step, evaluate
-from coverdrive.planning.follow import harm_on_the_way
-from coverdrive.planning.merit import Surroundings
+from coverdrive.planning.evaluate import Plans, drive_step, empty_plans, evaluate
+from coverdrive.planning.merit import Surroundings, merit
 from coverdrive.planning.motion import lane_seeking
 from coverdrive.planning.vehicle import VehicleSettings
 from coverdrive.settings import Settings
 
 _UNCLEAR = 1e12
-"""more than any motion costs; added to the cost of those that are not clear"""
+"""more than any plan costs; added to the cost of those that are not clear"""
 _PER_HARM = 1e11
 """[s/m] price of the harm of contacts: more than comfort and slack are worth"""
 _PER_DEPARTURE = 1e15
 """[1/m] price of leaving the road: more than any contact"""
 _NO_DEPARTURE = 0.005
 """[m] of leaving the road that count for nothing where nothing is clear"""
+_NO_HARM = 0.1
+"""[m/s] of harm that count for nothing there"""
 _PLACES = 9
 """across the road, to which a car evades"""
 _FARTHEST = 4.0
@@ -43,6 +43,9 @@ _HURRY = 1.6
 """times faster than a lane is changed in comfort"""
 _HARD = np.array([1.0, 0.5, 0.0])
 """shares of full braking while it evades"""
+_HALVINGS = 4
+"""of the way from a clear plan to one that is not"""
+_EVASIONS = len(_HARD) * (_PLACES + 1)
 _lane_seeking = compiled(lane_seeking)
 
 
@@ -63,245 +66,183 @@ class SearchSettings(Settings):
 class Wanted(NamedTuple):
     """What is searched for."""
 
-    targets: Float[np.ndarray, " L"]
+    lanes: Float[np.ndarray, " L"]
     """[m] lat of the centres of the target lanes"""
     extra: Float[np.ndarray, " L"]
     """cost of choosing each target lane, on top of its plan's"""
-    last: Float[np.ndarray, "L U"]
+    last: Float[np.ndarray, "L N 2"]
     """inputs of the last plan to each target lane"""
-    lane: Int[np.ndarray, " B"]
-    """index of the target of each start"""
-    starts: Float[np.ndarray, "B U"]
-    """inputs where an unfinished search goes on; they count only if ``resumed``"""
-    share: float
-    """of a step, until the next plan; at most 1"""
-    resumed: bool
-    """whether the search goes on, instead of starting from the last plans and the manoeuvres"""
+    rest: Float[np.ndarray, "K 2"]
+    """inputs of the rest of the last fail-safe branch"""
+    accelerations: Float[np.ndarray, " g"]
+    """[m/s²] of the simple manoeuvres"""
+
+    @property
+    def guesses(self) -> int:
+        """Number of plans that are known before the descent."""
+        return len(self.lanes) * len(self.accelerations) + 1
 
 
-class Arrays(NamedTuple):
-    """The chosen motion, and what the next search starts from."""
-
-    states: Float[np.ndarray, "P 4"]
-    inputs: Float[np.ndarray, " U"]
-    slack: Float[np.ndarray, " K"]
-    off_road: Float[np.ndarray, " K"]
-    descended: Float[np.ndarray, "B U"]
-    """inputs of all motions that descended"""
-    descended_lane: Int[np.ndarray, " B"]
-    """index of the target of each"""
-    best: Float[np.ndarray, "L U"]
-    """inputs of the best of each target lane"""
+def room_for(wanted: Wanted, constants: Constants) -> Plans:
+    """Room for the plans of a search: guesses, then two starts for each target lane, then evasions."""
+    return empty_plans(wanted.guesses + 2 * len(wanted.lanes) + _EVASIONS, len(constants.tree.parent))
 
 
-class Chosen(NamedTuple):
-    """The chosen motion in numbers."""
+@compiled
+def begin(plans: Plans, wanted: Wanted, around: Surroundings, constants: Constants) -> None:
+    """Write and evaluate the guesses, and write the starts."""
+    tree, lanes, tried = constants.tree, wanted.lanes, len(wanted.accelerations)
+    guesses = len(lanes) * tried
+    for i in range(guesses):
+        _write_manoeuvre(plans, i, lanes[i // tried], i // tried, wanted.accelerations[i % tried], 1.0, around, constants)
+    for n in range(len(tree.parent)):
+        plans.inputs[guesses, n] = wanted.rest[tree.moment[n] - 1]
+    plans.lane[guesses] = np.argmin(wanted.extra)
+    plans.targets[guesses] = lanes[plans.lane[guesses]]
+    evaluate(plans, 0, guesses + 1, around, constants)
+    safest, least = 0, np.inf
+    for i in range(guesses + 1):
+        rank = _rank(plans, i, 0.0)
+        if rank < least:
+            safest, least = i, rank
+    for lane in range(len(lanes)):
+        start, least = guesses + 1 + 2 * lane, np.inf
+        plans.inputs[start], plans.lane[start] = wanted.last[lane], lane
+        plans.targets[start] = lanes[lane]
+        plans.lane[start + 1], plans.targets[start + 1] = lane, lanes[lane]
+        plans.targets[start + 1, 1] = plans.targets[safest, 0]
+        pair = np.empty_like(plans.inputs[0])
+        for i in range(lane * tried, (lane + 1) * tried):
+            for n in range(len(pair)):
+                pair[n] = plans.inputs[safest if tree.safe[n] else i, n]
+            cost = merit(pair, plans.targets[start + 1], around, constants).value
+            if cost < least:
+                least = cost
+                plans.inputs[start + 1] = pair
 
-    cost: float
-    """of the motion; no number if there is none"""
-    severity: float
-    """[m/s] of its worst contact"""
-    harm: float
-    """[m/s] expected of all contacts"""
-    departure: float
-    """[m] by which it leaves the road, summed over the steps"""
-    lane: int
-    """index of its target"""
-    clear: bool
-    """whether it touches nothing at any time and stays on the road"""
-    optimised: bool
-    """whether it comes out of the descent"""
 
-
-class Found(NamedTuple):
-    """What a search found."""
-
-    arrays: Arrays
-    chosen: Chosen
-    done: bool
-    """whether the cheapest motion has arrived"""
-
-
-def search(
-    around: Surroundings,
-    wanted: Wanted,
-    accelerations: Float[np.ndarray, " g"],
-    iterations: int,
-    tolerance: float,
-    constants: Constants,
-) -> Found:
-    """Search for the cheapest plan.
+@compiled
+def go_on(
+    plans: Plans, wanted: Wanted, iterations: int, tolerance: float, around: Surroundings, constants: Constants
+) -> bool:
+    """Let the starts descend; returns whether the cheapest has arrived.
 
     Args:
-        around: what the plan is made for.
-        wanted: target lanes and starts.
-        accelerations: [m/s²] of the simple manoeuvres.
-        iterations: of the descent, at the most.
-        tolerance: a step of the descent that lowers the merit by a smaller share is the last.
+        plans: of which the starts are replaced by where they get.
+        wanted: target lanes.
+        iterations: number of steps at the most.
+        tolerance: a step that lowers the merit by a smaller share is the last.
+        around: what the plans are made for.
         constants: of the problem.
     """
-    steps, lanes, starts = constants.steps, len(wanted.targets), len(wanted.starts)
-    arrays = Arrays(
-        states=np.empty((steps + 1, 4)),
-        inputs=np.empty(2 * steps),
-        slack=np.empty(steps),
-        off_road=np.empty(steps),
-        descended=np.empty((starts, 2 * steps)),
-        descended_lane=np.empty(starts, np.int64),
-        best=np.zeros((lanes, 2 * steps)),
-    )
-    numbers, done = _search(around, wanted, accelerations, iterations, tolerance, constants, arrays)
-    return Found(arrays, Chosen(*numbers), done)
+    first = len(wanted.lanes) * len(wanted.accelerations) + 1
+    starts = slice(first, first + 2 * len(wanted.lanes))
+    extra = wanted.extra[plans.lane[starts]]
+    descent = descend(plans.inputs[starts], plans.targets[starts], extra, around, constants, iterations, tolerance)
+    plans.inputs[starts] = descent.inputs
+    return bool(descent.done[np.argmin(descent.value + extra)])
 
 
 @compiled
-def _search(
-    around: Surroundings,
-    wanted: Wanted,
-    accelerations: Float[np.ndarray, " g"],
-    iterations: int,
-    tolerance: float,
-    constants: Constants,
-    arrays: Arrays,
-) -> tuple[tuple[float, float, float, float, int, bool, bool], bool]:
-    """Fill the arrays of what is found, and return the numbers of `Chosen` and whether the search is done."""
-    lanes = len(wanted.targets)
-    guesses, of_guess = _manoeuvres(around, wanted.targets, accelerations, 1.0, constants)
-    simple_lane = np.concatenate((of_guess, np.arange(lanes)))
-    simple = evaluate(np.concatenate((guesses, wanted.last)), wanted.targets[simple_lane], around, constants)
-    lane, starts = wanted.lane, wanted.starts
-    if not wanted.resumed:
-        price = simple.lasting_cost + wanted.extra[simple_lane]
-        last = len(guesses) + np.arange(lanes)
-        fresh = np.concatenate((last, _cheapest(price[: len(guesses)], of_guess, lanes)))
-        lane, starts = simple_lane[fresh], simple.inputs[fresh]
-    target, extra = wanted.targets[lane], wanted.extra[lane]
-    descent = descend(starts, target, extra, around, constants, iterations, tolerance)
-    optimised = evaluate(descent.inputs, target, around, constants)
-    standing = np.full(lanes + 1, np.inf)
-    held = int(np.argmin(wanted.extra))
-    driven = len(guesses) + held
-    allowed = min(simple.harm[0], simple.harm[driven])
-    lost = simple.clear[driven] and harm_on_the_way(simple.inputs[driven], around, wanted.share, constants) > 0
-    strict = not lost
-    chosen = Chosen(np.nan, 0.0, 0.0, 0.0, 0, False, False)
-    chosen = _better(chosen, optimised, lane, True, strict, -1, allowed, around, wanted, constants, standing, arrays)
-    chosen = _better(
-        chosen, simple, simple_lane, False, strict, driven, allowed, around, wanted, constants, standing, arrays
-    )
-    if not chosen.clear:
-        places = _places(around, constants)
-        braking = -constants.vehicle.max_deceleration * _HARD
-        evading, of_place = _manoeuvres(around, places, braking, _HURRY, constants)
-        lane_of = _nearest(places, wanted.targets)[of_place]
-        candidates = evaluate(evading, wanted.targets[lane_of], around, constants)
-        chosen = _better(
-            chosen, candidates, lane_of, False, strict, -1, allowed, around, wanted, constants, standing, arrays
-        )
-    arrays.descended[:], arrays.descended_lane[:] = descent.inputs, lane
-    done = bool(descent.done[np.argmin(descent.value + extra)])
-    of_contact = chosen.severity, chosen.harm, chosen.departure
-    return (chosen.cost, *of_contact, chosen.lane, chosen.clear, chosen.optimised), done
+def choose(
+    plans: Plans, wanted: Wanted, around: Surroundings, constants: Constants, best: Float[np.ndarray, "L N 2"]
+) -> tuple[int, bool]:
+    """Evaluate what the starts have become, and choose.
 
+    Args:
+        plans: the guesses evaluated.
+        wanted: target lanes.
+        around: what the plans are made for.
+        constants: of the problem.
+        best: where the inputs of the best plan to each target lane are written.
 
-@compiled
-def _better(
-    chosen: Chosen,
-    candidates: Evaluated,
-    lane: Int[np.ndarray, " m"],
-    optimised: bool,
-    strict: bool,
-    driven: int,
-    allowed: float,
-    around: Surroundings,
-    wanted: Wanted,
-    constants: Constants,
-    standing: Float[np.ndarray, " L1"],
-    arrays: Arrays,
-) -> Chosen:
-    """What is chosen with more candidates; ``standing`` holds the rank of the best of each lane, and of the chosen.
-
-    The candidate ``driven`` goes on with what is driven. It is free to have little room, and if not ``strict``, because
-    it gets lost as well, so are all. Ranks that are no numbers are never better.
+    Returns:
+        The index of the chosen plan, −1 if none has a cost, and whether it comes out of the descent.
     """
-    for i in range(len(lane)):
-        handicap = wanted.extra[lane[i]]
-        free = i == driven or not strict
-        rank = _rank(candidates, i, free, allowed)
-        if rank < _UNCLEAR and not free and rank + handicap < standing[-1]:
-            candidates.harm[i] = harm_on_the_way(candidates.inputs[i], around, wanted.share, constants)
-            rank = _rank(candidates, i, False, allowed)
-        if rank < standing[lane[i]]:
-            standing[lane[i]] = rank
-            arrays.best[lane[i]] = candidates.inputs[i]
-        if rank + handicap < standing[-1]:
-            standing[-1] = rank + handicap
-            arrays.states[:], arrays.inputs[:] = candidates.states[i], candidates.inputs[i]
-            arrays.slack[:], arrays.off_road[:] = candidates.slack[i], candidates.off_road[i]
-            of_contact = candidates.severity[i], candidates.harm[i], candidates.departure[i]
-            chosen = Chosen(candidates.cost[i], *of_contact, lane[i], candidates.clear[i], optimised)
-    return chosen
+    first, lanes = len(wanted.lanes) * len(wanted.accelerations) + 1, len(wanted.lanes)
+    last = first + 2 * lanes
+    evaluate(plans, first, last, around, constants)
+    cheapest, least = -1, np.inf
+    for i in range(last):
+        if plans.clear[i] and plans.cost[i] < least:
+            cheapest, least = i, plans.cost[i]
+    if cheapest >= 0:
+        base = plans.inputs[cheapest].copy()
+        for i in range(first, last):
+            if not plans.clear[i]:
+                _draw_back(plans, i, base, around, constants)
+    else:
+        last = _evade(plans, last, wanted, around, constants)
+    allowed = np.inf
+    for i in range(last):
+        if plans.departure[i] <= _NO_DEPARTURE and plans.harm[i] + _NO_HARM < allowed:
+            allowed = plans.harm[i] + _NO_HARM
+    standing, chosen, least = np.full(lanes, np.inf), -1, np.inf
+    for i in range(last):
+        lane, rank = plans.lane[i], _rank(plans, i, allowed)
+        if rank < standing[lane]:
+            standing[lane], best[lane] = rank, plans.inputs[i]
+        if rank + wanted.extra[lane] < least:
+            chosen, least = i, rank + wanted.extra[lane]
+    return chosen, first <= chosen < first + 2 * lanes
 
 
 @compiled
-def _rank(candidates: Evaluated, i: int, free: bool, allowed: float) -> float:
-    """The lower, the better: clear motions by their cost; others first by leaving the road, then by more harm [m/s]
-    than is allowed, then by the cost that counts how deep and how early they get into boxes.
-
-    A clear motion that has hardly any room, or gets lost on the way, is one of the others, unless it is ``free``.
-    """
-    if candidates.clear[i] and (free or candidates.harm[i] == 0):
-        return candidates.lasting_cost[i]
-    leaving, more = max(0.0, candidates.departure[i] - _NO_DEPARTURE), max(0.0, candidates.harm[i] - allowed)
-    return _UNCLEAR + _PER_DEPARTURE * leaving + _PER_HARM * more + candidates.lasting_cost[i]
-
-
-@compiled
-def _cheapest(price: Float[np.ndarray, " m"], lane: Int[np.ndarray, " m"], lanes: int) -> Int[np.ndarray, " L"]:
-    """Index of the cheapest motion to each lane."""
-    best = np.zeros(lanes, np.int64)
-    for each in range(lanes):
-        best[each] = np.argmin(np.where(lane == each, price, np.inf))
-    return best
+def _draw_back(
+    plans: Plans, i: int, base: Float[np.ndarray, "N 2"], around: Surroundings, constants: Constants
+) -> None:
+    """Replace a plan that is not clear by the nearest one on the way to a clear one that is, found by bisection."""
+    wanted, clear, unclear = plans.inputs[i].copy(), 0.0, 1.0
+    for _ in range(_HALVINGS):
+        share = (clear + unclear) / 2
+        plans.inputs[i] = base + share * (wanted - base)
+        evaluate(plans, i, i + 1, around, constants)
+        if plans.clear[i]:
+            clear = share
+        else:
+            unclear = share
+    plans.inputs[i] = base + clear * (wanted - base)
+    evaluate(plans, i, i + 1, around, constants)
 
 
 @compiled
-def _places(around: Surroundings, constants: Constants) -> Float[np.ndarray, " e"]:
-    """[m] lat of the places to which a car evades: where it is, and across the road as far as it is near."""
+def _rank(plans: Plans, i: int, allowed: float) -> float:
+    """The lower, the better: clear plans by their cost; others first by leaving the road, then by more harm [m/s] than
+    is allowed, then by their cost, which counts how deep and how early they get into boxes."""
+    if plans.clear[i]:
+        return plans.cost[i]
+    leaving, more = max(0.0, plans.departure[i] - _NO_DEPARTURE), max(0.0, plans.harm[i] - allowed)
+    return _UNCLEAR + _PER_DEPARTURE * leaving + _PER_HARM * more + plans.cost[i]
+
+
+@compiled
+def _evade(plans: Plans, first: int, wanted: Wanted, around: Surroundings, constants: Constants) -> int:
+    """Append ways to evade: to where the ego is, and across the road as far as it is near; returns their end."""
     lat, half_width = around.state[1], constants.vehicle.width / 2 + constants.shape.edge_margin
     right = max(lat - _FARTHEST, min(lat, around.edges[0] + half_width))
     left = min(lat + _FARTHEST, max(lat, around.edges[1] - half_width))
-    places = np.full(_PLACES + 1, lat)
-    for i in range(_PLACES):
-        places[i] = right + (left - right) * i / (_PLACES - 1)
-    return places
+    for i in range(_EVASIONS):
+        place = i // len(_HARD)
+        at = lat if place == _PLACES else right + (left - right) * place / (_PLACES - 1)
+        lane = np.argmin(np.abs(wanted.lanes - at))
+        braking = -constants.vehicle.max_deceleration * _HARD[i % len(_HARD)]
+        _write_manoeuvre(plans, first + i, at, lane, braking, _HURRY, around, constants)
+        plans.targets[first + i] = wanted.lanes[lane]
+    evaluate(plans, first, first + _EVASIONS, around, constants)
+    return first + _EVASIONS
 
 
 @compiled
-def _nearest(places: Float[np.ndarray, " e"], targets: Float[np.ndarray, " L"]) -> Int[np.ndarray, " e"]:
-    """Index of the target lane that is nearest to each place."""
-    result = np.empty(len(places), np.int64)
-    for i in range(len(places)):
-        result[i] = np.argmin(np.abs(targets - places[i]))
-    return result
-
-
-@compiled
-def _manoeuvres(
-    around: Surroundings,
-    targets: Float[np.ndarray, " e"],
-    accelerations: Float[np.ndarray, " g"],
-    hurry: float,
+def _write_manoeuvre(
+    plans: Plans, i: int, target: float, lane: int, acceleration: float, hurry: float, around: Surroundings,
     constants: Constants,
-) -> tuple[Float[np.ndarray, "m U"], Int[np.ndarray, " m"]]:
-    """Inputs of simple manoeuvres, target by target, and the index of each one's target."""
-    steps, guesses = constants.steps, len(accelerations)
-    inputs, lane = np.empty((len(targets) * guesses, 2 * steps)), np.empty(len(targets) * guesses, np.int64)
-    for i in range(len(inputs)):
-        lane[i] = i // guesses
-        state = (around.state[0], around.state[1], around.state[2], around.state[3])
-        for k in range(steps):
-            turn = _lane_seeking(state[1], state[2], state[3], targets[lane[i]], hurry)
-            applied, state = drive_step(state, (accelerations[i % guesses], turn), constants)
-            inputs[i, k], inputs[i, steps + k] = applied
-    return inputs, lane
+) -> None:  # fmt: skip
+    """Write a plan whose branches both steer to a lat at a constant acceleration."""
+    tree, applied = constants.tree, np.empty((constants.steps, 2))
+    state = (around.state[0], around.state[1], around.state[2], around.state[3])
+    for k in range(constants.steps):
+        turn = _lane_seeking(state[1], state[2], state[3], target, hurry)
+        (applied[k, 0], applied[k, 1]), state = drive_step(state, (acceleration, turn), constants)
+    for n in range(len(tree.parent)):
+        plans.inputs[i, n] = applied[tree.moment[n] - 1]
+    plans.lane[i], plans.targets[i] = lane, target
