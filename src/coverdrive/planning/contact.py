@@ -25,14 +25,14 @@ Box = tuple[float, float, float, float, float, float]
 
 
 @compiled
-def box_of(boxes: Float[np.ndarray, "8 P n"], moment: int, slot: int) -> Box:
+def box_of(boxes: Float[np.ndarray, "7 P n"], moment: int, slot: int) -> Box:
     """A box at a moment."""
     lon, lat, speed = boxes[0, moment, slot], boxes[1, moment, slot], boxes[4, moment, slot]
     return lon, lat, boxes[2, moment, slot], boxes[3, moment, slot], speed, boxes[5, moment, slot]
 
 
 @compiled
-def box_between(boxes: Float[np.ndarray, "8 P n"], moment: int, slot: int, share: float) -> Box:
+def box_between(boxes: Float[np.ndarray, "7 P n"], moment: int, slot: int, share: float) -> Box:
     """A box after a share of the step that follows a moment; nobody has to brake for it there."""
     now, then, rest = boxes[:, moment, slot], boxes[:, moment + 1, slot], 1 - share
     lon, lat = rest * now[0] + share * then[0], rest * now[1] + share * then[1]
@@ -41,7 +41,7 @@ def box_between(boxes: Float[np.ndarray, "8 P n"], moment: int, slot: int, share
 
 @compiled
 def parts_of(
-    way: tuple[float, float], own: tuple[float, float], boxes: Float[np.ndarray, "8 P n"], moment: int, slot: int
+    way: tuple[float, float], own: tuple[float, float], boxes: Float[np.ndarray, "7 P n"], moment: int, slot: int
 ) -> int:
     """In how many parts the step after a moment is looked at, so that the own box cannot jump over another.
 

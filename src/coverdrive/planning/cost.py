@@ -29,7 +29,7 @@ class CostSettings(Settings):
     """[s⁴/m²]"""
     yaw_rate: float = Field(default=20.0, ge=0, le=1e6)
     """[s²/rad²]"""
-    acceleration_change: float = Field(default=0.2, ge=0, le=1e6)
+    acceleration_change: float = Field(default=0.6, ge=0, le=1e6)
     """[s⁴/m²] difference of the accelerations of two steps"""
     yaw_rate_change: float = Field(default=50.0, ge=0, le=1e6)
     """[s²/rad²] difference of the yaw rates of two steps"""

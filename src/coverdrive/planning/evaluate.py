@@ -45,9 +45,9 @@ class Plans(NamedTuple):
     severity: Float[np.ndarray, " m"]
     """[m/s] relative speed at the first contact of the fail-safe branch with a box, of the worst box; 0 without one"""
     harm: Float[np.ndarray, " m"]
-    """[m/s] expected of the first contact of the fail-safe branch with the worst vehicle: each of its members counts
-    its relative speed, and what any contact counts, times its likelihood, and the less the later it is, since the later
-    is the less certain"""
+    """[m/s] expected of the first contacts of the fail-safe branch with every member: each counts its relative speed,
+    and what any contact counts, times its likelihood, and the less the later it is, since the later is the less
+    certain"""
     departure: Float[np.ndarray, " m"]
     """[m] by which the fail-safe branch gets beyond the road's edges during each of its steps, summed"""
     clear: Bool[np.ndarray, " m"]
@@ -112,19 +112,16 @@ def _look_at_all_times(
     steps, boxes = constants.steps, around.boxes
     edges = np.empty((steps, 2, 4))
     write_edges(states, inputs, edges, constants)
-    departure = severity = harm = of_vehicle = 0.0
+    departure = severity = harm = 0.0
     for k in range(steps):
         beyond = max(edges[k, 1, 3] - around.edges[1], around.edges[0] - edges[k, 1, 1])
         departure += beyond if beyond > _ON_THE_ROAD else 0.0
     touched = False
     for slot in range(boxes.shape[2]):
-        if slot > 0 and boxes[7, 0, slot] != boxes[7, 0, slot - 1]:
-            of_vehicle = 0.0
         time, speed = _first_contact(states, inputs, edges, slot, boxes, constants)
         if time < np.inf:
             touched, severity = True, max(severity, speed)
-            of_vehicle += boxes[6, 0, slot] * (1 - _UNCERTAIN * time / steps) * (_ANY_CONTACT + speed)
-            harm = max(harm, of_vehicle)
+            harm += boxes[6, 0, slot] * (1 - _UNCERTAIN * time / steps) * (_ANY_CONTACT + speed)
     plans.departure[i], plans.severity[i], plans.harm[i] = departure, severity, harm
     plans.clear[i] = not touched and departure == 0
 
@@ -132,7 +129,7 @@ def _look_at_all_times(
 @compiled
 def _first_contact(
     states: Float[np.ndarray, "P 4"], inputs: Float[np.ndarray, "K 2"], edges: Float[np.ndarray, "K 2 4"], slot: int,
-    boxes: Float[np.ndarray, "8 P n"], constants: Constants,
+    boxes: Float[np.ndarray, "7 P n"], constants: Constants,
 ) -> tuple[float, float]:  # fmt: skip
     """When [steps] a motion first touches a box, infinity for never, and their relative speed [m/s] then."""
     steps = constants.steps

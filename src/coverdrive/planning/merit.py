@@ -37,10 +37,10 @@ class Surroundings(NamedTuple):
     """acceleration [m/s²] and yaw rate [rad/s] applied before"""
     edges: Float[np.ndarray, " 2"]
     """[m] lat of the right and of the left edge of the road"""
-    boxes: Float[np.ndarray, "8 P n"]
-    """lon, lat, half length, half width [m], speed [m/s], deceleration [m/s²], likelihood and vehicle of
+    boxes: Float[np.ndarray, "7 P n"]
+    """lon, lat, half length, half width [m], speed [m/s], deceleration [m/s²] and likelihood of
     `coverdrive.planning.obstacles.Obstacles`: every member"""
-    likely: Float[np.ndarray, "8 P m"]
+    likely: Float[np.ndarray, "7 P m"]
     """the same of what is likely"""
 
 
@@ -180,7 +180,7 @@ def _limits(
 
 @compiled
 def _boxes(
-    n: int, state: Float[np.ndarray, " 4"], boxes: Float[np.ndarray, "8 P n"], constants: Constants,
+    n: int, state: Float[np.ndarray, " 4"], boxes: Float[np.ndarray, "7 P n"], constants: Constants,
     seen: _Constraints, count: int,
 ) -> int:  # fmt: skip
     """Append the boxes at the end of a node's step, and where they are passed in the step after, for which the car is

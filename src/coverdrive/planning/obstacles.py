@@ -66,8 +66,6 @@ class Obstacles(NamedTuple):
     """[m/s²] at which that speed falls on"""
     likelihood: Float[np.ndarray, "P n"]
     """that the vehicle takes this path"""
-    vehicle: Float[np.ndarray, "P n"]
-    """number of the vehicle"""
 
     @property
     def slots(self) -> int:
@@ -181,8 +179,7 @@ def obstacles_of(paths: PredictedPaths, settings: ObstacleSettings) -> Obstacles
     weight = np.ones(len(paths)) if paths.weight is None else np.maximum(paths.weight, TINY)
     _, of_vehicle = np.unique(paths.vehicle, return_inverse=True)
     likelihood = weight / np.bincount(of_vehicle, weight, minlength=1)[of_vehicle]
-    both = (np.tile(each.astype(float), (len(centres), 1)) for each in (likelihood, of_vehicle))
-    return Obstacles(centres, half_sizes, speed, deceleration, *both)
+    return Obstacles(centres, half_sizes, speed, deceleration, np.tile(likelihood, (len(centres), 1)))
 
 
 def likely_paths(paths: PredictedPaths, tube: float) -> PredictedPaths:
@@ -252,24 +249,24 @@ def _mark_near(
 
 def packed(
     state: Float[np.ndarray, " 4"], obstacles: Obstacles, dt: float, vehicle: VehicleSettings, settings: ObstacleSettings
-) -> Float[np.ndarray, "8 P m"]:
+) -> Float[np.ndarray, "7 P m"]:
     """The `reachable` obstacles as `coverdrive.planning.merit.Surroundings` has them, with the same arguments."""
     near = reachable(state, obstacles, dt, vehicle, settings)
-    boxes = np.empty((8, len(obstacles.centres), int(near.sum())))
+    boxes = np.empty((7, len(obstacles.centres), int(near.sum())))
     _pack(obstacles, near, float(state[0]), boxes)
     return boxes
 
 
 @compiled
-def _pack(obstacles: Obstacles, near: Bool[np.ndarray, " n"], lon: float, boxes: Float[np.ndarray, "8 P m"]) -> None:
+def _pack(obstacles: Obstacles, near: Bool[np.ndarray, " n"], lon: float, boxes: Float[np.ndarray, "7 P m"]) -> None:
     """Write the chosen ones as boxes.
 
     Args:
         obstacles: one slot for each path.
         near: which of them; m.
         lon: [m] where the own car is.
-        boxes: where lon (from there), lat, half length, half width [m], speed [m/s], deceleration [m/s²],
-            likelihood and vehicle are written.
+        boxes: where lon (from there), lat, half length, half width [m], speed [m/s], deceleration [m/s²] and
+            likelihood are written.
     """
     for k in range(boxes.shape[1]):
         count = 0
@@ -282,7 +279,6 @@ def _pack(obstacles: Obstacles, near: Bool[np.ndarray, " n"], lon: float, boxes:
                 boxes[4, k, count] = obstacles.speed[k, slot]
                 boxes[5, k, count] = obstacles.deceleration[k, slot]
                 boxes[6, k, count] = obstacles.likelihood[k, slot]
-                boxes[7, k, count] = obstacles.vehicle[k, slot]
                 count += 1
 
 
@@ -301,5 +297,5 @@ def chosen_obstacles(obstacles: Obstacles, chosen: Bool[np.ndarray, " n"], lon: 
         np.concatenate([obstacles.half_sizes[:, chosen], np.ones((steps, free, 2))], axis=1),
         np.concatenate([obstacles.speed[:, chosen], np.full((steps, free), FAR)], axis=1),
         np.concatenate([obstacles.deceleration[:, chosen], np.zeros((steps, free))], axis=1),
-        *(np.concatenate([each[:, chosen], np.zeros((steps, free))], axis=1) for each in obstacles[4:]),
+        np.concatenate([obstacles.likelihood[:, chosen], np.zeros((steps, free))], axis=1),
     )

@@ -63,13 +63,13 @@ def write_edges(
 
 @compiled
 def contact_at(
-    edges: Float[np.ndarray, "K 2 4"], boxes: Float[np.ndarray, "8 P n"], step: int, slot: int
+    edges: Float[np.ndarray, "K 2 4"], boxes: Float[np.ndarray, "7 P n"], step: int, slot: int
 ) -> float:
     """The share of a step after which body and box first overlap; `NEVER` if they do not.
 
     Args:
         edges: of the body.
-        boxes: lon, lat, half length, half width [m], speed, deceleration, likelihood and vehicle of the boxes.
+        boxes: lon, lat, half length, half width [m], speed, deceleration and likelihood of the boxes.
         step: index of the step, from 0.
         slot: index of the box.
     """
@@ -91,7 +91,7 @@ def contact_at(
 
 @compiled
 def impact(
-    state: State, applied: tuple[float, float], share: float, boxes: Float[np.ndarray, "8 P n"], step: int, slot: int,
+    state: State, applied: tuple[float, float], share: float, boxes: Float[np.ndarray, "7 P n"], step: int, slot: int,
     dt: float,
 ) -> float:  # fmt: skip
     """Relative speed [m/s] of ego and box after a share of a step."""
@@ -111,7 +111,7 @@ def _velocity(at: Float[np.ndarray, " P"], step: int, share: float) -> float:
 
 @compiled
 def impact_beyond(
-    state: State, edges: Float[np.ndarray, " 4"], boxes: Float[np.ndarray, "8 P n"], slot: int, braking: float
+    state: State, edges: Float[np.ndarray, " 4"], boxes: Float[np.ndarray, "7 P n"], slot: int, braking: float
 ) -> float:
     """Closing speed [m/s] at which the ego meets a box that is ahead at the end and goes on; −1 if it need not.
 
