@@ -1,15 +1,12 @@
 """What the lateral speed is worth: `python benchmarks/motion.py --recording PATH … [--out motion.json]`.
 
 Every row has the same windows and splits, the calibration of `set_size.py` (conformal, one threshold, 99 % confidence)
-and the default network but for its inputs. Smoothing by the past alone makes other tracks, and so other bases; centred
-at the present, it lets the lateral speed know what the vehicle is about to do: that row is no predictor, but shows how
-much this would seem to gain.
+and the default network but for its inputs.
 """
 
 import argparse
 import json
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +18,6 @@ from coverdrive.prediction.learning.samples import make_samples
 from coverdrive.prediction.learning.training import TrainingSettings, train
 from coverdrive.recordings.read import read
 from coverdrive.recordings.recording import Recording
-from coverdrive.recordings.smoothing import SmoothingSettings
 from set_size import CLAIMS, claims_of
 
 INPUTS: tuple[Inputs, ...] = ("derived", "motion")
@@ -50,19 +46,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--epochs", type=int, help="of every network, for a quick look")
     parser.add_argument("--out", type=Path)
     chosen = parser.parse_args(arguments)
-    by_past = read(chosen.recording, smoothing=SmoothingSettings(causal=True))
-    moments = [each.table.select("vehicle", "time") for each in by_past]
-    centred = [
-        replace(each, table=each.table.join(kept, on=["vehicle", "time"], how="semi", maintain_order="left"))
-        for each, kept in zip(read(chosen.recording), moments, strict=True)
-    ]
+    recordings = read(chosen.recording)
     found: dict[str, list[list[tuple[float, float, float]]]] = {}
     for seed in range(chosen.seeds):
-        for name, recordings in (("centred", centred), ("past", by_past)):
-            bases, rows = sizes_of(recordings, PredictionSettings(), seed, chosen.epochs)
-            print(f"split {seed}, {name}: {bases} bases", flush=True)
-            for inputs, row in rows.items():
-                found.setdefault(f"{inputs}, {name}", []).append(row)
+        bases, rows = sizes_of(recordings, PredictionSettings(), seed, chosen.epochs)
+        print(f"split {seed}: {bases} bases", flush=True)
+        for inputs, row in rows.items():
+            found.setdefault(inputs, []).append(row)
     values = {name: np.array(runs) for name, runs in found.items()}
     proved = np.isfinite(np.stack(list(values.values()))[..., 0]).all(0)
     print("mean set / median set / observed miss, over the splits in which every row can prove the claim:")
@@ -71,7 +61,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print(f"{epsilon:.0%} of {unit}s, {usable.sum()} splits")
         for name, runs in values.items():
             size, median, miss = runs[usable, place].mean(0) if usable.any() else (np.nan, np.nan, np.nan)
-            smaller = (runs[usable, place, 0] < values["derived, centred"][usable, place, 0]).sum()
+            smaller = (runs[usable, place, 0] < values["derived"][usable, place, 0]).sum()
             print(f"  {name:18s} {size:6.2f} /{median:6.2f} /{miss:6.2%}  smaller than the first in {smaller}")
     if chosen.out:
         chosen.out.write_text(json.dumps({name: runs.tolist() for name, runs in values.items()}, indent=2))

@@ -76,7 +76,7 @@ class Experiment(Settings):
     """number of trials"""
 
     @model_validator(mode="after")
-    def _has_one_own_car(self) -> "Experiment":
+    def _has_one_ego(self) -> "Experiment":
         start, car = self.episode.initial, self.planner.problem.vehicle
         if (start.length, start.width) != (car.length, car.width):
             raise ValueError(

@@ -4,7 +4,7 @@ import importlib
 import os
 import platform
 import shutil
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import PackageNotFoundError, requires, version
@@ -16,10 +16,7 @@ from packaging.requirements import Requirement
 from coverdrive.extras import EXTRAS, require
 from coverdrive.progress import done, stage
 
-_MODULES = {
-    "commonroad-io": "commonroad.common.file_reader",
-    "pillow": "PIL",
-}
+_MODULES = {"commonroad-io": "commonroad.common.file_reader", "pillow": "PIL"}
 """what to import of packages whose modules are not called like them"""
 
 
@@ -38,17 +35,6 @@ class Finding:
     """whether the commands need it"""
 
 
-@dataclass(frozen=True)
-class _Check:
-    """One thing to try."""
-
-    name: str
-    look: Callable[[], str]
-    """says what is there; whatever it raises is what went wrong"""
-    hint: str
-    needed: bool = True
-
-
 class _Wrong(Exception):
     """Something is there, but not as it should be."""
 
@@ -59,23 +45,24 @@ def examine(folder: Path) -> list[Finding]:
     Args:
         folder: where results are to be written.
     """
-    checks = _checks(folder)
+    checks = list(_checks(folder))
     findings: list[Finding] = []
     with stage("examination"):
         for check in checks:
-            findings.append(_tried(check))
+            findings.append(_tried(*check))
             done(len(findings), len(checks))
     return findings
 
 
-def _tried(check: _Check) -> Finding:
+def _tried(name: str, look: Callable[[], str], hint: str, needed: bool) -> Finding:
+    """What a look has found; whatever it raises is what went wrong."""
     try:
-        return Finding(check.name, True, check.look(), needed=check.needed)
+        return Finding(name, True, look(), needed=needed)
     except _Wrong as wrong:
         found = str(wrong)
     except Exception as error:  # a broken package raises whatever it likes
         found = _in_one_line(error)
-    return Finding(check.name, False, found, check.hint, check.needed)
+    return Finding(name, False, found, hint, needed)
 
 
 def _in_one_line(error: Exception) -> str:
@@ -83,46 +70,25 @@ def _in_one_line(error: Exception) -> str:
     return f"{type(error).__name__}: {first}"
 
 
-def _checks(folder: Path) -> Sequence[_Check]:
+def _checks(folder: Path) -> Iterator[tuple[str, Callable[[], str], str, bool]]:
+    """Name, look, what to do if it fails, and whether the commands need it."""
     upgrade = "pip install --upgrade"
-    return (
-        _Check("Python", _python, ""),
-        _Check("coverdrive", partial(_version, "coverdrive"), "pip install . in the folder of its sources"),
-        *(
-            _Check(each.name, partial(_package, each), f'{upgrade} "{each.name}{each.specifier}"')
-            for each in _requirements()
-        ),
-        _Check("JAX device", _devices, f"{upgrade} jax; JAX_PLATFORMS=cpu avoids a broken GPU"),
-        *(
-            _Check(each.package, partial(_extra, module), f"only for {each.purpose}: {each.command}", needed=False)
-            for module, each in EXTRAS.items()
-        ),
-        _Check("ffmpeg", _ffmpeg, f"{upgrade} av"),
-        _Check("results", lambda: _writable(folder), "name another folder with --out"),
-        _Check(
-            "cache of matplotlib",
-            lambda: _writable(Path(importlib.import_module("matplotlib").get_cachedir())),
-            "set MPLCONFIGDIR to a folder that you can write to",
-        ),
-        _Check(
-            "cache of Numba",
-            lambda: _writable(importlib.import_module("coverdrive.compiled").cache_folder()),
-            "planning is compiled anew by every command; set NUMBA_CACHE_DIR to a folder that you can write to",
-            needed=False,
-        ),
-        _Check(
-            "recorded US-101 traffic",
-            _data,
-            "only for tests: set COVERDRIVE_DATA to the folder that holds us101/",
-            needed=False,
-        ),
-        _Check(
-            "Chromium and Playwright",
-            _browser,
-            "only for tests of the report: apt-get install chromium, pip install playwright",
-            needed=False,
-        ),
-    )
+    yield "Python", _python, "", True
+    yield "coverdrive", partial(_version, "coverdrive"), "pip install . in the folder of its sources", True
+    for each in _requirements():
+        yield each.name, partial(_package, each), f'{upgrade} "{each.name}{each.specifier}"', True
+    yield "JAX device", _devices, f"{upgrade} jax; JAX_PLATFORMS=cpu avoids a broken GPU", True
+    for module, each in EXTRAS.items():
+        yield each.package, partial(_extra, module), f"only for {each.purpose}: {each.command}", False
+    yield "ffmpeg", _ffmpeg, f"{upgrade} av", True
+    yield "results", partial(_writable, folder), "name another folder with --out", True
+    yield "cache of matplotlib", _plotting_cache, "set MPLCONFIGDIR to a folder that you can write to", True
+    hint = "planning is compiled anew by every command; set NUMBA_CACHE_DIR to a folder that you can write to"
+    yield "cache of Numba", _code_cache, hint, False
+    hint = "only for tests: set COVERDRIVE_DATA to the folder that holds us101/"
+    yield "recorded US-101 traffic", _data, hint, False
+    hint = "only for tests of the report: apt-get install chromium, pip install playwright"
+    yield "Chromium and Playwright", _browser, hint, False
 
 
 def _python() -> str:
@@ -180,6 +146,14 @@ def _writable(folder: Path) -> str:
     with TemporaryFile(dir=place):
         free = shutil.disk_usage(place).free / 1e9
     return f"{folder} is writable, {free:.0f} GB free"
+
+
+def _plotting_cache() -> str:
+    return _writable(Path(importlib.import_module("matplotlib").get_cachedir()))
+
+
+def _code_cache() -> str:
+    return _writable(importlib.import_module("coverdrive.compiled").cache_folder())
 
 
 def _data() -> str:

@@ -10,7 +10,7 @@ belongs to the context (`contextvars`), so that threads do not disturb one anoth
 """
 
 from collections.abc import Callable, Generator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from contextvars import ContextVar
 from typing import NamedTuple
 
@@ -41,9 +41,9 @@ def heard_by(listener: Listener | None) -> Generator[None]:
 
 
 @contextmanager
-def stage(name: str) -> Generator[None]:
-    """Begin a stage of the work, and report its end if nothing was raised."""
-    before = _stage.set(_Stage(name, 0.0, 1.0))
+def _at(place: _Stage) -> Generator[None]:
+    """Report the beginning of the work of the block, and its end if nothing was raised."""
+    before = _stage.set(place)
     try:
         done(0)
         yield
@@ -52,22 +52,18 @@ def stage(name: str) -> Generator[None]:
         _stage.reset(before)
 
 
-@contextmanager
-def part(number: int, total: int) -> Generator[None]:
+def stage(name: str) -> AbstractContextManager[None]:
+    """Begin a stage of the work, and report its end if nothing was raised."""
+    return _at(_Stage(name, 0.0, 1.0))
+
+
+def part(number: int, total: int) -> AbstractContextManager[None]:
     """Let what the block reports count as one of ``total`` equal parts of the stage; parts are numbered from 0."""
     whole = _stage.get()
     if whole is None:
-        yield
-        return
+        return nullcontext()
     width = (whole.end - whole.begin) / total
-    begin = whole.begin + number * width
-    before = _stage.set(_Stage(whole.name, begin, begin + width))
-    try:
-        done(0)
-        yield
-        done(1)
-    finally:
-        _stage.reset(before)
+    return _at(_Stage(whole.name, whole.begin + number * width, whole.begin + (number + 1) * width))
 
 
 def done(count: float, total: float = 1.0) -> None:

@@ -9,14 +9,13 @@ A file that is damaged, foreign, edited or older is refused by its name.
 """
 
 import hashlib
-import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
 import polars as pl
-from pydantic import TypeAdapter, ValidationError
+from pydantic import TypeAdapter
 
 import coverdrive
 from coverdrive.certificates.comparison import Compared
@@ -44,16 +43,10 @@ STUDY = "study"
 """the study in the traffic of the folder's settings; one in another traffic is called ``study-drivers`` or the like"""
 
 _FORMAT = 2
-_OBJECT = TypeAdapter(dict[str, Any]).validate_python
+_OBJECT, _CERTIFIED = TypeAdapter(dict[str, Any]), TypeAdapter(Certified)
+_METHODS = TypeAdapter(dict[Literal["methods"], list[Compared]])
 
 T = TypeVar("T")
-
-
-@dataclass(frozen=True)
-class _Methods:
-    """What ``methods.json`` holds."""
-
-    methods: list[Compared]
 
 
 class Results:
@@ -62,7 +55,6 @@ class Results:
     def __init__(self, folder: Path | str):
         """Name the folder; it is made as needed."""
         self.folder = Path(folder)
-        self._known: dict[str, Any] = {}
 
     # what a fit leaves
 
@@ -82,30 +74,35 @@ class Results:
         """Whether there is a fit."""
         return (self.folder / MANIFEST).exists()
 
-    @property
+    @cached_property
     def experiment(self) -> Experiment:
         """The settings that the fit was made with."""
-        return self._kept("experiment", lambda: Experiment.load(self._sealed(CONFIG)))
+        return Experiment.load(self._sealed(CONFIG))
 
-    @property
+    @cached_property
     def predictor(self) -> Predictor:
         """The certified predictor."""
-        return self._kept("predictor", lambda: Predictor.load(self._sealed(PREDICTOR)))
+        return Predictor.load(self._sealed(PREDICTOR))
 
-    @property
+    @cached_property
     def scored(self) -> ScoredSides:
         """Scores of every side of the split."""
-        return self._kept("scored", lambda: ScoredSides.load(self._sealed(SCORES), self.predictor))
+        return ScoredSides.load(self._sealed(SCORES), self.predictor)
 
-    @property
+    @cached_property
     def learned(self) -> Learned:
         """What pictures of the fit show."""
-        return self._kept("learned", lambda: Learned.load(self._sealed(LEARNED)))
+        return Learned.load(self._sealed(LEARNED))
 
-    @property
+    @cached_property
     def certified(self) -> Certified:
         """The certificates, and how they did on scenes that were never seen."""
-        return self._kept("certified", lambda: _read(self._sealed(CERTIFICATE), TypeAdapter(Certified).validate_python))
+        return _read(self._sealed(CERTIFICATE), _CERTIFIED.validate_json)
+
+    @cached_property
+    def run(self) -> dict[str, Any]:
+        """Versions, data and times."""
+        return _read(self._sealed(RUN), _OBJECT.validate_json)
 
     @property
     def settings(self) -> PredictionSettings:
@@ -116,11 +113,6 @@ class Results:
     def seed(self) -> int:
         """That the fit was made with."""
         return self.experiment.seed
-
-    @property
-    def run(self) -> dict[str, Any]:
-        """Versions, data and times."""
-        return self._kept("run", lambda: _read(self._sealed(RUN), _OBJECT))
 
     @property
     def fitted(self) -> Fitted:
@@ -140,7 +132,7 @@ class Results:
 
     def save_methods(self, compared: Sequence[Compared]) -> None:
         """Write a comparison of methods as JSON, and as a table of one row for each method and target."""
-        write_json(self.folder / METHODS, TypeAdapter(_Methods).dump_python(_Methods(list(compared)), mode="json"))
+        write_json(self.folder / METHODS, _METHODS.dump_python({"methods": list(compared)}, mode="json"))
         table = pl.DataFrame([_row(each) for each in compared], infer_schema_length=None)
         write_atomically(self.folder / "methods.csv", table.write_csv)
         self._seal(METHODS)
@@ -150,7 +142,7 @@ class Results:
         """All methods of calibration side by side; none if they were not compared on this predictor yet."""
         if METHODS not in self._digests:
             return []
-        return _read(self._sealed(METHODS), TypeAdapter(_Methods).validate_python).methods
+        return _read(self._sealed(METHODS), _METHODS.validate_json)["methods"]
 
     # studies
 
@@ -190,27 +182,27 @@ class Results:
         Raises:
             DataError: it was driven with another predictor, or not at all.
         """
-        return self.study(self._experiment_of(self.study_name(traffic)), recordings, self.study_name(traffic))
+        name = self.study_name(traffic)
+        folder, experiment = StudyFolder(self.folder / name), self.experiment
+        if folder.exists:
+            described = folder.description()
+            if described["predictor"] != self.predictor.fingerprint:
+                raise DataError(
+                    f"the study in {folder.path} was driven with another predictor than that in {self.folder}; "
+                    f"fit to another folder, or remove the folder `{name}` in it and drive again"
+                )
+            parts = {part: described[part] for part in ("planner", "traffic", "episode", "seed")}
+            experiment = experiment.overridden(study={"vehicles": described["vehicles"]}, **parts)
+        elif name != STUDY:
+            raise DataError(
+                f"{self.folder} holds no finished study in `{name}`; drive one with "
+                f"`coverdrive study --traffic {traffic} --out {self.folder}`"
+            )
+        return self.study(experiment, recordings, name)
 
     def study_name(self, traffic: str | None) -> str:
         """Folder of the study in a traffic: that of the folder's settings is called ``study``."""
         return STUDY if traffic in (None, self.experiment.traffic.kind) else f"{STUDY}-{traffic}"
-
-    def _experiment_of(self, study: str) -> Experiment:
-        """The settings with which a study was driven, or would be."""
-        folder = StudyFolder(self.folder / study)
-        if not folder.exists:
-            if study == STUDY:
-                return self.experiment
-            raise not_driven(self.folder, study)
-        described = folder.description()
-        if described["predictor"] != self.predictor.fingerprint:
-            raise DataError(
-                f"the study in {folder.path} was driven with another predictor than that in {self.folder}; "
-                f"fit to another folder, or remove the folder `{study}` in it and drive again"
-            )
-        parts = {name: described[name] for name in ("planner", "traffic", "episode", "seed")}
-        return self.experiment.overridden(study={"vehicles": described["vehicles"]}, **parts)
 
     # what holds the folder together
 
@@ -222,7 +214,7 @@ class Results:
             raise DataError(
                 f"there are no results in {self.folder}; make some with `coverdrive run --out {self.folder}`"
             )
-        found = _read(file, _OBJECT)
+        found = _read(file, _OBJECT.validate_json)
         if found.get("format") != _FORMAT:
             raise DataError(f"{file}: expected results of format {_FORMAT}, got {found.get('format')!r}; fit again")
         return found["files"]
@@ -232,13 +224,7 @@ class Results:
         known = self._digests if self.holds_fit else {}
         files = known | {name: _digest(self.folder / name) for name in names}
         write_json(self.folder / MANIFEST, {"format": _FORMAT, "coverdrive": coverdrive.__version__, "files": files})
-        self._known.clear()
-
-    def _kept(self, name: str, read: Callable[[], T]) -> T:
-        """What was read before, or is read now."""
-        if name not in self._known:
-            self._known[name] = read()
-        return self._known[name]
+        self.__dict__ = {"folder": self.folder}  # whatever was read is void
 
     def _sealed(self, name: str) -> Path:
         """A file that is as it was written."""
@@ -255,18 +241,10 @@ class Results:
         return file
 
 
-def not_driven(folder: Path, study: str) -> DataError:
-    """What to say where there is no study."""
-    traffic = study.removeprefix(STUDY).replace("-", " --traffic ", 1)
-    return DataError(
-        f"{folder} holds no finished study in `{study}`; drive one with `coverdrive study{traffic} --out {folder}`"
-    )
-
-
 def certificate_record(fit: Fit) -> dict[str, Any]:
     """Certificates, and how they did on the test split, as JSON values."""
     sentences = [certificate.sentence for certificate in fit.certificates]
-    return {"sentences": sentences} | TypeAdapter(Certified).dump_python(Certified.of(fit), mode="json")
+    return {"sentences": sentences} | _CERTIFIED.dump_python(Certified.of(fit), mode="json")
 
 
 def save_bases(experiment: Experiment, studied: Sequence[StudiedBasis], folder: Path) -> None:
@@ -301,10 +279,10 @@ def _digest(file: Path) -> str:
         return hashlib.file_digest(content, "sha256").hexdigest()
 
 
-def _read(file: Path, checked: Callable[[Any], T]) -> T:
+def _read(file: Path, parse: Callable[[bytes], T]) -> T:
     """The content of a JSON file, as what it was written from."""
     try:
-        return checked(json.loads(file.read_text(encoding="utf-8")))
-    except (OSError, ValueError, ValidationError) as error:
+        return parse(file.read_bytes())
+    except (OSError, ValueError) as error:
         first = str(error).partition("\n")[0]
         raise DataError(f"{file}: not a readable result ({first}); make it with `coverdrive fit`") from error

@@ -70,10 +70,8 @@ def _split(setting: str) -> tuple[str, str]:
 
 
 def _values(text: str) -> list[Any]:
-    try:
-        return tomllib.loads(f"values = [{text}]")["values"]
-    except (tomllib.TOMLDecodeError, RecursionError):
-        return [_value(part) for part in text.split(",")]
+    found = _value(f"[{text}]")
+    return found if isinstance(found, list) else [_value(part) for part in text.split(",")]
 
 
 def _value(text: str) -> Any:

@@ -101,6 +101,8 @@ def test_what_a_terminal_cannot_show_is_replaced(encoding: str, monkeypatch: pyt
     out, err = (io.TextIOWrapper(io.BytesIO(), encoding=encoding) for _ in range(2))
     monkeypatch.setattr(sys, "stdout", out)
     monkeypatch.setattr(sys, "stderr", err)
+    for setting in ("quiet", "stderr"):  # whatever another test has left
+        monkeypatch.setattr(console, setting, False)
 
     def work() -> dict[str, str]:
         console.print("ε ≤ 10 %, 2 m/s² – Jütland \udce4 :car: [red]name[/b]")

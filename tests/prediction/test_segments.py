@@ -1,12 +1,14 @@
 """Cutting tracks into deviations from constant velocity."""
 
+from dataclasses import replace
+
 import numpy as np
 import polars as pl
 import pytest
 
 from coverdrive.errors import DataError, SettingError
 from coverdrive.prediction.segments import SegmentSettings, cut_segments
-from coverdrive.recordings.recording import Recording
+from coverdrive.recordings.recording import SCHEMA, Recording
 from coverdrive.road import Road
 
 
@@ -40,7 +42,7 @@ def test_braking_deviates_by_half_a_t_squared() -> None:
 
 def test_heading_turns_the_speed_into_the_road() -> None:
     recording = track(np.zeros(31), 0.0, 1.0)
-    turned = recording.table.with_columns(heading=pl.lit(np.pi / 3))
+    turned = recording.table.with_columns(seen_heading=pl.lit(np.pi / 3))
     segments = cut_segments([Recording("turned", turned, 0.1, recording.road, {})])
     assert segments.speed[0] == pytest.approx(0.5)
 
@@ -62,9 +64,23 @@ def test_segments_never_mix_vehicles() -> None:
 
 def test_keys_tell_recordings_apart_and_are_stable() -> None:
     first, second = track(np.zeros(31), 0.0, 0.0), track(np.zeros(31), 0.0, 0.0)
-    other = Recording("other", second.table, 0.1, second.road, {})
+    other = Recording("other", second.table.select(SCHEMA.names()), 0.1, second.road, {})
     assert len(np.unique(cut_segments([first, other]).vehicle)) == 2
     assert cut_segments([other, first]).vehicle.tolist() == cut_segments([first, other]).vehicle[::-1].tolist()
+    same = replace(other, table=other.table.with_columns(first.table["identity"]))
+    assert len(np.unique(cut_segments([first, same]).vehicle)) == 1
+
+
+def test_segments_begin_where_the_vehicle_is_seen_and_lead_to_where_it_went() -> None:
+    recording = track(20 * 0.1 * np.arange(31), 5.4, 20.0)
+    seen = {"seen_lon": pl.col("lon") + 0.3, "seen_lat": pl.col("lat") - 0.1, "seen_speed": pl.lit(21.0)}
+    off = recording.table.with_columns(**seen)
+    segments = cut_segments([replace(recording, table=off)])
+    after = 0.5 * np.arange(1, 7)
+    assert segments.speed.tolist() == [21.0]
+    assert segments.points[0, 0].tolist() == [0.0, 0.0]
+    assert segments.points[0, 1:, 0] == pytest.approx(-0.3 - after)
+    assert segments.points[0, 1:, 1] == pytest.approx(0.1)
 
 
 def test_short_tracks_and_odd_steps_are_refused() -> None:

@@ -20,6 +20,7 @@ def make_ngsim() -> Callable[..., pl.DataFrame]:
 @pytest.fixture
 def write_csv(tmp_path: Path) -> Callable[[pl.DataFrame], Path]:
     def write(table: pl.DataFrame, name: str = "traffic.csv") -> Path:
+        (tmp_path / name).parent.mkdir(exist_ok=True)
         table.write_csv(tmp_path / name)
         return tmp_path / name
 

@@ -322,7 +322,7 @@ def test_texts(case: str, make_ngsim, write_csv):
     else:
         (recording,) = read([path])
         assert recording.repairs == outcome
-        assert len(recording.table) == 600
+        assert len(recording.table) == 588
 
 
 def test_many_jumps_are_another_unit(make_ngsim, write_csv):
@@ -386,7 +386,7 @@ SCENARIOS: dict[str, tuple[str, str]] = {
     ),
     "a width of 0": (
         DRIVEN.replace("<width>1.9</width>", "<width>0</width>"),
-        r"the width of vehicle 100 at 0 s is 0 m",
+        r"the width of vehicle 100 at 0.2 s is 0 m",
     ),
     "a length of 1e9": (DRIVEN.replace("<length>4.6</length>", "<length>1e9</length>"), "expected numbers below"),
     "cut": (DRIVEN[:-40], r"row 1: not a CommonRoad file: it is cut or damaged"),

@@ -3,9 +3,11 @@
 from pathlib import Path
 
 import numpy as np
+import polars as pl
 import pytest
 
-from coverdrive.recordings.overlap import overlapping_groups
+from coverdrive.prediction.segments import cut_segments
+from coverdrive.recordings.overlap import shared_vehicles
 from coverdrive.recordings.read import read
 from coverdrive.recordings.repair import RawTracks
 
@@ -27,13 +29,24 @@ def raw_of(values: np.ndarray, first_vehicle: int = 0, first_moment: int = 0) ->
 
 def pairs_of(*tracks: RawTracks, files: list[int] | None = None) -> list[tuple[int, int]]:
     groups = [np.full(len(track.vehicle), number) for number, track in enumerate(tracks)]
-    return overlapping_groups(tracks, groups, files or list(range(len(tracks))))
+    return group_pairs(shared_vehicles(tracks, groups, files or list(range(len(tracks)))))
+
+
+def group_pairs(shared: pl.DataFrame) -> list[tuple[int, int]]:
+    return sorted(set(shared.select("group", "group_b").iter_rows()))
 
 
 def test_cuts_of_one_original_are_found():
     original = speeds(0)
     early, late = raw_of(original[:6, :70]), raw_of(original[2:, 40:], first_vehicle=500, first_moment=3)
     assert pairs_of(early, late, raw_of(speeds(1))) == [(0, 1)]
+
+
+def test_the_same_vehicles_are_paired_and_only_they():
+    original = 15 + 3 * (speeds(0) - 15)
+    early, late = raw_of(original[:6, :70]), raw_of(original[2:, 40:], first_vehicle=500, first_moment=3)
+    shared = shared_vehicles([early, late], [0 * early.vehicle, 1 + 0 * late.vehicle], [0, 1])
+    assert sorted(shared.select("vehicle", "vehicle_b").iter_rows()) == [(v, 498 + v) for v in range(2, 6)]
 
 
 def test_rounded_copies_are_found():
@@ -70,14 +83,15 @@ def test_only_the_groups_that_overlap_are_paired():
     original = speeds(0, moments=200)
     long, short = raw_of(original), raw_of(original[:, 130:170])
     groups = [np.where(long.moment < 100, 0, 1), np.full(len(short.vehicle), 2)]
-    assert overlapping_groups([long, short], groups, [0, 1]) == [(1, 2)]
+    assert group_pairs(shared_vehicles([long, short], groups, [0, 1])) == [(1, 2)]
 
 
 @pytest.mark.real_data
 @pytest.mark.slow
 def test_recorded_scenarios_of_us101(us101: Path):
     groups: dict[int, set[int]] = {}
-    for recording in read([us101 / "commonroad"]):
+    recordings = read([us101 / "commonroad"])
+    for recording in recordings:
         (group,) = recording.table["group"].unique()
         groups.setdefault(group, set()).add(int(recording.name.split("-")[1].split("_")[0]))
     # {6, 7} and {9, 19, 20, 25, 28} are linked by seven vehicles that 7 and 20 share for 1.8 s, and 12 and 17
@@ -88,3 +102,9 @@ def test_recorded_scenarios_of_us101(us101: Path):
         [12, 17],
     ]
     assert list(groups) == list(range(len(groups)))
+    table = pl.concat(each.table for each in recordings)
+    assert (len(table.unique(["identity"])), len(table.unique(["identity", "group"]))) == (611, 611)
+    segments = cut_segments(recordings)
+    linked = segments.of(segments.group == next(group for group, found in groups.items() if 28 in found))
+    assert len(np.unique(linked.vehicle)) == 113  # in up to four scenes each:
+    assert len(np.unique(np.stack([linked.recording, linked.vehicle]), axis=1).T) == 189

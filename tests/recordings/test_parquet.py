@@ -1,11 +1,9 @@
 """Own Parquet files: what is written is read back exactly."""
 
-import json
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import polars as pl
 import pytest
 
 from coverdrive.errors import DataError, RecordingError
@@ -19,11 +17,10 @@ SMALL = GeneratedSettings(scenes=2, duration=3.0)
 
 def assert_equal(left: Recording, right: Recording) -> None:
     assert left.table.equals(right.table)
-    assert (left.name, left.dt, left.repairs, left.causal, left.road.length) == (
+    assert (left.name, left.dt, left.repairs, left.road.length) == (
         right.name,
         right.dt,
         right.repairs,
-        right.causal,
         right.road.length,
     )
     assert np.array_equal(left.road.edges, right.road.edges)
@@ -32,21 +29,11 @@ def assert_equal(left: Recording, right: Recording) -> None:
 def test_recordings_are_read_back_exactly(tmp_path: Path):
     path = tmp_path / "new" / "own.parquet"
     first, second = generate(SMALL)
-    second = replace(second, name="zweite Fahrt, 100 %", dt=0.1, repairs={"split tracks": 3}, causal=False)
+    second = replace(second, name="zweite Fahrt, 100 %", dt=0.1, repairs={"split tracks": 3})
     write_parquet([first, second], path)
     for recording, expected in zip(read([path]), (first, second), strict=True):
         assert_equal(recording, expected)
     assert list(path.parent.iterdir()) == [path]
-
-
-def test_files_that_do_not_say_whether_they_know_the_future_are_taken_to(tmp_path: Path):
-    path = tmp_path / "own.parquet"
-    recording = generate(SMALL)[0]
-    write_parquet([recording], path)
-    heads = json.loads(pl.read_parquet_metadata(path)["coverdrive"])
-    assert heads[0].pop("causal") is True and recording.causal
-    pl.read_parquet(path).write_parquet(path, metadata={"coverdrive": json.dumps(heads)})
-    assert read([path])[0].causal is False
 
 
 def test_files_are_replaced_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

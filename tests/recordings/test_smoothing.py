@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.signal import savgol_coeffs, savgol_filter
+from scipy.signal import savgol_filter
 
 from coverdrive.recordings.smoothing import SmoothingSettings, motion, smooth
 
@@ -62,49 +62,3 @@ def test_heading_is_zero_where_a_vehicle_stands():
     speed, heading = motion(np.array([0.5, -0.3, 10.0, 3.0]), np.array([0.5, 0.0, 1.0, -4.0]), SETTINGS)
     assert speed == pytest.approx([np.sqrt(0.5), 0.3, np.sqrt(101), 5.0])
     assert heading == pytest.approx([0.0, 0.0, np.arctan(0.1), np.arctan2(-4, 3)])
-
-
-CAUSAL = SmoothingSettings(causal=True)
-
-
-def test_by_the_past_alone_by_hand():
-    """Order 1 through two samples: the last value, and the last difference."""
-    settings = SmoothingSettings(causal=True, past=0.1, past_order=1)
-    smoothed, slope = smooth(np.array([0.0, 1.0, 4.0, 7.0, 7.0]), np.array([0, 3]), 0.1, settings)
-    assert smoothed == pytest.approx([np.nan, 1.0, 4.0, np.nan, 7.0], nan_ok=True)
-    assert slope == pytest.approx([np.nan, 10.0, 30.0, np.nan, 0.0], abs=1e-9, nan_ok=True)
-
-
-@given(st.lists(st.integers(1, 30), min_size=1, max_size=5), st.integers(0, 2**32 - 1))
-def test_parabolas_are_kept_exactly_by_the_past_alone(lengths: list[int], seed: int):
-    coefficients = np.random.default_rng(seed).normal(size=(len(lengths), 3)) * [20, 5, 0.5]
-    times = [0.1 * np.arange(length) for length in lengths]
-    values = np.concatenate([np.polyval(c[::-1], t) for c, t in zip(coefficients, times, strict=True)])
-    slopes = np.concatenate([np.polyval(np.polyder(c[::-1]), t) for c, t in zip(coefficients, times, strict=True)])
-    smoothed, slope = smooth(values, np.cumsum([0, *lengths[:-1]]), 0.1, CAUSAL)
-    unknown = np.concatenate(times) < 0.7 - 1e-9
-    assert np.array_equal(np.isnan(smoothed), unknown) and np.array_equal(np.isnan(slope), unknown)
-    assert smoothed[~unknown] == pytest.approx(values[~unknown], abs=1e-6)
-    assert slope[~unknown] == pytest.approx(slopes[~unknown], abs=1e-6)
-
-
-@pytest.mark.parametrize(("settings", "knows"), [(CAUSAL, False), (SETTINGS, True)])
-def test_only_the_centred_window_knows_the_future(settings: SmoothingSettings, knows: bool):
-    past = np.cumsum(np.random.default_rng(0).normal(1, 0.3, 80))
-    other = past.copy()
-    other[50:] += 100
-    for one, another in zip(
-        smooth(past, np.array([0]), 0.1, settings), smooth(other, np.array([0]), 0.1, settings), strict=True
-    ):
-        assert np.array_equal(one[:50], another[:50], equal_nan=True) is not knows
-
-
-def test_by_the_past_alone_is_scipys_filter_evaluated_at_the_end():
-    values = np.cumsum(np.random.default_rng(3).normal(1, 0.3, 40))
-    smoothed, slope = smooth(values, np.array([0]), 0.1, CAUSAL)
-    window = CAUSAL.past_samples(0.1)
-    assert window == 8
-    for result, derivative in ((smoothed, 0), (slope, 1)):
-        weights = savgol_coeffs(window, 2, deriv=derivative, delta=0.1, pos=window - 1, use="dot")
-        expected = [weights @ values[end - window : end] for end in range(window, 41)]
-        assert result[window - 1 :] == pytest.approx(expected)

@@ -1,7 +1,6 @@
 """Raw rows become regular tracks, whatever their order."""
 
 from collections import Counter
-from pathlib import Path
 
 import numpy as np
 import polars as pl
@@ -10,10 +9,9 @@ from hypothesis import given
 from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
-from coverdrive.errors import RecordingError
 from coverdrive.recordings.repair import RawTracks, drop_off_road
 from coverdrive.recordings.smoothing import SmoothingSettings
-from coverdrive.recordings.tracks import make_reading, regular_table
+from coverdrive.recordings.tracks import regular_table
 from coverdrive.road import Road
 
 
@@ -35,9 +33,9 @@ def test_tracks_have_no_gaps_and_every_measured_row(rows: list[tuple[int, int]])
     assert np.all(np.diff(moment)[same] == 1)
     assert np.all(np.diff(vehicle) >= 0)
     assert table["lon"].to_numpy() == pytest.approx(moment, abs=1e-6)
-    assert len(table) == len(set(rows)) + repairs["interpolated rows"] - repairs["dropped tracks"]
     assert repairs["duplicated rows"] == len(rows) - len(set(rows))
     assert repairs["conflicting rows"] == 0
+    assert np.array_equal(table["seen_lat"].to_numpy(), table["lat"].to_numpy().round())
     tracks = len({vehicle for vehicle, _ in rows}) + repairs["split tracks"] - repairs["dropped tracks"]
     assert table["vehicle"].n_unique() == tracks
 
@@ -52,11 +50,11 @@ def test_the_order_of_rows_changes_nothing(rows: list[tuple[int, int]]):
 
 
 def test_the_first_of_conflicting_rows_is_kept():
-    raw = raw_of([(1, 0), (1, 1), (1, 1), (1, 2)])
-    raw.lon[2] = 50.0
+    raw = raw_of([(1, 0), (1, 1), (1, 2), (1, 2), (1, 3)])
+    raw.lon[3] = 50.0
     repairs: Counter[str] = Counter()
     table = regular_table(raw, 0.1, SmoothingSettings(), repairs)
-    assert table["lon"].to_list() == pytest.approx([0, 1, 2])
+    assert table["lon"].to_list() == pytest.approx([2, 3])
     assert repairs == {"duplicated rows": 1, "conflicting rows": 1}
 
 
@@ -64,8 +62,8 @@ def test_interpolation_lies_between_the_neighbours():
     raw = raw_of([(1, 0), (1, 1), (1, 5), (1, 6)])
     raw.lat[2:] = 3.0
     table = regular_table(raw, 0.1, SmoothingSettings(window=0.1, order=1), Counter())
-    assert len(table) == 7
-    assert table["lat"][3] == pytest.approx(2.0)  # half-way from 1 m to 3 m
+    assert len(table) == 5
+    assert table["lat"][1] == pytest.approx(2.0)  # half-way from 1 m to 3 m
 
 
 def test_rows_beside_the_road_are_dropped_and_counted():
@@ -81,28 +79,3 @@ def test_nothing_is_left_of_single_rows():
     assert table.is_empty()
     assert table["vehicle"].dtype == pl.Int64
     assert repairs["dropped tracks"] == 2
-
-
-def test_with_causal_smoothing_the_rows_do_not_depend_on_what_comes_later():
-    """No gap is filled, every part of a track begins with the first full window, and the rest is counted."""
-    rows = [(1, moment) for moment in (*range(20), *range(22, 40))]
-    settings = SmoothingSettings(causal=True)
-    repairs: Counter[str] = Counter()
-    table = regular_table(raw_of(rows), 0.1, settings, repairs)
-    assert repairs == {"split tracks": 1, "rows without a past": 14}
-    assert np.rint(table["time"].to_numpy() * 10).tolist() == [*range(7, 20), *range(29, 40)]
-    until = regular_table(raw_of(rows[:15]), 0.1, settings, Counter())
-    assert table.head(len(until)).equals(until)
-
-
-def test_tracks_that_are_too_short_for_causal_smoothing_are_refused(tmp_path: Path):
-    raw = raw_of([(1, moment) for moment in range(5)])
-    with pytest.raises(RecordingError, match=r"for 0\.7 s without a gap"):
-        make_reading(tmp_path, "short", raw, 0.1, Road.straight(), SmoothingSettings(causal=True), Counter())
-
-
-@pytest.mark.parametrize("causal", [False, True])
-def test_a_recording_says_whether_it_knows_the_future(causal: bool, tmp_path: Path):
-    raw = raw_of([(1, moment) for moment in range(20)])
-    settings = SmoothingSettings(causal=causal)
-    assert make_reading(tmp_path, "any", raw, 0.1, Road.straight(), settings, Counter()).recording.causal is causal

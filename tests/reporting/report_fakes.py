@@ -1,6 +1,6 @@
 """A small hand-made drive, small bases, and the contents of a results folder."""
 
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 
 import jax
@@ -140,7 +140,7 @@ def make_crowd(vehicles: int = 12, members: int = 6, points: int = 13, steps: in
 
 def make_trials(traces: dict[int, Trace]) -> pl.DataFrame:
     """The rows of some trials."""
-    return table_of([asdict(measure(trace, 0, trial)) for trial, trace in traces.items()])
+    return table_of([measure(trace, 0, trial) for trial, trace in traces.items()])
 
 
 def make_contents(traces: dict[int, Trace] | None = None, bases: int = 5) -> Contents:

@@ -21,7 +21,7 @@ PATHS = 2 * PATHS_PER_VEHICLE
 @pytest.fixture
 def drawing(trace) -> RoadDrawing:
     axes = style.new_figure(8, 2).subplots()
-    return RoadDrawing.on(axes, trace.road, trace.scene.vehicles, Window(behind=30, ahead=60))
+    return RoadDrawing(axes, trace.road, trace.scene.vehicles, Window(behind=30, ahead=60))
 
 
 def polygons(collection) -> list[np.ndarray]:
@@ -39,7 +39,7 @@ def test_every_vehicle_path_and_second_has_its_artist(drawing, trace):
     assert all(len(path.to_polygons()) == PATHS for path in sets)
 
 
-def test_the_own_car_is_blue_and_at_the_origin(drawing, trace):
+def test_the_ego_is_blue_and_at_the_origin(drawing, trace):
     drawing.show_moment(trace, 5)
     own, ahead, _ = polygons(drawing.vehicles)
     assert own.mean(0) == pytest.approx([0, trace.scene.lat[5, 0]])
@@ -56,7 +56,7 @@ def test_speeds_stand_in_the_vehicles_and_empty_slots_have_none(drawing, trace):
     assert drawing.speeds[1].get_position() == pytest.approx((40 - 0.4, 1.8))
 
 
-def test_the_plan_starts_at_the_own_car(drawing, trace):
+def test_the_plan_starts_at_the_ego(drawing, trace):
     drawing.show_moment(trace, 3)
     assert drawing.plan.get_xydata()[0] == pytest.approx([0, trace.scene.lat[3, 0]])
     assert polygons(drawing.bodies)[0].mean(0) == pytest.approx([24.4, trace.scene.lat[3, 0]])
@@ -151,5 +151,5 @@ def test_a_left_turned_body_points_left():
 def test_traces_of_any_length_are_drawn():
     short = make_trace(1)
     axes = style.new_figure(8, 2).subplots()
-    scene = RoadDrawing.on(axes, short.road, 4).show_moment(short, 1)
+    scene = RoadDrawing(axes, short.road, 4).show_moment(short, 1)
     assert scene.lon.shape == (4,)

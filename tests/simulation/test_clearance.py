@@ -6,7 +6,7 @@ from simulation_fakes import make_scene
 
 from coverdrive.geometry import boxes_overlap
 from coverdrive.road import Road
-from coverdrive.simulation.clearance import clearance, directly_in_front, road_clearance
+from coverdrive.simulation.set_sampling import clearance, directly_in_front, road_clearance
 
 CAR = np.array([2.4, 0.95])
 
@@ -57,7 +57,7 @@ def test_a_vehicle_off_the_road_may_come_back_but_not_go_further():
     assert road_clearance(states([[0, 1]], [[0.5, 0.4]]), CAR, road)[0] < 0
 
 
-def test_own_car_counts_only_where_it_is_the_nearest_ahead_in_the_lane():
+def test_the_ego_counts_only_where_it_is_the_nearest_ahead_in_the_lane():
     road = Road.straight()
     scene = make_scene([0, -10, -25, -10, 10], [1.8, 1.8, 1.8, 5.4, 1.8])
     assert directly_in_front(scene, road).tolist() == [False, True, False, False, False]

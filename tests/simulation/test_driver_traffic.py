@@ -50,7 +50,7 @@ def test_a_follower_drives_as_the_intelligent_driver_model_says():
     assert after.lon[1] == pytest.approx(0.1 * (20.0 + after.speed[1]) / 2)
 
 
-def test_drivers_react_to_the_own_car():
+def test_drivers_react_to_the_ego():
     """A follower alone in its lane brakes behind the ego and does not touch it, even if that one brakes hard."""
     scene = make_scene([40.0, 0.0], [1.8, 1.8])
     traffic = DriverTraffic(CALM)

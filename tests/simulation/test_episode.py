@@ -72,7 +72,7 @@ def test_the_start_does_not_depend_on_the_planner():
     assert np.array_equal(run(1).scene.lon[0], run(1, ConstantPlanner(acceleration=1.0)).scene.lon[0])
 
 
-def test_own_car_moves_by_the_first_input_of_every_plan():
+def test_the_ego_moves_by_the_first_input_of_every_plan():
     trace = run(0, ConstantPlanner(acceleration=-1.0, yaw_rate=0.01))
     own = trace.scene.states[:, EGO]
     for k, plan in enumerate(trace.plans):
@@ -120,7 +120,7 @@ def test_episode_ends_at_the_first_collision(monkeypatch):
     assert touching.tolist() == [False] * len(trace) + [True]
 
 
-def test_own_car_hit_from_behind(monkeypatch):
+def test_the_ego_hit_from_behind(monkeypatch):
     straight = FakePredictor(FakeBasis.make(accelerations=(0.0,), shifts=(0.0,)))
     scene = make_scene([0, -15.0], [1.8, 1.8], speed=[10.0, 20.0])
     trace = run_from(monkeypatch, scene, ConstantPlanner(), straight, duration=5.0)
@@ -128,7 +128,7 @@ def test_own_car_hit_from_behind(monkeypatch):
     assert trace.stuck[0, 1]
 
 
-def test_own_car_cuts_in_and_is_hit_from_behind(monkeypatch):
+def test_the_ego_cuts_in_and_is_hit_from_behind(monkeypatch):
     """The bodies overlap across the road after 1.2 s, 10 m ahead of a vehicle that is 10 m/s faster and needs 20 m."""
     straight = FakePredictor(FakeBasis.make(accelerations=(0.0,), shifts=(0.0,)))
     scene = make_scene([0, -26.8], [1.8, 5.4], speed=[20.0, 30.0])
@@ -136,7 +136,7 @@ def test_own_car_cuts_in_and_is_hit_from_behind(monkeypatch):
     assert (trace.outcome.kind, trace.outcome.at_fault) == (Kind.REAR_END, Fault.EGO)
 
 
-def test_own_car_swerves_into_its_neighbour(monkeypatch):
+def test_the_ego_swerves_into_its_neighbour(monkeypatch):
     straight = FakePredictor(FakeBasis.make(accelerations=(0.0,), shifts=(0.0,)))
     trace = run_from(
         monkeypatch, make_scene([0, 0.0], [1.8, 5.4]), ConstantPlanner(yaw_rate=0.1), straight, duration=5.0

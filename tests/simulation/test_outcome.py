@@ -10,12 +10,12 @@ def judged(before, after):
     return judge(*scenes)
 
 
-def test_own_car_runs_into_the_one_ahead():
+def test_the_ego_runs_into_the_one_ahead():
     before, after = [(0, 1.8, 25, 0), (5.0, 1.8, 20, 0)], [(2.5, 1.8, 25, 0), (7.0, 1.8, 20, 0)]
     assert judged(before, after) == (Kind.FRONTAL, 1)
 
 
-def test_own_car_is_hit_from_behind():
+def test_the_ego_is_hit_from_behind():
     before, after = [(0, 1.8, 20, 0), (-5.0, 2.2, 25, 0)], [(2.0, 1.8, 20, 0), (-2.5, 2.2, 25, 0)]
     assert judged(before, after) == (Kind.REAR_END, 1)
 

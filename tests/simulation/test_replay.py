@@ -40,7 +40,7 @@ def begin(place, seed=0, scenarios=SCENARIOS, **settings):
     return traffic, start
 
 
-def test_the_own_car_takes_the_place_of_a_recorded_vehicle():
+def test_the_ego_takes_the_place_of_a_recorded_vehicle():
     places = set()
     for seed in range(30):
         _, start = begin("replace", seed)
@@ -84,7 +84,7 @@ def test_recorded_vehicles_drive_as_recorded_and_go_when_they_went(dt):
             assert scene.valid[4] == (time < 4 + 1e-6)
 
 
-def test_a_follower_that_runs_into_the_own_car_is_at_fault():
+def test_a_follower_that_runs_into_the_ego_is_at_fault():
     scenarios = cut_scenarios([recording((0, 1.8, 20, 10), (60, 1.8, 20, 10))])
     predictor = FakePredictor(FakeBasis.make((0.0,), (0.0,)))
     traffic = ReplayTraffic(scenarios, ReplaySettings(place="between"))
@@ -124,7 +124,7 @@ def test_scenes_that_are_too_short_or_too_full_are_refused():
         begin("between", scenarios=full)
 
 
-def test_a_vehicle_that_would_appear_on_the_own_car_comes_when_there_is_room():
+def test_a_vehicle_that_would_appear_on_the_ego_comes_when_there_is_room():
     late = recording((0, 1.8, 20, 10), (40, 1.8, 20, 10), (20, 1.8, 20, 10))
     table = late.table.filter((pl.col("vehicle") != 2) | (pl.col("time") >= 1.95))
     (scenario,) = cut_scenarios([replace(late, table=table)])

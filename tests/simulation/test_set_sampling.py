@@ -81,7 +81,7 @@ def test_choices_last_for_the_interval_and_are_uniform_over_what_passes():
 
 
 @pytest.mark.parametrize(("own_lon", "heeded"), [(10.0, True), (-10.0, False)])
-def test_own_car_is_heeded_only_if_directly_in_front(own_lon, heeded):
+def test_the_ego_is_heeded_only_if_directly_in_front(own_lon, heeded):
     predictor = FakePredictor(FakeBasis.make(accelerations=(0.0,), shifts=(0.0,)))
     scene = make_scene([own_lon, 0.0], [1.8, 1.8], speed=[0.0 if heeded else 40.0, 20.0])
     traffic = SetSamplingTraffic(predictor)
@@ -89,7 +89,7 @@ def test_own_car_is_heeded_only_if_directly_in_front(own_lon, heeded):
     assert traffic.step(scene, 0.1).stuck[1] == heeded
 
 
-def test_own_car_hidden_behind_another_vehicle_is_not_heeded():
+def test_the_ego_hidden_behind_another_vehicle_is_not_heeded():
     predictor = FakePredictor(FakeBasis.make(accelerations=(0.0,), shifts=(0.0,)))
     scene = make_scene([20.0, 0.0, 10.0], [1.8, 1.8, 1.8], speed=[10.0, 20.0, 20.0])
     traffic = SetSamplingTraffic(predictor)

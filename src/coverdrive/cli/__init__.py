@@ -2,27 +2,15 @@
 
 import sys
 from collections.abc import Sequence
+from importlib import import_module
 from typing import Annotated, Any
 
 from cyclopts import App, Group, Parameter
 
 from coverdrive import __version__
-from coverdrive.cli.animate import animate
 from coverdrive.cli.bars import console as progress_console
-from coverdrive.cli.basis import basis
-from coverdrive.cli.certify import certify
-from coverdrive.cli.compare import compare
-from coverdrive.cli.doctor import doctor
-from coverdrive.cli.drive import drive
 from coverdrive.cli.edge import status_of
-from coverdrive.cli.figures import figures
-from coverdrive.cli.fit import fit
-from coverdrive.cli.inspect import inspect
 from coverdrive.cli.options import console
-from coverdrive.cli.paper import paper
-from coverdrive.cli.report import report
-from coverdrive.cli.run import run
-from coverdrive.cli.study import study
 from coverdrive.cli.terminal import Terminal
 
 app = App(
@@ -43,11 +31,14 @@ app = App(
     something that you can put right: an argument, a setting, a file, a disk, a claim that the data do not support ·
     130, stopped by Ctrl-C · 143, stopped by SIGTERM · 141, nobody reads the output any more.""",
 )
-_COMMANDS = (run, inspect, fit, certify, study, drive, compare, report, figures, animate, basis, paper, doctor)
+_COMMANDS = (
+    "run", "inspect", "fit", "certify", "study", "drive", "compare", "report", "figures", "animate", "basis", "paper",
+    "doctor",
+)  # fmt: skip
 """in the order of a first visit"""
 
-for number, command in enumerate(_COMMANDS):
-    app.command(command, sort_key=number)
+for number, name in enumerate(_COMMANDS):
+    app.command(getattr(import_module(f"coverdrive.cli.{name}"), name), sort_key=number)
 
 app.meta.group_parameters = Group("Options of every command")
 app.meta.suppress_keyboard_interrupt = False

@@ -69,7 +69,7 @@ def compare_and_save(
     from coverdrive.prediction.certify import certify
 
     with stages():
-        compared = certify(results, targets, unit, confidence)
+        compared = certify(results, targets, unit, confidence)  # pyright: ignore[reportArgumentType]  (cached properties)
         results.save_methods(compared)
     console.print(f"• All methods of calibration are compared in {results.folder / 'methods.csv'}")
     return compared

@@ -1,22 +1,14 @@
 """``coverdrive drive``: one drive of a study again."""
 
-from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+from coverdrive.cli import options
 from coverdrive.cli.bars import stages, waiting
-from coverdrive.cli.options import (
-    Config,
-    Out,
-    Seed,
-    ToReplay,
-    TrafficName,
-    console,
-    experiment_of,
-)
+from coverdrive.cli.options import console, experiment_of
 from coverdrive.progress import stage
 
 
@@ -36,11 +28,11 @@ def drive(
             help="Number of uncontrolled vehicles, as in `--vehicles 8`; else that of the trial.",
         ),
     ] = None,
-    traffic: TrafficName = None,
-    recording: ToReplay = None,
-    seed: Seed = None,
-    out: Out = Path("results"),
-    config: Config = None,
+    traffic: options.TrafficName = None,
+    recording: options.ToReplay = None,
+    seed: options.Seed = None,
+    out: options.Out = Path("results"),
+    config: options.Config = None,
 ) -> dict[str, Any]:
     """Drive one trial with the predictor in a results folder; write its trace, snapshots and a video.
 
@@ -64,7 +56,7 @@ def drive(
     )
     study = results.study(experiment, recording or [])
     setup = study.setup.loaded()
-    number = setup.trial(trial).vehicles
+    number = setup.vehicles_of(trial)
     folder = out / f"{study.folder.name.replace('study', 'drive', 1)}_{trial}_{number}"
     with stages():
         with stage("drive"):
@@ -72,10 +64,9 @@ def drive(
         save_trace(trace, folder / "trace.npz")
         draw_drive(trace, folder, ActiveConstraints.of_study(study))
     result = measure(trace, setup.seed, trial)
-    console.print(f"{result.kind} at {result.time:.1f} s with {result.vehicles} vehicles")
-    if result.cause != Cause.NONE.value:
-        console.print(f"at fault: {result.at_fault}; {result.cause}")
-    measures = table_of([asdict(result)])
-    console.print(drives_table(measures))
+    console.print("{kind} at {time:.1f} s with {vehicles} vehicles".format(**result))
+    if result["cause"] != Cause.NONE:
+        console.print("at fault: {at_fault}; {cause}".format(**result))
+    console.print(drives_table(table_of([result])))
     console.print(f"Trace, snapshots and video are in {folder}")
-    return {"drive": str(folder), **measures.row(0, named=True)}
+    return {"drive": str(folder), **result}

@@ -1,15 +1,6 @@
 """The edge of the command: however it ends, that becomes an exit status and, where something is wrong, one clear line.
 
-=======  ==========================================================================================
-status   meaning
-=======  ==========================================================================================
-0        done
-1        an error in the program, with its traceback; or `doctor` found something missing
-2        something that the user can put right: an argument, a setting, a file, a disk, a claim
-130      stopped by Ctrl-C
-141      whoever read the output has gone
-143      stopped by SIGTERM
-=======  ==========================================================================================
+`coverdrive --help` says what every status means.
 """
 
 import errno
@@ -22,6 +13,7 @@ from contextlib import suppress
 from typing import Any
 
 from cyclopts import CycloptsError
+from pydantic_core import to_jsonable_python
 from rich.text import Text
 
 from coverdrive.cli.interrupts import Stopped, heeded
@@ -101,26 +93,16 @@ def in_words(error: OSError) -> str:
 
 
 def print_json(result: Any) -> None:
-    """Print a result as JSON that every parser reads.
+    """Print a result as JSON that every parser reads; numbers that JSON does not know become null.
 
     Raises:
         OutputClosed: nobody reads it.
     """
+    plain = to_jsonable_python(result, inf_nan_mode="null", fallback=str)
     try:
-        print(json.dumps(_plain(result), indent=2, default=str), flush=True)
+        print(json.dumps(plain, indent=2), flush=True)
     except BrokenPipeError:
         raise OutputClosed from None
-
-
-def _plain(value: Any) -> Any:
-    """JSON values; numbers that JSON does not know become null."""
-    if isinstance(value, dict):
-        return {str(name): _plain(inner) for name, inner in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(inner) for inner in value]
-    if isinstance(value, float) and not (-float("inf") < value < float("inf")):
-        return None
-    return value
 
 
 def _complain(text: str) -> str:

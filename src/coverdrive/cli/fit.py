@@ -4,22 +4,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from coverdrive.cli import options
 from coverdrive.cli.bars import stages, waiting
-from coverdrive.cli.options import (
-    Confidence,
-    Config,
-    Epsilon,
-    Location,
-    Out,
-    Preset,
-    Recordings,
-    Seed,
-    Set,
-    Unit,
-    certificate,
-    console,
-    experiment_of,
-)
+from coverdrive.cli.options import certificate, console, experiment_of
 
 if TYPE_CHECKING:
     from coverdrive.config import Experiment
@@ -29,16 +16,16 @@ if TYPE_CHECKING:
 
 def fit(
     *,
-    recording: Recordings = None,
-    epsilon: Epsilon = None,
-    confidence: Confidence = None,
-    unit: Unit = None,
-    seed: Seed = None,
-    out: Out = Path("results"),
-    config: Config = None,
-    preset: Preset = "default",
-    location: Location = None,
-    settings: Set = None,
+    recording: options.Recordings = None,
+    epsilon: options.Epsilon = None,
+    confidence: options.Confidence = None,
+    unit: options.Unit = None,
+    seed: options.Seed = None,
+    out: options.Out = Path("results"),
+    config: options.Config = None,
+    preset: options.Preset = "default",
+    location: options.Location = None,
+    settings: options.Set = None,
 ) -> dict[str, Any]:
     """Learn a predictor from recordings, certify it, and test it on scenes that it never saw.
 

@@ -24,9 +24,6 @@ def usually(value: str) -> Callable[[Any], str]:
     return lambda _: f"{value} unless the settings differ"
 
 
-_TRAFFICS = Literal["set-sampling", "drivers", "aggressive", "mixed", "replay"]
-
-
 def between(low: float, high: float) -> Callable[[Any, Any], None]:
     """Refuses numbers that are not within these bounds, themselves excluded, and what is no number."""
 
@@ -38,20 +35,21 @@ def between(low: float, high: float) -> Callable[[Any, Any], None]:
     return check
 
 
+_TRAFFICS = Literal["set-sampling", "drivers", "aggressive", "mixed", "replay"]
+_RECORDING = Parameter(name="--recording", consume_multiple=True)
+
 Recordings = Annotated[
     list[Path] | None,
+    _RECORDING,
     Parameter(
-        name="--recording",
-        consume_multiple=True,
         help="Files or folders: NGSIM CSV or text, CommonRoad XML, Parquet; as in `--recording scenarios/ us-101.csv`. "
         "Without any, traffic is generated.",
     ),
 ]
 ToReplay = Annotated[
     list[Path] | None,
+    _RECORDING,
     Parameter(
-        name="--recording",
-        consume_multiple=True,
         help="Only with --traffic replay: files or folders to replay, as in `--recording scenarios/`. Without any, the "
         "generated traffic is replayed.",
     ),
@@ -88,15 +86,7 @@ Epsilon = Annotated[
         show_default=usually("0.1"),
     ),
 ]
-EpsilonOfRun = Annotated[
-    float | Literal["auto"] | None,
-    Parameter(
-        name="--epsilon",
-        help="Bound to prove on the share that is missed, between 0 and 1, or auto: 0.1 if the data can prove it, else "
-        "the smallest that they can; as in `--epsilon 0.05`.",
-        show_default=usually("auto"),
-    ),
-]
+EpsilonOfRun = Annotated[Epsilon, Parameter(name="--epsilon", show_default=usually("auto"))]
 Confidence = Annotated[
     float | None,
     Parameter(
@@ -129,10 +119,7 @@ Trials = Annotated[
 ]
 Workers = Annotated[
     int | None,
-    Parameter(
-        help="Number of processes, as in `--workers 4`; 0: one for each processor.",
-        show_default=usually("0"),
-    ),
+    Parameter(help="Number of processes, as in `--workers 4`; 0: one for each processor.", show_default=usually("0")),
 ]
 TrafficName = Annotated[
     _TRAFFICS | None,
@@ -152,9 +139,8 @@ Studied = Annotated[
 ]
 Replayed = Annotated[
     list[Path] | None,
+    _RECORDING,
     Parameter(
-        name="--recording",
-        consume_multiple=True,
         help="Recordings that the study replayed, as in `--recording scenarios/`; needed if drives in replayed traffic "
         "are not stored yet.",
     ),

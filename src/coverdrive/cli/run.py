@@ -4,47 +4,30 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from coverdrive.cli import options
 from coverdrive.cli.bars import stages, waiting
 from coverdrive.cli.certify import compare_and_save
 from coverdrive.cli.fit import fit_and_print
-from coverdrive.cli.options import (
-    Confidence,
-    Config,
-    EpsilonOfRun,
-    Location,
-    Out,
-    Preset,
-    Recordings,
-    Seed,
-    Set,
-    TrafficName,
-    Trials,
-    Unit,
-    Vehicles,
-    Workers,
-    certificate,
-    console,
-    experiment_of,
-)
+from coverdrive.cli.options import certificate, console, experiment_of
 from coverdrive.cli.study import study_and_print
 
 
 def run(
     *,
-    recording: Recordings = None,
-    epsilon: EpsilonOfRun = None,
-    confidence: Confidence = None,
-    unit: Unit = None,
-    trials: Trials = None,
-    traffic: TrafficName = None,
-    vehicles: Vehicles = None,
-    seed: Seed = None,
-    out: Out = Path("results"),
-    config: Config = None,
-    preset: Preset = "default",
-    workers: Workers = None,
-    location: Location = None,
-    settings: Set = None,
+    recording: options.Recordings = None,
+    epsilon: options.EpsilonOfRun = None,
+    confidence: options.Confidence = None,
+    unit: options.Unit = None,
+    trials: options.Trials = None,
+    traffic: options.TrafficName = None,
+    vehicles: options.Vehicles = None,
+    seed: options.Seed = None,
+    out: options.Out = Path("results"),
+    config: options.Config = None,
+    preset: options.Preset = "default",
+    workers: options.Workers = None,
+    location: options.Location = None,
+    settings: options.Set = None,
 ) -> dict[str, Any]:
     """Do everything: learn, certify, test, compare methods, drive a closed-loop study, and draw the report.
 

@@ -6,20 +6,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+from coverdrive.cli import options
 from coverdrive.cli.bars import stages, waiting
-from coverdrive.cli.options import (
-    Config,
-    Out,
-    Seed,
-    ToReplay,
-    TrafficName,
-    Trials,
-    Vehicles,
-    Workers,
-    between,
-    console,
-    experiment_of,
-)
+from coverdrive.cli.options import between, console, experiment_of
 
 if TYPE_CHECKING:
     from coverdrive.config import Experiment, StudySettings
@@ -33,10 +22,10 @@ Cluster = Annotated[
 
 def study(
     *,
-    trials: Trials = None,
-    traffic: TrafficName = None,
-    vehicles: Vehicles = None,
-    recording: ToReplay = None,
+    trials: options.Trials = None,
+    traffic: options.TrafficName = None,
+    vehicles: options.Vehicles = None,
+    recording: options.ToReplay = None,
     until_width: Annotated[
         float | None,
         Parameter(
@@ -46,17 +35,15 @@ def study(
         ),
     ] = None,
     settings: Annotated[
-        list[str] | None,
+        options.Set,
         Parameter(
-            name="--set",
-            consume_multiple=True,
-            help="Settings to vary, as in `--set planner.problem.obstacles.order=2,4`; every combination is a study.",
+            help="Settings to vary, as in `--set planner.problem.obstacles.order=2,4`; every combination is a study."
         ),
     ] = None,
-    seed: Seed = None,
-    out: Out = Path("results"),
-    config: Config = None,
-    workers: Workers = None,
+    seed: options.Seed = None,
+    out: options.Out = Path("results"),
+    config: options.Config = None,
+    workers: options.Workers = None,
     cluster: Cluster = None,
 ) -> dict[str, Any]:
     """Drive many trials with the predictor in a results folder; a study that was stopped goes on where it was.

@@ -1,12 +1,9 @@
 """What the command prints on: nothing in a name is markup, and what a terminal cannot show is replaced."""
 
 import sys
-from typing import TYPE_CHECKING
+from io import TextIOWrapper
 
 from rich.console import Console
-
-if TYPE_CHECKING:
-    from typing import TextIO
 
 
 class OutputClosed(Exception):
@@ -28,10 +25,5 @@ class Terminal(Console):
 def show_what_can_be_shown() -> None:
     """Let stdout and stderr replace the characters that they cannot encode."""
     for stream in (sys.stdout, sys.stderr):
-        _replace_unknown(stream)
-
-
-def _replace_unknown(stream: "TextIO | None") -> None:
-    reconfigure = getattr(stream, "reconfigure", None)
-    if reconfigure is not None:
-        reconfigure(errors="replace")
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="replace")

@@ -20,7 +20,6 @@ from coverdrive.errors import SettingError
 from coverdrive.prediction.calibrate import CertificateSettings, Epsilon, calibrate, provable
 from coverdrive.prediction.cover.basis import Basis, BasisSettings, make_basis
 from coverdrive.prediction.held_out import Source, sources_of
-from coverdrive.prediction.learning.inputs import refuse_look_ahead
 from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.learning.own_network import Learner, OwnNetwork, seen_by
 from coverdrive.prediction.learning.samples import Assignment, Samples, make_samples
@@ -107,7 +106,7 @@ def fit(
             that gives N × M scores for N × 21 features (`coverdrive.prediction.learning.own_network`).
 
     Raises:
-        SettingError: a value is not allowed, or the network would see a motion that was estimated from the future.
+        SettingError: a value is not allowed.
         DataError: the recordings cannot be split, or hold no segments.
         CertificateError: there are too few calibration samples for a bound in the chosen unit; said before training.
     """
@@ -155,7 +154,6 @@ def fit(
 
 def cut_and_split(recordings: Sequence[Recording], settings: PredictionSettings, seed: int) -> tuple[Segments, Split]:
     """The segments of recordings, and which of them train, calibrate and test."""
-    refuse_look_ahead(recordings, settings.training.inputs)
     segments = cut_segments(recordings, settings.segments)
     return segments, split(segments.vehicle, segments.group, settings.split, _seeds(seed)[0])
 

@@ -1,10 +1,10 @@
 """Trajectory segments: what vehicles did in the three seconds after a moment (paper §2.1).
 
 A segment is stored as its *deviation from constant velocity* (paper, Remark 1): with v₀ the speed along the road at
-its start, point t is (lon(t) − lon(0) − v₀·t, lat(t) − lat(0)). N segments of T = 7 points.
+its start, point t is (lon(t) − lon(0) − v₀·t, lat(t) − lat(0)). The start is where, and as fast as, the vehicle is
+*seen* then, from its past alone; where it goes is smoothed both ways. N segments of T = 7 points.
 """
 
-import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -14,7 +14,7 @@ from pydantic import Field, model_validator
 
 from coverdrive.errors import DataError, SettingError
 from coverdrive.prediction.cover.greedy import MIRROR
-from coverdrive.recordings.recording import MEASURES, Recording
+from coverdrive.recordings.recording import Recording
 from coverdrive.settings import Settings
 
 _MOST_POINTS = 200
@@ -52,7 +52,7 @@ class Segments:
     points: Float[np.ndarray, "N T 2"]
     """[m] deviation from constant velocity along lon and lat; the first point is zero"""
     speed: Float[np.ndarray, " N"]
-    """[m/s] along the road at the start"""
+    """[m/s] along the road at the start, as seen there"""
     heading: Float[np.ndarray, "N T"]
     """[rad] at the points"""
     half_sizes: Float[np.ndarray, "N 2"]
@@ -60,7 +60,7 @@ class Segments:
     step: float
     """[s] between two points"""
     vehicle: Int[np.ndarray, " N"]
-    """key of the vehicle, unique over all recordings and the same whenever they are read"""
+    """key of the physical vehicle, one in all recordings that show it, and the same whenever they are read"""
     group: Int[np.ndarray, " N"]
     """group of scenes that may share vehicles"""
     recording: Int[np.ndarray, " N"]
@@ -107,24 +107,24 @@ def _cut(recording: Recording, index: int, settings: SegmentSettings) -> Segment
     step = _samples(settings.step, recording, "step")
     stride = _samples(settings.stride, recording, "stride")
     reach = step * (settings.points - 1)
-    column = {name: recording.table[name].to_numpy() for name in ("vehicle", "group", *MEASURES)}
+    column = {name: recording.table[name].to_numpy() for name in recording.table.columns}
     vehicle = column["vehicle"]
     first = np.flatnonzero(np.r_[True, vehicle[1:] != vehicle[:-1]][: len(vehicle)])
     since_first = np.arange(len(vehicle)) - np.repeat(first, np.diff(np.r_[first, len(vehicle)]))
     starts = np.flatnonzero(since_first[: max(len(vehicle) - reach, 0)] % stride == 0)
     starts = starts[vehicle[starts] == vehicle[starts + reach]]
     rows = starts[:, None] + step * np.arange(settings.points)
-    speed = column["speed"][starts] * np.cos(column["heading"][starts])
+    speed = column["seen_speed"][starts] * np.cos(column["seen_heading"][starts])
     elapsed = settings.step * np.arange(settings.points)
-    lon = column["lon"][rows] - column["lon"][starts, None] - speed[:, None] * elapsed
-    lat = column["lat"][rows] - column["lat"][starts, None]
+    lon = column["lon"][rows] - column["seen_lon"][starts, None] - speed[:, None] * elapsed
+    lat = column["lat"][rows] - column["seen_lat"][starts, None]
     return Segments(
-        points=np.stack([lon, lat], axis=-1),
+        points=np.stack([lon, lat], axis=-1) * (elapsed > 0)[:, None],
         speed=speed,
         heading=column["heading"][rows],
         half_sizes=np.stack([column["length"][starts], column["width"][starts]], axis=-1) / 2,
         step=settings.step,
-        vehicle=vehicle_keys(recording.name, vehicle)[starts],
+        vehicle=column["identity"][starts],
         group=column["group"][starts],
         recording=np.full(len(starts), index),
         row=starts,
@@ -139,11 +139,3 @@ def _samples(duration: float, recording: Recording, name: str) -> int:
             f"{recording.name!r}, got {duration} s: resample the recording to 0.1 s, or choose a multiple"
         )
     return count
-
-
-def vehicle_keys(recording: str, vehicle: Int[np.ndarray, " rows"]) -> Int[np.ndarray, " rows"]:
-    """Keys of the vehicles of a recording: the same whenever it is read, and unique over all recordings."""
-    distinct, inverse = np.unique(vehicle, return_inverse=True)
-    digests = (hashlib.blake2b(f"{recording}/{number}".encode(), digest_size=8).digest() for number in distinct)
-    keys = np.array([int.from_bytes(digest, "big") >> 1 for digest in digests], dtype=np.int64)
-    return keys[inverse]

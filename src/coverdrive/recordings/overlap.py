@@ -1,4 +1,5 @@
-"""Finds recordings that show the same vehicles at the same time: a split must not put them on two sides.
+"""Finds the vehicles that several recordings show at the same time: they count once, and a split must not put their
+recordings on two sides.
 
 Several published scenarios are cut from the same original. Their clocks, coordinates and vehicle numbers differ, but
 the speeds that the files state are copies. Two tracks belong to one vehicle if their stated speeds agree wherever, at
@@ -29,17 +30,20 @@ LONE = 30
 COMMON = 50
 """Runs that occur more often are not telling"""
 
+_SHARED = pl.Schema({f"{name}{side}": pl.Int64 for side in ("", "_b") for name in ("recording", "vehicle", "group")})
 
-def overlapping_groups(
+
+def shared_vehicles(
     tracks: Sequence[RawTracks], groups: Sequence[Int[np.ndarray, "..."]], files: Sequence[int]
-) -> list[tuple[int, int]]:
-    """Pairs of groups that share vehicles at the same time.
+) -> pl.DataFrame:
+    """The vehicles that two recordings share at the same time: recording, vehicle and group, and those ``_b`` there.
 
-    ``groups`` are those of every row of each of the tracks, numbered through all of them; ``files`` the file that each
-    of the recordings is from: those of one file are not compared.
+    A pair of vehicles has a row for each pair of groups that they share. ``groups`` are those of every row of each of
+    the tracks, numbered through all of them; ``files`` the file that each of the recordings is from: those of one file
+    are not compared.
     """
     if len(set(files)) < 2:
-        return []
+        return pl.DataFrame(schema=_SHARED)
     ordered = [_ordered(track, group) for track, group in zip(tracks, groups, strict=True)]
     runs = pl.concat([_runs(table, number) for number, table in enumerate(ordered)])
     runs = runs.join(pl.DataFrame({"recording": range(len(files)), "file": files}), on="recording")
@@ -51,10 +55,10 @@ def overlapping_groups(
         .unique()
         .sort("recording", "recording_b", "offset", "vehicle", "vehicle_b")
     )
-    pairs: set[tuple[int, int]] = set()
+    shared = [pl.DataFrame(schema=_SHARED)]
     for (a, b, offset), found in matches.group_by("recording", "recording_b", "offset", maintain_order=True):
-        pairs |= _shared(ordered[int(a)], ordered[int(b)], int(offset), found)
-    return sorted(pairs)
+        shared.append(_shared(ordered[int(a)], ordered[int(b)], int(offset), found).select(_SHARED.names()))
+    return pl.concat(shared, how="vertical_relaxed")
 
 
 def _ordered(track: RawTracks, group: Int[np.ndarray, " R"]) -> pl.DataFrame:
@@ -78,10 +82,10 @@ def _runs(table: pl.DataFrame, number: int) -> pl.DataFrame:
     return runs.filter(telling)
 
 
-def _shared(a: pl.DataFrame, b: pl.DataFrame, offset: int, found: pl.DataFrame) -> set[tuple[int, int]]:
-    """Pairs of groups of the rows that vehicles share, if they prove that two recordings overlap."""
+def _shared(a: pl.DataFrame, b: pl.DataFrame, offset: int, found: pl.DataFrame) -> pl.DataFrame:
+    """The vehicles that are found in both, with the groups of their common rows; none if they prove no overlap."""
     shared = (
-        found.select("vehicle", "vehicle_b")
+        found.select("recording", "recording_b", "vehicle", "vehicle_b")
         .join(a, on="vehicle")
         .with_columns(moment_b=pl.col("moment") + offset)
         .join(b, left_on=("vehicle_b", "moment_b"), right_on=("vehicle", "moment"), suffix="_b")
@@ -90,4 +94,4 @@ def _shared(a: pl.DataFrame, b: pl.DataFrame, offset: int, found: pl.DataFrame) 
     shared = shared.filter(agree <= LARGEST_DIFFERENCE)
     pairs = shared.select("vehicle", "vehicle_b").n_unique()
     telling = pairs >= 2 or len(shared) >= LONE  # of one pair, all rows are its own
-    return set(shared.select("group", "group_b").unique().iter_rows()) if telling else set()
+    return (shared if telling else shared.clear()).unique(_SHARED.names(), maintain_order=True)

@@ -27,7 +27,6 @@ class _Head(BaseModel):
     edges: list[float]
     length: float
     repairs: dict[str, int]
-    causal: bool = False
 
 
 _HEADS = TypeAdapter(list[_Head])
@@ -44,7 +43,6 @@ def write_parquet(recordings: Sequence[Recording], path: Path) -> None:
             edges=np.asarray(recording.road.edges, dtype=np.float64).tolist(),
             length=float(recording.road.length),
             repairs=recording.repairs,
-            causal=recording.causal,
         )
         for recording in recordings
     ]
@@ -76,7 +74,7 @@ def read_heads(file: Path, content: bytes) -> list[_Head] | None:
 def read_parquet(file: Path, rows: pl.DataFrame, heads: Sequence[_Head]) -> tuple[Reading, ...]:
     """What `write_parquet` wrote, exactly; a file that is not as it writes them is refused."""
     found, schema = dict(rows.schema), dict(SCHEMA) | {"recording": pl.Int64}
-    if found != schema:
+    if not schema.items() <= found.items():
         problem = f"the file is damaged or of another version: expected the columns {schema}, got {found}"
         raise RecordingError(file, f"{problem}; write the recordings anew")
     for row in (~rows["recording"].is_between(0, len(heads) - 1).fill_null(False)).arg_true():
@@ -90,9 +88,9 @@ def read_parquet(file: Path, rows: pl.DataFrame, heads: Sequence[_Head]) -> tupl
 
 def _reading(head: _Head, rows: pl.DataFrame, number: int) -> Reading:
     """Recording ``number`` of a file, its rows found by the column ``recording``."""
-    table = rows.filter(pl.col("recording") == number).select(SCHEMA.names())
+    table = rows.filter(pl.col("recording") == number).drop("recording")
     road = Road(edges=np.array(head.edges, dtype=np.float64), length=head.length)
-    recording = Recording(head.name, table, head.dt, road, head.repairs, head.causal)
+    recording = Recording(head.name, table, head.dt, road, head.repairs)
     values = {name: table[name].to_numpy() for name in SCHEMA if name not in ("time", "heading")}
     moment = np.rint(table["time"].to_numpy() / head.dt).astype(np.int64)
     return Reading(recording, RawTracks(moment=moment, **values))

@@ -1,4 +1,4 @@
-"""Reads recordings of any known kind, and puts those into one group that show the same vehicles."""
+"""Reads recordings of any known kind; those that show the same vehicles become one group, and the vehicles one."""
 
 import re
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ from coverdrive.progress import part
 from coverdrive.recordings.commonroad import read_commonroad
 from coverdrive.recordings.foreign import refuse_foreign
 from coverdrive.recordings.ngsim import is_metric, read_metric, read_ngsim
-from coverdrive.recordings.overlap import overlapping_groups
+from coverdrive.recordings.overlap import shared_vehicles
 from coverdrive.recordings.parquet import read_heads, read_parquet
 from coverdrive.recordings.recording import Recording
 from coverdrive.recordings.smoothing import SmoothingSettings
@@ -33,6 +33,8 @@ LONG = 120.0
 """[s] recordings that last longer are cut into groups"""
 
 Groups = Int[np.ndarray, "..."]
+
+_IDENTITY = pl.col("identity")
 
 
 def read(
@@ -132,20 +134,42 @@ def _cut(readings: tuple[Reading, ...]) -> tuple[Reading, ...]:
 
 
 def _grouped(readings: list[Reading], origin: list[int]) -> tuple[Recording, ...]:
-    """The recordings with groups numbered through all files; groups that share vehicles become one."""
+    """The recordings with groups numbered through all files; those that share vehicles become one, and so do these."""
     raw, tables = _numbered(readings, origin)
+    shared = shared_vehicles([reading.raw for reading in readings], raw, origin)
     count = max(int(numbers.max()) for numbers in (*raw, *tables)) + 1
-    pairs = overlapping_groups([reading.raw for reading in readings], raw, origin)
-    first, second = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
-    links = coo_array((np.ones(len(pairs)), (first, second)), shape=(count, count))
-    component = connected_components(links, directed=False)[1]
+    component = _linked(shared["group"].to_numpy(), shared["group_b"].to_numpy(), count)
     used = np.unique(np.concatenate([component[numbers] for numbers in tables]))
     groups = (pl.Series(np.searchsorted(used, component[numbers]), dtype=pl.Int64) for numbers in tables)
-    return tuple(_regrouped(reading.recording, group) for reading, group in zip(readings, groups, strict=True))
+    one = _one_of(readings, shared)
+    return tuple(
+        _regrouped(reading.recording, group, pl.col("identity").replace(one))
+        for reading, group in zip(readings, groups, strict=True)
+    )
 
 
-def _regrouped(recording: Recording, group: pl.Series | pl.Expr) -> Recording:
-    return replace(recording, table=recording.table.with_columns(group=group))
+def _one_of(readings: list[Reading], shared: pl.DataFrame) -> dict[int, int]:
+    """For every key of a vehicle that another recording shows, too: the smallest of its keys."""
+    own = [reading.recording.table.select("vehicle", "identity").unique() for reading in readings]
+    keys = pl.concat(table.with_columns(recording=pl.lit(number, pl.Int64)) for number, table in enumerate(own))
+    pairs = shared.join(keys, on=("recording", "vehicle")).join(
+        keys, left_on=("recording_b", "vehicle_b"), right_on=("recording", "vehicle"), suffix="_b"
+    )
+    names, node = np.unique(pairs.select("identity", "identity_b").to_numpy(), return_inverse=True)
+    first, second = node.reshape(-1, 2).T
+    component = _linked(first, second, len(names))
+    _, first = np.unique(component, return_index=True)
+    return dict(zip(names.tolist(), names[first[component]].tolist(), strict=True))
+
+
+def _linked(first: Groups, second: Groups, count: int) -> Groups:
+    """Number of the connected component of each of ``count`` nodes, of which pairs are linked."""
+    links = coo_array((np.ones(len(first)), (first, second)), shape=(count, count))
+    return connected_components(links, directed=False)[1]
+
+
+def _regrouped(recording: Recording, group: pl.Series | pl.Expr, identity: pl.Expr = _IDENTITY) -> Recording:
+    return replace(recording, table=recording.table.with_columns(group=group, identity=identity))
 
 
 def _numbered(readings: list[Reading], origin: list[int]) -> tuple[list[Groups], list[Groups]]:

@@ -4,6 +4,7 @@ Input of the trajectory basis (paper §2.1) and of the affordances (§2.2). F is
 the largest number of vehicles seen at one moment.
 """
 
+import hashlib
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -20,7 +21,27 @@ MEASURES = ("lon", "lat", "speed", "heading", "length", "width")
 """The columns of a recording's table that `Scene` holds, in its order."""
 
 SCHEMA = pl.Schema({"vehicle": pl.Int64, "group": pl.Int64, "time": pl.Float64} | dict.fromkeys(MEASURES, pl.Float64))
-"""Columns and types of a recording's table."""
+"""Columns and types of a recording's table that there have to be."""
+
+SEEN = pl.Schema(dict.fromkeys([f"seen_{name}" for name in MEASURES[:4]], pl.Float64))
+"""What could be seen of the same row at its time, from the past alone; without them, a row is seen as it is"""
+
+IDENTITY = pl.Schema({"identity": pl.Int64})
+"""Key of the physical vehicle: the same in all recordings that show it; without it, every recording has its own"""
+
+
+_WHOLE = pl.Schema(SCHEMA | SEEN | IDENTITY)
+
+_SCENE = dict(zip(MEASURES, (*SEEN, *MEASURES[4:]), strict=True))
+"""The column of every field of a scene"""
+
+
+def vehicle_keys(recording: str, vehicle: Int[np.ndarray, " rows"]) -> Int[np.ndarray, " rows"]:
+    """Keys of the vehicles of a recording: the same whenever it is read, and unique over all recordings."""
+    distinct, inverse = np.unique(vehicle, return_inverse=True)
+    digests = (hashlib.blake2b(f"{recording}/{number}".encode(), digest_size=8).digest() for number in distinct)
+    keys = np.array([int.from_bytes(digest, "big") >> 1 for digest in digests], dtype=np.int64)
+    return keys[inverse]
 
 
 @dataclass(frozen=True)
@@ -46,24 +67,30 @@ class Recording:
     """what it is called in reports, from the file's name"""
     table: pl.DataFrame
     """columns vehicle, group, time [s], lon, lat [m], speed [m/s], heading [rad], length, width [m] as in
-    `SCHEMA`; sorted by vehicle and time; times are whole multiples of ``dt``; no vehicle has a gap within a group"""
+    `SCHEMA`, then those of `SEEN` and `IDENTITY`, which are added if not given; sorted by vehicle and time; times are
+    whole multiples of ``dt``; no vehicle has a gap within a group"""
     dt: float
     """[s] between two rows of a track"""
     road: Road
     """its right edge is at lat = 0"""
     repairs: dict[str, int]
     """how often each kind of repair was made when the recording was read"""
-    causal: bool = False
-    """whether all measures of a moment come from positions up to then, and from none after it"""
 
     def __post_init__(self) -> None:
         """Refuse a table of other columns or types, and one that cannot be traffic."""
-        if self.table.schema != SCHEMA:
+        given = {name: kind for name, kind in _WHOLE.items() if name in SCHEMA or name in self.table.columns}
+        if self.table.schema != given:
             raise DataError(f"the table of a recording has the columns {dict(SCHEMA)}; got {dict(self.table.schema)}")
         try:
             check(self.table, self.dt, self.road)
         except DataError as error:
             raise DataError(f"recording {self.name}: {error}") from None
+        if given != _WHOLE:
+            keys = vehicle_keys(self.name, self.table["vehicle"].to_numpy())
+            added = {name: self.table[name.removeprefix("seen_")] for name in SEEN}
+            added["identity"] = pl.Series(keys, dtype=pl.Int64)
+            missing = {name: values for name, values in added.items() if name not in given}
+            object.__setattr__(self, "table", self.table.with_columns(**missing).select(_WHOLE.names()))
 
     @cached_property
     def _moment(self) -> Int[np.ndarray, " rows"]:
@@ -71,18 +98,18 @@ class Recording:
         return np.rint(self.table["time"].to_numpy() / self.dt).astype(np.int64)
 
     def scene_at(self, time: float) -> Scene:
-        """The A vehicles present at a time [s] from the first to the last row, rounded to the time grid."""
+        """The A vehicles present at a time [s] from the first to the last row, rounded to the time grid, as seen."""
         moment = round(time / self.dt)
         first, last = int(self._moment.min()), int(self._moment.max())
         if not first <= moment <= last:
             lasts = f"{self.name} lasts from {first * self.dt:g} s to {last * self.dt:g} s"
             raise DataError(f"{lasts}; got the time {time:g} s, choose one between them")
         present = self.table.filter(pl.Series(self._moment == moment))
-        values = {name: present[name].to_numpy() for name in MEASURES}
+        values = {name: present[column].to_numpy() for name, column in _SCENE.items()}
         return Scene(**values, valid=np.ones(len(present), dtype=bool))
 
     def frames(self) -> Frames:
-        """All moments of the recording in arrays, for vectorised work."""
+        """All moments of the recording, as seen then, in arrays for vectorised work."""
         moments, frame = np.unique(self._moment, return_inverse=True)
         order = np.argsort(frame, kind="stable")
         count = np.bincount(frame)
@@ -93,8 +120,8 @@ class Recording:
         vehicle = np.full(shape, -1, dtype=np.int64)
         vehicle[frame, slot] = self.table["vehicle"].to_numpy()
         values: dict[str, np.ndarray] = {}
-        for name in MEASURES:
+        for name, column in _SCENE.items():
             values[name] = np.zeros(shape, dtype=np.float32)
-            values[name][frame, slot] = self.table[name].to_numpy()
+            values[name][frame, slot] = self.table[column].to_numpy()
         scene = Scene(**values, valid=vehicle >= 0)
         return Frames(moments * self.dt, vehicle, scene, frame, slot)

@@ -105,7 +105,10 @@ def _drop_outliers(raw: RawTracks, dt: float, repairs: Counter[str]) -> RawTrack
 
 
 def fill_gaps(raw: RawTracks, dt: float, longest: float, repairs: Counter[str]) -> RawTracks:
-    """Short gaps filled by linear interpolation; after a longer one, or a jump, the vehicle gets a new number."""
+    """Short gaps filled by linear interpolation; after a longer one, or a jump, the vehicle gets a new number.
+
+    Rows that were filled in state no speed (NaN).
+    """
     same = np.diff(raw.vehicle) == 0
     step = np.diff(raw.moment)
     jumps = _jumps(raw, dt)
@@ -129,12 +132,13 @@ def fill_gaps(raw: RawTracks, dt: float, longest: float, repairs: Counter[str]) 
         moment=raw.moment[left] + offset,
         lon=(1 - share) * raw.lon[left] + share * raw.lon[right],
         lat=(1 - share) * raw.lat[left] + share * raw.lat[right],
+        speed=np.where(offset > 0, np.nan, raw.speed[left]),
     )
     return filled.take(np.argsort(filled.vehicle, kind="stable"))
 
 
-def drop_single(raw: RawTracks, repairs: Counter[str]) -> RawTracks:
-    """Without tracks of one row, which have no speed."""
+def drop_short(raw: RawTracks, most: int, repairs: Counter[str]) -> RawTracks:
+    """Without tracks of at most so many rows, which have no speed."""
     _, inverse, count = np.unique(raw.vehicle, return_inverse=True, return_counts=True)
-    counted(repairs, "dropped tracks", int((count == 1).sum()))
-    return raw.take(count[inverse] > 1)
+    counted(repairs, "dropped tracks", int((count <= most).sum()))
+    return raw.take(count[inverse] > most)

@@ -2,7 +2,8 @@
 
 Speed and heading are the derivative of the polynomial that is fitted to the positions around each sample
 (Savitzky & Golay 1964). Many tracks of different lengths lie one after the other in flat arrays of R rows and
-are smoothed together. The window is centred at the sample, or ends with it where nothing may know the future.
+are smoothed together. The window is centred at the sample, so that the result knows the future: it says what vehicles
+did, and `coverdrive.recordings.filtering` what could be seen of them.
 """
 
 from functools import cache
@@ -25,18 +26,10 @@ class SmoothingSettings(Settings):
     stand_still: float = Field(default=1.0, ge=0, le=10)
     """[m/s] below this speed the direction of motion is noise and the heading is set to 0"""
 
-    causal: bool = False
-    """what holds at a moment comes only from positions up to then, as a car on the road measures it: short gaps are not
-    filled, and each track begins one window later. Needed for ``inputs = "motion"``"""
-    past: float = Field(default=0.7, gt=0, le=20)
-    """[s] length of the window if causal; on US-101, speeds along and across the road then differ from the centred ones
-    by 0.34 and 0.16 m/s (root mean square), with 0.5 s about as much, with 1 s and more by more"""
-    past_order: int = Field(default=2, ge=1, le=5)
-    """order of the polynomial if causal; order 1 lags behind, order 3 follows the noise"""
-
-    def past_samples(self, dt: float) -> int:
-        """The causal window as a number of samples, more than the order of the polynomial."""
-        return max(round(self.past / dt) + 1, self.past_order + 1)
+    position_noise: float = Field(default=0.1, gt=0, le=5)
+    """[m] of a measured position, for what is seen at a moment (`coverdrive.recordings.filtering`)"""
+    acceleration_noise: float = Field(default=4.0, gt=0, le=100)
+    """[m/s^1.5] of the white acceleration of vehicles, for the same"""
 
     def samples(self, dt: float) -> int:
         """The window as an odd number of samples, at least 3 and more than the order of the polynomial."""
@@ -47,12 +40,10 @@ class SmoothingSettings(Settings):
 def smooth(
     values: Float[np.ndarray, " R"], starts: Int[np.ndarray, " tracks"], dt: float, settings: SmoothingSettings
 ) -> tuple[Float[np.ndarray, " R"], Float[np.ndarray, " R"]]:
-    """Smoothed values and their time derivative; if causal, both are NaN in rows that have too little past.
+    """Smoothed values and their time derivative.
 
     Each track of at least two samples, dt [s] apart, begins at one of the rows ``starts``, the first one at row 0.
     """
-    if settings.causal:
-        return _smooth_by_past(values, starts, dt, settings)
     window = settings.samples(dt)
     half = window // 2
     counts = np.diff(np.append(starts, len(values)))
@@ -75,19 +66,6 @@ def smooth(
         smoothed[index] = values[index] @ fit.T
         slope[index] = values[index] @ fit_slope.T
     return smoothed, slope
-
-
-def _smooth_by_past(
-    values: Float[np.ndarray, " R"], starts: Int[np.ndarray, " tracks"], dt: float, settings: SmoothingSettings
-) -> tuple[Float[np.ndarray, " R"], Float[np.ndarray, " R"]]:
-    window = settings.past_samples(dt)
-    results = np.full_like(values, np.nan), np.full_like(values, np.nan)
-    since_start = np.arange(len(values)) - np.repeat(starts, np.diff(np.append(starts, len(values))))
-    for result, fit in zip(results, _fit(window, settings.past_order, dt), strict=True):
-        if len(values) >= window:
-            result[window - 1 :] = np.convolve(values, fit[-1, ::-1], mode="valid")
-        result[since_start < window - 1] = np.nan
-    return results
 
 
 def motion(

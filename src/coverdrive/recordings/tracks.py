@@ -1,5 +1,6 @@
 """From raw positions to recordings: repaired (`coverdrive.recordings.repair`), smoothed
-(`coverdrive.recordings.smoothing`), and refused where they cannot be traffic.
+(`coverdrive.recordings.smoothing`), filtered (`coverdrive.recordings.filtering`), and refused where they cannot be
+traffic.
 
 R rows of raw positions become a recording's table: sorted by vehicle and time, one row per vehicle and moment, no gaps.
 """
@@ -13,8 +14,9 @@ import polars as pl
 
 from coverdrive.errors import DataError, RecordingError
 from coverdrive.recordings.checks import TIME_STEPS, implausible_vehicles
-from coverdrive.recordings.recording import SCHEMA, Recording
-from coverdrive.recordings.repair import LONGEST_GAP, RawTracks, counted, drop_off_road, drop_single, fill_gaps, tidy
+from coverdrive.recordings.filtering import SEEN_FOR, seen
+from coverdrive.recordings.recording import SCHEMA, SEEN, Recording
+from coverdrive.recordings.repair import LONGEST_GAP, RawTracks, drop_off_road, drop_short, fill_gaps, tidy
 from coverdrive.recordings.smoothing import SmoothingSettings, motion, smooth
 from coverdrive.road import Road
 
@@ -39,20 +41,23 @@ def regular_table(raw: RawTracks, dt: float, settings: SmoothingSettings, repair
     """The table of a recording from at least one row of positions.
 
     ``repairs`` gains what `tidy` repairs, ``interpolated rows``, ``split tracks`` (at long gaps and at jumps) and
-    ``dropped tracks`` (of a single row), each where any; with causal smoothing ``rows without a past``, which are left
-    out, and no interpolated ones.
+    ``dropped tracks`` (of too few rows to have a speed), each where any. A track begins when its vehicle is seen.
     """
-    longest = dt if settings.causal else LONGEST_GAP
-    tracks = drop_single(fill_gaps(tidy(raw, dt, repairs), dt, longest, repairs), repairs)
+    least = max(1, round(SEEN_FOR / dt))
+    tracks = drop_short(fill_gaps(tidy(raw, dt, repairs), dt, LONGEST_GAP, repairs), least, repairs)
     starts = np.flatnonzero(np.diff(tracks.vehicle, prepend=tracks.vehicle[:1] - 1))
     lon, lon_rate = smooth(tracks.lon, starts, dt, settings)
     lat, lat_rate = smooth(tracks.lat, starts, dt, settings)
     speed, heading = motion(lon_rate, lat_rate, settings)
-    known = ~np.isnan(lon_rate)
-    counted(repairs, "rows without a past", int((~known).sum()))
     measures = (lon, lat, speed, heading, tracks.length, tracks.width)
     columns = (tracks.vehicle, tracks.group, tracks.moment * dt, *measures)
-    return pl.DataFrame(dict(zip(SCHEMA, columns, strict=True)), schema=SCHEMA).filter(known)
+    measured, noises = ~np.isnan(tracks.speed), (settings.position_noise, settings.acceleration_noise)
+    lon, lon_rate = seen(tracks.lon, measured, starts, dt, noises)
+    lat, lat_rate = seen(tracks.lat, measured, starts, dt, noises)
+    columns += (lon, lat, *motion(lon_rate, lat_rate, settings))
+    since_start = np.arange(len(lon)) - np.repeat(starts, np.diff(np.append(starts, len(lon))))
+    schema = SCHEMA | SEEN
+    return pl.DataFrame(dict(zip(schema, columns, strict=True)), schema=schema).filter(since_start >= least)
 
 
 def name_of(file: Path) -> str:
@@ -83,11 +88,10 @@ def make_reading(
     _check_stated_speeds(file, kept, dt)
     table = regular_table(kept, dt, settings, repairs)
     if table.is_empty():
-        long_enough = f"for {settings.past:g} s without a gap" if settings.causal else "at two successive times"
-        raise RecordingError(file, f"no vehicle is on the road {long_enough}; choose another file")
+        raise RecordingError(file, f"no vehicle is on the road for more than {SEEN_FOR:g} s; choose another file")
     table = _drop_implausible(file, table, dt, road, repairs)
     try:
-        return Reading(Recording(name, table, dt, road, dict(repairs), settings.causal), kept)
+        return Reading(Recording(name, table, dt, road, dict(repairs)), kept)
     except DataError as error:
         raise RecordingError(file, str(error)) from error
 

@@ -3,7 +3,7 @@
 Not to scale: lanes are drawn wider and gaps shorter than they are.
 """
 
-from typing import Any, NamedTuple
+from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -37,26 +37,14 @@ _KINDS = {
 _Point = tuple[float, float]
 
 
-class _Neighbour(NamedTuple):
-    """A vehicle beside the own one, and the numbers of its features."""
-
-    name: str
-    lon: float
-    """of its centre"""
-    side: int
-    """1: left, −1: right"""
-    along: int
-    speed: int
-    across: int
-    length: int
-
-
 _NEIGHBOURS = (
-    _Neighbour("left front", 17.0, 1, along=5, speed=6, across=7, length=17),
-    _Neighbour("left rear", -17.0, 1, along=8, speed=10, across=9, length=18),
-    _Neighbour("right front", 15.0, -1, along=11, speed=12, across=13, length=19),
-    _Neighbour("right rear", -19.0, -1, along=14, speed=16, across=15, length=20),
+    ("left front", 17.0, 1, (5, 6, 7, 17)),
+    ("left rear", -17.0, 1, (8, 10, 9, 18)),
+    ("right front", 15.0, -1, (11, 12, 13, 19)),
+    ("right rear", -19.0, -1, (14, 16, 15, 20)),
 )
+"""vehicles beside the ego: place of the centre, side (1: left, −1: right), and the numbers of clearance along the road,
+speed, clearance across the road, and length"""
 
 
 def affordance_figure() -> Figure:
@@ -71,8 +59,9 @@ def affordance_figure() -> Figure:
             axes.axhline(edge * _LANE, color=style.MARKING, linewidth=width, linestyle=dash, zorder=1)
         _draw_vehicle(axes, 0.0, _OWN_LAT, style.EGO, "ego")
         _draw_vehicle(axes, _FRONT, 0.0, style.GREY, "front")
-        for neighbour in _NEIGHBOURS:
-            _draw_neighbour(axes, neighbour)
+        for name, lon, side, numbers in _NEIGHBOURS:
+            _draw_vehicle(axes, lon, side * _LANE, style.GREY, name)
+            _draw_neighbour(axes, lon, side, *numbers)
         _draw_own(axes)
         handles = [Line2D([], [], color=colour, linewidth=1.8, label=label) for colour, label in _KINDS.items()]
         figure.legend(handles=handles, loc="outside lower center", ncols=3)
@@ -98,14 +87,12 @@ def _draw_own(axes: Axes) -> None:
     _measure(axes, (tail - 1.6, 0.0), (tail - 1.6, _OWN_LAT), 2, _OFFSET, beside=-1.4)
 
 
-def _draw_neighbour(axes: Axes, neighbour: _Neighbour) -> None:
-    """A vehicle beside the own one, and its four features."""
-    name, lon, side, along, speed, across, length = neighbour
+def _draw_neighbour(axes: Axes, lon: float, side: int, along: int, speed: int, across: int, length: int) -> None:
+    """The four features of a vehicle beside the ego."""
     lat, ahead = side * _LANE, 1 if lon > 0 else -1
     own_end, own_side = ahead * _LENGTH / 2, _OWN_LAT + side * _WIDTH / 2
     near_end, near_side = lon - ahead * _LENGTH / 2, lat - side * _WIDTH / 2
     middle = lon - ahead * 1.5
-    _draw_vehicle(axes, lon, lat, style.GREY, name)
     _helper(axes, (own_end, own_side), (own_end, lat + 0.3 * side))
     _measure(axes, (own_end, lat), (near_end, lat), along, _ALONG)
     _helper(axes, (own_end, own_side), (middle + ahead, own_side))
@@ -120,23 +107,18 @@ def _length(axes: Axes, lon: float, lat: float, number: int, side: int) -> None:
 
 
 def _speed(axes: Axes, lon: float, lat: float, number: int) -> None:
-    _arrow(axes, (lon, lat), (lon + _SPEED, lat), arrowstyle="-|>", color=_SPEEDS, linewidth=1.2)
-    _number(axes, (lon + 0.45 * _SPEED, lat), number, _SPEEDS)
+    _measure(axes, (lon, lat), (lon + _SPEED, lat), number, _SPEEDS, -0.05 * _SPEED, arrowstyle="-|>", linewidth=1.2)
 
 
-def _measure(axes: Axes, start: _Point, end: _Point, number: int, colour: str, beside: float = 0.0) -> None:
-    """A dimension line with its number in the middle."""
-    _arrow(axes, start, end, arrowstyle="<|-|>,head_width=0.2,head_length=0.35", color=colour, linewidth=1.0)
-    _number(axes, ((start[0] + end[0]) / 2 + beside, (start[1] + end[1]) / 2), number, colour)
-
-
-def _arrow(axes: Axes, start: _Point, end: _Point, **look: Any) -> None:
-    axes.annotate("", end, start, arrowprops={**look, "shrinkA": 0, "shrinkB": 0}, zorder=4)
-
-
-def _number(axes: Axes, at: _Point, number: int, colour: str) -> None:
+def _measure(
+    axes: Axes, start: _Point, end: _Point, number: int, colour: str, beside: float = 0.0, **look: Any
+) -> None:
+    """A dimension line with its number in the middle, or beside it."""
+    line = {"arrowstyle": "<|-|>,head_width=0.2,head_length=0.35", "linewidth": 1.0, "color": colour}
+    axes.annotate("", end, start, arrowprops=line | look | {"shrinkA": 0, "shrinkB": 0}, zorder=4)
+    middle = (start[0] + end[0]) / 2 + beside, (start[1] + end[1]) / 2
     box = {"boxstyle": "circle,pad=0.18", "facecolor": style.PAPER, "edgecolor": colour, "linewidth": 0.8}
-    axes.text(*at, str(number), fontsize=6, ha="center", va="center", bbox=box, zorder=6)
+    axes.text(*middle, str(number), fontsize=6, ha="center", va="center", bbox=box, zorder=6)
 
 
 def _helper(axes: Axes, start: _Point, end: _Point) -> None:

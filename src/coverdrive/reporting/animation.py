@@ -105,7 +105,7 @@ class _Picture:
         road = figure.add_subplot(grid[0, :])
         road.set_xlabel("distance ahead of the ego [m]")
         road.set_title(" ", loc="left")
-        self._drawing = RoadDrawing.on(road, trace.road, trace.scene.vehicles)
+        self._drawing = RoadDrawing(road, trace.road, trace.scene.vehicles)
         self._title = road.text(0, 1.04, "", transform=road.transAxes, fontsize=8)
         add_legend(figure, trace.horizon, constraints is not None, bool(self._left.any()))
         speed = _over_time(figure.add_subplot(grid[1, 0]), trace, "ego speed [m/s]", max(self._speed.max(), 1.0))

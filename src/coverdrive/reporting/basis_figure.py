@@ -7,7 +7,7 @@ M base trajectories of T points.
 """
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 from scipy.optimize import isotonic_regression
 
 from coverdrive.errors import DataError
@@ -57,7 +57,8 @@ def basis_figure(
     base = most_telling(basis, share) if highlighted is None else highlighted
     example = None if segments is None else farthest_inside(basis, base, segments)
     times = np.linspace(0, basis.horizon, _CURVE)
-    curves, half, labelled = basis.rollout(times)[0], tube_of(basis, times), _labelled(share)
+    curves, half = basis.rollout(times)[0], tube_of(basis, times)
+    labelled = np.sort(np.argsort(-share, kind="stable")[:MOST])  # all, or the most common
 
     def panel(
         lines: Float[np.ndarray, "M n 2"], tube: list[Mark], more: list[Mark], example: Float[np.ndarray, "T 2"] | None,
@@ -122,11 +123,6 @@ def spread(values: Float[np.ndarray, " N"], apart: float) -> Float[np.ndarray, "
     places = np.empty(len(values))
     places[order] = isotonic_regression(values[order] - room).x + room
     return places
-
-
-def _labelled(share: Float[np.ndarray, " M"]) -> Int[np.ndarray, " _"]:
-    """The bases that are labelled: all, or the most common if there are too many."""
-    return np.sort(np.argsort(-share, kind="stable")[:MOST])
 
 
 def _explained(basis: Basis, base: int) -> str:

@@ -16,9 +16,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import Collection, LineCollection, PathCollection, PolyCollection
 from matplotlib.colors import to_rgba
-from matplotlib.lines import Line2D
 from matplotlib.path import Path
-from matplotlib.text import Text
 
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.plan import Plan
@@ -54,64 +52,40 @@ class Window:
     """[m] ahead of it"""
 
 
-@dataclass(frozen=True)
 class RoadDrawing:
-    """The artists of one picture; `show` moves them to another moment."""
+    """The artists of one picture; `show_moment` moves them to another moment."""
 
-    road: Road
-    window: Window
-    sets: PathCollection
-    """where the other vehicles may be: one union of boxes for every moment of the prediction"""
-    dashes: LineCollection
-    members: LineCollection
-    """one line for every predicted path"""
-    edges: tuple[Line2D, ...]
-    active: PolyCollection
-    """boxes of predicted paths that are active constraints of the plan"""
-    bodies: PolyCollection
-    """the own body at every full second of the plan"""
-    plan: Line2D
-    frames: PolyCollection
-    """of vehicles that have left their predicted sets"""
-    vehicles: PolyCollection
-    speeds: tuple[Text, ...]
-    """one for every vehicle slot"""
-
-    @staticmethod
-    def on(axes: Axes, road: Road, slots: int, window: Window | None = None) -> "RoadDrawing":
+    def __init__(self, axes: Axes, road: Road, slots: int, window: Window | None = None):
         """Prepare a drawing on axes, whose limits are set, with a text for every vehicle slot, the ego's included."""
-        window = window or Window()
-        edges = np.asarray(road.edges)
-        axes.set(xlim=(-window.behind, window.ahead), ylim=(edges[0] - VERGE, edges[-1] + VERGE), aspect="equal")
+        self._road, self._window = road, window or Window()
+        edges, limits = np.asarray(road.edges), (-self._window.behind, self._window.ahead)
+        axes.set(xlim=limits, ylim=(edges[0] - VERGE, edges[-1] + VERGE), aspect="equal")
         axes.set(yticks=np.asarray(road.centres), yticklabels=[f"lane {lane}" for lane in range(road.lanes)])
         axes.tick_params(axis="y", length=0)
         axes.spines[["left", "bottom"]].set_visible(False)
         axes.axhspan(edges[0], edges[-1], facecolor=style.ROAD, zorder=0)
+        # where the other vehicles may be: one union of boxes for every moment, and a line for every predicted path
+        self.sets = PathCollection([], linewidths=0, rasterized=True, zorder=1)
+        self.dashes = LineCollection([], colors=style.MARKING, linewidths=0.8, capstyle="butt", zorder=2)
+        self.members = LineCollection([], colors=style.OTHER, linewidths=0.4, zorder=2)
+        borders = [axes.axhline(edge, color=style.MARKING, linewidth=1.0, zorder=3) for edge in edges[[0, -1]]]
+        # boxes of predicted paths that are active constraints of the plan, and the ego at every full second of it
+        self.active = PolyCollection([], facecolors="none", edgecolors=style.ACTIVE, linewidths=0.8, zorder=3.5)
+        self.bodies = PolyCollection([], facecolors="none", linewidths=0.9, zorder=4)
+        self.plan = axes.plot([], [], color=style.EGO, marker="o", markersize=1.5, linewidth=1.0, zorder=5)[0]
+        # frames of vehicles that have left their predicted sets
+        self.frames = PolyCollection([], facecolors=style.BLACK, linewidths=0, zorder=5.5)
+        self.vehicles = PolyCollection([], edgecolors="white", linewidths=0.5, zorder=6)
         text: dict[str, Any] = {"color": "white", "fontsize": 5.5, "ha": "center", "va": "center_baseline"}
-        drawing = RoadDrawing(
-            road=road,
-            window=window,
-            sets=PathCollection([], linewidths=0, rasterized=True, zorder=1),
-            dashes=LineCollection([], colors=style.MARKING, linewidths=0.8, capstyle="butt", zorder=2),
-            members=LineCollection([], colors=style.OTHER, linewidths=0.4, zorder=2),
-            edges=tuple(axes.axhline(edge, color=style.MARKING, linewidth=1.0, zorder=3) for edge in edges[[0, -1]]),
-            active=PolyCollection([], facecolors="none", edgecolors=style.ACTIVE, linewidths=0.8, zorder=3.5),
-            bodies=PolyCollection([], facecolors="none", linewidths=0.9, zorder=4),
-            plan=axes.plot([], [], color=style.EGO, marker="o", markersize=1.5, linewidth=1.0, zorder=5)[0],
-            frames=PolyCollection([], facecolors=style.BLACK, linewidths=0, zorder=5.5),
-            vehicles=PolyCollection([], edgecolors="white", linewidths=0.5, zorder=6),
-            speeds=tuple(axes.text(0, 0, "", clip_on=True, zorder=7, **text) for _ in range(slots)),
-        )
-        for artist in drawing.artists:
+        self.speeds = [axes.text(0, 0, "", clip_on=True, zorder=7, **text) for _ in range(slots)]
+        self.artists: tuple[Artist, ...] = (
+            self.sets, self.dashes, self.members, *borders, self.active, self.bodies, self.plan, self.frames,
+            self.vehicles, *self.speeds,
+        )  # fmt: skip
+        """all that changes, or lies on top of what changes, from back to front"""
+        for artist in self.artists:
             if isinstance(artist, Collection):
                 axes.add_collection(artist, autolim=False)
-        return drawing
-
-    @property
-    def artists(self) -> tuple[Artist, ...]:
-        """All that changes, or lies on top of what changes, from back to front."""
-        below = (self.sets, self.dashes, self.members, *self.edges)
-        return (*below, self.active, self.bodies, self.plan, self.frames, self.vehicles, *self.speeds)
 
     def show_moment(
         self,
@@ -164,9 +138,9 @@ class RoadDrawing:
     def _dashes(self, own_lon: float) -> Float[np.ndarray, "n 2 2"]:
         """Lane markings, which stand still on the road."""
         first = -own_lon % _DASH_PERIOD - _DASH_PERIOD
-        start = np.arange(-np.ceil(self.window.behind / _DASH_PERIOD), self.window.ahead / _DASH_PERIOD + 1)
+        start = np.arange(-np.ceil(self._window.behind / _DASH_PERIOD), self._window.ahead / _DASH_PERIOD + 1)
         start = first + _DASH_PERIOD * start
-        inner = np.asarray(self.road.edges)[1:-1]
+        inner = np.asarray(self._road.edges)[1:-1]
         lon = np.stack([start, start + _DASH], axis=-1)
         lon, lat = np.broadcast_arrays(lon, inner[:, None, None])
         return np.stack([lon, lat], axis=-1).reshape(-1, 2, 2)

@@ -36,7 +36,7 @@ def snapshots(
     window: Window | None = None,
     constraints: ActiveConstraints | None = None,
 ) -> Figure:
-    """Draw vehicles, predicted sets and the own plan at the starts of some steps, by default four interesting ones.
+    """Draw vehicles, predicted sets and the ego's plan at the starts of some steps, by default four interesting ones.
 
     ``window`` is the stretch of road around the ego; active constraints are marked if ``constraints`` tells them.
     DataError if there is no step, or one that the trace does not have.
@@ -49,7 +49,7 @@ def snapshots(
         figure = style.new_figure(TWO_COLUMNS, 0.7 + 0.9 * len(moments))
         panels = figure.subplots(len(moments), 1, sharex=True, squeeze=False)[:, 0]
         for letter, (axes, moment) in enumerate(zip(panels, moments, strict=True), start=ord("a")):
-            drawing = RoadDrawing.on(axes, trace.road, trace.scene.vehicles, window)
+            drawing = RoadDrawing(axes, trace.road, trace.scene.vehicles, window)
             scene = drawing.show_moment(trace, moment.step, constraints, left)
             title = f"({chr(letter)})  {trace.time[moment.step]:.1f} s, ego {scene.speed[EGO]:.1f} m/s"
             axes.set_title(title + (f":  {moment.remark}" if moment.remark else ""), loc="left")

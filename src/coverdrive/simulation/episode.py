@@ -58,12 +58,17 @@ def run_episode(
     Planner and traffic are reset first. ``vehicles`` is the number of uncontrolled ones; ``seed`` is of the start and
     of the traffic. A StartError if they cannot be placed.
     """
-    start_seed, traffic_seed = _children(seed)
-    start = _start(traffic, settings.initial, vehicles, np.random.default_rng(start_seed))
+    root = seed if isinstance(seed, np.random.SeedSequence) else np.random.SeedSequence(seed)
+    root = np.random.SeedSequence(root.entropy, spawn_key=root.spawn_key)  # the same children however often it is used
+    random, traffic_random = map(np.random.default_rng, root.spawn(2))
+    if isinstance(traffic, Starting):
+        start = traffic.start(settings.initial, vehicles, random)
+    else:
+        start = Start(initial_scene(settings.initial, vehicles, random), settings.initial.road(), np.inf)
     scene, road = start.scene, start.road
     last = max(1, int(min(settings.steps, start.duration / settings.step + _ROUNDING)))
     planner.reset(settings.step)
-    traffic.reset(scene, road, np.random.default_rng(traffic_seed))
+    traffic.reset(scene, road, traffic_random)
     predictor.predict(scene, road, EGO, planner.dt, planner.steps)  # compiles before time is taken
     scenes, steps = [scene], list[Step]()
     outcome = Outcome(Kind.FINISHED, last * settings.step, None, Fault.NONE)
@@ -78,13 +83,6 @@ def run_episode(
             outcome = Outcome(kind, k * settings.step, partner, fault_of(kind, partner, scenes[:-1]))
             break
     return make_trace(scene, road, steps, settings.step, outcome)
-
-
-def _start(traffic: Traffic, settings: InitialSettings, vehicles: int, rng: np.random.Generator) -> Start:
-    """Where the traffic model begins; the paper's start, if it does not say."""
-    if isinstance(traffic, Starting):
-        return traffic.start(settings, vehicles, rng)
-    return Start(initial_scene(settings, vehicles, rng), settings.road(), np.inf)
 
 
 def _step(
@@ -110,10 +108,3 @@ def _step(
         prediction_seconds=predicted - begin,
         planning_seconds=planned - begin,
     )
-
-
-def _children(seed: int | np.random.SeedSequence) -> tuple[np.random.SeedSequence, np.random.SeedSequence]:
-    """Two seeds from one; unlike ``SeedSequence.spawn``, the same two every time."""
-    root = seed if isinstance(seed, np.random.SeedSequence) else np.random.SeedSequence(seed)
-    first, second = (np.random.SeedSequence(root.entropy, spawn_key=(*root.spawn_key, child)) for child in range(2))
-    return first, second

@@ -171,5 +171,4 @@ def _recording(
     else:
         head = {"vehicle": vehicle, "group": group, "time": moment * settings.dt}
         table = pl.DataFrame(head | values, schema=SCHEMA)
-    causal = not settings.noise or settings.smoothing.causal
-    return Recording(f"generated {scene + 1}", table, settings.dt, road, {}, causal)
+    return Recording(f"generated {scene + 1}", table, settings.dt, road, {})

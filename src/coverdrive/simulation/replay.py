@@ -16,7 +16,7 @@ from jaxtyping import Bool, Float
 from pydantic import Field
 
 from coverdrive.errors import DataError, StartError
-from coverdrive.recordings.recording import MEASURES, Recording
+from coverdrive.recordings.recording import MEASURES, SEEN, Recording
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.settings import Settings
@@ -74,7 +74,7 @@ def _scenario(recording: Recording, table: pl.DataFrame) -> Scenario:
     _, first, slot = np.unique(table["vehicle"].to_numpy(), return_index=True, return_inverse=True)
     shape = (int(moment.max()) + 1, len(first))
     states, valid = np.zeros((*shape, 4)), np.zeros(shape, dtype=bool)
-    states[moment, slot] = table.select(MEASURES[:4]).to_numpy()
+    states[moment, slot] = table.select(SEEN.names()).to_numpy()
     valid[moment, slot] = True
     return Scenario(states, table.select(MEASURES[4:]).to_numpy()[first], valid, recording.dt, recording.road)
 

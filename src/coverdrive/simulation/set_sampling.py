@@ -3,23 +3,24 @@
 Every 0.3 s the uncontrolled vehicles choose anew, one after the other in random order: uniformly among the base
 trajectories that the predictor calls possible and that pass the collision check, over the whole horizon, against
 the other uncontrolled vehicles' chosen paths. Those that have not chosen yet are taken on their previous choice. The
-ego is taken into account at constant velocity, and only by a vehicle that has it directly in front.
+ego is taken into account at constant velocity, and only by a vehicle that has it directly in front. To the check,
+bodies are boxes along the road that hold the turned vehicles.
 
-A slots, M base trajectories, n times from now to the end of the horizon.
+A slots, M base trajectories or paths, B other vehicles, n times from now to the end of the horizon.
 """
 
 from typing import Literal
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 from pydantic import Field
 
 from coverdrive.errors import SettingError
+from coverdrive.geometry import axis_gap, turned_half_extents
 from coverdrive.prediction.motion import follow
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.settings import Settings
-from coverdrive.simulation.clearance import clearance, directly_in_front, road_clearance
 from coverdrive.simulation.initial import EGO
 from coverdrive.simulation.motion import constant_velocity, with_states
 from coverdrive.simulation.predictor import Predictor
@@ -81,12 +82,13 @@ class SetSamplingTraffic:
         possible = np.asarray(self._predictor.possible(scene, self._road))
         heeds_own = directly_in_front(scene, self._road)
         self._begin_choice(scene, times)
-        stuck, missed = np.zeros((2, scene.vehicles), dtype=bool)
+        half_sizes, (stuck, missed) = scene.half_sizes, np.zeros((2, scene.vehicles), dtype=bool)
         for slot in self._rng.permutation(np.flatnonzero(scene.valid & self._controlled)).tolist():
             paths = follow(self._paths[slot, 0], times, deviation, rate)
             others = scene.valid & (np.arange(scene.vehicles) != slot)
             others[EGO] &= heeds_own[slot]
-            clear = self._clearance(scene, slot, paths, others)
+            apart = clearance(paths[:, 1:], half_sizes[slot], self._paths[others, 1:], half_sizes[others])
+            clear = np.minimum(apart, road_clearance(paths, half_sizes[slot], self._road))
             base, stuck[slot] = self._pick(possible[slot], clear, deviation)
             missed[slot] = not possible[slot, base]
             self._base[slot] = base
@@ -102,14 +104,6 @@ class SetSamplingTraffic:
         self._paths[~self._controlled] = constant_velocity(scene.states[~self._controlled], times)
         self._age = 0
 
-    def _clearance(
-        self, scene: Scene, slot: int, paths: Float[np.ndarray, "M n 4"], others: Bool[np.ndarray, " A"]
-    ) -> Float[np.ndarray, " M"]:
-        """Clearance [m] of a vehicle's paths to the other vehicles and to the edges of the road, after now."""
-        half_sizes = scene.half_sizes
-        apart = clearance(paths[:, 1:], half_sizes[slot], self._paths[others, 1:], half_sizes[others])
-        return np.minimum(apart, road_clearance(paths, half_sizes[slot], self._road))
-
     def _pick(
         self, possible: Bool[np.ndarray, " M"], clear: Float[np.ndarray, " M"], deviation: Float[np.ndarray, "M n 2"]
     ) -> tuple[int, bool]:
@@ -123,3 +117,38 @@ class SetSamplingTraffic:
         if possible.any():
             return int(np.argmax(np.where(possible, clear, -np.inf))), True
         return int(np.argmin(deviation[:, -1, 0])), True
+
+
+def clearance(
+    paths: Float[np.ndarray, "M n 4"],
+    half_size: Float[np.ndarray, " 2"],
+    others: Float[np.ndarray, "B n 4"],
+    half_sizes: Float[np.ndarray, "B 2"],
+) -> Float[np.ndarray, " M"]:
+    """Least distance [m] of a vehicle's paths to all others at the same times; infinite without any.
+
+    It is that along lon or lat, whichever is larger; negative where bodies overlap.
+    """
+    extent = turned_half_extents(half_size, paths[..., 3])
+    extents = turned_half_extents(half_sizes[:, None], others[..., 3])
+    apart = axis_gap(paths[:, None, :, :2], others[..., :2], extent[:, None], extents)
+    return apart.max(-1).min(axis=(1, 2), initial=np.inf)
+
+
+def road_clearance(
+    paths: Float[np.ndarray, "M n 4"], half_size: Float[np.ndarray, " 2"], road: Road
+) -> Float[np.ndarray, " M"]:
+    """How far every path stays on the road [m]; negative: the body leaves it, further than it is off at the start."""
+    extent = turned_half_extents(half_size, paths[..., 3])[..., 1]
+    lat = paths[..., 1]
+    inside = np.minimum(lat - extent - road.edges[0], road.edges[-1] - lat - extent)
+    return inside[:, 1:].min(1) - np.minimum(inside[:, 0], 0.0)
+
+
+def directly_in_front(scene: Scene, road: Road) -> Bool[np.ndarray, " A"]:
+    """Whether the ego is the nearest vehicle ahead in the same lane, for every slot."""
+    lane: Int[np.ndarray, " A"] = np.asarray(road.lane_of(np.asarray(scene.lat)))
+    ahead = np.asarray(scene.lon) - np.asarray(scene.lon)[:, None]
+    candidate = (lane == lane[:, None]) & (ahead > 0) & scene.valid
+    ahead = np.where(candidate, ahead, np.inf)
+    return candidate[:, EGO] & (ahead[:, EGO] == ahead.min(1))

@@ -8,20 +8,22 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
+import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
 from coverdrive.certificates.certificate import fingerprint
-from coverdrive.errors import SettingError
+from coverdrive.errors import SettingError, StartError
 from coverdrive.planning.plan import Planner
 from coverdrive.planning.planner import MpcPlanner
+from coverdrive.progress import heard_by
 from coverdrive.settings import Settings
-from coverdrive.simulation.episode import EpisodeSettings
+from coverdrive.simulation.episode import EpisodeSettings, run_episode
 from coverdrive.simulation.predictor import Predictor
 from coverdrive.simulation.replay import ReplaySettings, Scenario
 from coverdrive.simulation.trace import Trace
 from coverdrive.simulation.traffic import Traffic
 from coverdrive.simulation.traffics import TrafficSettings, make_traffic
-from coverdrive.simulation.trial import Participants, TrialSettings, run_trial
+from coverdrive.simulation.trial import Row, measure, unstarted
 
 VEHICLES = (3, 4, 5, 6, 7)
 """numbers of uncontrolled vehicles, taken in turn by the trials (paper §5)"""
@@ -30,6 +32,9 @@ AnyPlanner = Planner | Callable[[], Planner]
 """a planner, or what makes one: solvers that cannot move between processes are made anew in each"""
 AnyTraffic = str | TrafficSettings | Traffic | Callable[[], Traffic]
 """the name of a traffic, settings of one, a model of your own, or what makes one"""
+
+Participants = tuple[Predictor, Planner, Traffic]
+"""who takes part in an episode; built once per process, because solvers cannot move between processes"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,15 +75,24 @@ class Setup:
         traffic: Any = self.traffic
         if isinstance(traffic, Settings):
             traffic = make_traffic(traffic, self.predictor, self._read() if self.replays else ())  # pyright: ignore[reportArgumentType]
-        return Participants(self.predictor, _made(self.planner, Planner), _made(traffic, Traffic))
+        return self.predictor, _made(self.planner, Planner), _made(traffic, Traffic)
 
-    def trial(self, number: int) -> TrialSettings:
-        """What distinguishes a trial from the others."""
-        return TrialSettings(self.episode, self.vehicles[number % len(self.vehicles)], self.seed, number)
+    def vehicles_of(self, trial: int) -> int:
+        """Number of uncontrolled vehicles of a trial."""
+        return self.vehicles[trial % len(self.vehicles)]
 
-    def drive(self, number: int) -> Trace:
-        """Drive one trial, and keep all that happens in it."""
-        return run_trial(self.participants(), self.trial(number))
+    def drive(self, trial: int, participants: Participants | None = None) -> Trace:
+        """Drive one trial, and keep all that happens in it; a StartError if the vehicles cannot be placed."""
+        seed = np.random.SeedSequence(self.seed, spawn_key=(trial,))
+        return run_episode(*(participants or self.participants()), self.episode, self.vehicles_of(trial), seed)
+
+    def row(self, trial: int, participants: Participants) -> Row:
+        """Drive one trial, and keep its measures; of one that cannot start, only who it is and why."""
+        try:
+            with heard_by(None):
+                return measure(self.drive(trial, participants), self.seed, trial)
+        except StartError as error:
+            return unstarted(self.seed, trial, self.vehicles_of(trial), str(error))
 
     @property
     def replays(self) -> bool:

@@ -19,7 +19,7 @@ from coverdrive.simulation.statistics import collision_table, widest_interval
 from coverdrive.simulation.study_folder import StudyFolder
 from coverdrive.simulation.trace import Trace
 from coverdrive.simulation.trial import STARTED, table_of
-from coverdrive.simulation.workers import run_tasks
+from coverdrive.simulation.workers import run_trials
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +43,7 @@ class Study:
 
     @property
     def trials(self) -> pl.DataFrame:
-        """One row of `coverdrive.simulation.trial.TrialResult` for each trial that was driven, once all are."""
+        """One row of the `coverdrive.simulation.trial.COLUMNS` for each trial that was driven, once all are."""
         return self.files.table().filter(STARTED)
 
     @property
@@ -73,7 +73,7 @@ class Study:
         with stage("drives"):
             for number, trial in enumerate(trials):
                 with part(number, len(trials)):
-                    traces[trial] = self.files.trace(self.setup.trial(trial), lambda: self._loaded)
+                    traces[trial] = self.files.trace(trial, self.setup.vehicles_of(trial), lambda: self._loaded)
         return traces
 
     def run(
@@ -88,15 +88,8 @@ class Study:
     ) -> "Study":
         """Drive all trials that the folder does not hold yet; a study that was killed goes on where it was.
 
-        A study may be continued with more trials: the first ones stay the same.
-
-        Args:
-            trials: number of trials; the largest, if the study may stop early.
-            workers: as in `study`.
-            cluster: as in `study`.
-            until_width: as in `study`.
-            batch: number of trials after which it is asked whether to stop early.
-            name: of the stage that is reported.
+        A study may be continued with more trials: the first ones stay the same. Whether to stop early is asked after
+        every ``batch`` of trials; ``name`` is of the stage that is reported, all else as in `study`.
         """
         if min(trials, workers, batch) < 1:
             raise SettingError(
@@ -108,12 +101,12 @@ class Study:
         rows, table = dict[int, pl.DataFrame](), table_of([])
         with stage(f"{name} ({trials})"):
             for end in ends:
-                wanted = [setup.trial(number) for number in range(len(rows), end)]
-                found = {trial.number: self.files.row_of(trial) for trial in wanted}
-                rows |= {number: row for number, row in found.items() if row is not None}
+                for trial in range(len(rows), end):
+                    if (kept := self.files.row_of(trial, setup.seed)) is not None:
+                        rows[trial] = kept
                 done(len(rows), trials)
-                pending = [trial for trial in wanted if trial.number not in rows]
-                for row in run_tasks(setup.participants, pending, workers, cluster):
+                pending = [trial for trial in range(end) if trial not in rows]
+                for row in run_trials(setup, pending, workers, cluster):
                     self.files.save(row)
                     rows[row["trial"]] = table_of([row])
                     done(len(rows), trials)

@@ -19,7 +19,7 @@ from coverdrive.files import write_atomically, write_json
 from coverdrive.simulation.setup import Setup
 from coverdrive.simulation.storage import load_trace, save_trace
 from coverdrive.simulation.trace import Trace
-from coverdrive.simulation.trial import SCHEMA, Row, TrialSettings, table_of
+from coverdrive.simulation.trial import SCHEMA, Row, table_of
 
 _FORMAT = 2
 
@@ -77,13 +77,13 @@ class StudyFolder:
         """Keep the row of a finished trial."""
         write_atomically(self._part(row["trial"]), table_of([row]).write_parquet)
 
-    def row_of(self, trial: TrialSettings) -> pl.DataFrame | None:
-        """The row of a trial, or None if it is not finished; what is no row of it is set aside."""
-        file = self._part(trial.number)
+    def row_of(self, trial: int, seed: int) -> pl.DataFrame | None:
+        """The row of a trial of a seed, or None if it is not finished; what is no row of it is set aside."""
+        file = self._part(trial)
         if not file.exists():
             return None
         row = _table_in(file)
-        mine = {"trial": trial.number, "seed": trial.seed}
+        mine = {"trial": trial, "seed": seed}
         if row is not None and row.height == 1 and row.select(list(mine)).row(0, named=True) == mine:
             return row
         damaged = file.with_suffix(".damaged")
@@ -109,13 +109,13 @@ class StudyFolder:
             )
         return table
 
-    def trace(self, trial: TrialSettings, setup: Callable[[], Setup]) -> Trace:
+    def trace(self, trial: int, vehicles: int, setup: Callable[[], Setup]) -> Trace:
         """A drive that is stored, or is driven now and stored."""
         about = json.dumps(self.description(), sort_keys=True).encode()
-        name = f"{trial.number:06d}_{trial.vehicles}_{fingerprint(np.frombuffer(about, np.uint8))}.npz"
+        name = f"{trial:06d}_{vehicles}_{fingerprint(np.frombuffer(about, np.uint8))}.npz"
         file = self.path / "traces" / name
         if not file.exists():
-            save_trace(setup().drive(trial.number), file)
+            save_trace(setup().drive(trial), file)
         return load_trace(file)
 
     def _part(self, trial: int) -> Path:

@@ -1,7 +1,7 @@
 """What the simulation asks of a traffic model; bring your own by writing the two methods of `Traffic`.
 
-A traffic model that also has the method of `Starting` decides where its episodes begin. A vehicle slots, the own
-car's included (slot 0), which a traffic model never moves.
+A traffic model that also has the method of `Starting` decides where its episodes begin. A vehicle slots, the
+ego's included (slot 0), which a traffic model never moves.
 """
 
 from dataclasses import dataclass

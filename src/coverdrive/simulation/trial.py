@@ -1,215 +1,115 @@
-"""One trial of a study: an episode from a numbered seed, and its measures in one flat row."""
+"""The measures of one trial of a study in one flat row."""
 
-import typing
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, fields
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import polars as pl
 
-from coverdrive.errors import StartError
-from coverdrive.planning.plan import Planner, Status
-from coverdrive.progress import heard_by
+from coverdrive.planning.plan import Status
 from coverdrive.simulation import metrics
-from coverdrive.simulation.episode import EpisodeSettings, run_episode
 from coverdrive.simulation.initial import EGO
 from coverdrive.simulation.misses import cause_of, find_windows
 from coverdrive.simulation.outcome import Kind
-from coverdrive.simulation.predictor import Predictor
 from coverdrive.simulation.trace import Trace
-from coverdrive.simulation.traffic import Traffic
-
-
-class Participants(NamedTuple):
-    """Who takes part in an episode; built once per process, because solvers cannot move between processes."""
-
-    predictor: Predictor
-    """of the ego"""
-    planner: Planner
-    """of the ego"""
-    traffic: Traffic
-    """all uncontrolled vehicles"""
-
-
-Build = Callable[[], Participants]
-"""builds the participants of a study; sent to other processes, so its parts must be picklable"""
-
-
-class TrialSettings(NamedTuple):
-    """One trial of a study."""
-
-    episode: EpisodeSettings
-    """start, length and time steps"""
-    vehicles: int
-    """number of uncontrolled vehicles"""
-    seed: int
-    """of the study"""
-    number: int
-    """of the trial in its study, from 0; with the seed it gives the trial's random choices"""
-
 
 Row = dict[str, Any]
-"""the fields of a `TrialResult` by name"""
-
-
-@dataclass(frozen=True)
-class TrialResult:
-    """The measures of one trial."""
-
-    trial: int
-    """number of the trial in its study, from 0"""
-    seed: int
-    """of the study; with the trial's number it gives the trial's random choices"""
-    vehicles: int
-    """number of uncontrolled vehicles"""
-    kind: str
-    """how the trial ended: a value of `coverdrive.simulation.outcome.Kind`"""
-    time: float
-    """[s] of the end"""
-    partner: int | None
-    """slot of the vehicle in contact with the ego"""
-    at_fault: str
-    """whose driving led to the contact: a value of `coverdrive.simulation.outcome.Fault`"""
-    cause: str
-    """what the contact has to do with the predictions: a value of `coverdrive.simulation.outcome.Cause`"""
-    mean_speed: float
-    """[m/s] of the ego"""
-    distance: float
-    """[m] that the ego came along the road"""
-    lane_changes: int
-    """of the ego"""
-    overtakes: int
-    """vehicles that were ahead of the ego at the start and behind it at the end"""
-    road_departure: float
-    """[m] that the ego's body got beyond the edges of the road"""
-    minimum_gap: float
-    """[m] least distance of the ego to another vehicle"""
-    minimum_time_to_collision: float
-    """[s] least time to contact of the ego, had all kept their velocity"""
-    jerk_longitudinal: float
-    """[m/s³] root mean square of the ego's jerk along its way"""
-    jerk_lateral: float
-    """[m/s³] root mean square of the ego's jerk across its way"""
-    hardest_braking: float
-    """[m/s²] largest deceleration of the ego"""
-    maximum_slack: float
-    """largest slack of an obstacle constraint in any plan"""
-    share_slack: float
-    """of the plans that violate an obstacle constraint"""
-    planning_median: float
-    """[s] wall time of a step's prediction and planning"""
-    planning_p99: float
-    """[s] wall time of a step's prediction and planning that 99 % of the steps stay below"""
-    planning_maximum: float
-    """[s] wall time of the slowest step's prediction and planning"""
-    share_solved: float
-    """of the plans that are optimised and clear of every predicted path"""
-    share_unsafe: float
-    """of the plans for which nothing clear was found"""
-    share_rear: float
-    """of the plans that are clear of all but the vehicle directly behind"""
-    share_fallback: float
-    """of the plans that are clear, but a simple manoeuvre or the rest of the last plan"""
-    share_blind: float
-    """of the plans made without knowing the own state or a path"""
-    clear_contacts: int
-    """steps in which a plan that was called clear touched a predicted box, which between samples it may"""
-    traffic_stuck: int
-    """how often an uncontrolled vehicle found no choice that passes its check"""
-    traffic_collisions: int
-    """pairs of uncontrolled vehicles that overlapped"""
-    impossible_choices: int
-    """how often an uncontrolled vehicle chose a base trajectory that the predictor calls impossible"""
-    windows: int
-    """predictions of one vehicle at one moment whose whole horizon was seen"""
-    prediction_misses: int
-    """those of them whose vehicle left every predicted path (`coverdrive.simulation.misses`)"""
-    vehicles_seen: int
-    """uncontrolled vehicles with at least one such window"""
-    vehicles_missed: int
-    """those of them that left every predicted path in at least one of them"""
-    reason: str = ""
-    """why the trial could not start; then all measures are null"""
-
-
-_COLUMN_TYPES = {int: pl.Int64(), float: pl.Float64(), str: pl.String(), int | None: pl.Int64()}
+"""the values of one trial by the names of `COLUMNS`"""
 
 _SLACK = 1e-3
 """a smaller slack is the solver's tolerance"""
 
-SCHEMA = {field.name: _COLUMN_TYPES[typing.get_type_hints(TrialResult)[field.name]] for field in fields(TrialResult)}
-"""columns of a table of trial results"""
+
+class _Drive:
+    """A trace, and what several measures of it begin with."""
+
+    def __init__(self, trace: Trace, seed: int, trial: int):
+        self.trace, self.seed, self.trial = trace, seed, trial
+        self.outcome, self.lon, self.windows = trace.outcome, trace.scene.lon[:, EGO], find_windows(trace)
+        self.jerk_along, self.jerk_across = metrics.jerk(trace)
+        self.slacks = np.array([plan.slack.max(initial=0.0) for plan in trace.plans])
+        self.median, self.p99, self.slowest = np.quantile(trace.planning_seconds, (0.5, 0.99, 1.0))
+        self._statuses = Counter(plan.status for plan in trace.plans)
+
+    def share(self, status: Status) -> float:
+        return self._statuses[status] / len(self.trace)
+
+
+COLUMNS: dict[str, tuple[type, Callable[[_Drive], Any], str]] = {
+    "trial": (int, lambda of: of.trial, "number of the trial in its study, from 0"),
+    "seed": (int, lambda of: of.seed, "of the study; with the trial's number it gives the trial's random choices"),
+    "vehicles": (int, lambda of: of.trace.scene.valid[0].sum() - 1, "number of uncontrolled vehicles"),
+    "kind": (str, lambda of: of.outcome.kind, "how the trial ended: a value of `coverdrive.simulation.outcome.Kind`"),
+    "time": (float, lambda of: of.outcome.time, "[s] of the end"),
+    "partner": (int, lambda of: of.outcome.partner,
+                "slot of the vehicle in contact with the ego, null if there is none"),
+    "at_fault": (str, lambda of: of.outcome.at_fault, "whose driving led to the contact: a value of `….outcome.Fault`"),
+    "cause": (str, lambda of: cause_of(of.trace), "what it has to do with predictions: a value of `….outcome.Cause`"),
+    "mean_speed": (float, lambda of: of.trace.scene.speed[:, EGO].mean(), "[m/s] of the ego"),
+    "distance": (float, lambda of: of.lon[-1] - of.lon[0], "[m] that the ego came along the road"),
+    "lane_changes": (int, lambda of: metrics.lane_changes(of.trace), "of the ego"),
+    "overtakes": (int, lambda of: metrics.overtakes(of.trace),
+                  "vehicles ahead of the ego at the start, behind at the end"),
+    "road_departure": (float, lambda of: metrics.road_departure(of.trace), "[m] that the ego's body got off the road"),
+    "minimum_gap": (float, lambda of: metrics.minimum_gap(of.trace),
+                    "[m] least distance of the ego to another vehicle"),
+    "minimum_time_to_collision": (float, lambda of: metrics.minimum_time_to_collision(of.trace),
+                                  "[s] least time to contact of the ego, had all kept their velocity"),
+    "jerk_longitudinal": (float, lambda of: of.jerk_along, "[m/s³] root mean square of the ego's jerk along its way"),
+    "jerk_lateral": (float, lambda of: of.jerk_across, "[m/s³] root mean square of the ego's jerk across its way"),
+    "hardest_braking": (float, lambda of: metrics.hardest_braking(of.trace), "[m/s²] largest deceleration of the ego"),
+    "maximum_slack": (float, lambda of: of.slacks.max(), "largest slack of an obstacle constraint in any plan"),
+    "share_slack": (float, lambda of: (of.slacks > _SLACK).mean(), "of the plans that violate an obstacle constraint"),
+    "planning_median": (float, lambda of: of.median, "[s] wall time of a step's prediction and planning"),
+    "planning_p99": (float, lambda of: of.p99, "[s] wall time of it that 99 % of the steps stay below"),
+    "planning_maximum": (float, lambda of: of.slowest, "[s] wall time of the slowest step's prediction and planning"),
+    "share_solved": (float, lambda of: of.share(Status.SOLVED),
+                     "of the plans that are optimised and clear of all paths"),
+    "share_unsafe": (float, lambda of: of.share(Status.UNSAFE), "of the plans for which nothing clear was found"),
+    "share_rear": (float, lambda of: of.share(Status.REAR),
+                   "of the plans clear of all but the vehicle directly behind"),
+    "share_fallback": (float, lambda of: of.share(Status.FALLBACK),
+                       "of the plans that are clear, but a simple manoeuvre or the rest of the last plan"),
+    "share_blind": (float, lambda of: of.share(Status.BLIND),
+                    "of the plans made without knowing the own state or a path"),
+    "clear_contacts": (int, lambda of: metrics.clear_contacts(of.trace),
+                       "steps in which a plan called clear touched a predicted box, which between samples it may"),
+    "traffic_stuck": (int, lambda of: of.trace.stuck.sum(),
+                      "how often an uncontrolled vehicle found no choice that passes its check"),
+    "traffic_collisions": (int, lambda of: metrics.traffic_collisions(of.trace),
+                           "pairs of uncontrolled vehicles in contact"),
+    "impossible_choices": (int, lambda of: of.trace.missed.sum(),
+                           "how often one of them chose a base trajectory that the predictor calls impossible"),
+    "windows": (int, lambda of: of.windows.seen.sum(),
+                "predictions of one vehicle at one moment whose whole horizon was seen"),
+    "prediction_misses": (int, lambda of: of.windows.missed.sum(),
+                          "those of them whose vehicle left every predicted path (`coverdrive.simulation.misses`)"),
+    "vehicles_seen": (int, lambda of: of.windows.seen.any(0).sum(),
+                      "uncontrolled vehicles with at least one such window"),
+    "vehicles_missed": (int, lambda of: of.windows.missed.any(0).sum(),
+                        "those of them that left every predicted path in at least one of them"),
+    "reason": (str, lambda of: "", "why the trial could not start; then all measures are null"),
+}  # fmt: skip
+"""of a table of trials, by name: type, value, and what it is; those of planning times depend on the machine, too"""
+
+SCHEMA = {name: {int: pl.Int64(), float: pl.Float64(), str: pl.String()}[kind] for name, (kind, *_) in COLUMNS.items()}
 
 STARTED = pl.col("kind") != Kind.NOT_STARTED.value
 """whether a trial could start, as an expression on a table of trials"""
 
-WALL_TIMES = ("planning_median", "planning_p99", "planning_maximum")
-"""columns that depend on the machine, not only on the seed"""
 
-
-def run_trial(participants: Participants, trial: TrialSettings) -> Trace:
-    """The episode of one trial, the same alone as within a study; a StartError if the vehicles cannot be placed."""
-    seed = np.random.SeedSequence(trial.seed, spawn_key=(trial.number,))
-    return run_episode(*participants, trial.episode, trial.vehicles, seed)
-
-
-def run_and_measure(participants: Participants, trial: TrialSettings) -> Row:
-    """The row of a trial; of one that cannot start, only who it is and why."""
-    try:
-        with heard_by(None):
-            return asdict(measure(run_trial(participants, trial), trial.seed, trial.number))
-    except StartError as error:
-        known = {"trial": trial.number, "seed": trial.seed, "vehicles": trial.vehicles}
-        return dict.fromkeys(SCHEMA) | known | {"kind": Kind.NOT_STARTED.value, "reason": str(error)}
-
-
-def measure(trace: Trace, seed: int, trial: int) -> TrialResult:
+def measure(trace: Trace, seed: int, trial: int) -> Row:
     """All measures of one trial's trace."""
-    windows = find_windows(trace)
-    along, across = metrics.jerk(trace)
-    slacks = np.array([plan.slack.max(initial=0.0) for plan in trace.plans])
-    median, p99, maximum = np.quantile(trace.planning_seconds, (0.5, 0.99, 1.0)).tolist()
-    statuses = Counter(plan.status for plan in trace.plans)
-    return TrialResult(
-        trial=trial,
-        seed=seed,
-        vehicles=int(trace.scene.valid[0].sum()) - 1,
-        kind=trace.outcome.kind.value,
-        time=trace.outcome.time,
-        partner=trace.outcome.partner,
-        at_fault=trace.outcome.at_fault.value,
-        cause=cause_of(trace).value,
-        mean_speed=float(trace.scene.speed[:, EGO].mean()),
-        distance=float(trace.scene.lon[-1, EGO] - trace.scene.lon[0, EGO]),
-        lane_changes=metrics.lane_changes(trace),
-        overtakes=metrics.overtakes(trace),
-        road_departure=metrics.road_departure(trace),
-        minimum_gap=metrics.minimum_gap(trace),
-        minimum_time_to_collision=metrics.minimum_time_to_collision(trace),
-        jerk_longitudinal=along,
-        jerk_lateral=across,
-        hardest_braking=metrics.hardest_braking(trace),
-        maximum_slack=float(slacks.max()),
-        share_slack=float((slacks > _SLACK).mean()),
-        planning_median=median,
-        planning_p99=p99,
-        planning_maximum=maximum,
-        share_solved=statuses[Status.SOLVED] / len(trace),
-        share_unsafe=statuses[Status.UNSAFE] / len(trace),
-        share_rear=statuses[Status.REAR] / len(trace),
-        share_fallback=statuses[Status.FALLBACK] / len(trace),
-        share_blind=statuses[Status.BLIND] / len(trace),
-        clear_contacts=metrics.clear_contacts(trace),
-        traffic_stuck=int(trace.stuck.sum()),
-        traffic_collisions=metrics.traffic_collisions(trace),
-        impossible_choices=int(trace.missed.sum()),
-        windows=int(windows.seen.sum()),
-        prediction_misses=int(windows.missed.sum()),
-        vehicles_seen=int(windows.seen.any(0).sum()),
-        vehicles_missed=int(windows.missed.any(0).sum()),
-    )
+    drive = _Drive(trace, seed, trial)
+    values = {name: (kind, value(drive)) for name, (kind, value, _) in COLUMNS.items()}
+    return {name: None if value is None else kind(value) for name, (kind, value) in values.items()}
+
+
+def unstarted(seed: int, trial: int, vehicles: int, reason: str) -> Row:
+    """The row of a trial that could not start."""
+    known = {"trial": trial, "seed": seed, "vehicles": vehicles, "kind": Kind.NOT_STARTED.value, "reason": reason}
+    return dict.fromkeys(COLUMNS) | known
 
 
 def table_of(rows: Sequence[Row]) -> pl.DataFrame:

@@ -18,13 +18,14 @@ from joblib import Parallel, delayed, parallel_config
 from coverdrive.errors import DataError, SettingError
 from coverdrive.extras import require
 from coverdrive.simulation.orphans import end_with_parent
-from coverdrive.simulation.trial import Build, Participants, Row, TrialSettings, run_and_measure
+from coverdrive.simulation.setup import Participants, Setup
+from coverdrive.simulation.trial import Row
 
 _CONNECT = "10s"
 """time that a cluster has to answer"""
 
 
-def run_tasks(build: Build, tasks: Sequence[TrialSettings], workers: int, cluster: str | None = None) -> Generator[Row]:
+def run_trials(setup: Setup, trials: Sequence[int], workers: int, cluster: str | None = None) -> Generator[Row]:
     """Run trials in any order, yielding the row of each when it is done; all else as in `coverdrive.study`.
 
     Raises:
@@ -32,31 +33,31 @@ def run_tasks(build: Build, tasks: Sequence[TrialSettings], workers: int, cluste
         MissingExtraError: the package for it is not installed.
         DataError: a worker process was killed.
     """
-    if not tasks:
+    if not trials:
         return
     if cluster is not None:
         with _cluster(cluster):
-            yield from _run_parallel(build, tasks, -1)
-    elif workers > 1 and len(tasks) > 1:
+            yield from _run_parallel(setup, trials, -1)
+    elif workers > 1 and len(trials) > 1:
         watch = partial(end_with_parent, os.getpid())
         try:
             with _one_thread_each(), parallel_config("loky", inner_max_num_threads=1, initializer=watch):
-                yield from _run_parallel(build, tasks, min(workers, len(tasks)))
+                yield from _run_parallel(setup, trials, min(workers, len(trials)))
         except BrokenProcessPool as error:
             raise DataError(
                 "a worker process was killed, most often because memory ran out; finished trials are kept: start the "
                 "same command again, with fewer --workers"
             ) from error
     else:
-        participants = build()
-        for task in tasks:
-            yield run_and_measure(participants, task)
+        participants = setup.participants()
+        for trial in trials:
+            yield setup.row(trial, participants)
 
 
-def _run_parallel(build: Build, tasks: Sequence[TrialSettings], workers: int) -> Generator[Row]:
+def _run_parallel(setup: Setup, trials: Sequence[int], workers: int) -> Generator[Row]:
     study = uuid.uuid4().hex
     parallel: Any = Parallel(n_jobs=workers, batch_size=1, return_as="generator_unordered")  # pyright: ignore[reportArgumentType]
-    yield from parallel(delayed(_run_in_worker)(build, study, task) for task in tasks)
+    yield from parallel(delayed(_run_in_worker)(setup, study, trial) for trial in trials)
 
 
 @contextmanager
@@ -81,13 +82,13 @@ _driving = threading.Lock()
 """held while a trial runs in this process"""
 
 
-def _run_in_worker(build: Build, study: str, task: TrialSettings) -> Row:
-    """Run a task in this process, with participants that were built on its first task of the study."""
+def _run_in_worker(setup: Setup, study: str, trial: int) -> Row:
+    """Run a trial in this process, with participants that were built on its first one of the study."""
     with _driving:
         if study not in _participants:
             _participants.clear()
-            _participants[study] = build()
-        return run_and_measure(_participants[study], task)
+            _participants[study] = setup.participants()
+        return setup.row(trial, _participants[study])
 
 
 @contextmanager

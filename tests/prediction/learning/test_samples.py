@@ -9,7 +9,7 @@ from coverdrive.prediction.learning.bodies import body_radius
 from coverdrive.prediction.learning.collision import colliding_bases
 from coverdrive.prediction.learning.samples import COLLIDES, OTHER, POSSIBLE, make_samples
 from coverdrive.prediction.segments import SegmentSettings, cut_segments
-from coverdrive.recordings.recording import Recording
+from coverdrive.recordings.recording import SCHEMA, Recording
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 
@@ -137,7 +137,7 @@ def test_mirror_images_are_those_of_the_mirrored_recording(scenes: tuple[Recordi
     by_hand = tuple(
         Recording(
             recording.name,
-            recording.table.with_columns(
+            recording.table.select(SCHEMA.names()).with_columns(
                 pl.col("lat").neg() + float(recording.road.edges[-1]), pl.col("heading").neg()
             ),
             recording.dt,

@@ -10,8 +10,7 @@ from report_fakes import make_contents, make_stray
 
 from coverdrive.progress import heard_by
 from coverdrive.reporting.page.page import _script_json, page, write_page
-from coverdrive.reporting.page.study import ends
-from coverdrive.reporting.page.summary import heading, tiles, verdict
+from coverdrive.reporting.page.summary import ends, heading, tiles, verdict
 from coverdrive.reporting.page.trials import COLUMNS, trial_rows
 from coverdrive.simulation.outcome import Kind
 from coverdrive.simulation.trial import measure
@@ -152,8 +151,8 @@ def test_the_table_of_trials_counts_missed_windows_and_vehicles() -> None:
     (row,) = trial_rows(make_contents({0: stray}))
     found = measure(stray, 0, 0)
     texts = {name: text for (name, _, _), (_, text) in zip(COLUMNS, row.numbers, strict=True)}
-    assert found.prediction_misses > 0
-    assert texts["prediction_misses"] == f"{found.prediction_misses} of {found.windows}"
+    assert found["prediction_misses"] > 0
+    assert texts["prediction_misses"] == "{prediction_misses} of {windows}".format(**found)
     assert texts["vehicles_missed"] == "1 of 2"
 
 

@@ -3,11 +3,9 @@
 The derived inputs are, for each of the five neighbours, the inverse of its clearance, the inverse of the time to
 collision (relative speed over clearance, positive while the clearance shrinks) and the clearance as a time gap; and,
 for the vehicle itself, its distance from the lane's centre to either side, the logarithm of its speed and whether it
-crawls. With the motion, the lateral speed follows them: it shows a lane change that has begun. It has to come from the
-past (`causal` of the smoothing), as it does on the road.
+crawls. With the motion, the lateral speed follows them: it shows a lane change that has begun.
 """
 
-from collections.abc import Sequence
 from typing import Literal
 
 import jax.numpy as jnp
@@ -15,9 +13,7 @@ import numpy as np
 from jax import Array
 from jaxtyping import Float
 
-from coverdrive.errors import SettingError
 from coverdrive.prediction.learning.affordance import FEATURES
-from coverdrive.recordings.recording import Recording
 
 Inputs = Literal["affordance", "derived", "motion"]
 """The paper's features; what is derived from them as well; and the lateral speed of the vehicle itself"""
@@ -57,19 +53,3 @@ def _urgency(values: Array, speed: Array, neighbour: str) -> tuple[Array, Array,
     closing = jnp.clip(relative if "rear" in neighbour else -relative, -_FASTEST, _FASTEST)
     inverse = 1 / jnp.maximum(clearance, _CLOSEST)
     return inverse, closing * inverse, jnp.clip(clearance / jnp.maximum(speed, 1.0), -1, 5)
-
-
-def refuse_look_ahead(recordings: Sequence[Recording], inputs: Inputs) -> None:
-    """Raise `SettingError` for "motion" of recordings smoothed with later positions.
-
-    Lateral speeds that were estimated from them tell which way a vehicle is about to go, which no car on the road
-    knows.
-    """
-    knowing = [recording.name for recording in recordings if not recording.causal]
-    if inputs == "motion" and knowing:
-        raise SettingError(
-            f'inputs = "motion" needs headings that know nothing of the future, but {len(knowing)} of '
-            f"{len(recordings)} recordings ({knowing[0]!r} is one) were smoothed with later positions; read them with "
-            "causal = true in [smoothing] (of generated traffic with noise, [generated.smoothing]), or take "
-            'inputs = "derived" in [prediction.training]'
-        )

@@ -29,7 +29,7 @@ class TrainingSettings(Settings):
     margin: MarginSettings = MarginSettings()
     """of the margin loss"""
     inputs: Inputs = "derived"
-    """what the network sees of the affordance; ``motion`` only of recordings whose smoothing is ``causal``"""
+    """what the network sees of the affordance"""
     mirrored: bool = True
     """with every sample, its mirror image (left for right) is trained on"""
     members: int = Field(default=4, ge=1, le=1000)

@@ -16,8 +16,7 @@ from coverdrive.reporting.drawing import inline_svg
 from coverdrive.reporting.figure import to_json
 from coverdrive.reporting.figures import figures_of
 from coverdrive.reporting.page.replay import SLACK, STATUSES, replay_data
-from coverdrive.reporting.page.study import ends
-from coverdrive.reporting.page.summary import facts, heading, tiles, verdict
+from coverdrive.reporting.page.summary import ends, facts, heading, tiles, verdict
 from coverdrive.reporting.page.trials import COLUMNS, LEAST_FIRST, trial_rows
 from coverdrive.simulation.notable import NEAR_GAP, NEAR_TIME, NEARLY
 from coverdrive.simulation.outcome import Kind
@@ -41,7 +40,7 @@ def page(contents: Contents) -> str:
         replays = _replays(contents)
         figures = figures_of(contents).items()
         return environment.get_template("page.html.jinja").render(
-            asset=_asset,
+            asset=lambda name: Markup((_TEMPLATES / name).read_text(encoding="utf-8")),  # a style sheet or script
             contents=contents,
             certificates=contents.certified.certificates,
             heading=heading(contents),
@@ -81,8 +80,3 @@ def _replays(contents: Contents) -> list[dict[str, Any]]:
 def _script_json(value: Any) -> Markup:
     """JSON that may stand inside a script element."""
     return Markup(json.dumps(value, separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c"))
-
-
-def _asset(name: str) -> Markup:
-    """A style sheet or script of the package, as it is."""
-    return Markup((_TEMPLATES / name).read_text(encoding="utf-8"))

@@ -1,4 +1,4 @@
-"""The first things on the page: the numbers that count, and where everything comes from."""
+"""The page in words: the numbers that count, how the drives of the study ended, and where everything comes from."""
 
 import re
 from typing import NamedTuple
@@ -11,9 +11,12 @@ from coverdrive.numbers import at_most, interval, percent
 from coverdrive.planning.plan import Status
 from coverdrive.reporting.claim import strength, whose
 from coverdrive.reporting.contents import Contents
-from coverdrive.reporting.page.study import plan_share
-from coverdrive.simulation.notable import COLLIDED
+from coverdrive.simulation.notable import COLLIDED, NEARLY
+from coverdrive.simulation.outcome import Cause, Fault
 from coverdrive.simulation.statistics import miss_rate
+
+_CAUSES = {cause: cause.value for cause in (Cause.PLANNING, Cause.PREDICTION)}
+_FAULTS = {Fault.EGO: "ego", Fault.OTHER: "other vehicle", Fault.NONE: "nobody"}
 
 
 class Tile(NamedTuple):
@@ -98,12 +101,46 @@ def _observed(contents: Contents) -> Rate:
     return evaluation.vehicles if contents.certified.certificates[0].unit == "vehicle" else evaluation.windows
 
 
+def ends(contents: Contents) -> str:
+    """How many drives ended in a collision, and why, in sentences; nothing without a study."""
+    if contents.trials is None:
+        return ""
+    trials, idle = contents.driven, contents.trials.height
+    if trials is None:
+        return f"None of the {idle} trials could start: their vehicles found no room on the road."
+    idle -= trials.height
+    near, unsafe = trials.filter(NEARLY).height, percent(plan_share(trials, Status.UNSAFE))
+    said = f" {idle} more could not start: their vehicles found no room on the road." if idle else ""
+    return (
+        f"{_collisions(trials)} {near} {'was a near miss' if near == 1 else 'were near misses'}. {unsafe} of all plans "
+        f"were unsafe: nothing clear of the predicted paths was found.{said}"
+    )
+
+
+def _collisions(trials: pl.DataFrame) -> str:
+    collided = trials.filter(COLLIDED)
+    if collided.height == 0:
+        return f"None of {trials.height} drives ended in a collision."
+    causes, faults = (
+        ", ".join(f"{name}: {(collided[column] == each.value).sum()}" for each, name in names.items())
+        for column, names in (("cause", _CAUSES), ("at_fault", _FAULTS))
+    )
+    return f"{collided.height} of {trials.height} drives ended in a collision ({causes}). At fault: {faults}."
+
+
+def plan_share(trials: pl.DataFrame, *statuses: Status) -> float:
+    """Share of the plans of all drives that were found in one of these ways."""
+    shares = sum(trials[f"share_{status.value}"].to_numpy() for status in statuses)
+    return float(np.average(shares, weights=trials["time"].to_numpy()))
+
+
 def facts(contents: Contents) -> list[tuple[str, str]]:
     """What was learned from what, line by line."""
     certified, basis, run = contents.certified, contents.predictor.basis, contents.run
     evaluation, samples = certified.evaluation, certified.samples
     recordings = run["recordings"]
     rows = sum(recording["rows"] for recording in recordings)
+    median = None if contents.driven is None else 1e3 * float(np.median(contents.driven["planning_median"].to_numpy()))
     return [
         ("recordings", f"{len(recordings)} with {rows} rows in all"),
         ("segments", f"{samples['segments']} of {basis.horizon:g} s: {samples['train']} to train, "
@@ -114,17 +151,10 @@ def facts(contents: Contents) -> list[tuple[str, str]]:
         ("not predicted / outside the tube", f"{evaluation.not_predicted} / {evaluation.outside_tube} test windows"),
         ("test windows that no base covers", str(certified.uncovered)),
         ("set size", f"mean {evaluation.mean_set_size:.2f}, median {evaluation.median_set_size:g} of {len(basis)}"),
-        *_planning(contents),
+        *([("prediction and plan", f"{median:.3g} ms (median step of the median trial); due every "
+            f"{1e3 * contents.period:g} ms")] if median is not None else []),
         ("time", ", ".join(f"{stage} {seconds:.1f} s" for stage, seconds in run["seconds"].items())),
         ("software", f"coverdrive {run['coverdrive']}, Python {run['python']}, "
          + ", ".join(f"{name} {version}" for name, version in run["packages"].items())),
         ("seed", str(run["seed"])),
     ]  # fmt: skip
-
-
-def _planning(contents: Contents) -> list[tuple[str, str]]:
-    if contents.driven is None:
-        return []
-    median = 1e3 * float(np.median(contents.driven["planning_median"].to_numpy()))
-    return [("prediction and plan", f"{median:.3g} ms (median step of the median trial); due every "
-             f"{1e3 * contents.period:g} ms")]  # fmt: skip

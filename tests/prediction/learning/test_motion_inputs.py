@@ -1,16 +1,13 @@
-"""Networks that see the lateral motion: fitted and used without knowing the future, or refused."""
+"""Networks that see the lateral motion."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from coverdrive.errors import SettingError
 from coverdrive.prediction.calibrate import CertificateSettings
 from coverdrive.prediction.cover.basis import BasisSettings
 from coverdrive.prediction.fit import Fit, PredictionSettings, fit
-from coverdrive.prediction.held_out import held_out
 from coverdrive.prediction.learning.affordance import described
 from coverdrive.prediction.learning.training import TrainingSettings
 from coverdrive.prediction.predictor import Predictor
@@ -28,23 +25,8 @@ SETTINGS = PredictionSettings(
 
 
 @pytest.fixture(scope="module")
-def by_past(scenes: tuple[Recording, ...]) -> tuple[Recording, ...]:
-    return tuple(replace(recording, causal=True) for recording in scenes)
-
-
-@pytest.fixture(scope="module")
-def fitted(by_past: tuple[Recording, ...]) -> Fit:
-    return fit(by_past, SETTINGS, seed=1)
-
-
-def test_motion_that_was_estimated_from_the_future_is_refused(
-    fitted: Fit, scenes: tuple[Recording, ...], by_past: tuple[Recording, ...]
-) -> None:
-    mixed = (*by_past[:-1], scenes[-1])
-    with pytest.raises(SettingError, match=r"1 of 6 recordings \('scene 5' is one\) were smoothed with later"):
-        fit(mixed, SETTINGS)
-    with pytest.raises(SettingError, match="causal = true"):
-        held_out(fitted.source, fitted.predictor, scenes)
+def fitted(scenes: tuple[Recording, ...]) -> Fit:
+    return fit(scenes, SETTINGS, seed=1)
 
 
 def test_a_predictor_that_sees_the_motion_is_stored_whole_and_uses_the_heading(fitted: Fit, tmp_path: Path) -> None:
