@@ -136,7 +136,7 @@ class MpcPlanner:
         self._start(period)
         state, road = np.array([0.0, 1.8, 20.0, 0.0]), Road.straight()
         points = np.zeros((1, self.steps + 1, 2))
-        points[..., 0] = 30.0
+        points[..., 0] = 3.0  # not clear, so that everything is needed
         self.plan(state, PredictedPaths(points, np.zeros(1, int), np.ones_like(points), self.dt), road)
         self._start(period)
 

@@ -19,7 +19,7 @@ from coverdrive.planning.rollout import add_pulled_back, changes_of
 
 _INNER = 20
 """Newton steps of a quadratic problem at the most"""
-_INNER_TOLERANCE = 1e-3
+_INNER_TOLERANCE = 5e-3
 """a Newton step that promises to lower the quadratic problem by a smaller share is the last"""
 _SHARES = 30
 """shares of a Newton step that are tried at the most where the whole does not gain"""

@@ -119,11 +119,12 @@ def _played(
     known[_ONE] = 1.0
     for n in range(nodes):
         p = tree.parent[n]
-        if p >= 0:
-            known[:4], known[4:6] = states[p], result[p]
-        else:
-            known[:6] = 0.0
+        for i in range(6):
+            known[i] = 0.0 if p < 0 else states[p, i] if i < 4 else result[p, i - 4]
         for i in (1, 0):
-            result[n, i] = known[4 + i] = -(gains[n, i] * known).sum()
-        write_change(states, n, result[n], rollout, tree, dt)
+            chosen = 0.0
+            for j in range(7):
+                chosen -= gains[n, i, j] * known[j]
+            result[n, i] = known[4 + i] = chosen
+        write_change(states, n, (result[n, 0], result[n, 1]), rollout, tree, dt)
     return result

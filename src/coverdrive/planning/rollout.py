@@ -57,26 +57,26 @@ def changes_of(
     """Changes of the states, to first order, where the inputs change."""
     result = np.zeros((len(change), 4))
     for n in range(len(change)):
-        write_change(result, n, change[n], rollout, tree, dt)
+        write_change(result, n, (change[n, 0], change[n, 1]), rollout, tree, dt)
     return result
 
 
 @compiled
 def write_change(
-    changes: Float[np.ndarray, "N 4"], n: int, change: Float[np.ndarray, " 2"], rollout: Rollout, tree: Tree, dt: float
+    changes: Float[np.ndarray, "N 4"], n: int, change: tuple[float, float], rollout: Rollout, tree: Tree, dt: float
 ) -> None:
     """Write that of node n alone; those of the nodes before are known."""
-    p, way, at = tree.parent[n], rollout.way, changes[n]
+    p, way = tree.parent[n], rollout.way
+    lon = lat = speed = heading = 0.0
     if p >= 0:
-        at[:] = changes[p]
-        for i in range(2):
-            at[i] += way[p, i, 0] * at[2] + way[p, i, 1] * at[3]
-    else:
-        at[:] = 0.0
-    for i in range(2):
-        at[2 + i] += dt * change[i]
-    for i in range(2):
-        at[i] += way[n, i, 0] * at[2] + way[n, i, 1] * at[3]
+        lon, lat, speed, heading = changes[p, 0], changes[p, 1], changes[p, 2], changes[p, 3]
+        lon += way[p, 0, 0] * speed + way[p, 0, 1] * heading
+        lat += way[p, 1, 0] * speed + way[p, 1, 1] * heading
+    speed += dt * change[0]
+    heading += dt * change[1]
+    changes[n, 0] = lon + way[n, 0, 0] * speed + way[n, 0, 1] * heading
+    changes[n, 1] = lat + way[n, 1, 0] * speed + way[n, 1, 1] * heading
+    changes[n, 2], changes[n, 3] = speed, heading
 
 
 @compiled

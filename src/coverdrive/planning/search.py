@@ -1,8 +1,8 @@
 """The search for a plan, compiled: manoeuvres as guesses, descent from the best of them, and the choice.
 
-Every target lane has two starts: the last plan to that lane, and the cheapest of simple manoeuvres (steer to the lane
-at a constant acceleration, from full braking to full throttle) with the least harmful one as its fail-safe branch. All
-starts descend together. Whatever comes out is evaluated (`coverdrive.planning.evaluate`), and so are the simple
+Every target lane has a start: the last plan to that lane, or the cheapest of simple manoeuvres (steer to the lane at a
+constant acceleration, from full braking to full throttle) with the least harmful one as its fail-safe branch; the lane
+that the last plan aimed at has both. All starts descend together. Whatever comes out is evaluated (`coverdrive.planning.evaluate`), and so are the simple
 manoeuvres and the rest of the last fail-safe branch, as plans whose branches are one: they are what is left when the
 descent finds nothing clear. If nothing at all is clear, more ways to evade are tried, and of everything that does
 hardly more harm than the least harmful, the cheapest is chosen.
@@ -84,8 +84,8 @@ class Wanted(NamedTuple):
 
 
 def room_for(wanted: Wanted, constants: Constants) -> Plans:
-    """Room for the plans of a search: guesses, then two starts for each target lane, then evasions."""
-    return empty_plans(wanted.guesses + 2 * len(wanted.lanes) + _EVASIONS, len(constants.tree.parent))
+    """Room for the plans of a search: guesses, then a start for each target lane and one more, then evasions."""
+    return empty_plans(wanted.guesses + 1 + len(wanted.lanes) + _EVASIONS, len(constants.tree.parent))
 
 
 @compiled
@@ -105,20 +105,22 @@ def begin(plans: Plans, wanted: Wanted, around: Surroundings, constants: Constan
         rank = _rank(plans, i, 0.0)
         if rank < least:
             safest, least = i, rank
+    held = np.argmin(wanted.extra)
     for lane in range(len(lanes)):
-        start, least = guesses + 1 + 2 * lane, np.inf
-        plans.inputs[start], plans.lane[start] = wanted.last[lane], lane
-        plans.targets[start] = lanes[lane]
-        plans.lane[start + 1], plans.targets[start + 1] = lane, lanes[lane]
-        plans.targets[start + 1, 1] = plans.targets[safest, 0]
-        pair = np.empty_like(plans.inputs[0])
+        start, pair = guesses + 1 + lane, np.empty_like(plans.inputs[0])
+        plans.inputs[start], plans.lane[start], plans.targets[start] = wanted.last[lane], lane, lanes[lane]
+        least = merit(plans.inputs[start], plans.targets[start], around, constants).value
+        if lane == held:
+            start, least = guesses + 1 + len(lanes), np.inf
+            plans.lane[start], plans.targets[start] = lane, lanes[lane]
         for i in range(lane * tried, (lane + 1) * tried):
             for n in range(len(pair)):
                 pair[n] = plans.inputs[safest if tree.safe[n] else i, n]
-            cost = merit(pair, plans.targets[start + 1], around, constants).value
+            targets = np.array([lanes[lane], plans.targets[safest, 0]])
+            cost = merit(pair, targets, around, constants).value
             if cost < least:
                 least = cost
-                plans.inputs[start + 1] = pair
+                plans.inputs[start], plans.targets[start] = pair, targets
 
 
 @compiled
@@ -136,7 +138,7 @@ def go_on(
         constants: of the problem.
     """
     first = len(wanted.lanes) * len(wanted.accelerations) + 1
-    starts = slice(first, first + 2 * len(wanted.lanes))
+    starts = slice(first, first + 1 + len(wanted.lanes))
     extra = wanted.extra[plans.lane[starts]]
     descent = descend(plans.inputs[starts], plans.targets[starts], extra, around, constants, iterations, tolerance)
     plans.inputs[starts] = descent.inputs
@@ -160,7 +162,7 @@ def choose(
         The index of the chosen plan, −1 if none has a cost, and whether it comes out of the descent.
     """
     first, lanes = len(wanted.lanes) * len(wanted.accelerations) + 1, len(wanted.lanes)
-    last = first + 2 * lanes
+    last = first + 1 + lanes
     evaluate(plans, first, last, around, constants)
     cheapest, least = -1, np.inf
     for i in range(last):
@@ -184,7 +186,7 @@ def choose(
             standing[lane], best[lane] = rank, plans.inputs[i]
         if rank + wanted.extra[lane] < least:
             chosen, least = i, rank + wanted.extra[lane]
-    return chosen, first <= chosen < first + 2 * lanes
+    return chosen, first <= chosen < first + 1 + lanes
 
 
 @compiled
