@@ -27,7 +27,7 @@ from coverdrive.settings import Settings
 
 _UNCLEAR = 1e12
 """more than any plan costs; added to the cost of those that are not clear"""
-_PER_HARM = 1e11
+_PER_HARM = 2e6
 """[s/m] price of the harm of contacts: more than comfort and slack are worth"""
 _PER_DEPARTURE = 1e15
 """[1/m] price of leaving the road: more than any contact"""
@@ -213,8 +213,8 @@ def _rank(plans: Plans, i: int, allowed: float) -> float:
     is allowed, then by their cost, which counts how deep and how early they get into boxes."""
     if plans.clear[i]:
         return plans.cost[i]
-    leaving, more = max(0.0, plans.departure[i] - _NO_DEPARTURE), max(0.0, plans.harm[i] - allowed)
-    return _UNCLEAR + _PER_DEPARTURE * leaving + _PER_HARM * more + plans.cost[i]
+    leaving = max(0.0, plans.departure[i] - _NO_DEPARTURE)
+    return _UNCLEAR + _PER_DEPARTURE * leaving + _PER_HARM * plans.harm[i] + plans.cost[i]
 
 
 @compiled

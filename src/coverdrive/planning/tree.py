@@ -58,7 +58,7 @@ class Tree(NamedTuple):
     changes: Float[np.ndarray, "N 2"]
     """the same of their difference from those of the parent"""
     slack: Float[np.ndarray, " N"]
-    """c_k of the obstacle slacks"""
+    """c_k of the obstacle slacks; the largest of them all along the fail-safe branch, which must be clear"""
     curvature: Float[np.ndarray, "N 2"]
     """half the second derivatives of the costs of inputs, speed and heading with respect to every single input"""
     least_curvature: float
@@ -82,7 +82,7 @@ def tree_of(cost: CostSettings, branches: BranchSettings, shared: int, steps: in
     inputs = comfort * [cost.acceleration, cost.yaw_rate]
     changes = comfort * [cost.acceleration_change, cost.yaw_rate_change]
     change = np.eye(len(nodes)) - (parent[:, None] == nodes)
-    summed = dt * np.linalg.inv(change)
+    summed, slack = dt * np.linalg.inv(change), cost.slack_weights(steps)
     bends = [
         np.diag(inputs[:, i]) + change.T @ (changes[:, i, None] * change) + summed.T @ (errors[:, 1 + i, None] * summed)
         for i in range(2)
@@ -95,7 +95,7 @@ def tree_of(cost: CostSettings, branches: BranchSettings, shared: int, steps: in
         errors=errors,
         inputs=inputs,
         changes=changes,
-        slack=cost.slack_weights(steps)[moment - 1],
+        slack=np.where(safe, slack.max(), slack[moment - 1]),
         curvature=np.stack([np.diag(each) for each in bends], axis=-1),
         least_curvature=float(min(np.linalg.eigvalsh(each)[0] for each in bends)),
         drive=nodes[:steps],
