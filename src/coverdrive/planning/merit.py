@@ -209,16 +209,19 @@ def _boxes(
 
 @compiled
 def input_bounds(
-    inputs: Float[np.ndarray, "N 2"], state: Float[np.ndarray, " 4"], constants: Constants
+    inputs: Float[np.ndarray, "N 2"], around: Surroundings, constants: Constants
 ) -> tuple[Float[np.ndarray, "N 2"], Float[np.ndarray, "N 2"]]:
     """Least and largest inputs; those of the yaw rate follow from the lateral acceleration at the plan's speed."""
-    vehicle, tree = constants.vehicle, constants.tree
+    vehicle, tree, before = constants.vehicle, constants.tree, around.previous_input
     low, high, speed = np.empty_like(inputs), np.empty_like(inputs), np.empty(len(inputs))
     for n in range(len(inputs)):
         p = tree.parent[n]
-        before = speed[p] if p >= 0 else state[2]
-        low[n, 0], high[n, 0] = -vehicle.max_deceleration, vehicle.max_acceleration
-        turn = min(vehicle.max_yaw_rate, vehicle.max_lateral_acceleration / max(before, 1.0))
-        low[n, 1], high[n, 1] = -turn, turn
-        speed[n] = before + constants.dt * min(max(inputs[n, 0], low[n, 0]), high[n, 0])
+        now = max(speed[p] if p >= 0 else around.state[2], 1.0)
+        turn = min(vehicle.max_yaw_rate, vehicle.max_lateral_acceleration / now)
+        low[n, 0], high[n, 0], low[n, 1], high[n, 1] = -vehicle.max_deceleration, vehicle.max_acceleration, -turn, turn
+        if p < 0:
+            for i, most in ((0, constants.most_change), (1, constants.most_change / now)):
+                low[n, i] = min(max(low[n, i], before[i] - most), high[n, i])
+                high[n, i] = max(min(high[n, i], before[i] + most), low[n, i])
+        speed[n] = (speed[p] if p >= 0 else around.state[2]) + constants.dt * min(max(inputs[n, 0], low[n, 0]), high[n, 0])
     return low, high

@@ -19,7 +19,7 @@ from coverdrive.planning.rollout import add_pulled_back, changes_of
 
 _INNER = 20
 """Newton steps of a quadratic problem at the most"""
-_INNER_TOLERANCE = 5e-3
+_INNER_TOLERANCE = 1e-3
 """a Newton step that promises to lower the quadratic problem by a smaller share is the last"""
 _SHARES = 30
 """shares of a Newton step that are tried at the most where the whole does not gain"""
@@ -47,7 +47,7 @@ def best_step(
     inputs: Float[np.ndarray, "N 2"], model: Model, damping: float, around: Surroundings, constants: Constants
 ) -> tuple[Float[np.ndarray, "N 2"], float]:
     """The step that minimises the damped quadratic problem, and what it gains without the damping."""
-    low, high = input_bounds(inputs, around.state, constants)
+    low, high = input_bounds(inputs, around, constants)
     low -= inputs
     high -= inputs
     damped = damping * model.curvature

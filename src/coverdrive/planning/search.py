@@ -52,7 +52,7 @@ _lane_seeking = compiled(lane_seeking)
 class SearchSettings(Settings):
     """How long the search goes on."""
 
-    tolerance: float = Field(default=3e-3, gt=0, le=1)
+    tolerance: float = Field(default=1e-3, gt=0, le=1)
     """a step of the descent that lowers the merit by a smaller share is the last"""
     braking_guesses: int = Field(default=4, ge=2, le=100)
     """number of constant accelerations from full braking to none that are tried as manoeuvres"""
