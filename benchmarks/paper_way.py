@@ -112,7 +112,7 @@ def _program(situation: Situation, target_lat: float, problem: ProblemSettings) 
         direction = ca.cos(state[3]), ca.sin(state[3])
         successor = euler_step(tuple(ca.vertsplit(state)), direction, tuple(ca.vertsplit(inputs[k])), problem.dt)
         constraints.append(after - ca.vertcat(*successor))
-        constraints.append(_ellipses(after[0], after[1], obstacles.centres[k], axes[k]) + slack[k] - levels[k])
+        constraints.append(_ellipses(after[0], after[1], obstacles.centres[k + 1], axes[k]) + slack[k] - levels[k])
         change, factor = inputs[k] - last, problem.cost.terminal if k == steps - 1 else 1.0
         cost += input_cost(inputs[k][0], inputs[k][1], change[0], change[1], problem.cost)
         cost += factor * state_cost(after[1] - target_lat, after[2], after[3], problem.cost)
@@ -132,7 +132,7 @@ def coasting(situation: Situation, target_lat: float, problem: ProblemSettings) 
 
 def _axes(obstacles: Obstacles, problem: ProblemSettings) -> Float[np.ndarray, "K n 2"]:
     """Semi-axes [m] of the ellipses."""
-    return obstacles.half_sizes + problem.vehicle.half_sizes
+    return obstacles.half_sizes[1:] + problem.vehicle.half_sizes
 
 
 def _ellipses(lon: Any, lat: Any, centres: Float[np.ndarray, "*m n 2"], axes: Float[np.ndarray, "*m n 2"]) -> Any:
@@ -145,7 +145,7 @@ def _levels(
     states: Float[np.ndarray, "P 4"], obstacles: Obstacles, problem: ProblemSettings
 ) -> Float[np.ndarray, "K n"]:
     """The left-hand sides of given states."""
-    return _ellipses(states[1:, :1], states[1:, 1:2], obstacles.centres, _axes(obstacles, problem))
+    return _ellipses(states[1:, :1], states[1:, 1:2], obstacles.centres[1:], _axes(obstacles, problem))
 
 
 def _smallest_slack(levels: Float[np.ndarray, "K n"]) -> Float[np.ndarray, " K"]:

@@ -23,8 +23,9 @@ import numpy as np
 from coverdrive.certificates.evaluation import Rate
 from coverdrive.config import Experiment
 from coverdrive.paths import PredictedPaths
+from coverdrive.planning.constants import constants_of
+from coverdrive.planning.evaluate import Motion, evaluated
 from coverdrive.planning.follower import with_careful_follower
-from coverdrive.planning.motion import Motion, judged
 from coverdrive.planning.obstacles import obstacles_of
 from coverdrive.planning.plan import Status
 from coverdrive.planning.planner import MpcPlanner
@@ -97,8 +98,10 @@ def situation_of(instance: dict, problem: ProblemSettings, road: Road) -> Situat
 def own_motion(instance: dict, problem: ProblemSettings, road: Road) -> tuple[Motion, float]:
     """The recorded plan, and the lane [m] as target for which it is cheapest."""
     plan, situation = instance["plan"], situation_of(instance, problem, road)
-    each = [(judged(plan.states, plan.inputs, float(lat), situation, problem), float(lat)) for lat in road.centres]
-    return min(each, key=lambda pair: float(pair[0].cost))
+    motions = evaluated(
+        np.repeat(plan.inputs[None], road.lanes, axis=0), np.array(road.centres), situation, constants_of(problem)
+    )
+    return min(zip(motions, map(float, road.centres), strict=True), key=lambda pair: float(pair[0].cost))
 
 
 def reference_costs(instance: dict, problem: ProblemSettings, road: Road) -> tuple[float, float]:
@@ -109,7 +112,7 @@ def reference_costs(instance: dict, problem: ProblemSettings, road: Road) -> tup
     own, target = own_motion(instance, problem, road)
     situation, options = situation_of(instance, problem, road), SolverSettings(tolerance=1e-6, max_iterations=500)
     motions = simple_motions(situation, target, [instance["plan"].inputs], problem)
-    starts = [motions.at(int(i)) for i in np.argsort(motions.lasting_cost)[:STARTS]]
+    starts = sorted(motions, key=lambda each: each.lasting_cost)[:STARTS]
     results = [solved(situation, target, start, "ipopt", problem, options) for start in starts]
     found = [each for each in results if each is not None]
     wanted = max(float(own.slack.max()), problem.obstacles.margin)

@@ -35,8 +35,8 @@ def crowded() -> Callable[[int], tuple[np.ndarray, Surroundings]]:
     def make(seed: int) -> tuple[np.ndarray, Surroundings]:
         rng = np.random.default_rng(seed)
         state = np.array([0.0, rng.uniform(1.5, 9.3), rng.uniform(10, 30), rng.uniform(-0.05, 0.05)])
-        boxes = np.empty((5, 12, 8))
-        boxes[0] = rng.uniform(-20, 60, 8) + rng.uniform(5, 8, 8) * np.arange(12)[:, None]
+        boxes = np.zeros((7, 13, 8))
+        boxes[0] = rng.uniform(-20, 60, 8) + rng.uniform(5, 8, 8) * np.arange(-1, 12)[:, None]
         boxes[1], boxes[2], boxes[3] = rng.choice([1.8, 5.4, 9.0], 8), 2.6, 1.1
         boxes[4] = 1e5
         boxes[4, -1] = 20.0

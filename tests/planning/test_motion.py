@@ -5,9 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from coverdrive.planning.motion import drive, judged, lane_seeking_inputs, shifted_inputs
-from coverdrive.planning.obstacles import FAR, Obstacles
-from coverdrive.planning.problem import ProblemSettings, Situation
+from coverdrive.planning.motion import drive, lane_seeking_inputs, shifted_inputs
 from coverdrive.planning.vehicle import VehicleSettings, rollout
 
 CAR = VehicleSettings()
@@ -47,28 +45,3 @@ def test_shift_by_part_of_a_step_by_hand() -> None:
 def test_shift_of_constant_inputs_changes_nothing(elapsed: float) -> None:
     inputs = np.tile([1.5, -0.1], (12, 1))
     np.testing.assert_allclose(shifted_inputs(inputs, elapsed, 0.25), inputs)
-
-
-def test_distance_off_the_road_by_hand() -> None:
-    nothing = Obstacles(np.zeros((2, 0, 2)), np.zeros((2, 0, 2)), np.zeros((2, 0)))
-    situation = Situation(np.zeros(4), np.zeros(2), (0.0, 10.8), nothing)
-    states = np.array([[0.0, 5, 9, 0], [0.0, 0.5, 9, 0], [0.0, 10.7, 9, 0]])
-    motion = judged(states, np.zeros((2, 2)), 1.8, situation, ProblemSettings(steps=2))
-    half_width = 0.95 + 0.05
-    np.testing.assert_allclose(motion.off_road, [half_width - 0.5, half_width - 0.1])
-    np.testing.assert_array_equal(motion.slack, 0.0)
-
-
-def test_slack_lasts_in_the_comparison() -> None:
-    """Through a standing car at 20 m/s: contact at two steps only, counted from the first one on, twofold."""
-    boxes = Obstacles(np.tile([10.0, 1.8], (6, 1, 1)), np.tile([2.4, 0.95], (6, 1, 1)), np.full((6, 1), FAR))
-    situation = Situation(np.array([0.0, 1.8, 20.0, 0.0]), np.zeros(2), (0.0, 10.8), boxes)
-    problem = ProblemSettings(steps=6)
-    states = rollout(situation.state, np.zeros((6, 2)), problem.dt)
-    motion = judged(states, np.zeros((6, 2)), 1.8, situation, problem)
-    np.testing.assert_array_equal(motion.slack > 0, [True, True, True, False, False, False])
-    weights = problem.cost.slack_weights(6)
-    worst_so_far = np.maximum.accumulate(motion.slack * (1 + 20 / 20))
-    extra = (weights * (worst_so_far**2 - motion.slack**2)).sum()
-    assert motion.lasting_cost == pytest.approx(float(motion.cost) + extra)
-    assert extra > 0

@@ -27,7 +27,14 @@ SHAPES = [ObstacleSettings(order=order) for order in ORDERS]
 
 
 def one_step(lon: float, lat: float, half_length: float, half_width: float, speed: float = FAR) -> Obstacles:
-    return Obstacles(np.array([[[lon, lat]]]), np.array([[[half_length, half_width]]]), np.array([[speed]]))
+    each = (
+        np.array([[[lon, lat]]]),
+        np.array([[[half_length, half_width]]]),
+        np.array([[speed]]),
+        np.zeros((1, 1)),
+        np.ones((1, 1)),
+    )
+    return Obstacles(*(np.repeat(values, 2, axis=0) for values in each))
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -109,6 +116,6 @@ def test_free_slots_are_out_of_reach(straight_paths) -> None:
     got = chosen_obstacles(obstacles, np.array([False, True, False]), lon=50.0, slots=4)
     assert got.slots == 4
     np.testing.assert_array_equal(got.centres[:, 0], obstacles.centres[:, 1])
-    np.testing.assert_array_equal(got.speed[:, 0], [FAR] * 11 + [10.0])
+    np.testing.assert_array_equal(got.speed[:, 0], [FAR] * 12 + [10.0])
     states = np.tile([50.0, 0.0, 20.0, 0.0], (13, 1))
     assert (clearances(states, got, CAR, ObstacleSettings())[:, 1:] > 100).all()

@@ -156,7 +156,12 @@ def test_follower_that_may_accelerate_does_not_push_the_car_into_others(straight
 
 def test_brakes_where_the_search_returns_no_numbers(straight_paths, monkeypatch: pytest.MonkeyPatch) -> None:
     search = planning.search
-    monkeypatch.setattr(planning, "search", lambda *args: search(*args)._replace(cost=np.nan))
+
+    def failing(*args):
+        found = search(*args)
+        return found._replace(chosen=found.chosen._replace(cost=np.nan))
+
+    monkeypatch.setattr(planning, "search", failing)
     plan = MpcPlanner().plan(np.array([0, 1.8, 20, 0.0]), straight_paths((12, 1.8, 0)), ROAD)
     assert plan.status is Status.UNSAFE
     np.testing.assert_allclose(plan.inputs[:10, 0], -8.0)

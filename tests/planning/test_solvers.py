@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from coverdrive.planning.motion import Motion
+from coverdrive.planning.evaluate import Motion
 from coverdrive.planning.obstacles import obstacles_of
 from coverdrive.planning.problem import ProblemSettings, Situation
 from coverdrive.planning.reference import packed, simple_motions
@@ -19,8 +19,7 @@ def made(paths) -> Situation:
 
 
 def start_for(situation: Situation, target: float) -> Motion:
-    motions = simple_motions(situation, target, [], PROBLEM)
-    return motions.at(int(np.argmin(motions.lasting_cost)))
+    return min(simple_motions(situation, target, [], PROBLEM), key=lambda each: each.lasting_cost)
 
 
 @pytest.mark.parametrize("target", [1.8, 5.4])

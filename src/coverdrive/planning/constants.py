@@ -6,21 +6,19 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from coverdrive.planning.cost import CostSettings
 from coverdrive.planning.obstacles import ObstacleSettings
 from coverdrive.planning.problem import ProblemSettings
+from coverdrive.planning.tree import Tree, shift_of, tree_of
 from coverdrive.planning.vehicle import VehicleSettings
 
 Vehicle: Any = namedtuple("Vehicle", VehicleSettings.model_fields)  # pyright: ignore[reportUntypedNamedTuple]
 """the fields of `VehicleSettings`"""
-Cost: Any = namedtuple("Cost", CostSettings.model_fields)  # pyright: ignore[reportUntypedNamedTuple]
-"""the fields of `CostSettings`"""
 Shape: Any = namedtuple("Shape", ObstacleSettings.model_fields)  # pyright: ignore[reportUntypedNamedTuple]
 """the fields of `ObstacleSettings`"""
 
 
 class Constants(NamedTuple):
-    """What a problem is, with what follows from it alone. K steps; U = 2K inputs, accelerations before yaw rates."""
+    """What a problem is, with what follows from it alone."""
 
     steps: int
     """K"""
@@ -28,44 +26,35 @@ class Constants(NamedTuple):
     """[s]"""
     vehicle: Any
     """of the type `Vehicle`"""
-    cost: Any
-    """of the type `Cost`"""
     shape: Any
     """of the type `Shape`"""
     inflation: float
     """factor on the summed half sizes"""
-    weight: Float[np.ndarray, " K"]
-    """factor on the errors of every state: the last one counts more"""
-    slack: Float[np.ndarray, " K"]
-    """weights c_k of the slacks"""
-    curvature: Float[np.ndarray, " U"]
-    """half the second derivatives of the costs of inputs, speed and heading with respect to every single input"""
-    least_curvature: float
-    """smallest eigenvalue of half their second derivatives with respect to all inputs; errors across the road,
-    constraints and damping only add to it"""
+    reference_speed: float
+    """[m/s] wanted"""
+    off_road: float
+    """[1/m²] of the squared way off the road"""
+    most_change: float
+    """[m/s²] by which the acceleration along and across changes from the last plan to an optimised one"""
+    tree: Tree
+    """the steps of a plan, and what they cost"""
+    shift: Float[np.ndarray, "N N"]
+    """the map from a plan's inputs to those that the next plan starts from"""
 
 
-def constants_of(problem: ProblemSettings) -> Constants:
-    """The constants of a problem."""
-    cost, steps = problem.cost, problem.steps
-    weight = np.ones(steps)
-    weight[-1] = cost.terminal
-    summed = problem.dt * np.tril(np.ones((steps, steps)))
-    change = np.eye(steps) - np.eye(steps, k=-1)
-    straight = (
-        np.kron(np.diag([cost.acceleration, cost.yaw_rate]), np.eye(steps))
-        + np.kron(np.diag([cost.acceleration_change, cost.yaw_rate_change]), change.T @ change)
-        + np.kron(np.diag([cost.speed, cost.heading]), summed.T @ (weight[:, None] * summed))
-    )
+def constants_of(problem: ProblemSettings, period: float) -> Constants:
+    """The constants of a problem that is posed anew every ``period`` [s]."""
+    shared = problem.branches.shared(period, problem.steps, problem.dt)
+    tree = tree_of(problem.cost, problem.branches, shared, problem.steps, problem.dt)
     return Constants(
-        steps=steps,
+        steps=problem.steps,
         dt=problem.dt,
         vehicle=Vehicle(**problem.vehicle.model_dump()),
-        cost=Cost(**cost.model_dump()),
         shape=Shape(**problem.obstacles.model_dump()),
         inflation=problem.obstacles.inflation,
-        weight=weight,
-        slack=cost.slack_weights(steps),
-        curvature=np.diag(straight).copy(),
-        least_curvature=float(np.linalg.eigvalsh(straight)[0]),
+        reference_speed=problem.cost.reference_speed,
+        off_road=problem.cost.off_road,
+        most_change=problem.vehicle.max_jerk * period,
+        tree=tree,
+        shift=shift_of(tree, period, problem.dt),
     )

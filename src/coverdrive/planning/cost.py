@@ -1,12 +1,11 @@
 """What a plan costs (paper §4: h, Q and the slack penalty c_k·γ_k²).
 
 The cost of a plan is the sum over the steps of lane, speed and heading errors, inputs and changes of the inputs, a
-terminal cost, and penalties of the slacks. The error of the current state is left out: no plan changes it.
-`state_cost` and `input_cost` are plain arithmetic, so that the optimisation problem uses them with symbols.
-P = K + 1 is the number of states.
+terminal cost, and penalties of the slacks. The error of the current state is left out: no plan changes it. The weights
+become factors of every step in `coverdrive.planning.tree`.
 """
 
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Float
@@ -30,7 +29,7 @@ class CostSettings(Settings):
     """[s⁴/m²]"""
     yaw_rate: float = Field(default=20.0, ge=0, le=1e6)
     """[s²/rad²]"""
-    acceleration_change: float = Field(default=0.2, ge=0, le=1e6)
+    acceleration_change: float = Field(default=0.6, ge=0, le=1e6)
     """[s⁴/m²] difference of the accelerations of two steps"""
     yaw_rate_change: float = Field(default=50.0, ge=0, le=1e6)
     """[s²/rad²] difference of the yaw rates of two steps"""
@@ -49,74 +48,3 @@ class CostSettings(Settings):
         """The weights c_k of the K steps: the schedule spread evenly over the horizon."""
         parts = np.arange(steps) * len(self.slack_schedule) // steps
         return self.slack * np.asarray(self.slack_schedule)[parts]
-
-
-def state_cost(lat_error: Any, speed: Any, heading: Any, settings: CostSettings) -> Any:
-    """Cost of being in a state for one step.
-
-    Args:
-        lat_error: [m] from the centre of the target lane.
-        speed: [m/s].
-        heading: [rad].
-        settings: the weights.
-    """
-    return (
-        settings.lane * lat_error**2
-        + settings.speed * (speed - settings.reference_speed) ** 2
-        + settings.heading * heading**2
-    )
-
-
-def input_cost(
-    acceleration: Any, yaw_rate: Any, acceleration_change: Any, yaw_rate_change: Any, settings: CostSettings
-) -> Any:
-    """Cost of the inputs of one step and of their changes since the step before.
-
-    Args:
-        acceleration: [m/s²].
-        yaw_rate: [rad/s].
-        acceleration_change: [m/s²].
-        yaw_rate_change: [rad/s].
-        settings: the weights.
-    """
-    return (
-        settings.acceleration * acceleration**2
-        + settings.yaw_rate * yaw_rate**2
-        + settings.acceleration_change * acceleration_change**2
-        + settings.yaw_rate_change * yaw_rate_change**2
-    )
-
-
-def plan_cost(
-    states: Float[Any, "*n P 4"],
-    inputs: Float[Any, "*n K 2"],
-    slack: Float[Any, "*n K"],
-    off_road: Float[Any, "*n K"],
-    previous_input: Float[Any, " 2"],
-    target_lat: Float[Any, "*n"] | float,
-    settings: CostSettings,
-) -> Float[Any, "*n"]:
-    """The objective of the optimal control problem for given plans.
-
-    Args:
-        states: lon [m], lat [m], speed [m/s], heading [rad].
-        inputs: acceleration [m/s²], yaw rate [rad/s].
-        slack: γ_k of the steps k = 1 … K.
-        off_road: [m] by which the body leaves the road at the steps k = 1 … K.
-        previous_input: the input applied before the plan starts.
-        target_lat: [m] centre of the target lane.
-        settings: the weights.
-
-    Returns:
-        The cost of every plan.
-    """
-    steps = inputs.shape[-2]
-    before = np.broadcast_to(previous_input, (*inputs.shape[:-2], 1, 2))
-    changes = np.diff(np.concatenate([before, inputs], axis=-2), axis=-2)
-    lat_error = states[..., 1:, 1] - np.asarray(target_lat)[..., None]
-    weight = np.ones(steps)
-    weight[-1] = settings.terminal
-    cost = weight * state_cost(lat_error, states[..., 1:, 2], states[..., 1:, 3], settings)
-    cost = cost + input_cost(inputs[..., 0], inputs[..., 1], changes[..., 0], changes[..., 1], settings)
-    cost = cost + settings.slack_weights(steps) * slack**2 + settings.off_road * off_road**2
-    return cost.sum(axis=-1)

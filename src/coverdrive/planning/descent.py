@@ -1,7 +1,7 @@
 """Sequential quadratic programming on the penalised problem: damped Gauss–Newton steps that see constraints coming.
 
 Every step minimises the merit with states and constraints made linear (`coverdrive.planning.quadratic`), damping as in
-Marquardt (J. SIAM 11, 1963). B motions descend together, each with a damping of its own.
+Marquardt (J. SIAM 11, 1963). B plans descend together, each with a damping of its own.
 """
 
 from typing import NamedTuple
@@ -19,7 +19,7 @@ _FIRST_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 0.1, 1e-4, 1e3
 _CREEP = 3.0
 """[m/s] below this speed, yaw rates are kept instead"""
 _PATIENCE = 2
-"""iterations for which motions that are not the cheapest are followed at least"""
+"""iterations for which plans that are not the cheapest are followed at least"""
 _GOOD = 0.75
 """share of the promised gain from which on the damping falls"""
 _POOR = 0.25
@@ -27,9 +27,9 @@ _POOR = 0.25
 
 
 class Descent(NamedTuple):
-    """Where the motions are on their way down."""
+    """Where the plans are on their way down."""
 
-    inputs: Float[np.ndarray, "B U"]
+    inputs: Float[np.ndarray, "B N 2"]
     value: Float[np.ndarray, " B"]
     """of the merit"""
     done: Bool[np.ndarray, " B"]
@@ -37,66 +37,65 @@ class Descent(NamedTuple):
 
 
 @compiled
-def _projected(wanted: Float[np.ndarray, " U"], around: Surroundings, constants: Constants) -> Float[np.ndarray, " U"]:
+def _projected(wanted: Float[np.ndarray, "N 2"], around: Surroundings, constants: Constants) -> Float[np.ndarray, "N 2"]:
     """The wanted inputs within their bounds."""
-    low, high = input_bounds(wanted, around.state, constants)
+    low, high = input_bounds(wanted, around, constants)
     return np.minimum(np.maximum(wanted, low), high)
 
 
 @compiled
 def _moved(
-    inputs: Float[np.ndarray, " U"], change: Float[np.ndarray, " U"], around: Surroundings, constants: Constants
-) -> Float[np.ndarray, " U"]:
+    inputs: Float[np.ndarray, "N 2"], change: Float[np.ndarray, "N 2"], around: Surroundings, constants: Constants
+) -> Float[np.ndarray, "N 2"]:
     """Inputs after a step. Where the step changes the speed, the lateral acceleration keeps to the linear model.
 
-    To first order this is the sum; a motion across the road then does not grow with its speed.
+    To first order this is the sum; a plan across the road then does not grow with its speed.
     """
-    steps, dt = constants.steps, constants.dt
-    moved = inputs + change
-    before = after = around.state[2]
-    for k in range(steps):
-        moved[steps + k] = inputs[steps + k] + max(before, _CREEP) / max(after, _CREEP) * change[steps + k]
-        before += dt * inputs[k]
-        after += dt * moved[k]
-    return moved
+    result, speeds = inputs + change, np.empty((len(inputs), 2))
+    for n in range(len(inputs)):
+        p = constants.tree.parent[n]
+        before, after = (speeds[p, 0], speeds[p, 1]) if p >= 0 else (around.state[2], around.state[2])
+        result[n, 1] = inputs[n, 1] + max(before, _CREEP) / max(after, _CREEP) * change[n, 1]
+        speeds[n, 0], speeds[n, 1] = before + constants.dt * inputs[n, 0], after + constants.dt * result[n, 0]
+    return result
 
 
 @compiled
 def descend(
-    inputs: Float[np.ndarray, "B U"],
-    target: Float[np.ndarray, " B"],
+    inputs: Float[np.ndarray, "B N 2"],
+    targets: Float[np.ndarray, "B 2"],
     extra: Float[np.ndarray, " B"],
     around: Surroundings,
     constants: Constants,
     iterations: int,
     tolerance: float,
 ) -> Descent:
-    """Improve motions step by step.
+    """Improve plans step by step.
 
     Args:
-        inputs: of the motions to start from.
-        target: [m] lat of the centre of each motion's target lane.
-        extra: cost of choosing each motion, on top of its merit.
+        inputs: of the plans to start from.
+        targets: [m] lat of the centres of the target lanes of each plan's branches.
+        extra: cost of choosing each plan, on top of its merit.
         around: what the plan is made for.
         constants: of the problem.
         iterations: number of steps at the most.
         tolerance: a step that lowers the merit by a smaller share is the last.
     """
-    motions = len(inputs)
+    plans = len(inputs)
     at = np.empty_like(inputs)
-    for b in range(motions):
+    for b in range(plans):
         at[b] = _projected(inputs[b], around, constants)
-    models = [merit(at[b], target[b], around, constants) for b in range(motions)]
+    models = [merit(at[b], targets[b], around, constants) for b in range(plans)]
     value = np.array([model.value for model in models])
-    damping, done = np.full(motions, _FIRST_DAMPING), np.zeros(motions, np.bool_)
+    damping, done = np.full(plans, _FIRST_DAMPING), np.zeros(plans, np.bool_)
     iteration = 0
     while iteration < iterations and not done.all() and (iteration < _PATIENCE or not done[np.argmin(value + extra)]):
-        for b in range(motions):
+        for b in range(plans):
             if done[b]:
                 continue
             change, promised = best_step(at[b], models[b], damping[b], around, constants)
             trial = _projected(_moved(at[b], change, around, constants), around, constants)
-            model = merit(trial, target[b], around, constants)
+            model = merit(trial, targets[b], around, constants)
             gain = value[b] - model.value
             done[b] = abs(gain) < tolerance * value[b]
             if gain > 0:

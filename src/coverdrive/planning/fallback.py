@@ -3,8 +3,8 @@
 import numpy as np
 from jaxtyping import Bool, Float
 
-from coverdrive.planning.motion import Motion, drive, judged, lane_seeking_inputs
-from coverdrive.planning.problem import ProblemSettings, Situation
+from coverdrive.planning.motion import drive, lane_seeking_inputs
+from coverdrive.planning.problem import ProblemSettings
 from coverdrive.planning.vehicle import VehicleSettings
 from coverdrive.road import Road
 
@@ -20,24 +20,26 @@ _PERIOD = 0.25
 """[s] after which; more than usual between two plans"""
 
 
-def braking_motion(situation: Situation, lane_centre: float, problem: ProblemSettings) -> Motion:
-    """Full braking in the lane (or back to it), with its true slack and cost.
+def braking_inputs(
+    state: Float[np.ndarray, " 4"], lane_centre: float, problem: ProblemSettings
+) -> Float[np.ndarray, "K 2"]:
+    """Full braking in the lane (or back to it).
 
     Args:
-        situation: what the plan is made for.
+        state: lon [m], lat [m], speed [m/s], heading [rad].
         lane_centre: [m] lat of the centre of the lane to stay in.
         problem: horizon, car, weights and shape of the obstacles.
     """
     target, deceleration = np.array([lane_centre]), np.array([-problem.vehicle.max_deceleration])
-    states, inputs = drive(
-        situation.state,
+    _, inputs = drive(
+        state,
         lambda _, states: lane_seeking_inputs(states, target, deceleration),
         motions=1,
         steps=problem.steps,
         dt=problem.dt,
         vehicle=problem.vehicle,
     )
-    return judged(states[0], inputs[0], lane_centre, situation, problem)
+    return inputs[0]
 
 
 def plausible(state: Float[np.ndarray, " 4"], vehicle: VehicleSettings, road: Road) -> Bool[np.ndarray, " 4"]:

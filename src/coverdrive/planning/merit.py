@@ -1,11 +1,9 @@
 """What the search makes small: the cost of a plan with every constraint as a penalty, as a sum of squares.
 
 The slack γ_k of the paper's problem is penalised by c_k·γ_k² and appears nowhere else, so it can be put in: what is
-left is a least-squares problem in the inputs. Differences from the cost of `coverdrive.planning.cost`: every path has a
-slack of its own (the cost takes the largest of each step), for either sign of the heading where both matter, and the
-limits of speed and heading, which whoever drives the inputs keeps exactly, are penalties.
-
-K steps, U = 2K inputs, n boxes per step, C constraints in view.
+left is a least-squares problem in the inputs. Differences from the paper's cost: every path has a slack of its own (the
+paper takes the largest of each step), at every part of a step in which it is passed; and the limits of speed and
+heading, which whoever drives the inputs keeps exactly, are penalties. N nodes, n boxes, C constraints in view.
 """
 
 from typing import NamedTuple
@@ -15,9 +13,8 @@ from jaxtyping import Float, Int
 
 from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
-from coverdrive.planning.contact import box_excess, half_sizes_of
-from coverdrive.planning.cost import input_cost, state_cost
-from coverdrive.planning.course import Course, add_lat_curvature, course_of
+from coverdrive.planning.contact import MOST_PARTS, box_between, box_excess, box_of, parts_of, smooth_half_sizes
+from coverdrive.planning.rollout import Rollout, add_lat_curvature, rolled
 
 _SPEED = 1e4
 """[s²/m²] penalty beyond the limits"""
@@ -27,14 +24,8 @@ _IN_VIEW = 1.0
 """constraints that are further from being active than this are not seen by a step"""
 _HEADING_IN_VIEW = 0.2
 """[rad] the same of the limits of the heading"""
-_LIMITS = 8
-"""constraints of every step besides the boxes"""
-_TURNED = 0.15
-"""[rad] beyond which the constraints for the other sign of the heading are not looked at"""
-_MIRRORED_IN_VIEW = 0.3
-"""``_IN_VIEW`` of the constraints for the other sign of the heading"""
-cost_of_state = compiled(state_cost)
-cost_of_input = compiled(input_cost)
+_LIMITS = 6
+"""constraints of every node besides the boxes"""
 
 
 class Surroundings(NamedTuple):
@@ -46,30 +37,32 @@ class Surroundings(NamedTuple):
     """acceleration [m/s²] and yaw rate [rad/s] applied before"""
     edges: Float[np.ndarray, " 2"]
     """[m] lat of the right and of the left edge of the road"""
-    boxes: Float[np.ndarray, "5 K n"]
-    """lon, lat, half length, half width [m], speed [m/s] of `coverdrive.planning.obstacles.Obstacles`"""
+    boxes: Float[np.ndarray, "7 P n"]
+    """lon, lat, half length, half width [m], speed [m/s], deceleration [m/s²] and likelihood of
+    `coverdrive.planning.obstacles.Obstacles`: every member"""
+    likely: Float[np.ndarray, "7 P m"]
+    """the same of what is likely"""
 
 
 class Model(NamedTuple):
-    """Merit of a motion, and what it is made of, linear in the changes of states and inputs."""
+    """Merit of a plan, and what it is made of, linear in the changes of states and inputs."""
 
     value: float
     cost: float
     """the merit without the constraints"""
-    course: Course
+    rollout: Rollout
     """the states, and how they change with the inputs"""
-    by_state: Float[np.ndarray, "K 4"]
+    by_state: Float[np.ndarray, "N 4"]
     """half the first derivatives of the cost with respect to the states"""
-    by_input: Float[np.ndarray, " U"]
+    by_input: Float[np.ndarray, "N 2"]
     """half the first derivatives of the cost with respect to the inputs, the states apart"""
-    curvature: Float[np.ndarray, " U"]
+    curvature: Float[np.ndarray, "N 2"]
     """half the second derivatives (Gauss–Newton) of the cost with respect to every single input, states included"""
     excess: Float[np.ndarray, " C"]
     """what must not be positive: boxes, road edges, limits of speed and heading"""
     normal: Float[np.ndarray, "C 4"]
-    """derivatives of the excesses with respect to the state of their step"""
-    step: Int[np.ndarray, " C"]
-    """index of that step"""
+    """derivatives of the excesses with respect to the state of their node"""
+    node: Int[np.ndarray, " C"]
     weight: Float[np.ndarray, " C"]
     """of the squares of positive excesses"""
 
@@ -79,27 +72,30 @@ class _Constraints(NamedTuple):
 
     excess: Float[np.ndarray, " most"]
     normal: Float[np.ndarray, "most 4"]
-    step: Int[np.ndarray, " most"]
+    node: Int[np.ndarray, " most"]
     weight: Float[np.ndarray, " most"]
 
 
 @compiled
-def merit(inputs: Float[np.ndarray, " U"], target: float, around: Surroundings, constants: Constants) -> Model:
-    """The merit of a motion.
+def merit(
+    inputs: Float[np.ndarray, "N 2"], targets: Float[np.ndarray, " 2"], around: Surroundings, constants: Constants
+) -> Model:
+    """The merit of a plan.
 
     Args:
-        inputs: of the motion.
-        target: [m] lat of the centre of its target lane.
+        inputs: of its nodes.
+        targets: [m] lat of the centre of the target lane of the drive branch (0) and of the fail-safe branch (1).
         around: what the plan is made for.
         constants: of the problem.
     """
-    course = course_of(around.state, inputs, constants.dt)
-    cost, by_state, by_input = _smooth(inputs, course, target, around, constants)
-    curvature = constants.curvature.copy()
-    add_lat_curvature(course, constants.cost.lane * constants.weight, constants.dt, curvature)
-    excess, normal, step, weight = _constraints(course, around, constants)
+    tree = constants.tree
+    rollout = rolled(around.state, inputs, tree, constants.dt)
+    cost, by_state, by_input = _smooth(inputs, rollout, targets, around, constants)
+    curvature = tree.curvature.copy()
+    add_lat_curvature(rollout, tree, constants.dt, curvature)
+    excess, normal, node, weight = _constraints(rollout, around, constants)
     value = cost + penalty(excess, weight)
-    return Model(value, cost, course, by_state, by_input, curvature, excess, normal, step, weight)
+    return Model(value, cost, rollout, by_state, by_input, curvature, excess, normal, node, weight)
 
 
 @compiled
@@ -114,109 +110,118 @@ def penalty(excess: Float[np.ndarray, " C"], weight: Float[np.ndarray, " C"]) ->
 
 @compiled
 def _smooth(
-    inputs: Float[np.ndarray, " U"], course: Course, target: float, around: Surroundings, constants: Constants
-) -> tuple[float, Float[np.ndarray, "K 4"], Float[np.ndarray, " U"]]:
+    inputs: Float[np.ndarray, "N 2"], rollout: Rollout, targets: Float[np.ndarray, " 2"], around: Surroundings,
+    constants: Constants,
+) -> tuple[float, Float[np.ndarray, "N 4"], Float[np.ndarray, "N 2"]]:  # fmt: skip
     """Cost without constraints, and half its derivatives with respect to states and inputs."""
-    cost, steps = constants.cost, constants.steps
-    by_state, by_input = np.zeros((steps, 4)), np.empty(len(inputs))
-    value, acceleration, yaw_rate = 0.0, around.previous_input[0], around.previous_input[1]
-    for k in range(steps):
-        changes = inputs[k] - acceleration, inputs[steps + k] - yaw_rate
-        acceleration, yaw_rate = inputs[k], inputs[steps + k]
-        _, lat, speed, heading = course.states[k]
-        weight = constants.weight[k]
-        value += cost_of_input(acceleration, yaw_rate, changes[0], changes[1], cost)
-        value += weight * cost_of_state(lat - target, speed, heading, cost)
-        by_state[k, 1] = weight * cost.lane * (lat - target)
-        by_state[k, 2] = weight * cost.speed * (speed - cost.reference_speed)
-        by_state[k, 3] = weight * cost.heading * heading
-        by_input[k] = cost.acceleration * acceleration + cost.acceleration_change * changes[0]
-        by_input[steps + k] = cost.yaw_rate * yaw_rate + cost.yaw_rate_change * changes[1]
-        if k > 0:
-            by_input[k - 1] -= cost.acceleration_change * changes[0]
-            by_input[steps + k - 1] -= cost.yaw_rate_change * changes[1]
+    tree, value = constants.tree, 0.0
+    by_state, by_input = np.zeros((len(inputs), 4)), np.zeros((len(inputs), 2))
+    for n in range(len(inputs)):
+        state, p = rollout.states[n], tree.parent[n]
+        error = (state[1] - targets[int(tree.safe[n])], state[2] - constants.reference_speed, state[3])
+        for i in range(3):
+            by_state[n, 1 + i] = tree.errors[n, i] * error[i]
+            value += by_state[n, 1 + i] * error[i]
+        for i in range(2):
+            change = inputs[n, i] - (inputs[p, i] if p >= 0 else around.previous_input[i])
+            by_input[n, i] += tree.inputs[n, i] * inputs[n, i] + tree.changes[n, i] * change
+            if p >= 0:
+                by_input[p, i] -= tree.changes[n, i] * change
+            value += tree.inputs[n, i] * inputs[n, i] ** 2 + tree.changes[n, i] * change**2
     return value, by_state, by_input
 
 
 @compiled
-def _constraints(course: Course, around: Surroundings, constants: Constants) -> _Constraints:
+def _constraints(rollout: Rollout, around: Surroundings, constants: Constants) -> _Constraints:
     """The constraints in view."""
-    most = constants.steps * (2 * around.boxes.shape[2] + _LIMITS)
-    seen = _Constraints(np.empty(most), np.empty((most, 4)), np.empty(most, np.int64), np.empty(most))
-    count = _limits(course, around, constants, seen)
-    count = _bodies(course, around, constants, seen, count)
-    return _Constraints(seen.excess[:count], seen.normal[:count], seen.step[:count], seen.weight[:count])
+    nodes, most_boxes = len(rollout.states), max(around.boxes.shape[2], around.likely.shape[2])
+    most = nodes * (MOST_PARTS * most_boxes + _LIMITS)
+    seen, count = _Constraints(np.empty(most), np.empty((most, 4)), np.empty(most, np.int64), np.empty(most)), 0
+    for n in range(nodes):
+        count = _limits(n, rollout.states[n], around, constants, seen, count)
+        boxes = around.boxes if constants.tree.careful[n] else around.likely
+        count = _boxes(n, rollout.states[n], boxes, constants, seen, count)
+    return _Constraints(seen.excess[:count], seen.normal[:count], seen.node[:count], seen.weight[:count])
 
 
 @compiled
 def _append(
-    seen: _Constraints, count: int, step: int, excess: float, normal: tuple[float, float, float, float], weight: float
+    seen: _Constraints, count: int, node: int, excess: float, normal: tuple[float, float, float, float], weight: float
 ) -> int:
     """Append a constraint; returns the number of constraints."""
-    seen.excess[count], seen.step[count], seen.weight[count] = excess, step, weight
+    seen.excess[count], seen.node[count], seen.weight[count] = excess, node, weight
     for i in range(4):
         seen.normal[count, i] = normal[i]
     return count + 1
 
 
 @compiled
-def _limits(course: Course, around: Surroundings, constants: Constants, seen: _Constraints) -> int:
-    """Write the limits of speed and heading; returns their number."""
-    vehicle, count = constants.vehicle, 0
+def _limits(
+    n: int, state: Float[np.ndarray, " 4"], around: Surroundings, constants: Constants, seen: _Constraints, count: int
+) -> int:
+    """Append the limits of speed and heading and the road's edges; returns the number of constraints."""
+    vehicle = constants.vehicle
     fastest, slowest = max(vehicle.max_speed, around.state[2]), min(0.0, around.state[2])
     widest = max(vehicle.max_heading, abs(around.state[3]))
-    for k in range(constants.steps):
-        speed, heading = course.states[k, 2], course.states[k, 3]
-        for value, by, weight, view in (
-            (speed - fastest, (0.0, 0.0, 1.0, 0.0), _SPEED, _IN_VIEW),
-            (slowest - speed, (0.0, 0.0, -1.0, 0.0), _SPEED, _IN_VIEW),
-            (heading - widest, (0.0, 0.0, 0.0, 1.0), _HEADING, _HEADING_IN_VIEW),
-            (-widest - heading, (0.0, 0.0, 0.0, -1.0), _HEADING, _HEADING_IN_VIEW),
-        ):
-            if value > -view:
-                count = _append(seen, count, k, value, by, weight)
+    _, (half_width, widening) = smooth_half_sizes(state[3], vehicle)
+    half_width += constants.shape.edge_margin
+    for value, by, weight, view in (
+        (state[2] - fastest, (0.0, 0.0, 1.0, 0.0), _SPEED, _IN_VIEW),
+        (slowest - state[2], (0.0, 0.0, -1.0, 0.0), _SPEED, _IN_VIEW),
+        (state[3] - widest, (0.0, 0.0, 0.0, 1.0), _HEADING, _HEADING_IN_VIEW),
+        (-widest - state[3], (0.0, 0.0, 0.0, -1.0), _HEADING, _HEADING_IN_VIEW),
+        (state[1] + half_width - around.edges[1], (0.0, 1.0, 0.0, widening), constants.off_road, _IN_VIEW),
+        (around.edges[0] - state[1] + half_width, (0.0, -1.0, 0.0, widening), constants.off_road, _IN_VIEW),
+    ):
+        if value > -view:
+            count = _append(seen, count, n, value, by, weight)
     return count
 
 
 @compiled
-def _bodies(course: Course, around: Surroundings, constants: Constants, seen: _Constraints, count: int) -> int:
-    """Append the boxes and road edges for either sign of the heading; returns the number of constraints.
-
-    The own box is smaller for the other sign: what is far from being active for the heading is so for that as well.
-    """
-    vehicle, boxes, edges = constants.vehicle, around.boxes, around.edges
-    for k in range(constants.steps):
-        lon, lat, speed, heading = course.states[k]
-        sign = 1.0 if heading >= 0 else -1.0
-        other_view = _MIRRORED_IN_VIEW if abs(heading) < _TURNED else -np.inf
-        own, smaller = half_sizes_of(abs(heading), vehicle), half_sizes_of(-abs(heading), vehicle)
-        for slot in range(boxes.shape[2]):
-            for half, turn, view in ((own, sign, _IN_VIEW), (smaller, -sign, other_view)):
-                value, by = box_excess((lon, lat, speed), half, turn, boxes, k, slot, view, constants)
-                if value > -view:
-                    count = _append(seen, count, k, value, by, constants.slack[k])
-                if value <= -other_view:
-                    break
-        for half, turn, view in ((own, sign, _IN_VIEW), (smaller, -sign, other_view)):
-            half_width, widening = half[1] + constants.shape.edge_margin, turn * vehicle.length / 2
-            for side, beyond in ((1.0, lat - edges[1]), (-1.0, edges[0] - lat)):
-                if beyond + half_width > -view:
-                    by = (0.0, side, 0.0, widening)
-                    count = _append(seen, count, k, beyond + half_width, by, constants.cost.off_road)
+def _boxes(
+    n: int, state: Float[np.ndarray, " 4"], boxes: Float[np.ndarray, "7 P n"], constants: Constants,
+    seen: _Constraints, count: int,
+) -> int:  # fmt: skip
+    """Append the boxes at the end of a node's step, and where they are passed in the step after, for which the car is
+    taken to go straight on; returns the number of constraints."""
+    moment, dt = constants.tree.moment[n], constants.dt
+    at, own = (state[0], state[1], state[2], state[3]), smooth_half_sizes(state[3], constants.vehicle)
+    along, across = dt * np.cos(state[3]), dt * np.sin(state[3])
+    way = state[2] * along, state[2] * across
+    for slot in range(boxes.shape[2]):
+        value, by = box_excess(at, own, box_of(boxes, moment, slot), _IN_VIEW, constants)
+        if value > -_IN_VIEW:
+            count = _append(seen, count, n, value, by, constants.tree.slack[n])
+        if moment == constants.steps:
+            continue
+        parts = parts_of(way, (own[0][0], own[1][0]), boxes, moment, slot)
+        for part in range(1, parts):
+            share = part / parts
+            there = (state[0] + share * way[0], state[1] + share * way[1], state[2], state[3])
+            value, by = box_excess(there, own, box_between(boxes, moment, slot, share), _IN_VIEW, constants)
+            if value > -_IN_VIEW:
+                by_speed = by[2] + share * (by[0] * along + by[1] * across)
+                by_heading = by[3] + share * (by[1] * way[0] - by[0] * way[1])
+                count = _append(seen, count, n, value, (by[0], by[1], by_speed, by_heading), constants.tree.slack[n])
     return count
 
 
 @compiled
 def input_bounds(
-    inputs: Float[np.ndarray, " U"], state: Float[np.ndarray, " 4"], constants: Constants
-) -> tuple[Float[np.ndarray, " U"], Float[np.ndarray, " U"]]:
-    """Least and largest inputs; those of the yaw rate follow from the lateral acceleration at the motion's speed."""
-    steps, vehicle = constants.steps, constants.vehicle
-    low, high = np.empty(len(inputs)), np.empty(len(inputs))
-    speed = state[2]
-    for k in range(steps):
-        low[k], high[k] = -vehicle.max_deceleration, vehicle.max_acceleration
-        turn = min(vehicle.max_yaw_rate, vehicle.max_lateral_acceleration / max(speed, 1.0))
-        low[steps + k], high[steps + k] = -turn, turn
-        speed += constants.dt * min(max(inputs[k], low[k]), high[k])
+    inputs: Float[np.ndarray, "N 2"], around: Surroundings, constants: Constants
+) -> tuple[Float[np.ndarray, "N 2"], Float[np.ndarray, "N 2"]]:
+    """Least and largest inputs; those of the yaw rate follow from the lateral acceleration at the plan's speed."""
+    vehicle, tree, before = constants.vehicle, constants.tree, around.previous_input
+    low, high, speed = np.empty_like(inputs), np.empty_like(inputs), np.empty(len(inputs))
+    for n in range(len(inputs)):
+        p = tree.parent[n]
+        now = max(speed[p] if p >= 0 else around.state[2], 1.0)
+        turn = min(vehicle.max_yaw_rate, vehicle.max_lateral_acceleration / now)
+        low[n, 0], high[n, 0], low[n, 1], high[n, 1] = -vehicle.max_deceleration, vehicle.max_acceleration, -turn, turn
+        if p < 0:
+            for i, most in ((0, constants.most_change), (1, constants.most_change / now)):
+                low[n, i] = min(max(low[n, i], before[i] - most), high[n, i])
+                high[n, i] = max(min(high[n, i], before[i] + most), low[n, i])
+        speed[n] = (speed[p] if p >= 0 else around.state[2]) + constants.dt * min(max(inputs[n, 0], low[n, 0]), high[n, 0])
     return low, high

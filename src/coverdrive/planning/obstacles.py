@@ -7,10 +7,12 @@ being half sizes of the predicted box, a and b of the turned own box, and α^(�
 through the corners, so that every pair of overlapping boxes violates the constraint. The root changes no set; it makes
 the slack the share of the way to the centre.
 
-At the last step the own box is longer ahead by the way that it needs to brake to the speed of the other vehicle, should
-that keep it: whoever ends a plan free of slack can still brake behind it. P = K + 1 is the number of states.
+At the last step the own box is longer ahead by the way that it comes nearer to the other vehicle while it brakes to its
+speed, should that go on as at the end of its path, at a speed or braking to a stop: whoever ends a plan free of slack
+can still brake behind it. P = K + 1 is the number of states.
 """
 
+from collections.abc import Callable
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -52,18 +54,22 @@ class ObstacleSettings(Settings):
 
 
 class Obstacles(NamedTuple):
-    """The n boxes to stay clear of at every step; the same slot of two steps need not be the same path."""
+    """The n boxes to stay clear of; between two moments every one of them moves and grows evenly."""
 
-    centres: Float[np.ndarray, "K n 2"]
-    """[m] (lon, lat) at the steps k = 1 … K"""
-    half_sizes: Float[np.ndarray, "K n 2"]
+    centres: Float[np.ndarray, "P n 2"]
+    """[m] (lon, lat) at the times k·dt, k = 0 … K"""
+    half_sizes: Float[np.ndarray, "P n 2"]
     """[m] half extents along lon and lat of the predicted box"""
-    speed: Float[np.ndarray, "K n"]
-    """[m/s] that the own car must be able to brake to after this step"""
+    speed: Float[np.ndarray, "P n"]
+    """[m/s] that the own car must be able to brake to after this moment"""
+    deceleration: Float[np.ndarray, "P n"]
+    """[m/s²] at which that speed falls on"""
+    likelihood: Float[np.ndarray, "P n"]
+    """that the vehicle takes this path"""
 
     @property
     def slots(self) -> int:
-        """Number of boxes n at every step."""
+        """Number of boxes n."""
         return self.centres.shape[1]
 
 
@@ -85,12 +91,33 @@ def own_half_sizes(heading: Any, vehicle: VehicleSettings) -> tuple[Any, Any]:
     return half_length + half_width * heading, half_width + half_length * heading
 
 
+def way_to_brake(
+    speed: Any, other: Any, deceleration: Any, hardest: float, where: Callable[[Any, Any, Any], Any] = np.where
+) -> Any:
+    """Way [m] by which a car that brakes as hard as it can comes nearer to one that is ahead and at most as fast.
+
+    Either both get equally fast before the one ahead stands, or both come to a stop.
+
+    Args:
+        speed: [m/s] of the car that brakes.
+        other: [m/s] of the one ahead, at most that.
+        deceleration: [m/s²] of the one ahead, until it stands; more than ``hardest`` counts as that.
+        hardest: [m/s²] of the car that brakes.
+        where: takes the second where the first holds, else the third.
+    """
+    deceleration = where(deceleration < hardest, deceleration, hardest)
+    faster, harder = speed - other, hardest - deceleration
+    before = faster * deceleration <= other * harder
+    alike = faster**2 / (2 * where(harder > 0, harder, 1.0))
+    standing = speed**2 / (2 * hardest) - other**2 / (2 * where(before, 1.0, deceleration))
+    return where(before, alike, standing)
+
+
 def clearance(
     offset: tuple[Any, Any],
     half_sizes: tuple[Any, Any],
     own: tuple[Any, Any],
-    excess_speed: Any,
-    vehicle: VehicleSettings,
+    way: Any,
     settings: ObstacleSettings,
 ) -> Any:
     """Left-hand side of the obstacle constraint without its slack: below 1 if the boxes overlap.
@@ -99,13 +126,11 @@ def clearance(
         offset: [m] own centre minus predicted centre along lon and lat.
         half_sizes: [m] half extents of the predicted box along lon and lat.
         own: [m] half extents of the own box along lon and lat.
-        excess_speed: [m/s] that the own car must be able to lose, at least 0.
-        vehicle: limits of the own car.
+        way: [m] by which the own box is longer ahead.
         settings: shape of the obstacles.
     """
     order = settings.order
-    half_way = excess_speed**2 / (4 * vehicle.max_deceleration)
-    ahead = (offset[0] + half_way) / (settings.inflation * (half_sizes[0] + own[0] + half_way))
+    ahead = (offset[0] + way / 2) / (settings.inflation * (half_sizes[0] + own[0] + way / 2))
     aside = offset[1] / (settings.inflation * (half_sizes[1] + own[1]))
     return (ahead**order + aside**order + TINY) ** (1 / order)
 
@@ -125,10 +150,11 @@ def clearances(
         settings: shape of the obstacles.
     """
     lon, lat, speed, heading = (states[..., 1:, i, None] for i in range(4))
-    offset = (lon - obstacles.centres[..., 0], lat - obstacles.centres[..., 1])
-    half_sizes = (obstacles.half_sizes[..., 0], obstacles.half_sizes[..., 1])
-    excess_speed = np.maximum(0.0, speed - obstacles.speed)
-    return clearance(offset, half_sizes, own_half_sizes(np.abs(heading), vehicle), excess_speed, vehicle, settings)
+    offset = (lon - obstacles.centres[1:, :, 0], lat - obstacles.centres[1:, :, 1])
+    half_sizes = (obstacles.half_sizes[1:, :, 0], obstacles.half_sizes[1:, :, 1])
+    other = np.minimum(speed, obstacles.speed[1:])
+    way = way_to_brake(speed, other, obstacles.deceleration[1:], vehicle.max_deceleration)
+    return clearance(offset, half_sizes, own_half_sizes(np.abs(heading), vehicle), way, settings)
 
 
 def smallest_slack(values: Float[np.ndarray, "*m K n"], margin: float) -> Float[np.ndarray, "*m K"]:
@@ -143,12 +169,32 @@ def obstacles_of(paths: PredictedPaths, settings: ObstacleSettings) -> Obstacles
         paths: the predicted paths at the times k·dt, k = 0 … K.
         settings: whether the end of the plan must leave the way to brake.
     """
-    by_step = (each[:, 1:].swapaxes(0, 1) for each in (paths.points, paths.half_sizes))
+    by_step = (each.swapaxes(0, 1) for each in (paths.points, paths.half_sizes))
     centres, half_sizes = map(np.ascontiguousarray, by_step)  # one layout, whatever the number of paths
-    speed = np.full(centres.shape[:2], FAR)
+    speed, deceleration = np.full(centres.shape[:2], FAR), np.zeros(centres.shape[:2])
     if settings.terminal_braking:
-        speed[-1] = np.maximum(0.0, paths.points[:, -1, 0] - paths.points[:, -2, 0]) / paths.dt
-    return Obstacles(centres, half_sizes, speed)
+        before, last = np.diff(paths.points[:, -3:, 0]).T / paths.dt
+        deceleration[-1] = np.maximum(0.0, before - last) / paths.dt
+        speed[-1] = np.maximum(0.0, last - deceleration[-1] * paths.dt / 2)
+    weight = np.ones(len(paths)) if paths.weight is None else np.maximum(paths.weight, TINY)
+    _, of_vehicle = np.unique(paths.vehicle, return_inverse=True)
+    likelihood = weight / np.bincount(of_vehicle, weight, minlength=1)[of_vehicle]
+    return Obstacles(centres, half_sizes, speed, deceleration, np.tile(likelihood, (len(centres), 1)))
+
+
+def likely_paths(paths: PredictedPaths, tube: float) -> PredictedPaths:
+    """The likeliest path of every vehicle, with a share of the uncertainty around it.
+
+    Args:
+        paths: predicted paths.
+        tube: share of what the boxes grow from now on.
+    """
+    weight = np.ones(len(paths)) if paths.weight is None else paths.weight
+    order = np.lexsort((-weight, paths.vehicle))
+    _, first = np.unique(paths.vehicle[order], return_index=True)
+    chosen = paths.of(order[first])
+    now = chosen.half_sizes[:, :1]
+    return PredictedPaths(chosen.points, chosen.vehicle, now + tube * (chosen.half_sizes - now), paths.dt)
 
 
 def reachable(
@@ -158,7 +204,7 @@ def reachable(
     vehicle: VehicleSettings,
     settings: ObstacleSettings,
 ) -> Bool[np.ndarray, " n"]:
-    """The paths whose constraints some motion of the own car can come near; leaving out the others loses nothing.
+    """The paths that some motion of the own car can come near at any time; leaving out the others loses nothing.
 
     Args:
         state: lon [m], lat [m], speed [m/s], heading [rad] now.
@@ -167,8 +213,9 @@ def reachable(
         vehicle: size and limits of the own car.
         settings: shape of the obstacles.
     """
-    low, high = reachable_range(state, len(obstacles.centres), dt, vehicle)
+    low, high = reachable_range(state, len(obstacles.centres) - 1, dt, vehicle)
     half_length = own_half_sizes(max(abs(state[3]), vehicle.max_heading), vehicle)[0]
+    half_length += (vehicle.max_deceleration + vehicle.max_lateral_acceleration) * dt**2 / 2  # held inputs in a step
     brake = max(state[2], vehicle.max_speed) ** 2 / (2 * vehicle.max_deceleration)
     near = np.zeros(obstacles.slots, dtype=bool)
     _mark_near(obstacles, low, high, float(half_length), float(brake), settings.inflation, near)
@@ -178,31 +225,48 @@ def reachable(
 @compiled
 def _mark_near(
     obstacles: Obstacles,
-    low: Float[np.ndarray, " K"],
-    high: Float[np.ndarray, " K"],
+    low: Float[np.ndarray, " P"],
+    high: Float[np.ndarray, " P"],
     half_length: float,
     brake: float,
     inflation: float,
     near: Bool[np.ndarray, " n"],
 ) -> None:
-    """Tell which obstacles an own car of this half length [m] comes near between the ends, at any step."""
-    for k in range(len(low)):
-        for slot in range(len(near)):
+    """Tell which obstacles an own car of this half length [m] comes near between the ends.
+
+    Both move evenly in a step: what is ahead, or behind, at its start and at its end is so all the while.
+    """
+    for slot in range(len(near)):
+        was_ahead = was_behind = False
+        for k in range(len(low)):
             lon, reach = obstacles.centres[k, slot, 0], obstacles.half_sizes[k, slot, 0] + half_length
             way = brake if obstacles.speed[k, slot] < FAR else 0.0
-            behind = _MARGIN * inflation * reach + (inflation - 1) * way
-            near[slot] |= low[k] - behind < lon < high[k] + behind + way
+            room = _MARGIN * inflation * reach + (inflation - 1) * way
+            ahead, behind = lon >= high[k] + room + way, lon <= low[k] - room
+            near[slot] |= not ((ahead and (was_ahead or k == 0)) or (behind and (was_behind or k == 0)))
+            was_ahead, was_behind = ahead, behind
+
+
+def packed(
+    state: Float[np.ndarray, " 4"], obstacles: Obstacles, dt: float, vehicle: VehicleSettings, settings: ObstacleSettings
+) -> Float[np.ndarray, "7 P m"]:
+    """The `reachable` obstacles as `coverdrive.planning.merit.Surroundings` has them, with the same arguments."""
+    near = reachable(state, obstacles, dt, vehicle, settings)
+    boxes = np.empty((7, len(obstacles.centres), int(near.sum())))
+    _pack(obstacles, near, float(state[0]), boxes)
+    return boxes
 
 
 @compiled
-def pack(obstacles: Obstacles, near: Bool[np.ndarray, " n"], lon: float, boxes: Float[np.ndarray, "5 K m"]) -> None:
+def _pack(obstacles: Obstacles, near: Bool[np.ndarray, " n"], lon: float, boxes: Float[np.ndarray, "7 P m"]) -> None:
     """Write the chosen ones as boxes.
 
     Args:
         obstacles: one slot for each path.
         near: which of them; m.
         lon: [m] where the own car is.
-        boxes: where lon (from there), lat, half length, half width [m] and speed [m/s] are written.
+        boxes: where lon (from there), lat, half length, half width [m], speed [m/s], deceleration [m/s²] and
+            likelihood are written.
     """
     for k in range(boxes.shape[1]):
         count = 0
@@ -213,6 +277,8 @@ def pack(obstacles: Obstacles, near: Bool[np.ndarray, " n"], lon: float, boxes: 
                 boxes[2, k, count] = obstacles.half_sizes[k, slot, 0]
                 boxes[3, k, count] = obstacles.half_sizes[k, slot, 1]
                 boxes[4, k, count] = obstacles.speed[k, slot]
+                boxes[5, k, count] = obstacles.deceleration[k, slot]
+                boxes[6, k, count] = obstacles.likelihood[k, slot]
                 count += 1
 
 
@@ -230,4 +296,6 @@ def chosen_obstacles(obstacles: Obstacles, chosen: Bool[np.ndarray, " n"], lon: 
         np.concatenate([obstacles.centres[:, chosen], np.tile([lon + FAR, 0.0], (steps, free, 1))], axis=1),
         np.concatenate([obstacles.half_sizes[:, chosen], np.ones((steps, free, 2))], axis=1),
         np.concatenate([obstacles.speed[:, chosen], np.full((steps, free), FAR)], axis=1),
+        np.concatenate([obstacles.deceleration[:, chosen], np.zeros((steps, free))], axis=1),
+        np.concatenate([obstacles.likelihood[:, chosen], np.zeros((steps, free))], axis=1),
     )

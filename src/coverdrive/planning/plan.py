@@ -16,14 +16,15 @@ class Status(enum.Enum):
     """How a plan was found, and what it promises."""
 
     SOLVED = "solved"
-    """the best of the optimised plans; it is clear of every predicted path and stays on the road"""
+    """the best of the optimised plans; it is clear of every predicted path at any time and stays on the road"""
     FALLBACK = "fallback"
-    """no optimised plan is clear; the rest of the last plan, or a simple braking or swerving manoeuvre, is"""
+    """as clear, but the rest of the last plan, or a simple braking or swerving manoeuvre: no optimised plan is clear
+    and cheaper"""
     REAR = "rear"
     """nothing clear was found; it is clear of everything else if the vehicle directly behind in the own lane (paper,
     Remark 2) reacts and brakes as a careful driver would"""
     UNSAFE = "unsafe"
-    """nothing clear was found; of all that was tried, this violates least"""
+    """nothing clear was found; of all that was tried, this keeps to the road and is least severe"""
     BLIND = "blind"
     """the own state or a path is not known, so that nothing can be promised"""
 
@@ -46,6 +47,11 @@ class Plan:
     """[s] wall time that the plan took"""
     dt: float
     """[s]"""
+    severity: float = 0.0
+    """[m/s] where nothing is clear: relative speed at the first contact with a predicted box, of the worst box"""
+    fail_safe: Float[np.ndarray, "P 4"] | None = None
+    """the states of a second branch that begins with the same steps, and is driven where no better plan is found. None:
+    there is only one"""
 
 
 @runtime_checkable

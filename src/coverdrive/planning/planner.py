@@ -6,6 +6,7 @@ the time is spent. See `coverdrive.planning.search` for what is searched.
 
 import math
 import time
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -15,16 +16,17 @@ from pydantic import Field
 from coverdrive.errors import SettingError
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.constants import constants_of
-from coverdrive.planning.domination import mark_undominated
-from coverdrive.planning.fallback import assumed_state, braking_motion, continued, plausible
+from coverdrive.planning.evaluate import Plans, empty_plans, evaluate, write_slack
+from coverdrive.planning.fallback import assumed_state, braking_inputs, continued, plausible
 from coverdrive.planning.follower import FollowerSettings, with_careful_follower, without_follower
 from coverdrive.planning.merit import Surroundings
-from coverdrive.planning.motion import Motion, judged, shifted_inputs
-from coverdrive.planning.obstacles import Obstacles, obstacles_of, pack, reachable
+from coverdrive.planning.obstacles import likely_paths, obstacles_of, packed
 from coverdrive.planning.path_memory import PathMemory
 from coverdrive.planning.plan import Plan, Status
-from coverdrive.planning.problem import ProblemSettings, Situation
-from coverdrive.planning.search import Found, SearchSettings, Wanted, search
+from coverdrive.planning.problem import ProblemSettings
+from coverdrive.planning.search import SearchSettings, Wanted, begin, choose, go_on, room_for
+from coverdrive.planning.tree import held_on
+from coverdrive.planning.vehicle import step
 from coverdrive.road import Road
 from coverdrive.settings import Settings
 
@@ -38,7 +40,7 @@ class PlannerSettings(Settings):
     """Everything that decides on a plan."""
 
     problem: ProblemSettings = ProblemSettings()
-    """horizon, own car, weights and obstacles"""
+    """horizon, ego, weights and obstacles"""
     search: SearchSettings = SearchSettings()
     """how plans are found"""
     lane_change: float = Field(default=10.0, ge=0, le=1e6)
@@ -52,7 +54,7 @@ class PlannerSettings(Settings):
     """iterations between two looks at the clock; fewer where there are more than 125 paths"""
     rear_last: bool = True
     """if nothing is clear, the vehicle directly behind in the own lane (paper, Remark 2) is taken to keep its distance
-    as ``follower`` says, so that it does not push the own car into another, even where nothing is clear then either"""
+    as ``follower`` says, so that it does not push the ego into another, even where nothing is clear then either"""
     follower: FollowerSettings = FollowerSettings()
     """what that vehicle is trusted to do"""
     grace: float = Field(default=0.5, ge=0, le=10)
@@ -70,10 +72,31 @@ class _Memory(NamedTuple):
     """acceleration [m/s²] and yaw rate [rad/s] applied since"""
     state: Float[np.ndarray, " 4"]
     """where the plan leads to by the time of the next call"""
-    inputs: dict[int, Float[np.ndarray, "K 2"]]
-    """inputs of the best motion to each lane, shifted to the time of the next call"""
-    blind: float
+    inputs: dict[int, Float[np.ndarray, "N 2"]]
+    """inputs of the best plan to each lane, shifted to the time of the next call"""
+    rest: Float[np.ndarray, "K 2"]
+    """inputs of the fail-safe branch, shifted as well"""
+    unknown: float
     """[s] for which the own state has not been known"""
+
+
+class _Found(NamedTuple):
+    """What a search chose."""
+
+    plans: Plans
+    chosen: int
+    """index of the plan"""
+    optimised: bool
+    """whether it comes out of the descent"""
+    best: Float[np.ndarray, "L N 2"]
+    """inputs of the best plan to each target lane"""
+    around: Surroundings
+    """what it was made for"""
+
+    @property
+    def clear(self) -> bool:
+        """Whether its fail-safe branch is clear."""
+        return bool(self.plans.clear[self.chosen])
 
 
 class MpcPlanner:
@@ -90,9 +113,7 @@ class MpcPlanner:
             settings: horizon, car, weights; the defaults if left out.
         """
         self.settings = settings or PlannerSettings()
-        problem = self.settings.problem
-        self._constants = constants_of(problem)
-        self._accelerations = self.settings.search.accelerations(problem.vehicle)
+        self._accelerations = self.settings.search.accelerations(self.settings.problem.vehicle)
         self._budget = math.inf if self.settings.budget is None else self.settings.budget
         self._start(self.dt)
 
@@ -115,13 +136,15 @@ class MpcPlanner:
         self._start(period)
         state, road = np.array([0.0, 1.8, 20.0, 0.0]), Road.straight()
         points = np.zeros((1, self.steps + 1, 2))
-        points[..., 0] = 30.0
+        points[..., 0] = 3.0  # not clear, so that everything is needed
         self.plan(state, PredictedPaths(points, np.zeros(1, int), np.ones_like(points), self.dt), road)
         self._start(period)
 
     def _start(self, period: float) -> None:
+        problem = self.settings.problem
         self._period = period
-        self._shift = shifted_inputs(np.eye(self.steps), period, self.dt)
+        self._constants = constants_of(problem, period)
+        self._held_on = held_on(problem.steps, period, problem.dt)
         self._memory: _Memory | None = None
         self._paths = PathMemory(self.settings.grace)
 
@@ -135,155 +158,148 @@ class MpcPlanner:
             road: the lanes to drive on.
 
         Returns:
-            The cheapest plan that is clear of all paths, else the one that violates least; its status says which. If
-            the state or a path is not known, or the state has jumped, the status is BLIND and the slack 1.
+            The cheapest plan whose fail-safe branch is clear of all paths, else the one that does least harm; its
+            status says which. If the state or a path is not known, or the state has jumped, the status is BLIND and the
+            slack 1.
 
         Raises:
             SettingError: if the paths have other times than the plan.
         """
-        begin = time.perf_counter()
+        begun = time.perf_counter()
         problem = self.settings.problem
         check_times(paths, problem)
         measured = np.ascontiguousarray(state, dtype=float)
         believed, memory = plausible(measured, problem.vehicle, road), self._memory
-        known, blind = bool(believed.all()), 0.0
-        if known and memory is not None and memory.blind + self._period <= self.settings.grace + _ROUNDING:
+        known, unknown = bool(believed.all()), 0.0
+        if known and memory is not None and memory.unknown + self._period <= self.settings.grace + _ROUNDING:
             known = self._continued(measured, memory.state, paths)
         if not known and memory is not None:
-            measured, blind = memory.state, memory.blind + self._period
+            measured, unknown = memory.state, memory.unknown + self._period
         elif not known:
-            measured, blind = assumed_state(measured, believed, problem.vehicle, road), np.inf
+            measured, unknown = assumed_state(measured, believed, problem.vehicle, road), np.inf
         paths, complete = self._paths.completed(paths, self._period)
-        searching = complete and blind <= self.settings.grace + _ROUNDING
-        motion, status = self._decide(measured, paths, road, searching, blind, begin)
-        slack = np.maximum(0.0, motion.slack - problem.obstacles.margin)
-        if not (known and complete):
-            status, slack = Status.BLIND, np.ones(problem.steps)
-        seconds = time.perf_counter() - begin
-        return Plan(motion.states, motion.inputs, slack, status, float(motion.cost), seconds, problem.dt)
+        searching = complete and unknown <= self.settings.grace + _ROUNDING
+        found, targets, status = self._decide(measured, paths, road, searching, begun)
+        plan = self._plan_of(found, measured, status if known and complete else Status.BLIND)
+        self._remember(found, targets, plan, measured, unknown)
+        return replace(plan, seconds=time.perf_counter() - begun)
 
     def _continued(
         self, state: Float[np.ndarray, " 4"], expected: Float[np.ndarray, " 4"], paths: PredictedPaths
     ) -> bool:
-        """Whether the own car has not jumped; where all others have jumped with it, the origin has moved."""
+        """Whether the ego has not jumped; where all others have jumped with it, the origin has moved."""
         if continued(state, expected, self._period):
             return True
         offset = np.concatenate([self._paths.shift(paths, self._period), np.zeros(2)])
         return continued(state - offset, expected, self._period)
 
     def _decide(
-        self,
-        state: Float[np.ndarray, " 4"],
-        paths: PredictedPaths,
-        road: Road,
-        searching: bool,
-        blind: float,
-        begin: float,
-    ) -> tuple[Motion, Status]:
-        """The chosen motion, full braking unless ``searching``; remembers what the next call needs."""
-        problem = self.settings.problem
-        if problem.obstacles.ignore_rear:
+        self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, searching: bool, begun: float
+    ) -> tuple[_Found, list[int], Status]:
+        """What is chosen, full braking unless ``searching``, among which target lanes, and what it is."""
+        if self.settings.problem.obstacles.ignore_rear:
             paths = without_follower(state, paths, road)
-        obstacles = obstacles_of(paths, problem.obstacles)
         lane = int(road.lane_of(state[1]))
-        found, targets = self._search(state, obstacles, road, lane, begin) if searching else (None, [lane])
-        memory = self._memory
-        applied = memory.applied if memory else np.zeros(2)
-        situation = Situation(state, applied, (float(road.edges[0]), float(road.edges[-1])), obstacles)
-        yielded = self._yielded(state, paths, road, lane, begin) if found is not None and not found.clear else None
+        targets = [lane, *(side for side in (lane - 1, lane + 1) if 0 <= side < road.lanes)]
+        found = self._search(state, paths, road, targets, begun) if searching else None
         if found is None:
-            motion, status = braking_motion(situation, float(road.centres[lane]), problem), Status.UNSAFE
-            target, inputs = lane, {lane: motion.inputs}
-        else:
-            status = _status_of(found)
-            if yielded is not None:
-                found, status = yielded, Status.REAR if yielded.clear else Status.UNSAFE
-            motion, target = _motion_of(found, state[0]), targets[found.lane]
-            if yielded is not None:
-                motion = judged(motion.states, motion.inputs, float(road.centres[target]), situation, problem)
-            inputs = dict(zip(targets, map(_by_step, found.arrays.best), strict=True))
-        later = {lane: self._shift @ each for lane, each in inputs.items()}
-        self._memory = _Memory(target, motion.inputs[0], _after(motion, self._period, problem.dt), later, blind)
-        return motion, status
+            return self._braking(state, paths, road, lane), [lane], Status.UNSAFE
+        if found.clear:
+            return found, targets, Status.SOLVED if found.optimised else Status.FALLBACK
+        careful = self._with_careful_follower(state, paths, road, begun)
+        yielded = careful and self._search(state, careful, road, targets, begun)
+        if not yielded:
+            return found, targets, Status.UNSAFE
+        status = Status.REAR if yielded.clear else Status.UNSAFE
+        evaluate(yielded.plans, yielded.chosen, yielded.chosen + 1, found.around, self._constants)
+        return yielded._replace(around=found.around), targets, status
 
-    def _yielded(
-        self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, lane: int, begin: float
-    ) -> Found | None:
-        """What is found if the vehicle directly behind keeps its distance; None if there is none that could."""
+    def _with_careful_follower(
+        self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, begun: float
+    ) -> PredictedPaths | None:
+        """The paths, but the vehicle directly behind keeps its distance; None if there is none that could."""
         settings = self.settings
         wanted = settings.rear_last and not settings.problem.obstacles.ignore_rear
-        others = with_careful_follower(state, paths, road, settings.follower) if wanted else None
-        if others is None or time.perf_counter() - begin > self._budget:
+        if not wanted or time.perf_counter() - begun > self._budget:
             return None
-        obstacles = obstacles_of(others, settings.problem.obstacles)
-        found, _ = self._search(state, obstacles, road, lane, begin)
-        return found
+        return with_careful_follower(state, paths, road, settings.follower)
 
     def _search(
-        self, state: Float[np.ndarray, " 4"], obstacles: Obstacles, road: Road, lane: int, begin: float
-    ) -> tuple[Found | None, list[int]]:
-        """The result of the search, or None if it failed, and the target lanes; the first is the lane of the car."""
-        problem, settings, memory = self.settings.problem, self.settings, self._memory
-        targets = [lane, *(side for side in (lane - 1, lane + 1) if 0 <= side < road.lanes)]
-        held = memory.lane if memory else lane
-        lanes, straight = len(targets), np.zeros((problem.steps, 2))
-        starts = np.zeros((2 * lanes, 2 * problem.steps))
-        for start, target in zip(starts, targets, strict=False):
-            start[:] = (memory.inputs.get(target, straight) if memory else straight).T.ravel()
-        extra = np.array([settings.lane_change * (target != held) for target in targets])
-        around = self._surroundings(state, obstacles, road)
-        wanted = Wanted(np.array(road.centres)[targets], extra, np.zeros(2 * lanes, int), starts, resumed=False)
-        tolerance, left = settings.search.tolerance, settings.iterations
-        at_once = min(settings.iterations_at_once, max(1, _PATHS_BETWEEN_LOOKS // max(1, around.boxes.shape[2])))
-        while True:
-            iterations = min(at_once, left)
-            found = search(around, wanted, self._accelerations, iterations, tolerance, self._constants)
-            left -= iterations
-            if found.done or left == 0 or time.perf_counter() - begin > self._budget:
+        self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, targets: list[int], begun: float
+    ) -> _Found | None:
+        """What the search chooses among the target lanes, of which the first is that of the ego; None if it failed."""
+        problem, settings, memory, constants = self.settings.problem, self.settings, self._memory, self._constants
+        held, nothing = memory.lane if memory else targets[0], np.zeros((len(constants.tree.parent), 2))
+        known = memory.inputs if memory else {}
+        wanted = Wanted(
+            lanes=np.array(road.centres, dtype=float)[targets],
+            extra=np.array([settings.lane_change * (target != held) for target in targets]),
+            last=np.array([known.get(target, nothing) for target in targets]),
+            rest=memory.rest if memory else np.zeros((problem.steps, 2)),
+            accelerations=self._accelerations,
+        )
+        around, plans = self._surroundings(state, paths, road), room_for(wanted, constants)
+        begin(plans, wanted, around, constants)
+        left = settings.iterations
+        at_once = max(1, _PATHS_BETWEEN_LOOKS // max(1, around.boxes.shape[2]))
+        at_once = min(settings.iterations_at_once, at_once)
+        while left > 0 and time.perf_counter() - begun <= self._budget:
+            if go_on(plans, wanted, min(at_once, left), settings.search.tolerance, around, constants):
                 break
-            wanted = wanted._replace(lane=found.arrays.descended_lane, starts=found.arrays.descended, resumed=True)
-        return (found if np.isfinite(found.cost) else None), targets
+            left -= at_once
+        best = wanted.last.copy()
+        chosen, optimised = choose(plans, wanted, around, constants, best)
+        return _Found(plans, chosen, optimised, best, around) if chosen >= 0 else None
 
-    def _surroundings(self, state: Float[np.ndarray, " 4"], obstacles: Obstacles, road: Road) -> Surroundings:
-        """What the search is made for; boxes that no motion can reach are left out."""
+    def _braking(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, lane: int) -> _Found:
+        """Full braking in the lane."""
+        around = self._surroundings(state, paths, road)
+        plans = empty_plans(1, len(self._constants.tree.parent))
+        centre = float(road.centres[lane])
+        inputs = braking_inputs(state, centre, self.settings.problem)
+        plans.inputs[0], plans.targets[0] = inputs[self._constants.tree.moment - 1], centre
+        evaluate(plans, 0, 1, around, self._constants)
+        return _Found(plans, 0, False, plans.inputs, around)
+
+    def _surroundings(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> Surroundings:
+        """What the search is made for, along the road from where the ego is."""
         problem, memory = self.settings.problem, self._memory
-        near = reachable(state, obstacles, problem.dt, problem.vehicle, problem.obstacles)
-        boxes = np.empty((5, problem.steps, int(near.sum())))
-        pack(obstacles, near, float(state[0]), boxes)
-        kept, vehicle = np.empty(boxes.shape[2], bool), problem.vehicle
-        turned, fastest = max(abs(state[3]), vehicle.max_heading), max(state[2], vehicle.max_speed)
-        mark_undominated(boxes, turned, fastest, self._constants, kept)
+        likely = likely_paths(paths, problem.branches.tube)
         return Surroundings(
             state=np.array([0.0, *state[1:]]),
             previous_input=np.array(memory.applied) if memory else np.zeros(2),
             edges=np.array([road.edges[0], road.edges[-1]], dtype=float),
-            boxes=boxes if kept.all() else boxes[:, :, kept].copy(),
+            boxes=packed(state, obstacles_of(paths, problem.obstacles), problem.dt, problem.vehicle, problem.obstacles),
+            likely=packed(state, obstacles_of(likely, problem.obstacles), problem.dt, problem.vehicle, problem.obstacles),
         )
 
+    def _plan_of(self, found: _Found, state: Float[np.ndarray, " 4"], status: Status) -> Plan:
+        """The chosen plan, on the road."""
+        tree, plans, i = self._constants.tree, found.plans, found.chosen
+        start, offset = np.array([0.0, *state[1:]]), np.array([state[0], 0.0, 0.0, 0.0])
+        drive, safe = (np.concatenate([start[None], plans.states[i, branch]]) for branch in (tree.drive, tree.fail_safe))
+        slack = np.zeros(self.steps)
+        if status is Status.BLIND:
+            slack[:] = 1.0
+        elif not plans.clear[i]:
+            write_slack(safe, found.around, self._constants, slack)
+        inputs = plans.inputs[i, tree.drive]
+        if not plans.clear[i] and drive[1, 2] <= _ROUNDING:  # stop as early as it can, not at the end of the step
+            hardest = -min(self.settings.problem.vehicle.max_deceleration, max(0.0, state[2]) / self._period)
+            inputs[0, 0] = min(inputs[0, 0], hardest)
+        severity = 0.0 if plans.clear[i] else float(plans.severity[i])
+        return Plan(drive + offset, inputs, slack, status, float(plans.cost[i]), 0.0, self.dt, severity, safe + offset)
 
-def _by_step(inputs: Float[np.ndarray, " U"]) -> Float[np.ndarray, "K 2"]:
-    """Inputs, one row for each step."""
-    return inputs.reshape(2, -1).T
-
-
-def _motion_of(found: Found, lon: float) -> Motion:
-    """The chosen motion on the road, `lon` [m] being where the car is."""
-    chosen = found.arrays
-    states = chosen.states + np.array([lon, 0.0, 0.0, 0.0])
-    return Motion(states, _by_step(chosen.inputs), chosen.slack, chosen.off_road, found.cost, found.cost)
-
-
-def _status_of(found: Found) -> Status:
-    if not found.clear:
-        return Status.UNSAFE
-    return Status.SOLVED if found.optimised else Status.FALLBACK
-
-
-def _after(motion: Motion, elapsed: float, dt: float) -> Float[np.ndarray, " 4"]:
-    """The state that a motion leads to after some time [s] of it."""
-    at = min(elapsed / dt, len(motion.states) - 1)
-    before = min(int(at), len(motion.states) - 2)
-    return motion.states[before] + (at - before) * (motion.states[before + 1] - motion.states[before])
+    def _remember(
+        self, found: _Found, targets: list[int], plan: Plan, state: Float[np.ndarray, " 4"], unknown: float
+    ) -> None:
+        """Keep what the next call needs."""
+        constants, chosen = self._constants, found.plans.inputs[found.chosen]
+        inputs = {lane: constants.shift @ each for lane, each in zip(targets, found.best, strict=True)}
+        rest = self._held_on @ chosen[constants.tree.fail_safe]
+        after = step(state, plan.inputs[0], self._period)
+        lane = targets[int(found.plans.lane[found.chosen])]
+        self._memory = _Memory(lane, plan.inputs[0], after, inputs, rest, unknown)
 
 
 def check_times(paths: PredictedPaths, problem: ProblemSettings) -> None:

@@ -8,6 +8,7 @@ from pydantic import Field
 
 from coverdrive.planning.cost import CostSettings
 from coverdrive.planning.obstacles import Obstacles, ObstacleSettings
+from coverdrive.planning.tree import BranchSettings
 from coverdrive.planning.vehicle import VehicleSettings
 from coverdrive.settings import Settings
 
@@ -25,6 +26,8 @@ class ProblemSettings(Settings):
     """weights of the objective"""
     obstacles: ObstacleSettings = ObstacleSettings()
     """shape and choice of the obstacles"""
+    branches: BranchSettings = BranchSettings()
+    """how the drive branch and the fail-safe branch differ"""
 
 
 class Situation(NamedTuple):

@@ -14,7 +14,8 @@ from jaxtyping import Float
 
 from coverdrive.extras import require
 from coverdrive.planning.cost import CostSettings, input_cost, state_cost
-from coverdrive.planning.obstacles import clearance, own_half_sizes
+from coverdrive.planning.merit import KINK
+from coverdrive.planning.obstacles import clearance, own_half_sizes, way_to_brake
 from coverdrive.planning.problem import ProblemSettings, Situation
 from coverdrive.planning.vehicle import VehicleSettings, euler_step
 
@@ -58,7 +59,7 @@ def build_program(settings: ProblemSettings, slots: int) -> Program:
     """
     steps = settings.steps
     parameters = ca.SX.sym("parameters", PARAMETERS)
-    boxes = [ca.SX.sym(f"boxes_{k}", 5, slots) for k in range(1, steps + 1)]
+    boxes = [ca.SX.sym(f"boxes_{k}", 6, slots) for k in range(1, steps + 1)]
     states = [ca.SX.sym(f"x_{k}", STATES) for k in range(1, steps + 1)]
     inputs = [ca.SX.sym(f"u_{k}", INPUTS) for k in range(steps)]
     slacks = [ca.SX.sym(f"slack_{k}", SLACKS) for k in range(1, steps + 1)]
@@ -78,7 +79,7 @@ def build_program(settings: ProblemSettings, slots: int) -> Program:
             obstacle_slack, off_road = ca.vertsplit(slacks[k - 1])
             objective += weights[k - 1] * obstacle_slack**2 + settings.cost.off_road * off_road**2
             rows += _road_rows(state, parameters[7], parameters[8], off_road, settings)
-            rows.append(_obstacle_rows(state, boxes[k - 1], obstacle_slack, settings))
+            rows.append(_obstacle_rows(state, parameters[2:4], boxes[k - 1], obstacle_slack, settings))
         path = ca.vertcat(*rows)
         constraints.append(path)
         equality += [False] * path.numel()
@@ -138,16 +139,21 @@ def _road_rows(state: Any, right: Any, left: Any, off_road: Any, settings: Probl
     return rows
 
 
-def _obstacle_rows(state: Any, boxes: Any, slack: Any, settings: ProblemSettings) -> Any:
-    """The obstacle constraints of one step, two rows per slot."""
-    centre_lon, centre_lat, half_length, half_width, speed = (boxes[i, :].T for i in range(5))
-    offset = (state[0] - centre_lon, state[1] - centre_lat)
-    excess_speed = ca.fmax(0, state[2] - speed)
+def _obstacle_rows(state: Any, start: Any, boxes: Any, slack: Any, settings: ProblemSettings) -> Any:
+    """The obstacle constraints of one step, two rows per slot; the body is longer by the lag, as in the search."""
+    now, before = (each[0] * ca.vertcat(ca.cos(each[1]), ca.sin(each[1])) for each in (state[2:4], start))
+    lag = settings.dt / 2 * (now - before)
+    longer = ca.sqrt(lag**2 + KINK**2) - KINK
+    centre_lon, centre_lat, half_length, half_width, speed, deceleration = (boxes[i, :].T for i in range(6))
+    offset = (state[0] + lag[0] / 2 - centre_lon, state[1] + lag[1] / 2 - centre_lat)
+    other, hardest = ca.fmin(state[2], speed), settings.vehicle.max_deceleration
+    way = way_to_brake(state[2], other, deceleration, hardest, ca.if_else)
     half_sizes, margin = (half_length, half_width), settings.obstacles.margin
     rows: list[Any] = []
     for heading in _turned(state[3]):
-        own = own_half_sizes(heading, settings.vehicle)
-        value = clearance(offset, half_sizes, own, excess_speed, settings.vehicle, settings.obstacles)
+        half = own_half_sizes(heading, settings.vehicle)
+        own = half[0] + longer[0] / 2, half[1] + longer[1] / 2
+        value = clearance(offset, half_sizes, own, way, settings.obstacles)
         rows.append(value + slack - 1 - margin)
     return ca.vertcat(*rows)
 
@@ -162,7 +168,8 @@ def parameter_values(situation: Situation, target_lat: float) -> Float[np.ndarra
     origin = situation.state[0]
     obstacles = situation.obstacles
     centres = obstacles.centres - [origin, 0.0]
-    boxes = np.concatenate([centres, obstacles.half_sizes, obstacles.speed[..., None]], axis=-1)
+    ends = obstacles.speed[..., None], obstacles.deceleration[..., None]
+    boxes = np.concatenate([centres, obstacles.half_sizes, *ends], axis=-1)[1:]
     scalars = [0.0, *situation.state[1:], *situation.previous_input, target_lat, *situation.road_edges]
     return np.concatenate([scalars, boxes.ravel()])
 

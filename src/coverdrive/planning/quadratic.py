@@ -3,19 +3,19 @@
 States and constraints are linear in the step, a violated constraint costs its square, and a damping keeps the step
 small: a convex problem, quadratic where the same constraints are violated. It is solved by Newton steps in which the
 active constraints and bounds are those of the step before (semi-smooth Newton; bounds as in Bertsekas, SIAM J. Control
-Optim. 20, 1982), each shortened where the whole does not gain. C constraints in view, K steps, U = 2K inputs.
+Optim. 20, 1982), each shortened where the whole does not gain. C constraints in view, N nodes.
 """
 
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
-from coverdrive.planning.course import add_pulled_back, changes_of
 from coverdrive.planning.merit import Model, Surroundings, input_bounds, penalty
 from coverdrive.planning.riccati import Stages, minimiser
+from coverdrive.planning.rollout import add_pulled_back, changes_of
 
 _INNER = 20
 """Newton steps of a quadratic problem at the most"""
@@ -32,9 +32,9 @@ _ROUNDING = 1e-12
 class _At(NamedTuple):
     """A step, and what follows from it."""
 
-    step: Float[np.ndarray, " U"]
+    step: Float[np.ndarray, "N 2"]
     """changes of the inputs"""
-    states: Float[np.ndarray, "K 4"]
+    states: Float[np.ndarray, "N 4"]
     """changes of the states"""
     excess: Float[np.ndarray, " C"]
     """the linear constraints"""
@@ -44,18 +44,18 @@ class _At(NamedTuple):
 
 @compiled
 def best_step(
-    inputs: Float[np.ndarray, " U"], model: Model, damping: float, around: Surroundings, constants: Constants
-) -> tuple[Float[np.ndarray, " U"], float]:
+    inputs: Float[np.ndarray, "N 2"], model: Model, damping: float, around: Surroundings, constants: Constants
+) -> tuple[Float[np.ndarray, "N 2"], float]:
     """The step that minimises the damped quadratic problem, and what it gains without the damping."""
-    low, high = input_bounds(inputs, around.state, constants)
+    low, high = input_bounds(inputs, around, constants)
     low -= inputs
     high -= inputs
     damped = damping * model.curvature
-    at = _at(np.minimum(np.maximum(np.zeros(len(inputs)), low), high), model, damped, constants)
+    at = _at(np.minimum(np.maximum(np.zeros_like(inputs), low), high), model, damped, constants)
     start = at.value
     for _ in range(_INNER):
         enough = _INNER_TOLERANCE * at.value
-        direction, possible = _newton(at, model, damped, low, high, enough * constants.least_curvature, constants)
+        direction, possible = _newton(at, model, damped, low, high, enough * constants.tree.least_curvature, constants)
         if possible < enough:
             break
         ahead = _at(np.minimum(np.maximum(at.step + direction, low), high), model, damped, constants)
@@ -69,9 +69,9 @@ def best_step(
 
 
 @compiled
-def _at(step: Float[np.ndarray, " U"], model: Model, damped: Float[np.ndarray, " U"], constants: Constants) -> _At:
+def _at(step: Float[np.ndarray, "N 2"], model: Model, damped: Float[np.ndarray, "N 2"], constants: Constants) -> _At:
     """What follows from a step."""
-    states, excess = changes_of(model.course, step, constants.dt), model.excess.copy()
+    states, excess = changes_of(model.rollout, step, constants.tree, constants.dt), model.excess.copy()
     for c in range(len(excess)):
         excess[c] += _along(model, c, states)
     linear, square = _linear(step, states, model), _product(step, states, step, states, damped, constants)
@@ -79,54 +79,46 @@ def _at(step: Float[np.ndarray, " U"], model: Model, damped: Float[np.ndarray, "
 
 
 @compiled
-def _along(model: Model, c: int, states: Float[np.ndarray, "K 4"]) -> float:
+def _along(model: Model, c: int, states: Float[np.ndarray, "N 4"]) -> float:
     """Change of a constraint where the states change."""
-    by, change = model.normal[c], states[model.step[c]]
+    by, change = model.normal[c], states[model.node[c]]
     return (by[0] * change[0] + by[1] * change[1]) + (by[2] * change[2] + by[3] * change[3])
 
 
 @compiled
-def _linear(step: Float[np.ndarray, " U"], states: Float[np.ndarray, "K 4"], model: Model) -> float:
+def _linear(step: Float[np.ndarray, "N 2"], states: Float[np.ndarray, "N 4"], model: Model) -> float:
     """Half the change of the cost to first order."""
-    steps, result = len(states), 0.0
-    for k in range(steps):
-        by = model.by_state[k]
-        of_inputs = model.by_input[k] * step[k] + model.by_input[steps + k] * step[steps + k]
-        result += of_inputs + (by[1] * states[k, 1] + by[2] * states[k, 2] + by[3] * states[k, 3])
-    return result
+    return (model.by_input * step).sum() + (model.by_state[:, 1:] * states[:, 1:]).sum()
 
 
 @compiled
 def _product(
-    first: Float[np.ndarray, " U"],
-    first_states: Float[np.ndarray, "K 4"],
-    second: Float[np.ndarray, " U"],
-    second_states: Float[np.ndarray, "K 4"],
-    damped: Float[np.ndarray, " U"],
+    first: Float[np.ndarray, "N 2"],
+    first_states: Float[np.ndarray, "N 4"],
+    second: Float[np.ndarray, "N 2"],
+    second_states: Float[np.ndarray, "N 4"],
+    damped: Float[np.ndarray, "N 2"],
     constants: Constants,
 ) -> float:
     """Product of two steps with half the second derivatives of the cost and the damping."""
-    cost, steps, result = constants.cost, constants.steps, 0.0
-    for k in range(steps):
-        one, other = first_states[k], second_states[k]
-        of_states = cost.lane * one[1] * other[1] + cost.speed * one[2] * other[2] + cost.heading * one[3] * other[3]
-        result += constants.weight[k] * of_states
-        for i, own, of_change in (
-            (k, cost.acceleration, cost.acceleration_change),
-            (steps + k, cost.yaw_rate, cost.yaw_rate_change),
-        ):
-            before, other_before = (first[i - 1], second[i - 1]) if k > 0 else (0.0, 0.0)
-            changes = (first[i] - before) * (second[i] - other_before)
-            result += (own + damped[i]) * first[i] * second[i] + of_change * changes
+    tree, result = constants.tree, 0.0
+    for n in range(len(first)):
+        p = tree.parent[n]
+        for i in range(3):
+            result += tree.errors[n, i] * first_states[n, 1 + i] * second_states[n, 1 + i]
+        for i in range(2):
+            before, other_before = (first[p, i], second[p, i]) if p >= 0 else (0.0, 0.0)
+            changes = (first[n, i] - before) * (second[n, i] - other_before)
+            result += (tree.inputs[n, i] + damped[n, i]) * first[n, i] * second[n, i] + tree.changes[n, i] * changes
     return result
 
 
 @compiled
 def _share(
     at: _At,
-    direction: Float[np.ndarray, " U"],
+    direction: Float[np.ndarray, "N 2"],
     model: Model,
-    damped: Float[np.ndarray, " U"],
+    damped: Float[np.ndarray, "N 2"],
     most: float,
     constants: Constants,
 ) -> float:
@@ -134,7 +126,7 @@ def _share(
 
     Its slope along the direction is linear in pieces and rises: Newton's method, kept within bounds by bisection.
     """
-    states, excess = changes_of(model.course, direction, constants.dt), at.excess
+    states, excess = changes_of(model.rollout, direction, constants.tree, constants.dt), at.excess
     steady = _linear(direction, states, model) + _product(direction, states, at.step, at.states, damped, constants)
     rising = _product(direction, states, direction, states, damped, constants)
     seen, start, towards, weight = 0, np.empty(len(excess)), np.empty(len(excess)), np.empty(len(excess))
@@ -164,18 +156,19 @@ def _share(
 
 @compiled
 def _room(
-    step: Float[np.ndarray, " U"],
-    direction: Float[np.ndarray, " U"],
-    low: Float[np.ndarray, " U"],
-    high: Float[np.ndarray, " U"],
+    step: Float[np.ndarray, "N 2"],
+    direction: Float[np.ndarray, "N 2"],
+    low: Float[np.ndarray, "N 2"],
+    high: Float[np.ndarray, "N 2"],
 ) -> float:
     """The largest share of a direction, up to 1, that keeps all bounds."""
     room = 1.0
-    for i in range(len(step)):
-        if step[i] + room * direction[i] < low[i]:
-            room = (low[i] - step[i]) / direction[i]
-        elif step[i] + room * direction[i] > high[i]:
-            room = (high[i] - step[i]) / direction[i]
+    for n in range(len(step)):
+        for i in range(2):
+            if step[n, i] + room * direction[n, i] < low[n, i]:
+                room = (low[n, i] - step[n, i]) / direction[n, i]
+            elif step[n, i] + room * direction[n, i] > high[n, i]:
+                room = (high[n, i] - step[n, i]) / direction[n, i]
     return room
 
 
@@ -183,66 +176,72 @@ def _room(
 def _newton(
     at: _At,
     model: Model,
-    damped: Float[np.ndarray, " U"],
-    low: Float[np.ndarray, " U"],
-    high: Float[np.ndarray, " U"],
+    damped: Float[np.ndarray, "N 2"],
+    low: Float[np.ndarray, "N 2"],
+    high: Float[np.ndarray, "N 2"],
     flat: float,
     constants: Constants,
-) -> tuple[Float[np.ndarray, " U"], float]:
+) -> tuple[Float[np.ndarray, "N 2"], float]:
     """The Newton direction of the damped quadratic problem at a step, and its gain if nothing came in its way.
 
     Constraints count that are violated at the step; inputs stay that a bound holds. Where the square of the gradient
     is below ``flat``, the gain is called zero and no direction is computed.
     """
-    size, course = len(at.step), model.course
-    stages = _stages(at, model, damped, constants)
-    gradient, held = stages.by_input.copy(), np.zeros(size, np.bool_)
-    add_pulled_back(course, stages.by_state, constants.dt, gradient)
+    stages, tree = _stages(at, model, damped, constants), constants.tree
+    gradient = stages.by_input.copy()
+    add_pulled_back(model.rollout, stages.by_state, tree, constants.dt, gradient)
+    held = np.zeros(gradient.shape, np.bool_)
+    _hold(held, at.step, low, high, -gradient)
     square = 0.0
-    for i in range(size):
-        held[i] = _at_bound(at.step[i], low[i], high[i], -gradient[i])
-        square += 0.0 if held[i] else gradient[i] ** 2
+    for n in range(len(held)):
+        for i in range(2):
+            square += 0.0 if held[n, i] else gradient[n, i] ** 2
     if square < flat:
-        return np.zeros(size), 0.0
+        return np.zeros_like(gradient), 0.0
     while True:
-        direction, stays = minimiser(stages, held, course, constants.dt), True
-        for i in range(size):
-            if not held[i] and _at_bound(at.step[i], low[i], high[i], direction[i]):
-                held[i], stays = True, False
-        if stays:
+        direction = minimiser(stages, held, model.rollout, tree, constants.dt)
+        if not _hold(held, at.step, low, high, direction):
             return direction, -(gradient * direction).sum()
 
 
 @compiled
-def _stages(at: _At, model: Model, damped: Float[np.ndarray, " U"], constants: Constants) -> Stages:
-    """The damped quadratic problem around a step, with the constraints that are violated there."""
-    cost, steps = constants.cost, constants.steps
-    by_state, by_states = model.by_state.copy(), np.zeros((steps, 4, 4))
-    by_input, by_inputs = model.by_input.copy(), damped.copy()
-    for k in range(steps):
-        for i, weight in ((1, cost.lane), (2, cost.speed), (3, cost.heading)):
-            by_states[k, i, i] = constants.weight[k] * weight
-            by_state[k, i] += by_states[k, i, i] * at.states[k, i]
-        for i, own, of_change in (
-            (k, cost.acceleration, cost.acceleration_change),
-            (steps + k, cost.yaw_rate, cost.yaw_rate_change),
-        ):
-            change = at.step[i] - (at.step[i - 1] if k > 0 else 0.0)
-            by_inputs[i] += own + of_change
-            by_input[i] += (own + damped[i]) * at.step[i] + of_change * change
-            if k > 0:
-                by_input[i - 1] -= of_change * change
-    for c in range(len(at.excess)):
-        if at.excess[c] > 0:
-            k, by = model.step[c], model.normal[c]
-            for i in range(4):
-                by_state[k, i] += model.weight[c] * at.excess[c] * by[i]
-                for j in range(4):
-                    by_states[k, i, j] += model.weight[c] * by[i] * by[j]
-    return Stages(by_state, by_states, by_input, by_inputs, (cost.acceleration_change, cost.yaw_rate_change))
+def _hold(
+    held: Bool[np.ndarray, "N 2"], step: Float[np.ndarray, "N 2"], low: Float[np.ndarray, "N 2"],
+    high: Float[np.ndarray, "N 2"], direction: Float[np.ndarray, "N 2"],
+) -> bool:  # fmt: skip
+    """Hold the inputs that are where a direction leads out of their bounds, rounding apart; returns if any is new."""
+    more = False
+    for n in range(len(held)):
+        for i in range(2):
+            below = step[n, i] <= low[n, i] + _ROUNDING and direction[n, i] < 0
+            beyond = step[n, i] >= high[n, i] - _ROUNDING and direction[n, i] > 0
+            if (below or beyond) and not held[n, i]:
+                held[n, i] = more = True
+    return more
 
 
 @compiled
-def _at_bound(value: float, low: float, high: float, direction: float) -> bool:
-    """Whether an input is where a direction leads out of its bounds, rounding apart."""
-    return (value <= low + _ROUNDING and direction < 0) or (value >= high - _ROUNDING and direction > 0)
+def _stages(at: _At, model: Model, damped: Float[np.ndarray, "N 2"], constants: Constants) -> Stages:
+    """The damped quadratic problem around a step, with the constraints that are violated there."""
+    tree, nodes = constants.tree, len(at.step)
+    by_state, by_states = model.by_state.copy(), np.zeros((nodes, 4, 4))
+    by_input, by_inputs = model.by_input.copy(), damped.copy()
+    for n in range(nodes):
+        p = tree.parent[n]
+        for i in range(3):
+            by_states[n, 1 + i, 1 + i] = tree.errors[n, i]
+            by_state[n, 1 + i] += tree.errors[n, i] * at.states[n, 1 + i]
+        for i in range(2):
+            change = tree.changes[n, i] * (at.step[n, i] - (at.step[p, i] if p >= 0 else 0.0))
+            by_inputs[n, i] += tree.inputs[n, i] + tree.changes[n, i]
+            by_input[n, i] += (tree.inputs[n, i] + damped[n, i]) * at.step[n, i] + change
+            if p >= 0:
+                by_input[p, i] -= change
+    for c in range(len(at.excess)):
+        if at.excess[c] > 0:
+            n, by = model.node[c], model.normal[c]
+            for i in range(4):
+                by_state[n, i] += model.weight[c] * at.excess[c] * by[i]
+                for j in range(4):
+                    by_states[n, i, j] += model.weight[c] * by[i] * by[j]
+    return Stages(by_state, by_states, by_input, by_inputs)

@@ -9,10 +9,11 @@ from coverdrive.planning.vehicle import VehicleSettings
 
 def reachable_range(
     state: Float[np.ndarray, " 4"], steps: int, dt: float, vehicle: VehicleSettings
-) -> tuple[Float[np.ndarray, " K"], Float[np.ndarray, " K"]]:
-    """Interval that holds every position of the own centre along the road at the steps k = 1 … K.
+) -> tuple[Float[np.ndarray, " P"], Float[np.ndarray, " P"]]:
+    """Interval that holds every position of the own centre along the road at the times k·dt, k = 0 … K.
 
-    Speed and heading take their extremes each on its own, so that the interval is too long, never too short.
+    Speed and heading take their extremes each on its own, so that the interval is too long, never too short; it holds
+    what `coverdrive.planning.sweep.lag` adds as well.
 
     Args:
         state: lon [m], lat [m], speed [m/s], heading [rad] now.
@@ -33,15 +34,18 @@ def reachable_range(
 @compiled
 def _ways(
     speed: float, cosine: float, steps: int, dt: float, limits: tuple[float, float, float]
-) -> tuple[Float[np.ndarray, " K"], Float[np.ndarray, " K"]]:
+) -> tuple[Float[np.ndarray, " P"], Float[np.ndarray, " P"]]:
     """[m] least and largest way along the road."""
     deceleration, acceleration, top_speed = limits
-    low, high = np.empty(steps), np.empty(steps)
+    low, high = np.zeros(steps + 1), np.zeros(steps + 1)
     least = most = 0.0
     for k in range(steps):
         slowest = max(speed - deceleration * dt * k, min(speed, 0.0))
         fastest = min(speed + acceleration * dt * k, max(speed, top_speed))
         least += dt * min(slowest, slowest * cosine)
         most += dt * max(fastest, fastest * cosine)
-        low[k], high[k] = least, most
+        slowest = max(speed - deceleration * dt * (k + 1), min(speed, 0.0))
+        fastest = min(speed + acceleration * dt * (k + 1), max(speed, top_speed))
+        low[k + 1] = least - dt / 2 * (abs(speed) - min(slowest, slowest * cosine))
+        high[k + 1] = most + dt / 2 * (max(fastest, fastest * cosine) - speed * cosine)
     return low, high

@@ -12,9 +12,11 @@ from jaxtyping import Float
 from pydantic import Field
 
 from coverdrive.paths import PredictedPaths
+from coverdrive.planning.constants import constants_of
+from coverdrive.planning.evaluate import Motion, evaluated
 from coverdrive.planning.fallback import braking_motion
 from coverdrive.planning.follower import without_follower
-from coverdrive.planning.motion import Motion, drive, judged, lane_seeking_inputs, shifted_inputs
+from coverdrive.planning.motion import drive, lane_seeking_inputs, shifted_inputs
 from coverdrive.planning.obstacles import Obstacles, chosen_obstacles, obstacles_of, reachable
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.planner import check_times
@@ -108,14 +110,13 @@ class ReferencePlanner:
             found, key=lambda each: found[each].lasting_cost + self.settings.lane_change * (each != held), default=lane
         )
         motion = found[target] if found else braking_motion(situation, float(road.centres[lane]), problem)
-        margins = problem.obstacles
-        clear = motion.slack.max() <= margins.margin and motion.off_road.max() <= margins.edge_margin
-        status = (Status.SOLVED if found else Status.FALLBACK) if clear else Status.UNSAFE
+        status = (Status.SOLVED if found else Status.FALLBACK) if motion.clear else Status.UNSAFE
         later = {lane: shifted_inputs(each.inputs, self._period, problem.dt) for lane, each in found.items()}
         self._memory = Memory(target, motion.inputs[0], later)
         seconds = time.perf_counter() - begin
-        slack = np.maximum(0.0, motion.slack - margins.margin)
-        return Plan(motion.states, motion.inputs, slack, status, float(motion.cost), seconds, problem.dt)
+        slack = np.zeros(problem.steps) if motion.clear else np.maximum(0.0, motion.slack - problem.obstacles.margin)
+        severity = float(motion.severity)
+        return Plan(motion.states, motion.inputs, slack, status, float(motion.cost), seconds, problem.dt, severity)
 
     def _candidates(
         self, situation: Situation, road: Road, lane: int, former: list[Float[np.ndarray, "K 2"]]
@@ -127,7 +128,7 @@ class ReferencePlanner:
         for target in targets:
             centre = float(road.centres[target])
             motions = simple_motions(situation, centre, former, problem)
-            start = motions.at(int(np.argmin(motions.lasting_cost)))
+            start = min(motions, key=lambda each: each.lasting_cost)
             found = solved(situation, centre, start, settings.solver, problem, settings.options)
             if found is not None:
                 candidates[target] = found
@@ -146,7 +147,7 @@ def packed(state: Float[np.ndarray, " 4"], obstacles: Obstacles, problem: Proble
 
 def simple_motions(
     situation: Situation, target_lat: float, former: list[Float[np.ndarray, "K 2"]], problem: ProblemSettings
-) -> Motion:
+) -> list[Motion]:
     """Motions that a solver may start from: steer to the lane at a constant acceleration, and former inputs.
 
     Args:
@@ -165,10 +166,9 @@ def simple_motions(
         seeking = lane_seeking_inputs(states[: len(targets)], targets, accelerations)
         return np.concatenate([seeking, inputs[:, k]])
 
-    states, driven = drive(
-        situation.state, wanted, len(targets) + len(former), problem.steps, problem.dt, problem.vehicle
-    )
-    return judged(states, driven, target_lat, situation, problem)
+    count = len(targets) + len(former)
+    _, driven = drive(situation.state, wanted, count, problem.steps, problem.dt, problem.vehicle)
+    return evaluated(driven, np.full(count, target_lat), situation, constants_of(problem))
 
 
 def solved(
@@ -192,7 +192,4 @@ def solved(
     solution = solve(situation, target_lat, start, solver, problem, options)
     if solution is None or not np.isfinite(solution).all():
         return None
-    states, inputs = drive(
-        situation.state, lambda k, _: solution[None, k, 4:6], 1, problem.steps, problem.dt, problem.vehicle
-    )
-    return judged(states[0], inputs[0], target_lat, situation, problem)
+    return evaluated(solution[None, :, 4:6], np.array([target_lat]), situation, constants_of(problem))[0]

@@ -1,40 +1,60 @@
 """The search for a plan, compiled: manoeuvres as guesses, descent from the best of them, and the choice.
 
-Every target lane has two starts: the last plan to that lane, and the cheapest of simple manoeuvres (steer to the lane
-at a constant acceleration, from full braking to full throttle), so that a last plan that got stuck is left behind. All
-starts descend together. Whatever comes out is driven within the limits of the car and judged by the cost of
-`coverdrive.planning.cost` against every box; so are the simple manoeuvres and the last plans themselves, which are what
-is left when the descent finds nothing clear.
+Every target lane has a start: the last plan to that lane, or the cheapest of simple manoeuvres (steer to the lane at a
+constant acceleration, from full braking to full throttle) with the least harmful one as its fail-safe branch; the lane
+that the last plan aimed at has both. All starts descend together. Whatever comes out is evaluated (`coverdrive.planning.evaluate`), and so are the simple
+manoeuvres and the rest of the last fail-safe branch, as plans whose branches are one: they are what is left when the
+descent finds nothing clear. If nothing at all is clear, more ways to evade are tried, and of everything that does
+hardly more harm than the least harmful, the cheapest is chosen.
 
-L target lanes, B = 2L starts, m motions, P = K + 1 states.
+L target lanes, g accelerations, m plans, N nodes, K steps, P = K + 1 states.
 """
 
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 from pydantic import Field
 
 from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.descent import descend
-from coverdrive.planning.judge import drive_step, judge
-from coverdrive.planning.merit import Surroundings
+from coverdrive.planning.evaluate import Plans, drive_step, empty_plans, evaluate
+from coverdrive.planning.merit import Surroundings, merit
 from coverdrive.planning.motion import lane_seeking
 from coverdrive.planning.vehicle import VehicleSettings
 from coverdrive.settings import Settings
 
 _UNCLEAR = 1e12
-"""more than any motion costs; added to the cost of those that are not clear"""
+"""more than any plan costs; added to the cost of those that are not clear"""
+_PER_HARM = 2e6
+"""[s/m] price of the harm of contacts: more than comfort and slack are worth"""
+_PER_DEPARTURE = 1e15
+"""[1/m] price of leaving the road: more than any contact"""
+_NO_DEPARTURE = 0.005
+"""[m] of leaving the road that count for nothing where nothing is clear"""
+_NO_HARM = 0.1
+"""[m/s] of harm that count for nothing there"""
+_PLACES = 9
+"""across the road, to which a car evades"""
+_FARTHEST = 4.0
+"""[m] across the road to such a place"""
+_HURRY = 1.6
+"""times faster than a lane is changed in comfort"""
+_HARD = np.array([1.0, 0.5, 0.0])
+"""shares of full braking while it evades"""
+_HALVINGS = 4
+"""of the way from a clear plan to one that is not"""
+_EVASIONS = len(_HARD) * (_PLACES + 1)
 _lane_seeking = compiled(lane_seeking)
 
 
 class SearchSettings(Settings):
     """How long the search goes on."""
 
-    tolerance: float = Field(default=3e-3, gt=0, le=1)
+    tolerance: float = Field(default=1e-3, gt=0, le=1)
     """a step of the descent that lowers the merit by a smaller share is the last"""
-    braking_guesses: int = Field(default=4, ge=2, le=100)
+    braking_guesses: int = Field(default=6, ge=2, le=100)
     """number of constant accelerations from full braking to none that are tried as manoeuvres"""
 
     def accelerations(self, vehicle: VehicleSettings) -> Float[np.ndarray, " g"]:
@@ -46,148 +66,185 @@ class SearchSettings(Settings):
 class Wanted(NamedTuple):
     """What is searched for."""
 
-    targets: Float[np.ndarray, " L"]
+    lanes: Float[np.ndarray, " L"]
     """[m] lat of the centres of the target lanes"""
     extra: Float[np.ndarray, " L"]
     """cost of choosing each target lane, on top of its plan's"""
-    lane: Int[np.ndarray, " B"]
-    """index of the target of each start"""
-    starts: Float[np.ndarray, "B U"]
-    """inputs of the last plan to each target lane; the other L count only if ``resumed``"""
-    resumed: bool
-    """whether the starts are those of an unfinished search, with which no manoeuvre competes"""
+    last: Float[np.ndarray, "L N 2"]
+    """inputs of the last plan to each target lane"""
+    rest: Float[np.ndarray, "K 2"]
+    """inputs of the rest of the last fail-safe branch"""
+    accelerations: Float[np.ndarray, " g"]
+    """[m/s²] of the simple manoeuvres"""
+
+    @property
+    def guesses(self) -> int:
+        """Number of plans that are known before the descent."""
+        return len(self.lanes) * len(self.accelerations) + 1
 
 
-class Arrays(NamedTuple):
-    """The chosen motion, and what the next search starts from."""
-
-    states: Float[np.ndarray, "P 4"]
-    inputs: Float[np.ndarray, " U"]
-    slack: Float[np.ndarray, " K"]
-    off_road: Float[np.ndarray, " K"]
-    descended: Float[np.ndarray, "B U"]
-    """inputs of all motions that descended"""
-    descended_lane: Int[np.ndarray, " B"]
-    """index of the target of each"""
-    best: Float[np.ndarray, "L U"]
-    """inputs of the cheapest of each target lane"""
+def room_for(wanted: Wanted, constants: Constants) -> Plans:
+    """Room for the plans of a search: guesses, then a start for each target lane and one more, then evasions."""
+    return empty_plans(wanted.guesses + 1 + len(wanted.lanes) + _EVASIONS, len(constants.tree.parent))
 
 
-class Found(NamedTuple):
-    """What a search found."""
+@compiled
+def begin(plans: Plans, wanted: Wanted, around: Surroundings, constants: Constants) -> None:
+    """Write and evaluate the guesses, and write the starts."""
+    tree, lanes, tried = constants.tree, wanted.lanes, len(wanted.accelerations)
+    guesses = len(lanes) * tried
+    for i in range(guesses):
+        _write_manoeuvre(plans, i, lanes[i // tried], i // tried, wanted.accelerations[i % tried], 1.0, around, constants)
+    for n in range(len(tree.parent)):
+        plans.inputs[guesses, n] = wanted.rest[tree.moment[n] - 1]
+    plans.lane[guesses] = np.argmin(wanted.extra)
+    plans.targets[guesses] = lanes[plans.lane[guesses]]
+    evaluate(plans, 0, guesses + 1, around, constants)
+    safest, least = 0, np.inf
+    for i in range(guesses + 1):
+        rank = _rank(plans, i, 0.0)
+        if rank < least:
+            safest, least = i, rank
+    held = np.argmin(wanted.extra)
+    for lane in range(len(lanes)):
+        start, pair = guesses + 1 + lane, np.empty_like(plans.inputs[0])
+        plans.inputs[start], plans.lane[start], plans.targets[start] = wanted.last[lane], lane, lanes[lane]
+        least = merit(plans.inputs[start], plans.targets[start], around, constants).value
+        if lane == held:
+            start, least = guesses + 1 + len(lanes), np.inf
+            plans.lane[start], plans.targets[start] = lane, lanes[lane]
+        for i in range(lane * tried, (lane + 1) * tried):
+            for n in range(len(pair)):
+                pair[n] = plans.inputs[safest if tree.safe[n] else i, n]
+            targets = np.array([lanes[lane], plans.targets[safest, 0]])
+            cost = merit(pair, targets, around, constants).value
+            if cost < least:
+                least = cost
+                plans.inputs[start], plans.targets[start] = pair, targets
 
-    arrays: Arrays
-    cost: float
-    """of the chosen motion"""
-    lane: int
-    """index of its target"""
-    clear: bool
-    """whether it touches nothing and stays on the road"""
-    optimised: bool
-    """whether it comes out of the descent"""
-    done: bool
-    """whether the cheapest motion has arrived"""
 
-
-def search(
-    around: Surroundings,
-    wanted: Wanted,
-    accelerations: Float[np.ndarray, " g"],
-    iterations: int,
-    tolerance: float,
-    constants: Constants,
-) -> Found:
-    """Search for the cheapest plan.
+@compiled
+def go_on(
+    plans: Plans, wanted: Wanted, iterations: int, tolerance: float, around: Surroundings, constants: Constants
+) -> bool:
+    """Let the starts descend; returns whether the cheapest has arrived.
 
     Args:
-        around: what the plan is made for.
-        wanted: target lanes and starts.
-        accelerations: [m/s²] of the simple manoeuvres.
-        iterations: of the descent, at the most.
-        tolerance: a step of the descent that lowers the merit by a smaller share is the last.
+        plans: of which the starts are replaced by where they get.
+        wanted: target lanes.
+        iterations: number of steps at the most.
+        tolerance: a step that lowers the merit by a smaller share is the last.
+        around: what the plans are made for.
         constants: of the problem.
     """
-    steps, lanes, starts = constants.steps, len(wanted.targets), len(wanted.starts)
-    arrays = Arrays(
-        states=np.empty((steps + 1, 4)),
-        inputs=np.empty(2 * steps),
-        slack=np.empty(steps),
-        off_road=np.empty(steps),
-        descended=np.empty((starts, 2 * steps)),
-        descended_lane=np.empty(starts, np.int64),
-        best=np.empty((lanes, 2 * steps)),
-    )
-    return Found(arrays, *_search(around, wanted, accelerations, iterations, tolerance, constants, arrays))
+    first = len(wanted.lanes) * len(wanted.accelerations) + 1
+    starts = slice(first, first + 1 + len(wanted.lanes))
+    extra = wanted.extra[plans.lane[starts]]
+    descent = descend(plans.inputs[starts], plans.targets[starts], extra, around, constants, iterations, tolerance)
+    plans.inputs[starts] = descent.inputs
+    return bool(descent.done[np.argmin(descent.value + extra)])
 
 
 @compiled
-def _search(
-    around: Surroundings,
-    wanted: Wanted,
-    accelerations: Float[np.ndarray, " g"],
-    iterations: int,
-    tolerance: float,
-    constants: Constants,
-    arrays: Arrays,
-) -> tuple[float, int, bool, bool, bool]:
-    """Fill the arrays of what is found, and return the numbers."""
-    lanes = len(wanted.targets)
-    guesses, of_guess = _manoeuvres(around, wanted.targets, accelerations, constants)
-    simple_inputs = np.concatenate((guesses, wanted.starts[:lanes]))
-    simple_lane = np.concatenate((of_guess, np.arange(lanes)))
-    simple = judge(simple_inputs, wanted.targets[simple_lane], around, constants)
-    if wanted.resumed:
-        starts, lane = wanted.starts, wanted.lane
+def choose(
+    plans: Plans, wanted: Wanted, around: Surroundings, constants: Constants, best: Float[np.ndarray, "L N 2"]
+) -> tuple[int, bool]:
+    """Evaluate what the starts have become, and choose.
+
+    Args:
+        plans: the guesses evaluated.
+        wanted: target lanes.
+        around: what the plans are made for.
+        constants: of the problem.
+        best: where the inputs of the best plan to each target lane are written.
+
+    Returns:
+        The index of the chosen plan, −1 if none has a cost, and whether it comes out of the descent.
+    """
+    first, lanes = len(wanted.lanes) * len(wanted.accelerations) + 1, len(wanted.lanes)
+    last = first + 1 + lanes
+    evaluate(plans, first, last, around, constants)
+    cheapest, least = -1, np.inf
+    for i in range(last):
+        if plans.clear[i] and plans.cost[i] < least:
+            cheapest, least = i, plans.cost[i]
+    if cheapest >= 0:
+        base = plans.inputs[cheapest].copy()
+        for i in range(first, last):
+            if not plans.clear[i]:
+                _draw_back(plans, i, base, around, constants)
     else:
-        price = simple.lasting_cost + wanted.extra[simple_lane]
-        last = len(guesses) + np.arange(lanes)
-        fresh = np.concatenate((last, _cheapest(price[: len(guesses)], of_guess, lanes)))
-        starts, lane = simple_inputs[fresh], simple_lane[fresh]
-    target, extra = wanted.targets[lane], wanted.extra[lane]
-    descent = descend(starts, target, extra, around, constants, iterations, tolerance)
-    optimised = judge(descent.inputs, target, around, constants)
-    of_motion = np.concatenate((lane, simple_lane))
-    rank = np.concatenate((optimised.lasting_cost, simple.lasting_cost))
-    shape = constants.shape
-    for i in range(len(rank)):
-        judged, j = (optimised, i) if i < len(lane) else (simple, i - len(lane))
-        clear = judged.slack[j].max() <= shape.margin and judged.off_road[j].max() <= shape.edge_margin
-        rank[i] = (rank[i] if np.isfinite(rank[i]) else np.inf) + (0.0 if clear else _UNCLEAR)
-    for each, i in enumerate(_cheapest(rank, of_motion, lanes)):
-        arrays.best[each] = optimised.inputs[i] if i < len(lane) else simple.inputs[i - len(lane)]
-    chosen = np.argmin(rank + wanted.extra[of_motion])
-    judged, j = (optimised, chosen) if chosen < len(lane) else (simple, chosen - len(lane))
-    arrays.states[:], arrays.inputs[:] = judged.states[j], judged.inputs[j]
-    arrays.slack[:], arrays.off_road[:] = judged.slack[j], judged.off_road[j]
-    arrays.descended[:], arrays.descended_lane[:] = descent.inputs, lane
-    done = descent.done[np.argmin(descent.value + extra)]
-    return judged.cost[j], of_motion[chosen], rank[chosen] < _UNCLEAR, bool(chosen < len(lane)), bool(done)
+        last = _evade(plans, last, wanted, around, constants)
+    allowed = np.inf
+    for i in range(last):
+        if plans.departure[i] <= _NO_DEPARTURE and plans.harm[i] + _NO_HARM < allowed:
+            allowed = plans.harm[i] + _NO_HARM
+    standing, chosen, least = np.full(lanes, np.inf), -1, np.inf
+    for i in range(last):
+        lane, rank = plans.lane[i], _rank(plans, i, allowed)
+        if rank < standing[lane]:
+            standing[lane], best[lane] = rank, plans.inputs[i]
+        if rank + wanted.extra[lane] < least:
+            chosen, least = i, rank + wanted.extra[lane]
+    return chosen, first <= chosen < first + 1 + lanes
 
 
 @compiled
-def _cheapest(price: Float[np.ndarray, " m"], lane: Int[np.ndarray, " m"], lanes: int) -> Int[np.ndarray, " L"]:
-    """Index of the cheapest motion to each lane."""
-    best = np.zeros(lanes, np.int64)
-    for each in range(lanes):
-        best[each] = np.argmin(np.where(lane == each, price, np.inf))
-    return best
+def _draw_back(
+    plans: Plans, i: int, base: Float[np.ndarray, "N 2"], around: Surroundings, constants: Constants
+) -> None:
+    """Replace a plan that is not clear by the nearest one on the way to a clear one that is, found by bisection."""
+    wanted, clear, unclear = plans.inputs[i].copy(), 0.0, 1.0
+    for _ in range(_HALVINGS):
+        share = (clear + unclear) / 2
+        plans.inputs[i] = base + share * (wanted - base)
+        evaluate(plans, i, i + 1, around, constants)
+        if plans.clear[i]:
+            clear = share
+        else:
+            unclear = share
+    plans.inputs[i] = base + clear * (wanted - base)
+    evaluate(plans, i, i + 1, around, constants)
 
 
 @compiled
-def _manoeuvres(
-    around: Surroundings,
-    targets: Float[np.ndarray, " L"],
-    accelerations: Float[np.ndarray, " g"],
+def _rank(plans: Plans, i: int, allowed: float) -> float:
+    """The lower, the better: clear plans by their cost; others first by leaving the road, then by more harm [m/s] than
+    is allowed, then by their cost, which counts how deep and how early they get into boxes."""
+    if plans.clear[i]:
+        return plans.cost[i]
+    leaving = max(0.0, plans.departure[i] - _NO_DEPARTURE)
+    return _UNCLEAR + _PER_DEPARTURE * leaving + _PER_HARM * plans.harm[i] + plans.cost[i]
+
+
+@compiled
+def _evade(plans: Plans, first: int, wanted: Wanted, around: Surroundings, constants: Constants) -> int:
+    """Append ways to evade: to where the ego is, and across the road as far as it is near; returns their end."""
+    lat, half_width = around.state[1], constants.vehicle.width / 2 + constants.shape.edge_margin
+    right = max(lat - _FARTHEST, min(lat, around.edges[0] + half_width))
+    left = min(lat + _FARTHEST, max(lat, around.edges[1] - half_width))
+    for i in range(_EVASIONS):
+        place = i // len(_HARD)
+        at = lat if place == _PLACES else right + (left - right) * place / (_PLACES - 1)
+        lane = np.argmin(np.abs(wanted.lanes - at))
+        braking = -constants.vehicle.max_deceleration * _HARD[i % len(_HARD)]
+        _write_manoeuvre(plans, first + i, at, lane, braking, _HURRY, around, constants)
+        plans.targets[first + i] = wanted.lanes[lane]
+    evaluate(plans, first, first + _EVASIONS, around, constants)
+    return first + _EVASIONS
+
+
+@compiled
+def _write_manoeuvre(
+    plans: Plans, i: int, target: float, lane: int, acceleration: float, hurry: float, around: Surroundings,
     constants: Constants,
-) -> tuple[Float[np.ndarray, "m U"], Int[np.ndarray, " m"]]:
-    """Inputs of the simple manoeuvres, lane by lane, and the index of each one's target."""
-    steps, guesses = constants.steps, len(accelerations)
-    inputs, lane = np.empty((len(targets) * guesses, 2 * steps)), np.empty(len(targets) * guesses, np.int64)
-    for i in range(len(inputs)):
-        lane[i] = i // guesses
-        state = (around.state[0], around.state[1], around.state[2], around.state[3])
-        for k in range(steps):
-            turn = _lane_seeking(state[1], state[2], state[3], targets[lane[i]])
-            applied, state = drive_step(state, (accelerations[i % guesses], turn), constants)
-            inputs[i, k], inputs[i, steps + k] = applied
-    return inputs, lane
+) -> None:  # fmt: skip
+    """Write a plan whose branches both steer to a lat at a constant acceleration."""
+    tree, applied = constants.tree, np.empty((constants.steps, 2))
+    state = (around.state[0], around.state[1], around.state[2], around.state[3])
+    for k in range(constants.steps):
+        turn = _lane_seeking(state[1], state[2], state[3], target, hurry)
+        (applied[k, 0], applied[k, 1]), state = drive_step(state, (acceleration, turn), constants)
+    for n in range(len(tree.parent)):
+        plans.inputs[i, n] = applied[tree.moment[n] - 1]
+    plans.lane[i], plans.targets[i] = lane, target

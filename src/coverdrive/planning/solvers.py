@@ -11,7 +11,7 @@ from jaxtyping import Float
 from pydantic import Field
 
 from coverdrive.extras import require
-from coverdrive.planning.motion import Motion
+from coverdrive.planning.evaluate import Motion
 from coverdrive.planning.problem import ProblemSettings, Situation
 from coverdrive.planning.program import (
     Program,

@@ -1,0 +1,170 @@
+"""What plans are worth: inputs driven within the limits of the ego, and all that follows; compiled.
+
+Whatever proposes a plan (a rule, the last plan, a solver) proposes inputs; the states follow from the vehicle model,
+and everything else from the states. Nothing here trusts what a search says about its result. A plan is *clear* if its
+fail-safe branch touches no member of any set at any time (`coverdrive.planning.sweep`), could brake behind whoever is
+ahead at its end, and keeps to the road. m plans, N nodes of `coverdrive.planning.tree`, K steps, P = K + 1 states.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from coverdrive.compiled import compiled
+from coverdrive.planning.constants import Constants
+from coverdrive.planning.contact import box_between, box_excess, box_of, half_sizes_of, parts_of
+from coverdrive.planning.merit import Surroundings, merit
+from coverdrive.planning.rollout import State, state_at
+from coverdrive.planning.sweep import NEVER, contact_at, impact, impact_beyond, write_edges
+from coverdrive.planning.vehicle import moved, within_limits
+
+_ANY_CONTACT = 5.0
+"""[m/s] that a contact counts as at no relative speed"""
+_UNCERTAIN = 0.4
+"""by how much less a contact at the end of the plan counts than one now"""
+_AT_THE_RIM = 0.2
+"""share of the harm of a contact that only the rim of a box makes, and not the body in its middle"""
+_ON_THE_ROAD = 1e-9
+"""[m] by which a body may be beyond the edge of the road"""
+_moved = compiled(moved)
+_within_limits = compiled(within_limits)
+
+
+class Plans(NamedTuple):
+    """Plans within the limits of the ego."""
+
+    inputs: Float[np.ndarray, "m N 2"]
+    """acceleration [m/s²], yaw rate [rad/s]"""
+    states: Float[np.ndarray, "m N 4"]
+    """lon [m], lat [m], speed [m/s], heading [rad] at the end of every node's step"""
+    targets: Float[np.ndarray, "m 2"]
+    """[m] lat of the centres of the target lanes of the drive branch (0) and of the fail-safe branch (1)"""
+    lane: Int[np.ndarray, " m"]
+    """index of the drive branch's target"""
+    cost: Float[np.ndarray, " m"]
+    """`coverdrive.planning.merit.merit`; no number where the plan is none"""
+    severity: Float[np.ndarray, " m"]
+    """[m/s] relative speed at the first contact of the fail-safe branch with a box, of the worst box; 0 without one"""
+    harm: Float[np.ndarray, " m"]
+    """[m/s] expected of the first contacts of the fail-safe branch with every member: each counts its relative speed,
+    and what any contact counts, times its likelihood, and the less the later it is, since the later is the less
+    certain"""
+    departure: Float[np.ndarray, " m"]
+    """[m] by which the fail-safe branch gets beyond the road's edges during each of its steps, summed"""
+    clear: Bool[np.ndarray, " m"]
+    """whether the fail-safe branch touches nothing at any time and keeps to the road"""
+
+
+def empty_plans(plans: int, nodes: int) -> Plans:
+    """Room for a number of plans; none yet."""
+    numbers = np.full((4, plans), np.nan)
+    return Plans(
+        np.zeros((plans, nodes, 2)), np.zeros((plans, nodes, 4)), np.zeros((plans, 2)), np.zeros(plans, int),
+        numbers[0], numbers[1], numbers[2], numbers[3], np.zeros(plans, bool),
+    )  # fmt: skip
+
+
+@compiled
+def drive_step(state: State, wish: tuple[float, float], constants: Constants) -> tuple[tuple[float, float], State]:
+    """The inputs within the limits that are nearest to the wished ones, and the state that they lead to.
+
+    Args:
+        state: lon [m], lat [m], speed [m/s], heading [rad].
+        wish: acceleration [m/s²], yaw rate [rad/s].
+        constants: of the problem.
+    """
+    applied = _within_limits(state[2], state[3], wish[0], wish[1], constants.dt, constants.vehicle)
+    return applied, _moved(state, applied, constants.dt)
+
+
+@compiled
+def evaluate(plans: Plans, first: int, last: int, around: Surroundings, constants: Constants) -> None:
+    """Drive the inputs of some plans as far as the limits of the ego allow, and complete what follows from them.
+
+    Args:
+        plans: whose inputs and targets are known.
+        first: index of the first one.
+        last: index after the last one.
+        around: what the plans are made for.
+        constants: of the problem.
+    """
+    tree, steps = constants.tree, constants.steps
+    chain, applied = np.empty((steps + 1, 4)), np.empty((steps, 2))
+    for i in range(first, last):
+        states, inputs = plans.states[i], plans.inputs[i]
+        for n in range(len(inputs)):
+            before = state_at(states, tree.parent[n], around.state)
+            (inputs[n, 0], inputs[n, 1]), after = drive_step(before, (inputs[n, 0], inputs[n, 1]), constants)
+            for j in range(4):
+                states[n, j] = after[j]
+        plans.cost[i] = merit(inputs, plans.targets[i], around, constants).value
+        chain[0] = around.state
+        for k in range(steps):
+            chain[k + 1], applied[k] = states[tree.fail_safe[k]], inputs[tree.fail_safe[k]]
+        _look_at_all_times(i, chain, applied, plans, around, constants)
+
+
+@compiled
+def _look_at_all_times(
+    i: int, states: Float[np.ndarray, "P 4"], inputs: Float[np.ndarray, "K 2"], plans: Plans, around: Surroundings,
+    constants: Constants,
+) -> None:  # fmt: skip
+    """Tell whether a motion is clear at all times, how severe its contacts are, and how far off the road it gets."""
+    steps, boxes = constants.steps, around.boxes
+    edges = np.empty((steps, 2, 4))
+    write_edges(states, inputs, edges, constants)
+    departure = severity = harm = 0.0
+    for k in range(steps):
+        beyond = max(edges[k, 1, 3] - around.edges[1], around.edges[0] - edges[k, 1, 1])
+        departure += beyond if beyond > _ON_THE_ROAD else 0.0
+    touched = False
+    for slot in range(boxes.shape[2]):
+        time, speed = _first_contact(states, inputs, edges, slot, 1.0, boxes, constants)
+        if time == np.inf:
+            continue
+        touched, severity = True, max(severity, speed)
+        harm += _AT_THE_RIM * boxes[6, 0, slot] * (1 - _UNCERTAIN * time / steps) * (_ANY_CONTACT + speed)
+        time, speed = _first_contact(states, inputs, edges, slot, 0.0, boxes, constants)
+        if time < np.inf:
+            harm += (1 - _AT_THE_RIM) * boxes[6, 0, slot] * (1 - _UNCERTAIN * time / steps) * (_ANY_CONTACT + speed)
+    plans.departure[i], plans.severity[i], plans.harm[i] = departure, severity, harm
+    plans.clear[i] = not touched and departure == 0
+
+
+@compiled
+def _first_contact(
+    states: Float[np.ndarray, "P 4"], inputs: Float[np.ndarray, "K 2"], edges: Float[np.ndarray, "K 2 4"], slot: int,
+    grown: float, boxes: Float[np.ndarray, "7 P n"], constants: Constants,
+) -> tuple[float, float]:  # fmt: skip
+    """When [steps] a motion first touches a box, infinity for never, and their relative speed [m/s] then."""
+    steps = constants.steps
+    for k in range(steps):
+        share = contact_at(edges, boxes, k, slot, grown)
+        if share < NEVER:
+            applied = inputs[k, 0], inputs[k, 1]
+            return k + share, impact(state_at(states, k, states[0]), applied, share, boxes, k, slot, constants.dt)
+    end, braking = state_at(states, steps, states[0]), constants.vehicle.max_deceleration
+    speed = impact_beyond(end, edges[steps - 1, 1], boxes, slot, braking)
+    return (float(steps) if speed >= 0 else np.inf), speed
+
+
+@compiled
+def write_slack(
+    states: Float[np.ndarray, "P 4"], around: Surroundings, constants: Constants, slack: Float[np.ndarray, " K"]
+) -> None:
+    """Write the smallest γ_k with which the obstacle constraints of the steps k = 1 … K and until the next hold."""
+    boxes = around.boxes
+    for k in range(1, constants.steps + 1):
+        state, last, asked = state_at(states, k, states[0]), k == constants.steps, 0.0
+        half = half_sizes_of(abs(state[3]), constants.vehicle)
+        own = (half[0], 0.0), (half[1], 0.0)
+        way = (0.0, 0.0) if last else (states[k + 1, 0] - state[0], states[k + 1, 1] - state[1])
+        for slot in range(boxes.shape[2]):
+            asked = max(asked, box_excess(state, own, box_of(boxes, k, slot), 0.0, constants)[0])
+            parts = 1 if last else parts_of(way, half, boxes, k, slot)
+            for part in range(1, parts):
+                share = part / parts
+                at = (state[0] + share * way[0], state[1] + share * way[1], state[2], state[3])
+                asked = max(asked, box_excess(at, own, box_between(boxes, k, slot, share), 0.0, constants)[0])
+        slack[k - 1] = max(0.0, asked - constants.shape.margin)

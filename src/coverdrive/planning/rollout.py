@@ -1,0 +1,105 @@
+"""Where the inputs of a tree of steps lead to, and what that becomes where the inputs change a little.
+
+A node's step adds dt times its inputs to speed and heading, and dt/2 times the velocities at both ends to the position:
+a small change of speed or heading moves the node itself, and all that follow, by the derivatives of its velocity.
+N nodes, as in `coverdrive.planning.tree`; states are lon [m], lat [m], speed [m/s], heading [rad].
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from coverdrive.compiled import compiled
+from coverdrive.planning.tree import Tree
+from coverdrive.planning.vehicle import moved
+
+_moved = compiled(moved)
+State = tuple[float, float, float, float]
+"""lon [m], lat [m], speed [m/s], heading [rad]"""
+
+
+class Rollout(NamedTuple):
+    """The states at the end of every node's step, and what these positions owe to speeds and headings."""
+
+    states: Float[np.ndarray, "N 4"]
+    way: Float[np.ndarray, "N 2 2"]
+    """derivatives of half a step's way along lon (0) and lat (1) with respect to the speed (0) and the heading (1)"""
+
+
+@compiled
+def state_at(states: Float[np.ndarray, "N 4"], node: int, start: Float[np.ndarray, " 4"]) -> State:
+    """The state at the end of a node's step; that of node −1 is the start."""
+    at = states[node] if node >= 0 else start
+    return at[0], at[1], at[2], at[3]
+
+
+@compiled
+def rolled(start: Float[np.ndarray, " 4"], inputs: Float[np.ndarray, "N 2"], tree: Tree, dt: float) -> Rollout:
+    """Drive the inputs from the start."""
+    nodes = len(inputs)
+    result = Rollout(np.empty((nodes, 4)), np.empty((nodes, 2, 2)))
+    for n in range(nodes):
+        before = state_at(result.states, tree.parent[n], start)
+        after = _moved(before, (inputs[n, 0], inputs[n, 1]), dt)
+        for i in range(4):
+            result.states[n, i] = after[i]
+        cosine, sine = dt / 2 * np.cos(after[3]), dt / 2 * np.sin(after[3])
+        result.way[n, 0, 0], result.way[n, 0, 1] = cosine, -after[2] * sine
+        result.way[n, 1, 0], result.way[n, 1, 1] = sine, after[2] * cosine
+    return result
+
+
+@compiled
+def changes_of(
+    rollout: Rollout, change: Float[np.ndarray, "N 2"], tree: Tree, dt: float
+) -> Float[np.ndarray, "N 4"]:
+    """Changes of the states, to first order, where the inputs change."""
+    result = np.zeros((len(change), 4))
+    for n in range(len(change)):
+        write_change(result, n, (change[n, 0], change[n, 1]), rollout, tree, dt)
+    return result
+
+
+@compiled
+def write_change(
+    changes: Float[np.ndarray, "N 4"], n: int, change: tuple[float, float], rollout: Rollout, tree: Tree, dt: float
+) -> None:
+    """Write that of node n alone; those of the nodes before are known."""
+    p, way = tree.parent[n], rollout.way
+    lon = lat = speed = heading = 0.0
+    if p >= 0:
+        lon, lat, speed, heading = changes[p, 0], changes[p, 1], changes[p, 2], changes[p, 3]
+        lon += way[p, 0, 0] * speed + way[p, 0, 1] * heading
+        lat += way[p, 1, 0] * speed + way[p, 1, 1] * heading
+    speed += dt * change[0]
+    heading += dt * change[1]
+    changes[n, 0] = lon + way[n, 0, 0] * speed + way[n, 0, 1] * heading
+    changes[n, 1] = lat + way[n, 1, 0] * speed + way[n, 1, 1] * heading
+    changes[n, 2], changes[n, 3] = speed, heading
+
+
+@compiled
+def add_pulled_back(
+    rollout: Rollout, by_state: Float[np.ndarray, "N 4"], tree: Tree, dt: float, by_input: Float[np.ndarray, "N 2"]
+) -> None:
+    """Add what derivatives with respect to the states say about the inputs."""
+    by, way = by_state.copy(), rollout.way
+    for n in range(len(by) - 1, -1, -1):
+        p = tree.parent[n]
+        for i in range(2):
+            of_way = way[n, 0, i] * by[n, 0] + way[n, 1, i] * by[n, 1]
+            by_input[n, i] += dt * (by[n, 2 + i] + of_way)
+            if p >= 0:
+                by[p, i] += by[n, i]
+                by[p, 2 + i] += by[n, 2 + i] + of_way + way[p, 0, i] * by[n, 0] + way[p, 1, i] * by[n, 1]
+
+
+@compiled
+def add_lat_curvature(rollout: Rollout, tree: Tree, dt: float, result: Float[np.ndarray, "N 2"]) -> None:
+    """Add half the second derivatives (Gauss–Newton) of the squared lane errors with respect to every yaw rate."""
+    for n in range(len(tree.parent)):
+        j = tree.parent[n]
+        while j >= 0:
+            result[j, 1] += tree.errors[n, 0] * (dt * (rollout.states[n, 0] - rollout.states[j, 0])) ** 2
+            j = tree.parent[j]

@@ -1,0 +1,139 @@
+"""Contact at any time, not only at the moments k·dt: bodies and boxes that move evenly within a step, in closed form.
+
+The state at the end of a step is `coverdrive.planning.vehicle.moved`; within it the velocity is f = (v·cos ψ, v·sin ψ)
+with even v and ψ, so that the acceleration f' is a·(cos ψ, sin ψ) + v·w·(−sin ψ, cos ψ), which lies within
+
+    [min(a, 0) − |v·w|·S, max(a, 0) + |v·w|·S] along the road, and
+    [min(v·w, 0) − |a|·S, max(v·w, 0) + |a|·S] across, with S ≥ |sin ψ| and |v| the largest of the step.
+
+A function whose second derivative is within [l, h] is between its chord less dt²/8·max(h, 0) and its chord plus
+dt²/8·max(−l, 0). The positions at the ends of the steps are trapezoidal sums of f: whatever shorter steps the same
+inputs are driven by, or exactly, they differ by no more than the sum over the steps of dt³/12·max|f''|, where
+|f_lon''| ≤ 2|a·w|·S + |v|·w² and |f_lat''| ≤ 2|a·w| + |v|·w²·S. The half extents of the turned body are bounded evenly
+as well: `own_half_sizes` is linear in |ψ|, and |ψ(t)| lies below its chord. The edges of the predicted boxes are even
+by definition. Two such boxes overlap while four linear functions are positive: during one interval of time, or never.
+"""
+
+import numpy as np
+from jaxtyping import Float
+
+from coverdrive.compiled import compiled
+from coverdrive.planning.constants import Constants
+from coverdrive.planning.contact import half_sizes_of
+from coverdrive.planning.rollout import State
+
+NEVER = 2.0
+"""a share of a step that no contact has"""
+
+
+@compiled
+def write_edges(
+    states: Float[np.ndarray, "P 4"], inputs: Float[np.ndarray, "K 2"], edges: Float[np.ndarray, "K 2 4"],
+    constants: Constants,
+) -> None:  # fmt: skip
+    """Write between which edges the body is during every step: at its start (0) and at its end (1), evenly in between.
+
+    Args:
+        states: of the plan.
+        inputs: of the plan.
+        edges: where the rear, right, front and left edge [m] are written.
+        constants: of the problem.
+    """
+    dt, unsure_lon, unsure_lat = constants.dt, 0.0, 0.0
+    for k in range(constants.steps):
+        acceleration, yaw_rate = inputs[k]
+        sine = max(abs(states[k, 3]), abs(states[k + 1, 3]))
+        fastest = max(abs(states[k, 2]), abs(states[k + 1, 2]))
+        turning, bend = fastest * yaw_rate, dt**2 / 8
+        unsure_lon += dt**3 / 12 * (2 * abs(acceleration * yaw_rate) * sine + fastest * yaw_rate**2)
+        unsure_lat += dt**3 / 12 * (2 * abs(acceleration * yaw_rate) + fastest * yaw_rate**2 * sine)
+        off = (
+            -bend * (max(acceleration, 0.0) + abs(turning) * sine) - unsure_lon,
+            -bend * (max(turning, 0.0) + abs(acceleration) * sine) - unsure_lat,
+            bend * (max(-acceleration, 0.0) + abs(turning) * sine) + unsure_lon,
+            bend * (max(-turning, 0.0) + abs(acceleration) * sine) + unsure_lat,
+        )
+        for at in range(2):
+            state = states[k + at]
+            half = half_sizes_of(abs(state[3]), constants.vehicle)
+            for axis in range(2):
+                edges[k, at, axis] = state[axis] - half[axis] + off[axis]
+                edges[k, at, axis + 2] = state[axis] + half[axis] + off[axis + 2]
+
+
+@compiled
+def contact_at(
+    edges: Float[np.ndarray, "K 2 4"], boxes: Float[np.ndarray, "7 P n"], step: int, slot: int, grown: float
+) -> float:
+    """The share of a step after which body and box first overlap; `NEVER` if they do not.
+
+    Args:
+        edges: of the body.
+        boxes: lon, lat, half length, half width [m], speed, deceleration and likelihood of the boxes.
+        step: index of the step, from 0.
+        slot: index of the box.
+        grown: share of what the box has grown since the start of the plan: 1 for all of it, 0 for the body alone.
+    """
+    first, last = 0.0, 1.0
+    for axis in range(2):
+        body = boxes[2 + axis, 0, slot]
+        half_now = body + grown * (boxes[2 + axis, step, slot] - body)
+        half_then = body + grown * (boxes[2 + axis, step + 1, slot] - body)
+        for side in (-1.0, 1.0):  # the body's front is beyond the box's rear; its rear is not beyond the box's front
+            own = axis + 2 if side < 0 else axis
+            now = side * (boxes[axis, step, slot] - edges[step, 0, own]) + half_now
+            then = side * (boxes[axis, step + 1, slot] - edges[step, 1, own]) + half_then
+            if now <= 0 and then <= 0:
+                return NEVER
+            if now <= 0:
+                first = max(first, now / (now - then))
+            elif then <= 0:
+                last = min(last, now / (now - then))
+    return first if first < last else NEVER
+
+
+@compiled
+def impact(
+    state: State, applied: tuple[float, float], share: float, boxes: Float[np.ndarray, "7 P n"], step: int, slot: int,
+    dt: float,
+) -> float:  # fmt: skip
+    """Relative speed [m/s] of ego and box after a share of a step."""
+    speed, heading = state[2] + share * dt * applied[0], state[3] + share * dt * applied[1]
+    along = speed * np.cos(heading) - _velocity(boxes[0, :, slot], step, share) / dt
+    across = speed * np.sin(heading) - _velocity(boxes[1, :, slot], step, share) / dt
+    return np.sqrt(along**2 + across**2)
+
+
+@compiled
+def _velocity(at: Float[np.ndarray, " P"], step: int, share: float) -> float:
+    """How fast a coordinate changes [per step] after a share of a step, if it does so evenly faster or slower."""
+    first, last = max(step - 1, 0), min(step + 1, len(at) - 2)
+    more = (at[last + 1] - at[last]) - (at[first + 1] - at[first])
+    return at[step + 1] - at[step] + (share - 0.5) * more / max(last - first, 1)
+
+
+@compiled
+def impact_beyond(
+    state: State, edges: Float[np.ndarray, " 4"], boxes: Float[np.ndarray, "7 P n"], slot: int, braking: float
+) -> float:
+    """Closing speed [m/s] at which the ego meets a box that is ahead at the end and goes on; −1 if it need not.
+
+    Args:
+        state: of the ego at the end of the plan; it goes straight on, braking.
+        edges: rear, right, front and left edge [m] of its body then.
+        boxes: with the speed [m/s] to brake to, and its fall [m/s²].
+        slot: index of the box.
+        braking: [m/s²] its deceleration.
+    """
+    faster = state[2] - boxes[4, -1, slot]
+    way = boxes[0, -1, slot] - boxes[2, -1, slot] - edges[2]
+    lat, half = boxes[1, -1, slot], boxes[3, -1, slot]
+    if faster <= 0 or way < 0 or edges[1] >= lat + half or edges[3] <= lat - half:
+        return -1.0
+    fall = min(boxes[5, -1, slot], braking)
+    harder = braking - fall
+    if faster * fall <= boxes[4, -1, slot] * harder:
+        left = faster**2 - 2 * harder * way
+    else:
+        left = state[2] ** 2 - 2 * braking * (way + boxes[4, -1, slot] ** 2 / (2 * fall))
+    return np.sqrt(left) if left > 0 else -1.0
