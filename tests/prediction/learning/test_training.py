@@ -20,7 +20,7 @@ def toy_samples(count: int, seed: int) -> Samples:
     collides = np.tile([False, False, True], (count, 1))
     base = (features[:, 0] > 0).astype(int)
     distance = np.where(np.arange(3) == base[:, None], 0.0, 1.0)
-    return Samples(features, distance, collides, base, np.arange(count))
+    return Samples(features, distance, collides, base, np.arange(count), np.arange(count))
 
 
 @pytest.mark.parametrize("loss", ["margin", "weighted-bce", "cross-entropy"])
