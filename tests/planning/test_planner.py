@@ -329,11 +329,11 @@ def test_unknown_state_is_reckoned_and_promises_nothing(straight_paths, index: i
     first = planner.plan(state, paths, ROAD)
     state[index] = np.nan
     plan = planner.plan(state, paths, ROAD)
-    assert plan.status is Status.BLIND
+    assert plan.status is Status.INVALID_INPUT
     np.testing.assert_array_equal(plan.slack, 1.0)
     np.testing.assert_allclose(plan.states[0], first.states[0] + 0.4 * (first.states[1] - first.states[0]))
     without = MpcPlanner().plan(state, paths, ROAD)
-    assert without.status is Status.BLIND
+    assert without.status is Status.INVALID_INPUT
     np.testing.assert_allclose(without.inputs[:9, 0], -8.0)
 
 
@@ -342,7 +342,7 @@ def test_a_car_that_stays_blind_follows_its_plan_for_the_grace_and_then_brakes(s
     planner.reset(PERIOD)
     planner.plan(np.array([0, 1.8, 20, 0.0]), straight_paths((60, 5.4, 20)), ROAD)
     plans = [planner.plan(nothing, straight_paths((60, 5.4, 20)), ROAD) for _ in range(40)]
-    assert all(plan.status is Status.BLIND for plan in plans)
+    assert all(plan.status is Status.INVALID_INPUT for plan in plans)
     assert min(plan.inputs[0, 0] for plan in plans[:5]) > 0
     np.testing.assert_allclose([plan.inputs[0, 0] for plan in plans[5:30]], -8.0)
     assert plans[-1].states[-1, 2] == pytest.approx(0.0)
@@ -360,7 +360,7 @@ def test_a_jump_for_one_period_is_bridged(straight_paths, jump) -> None:
         paths = straight_paths((40 + 1.5 * moment, 1.8, 15))
         measured = state + np.array(jump) * (moment == 4)
         plan, wanted = planner.plan(measured, paths, ROAD), undisturbed.plan(state, paths, ROAD)
-        assert (plan.status is Status.BLIND) == (moment == 4)
+        assert (plan.status is Status.INVALID_INPUT) == (moment == 4)
         np.testing.assert_allclose(plan.states, wanted.states, atol=1e-3)
         state = step(state, wanted.inputs[0], PERIOD)
 
@@ -376,7 +376,7 @@ def test_where_all_others_jump_as_well_it_is_the_origin_that_has_moved(straight_
         paths = straight_paths(*[(other[0] + lon, other[1] + lat, other[2]) for other in others])
         road = Road(np.array(ROAD.edges) + lat, ROAD.length)
         plan = planner.plan(state + np.array([lon, lat, 0, 0]), paths, road)
-        assert plan.status is not Status.BLIND
+        assert plan.status is not Status.INVALID_INPUT
         assert plan.inputs[0, 0] < -1
         state = step(state, plan.inputs[0], PERIOD)
 
@@ -389,7 +389,7 @@ def test_a_lasting_jump_is_believed_after_the_grace(straight_paths) -> None:
         measured.append(state + np.array([30.0, 0, 0, 0]) * (moment > 0))
         plans.append(planner.plan(measured[-1], straight_paths((200, 5.4, 20)), ROAD))
         state = step(state, plans[-1].inputs[0], PERIOD)
-    assert [plan.status is Status.BLIND for plan in plans] == [False] + 5 * [True] + 6 * [False]
+    assert [plan.status is Status.INVALID_INPUT for plan in plans] == [False] + 5 * [True] + 6 * [False]
     assert min(plan.inputs[0, 0] for plan in plans) > 0
     for plan, true in zip(plans[6:], measured[6:], strict=True):
         np.testing.assert_array_equal(plan.states[0], true)
@@ -402,7 +402,7 @@ def test_noise_is_no_jump(straight_paths, period: float) -> None:
     for _ in range(100):
         noise = rng.normal(0, [0.2, 0.2, 0.3, 0.02])
         plan = planner.plan(state + noise, straight_paths((state[0] + 25, state[1], 30)), ROAD)
-        assert plan.status is not Status.BLIND
+        assert plan.status is not Status.INVALID_INPUT
         state = step(state, plan.inputs[0], period)
 
 
@@ -420,7 +420,7 @@ def test_unknown_path_of_a_new_vehicle_brakes_and_promises_nothing(straight_path
     paths.points[1, 4, 0] = np.inf
     planner = MpcPlanner()
     plan = planner.plan(np.array([0, 1.8, 20, 0.0]), paths, ROAD)
-    assert plan.status is Status.BLIND
+    assert plan.status is Status.INVALID_INPUT
     np.testing.assert_array_equal(plan.slack, 1.0)
     np.testing.assert_allclose(plan.inputs[:5, 0], -8.0)
     again = planner.plan(plan.states[1], straight_paths((60, 1.8, 15)), ROAD)

@@ -62,9 +62,7 @@ def write_edges(
 
 
 @compiled
-def contact_at(
-    edges: Float[np.ndarray, "K 2 4"], boxes: Float[np.ndarray, "7 P n"], step: int, slot: int
-) -> float:
+def contact_at(edges: Float[np.ndarray, "K 2 4"], boxes: Float[np.ndarray, "7 P n"], step: int, slot: int) -> float:
     """The share of a step after which body and box first overlap; `NEVER` if they do not.
 
     Args:

@@ -100,7 +100,7 @@ def _accelerations(trace: Trace) -> Float[np.ndarray, "n 2"]:
 
 
 def clear_contacts(trace: Trace) -> int:
-    """In how many steps the ego, driving what was called clear, touched a predicted box: between samples it may."""
+    """In how many steps the ego, driving what was called clear, touched a predicted box at any time: by design none."""
     share = np.linspace(0.0, 1.0, _LOOKS)[:, None, None]
     count = 0
     for k, (plan, paths) in enumerate(zip(trace.plans, trace.paths, strict=True)):
