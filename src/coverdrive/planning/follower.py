@@ -54,7 +54,7 @@ def with_careful_follower(
     half_sizes[first] = half_sizes[first, 0]
     kept = ~follower
     kept[first] = True
-    return PredictedPaths(points, paths.vehicle, half_sizes, paths.dt).of(kept)
+    return PredictedPaths(points, paths.vehicle, half_sizes, paths.dt, weight=paths.weight).of(kept)
 
 
 def _of_follower(state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> Bool[np.ndarray, " S"]:
