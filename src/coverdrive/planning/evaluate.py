@@ -23,6 +23,8 @@ _ANY_CONTACT = 5.0
 """[m/s] that a contact counts as at no relative speed"""
 _UNCERTAIN = 0.4
 """by how much less a contact at the end of the plan counts than one now"""
+_AT_THE_RIM = 0.2
+"""share of the harm of a contact that only the rim of a box makes, and not the body in its middle"""
 _ON_THE_ROAD = 1e-9
 """[m] by which a body may be beyond the edge of the road"""
 _moved = compiled(moved)
@@ -118,10 +120,14 @@ def _look_at_all_times(
         departure += beyond if beyond > _ON_THE_ROAD else 0.0
     touched = False
     for slot in range(boxes.shape[2]):
-        time, speed = _first_contact(states, inputs, edges, slot, boxes, constants)
+        time, speed = _first_contact(states, inputs, edges, slot, 1.0, boxes, constants)
+        if time == np.inf:
+            continue
+        touched, severity = True, max(severity, speed)
+        harm += _AT_THE_RIM * boxes[6, 0, slot] * (1 - _UNCERTAIN * time / steps) * (_ANY_CONTACT + speed)
+        time, speed = _first_contact(states, inputs, edges, slot, 0.0, boxes, constants)
         if time < np.inf:
-            touched, severity = True, max(severity, speed)
-            harm += boxes[6, 0, slot] * (1 - _UNCERTAIN * time / steps) * (_ANY_CONTACT + speed)
+            harm += (1 - _AT_THE_RIM) * boxes[6, 0, slot] * (1 - _UNCERTAIN * time / steps) * (_ANY_CONTACT + speed)
     plans.departure[i], plans.severity[i], plans.harm[i] = departure, severity, harm
     plans.clear[i] = not touched and departure == 0
 
@@ -129,12 +135,12 @@ def _look_at_all_times(
 @compiled
 def _first_contact(
     states: Float[np.ndarray, "P 4"], inputs: Float[np.ndarray, "K 2"], edges: Float[np.ndarray, "K 2 4"], slot: int,
-    boxes: Float[np.ndarray, "7 P n"], constants: Constants,
+    grown: float, boxes: Float[np.ndarray, "7 P n"], constants: Constants,
 ) -> tuple[float, float]:  # fmt: skip
     """When [steps] a motion first touches a box, infinity for never, and their relative speed [m/s] then."""
     steps = constants.steps
     for k in range(steps):
-        share = contact_at(edges, boxes, k, slot)
+        share = contact_at(edges, boxes, k, slot, grown)
         if share < NEVER:
             applied = inputs[k, 0], inputs[k, 1]
             return k + share, impact(state_at(states, k, states[0]), applied, share, boxes, k, slot, constants.dt)

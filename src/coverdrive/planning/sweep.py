@@ -62,7 +62,9 @@ def write_edges(
 
 
 @compiled
-def contact_at(edges: Float[np.ndarray, "K 2 4"], boxes: Float[np.ndarray, "7 P n"], step: int, slot: int) -> float:
+def contact_at(
+    edges: Float[np.ndarray, "K 2 4"], boxes: Float[np.ndarray, "7 P n"], step: int, slot: int, grown: float
+) -> float:
     """The share of a step after which body and box first overlap; `NEVER` if they do not.
 
     Args:
@@ -70,10 +72,13 @@ def contact_at(edges: Float[np.ndarray, "K 2 4"], boxes: Float[np.ndarray, "7 P 
         boxes: lon, lat, half length, half width [m], speed, deceleration and likelihood of the boxes.
         step: index of the step, from 0.
         slot: index of the box.
+        grown: share of what the box has grown since the start of the plan: 1 for all of it, 0 for the body alone.
     """
     first, last = 0.0, 1.0
     for axis in range(2):
-        half_now, half_then = boxes[2 + axis, step, slot], boxes[2 + axis, step + 1, slot]
+        body = boxes[2 + axis, 0, slot]
+        half_now = body + grown * (boxes[2 + axis, step, slot] - body)
+        half_then = body + grown * (boxes[2 + axis, step + 1, slot] - body)
         for side in (-1.0, 1.0):  # the body's front is beyond the box's rear; its rear is not beyond the box's front
             own = axis + 2 if side < 0 else axis
             now = side * (boxes[axis, step, slot] - edges[step, 0, own]) + half_now
