@@ -63,6 +63,7 @@ def test_merit_is_the_cost_and_the_squares_of_all_violations(crowded, seed: int)
     boxes, likely = around.boxes.copy(), around.likely.copy()
     for each in (boxes, likely):
         each[0] = each[0, 1] + around.state[2] * DT * np.arange(13)[:, None]
+        each[:2, :, 0] = around.state[2] * DT * np.arange(13) + 4, around.state[1] + 1 + np.zeros(13)
     around = around._replace(boxes=boxes, likely=likely)
     model = merit(inputs, TARGETS, around, CONSTANTS)
     assert (model.excess > 0.05).sum() > 2

@@ -381,7 +381,7 @@ def test_unknown_state_is_reckoned_and_promises_nothing(straight_paths, index: i
     plan = planner.plan(state, paths, ROAD)
     assert plan.status is Status.INVALID_INPUT
     np.testing.assert_array_equal(plan.slack, 1.0)
-    np.testing.assert_allclose(plan.states[0], first.states[0] + 0.4 * (first.states[1] - first.states[0]))
+    np.testing.assert_allclose(plan.states[0], step(first.states[0], first.inputs[0], PERIOD), atol=1e-9)
     without = MpcPlanner().plan(state, paths, ROAD)
     assert without.status is Status.INVALID_INPUT
     np.testing.assert_allclose(without.inputs[:9, 0], -8.0)
@@ -397,7 +397,7 @@ def test_a_car_that_stays_blind_follows_its_plan_for_the_grace_and_then_brakes(s
     np.testing.assert_allclose([plan.inputs[0, 0] for plan in plans[5:30]], -8.0)
     assert plans[-1].states[-1, 2] == pytest.approx(0.0)
     seen = planner.plan(np.array([40, 1.8, 5, 0.0]), straight_paths((90, 5.4, 20)), ROAD)
-    assert seen.status is Status.SOLVED and seen.inputs[0, 0] > 0
+    assert seen.status in (Status.SOLVED, Status.FALLBACK) and seen.inputs[0, 0] > 0
 
 
 @pytest.mark.parametrize("jump", [(30, 0, 0, 0), (0, 3, 0, 0), (0, 0, -10, 0), (0, 0, 0, 0.4)])
@@ -462,7 +462,9 @@ def test_a_vehicle_that_appears_is_kept_clear_of_at_once(straight_paths) -> None
     sides = [(0, 5.4, 20), (60, 5.4, 20)]
     assert planner.plan(state, straight_paths(*sides), ROAD).inputs[0, 0] > 0
     plan = planner.plan(state, straight_paths(*sides, (25, 1.8, 10)), ROAD)
-    assert plan.status is Status.SOLVED and plan.inputs[0, 0] < -2
+    assert plan.fail_safe is not None and plan.status is Status.SOLVED
+    assert plan.inputs[0, 0] == pytest.approx(3.0 - CAR.max_jerk * PERIOD)
+    assert plan.inputs[2, 0] < -2 and plan.fail_safe[-1, 2] < 12
 
 
 def test_unknown_path_of_a_new_vehicle_brakes_and_promises_nothing(straight_paths) -> None:
@@ -474,7 +476,7 @@ def test_unknown_path_of_a_new_vehicle_brakes_and_promises_nothing(straight_path
     np.testing.assert_array_equal(plan.slack, 1.0)
     np.testing.assert_allclose(plan.inputs[:5, 0], -8.0)
     again = planner.plan(plan.states[1], straight_paths((60, 1.8, 15)), ROAD)
-    assert again.status is Status.SOLVED
+    assert again.status in (Status.SOLVED, Status.FALLBACK)
 
 
 def test_paths_at_other_times_are_refused(straight_paths) -> None:

@@ -6,7 +6,7 @@ from planning_scenes import CAR, CONSTANTS, STEPS, around, driven, fail_safe, to
 
 import coverdrive.planning.search as search
 from coverdrive.planning.evaluate import Plans, empty_plans, evaluate
-from coverdrive.planning.merit import Surroundings
+from coverdrive.planning.merit import Surroundings, merit
 from coverdrive.planning.search import SearchSettings, Wanted, begin, choose, go_on, room_for
 
 NODES = len(CONSTANTS.tree.parent)
@@ -47,16 +47,26 @@ def test_simple_manoeuvres_are_steered_to_their_lane_on_both_branches(straight_p
     np.testing.assert_allclose(keeping, [5.4, 1.8, 9.0], atol=0.4)
 
 
-def test_the_start_of_a_lane_is_no_worse_than_its_manoeuvres_and_the_last_plan(straight_paths) -> None:
+def test_a_search_starts_from_the_last_plan_and_from_the_cheapest_manoeuvre(straight_paths) -> None:
+    """In the lane that the last plan aimed at from both, in the others from the cheaper one."""
     surroundings = around(STATE, straight_paths((40, 5.4, 12), (10, 1.8, 22)))
-    last = np.random.default_rng(0).normal(0, [0.5, 0.01], (3, NODES, 2))
-    wanted = wanted_of([5.4, 1.8, 9.0], last=last)
-    plans, *_ = searched(wanted, surroundings, iterations=0)
-    costs, guesses = plans.cost, wanted.guesses
-    for lane in range(3):
-        starts = [i for i in range(guesses, guesses + 4) if plans.lane[i] == lane and i > guesses - 1]
-        simple = costs[lane * len(wanted.accelerations) : (lane + 1) * len(wanted.accelerations)]
-        assert min(costs[i] for i in starts) <= simple[plans.clear[: len(simple)]].min(initial=np.inf) + 1e-6
+    last = np.zeros((3, NODES, 2))
+    last[:2, :, 0] = 0.5
+    last[2, :, 1] = 0.3  # off the road
+    wanted, tree = wanted_of([5.4, 1.8, 9.0], last=last), CONSTANTS.tree
+    plans, tried, first = room_for(wanted, CONSTANTS), len(wanted.accelerations), wanted.guesses
+    begin(plans, wanted, surroundings, CONSTANTS)
+    np.testing.assert_array_equal(plans.inputs[first], last[0])
+    np.testing.assert_array_equal(plans.lane[first : first + 4], [0, 1, 2, 0])
+    safest = np.flatnonzero(plans.clear[:first])[np.argmin(plans.cost[:first][plans.clear[:first]])]
+    for start, lane in ((first + 3, 0), (first + 2, 2)):
+        branches = [plans.inputs[start, tree.safe], plans.inputs[start, tree.drive]]
+        np.testing.assert_array_equal(branches[0], plans.inputs[safest, tree.safe])
+        drive = plans.inputs[lane * tried : (lane + 1) * tried][:, tree.drive]
+        assert (drive == branches[1]).all((1, 2)).any()
+    for start, lane in enumerate([0, 1, 2], start=first):
+        former = merit(last[lane], np.full(2, wanted.lanes[lane]), surroundings, CONSTANTS).value
+        assert merit(plans.inputs[start], plans.targets[start], surroundings, CONSTANTS).value <= former
 
 
 def test_a_clear_plan_is_chosen_wherever_one_is_known(straight_paths) -> None:
