@@ -89,8 +89,15 @@ def test_a_box_within_a_step_is_between_those_at_its_ends() -> None:
 
 @pytest.mark.parametrize(
     ("way", "slot", "parts"),
-    [((10.0, 1.0), 0, 1), ((10.0, 0.0), 1, 3), ((3.0, 0.0), 1, 1), ((3.5, 0.0), 1, 2), ((5.0, 5.0), 0, 3), ((1e6, 0.0), 1, 8)],
-)  # fmt: skip
+    [
+        ((10.0, 1.0), 0, 1),
+        ((10.0, 0.0), 1, 3),
+        ((3.0, 0.0), 1, 1),
+        ((3.5, 0.0), 1, 2),
+        ((5.0, 5.0), 0, 3),
+        ((1e6, 0.0), 1, 8),
+    ],
+)
 def test_a_step_is_looked_at_as_often_as_boxes_could_be_jumped_over(way, slot: int, parts: int) -> None:
     """The half extents of ego and standing box are 3.4 m along and 1.5 m across, of the other 4.4 m and 2 m."""
     assert parts_of(way, (2.4, 1.0), boxes(), 0, slot) == parts
