@@ -21,7 +21,7 @@ class ProblemSettings(Settings):
     dt: float = Field(default=0.25, ge=0.01, le=1)
     """[s] between two steps (authors' scripts)"""
     vehicle: VehicleSettings = VehicleSettings()
-    """size and limits of the own car"""
+    """size and limits of the ego"""
     cost: CostSettings = CostSettings()
     """weights of the objective"""
     obstacles: ObstacleSettings = ObstacleSettings()
