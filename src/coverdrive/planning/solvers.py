@@ -4,7 +4,6 @@ Solvers are compiled once per process for every size of the problem. They neithe
 threads at a time.
 """
 
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -39,21 +38,27 @@ _FAR = 0.5
 """slack from which on a start counts as inside an obstacle"""
 
 
-@cache
+_PROGRAMS: dict[tuple[Any, ...], Program] = {}
+_SOLVERS: dict[tuple[Any, ...], Any] = {}
+
+
 def compiled_program(problem: ProblemSettings, period: float, boxes: int, likely: int) -> Program:
     """The program of a problem that is posed anew every ``period`` [s], for a number of boxes of either kind."""
-    return build_program(constants_of(problem, period), problem.obstacles, boxes, likely)
+    key = (problem, period, boxes, likely)
+    if key not in _PROGRAMS:
+        _PROGRAMS[key] = build_program(constants_of(problem, period), problem.obstacles, boxes, likely)
+    return _PROGRAMS[key]
 
 
-@cache
-def compiled_solver(
-    problem: ProblemSettings, period: float, boxes: int, likely: int, settings: SolverSettings, barrier: float
-) -> Any:
+def compiled_solver(program: Program, settings: SolverSettings, barrier: float) -> Any:
     """The `casadi.nlpsol` object of such a program, which starts with this barrier parameter."""
-    limits = {"max_iter": settings.max_iterations, "tol": settings.tolerance, "mu_init": barrier}
-    quiet = {"print_time": False, "error_on_fail": False, "show_eval_warnings": False}
-    options = quiet | {"ipopt": limits | {"print_level": 0, "sb": "yes"}}
-    return ca.nlpsol("plan", "ipopt", compiled_program(problem, period, boxes, likely).nlp, options)
+    key = (id(program), settings, barrier)  # programs are kept
+    if key not in _SOLVERS:
+        limits = {"max_iter": settings.max_iterations, "tol": settings.tolerance, "mu_init": barrier}
+        quiet = {"print_time": False, "error_on_fail": False, "show_eval_warnings": False}
+        options = quiet | {"ipopt": limits | {"print_level": 0, "sb": "yes"}}
+        _SOLVERS[key] = ca.nlpsol("plan", "ipopt", program.nlp, options)
+    return _SOLVERS[key]
 
 
 def solve(
@@ -79,7 +84,7 @@ def solve(
     program, given = compiled_program(problem, period, *size), parameters(targets, around)
     values = start_values(program, start, given, around, constants)
     barrier = settings.far_barrier if values[-program.slacks :].max() > _FAR else settings.barrier
-    run = compiled_solver(problem, period, *size, settings, barrier)
+    run = compiled_solver(program, settings, barrier)
     low, high = bounds(program, around, constants)
     least = np.full(program.nlp["g"].numel(), -np.inf)
     least[: program.equalities] = 0.0
