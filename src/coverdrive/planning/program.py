@@ -18,7 +18,8 @@ from coverdrive.extras import require
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.contact import KINK
 from coverdrive.planning.merit import Surroundings, input_bounds
-from coverdrive.planning.obstacles import FAR, ObstacleSettings, clearance, own_half_sizes, way_to_brake
+from coverdrive.planning.obstacles import FAR, clearance, own_half_sizes, way_to_brake
+from coverdrive.planning.problem import ProblemSettings
 from coverdrive.planning.rollout import rolled
 from coverdrive.planning.vehicle import moved
 
@@ -40,12 +41,12 @@ class Program(NamedTuple):
     """`casadi.Function` of x and p: these constraints"""
 
 
-def build_program(constants: Constants, obstacles: ObstacleSettings, boxes: int, likely: int) -> Program:
+def build_program(problem: ProblemSettings, constants: Constants, boxes: int, likely: int) -> Program:
     """The nonlinear program for a number of boxes.
 
     Args:
+        problem: horizon, ego, weights and shape of the obstacles.
         constants: of the problem.
-        obstacles: shape of the obstacles.
         boxes: number of all boxes.
         likely: number of those that the drive branch keeps clear of.
     """
@@ -58,19 +59,19 @@ def build_program(constants: Constants, obstacles: ObstacleSettings, boxes: int,
         state, applied, parent = states[:, n], inputs[:, n], int(tree.parent[n])
         origin, last = (states[:, parent], inputs[:, parent]) if parent >= 0 else (start, before)
         gaps.append(state - ca.vertcat(*moved(tuple(ca.vertsplit(origin)), tuple(ca.vertsplit(applied)), constants.dt)))
-        turn, most = origin[2] * applied[1], constants.vehicle.max_lateral_acceleration
+        turn, most = origin[2] * applied[1], problem.vehicle.max_lateral_acceleration
         lateral += [turn - most, -turn - most]
         errors = ca.vertcat(state[1] - targets[int(tree.safe[n])], state[2] - constants.reference_speed, state[3])
         objective += ca.dot(tree.errors[n], errors**2) + ca.dot(tree.inputs[n], applied**2)
         objective += ca.dot(tree.changes[n], (applied - last) ** 2)
-        own, kind = own_half_sizes(np.sqrt(state[3] ** 2 + KINK**2), constants.vehicle), kinds[int(tree.careful[n])]
-        wide = own[1] + obstacles.edge_margin
+        own, kind = own_half_sizes(np.sqrt(state[3] ** 2 + KINK**2), problem.vehicle), kinds[int(tree.careful[n])]
+        wide = own[1] + problem.obstacles.edge_margin
         columns = kind.shape[1] // steps
         there = kind[:, columns * (tree.moment[n] - 1) : columns * tree.moment[n]]
         asked += [
             state[1] + wide - edges[1],
             edges[0] - state[1] + wide,
-            _excess(state, own, there, constants, obstacles),
+            _excess(state, own, there, problem),
         ]
         weights += [constants.off_road] * 2 + [tree.slack[n]] * columns
     slacks = ca.SX.sym("slacks", len(weights))
@@ -84,13 +85,12 @@ def build_program(constants: Constants, obstacles: ObstacleSettings, boxes: int,
     return Program(nlp, 4 * nodes, len(weights), asking)
 
 
-def _excess(state: Any, own: tuple[Any, Any], boxes: Any, constants: Constants, obstacles: ObstacleSettings) -> Any:
+def _excess(state: Any, own: tuple[Any, Any], boxes: Any, problem: ProblemSettings) -> Any:
     """The slacks that boxes ask for at a state."""
     lon, lat, half_length, half_width, speed, deceleration = (boxes[i, :].T for i in range(6))
-    hardest = constants.vehicle.max_deceleration
+    hardest, shape = problem.vehicle.max_deceleration, problem.obstacles
     way = way_to_brake(state[2], ca.fmin(state[2], speed), deceleration, hardest, ca.if_else)
-    offset = state[0] - lon, state[1] - lat
-    return 1 + obstacles.margin - clearance(offset, (half_length, half_width), own, way, obstacles)
+    return 1 + shape.margin - clearance((state[0] - lon, state[1] - lat), (half_length, half_width), own, way, shape)
 
 
 def padded(boxes: Float[np.ndarray, "7 P n"]) -> Float[np.ndarray, "7 P m"]:

@@ -46,7 +46,7 @@ def compiled_program(problem: ProblemSettings, period: float, boxes: int, likely
     """The program of a problem that is posed anew every ``period`` [s], for a number of boxes of either kind."""
     key = (problem, period, boxes, likely)
     if key not in _PROGRAMS:
-        _PROGRAMS[key] = build_program(constants_of(problem, period), problem.obstacles, boxes, likely)
+        _PROGRAMS[key] = build_program(problem, constants_of(problem, period), boxes, likely)
     return _PROGRAMS[key]
 
 
