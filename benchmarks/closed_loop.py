@@ -1,13 +1,14 @@
 """The planner against two baselines in closed loop: `python benchmarks/closed_loop.py [--out closed_loop.json]`.
 
 All drive the same trials of the paper's protocol, with the same predictor, car and weights. The baselines
-(`--baselines`) know neither fallbacks nor the rule for the vehicle behind:
+(`--baselines`) are:
 
 - *paper*: the paper's way (`paper_way.py`), an own nonlinear program with plain ellipses for each lane within reach,
   built anew for every plan, solved by IPOPT from its last solution; no input where IPOPT fails. As an ellipse that a
-  plan touches always keeps some slack, its `share_slack` says little; `share_solved` has a tolerance.
-- *reference*: `coverdrive.planning.reference.ReferencePlanner`, the package's problem as a nonlinear program for each
-  lane within reach, solved by IPOPT from the best of simple manoeuvres and its last plans.
+  plan touches always keeps some slack, its `share_slack` says little; `share_solved` has a tolerance. It knows neither
+  fallbacks nor the rule for the vehicle behind.
+- *reference*: `coverdrive.planning.reference.ReferencePlanner`, the package's planner with IPOPT in place of its
+  descent.
 
 The studies lie in a folder named like the output; one that was stopped goes on where it was.
 """
@@ -20,7 +21,7 @@ from pathlib import Path
 
 from coverdrive.config import Experiment
 from coverdrive.planning.planner import MpcPlanner
-from coverdrive.planning.reference import ReferencePlanner, ReferenceSettings
+from coverdrive.planning.reference import ReferencePlanner
 from coverdrive.prediction.fit import fit
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.simulation.comparison import compare
@@ -49,8 +50,7 @@ def paper(experiment: Experiment) -> PaperPlanner:
 
 
 def reference(experiment: Experiment) -> ReferencePlanner:
-    settings = ReferenceSettings(problem=experiment.planner.problem, lane_change=experiment.planner.lane_change)
-    return ReferencePlanner(settings)
+    return ReferencePlanner(experiment.planner)
 
 
 BASELINES = {"paper": paper, "reference": reference}

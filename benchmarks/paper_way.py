@@ -36,20 +36,31 @@ import numpy as np
 from jaxtyping import Float
 
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.cost import input_cost, plan_cost, state_cost
+from coverdrive.planning.cost import CostSettings
 from coverdrive.planning.follower import without_follower
-from coverdrive.planning.motion import shifted_inputs
 from coverdrive.planning.obstacles import Obstacles, obstacles_of
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.planner import check_times
-from coverdrive.planning.problem import ProblemSettings, Situation
-from coverdrive.planning.reference import Memory, ReferencePlanner, ReferenceSettings
-from coverdrive.planning.vehicle import euler_step, rollout
+from coverdrive.planning.problem import ProblemSettings
+from coverdrive.planning.tree import held_on
 from coverdrive.road import Road
 
 NEGLIGIBLE = 0.01
 """slack that does not count: half a percent of the way to the centre. A quadratic penalty leaves some at every ellipse
 that a plan touches"""
+
+
+class Situation(NamedTuple):
+    """What the program is posed for."""
+
+    state: Float[np.ndarray, " 4"]
+    """lon [m], lat [m], speed [m/s], heading [rad] now"""
+    previous_input: Float[np.ndarray, " 2"]
+    """acceleration [m/s²] and yaw rate [rad/s] applied before"""
+    road_edges: tuple[float, float]
+    """[m] lat of the right and of the left edge of the road"""
+    obstacles: Obstacles
+    """every predicted path, however far away"""
 
 
 class Solution(NamedTuple):
@@ -72,7 +83,7 @@ def situation_for(
     road: Road,
     problem: ProblemSettings,
 ) -> Situation:
-    """What the program is posed for: every predicted path is an obstacle, however far away."""
+    """What the program is posed for."""
     edges = (float(road.edges[0]), float(road.edges[-1]))
     return Situation(state, previous_input, edges, obstacles_of(paths, problem.obstacles))
 
@@ -109,25 +120,49 @@ def _program(situation: Situation, target_lat: float, problem: ProblemSettings) 
     slack, levels = ca.SX.sym("slack", steps), [ca.SX.sym(f"level_{k}", obstacles.slots) for k in range(1, steps + 1)]
     weights, cost, constraints, last = problem.cost.slack_weights(steps), 0, [], situation.previous_input
     for k, (state, after) in enumerate(itertools.pairwise(states)):
-        direction = ca.cos(state[3]), ca.sin(state[3])
-        successor = euler_step(tuple(ca.vertsplit(state)), direction, tuple(ca.vertsplit(inputs[k])), problem.dt)
-        constraints.append(after - ca.vertcat(*successor))
+        constraints.append(after - euler_step(state, inputs[k], problem.dt))
         constraints.append(_ellipses(after[0], after[1], obstacles.centres[k + 1], axes[k]) + slack[k] - levels[k])
-        change, factor = inputs[k] - last, problem.cost.terminal if k == steps - 1 else 1.0
-        cost += input_cost(inputs[k][0], inputs[k][1], change[0], change[1], problem.cost)
-        cost += factor * state_cost(after[1] - target_lat, after[2], after[3], problem.cost)
-        cost += weights[k] * slack[k] ** 2
+        cost += step_cost(after, inputs[k], last, target_lat, k == steps - 1, problem.cost) + weights[k] * slack[k] ** 2
         last = inputs[k]
     return {"x": ca.vertcat(*inputs, *states[1:], slack, *levels), "f": cost, "g": ca.vertcat(*constraints)}
 
 
+def euler_step(state: Any, inputs: Any, dt: float) -> Any:
+    """The Euler step of the Dubins car: the state after the inputs were held for dt [s]."""
+    speed, heading = state[2], state[3]
+    return state + dt * ca.vertcat(speed * ca.cos(heading), speed * ca.sin(heading), inputs)
+
+
+def euler_rollout(
+    state: Float[np.ndarray, " 4"], inputs: Float[np.ndarray, "K 2"], dt: float
+) -> Float[np.ndarray, "P 4"]:
+    """The states that inputs, each held for dt [s], lead to in Euler steps; the first is the given one."""
+    states = [ca.DM(state)]
+    for each in inputs:
+        states.append(euler_step(states[-1], ca.DM(each), dt))
+    return np.asarray(ca.horzcat(*states)).T
+
+
+def step_cost(state: Any, inputs: Any, last: Any, target_lat: float, terminal: bool, cost: CostSettings) -> Any:
+    """What a step costs without its slack, that leads to a state after the inputs of the last one."""
+    change = inputs - last
+    errors = cost.lane * (state[1] - target_lat) ** 2 + cost.speed * (state[2] - cost.reference_speed) ** 2
+    errors += cost.heading * state[3] ** 2
+    applied = cost.acceleration * inputs[0] ** 2 + cost.yaw_rate * inputs[1] ** 2
+    changed = cost.acceleration_change * change[0] ** 2 + cost.yaw_rate_change * change[1] ** 2
+    return (cost.terminal if terminal else 1.0) * errors + applied + changed
+
+
 def coasting(situation: Situation, target_lat: float, problem: ProblemSettings) -> Solution:
     """No input, with the slack and the cost that the program would give it."""
-    inputs, on_road = np.zeros((problem.steps, 2)), np.zeros(problem.steps)
-    states = rollout(situation.state, inputs, problem.dt)
+    inputs, steps = np.zeros((problem.steps, 2)), problem.steps
+    states = euler_rollout(situation.state, inputs, problem.dt)
     slack = _smallest_slack(_levels(states, situation.obstacles, problem))
-    cost = plan_cost(states, inputs, slack, on_road, situation.previous_input, target_lat, problem.cost)
-    return Solution(states, inputs, slack, float(cost))
+    befores = [situation.previous_input, *inputs]
+    cost = sum(
+        step_cost(states[k + 1], inputs[k], befores[k], target_lat, k == steps - 1, problem.cost) for k in range(steps)
+    )
+    return Solution(states, inputs, slack, float(cost + problem.cost.slack_weights(steps) @ slack**2))
 
 
 def _axes(obstacles: Obstacles, problem: ProblemSettings) -> Float[np.ndarray, "K n 2"]:
@@ -167,14 +202,25 @@ def _bounds(situation: Situation, problem: ProblemSettings) -> tuple[Float[np.nd
 
 def _start(situation: Situation, inputs: Float[np.ndarray, "K 2"], problem: ProblemSettings) -> Float[np.ndarray, " V"]:
     """Values of all variables for given inputs; with them the constraints hold."""
-    states = rollout(situation.state, inputs, problem.dt)
+    states = euler_rollout(situation.state, inputs, problem.dt)
     levels = _levels(states, situation.obstacles, problem)
     slack = _smallest_slack(levels)
     return np.concatenate([inputs.ravel(), states[1:].ravel(), slack, (levels + slack[:, None]).ravel()])
 
 
-class PaperPlanner(ReferencePlanner):
-    """Model predictive control the paper's way: like the reference planner, but for what is solved."""
+class _Memory(NamedTuple):
+    """What the planner remembers of its last call."""
+
+    lane: int
+    """the lane that the plan aimed at"""
+    applied: Float[np.ndarray, " 2"]
+    """acceleration [m/s²] and yaw rate [rad/s] applied since"""
+    inputs: dict[int, Float[np.ndarray, "K 2"]]
+    """inputs of the plan to each lane, shifted to the time of the next call"""
+
+
+class PaperPlanner:
+    """Model predictive control the paper's way; implements `coverdrive.planning.plan.Planner`."""
 
     def __init__(self, problem: ProblemSettings, lane_change: float):
         """Make a planner.
@@ -183,7 +229,23 @@ class PaperPlanner(ReferencePlanner):
             problem: horizon, ego and weights; of the obstacles' settings, ``ignore_rear`` alone matters.
             lane_change: cost of aiming at another lane than the last plan.
         """
-        super().__init__(ReferenceSettings(problem=problem, lane_change=lane_change))
+        self.problem, self.lane_change = problem, lane_change
+        self.reset(self.dt)
+
+    @property
+    def dt(self) -> float:
+        """[s] between two points of the paths that it plans against."""
+        return self.problem.dt
+
+    @property
+    def steps(self) -> int:
+        """Number K of its steps; it plans against paths of K + 1 points."""
+        return self.problem.steps
+
+    def reset(self, period: float) -> None:
+        """Forget the previous plan; called before every episode with the time [s] between two plans."""
+        self._held_on = held_on(self.steps, period, self.dt)
+        self._memory: _Memory | None = None
 
     def plan(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> Plan:
         """Plan from a state against every predicted path; the state and the paths must be finite.
@@ -202,7 +264,7 @@ class PaperPlanner(ReferencePlanner):
             SettingError: if the paths have other times than the plan.
         """
         begin = time.perf_counter()
-        problem, memory = self.settings.problem, self._memory
+        problem, memory = self.problem, self._memory
         check_times(paths, problem)
         if problem.obstacles.ignore_rear:
             paths = without_follower(state, paths, road)
@@ -210,12 +272,10 @@ class PaperPlanner(ReferencePlanner):
         lane = int(road.lane_of(state[1]))
         held = memory.lane if memory else lane
         found = self._solutions(situation, road, lane, memory.inputs if memory else {})
-        target = min(
-            found, key=lambda each: found[each].cost + self.settings.lane_change * (each != held), default=lane
-        )
+        target = min(found, key=lambda each: found[each].cost + self.lane_change * (each != held), default=lane)
         chosen = found[target] if found else coasting(situation, float(road.centres[lane]), problem)
-        later = {each: shifted_inputs(one.inputs, self._period, problem.dt) for each, one in found.items()}
-        self._memory = Memory(target, chosen.inputs[0], later)
+        later = {each: self._held_on @ one.inputs for each, one in found.items()}
+        self._memory = _Memory(target, chosen.inputs[0], later)
         slack = np.maximum(0.0, chosen.slack)
         status = Status.SOLVED if found and slack.max() <= NEGLIGIBLE else Status.UNSAFE
         seconds = time.perf_counter() - begin
@@ -225,7 +285,7 @@ class PaperPlanner(ReferencePlanner):
         self, situation: Situation, road: Road, lane: int, former: dict[int, Float[np.ndarray, "K 2"]]
     ) -> dict[int, Solution]:
         """The plans to the own lane and to those beside it, by lane; without those for which IPOPT fails."""
-        problem, straight = self.settings.problem, np.zeros((self.steps, 2))
+        problem, straight = self.problem, np.zeros((self.steps, 2))
         solutions: dict[int, Solution] = {}
         for target in range(max(lane - 1, 0), min(lane + 2, road.lanes)):
             for start in [former[target], straight] if target in former else [straight]:

@@ -5,17 +5,20 @@ from generated traffic (`--predictor` names the file of another one); every tent
 kept. On the same instances, in the same run:
 
 - *coverdrive*: the planner as it drives, warm: the instances of one drive in their order, prediction apart.
-- *reference*: the same problem, with the lane of the plan, solved by IPOPT from eight starts; the best cost of them.
-  Where nothing is clear of every path, it is the problem with a careful follower, which the planner then solves.
+- *reference*: the same problem of two branches, with the lanes that the plan aims at, solved by IPOPT from eight
+  starts, one of them the plan; the best merit of them, as the planner evaluates it. Where nothing is clear of every
+  path, it is the problem with a careful follower, which the planner then solves.
 - *the paper's way*: what the paper describes (`paper_way.py`). At every step a nonlinear program is built anew in
   CasADi and solved by IPOPT, here once for the lane of the car, from the recorded plan. It has a cost of its own (its
   ellipses are smaller than the bodies), so that costs are compared with the reference alone.
 """
 
 import argparse
+import itertools
 import json
 import time
 from collections import Counter
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -23,15 +26,16 @@ import numpy as np
 from coverdrive.certificates.evaluation import Rate
 from coverdrive.config import Experiment
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.constants import constants_of
-from coverdrive.planning.evaluate import Motion, evaluated
+from coverdrive.planning.constants import Constants, constants_of
+from coverdrive.planning.evaluate import Plans, empty_plans, evaluate
 from coverdrive.planning.follower import with_careful_follower
-from coverdrive.planning.obstacles import obstacles_of
-from coverdrive.planning.plan import Status
-from coverdrive.planning.planner import MpcPlanner
-from coverdrive.planning.problem import ProblemSettings, Situation
-from coverdrive.planning.reference import packed, simple_motions, solved
-from coverdrive.planning.solvers import SolverSettings
+from coverdrive.planning.merit import Surroundings
+from coverdrive.planning.motion import drive, lane_seeking_inputs
+from coverdrive.planning.plan import Plan, Status
+from coverdrive.planning.planner import MpcPlanner, surroundings_of
+from coverdrive.planning.problem import ProblemSettings
+from coverdrive.planning.search import SearchSettings
+from coverdrive.planning.solvers import SolverSettings, solve
 from coverdrive.prediction.fit import fit
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.road import Road
@@ -39,7 +43,8 @@ from coverdrive.simulation.generated import generate
 from coverdrive.simulation.setup import Setup
 from paper_way import situation_for, solve_paper_program
 
-STARTS = 8
+MANOEUVRES = SearchSettings(braking_guesses=5)  # seven starts, and the plan
+EXACT = SolverSettings(tolerance=1e-6, max_iterations=500)
 PATHS = (10, 30, 60, 119)
 
 
@@ -90,34 +95,54 @@ def counted(agrees: np.ndarray) -> dict[str, float]:
     return {"of": rate.total, "share": rate.value, "low": rate.low, "high": rate.high}
 
 
-def situation_of(instance: dict, problem: ProblemSettings, road: Road) -> Situation:
-    obstacles = packed(instance["state"], obstacles_of(instance["paths"], problem.obstacles), problem)
-    return Situation(instance["state"], instance["before"], (float(road.edges[0]), float(road.edges[-1])), obstacles)
+def evaluated(inputs: np.ndarray, targets: np.ndarray, around: Surroundings, constants: Constants) -> Plans:
+    """Inputs (m, N, 2) of the tree's nodes to the target lanes (m, 2) of either branch [m], driven and evaluated."""
+    plans = empty_plans(*inputs.shape[:2])
+    plans.inputs[:], plans.targets[:] = inputs, targets
+    evaluate(plans, 0, len(inputs), around, constants)
+    return plans
 
 
-def own_motion(instance: dict, problem: ProblemSettings, road: Road) -> tuple[Motion, float]:
-    """The recorded plan, and the lane [m] as target for which it is cheapest."""
-    plan, situation = instance["plan"], situation_of(instance, problem, road)
-    motions = evaluated(
-        np.repeat(plan.inputs[None], road.lanes, axis=0), np.array(road.centres), situation, constants_of(problem)
-    )
-    return min(zip(motions, map(float, road.centres), strict=True), key=lambda pair: float(pair[0].cost))
+def own_plan(plan: Plan, around: Surroundings, road: Road, constants: Constants) -> Plans:
+    """The recorded plan alone, with the lanes as targets for which it is cheapest."""
+    inputs = np.empty((len(constants.tree.parent), 2))
+    for nodes, states in ((constants.tree.fail_safe, plan.fail_safe), (constants.tree.drive, plan.states)):
+        inputs[nodes] = np.diff(states[:, 2:], axis=0) / plan.dt
+    pairs = np.array(list(itertools.product(road.centres, road.centres)))
+    plans = evaluated(np.repeat(inputs[None], len(pairs), axis=0), pairs, around, constants)
+    cheapest = [int(np.argmin(plans.cost))]
+    return Plans(*(field[cheapest] for field in plans))
 
 
-def reference_costs(instance: dict, problem: ProblemSettings, road: Road) -> tuple[float, float]:
-    """Best cost of IPOPT from eight starts to the plan's lane: of results with no more slack than the plan, and of all.
+def starts_of(own: Plans, around: Surroundings, problem: ProblemSettings, constants: Constants) -> np.ndarray:
+    """Inputs that IPOPT starts from: simple manoeuvres with the least harmful one as fail-safe branch, and the plan."""
+    accelerations, tree, ways = MANOEUVRES.accelerations(problem.vehicle), constants.tree, []
+    for lat in own.targets[0]:
+        lats, count = np.full(len(accelerations), lat), len(accelerations)
+        seek = partial(lane_seeking_inputs, target_lat=lats, acceleration=accelerations)
+        _, inputs = drive(
+            around.state, lambda _, states, seek=seek: seek(states), count, problem.steps, problem.dt, problem.vehicle
+        )
+        ways.append(inputs[:, tree.moment - 1])
+    alone = evaluated(ways[1], own.targets, around, constants)
+    safest = np.lexsort((alone.cost, alone.harm, alone.departure))[0]
+    return np.concatenate([np.where(tree.safe[:, None], ways[1][safest], ways[0]), own.inputs])
 
-    A clear plan is not worse than one that buys its comfort with slack; if all results do, the first is infinite.
+
+def reference_costs(instance: dict, problem: ProblemSettings, period: float, road: Road) -> tuple[float, float, float]:
+    """Merit of the plan, and the best one of IPOPT from eight starts: of results that do no more harm, and of all.
+
+    A plan that is clear is not worse than one that buys its comfort with contacts; if all do, the second is infinite.
     """
-    own, target = own_motion(instance, problem, road)
-    situation, options = situation_of(instance, problem, road), SolverSettings(tolerance=1e-6, max_iterations=500)
-    motions = simple_motions(situation, target, [instance["plan"].inputs], problem)
-    starts = sorted(motions, key=lambda each: each.lasting_cost)[:STARTS]
-    results = [solved(situation, target, start, "ipopt", problem, options) for start in starts]
+    constants = constants_of(problem, period)
+    around = surroundings_of(instance["state"], instance["before"], instance["paths"], road, problem)
+    own = own_plan(instance["plan"], around, road, constants)
+    starts = starts_of(own, around, problem, constants)
+    results = [solve(start, own.targets[0], around, problem, period, EXACT) for start in starts]
     found = [each for each in results if each is not None]
-    wanted = max(float(own.slack.max()), problem.obstacles.margin)
-    alike = [float(each.cost) for each in found if each.slack.max() <= wanted]
-    return min(alike, default=np.inf), min((float(each.cost) for each in found), default=np.inf)
+    plans = evaluated(np.reshape(found, (len(found), *own.inputs.shape[1:])), own.targets, around, constants)
+    alike = (plans.harm <= own.harm) & (plans.departure <= own.departure)
+    return float(own.cost[0]), plans.cost[alike].min(initial=np.inf), plans.cost.min(initial=np.inf)
 
 
 def paper_plan(instance: dict, target: float, road: Road, problem: ProblemSettings) -> tuple[bool, float]:
@@ -165,8 +190,9 @@ def main() -> None:
     instances = [instance for instance in instances if len(instance["paths"])]
     chosen = np.random.default_rng(0).permutation(len(instances))[: arguments.compared]
     compared = [instances[i] for i in chosen]
-    best, best_of_all = np.array([reference_costs(each, problem, road) for each in compared]).T
-    own = np.array([float(own_motion(each, problem, road)[0].cost) for each in compared])
+    period = experiment.episode.step
+    costs = [reference_costs(each, problem, period, road) for each in compared]
+    own, best, best_of_all = np.array(costs).T
     usual, tight = (np.array([each[flag] for each in compared]) for flag in ("usual", "tight"))
     known = np.isfinite(best)
     kinds = {
@@ -183,13 +209,13 @@ def main() -> None:
         "paths per instance": float(np.mean([len(each["paths"]) for each in compared])),
         "cost at most 1 % above IPOPT's best of eight starts": {
             name: {
-                "with no more slack": counted((own <= 1.01 * best)[kind & known]),
-                "with any slack": counted((own <= 1.01 * best_of_all)[kind & np.isfinite(best_of_all)]),
-                "IPOPT found none with no more slack": int((kind & ~known).sum()),
+                "doing no more harm": counted((own <= 1.01 * best)[kind & known]),
+                "doing any harm": counted((own <= 1.01 * best_of_all)[kind & np.isfinite(best_of_all)]),
+                "IPOPT found none doing no more harm": int((kind & ~known).sum()),
             }
             for name, kind in kinds.items()
         },
-        "cost over IPOPT's best with no more slack, median, 90th and 95th percentile": np.quantile(
+        "cost over IPOPT's best doing no more harm, median, 90th and 95th percentile": np.quantile(
             (own / best)[known], [0.5, 0.9, 0.95]
         ).tolist(),
         "the paper's way": baseline | {"converged": float(np.mean([converged for converged, _ in paper]))},

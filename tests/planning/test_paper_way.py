@@ -7,11 +7,11 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from coverdrive.planning.cost import CostSettings, plan_cost
+from coverdrive.planning.cost import CostSettings
 from coverdrive.planning.obstacles import ObstacleSettings
 from coverdrive.planning.plan import Planner, Status
 from coverdrive.planning.problem import ProblemSettings
-from coverdrive.planning.vehicle import rollout, step
+from coverdrive.planning.vehicle import step
 from coverdrive.road import Road
 
 FOLDER = Path(__file__).parents[2] / "benchmarks"
@@ -40,17 +40,23 @@ def test_a_plan_around_a_standing_car_obeys_the_program(planner, paper_way, stra
         lon, lat = plan.states[k + 1, :2]
         assert ((lon - 40) / 4.8) ** 2 + ((lat - 1.8) / 1.9) ** 2 + plan.slack[k] >= 1 - 1e-6
     assert np.abs(plan.states[:, 0] - 40).min() < 4.8  # it is beside the car, not behind it
-    np.testing.assert_allclose(plan.states, rollout(STATE, plan.inputs, 0.25), atol=1e-6)
+    speed, heading = plan.states[:-1, 2], plan.states[:-1, 3]
+    rates = np.stack([speed * np.cos(heading), speed * np.sin(heading), *plan.inputs.T], axis=-1)
+    np.testing.assert_allclose(np.diff(plan.states, axis=0), 0.25 * rates, atol=1e-6)
     assert (plan.inputs >= np.array([-8, -0.5]) - 1e-6).all()
     assert (plan.inputs <= np.array([3, 0.5]) + 1e-6).all()
     assert (plan.states[1:, 1] >= 0.95 - 1e-6).all()
     assert (plan.states[1:, 1] <= 10.8 - 0.95 + 1e-6).all()
-    nothing = np.zeros(12), np.zeros(2)
+    weights, (_, lat, speed, heading) = CostSettings(), plan.states[1:].T
+    factor = np.where(np.arange(12) == 11, weights.terminal, 1.0)
+    changes = np.diff(plan.inputs, axis=0, prepend=0.0)
+    applied = [weights.acceleration, weights.yaw_rate] @ (plan.inputs**2).sum(axis=0)
+    changed = [weights.acceleration_change, weights.yaw_rate_change] @ (changes**2).sum(axis=0)
+    errors = weights.speed * (speed - weights.reference_speed) ** 2 + weights.heading * heading**2
     costs = [
-        plan_cost(plan.states, plan.inputs, plan.slack, *nothing, lat, CostSettings())
-        for lat in Road.straight().centres
+        factor @ (errors + weights.lane * (lat - centre) ** 2) + applied + changed for centre in Road.straight().centres
     ]
-    assert np.abs(np.array(costs) - plan.cost).min() < 1e-3
+    assert np.abs(np.array(costs) + weights.slack_weights(12) @ plan.slack**2 - plan.cost).min() < 1e-3
 
 
 def test_overtakes_a_slower_car(planner, straight_paths) -> None:

@@ -1,101 +1,99 @@
-"""The nonlinear program against the same quantities computed from states with NumPy."""
+"""The nonlinear program against the merit and the rollout that the search computes."""
 
-import casadi as ca
+from typing import Any
+
 import numpy as np
 import pytest
 
 from coverdrive.planning.constants import constants_of
-from coverdrive.planning.evaluate import Motion, evaluated
-from coverdrive.planning.obstacles import Obstacles, clearance, own_half_sizes, smallest_slack, way_to_brake
-from coverdrive.planning.problem import ProblemSettings, Situation
-from coverdrive.planning.program import (
-    Program,
-    build_program,
-    pack,
-    parameter_values,
-    variable_bounds,
-)
+from coverdrive.planning.merit import Surroundings, merit
+from coverdrive.planning.problem import ProblemSettings
+from coverdrive.planning.program import Program, bounds, build_program, padded, parameters, start_values
+from coverdrive.planning.tree import BranchSettings
 
-PROBLEM = ProblemSettings()
-TARGET = 5.4
+ca: Any = pytest.importorskip("casadi")
+TWO, ONE = ProblemSettings(), ProblemSettings(branches=BranchSettings(fail_safe=False))
+PERIOD, TARGETS = 0.1, np.array([5.4, 1.8])
 
 
-@pytest.fixture
-def situation() -> Situation:
-    rng = np.random.default_rng(3)
-    centres = rng.uniform([100, 0], [180, 11], size=(13, 8, 2))
-    half_sizes = rng.uniform([2, 1], [4, 2], size=(13, 8, 2))
-    state = np.array([100.0, 2.0, 22.0, 0.04])
-    speed, deceleration = rng.uniform(5, 40, size=(13, 8)), rng.uniform(0, 6, size=(13, 8))
-    obstacles = Obstacles(centres, half_sizes, speed, deceleration, np.ones((13, 8)))
-    return Situation(state, np.array([-0.5, 0.02]), (0.0, 10.8), obstacles)
+def boxes_of(rng: np.random.Generator, count: int) -> np.ndarray:
+    """Boxes about as fast as the ego, so that no step passes one in parts."""
+    boxes = np.ones((7, 13, count))
+    boxes[0] = rng.uniform(5, 30, count) + 0.25 * rng.uniform(17, 23, count) * np.arange(13)[:, None]
+    boxes[1], boxes[2], boxes[3] = rng.uniform(0, 11, count), rng.uniform(2, 4, count), rng.uniform(1, 2, count)
+    boxes[4] = 1e5
+    boxes[4, -1], boxes[5, -1] = rng.uniform(5, 30, count), rng.uniform(0, 9, count)
+    return boxes
 
 
-@pytest.fixture
-def motion(situation: Situation) -> Motion:
-    wishes = np.random.default_rng(5).normal(scale=[2.0, 0.1], size=(12, 2))
-    return evaluated(wishes[None], np.array([TARGET]), situation, constants_of(PROBLEM))[0]
+def scene(seed: int) -> tuple[Surroundings, np.ndarray]:
+    """Surroundings with slots of 8 and 4, and inputs of the longer tree."""
+    rng = np.random.default_rng(seed)
+    state, before = np.array([0.0, rng.uniform(0.9, 9.9), 22.0, 0.04]), np.array([-0.5, 0.02])
+    around = Surroundings(state, before, np.array([0.0, 10.8]), boxes_of(rng, 8), boxes_of(rng, 4))
+    inputs = rng.normal(scale=[1.5, 0.02], size=(len(constants_of(TWO, PERIOD).tree.parent), 2))
+    return around, inputs
 
 
-def lagging_clearances(states: np.ndarray, obstacles: Obstacles) -> np.ndarray:
-    """Of a body that reaches from the states to where the car gets exactly, to second order."""
-    _, _, speed, heading = states.T
-    velocity = speed[:, None] * np.stack([np.cos(heading), np.sin(heading)], axis=-1)
-    lag = (PROBLEM.dt / 2 * (velocity - velocity[0]))[1:]
-    longer = np.hypot(lag, 0.05) - 0.05
-    own = np.stack(own_half_sizes(np.abs(heading[1:]), PROBLEM.vehicle), axis=-1) + longer / 2
-    offset = (states[1:, :2] + lag / 2)[:, None] - obstacles.centres[1:]
-    other, hardest = np.minimum(speed[1:, None], obstacles.speed[1:]), PROBLEM.vehicle.max_deceleration
-    way = way_to_brake(speed[1:, None], other, obstacles.deceleration[1:], hardest)
-    boxes = np.moveaxis(obstacles.half_sizes[1:], -1, 0)
-    return clearance(tuple(np.moveaxis(offset, -1, 0)), tuple(boxes), tuple(own.T[..., None]), way, PROBLEM.obstacles)
+def program_of(problem: ProblemSettings) -> Program:
+    return build_program(problem, constants_of(problem, PERIOD), 8, 4)
 
 
-def evaluate(program: Program, situation: Situation, motion: Motion) -> tuple[float, np.ndarray]:
-    values = pack(program, motion.states, motion.inputs, motion.slack, motion.off_road)
-    nlp = program.nlp
-    both = ca.Function("both", [nlp["x"], nlp["p"]], [nlp["f"], nlp["g"]])
-    objective, constraints = both(values, parameter_values(situation, TARGET))
-    return float(objective), np.asarray(constraints).ravel()
+@pytest.mark.parametrize("problem", [TWO, ONE], ids=["two branches", "one plan"])
+def test_objective_with_the_smallest_slacks_is_the_merit(problem: ProblemSettings) -> None:
+    program, constants = program_of(problem), constants_of(problem, PERIOD)
+    both = ca.Function("both", [program.nlp["x"], program.nlp["p"]], [program.nlp["f"], program.nlp["g"]])
+    penalised = 0
+    for seed in range(20):
+        around, inputs = scene(seed)
+        inputs, given = inputs[: len(constants.tree.parent)], parameters(TARGETS, around)
+        values = start_values(program, inputs, given, around, constants)
+        objective, constraints = both(values, given)
+        expected = merit(inputs, TARGETS, around, constants)
+        assert float(objective) == pytest.approx(expected.value, rel=1e-9)
+        rows = np.asarray(constraints).ravel()
+        np.testing.assert_allclose(rows[: program.equalities], 0.0, atol=1e-9)
+        assert rows[program.equalities :].max() < 1e-9
+        penalised += expected.value > 2 * expected.cost
+    assert penalised >= 10
 
 
-def test_objective_is_the_cost_of_the_plan(situation: Situation, motion: Motion) -> None:
-    assert motion.slack.max() > 0 and motion.off_road.max() >= 0
-    objective, _ = evaluate(build_program(PROBLEM, 8), situation, motion)
-    assert objective == pytest.approx(float(motion.cost), rel=1e-12)
+def test_constraints_follow_the_lateral_acceleration() -> None:
+    program, constants = program_of(TWO), constants_of(TWO, PERIOD)
+    around, inputs = scene(1)
+    inputs[3, 1] = 0.4
+    values = start_values(program, inputs, given := parameters(TARGETS, around), around, constants)
+    rows = np.asarray(ca.Function("g", [program.nlp["x"], program.nlp["p"]], [program.nlp["g"]])(values, given)).ravel()
+    lateral = rows[program.equalities : program.equalities + 2 * len(inputs)].reshape(-1, 2)
+    speed = 22 + 0.25 * inputs[:3, 0].sum()
+    np.testing.assert_allclose(lateral[3], [0.4 * speed - 4, -0.4 * speed - 4], rtol=1e-12)
 
 
-def test_a_driven_motion_meets_the_constraints(situation: Situation, motion: Motion) -> None:
-    program = build_program(PROBLEM, 8)
-    slack = smallest_slack(lagging_clearances(motion.states, situation.obstacles), PROBLEM.obstacles.margin)
-    _, constraints = evaluate(program, situation, motion._replace(slack=slack))
-    equality = np.array(program.equality)
-    np.testing.assert_allclose(constraints[equality], 0.0, atol=1e-9)
-    assert constraints[~equality].min() > -1e-9
-
-
-def test_obstacle_rows_are_the_clearances(situation: Situation, motion: Motion) -> None:
-    free = motion._replace(slack=np.zeros(12), off_road=np.zeros(12))
-    program = build_program(PROBLEM, 8)
-    _, constraints = evaluate(program, situation, free)
-    expected = lagging_clearances(motion.states, situation.obstacles) - 1 - PROBLEM.obstacles.margin
-    last_stage = constraints[-8:]
-    np.testing.assert_allclose(last_stage, expected[-1], rtol=1e-9)
-
-
-def test_stages_add_up() -> None:
-    program = build_program(PROBLEM, 8)
-    states, inputs, paths = np.array(program.stages).T
-    assert states.sum() + inputs.sum() == program.nlp["x"].numel()
-    assert states.sum() + paths.sum() == program.nlp["g"].numel() == len(program.equality)
-    places = np.concatenate([program.state_index.ravel(), program.input_index.ravel(), program.slack_index.ravel()])
-    np.testing.assert_array_equal(np.sort(places), np.arange(program.nlp["x"].numel()))
+def test_boxes_that_fill_up_ask_for_no_slack() -> None:
+    constants = constants_of(TWO, PERIOD)
+    around, inputs = scene(2)
+    fewer = around._replace(boxes=around.boxes[:, :, :5], likely=around.likely[:, :, :0])
+    filled = fewer._replace(boxes=padded(fewer.boxes), likely=padded(fewer.likely))
+    assert (filled.boxes.shape[2], filled.likely.shape[2]) == (8, 4)
+    assert padded(around.boxes).shape == around.boxes.shape
+    expected = merit(inputs, TARGETS, fewer, constants).value
+    assert merit(inputs, TARGETS, filled, constants).value == pytest.approx(expected, rel=1e-12)
 
 
 def test_bounds_give_way_to_the_current_state() -> None:
-    program = build_program(PROBLEM, 8)
-    low, high = variable_bounds(program, np.array([0.0, 2.0, 50.0, -0.6]), PROBLEM.vehicle)
-    np.testing.assert_array_equal(high[program.state_index[:, 2]], 50.0)
-    np.testing.assert_array_equal(low[program.state_index[:, 3]], -0.6)
-    np.testing.assert_array_equal(high[program.state_index[:, 3]], PROBLEM.vehicle.max_heading)
-    np.testing.assert_array_equal(low[program.input_index], np.tile([-8.0, -0.5], (12, 1)))
+    program, constants = program_of(TWO), constants_of(TWO, PERIOD)
+    nodes = len(constants.tree.parent)
+    around = scene(0)[0]._replace(state=np.array([0.0, 2.0, 50.0, -0.6]), previous_input=np.array([1.0, 0.0]))
+    low, high = (each[: 6 * nodes] for each in bounds(program, around, constants))
+    (low_inputs, low_states), (high_inputs, high_states) = (np.split(each, [2 * nodes]) for each in (low, high))
+    np.testing.assert_array_equal(high_states.reshape(-1, 4)[:, 2], 50.0)
+    np.testing.assert_array_equal(low_states.reshape(-1, 4)[:, 3], -0.6)
+    np.testing.assert_array_equal(high_states.reshape(-1, 4)[:, 3], 0.6)
+    np.testing.assert_array_equal(low_inputs.reshape(-1, 2)[1:], np.tile([-8.0, -0.5], (nodes - 1, 1)))
+    np.testing.assert_array_equal(high_inputs.reshape(-1, 2)[1:], np.tile([3.0, 0.5], (nodes - 1, 1)))
+    most = 20.0 * PERIOD  # the first input keeps to the jerk
+    np.testing.assert_allclose(low_inputs[:2], [1 - most, -most / 50])
+    np.testing.assert_allclose(high_inputs[:2], [1 + most, most / 50])
+    slacks = bounds(program, around, constants)
+    np.testing.assert_array_equal(slacks[0][6 * nodes :], 0.0)
+    assert np.isinf(slacks[1][6 * nodes :]).all()

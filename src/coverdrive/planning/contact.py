@@ -14,7 +14,7 @@ from coverdrive.planning.constants import Constants
 from coverdrive.planning.obstacles import FAR, TINY, own_half_sizes
 from coverdrive.planning.rollout import State
 
-_KINK = 0.01
+KINK = 0.01
 """[rad] at which a heading is rounded off"""
 MOST_PARTS = 8
 """parts that a step is looked at in at the most"""
@@ -67,7 +67,7 @@ def parts_of(
 @compiled
 def smooth_half_sizes(heading: float, vehicle: Any) -> tuple[tuple[float, float], tuple[float, float]]:
     """`own_half_sizes` for either sign of the heading, without a kink at 0 and never smaller, and the derivatives."""
-    smooth = np.sqrt(heading**2 + _KINK**2)
+    smooth = np.sqrt(heading**2 + KINK**2)
     long, wide = half_sizes_of(smooth, vehicle)
     return (long, vehicle.width / 2 * heading / smooth), (wide, vehicle.length / 2 * heading / smooth)
 

@@ -238,22 +238,26 @@ class MpcPlanner:
             rest=memory.rest if memory else np.zeros((problem.steps, 2)),
             accelerations=self._accelerations,
         )
-        around, plans = self._surroundings(state, paths, road), room_for(wanted, constants)
+        around, plans = self._around(state, paths, road), room_for(wanted, constants)
         begin(plans, wanted, around, constants)
-        left = settings.iterations
-        at_once = max(1, _PATHS_BETWEEN_LOOKS // max(1, around.boxes.shape[2]))
-        at_once = min(settings.iterations_at_once, at_once)
-        while left > 0 and time.perf_counter() - begun <= self._budget:
-            if go_on(plans, wanted, min(at_once, left), settings.search.tolerance, around, constants):
-                break
-            left -= at_once
+        self._improve(plans, wanted, around, begun)
         best = wanted.last.copy()
         chosen, optimised = choose(plans, wanted, around, constants, best)
         return _Found(plans, chosen, optimised, best, around) if chosen >= 0 else None
 
+    def _improve(self, plans: Plans, wanted: Wanted, around: Surroundings, begun: float) -> None:
+        """Let the starts descend until the cheapest has arrived, or the time is spent."""
+        settings, left = self.settings, self.settings.iterations
+        at_once = max(1, _PATHS_BETWEEN_LOOKS // max(1, around.boxes.shape[2]))
+        at_once = min(settings.iterations_at_once, at_once)
+        while left > 0 and time.perf_counter() - begun <= self._budget:
+            if go_on(plans, wanted, min(at_once, left), settings.search.tolerance, around, self._constants):
+                break
+            left -= at_once
+
     def _braking(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, lane: int) -> _Found:
         """Full braking in the lane."""
-        around = self._surroundings(state, paths, road)
+        around = self._around(state, paths, road)
         plans = empty_plans(1, len(self._constants.tree.parent))
         centre = float(road.centres[lane])
         inputs = braking_inputs(state, centre, self.settings.problem)
@@ -261,17 +265,10 @@ class MpcPlanner:
         evaluate(plans, 0, 1, around, self._constants)
         return _Found(plans, 0, False, plans.inputs, around)
 
-    def _surroundings(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> Surroundings:
-        """What the search is made for, along the road from where the ego is."""
-        problem, memory, shape = self.settings.problem, self._memory, self.settings.problem.obstacles
-        likely = likely_paths(paths, problem.branches.tube)
-        return Surroundings(
-            state=np.array([0.0, *state[1:]]),
-            previous_input=np.array(memory.applied) if memory else np.zeros(2),
-            edges=np.array([road.edges[0], road.edges[-1]], dtype=float),
-            boxes=packed(state, obstacles_of(paths, shape), problem.dt, problem.vehicle, shape),
-            likely=packed(state, obstacles_of(likely, shape), problem.dt, problem.vehicle, shape),
-        )
+    def _around(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> Surroundings:
+        """What the search is made for."""
+        applied = self._memory.applied if self._memory else np.zeros(2)
+        return surroundings_of(state, applied, paths, road, self.settings.problem)
 
     def _plan_of(self, found: _Found, state: Float[np.ndarray, " 4"], status: Status) -> Plan:
         """The chosen plan, on the road."""
@@ -314,3 +311,19 @@ def check_times(paths: PredictedPaths, problem: ProblemSettings) -> None:
             f"the predicted paths have {points} points every {paths.dt} s, the plan needs {problem.steps + 1} every "
             f"{problem.dt} s; predict with the planner's steps and dt"
         )
+
+
+def surroundings_of(
+    state: Float[np.ndarray, " 4"], applied: Float[np.ndarray, " 2"], paths: PredictedPaths, road: Road,
+    problem: ProblemSettings,
+) -> Surroundings:  # fmt: skip
+    """What a plan is made for, along the road from where the ego is, after these inputs were applied."""
+    vehicle, shape = problem.vehicle, problem.obstacles
+    every, likely = (obstacles_of(each, shape) for each in (paths, likely_paths(paths, problem.branches.tube)))
+    return Surroundings(
+        state=np.array([0.0, *state[1:]]),
+        previous_input=np.array(applied),
+        edges=np.array([road.edges[0], road.edges[-1]], dtype=float),
+        boxes=packed(state, every, problem.dt, vehicle, shape),
+        likely=packed(state, likely, problem.dt, vehicle, shape),
+    )

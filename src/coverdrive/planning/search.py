@@ -28,7 +28,7 @@ from coverdrive.settings import Settings
 
 _UNCLEAR = 1e12
 """more than any plan costs; added to the cost of those that are not clear"""
-_PER_HARM = 2e6
+_PER_HARM = 1e7
 """[s/m] price of the harm of contacts: more than comfort and slack are worth"""
 _PER_DEPARTURE = 1e15
 """[1/m] price of leaving the road: more than any contact"""
