@@ -5,8 +5,8 @@ constant acceleration, from full braking to full throttle) with the least harmfu
 that the last plan aimed at has both. All starts descend together. Whatever comes out is evaluated
 (`coverdrive.planning.evaluate`), and so are the simple manoeuvres and the rest of the last fail-safe branch, as plans
 whose branches are one: they are what is left when the descent finds nothing clear. What comes out unclear is drawn back
-to the cheapest clear plan until it is clear. If nothing at all is clear, more ways to evade are tried, and of
-everything that does hardly more harm than the least harmful, the cheapest is chosen.
+to the cheapest clear plan until it is clear. If nothing at all is clear, more ways to evade are tried, and what
+does least harm is chosen; cost decides between what does about as much.
 
 L target lanes, g accelerations, m plans, N nodes, K steps, P = K + 1 states.
 """
@@ -29,13 +29,11 @@ from coverdrive.settings import Settings
 _UNCLEAR = 1e12
 """more than any plan costs; added to the cost of those that are not clear"""
 _PER_HARM = 1e7
-"""[s/m] price of the harm of contacts: more than comfort and slack are worth"""
+"""[s/m] price of the harm of contacts: of which 0.5 m/s are worth more than any slack"""
 _PER_DEPARTURE = 1e15
 """[1/m] price of leaving the road: more than any contact"""
 _NO_DEPARTURE = 0.005
 """[m] of leaving the road that count for nothing where nothing is clear"""
-_NO_HARM = 0.1
-"""[m/s] of harm that count for nothing there"""
 _PLACES = 9
 """across the road, to which a car evades"""
 _FARTHEST = 4.0
@@ -104,7 +102,7 @@ def begin(plans: Plans, wanted: Wanted, around: Surroundings, constants: Constan
     evaluate(plans, 0, guesses + 1, around, constants)
     safest, least = 0, np.inf
     for i in range(guesses + 1):
-        rank = _rank(plans, i, 0.0)
+        rank = _rank(plans, i)
         if rank < least:
             safest, least = i, rank
     held = np.argmin(wanted.extra)
@@ -177,13 +175,9 @@ def choose(
                 _draw_back(plans, i, base, around, constants)
     else:
         last = _evade(plans, last, wanted, around, constants)
-    allowed = np.inf
-    for i in range(last):
-        if plans.departure[i] <= _NO_DEPARTURE and plans.harm[i] + _NO_HARM < allowed:
-            allowed = plans.harm[i] + _NO_HARM
     standing, chosen, least = np.full(lanes, np.inf), -1, np.inf
     for i in range(last):
-        lane, rank = plans.lane[i], _rank(plans, i, allowed)
+        lane, rank = plans.lane[i], _rank(plans, i)
         if rank < standing[lane]:
             standing[lane], best[lane] = rank, plans.inputs[i]
         if rank + wanted.extra[lane] < least:
@@ -210,9 +204,9 @@ def _draw_back(
 
 
 @compiled
-def _rank(plans: Plans, i: int, allowed: float) -> float:
-    """The lower, the better: clear plans by their cost; others first by leaving the road, then by more harm [m/s] than
-    is allowed, then by their cost, which counts how deep and how early they get into boxes.
+def _rank(plans: Plans, i: int) -> float:
+    """The lower, the better: clear plans by their cost; others by leaving the road, by the harm that they do, and by
+    their cost, which counts how deep and how early they get into boxes.
     """
     if plans.clear[i]:
         return plans.cost[i]
