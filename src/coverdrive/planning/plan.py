@@ -56,6 +56,11 @@ class Plan:
     """the states of the fail-safe branch, which begins with the same steps, and is driven on where no better plan is
     found. None: there is only one branch"""
 
+    @property
+    def held(self) -> Float[np.ndarray, "P 4"]:
+        """The states that keep clear of all: those of the fail-safe branch, or of the only one."""
+        return self.states if self.fail_safe is None else self.fail_safe
+
 
 @runtime_checkable
 class Planner(Protocol):

@@ -2,7 +2,8 @@
 
 Vehicles are turned boxes with their speed in them. The predicted sets are the union of all boxes of all paths, their
 hue telling the time, with a thin line for every path, and an outline where a path is an active constraint of the plan.
-The plan is a line with the body's outline at every full second, dark in the hue that the sets of that time have. A
+The plan is a line, dotted at its steps; its fail-safe branch is dashed, with the body's outline at every full second,
+dark in the hue that the sets of that time have. A
 vehicle that has left its predicted set has a black frame.
 """
 
@@ -73,14 +74,15 @@ class RoadDrawing:
         self.active = PolyCollection([], facecolors="none", edgecolors=style.ACTIVE, linewidths=0.8, zorder=3.5)
         self.bodies = PolyCollection([], facecolors="none", linewidths=0.9, zorder=4)
         self.plan = axes.plot([], [], color=style.EGO, marker="o", markersize=1.5, linewidth=1.0, zorder=5)[0]
+        self.fail_safe = axes.plot([], [], color=style.EGO, linestyle="--", linewidth=1.0, zorder=5)[0]
         # frames of vehicles that have left their predicted sets
         self.frames = PolyCollection([], facecolors=style.BLACK, linewidths=0, zorder=5.5)
         self.vehicles = PolyCollection([], edgecolors="white", linewidths=0.5, zorder=6)
         text: dict[str, Any] = {"color": "white", "fontsize": 5.5, "ha": "center", "va": "center_baseline"}
         self.speeds = [axes.text(0, 0, "", clip_on=True, zorder=7, **text) for _ in range(slots)]
         self.artists: tuple[Artist, ...] = (
-            self.sets, self.dashes, self.members, *borders, self.active, self.bodies, self.plan, self.frames,
-            self.vehicles, *self.speeds,
+            self.sets, self.dashes, self.members, *borders, self.active, self.bodies, self.plan, self.fail_safe,
+            self.frames, self.vehicles, *self.speeds,
         )  # fmt: skip
         """all that changes, or lies on top of what changes, from back to front"""
         for artist in self.artists:
@@ -122,9 +124,10 @@ class RoadDrawing:
         self.members.set_segments(list(paths.points - origin))
         self.members.set_alpha(min(0.4, 30 / max(len(paths), 1)))
         self.plan.set_data(*(plan.states[:, :2] - origin).T)
+        self.fail_safe.set_data(*(plan.held[:, :2] - origin).T)
         times = plan.dt * np.arange(len(plan.states))
         full = np.isclose(times, np.round(times)) & (times > 0.5)
-        self.bodies.set_verts(list(body_corners(plan.states[full], scene.half_sizes[EGO]) - origin))
+        self.bodies.set_verts(list(body_corners(plan.held[full], scene.half_sizes[EGO]) - origin))
         self.bodies.set_edgecolor(style.TIMES(times[full] / times.max(initial=1.0)).tolist())
         corners, valid = body_corners(scene.states, scene.half_sizes) - origin, np.asarray(scene.valid)
         colours = [to_rgba(style.EGO if slot == EGO else style.OTHER) for slot in np.flatnonzero(valid)]

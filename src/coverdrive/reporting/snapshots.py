@@ -65,7 +65,8 @@ def add_legend(figure: Figure, horizon: float, active: bool, left: bool) -> None
     bodies = tuple(Patch(facecolor="none", edgecolor=style.TIMES(age)) for age in (0.33, 0.67, 1.0))
     explained: dict[str, Patch | Line2D | tuple[Patch, ...]] = {
         "ego": Patch(color=style.EGO),
-        "its plan every second, in the hue of the sets then": bodies,
+        "its plan, and dashed its fail-safe branch": Line2D([], [], color=style.EGO, linestyle="--"),
+        "that every second, in the hue of the sets then": bodies,
         "other vehicles, speed in m/s": Patch(color=style.OTHER),
         f"predicted set, now … {horizon:g} s ahead": shades,
     }

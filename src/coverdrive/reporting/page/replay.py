@@ -53,6 +53,7 @@ def replay_data(trial: int, trace: Trace, constraints: ActiveConstraints | None)
         "vehicle": (np.concatenate([each.vehicle for each in paths]), 1, 0),
         "active": (_active(trace, constraints), 1, None),
         "plan": (np.stack([plan.states[:, [0, 1, 3]] for plan in plans]), _FINE, 1),
+        "held": (np.stack([plan.held[:, [0, 1, 3]] for plan in plans]), _FINE, 1),
         "slack": (np.stack([plan.slack for plan in plans]), _FINE, None),
         "input": (np.stack([plan.inputs[0] for plan in plans]), _FINE, None),
     })  # fmt: skip

@@ -134,20 +134,25 @@ class RoadView {
     return [x, y, 2 * halfLength * this.along, 2 * halfWidth * this.across];
   }
 
+  /* The drive branch, dotted at its steps, and the fail-safe branch, dashed, with the body at every second. */
   plan(drive, step) {
     const context = this.context, size = drive.sizes[drive.own];
-    const state = (point) => [0, 1, 2].map((k) => drive.plan[3 * (step * drive.planPoints + point) + k]);
+    const state = (branch, point) => [0, 1, 2].map((k) => branch[3 * (step * drive.planPoints + point) + k]);
     context.strokeStyle = context.fillStyle = Theme.colour("own");
     context.lineWidth = 2;
-    context.beginPath();
-    for (let point = 0; point < drive.planPoints; point++) context.lineTo(...this.place(...state(point).slice(0, 2)));
-    context.stroke();
+    for (const [branch, dashes] of [[drive.plan, []], [drive.held, [5, 4]]]) {
+      context.setLineDash(dashes);
+      context.beginPath();
+      for (let point = 0; point < drive.planPoints; point++) context.lineTo(...this.place(...state(branch, point).slice(0, 2)));
+      context.stroke();
+    }
+    context.setLineDash([]);
     context.lineWidth = 1.6;
     const hue = blend("time-now", "time-mid", "time-late");
     for (let point = 1; point < drive.planPoints; point++) {
-      const [lon, lat, heading] = state(point), seconds = point * drive.planDt;
+      const [lon, lat, heading] = state(drive.held, point), seconds = point * drive.planDt;
       context.beginPath();
-      context.arc(...this.place(lon, lat), 2.2, 0, 7);
+      context.arc(...this.place(...state(drive.plan, point).slice(0, 2)), 2.2, 0, 7);
       context.fill();
       if (Math.abs(seconds - Math.round(seconds)) < 1e-6) {
         context.strokeStyle = hue(point / (drive.planPoints - 1));
