@@ -303,7 +303,7 @@ def test_the_fail_safe_branch_of_a_clear_plan_touches_no_path_and_keeps_to_the_r
     np.testing.assert_array_equal(plan.fail_safe[:2], plan.states[:2])
     if plan.status in (Status.SOLVED, Status.FALLBACK):
         assert plan.severity == plan.slack.max() == 0
-        assert not touches(plan.fail_safe[None], paths, 20).any()
+        assert not touches(plan.fail_safe[None], paths.points, paths.half_sizes, 20).any()
         extent = turned_half_extents(CAR.half_sizes, plan.fail_safe[:, 3])[:, 1]
         assert (plan.fail_safe[:, 1] - extent >= 0).all()
         assert (plan.fail_safe[:, 1] + extent <= 10.8).all()
@@ -322,7 +322,7 @@ def test_both_branches_begin_with_the_inputs_that_are_driven(straight_paths) -> 
     np.testing.assert_allclose(plan.states, rollout(state, plan.inputs, 0.25), atol=1e-9)
     np.testing.assert_array_equal(plan.fail_safe[1], plan.states[1])
     assert plan.fail_safe[-1, 2] < plan.states[-1, 2] - 3
-    assert not touches(plan.fail_safe[None], paths, 20).any()
+    assert not touches(plan.fail_safe[None], paths.points, paths.half_sizes, 20).any()
     single = ProblemSettings(branches=BranchSettings(fail_safe=False))
     plan = MpcPlanner(PlannerSettings(problem=single)).plan(state, paths, ROAD)
     np.testing.assert_array_equal(plan.fail_safe, plan.states)

@@ -59,9 +59,9 @@ def test_steps_solve_their_quadratic_problems(crowded, damping: float) -> None:
     solved = 0
     for seed in range(25):
         inputs, around = crowded(seed)
-        for _ in range(2):  # the speed, and with it the bounds of the yaw rate, changes with the inputs
-            low, high = input_bounds(inputs, around, CONSTANTS)
-            inputs = np.clip(inputs, low, high)
+        inputs = np.clip(inputs, *input_bounds(inputs, around, CONSTANTS))
+        low, high = input_bounds(inputs, around, CONSTANTS)  # of the yaw rate, at the speed that follows
+        inputs = np.clip(inputs, low, high)
         model = merit(inputs, TARGETS, around, CONSTANTS)
         step, promised = best_step(inputs, model, damping, around, CONSTANTS)
         assert (inputs + step >= low - 1e-9).all() and (inputs + step <= high + 1e-9).all()
