@@ -72,8 +72,6 @@ def test_samples_alone_would_miss_contacts() -> None:
         states = driven(state, fail_safe(got), 1)[1]
         seen, ever = (touches(states, paths.points, paths.half_sizes, samples) for samples in (1, 20))
         missing = ~seen & ever
-            states, paths.points, paths.half_sizes, 20
-        )
         assert not (missing & got.clear).any()
         missed += missing.sum()
     assert missed > 20
