@@ -466,7 +466,7 @@ def test_a_vehicle_that_appears_is_kept_clear_of_at_once(straight_paths) -> None
     plan = planner.plan(state, straight_paths(*sides, (25, 1.8, 10)), ROAD)
     assert plan.fail_safe is not None and plan.status is Status.SOLVED
     assert plan.inputs[0, 0] == pytest.approx(first - CAR.max_jerk * PERIOD)
-    assert plan.inputs[2, 0] < -2 and plan.fail_safe[-1, 2] < 12
+    assert plan.inputs[2, 0] < -2 and plan.fail_safe[-1, 2] < 14
 
 
 def test_unknown_path_of_a_new_vehicle_brakes_and_promises_nothing(straight_paths) -> None:
