@@ -77,8 +77,8 @@ def fail_safe(plans: Plans) -> np.ndarray:
 
 
 def driven(state: np.ndarray, inputs: np.ndarray, parts: int) -> tuple[np.ndarray, np.ndarray]:
-    """Times (T) and states (m, T, 4) of inputs (m, K, 2), by steps of dt / parts."""
-    states = [np.repeat(state[None], len(inputs), axis=0)]
+    """Times (T) and states (m, T, 4) of inputs (m, K, 2) from one state or one for each, by steps of dt / parts."""
+    states = [np.broadcast_to(state, (len(inputs), 4))]
     for k in range(inputs.shape[1]):
         for _ in range(parts):
             states.append(step(states[-1], inputs[:, k], DT / parts))
@@ -93,10 +93,13 @@ def sampled(values: np.ndarray, samples: int) -> np.ndarray:
     return np.concatenate([joined, values[..., -1:, :]], axis=-2)
 
 
-def touches(states: np.ndarray, paths: PredictedPaths, samples: int) -> np.ndarray:
-    """Which plans (m) touch a box at any of some samples between two of their states (m, T, 4)."""
+def touches(states: np.ndarray, points: np.ndarray, half_sizes: np.ndarray, samples: int) -> np.ndarray:
+    """Which plans (m) touch a box at any of some samples between two of their states (m, T, 4).
+
+    The points and half sizes of the boxes are (S, P, 2) for all plans, or (m, S, P, 2).
+    """
     own = sampled(states, samples)[:, None]
     each = (own.shape[2] - 1) // STEPS
-    points, half_sizes = (sampled(values, each) for values in (paths.points, paths.half_sizes))
+    points, half_sizes = sampled(points, each), sampled(half_sizes, each)
     heading = np.zeros(points.shape[:-1])
     return boxes_overlap(own[..., :2], own[..., 3], CAR.half_sizes, points, heading, half_sizes).any((1, 2))

@@ -88,7 +88,7 @@ def test_a_clear_plan_is_chosen_wherever_one_is_known(straight_paths) -> None:
         first = wanted.guesses
         assert optimised is bool(first <= chosen < first + 4)
         np.testing.assert_array_equal(best[plans.lane[chosen]], plans.inputs[chosen])
-        assert not touches(driven(STATE, fail_safe(plans)[[chosen]], 1)[1], paths, 20).any()
+        assert not touches(driven(STATE, fail_safe(plans)[[chosen]], 1)[1], paths.points, paths.half_sizes, 20).any()
     assert clear > 10
 
 

@@ -207,8 +207,8 @@ class MpcPlanner:
         if found.clear:
             return found, targets, Status.SOLVED if found.optimised else Status.FALLBACK
         careful = self._with_careful_follower(state, paths, road, begun)
-        yielded = careful and self._search(state, careful, road, targets, begun)
-        if not yielded:
+        yielded = self._search(state, careful, road, targets, begun) if careful else None
+        if yielded is None:
             return found, targets, Status.UNSAFE
         status = Status.REAR if yielded.clear else Status.UNSAFE
         evaluate(yielded.plans, yielded.chosen, yielded.chosen + 1, found.around, self._constants)

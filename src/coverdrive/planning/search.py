@@ -223,7 +223,7 @@ def _evade(plans: Plans, first: int, wanted: Wanted, around: Surroundings, const
     for i in range(_EVASIONS):
         place = i // len(_HARD)
         at = lat if place == _PLACES else right + (left - right) * place / (_PLACES - 1)
-        lane = np.argmin(np.abs(wanted.lanes - at))
+        lane = int(np.argmin(np.abs(wanted.lanes - at)))
         braking = -constants.vehicle.max_deceleration * _HARD[i % len(_HARD)]
         _write_manoeuvre(plans, first + i, at, lane, braking, _HURRY, around, constants)
         plans.targets[first + i] = wanted.lanes[lane]
