@@ -180,3 +180,9 @@ def test_driving_into_a_box_counts_where_the_plan_was_called_clear(lon: float, e
     paths = PredictedPaths(points, np.ones(1, dtype=int), np.tile([2.4, 0.95], (1, 13, 1)), 0.25)
     trace = replace(trace, paths=(paths,))
     assert metrics.clear_contacts(trace) == expected * (status in (Status.SOLVED, Status.FALLBACK))
+
+
+def test_a_clear_plan_is_lost_where_none_follows_it() -> None:
+    scenes = [make_scene([5.0 * k], [1.8]) for k in range(6)]
+    statuses = [Status.SOLVED, Status.UNSAFE, Status.FALLBACK, Status.SOLVED, Status.REAR]
+    assert metrics.lost_clear(trace_of(scenes, statuses=statuses)) == 2

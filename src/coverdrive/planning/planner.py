@@ -43,7 +43,7 @@ class PlannerSettings(Settings):
     """horizon, ego, weights and obstacles"""
     search: SearchSettings = SearchSettings()
     """how plans are found"""
-    lane_change: float = Field(default=20.0, ge=0, le=1e6)
+    lane_change: float = Field(default=10.0, ge=0, le=1e6)
     """cost of aiming at another lane than the last plan, against dithering"""
     iterations: int = Field(default=24, ge=1, le=10_000)
     """of the search, at the most"""

@@ -54,7 +54,7 @@ class SearchSettings(Settings):
 
     tolerance: float = Field(default=1e-3, gt=0, le=1)
     """a step of the descent that lowers the merit by a smaller share is the last"""
-    braking_guesses: int = Field(default=4, ge=2, le=100)
+    braking_guesses: int = Field(default=6, ge=2, le=100)
     """number of constant accelerations from full braking to none that are tried as manoeuvres"""
 
     def accelerations(self, vehicle: VehicleSettings) -> Float[np.ndarray, " g"]:

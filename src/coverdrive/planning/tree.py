@@ -23,7 +23,7 @@ class BranchSettings(Settings):
     """whether there are two branches; else the plan is one that keeps clear of every member, as in the paper"""
     latency: float = Field(default=0.0, ge=0, le=1)
     """[s] from the next plan until it is driven; by then the branches still have everything in common"""
-    comfort: float = Field(default=0.3, gt=0, le=1)
+    comfort: float = Field(default=0.6, gt=0, le=1)
     """factor on the costs of the fail-safe branch, which is hardly ever driven far; it has no wanted speed"""
     tube: float = Field(default=0.6, ge=0, le=1)
     """share of the uncertainty around the likeliest path of every vehicle that the drive branch keeps clear of"""

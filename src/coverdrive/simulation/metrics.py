@@ -1,7 +1,7 @@
 """How well an episode went: the measures of a trace that take more than one line; m moments, B other vehicles."""
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from coverdrive.geometry import body_distance, boxes_overlap, turned_half_extents
 from coverdrive.planning.plan import Status
@@ -99,12 +99,22 @@ def _accelerations(trace: Trace) -> Float[np.ndarray, "n 2"]:
     return np.stack([applied[:, 0], applied[:, 1] * trace.scene.speed[:-1, EGO]], axis=-1)
 
 
+def _clear(trace: Trace) -> Bool[np.ndarray, " n"]:
+    """Which plans were called clear of every path."""
+    return np.array([plan.status in (Status.SOLVED, Status.FALLBACK) for plan in trace.plans])
+
+
+def lost_clear(trace: Trace) -> int:
+    """How often no clear plan was found one step after a clear one, whose rest should have been clear."""
+    clear = _clear(trace)
+    return int((clear[:-1] & ~clear[1:]).sum())
+
+
 def clear_contacts(trace: Trace) -> int:
-    """In how many steps the ego, driving what was called clear, touched a predicted box: between samples it may."""
-    share = np.linspace(0.0, 1.0, _LOOKS)[:, None, None]
-    count = 0
-    for k, (plan, paths) in enumerate(zip(trace.plans, trace.paths, strict=True)):
-        if plan.status not in (Status.SOLVED, Status.FALLBACK) or not len(paths):
+    """In how many steps the ego, driving what was called clear, touched a predicted box; must be 0."""
+    share, count, clear = np.linspace(0.0, 1.0, _LOOKS)[:, None, None], 0, _clear(trace)
+    for k, paths in enumerate(trace.paths):
+        if not clear[k] or not len(paths):
             continue
         before, after = trace.scene.states[k, EGO], trace.scene.states[k + 1, EGO]
         own = before + share * (after - before)
