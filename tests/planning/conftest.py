@@ -1,12 +1,16 @@
-"""Scenes for the planner: cars that keep their speed and their lane."""
+"""Scenes for the planner; lets the tests of this folder import `planning_scenes`."""
 
+import sys
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.merit import Surroundings
+
+sys.path.insert(0, str(Path(__file__).parent))
 
 STEPS, DT = 12, 0.25
 
@@ -30,17 +34,19 @@ def straight_paths() -> PathMaker:
 
 @pytest.fixture
 def crowded() -> Callable[[int], tuple[np.ndarray, Surroundings]]:
-    """A function of a seed that gives inputs and surroundings of a car among eight moving boxes."""
+    """A function of a seed that gives the inputs of 23 nodes and surroundings of an ego among eight moving boxes."""
 
     def make(seed: int) -> tuple[np.ndarray, Surroundings]:
         rng = np.random.default_rng(seed)
         state = np.array([0.0, rng.uniform(1.5, 9.3), rng.uniform(10, 30), rng.uniform(-0.05, 0.05)])
-        boxes = np.zeros((7, 13, 8))
-        boxes[0] = rng.uniform(-20, 60, 8) + rng.uniform(5, 8, 8) * np.arange(-1, 12)[:, None]
+        boxes = np.zeros((7, STEPS + 1, 8))
+        boxes[0] = rng.uniform(-20, 60, 8) + rng.uniform(5, 8, 8) * np.arange(-1, STEPS)[:, None]
         boxes[1], boxes[2], boxes[3] = rng.choice([1.8, 5.4, 9.0], 8), 2.6, 1.1
-        boxes[4] = 1e5
+        boxes[4], boxes[6] = 1e5, 1.0
         boxes[4, -1] = 20.0
-        inputs = rng.normal(0, np.repeat([1.0, 0.02], 12))
-        return inputs, Surroundings(state, np.zeros(2), np.array([0.0, 10.8]), boxes)
+        likely = boxes[:, :, :5].copy()
+        likely[2:4] -= 0.2
+        inputs = rng.normal(0, [1.0, 0.02], (2 * STEPS - 1, 2))
+        return inputs, Surroundings(state, np.zeros(2), np.array([0.0, 10.8]), boxes, likely)
 
     return make

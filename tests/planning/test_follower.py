@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -49,3 +51,10 @@ def test_a_careful_follower_reacts_then_brakes_then_stands(straight_paths) -> No
 def test_nobody_behind_no_careful_follower(straight_paths) -> None:
     paths = straight_paths((-5, 1.8, 20), (20, 5.4, 20))
     assert with_careful_follower(STATE, paths, Road.straight(), FollowerSettings()) is None
+
+
+def test_the_others_keep_their_weights(straight_paths) -> None:
+    paths = replace(twice(straight_paths((-10, 5.8, 4), (20, 5.4, 20))), weight=np.array([0.4, 0.3, 0.6, 0.7]))
+    got = with_careful_follower(STATE, paths, Road.straight(), FollowerSettings())
+    assert got is not None
+    np.testing.assert_array_equal(got.weight, [0.4, 0.3, 0.7])

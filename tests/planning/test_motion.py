@@ -1,11 +1,9 @@
-"""Motions within the limits, and plans shifted in time."""
+"""Motions within the limits."""
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from coverdrive.planning.motion import drive, lane_seeking_inputs, shifted_inputs
+from coverdrive.planning.motion import drive, lane_seeking_inputs
 from coverdrive.planning.vehicle import VehicleSettings, rollout
 
 CAR = VehicleSettings()
@@ -33,15 +31,3 @@ def test_lane_seeking_reaches_the_lane(speed: float, target: float) -> None:
     )
     assert states[0, -1, 1] == pytest.approx(target, abs=0.1)
     assert states[0, :, 1].max() < target + 0.3
-
-
-def test_shift_by_part_of_a_step_by_hand() -> None:
-    inputs = np.array([[1.0, 0.0], [2.0, 10.0], [5.0, 20.0]])
-    np.testing.assert_allclose(shifted_inputs(inputs, 0.1, 0.25), [[1.4, 4], [3.2, 14], [5, 20]])
-    np.testing.assert_allclose(shifted_inputs(inputs, 0.5, 0.25), [[5, 20]] * 3)
-
-
-@given(st.floats(0, 2))
-def test_shift_of_constant_inputs_changes_nothing(elapsed: float) -> None:
-    inputs = np.tile([1.5, -0.1], (12, 1))
-    np.testing.assert_allclose(shifted_inputs(inputs, elapsed, 0.25), inputs)

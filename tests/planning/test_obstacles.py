@@ -1,5 +1,6 @@
 """The obstacle constraint contains the boxes; culling and choosing change nothing."""
 
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -13,9 +14,10 @@ from coverdrive.planning.obstacles import (
     FAR,
     Obstacles,
     ObstacleSettings,
-    chosen_obstacles,
     clearances,
+    likely_paths,
     obstacles_of,
+    packed,
     reachable,
     smallest_slack,
 )
@@ -102,7 +104,7 @@ def test_culling_keeps_all_that_can_be_met(straight_paths, shape: ObstacleSettin
     rows = [(100 + d, 1.8 + 3.6 * (i % 3), 20.0 + i % 5) for i, d in enumerate(range(-300, 300, 7))]
     everything = obstacles_of(straight_paths(*rows), shape)
     near = reachable(state, everything, 0.25, CAR, shape)
-    kept = chosen_obstacles(everything, near, 100.0, int(near.sum()))
+    kept = Obstacles(*(values[:, near] for values in everything))
     assert 0 < kept.slots < everything.slots
     wishes = np.random.default_rng(0).choice([-8.0, -0.2, 0.0, 0.2, 3.0], size=(12, 200, 2))
     states, _ = drive(state, lambda k, _: wishes[k], 200, 12, 0.25, CAR)
@@ -111,11 +113,42 @@ def test_culling_keeps_all_that_can_be_met(straight_paths, shape: ObstacleSettin
     assert with_all.max() > 0.1
 
 
-def test_free_slots_are_out_of_reach(straight_paths) -> None:
-    obstacles = obstacles_of(straight_paths((0, 1.8, 20), (60, 5.4, 10), (90, 5.4, 10)), ObstacleSettings())
-    got = chosen_obstacles(obstacles, np.array([False, True, False]), lon=50.0, slots=4)
-    assert got.slots == 4
-    np.testing.assert_array_equal(got.centres[:, 0], obstacles.centres[:, 1])
-    np.testing.assert_array_equal(got.speed[:, 0], [FAR] * 12 + [10.0])
-    states = np.tile([50.0, 0.0, 20.0, 0.0], (13, 1))
-    assert (clearances(states, got, CAR, ObstacleSettings())[:, 1:] > 100).all()
+def test_what_is_packed_is_what_can_be_met_seen_from_the_ego(straight_paths) -> None:
+    state, shape = np.array([50.0, 1.8, 20.0, 0.0]), ObstacleSettings()
+    obstacles = obstacles_of(straight_paths((-900, 1.8, 20), (60, 5.4, 10), (900, 5.4, 10)), shape)
+    boxes = packed(state, obstacles, 0.25, CAR, shape)
+    assert boxes.shape == (7, 13, 1)
+    np.testing.assert_allclose(boxes[:2, :, 0].T, obstacles.centres[:, 1] - [50, 0])
+    np.testing.assert_array_equal(boxes[2:4, :, 0].T, obstacles.half_sizes[:, 1])
+    np.testing.assert_array_equal(boxes[4:6, -1, 0], [10, 0])
+    np.testing.assert_array_equal(boxes[4, :-1, 0], FAR)
+    np.testing.assert_array_equal(boxes[6], 1.0)
+
+
+def test_speed_to_brake_to_at_the_end_goes_on_as_it_fell(straight_paths) -> None:
+    """From 10 m/s at 2 m/s²: over the last step it is 4.25 m/s fast in the mean, and 4 m/s at its end."""
+    paths = straight_paths((0, 1.8, 10), (0, 5.4, 10))
+    time = 0.25 * np.arange(13)
+    paths.points[0, :, 0] = 10 * time - time**2
+    obstacles = obstacles_of(paths, ObstacleSettings())
+    np.testing.assert_allclose(obstacles.deceleration[-1], [2, 0], atol=1e-9)
+    np.testing.assert_allclose(obstacles.speed[-1], [4, 10])
+    assert (obstacles_of(paths, ObstacleSettings(terminal_braking=False)).speed == FAR).all()
+
+
+def test_likelihoods_add_up_to_one_for_every_vehicle(straight_paths) -> None:
+    paths = replace(straight_paths(*3 * [(0, 1.8, 10)]), vehicle=np.array([7, 2, 7]))
+    np.testing.assert_allclose(obstacles_of(paths, ObstacleSettings()).likelihood, np.tile([0.5, 1, 0.5], (13, 1)))
+    paths = replace(paths, weight=np.array([3.0, 5.0, 1.0]))
+    np.testing.assert_allclose(obstacles_of(paths, ObstacleSettings()).likelihood, np.tile([0.75, 1, 0.25], (13, 1)))
+
+
+def test_what_is_likely_is_the_likeliest_path_of_every_vehicle_in_a_part_of_its_tube(straight_paths) -> None:
+    paths = straight_paths((0, 1.8, 10), (20, 5.4, 10), (0, 1.8, 12))
+    paths = replace(paths, vehicle=np.array([0, 1, 0]), weight=np.array([0.4, 1.0, 0.6]))
+    paths.half_sizes[:, 1:] += 1.0
+    likely = likely_paths(paths, 0.5)
+    np.testing.assert_array_equal(likely.vehicle, [0, 1])
+    np.testing.assert_array_equal(likely.points, paths.points[[2, 1]])
+    np.testing.assert_allclose(likely.half_sizes[:, 0], paths.half_sizes[:2, 0])
+    np.testing.assert_allclose(likely.half_sizes[:, 1:], paths.half_sizes[:2, 1:] - 0.5)

@@ -1,5 +1,7 @@
 """Vehicles that vanish, come back, or have numbers that are none."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -66,3 +68,13 @@ def test_broken_paths_are_replaced_if_the_vehicle_is_known(straight_paths) -> No
     paths, complete = memory.completed(broken, 0.1)
     assert complete
     np.testing.assert_allclose(paths.points[1], straight_paths((41, 5.4, 10)).points[0])
+
+
+def test_a_vehicle_that_vanished_takes_nobodys_weight_along(straight_paths) -> None:
+    paths, memory = straight_paths((10, 1.8, 20), (10, 1.8, 25), (40, 5.4, 10)), PathMemory(1.0)
+    weighted = replace(paths, vehicle=np.array([0, 0, 1]), weight=np.array([0.2, 0.8, 1.0]))
+    memory.completed(weighted, 0.1)
+    got, _ = memory.completed(weighted.of(np.array([0, 1])), 0.1)
+    np.testing.assert_array_equal(got.weight, [0.2, 0.8, 1.0])
+    got, _ = memory.completed(weighted.of(np.array([2])), 0.1)
+    np.testing.assert_array_equal(got.weight, [1.0, 0.2, 0.8])

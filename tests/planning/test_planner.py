@@ -9,7 +9,9 @@ import threading
 
 import numpy as np
 import pytest
+from planning_scenes import touches
 
+import coverdrive.planning.obstacles as obstacles
 import coverdrive.planning.planner as planning
 from coverdrive.errors import SettingError
 from coverdrive.geometry import boxes_overlap, turned_half_extents
@@ -19,7 +21,8 @@ from coverdrive.planning.obstacles import ObstacleSettings, clearances, obstacle
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.planning.problem import ProblemSettings
-from coverdrive.planning.vehicle import VehicleSettings, step
+from coverdrive.planning.tree import BranchSettings, held_on
+from coverdrive.planning.vehicle import VehicleSettings, rollout, step
 from coverdrive.road import Road
 
 ROAD = Road.straight()
@@ -45,7 +48,8 @@ def test_empty_road_reaches_the_reference_speed_in_its_lane(straight_paths) -> N
     states, plans, _ = drive(MpcPlanner(), [0, 1.8, 20, 0], [], straight_paths, 120)
     assert states[-1, 2] == pytest.approx(40.0, abs=1.0)
     np.testing.assert_allclose(states[:, 1], 1.8, atol=0.01)
-    assert {plan.status for plan in plans} == {Status.SOLVED}
+    assert {plan.status for plan in plans} <= {Status.SOLVED, Status.FALLBACK}
+    assert np.mean([plan.status is Status.SOLVED for plan in plans]) > 0.9
     assert max(plan.slack.max() for plan in plans) == 0
 
 
@@ -155,15 +159,10 @@ def test_follower_that_may_accelerate_does_not_push_the_car_into_others(straight
 
 
 def test_brakes_where_the_search_returns_no_numbers(straight_paths, monkeypatch: pytest.MonkeyPatch) -> None:
-    search = planning.search
-
-    def failing(*args):
-        found = search(*args)
-        return found._replace(chosen=found.chosen._replace(cost=np.nan))
-
-    monkeypatch.setattr(planning, "search", failing)
+    monkeypatch.setattr(planning, "choose", lambda *_: (-1, False))
     plan = MpcPlanner().plan(np.array([0, 1.8, 20, 0.0]), straight_paths((12, 1.8, 0)), ROAD)
     assert plan.status is Status.UNSAFE
+    assert plan.severity > 10
     np.testing.assert_allclose(plan.inputs[:10, 0], -8.0)
 
 
@@ -173,46 +172,52 @@ def test_nobody_looks_at_the_clock_unless_asked() -> None:
 
 def test_a_search_that_never_arrives_ends_with_the_time(straight_paths, monkeypatch: pytest.MonkeyPatch) -> None:
     """The clock is a made-up one: every look at it takes a millisecond."""
-    clock, calls, search = itertools.count(), [], planning.search
+    clock, calls, go_on = itertools.count(), [], planning.go_on
     monkeypatch.setattr(planning.time, "perf_counter", lambda: next(clock) / 1000)
 
     def endless(*args):
         calls.append(args)
-        return search(*args)._replace(done=False)
+        go_on(*args)
+        return False
 
-    monkeypatch.setattr(planning, "search", endless)
+    monkeypatch.setattr(planning, "go_on", endless)
     plan = MpcPlanner(PlannerSettings(budget=0.0105, iterations=1000)).plan(
         np.array([0, 1.8, 20, 0.0]), straight_paths(), ROAD
     )
     assert plan.status is Status.SOLVED
-    assert len(calls) == 11
+    assert len(calls) == 10
 
 
-def test_no_second_search_begins_when_the_time_is_spent(straight_paths, monkeypatch: pytest.MonkeyPatch) -> None:
-    calls, search = [], planning.search
-    monkeypatch.setattr(planning, "search", lambda *args: calls.append(args) or search(*args))
+def test_no_iteration_and_no_second_search_begin_when_the_time_is_spent(
+    straight_paths, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calls, begin, go_on = [], planning.begin, planning.go_on
+    monkeypatch.setattr(planning, "begin", lambda *args: calls.append("begin") or begin(*args))
+    monkeypatch.setattr(planning, "go_on", lambda *args: calls.append("go on") or go_on(*args))
     paths = straight_paths((6, 5.4, 0), (0, 1.8, 20), (0, 9.0, 20), (-7, 5.4, 20))
     state = np.array([0, 5.4, 20, 0.0])
     MpcPlanner(PlannerSettings(budget=1e-9)).plan(state, paths, ROAD)
-    assert len(calls) == 1
+    assert calls == ["begin"]
     MpcPlanner().plan(state, paths, ROAD)
-    assert len(calls) > 2
+    assert calls[1:].count("begin") == 2 and "go on" in calls
 
 
 def test_the_more_paths_the_fewer_iterations_between_two_looks_at_the_clock(
     straight_paths, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    iterations, search = [], planning.search
-
-    def counted(*args):
-        iterations.append(args[3])
-        return search(*args)._replace(done=True)
-
-    monkeypatch.setattr(planning, "search", counted)
+    iterations = []
+    monkeypatch.setattr(planning, "go_on", lambda *args: iterations.append(args[2]) or True)
     for count in (10, 250, 1500):
         paths = straight_paths(*[(20.0 + i / 100, 1.8, 18 + i / 1000) for i in range(count)])
         MpcPlanner(PlannerSettings(rear_last=False)).plan(np.array([0, 5.4, 20, 0.0]), paths, ROAD)
     assert iterations == [8, 4, 1]
+
+
+def test_a_search_has_no_more_iterations_than_are_set(straight_paths, monkeypatch: pytest.MonkeyPatch) -> None:
+    iterations = []
+    monkeypatch.setattr(planning, "go_on", lambda *args: iterations.append(args[2]) and False)
+    MpcPlanner(PlannerSettings(iterations=19)).plan(np.array([0, 5.4, 20, 0.0]), straight_paths(), ROAD)
+    assert iterations == [8, 8, 3]
 
 
 def test_what_cannot_be_reached_changes_nothing(straight_paths) -> None:
@@ -223,7 +228,7 @@ def test_what_cannot_be_reached_changes_nothing(straight_paths) -> None:
     )
     culled = MpcPlanner().plan(state, straight_paths(*rows), ROAD)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(planning, "reachable", lambda _, obstacles, *rest: np.ones(obstacles.slots, dtype=bool))
+        patch.setattr(obstacles, "reachable", lambda _, boxes, *rest: np.ones(boxes.slots, dtype=bool))
         everything = MpcPlanner().plan(state, straight_paths(*rows), ROAD)
     np.testing.assert_allclose(culled.states, everything.states, atol=1e-9)
 
@@ -289,23 +294,69 @@ def test_an_interrupt_in_the_middle_of_a_search_is_heeded(straight_paths, heeds_
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_a_plan_without_slack_touches_no_path(straight_paths, seed: int) -> None:
+def test_the_fail_safe_branch_of_a_clear_plan_touches_no_path_and_keeps_to_the_road(straight_paths, seed: int) -> None:
     rng = np.random.default_rng(seed)
     rows = [(rng.uniform(-20, 50), rng.choice([1.8, 5.4, 9.0]), rng.uniform(10, 25)) for _ in range(6)]
     paths = straight_paths(*rows)
     plan = MpcPlanner().plan(np.array([0, 5.4, 20, 0.0]), paths, ROAD)
+    assert plan.fail_safe is not None
+    np.testing.assert_array_equal(plan.fail_safe[:2], plan.states[:2])
     if plan.status in (Status.SOLVED, Status.FALLBACK):
-        own = plan.states[None, 1:]
-        points, half_sizes = paths.points[:, 1:], paths.half_sizes[:, 1:]
-        touching = boxes_overlap(
-            own[..., :2], own[..., 3], CAR.half_sizes, points, np.zeros(points.shape[:2]), half_sizes
-        )
-        assert not touching.any()
-        extent = turned_half_extents(CAR.half_sizes, plan.states[:, 3])[:, 1]
-        assert (plan.states[:, 1] - extent >= 0).all()
-        assert (plan.states[:, 1] + extent <= 10.8).all()
+        assert plan.severity == plan.slack.max() == 0
+        assert not touches(plan.fail_safe[None], paths.points, paths.half_sizes, 20).any()
+        extent = turned_half_extents(CAR.half_sizes, plan.fail_safe[:, 3])[:, 1]
+        assert (plan.fail_safe[:, 1] - extent >= 0).all()
+        assert (plan.fail_safe[:, 1] + extent <= 10.8).all()
     else:
-        assert plan.slack.max() > 0
+        assert plan.slack.max() > 0 and plan.severity > 0
+
+
+def test_both_branches_begin_with_the_inputs_that_are_driven(straight_paths) -> None:
+    """Behind a slower car the drive branch trusts what is likely; the other one does not."""
+    state, paths = np.array([0, 1.8, 20, 0.0]), straight_paths((25, 1.8, 20), (25, 1.8, 20), (0, 5.4, 20))
+    time, points = 0.25 * np.arange(13), paths.points.copy()
+    points[1, :, 0] = 25 + 20 * np.minimum(time, 2.5) - 4 * np.minimum(time, 2.5) ** 2
+    paths = PredictedPaths(points, np.array([0, 0, 1]), paths.half_sizes, 0.25, weight=np.array([0.9, 0.1, 1.0]))
+    plan = MpcPlanner().plan(state, paths, ROAD)
+    assert plan.fail_safe is not None and plan.status in (Status.SOLVED, Status.FALLBACK)
+    np.testing.assert_allclose(plan.states, rollout(state, plan.inputs, 0.25), atol=1e-9)
+    np.testing.assert_array_equal(plan.fail_safe[1], plan.states[1])
+    assert plan.fail_safe[-1, 2] < plan.states[-1, 2] - 3
+    assert not touches(plan.fail_safe[None], paths.points, paths.half_sizes, 20).any()
+    single = ProblemSettings(branches=BranchSettings(fail_safe=False))
+    plan = MpcPlanner(PlannerSettings(problem=single)).plan(state, paths, ROAD)
+    np.testing.assert_array_equal(plan.fail_safe, plan.states)
+
+
+def test_the_next_search_starts_from_the_last_plan_and_its_fail_safe_rest(
+    straight_paths, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wanted, begin = [], planning.begin
+    monkeypatch.setattr(planning, "begin", lambda plans, each, *rest: wanted.append(each) or begin(plans, each, *rest))
+    planner, state, paths = MpcPlanner(), np.array([0, 1.8, 20, 0.0]), straight_paths((40, 1.8, 15))
+    planner.reset(PERIOD)
+    first = planner.plan(state, paths, ROAD)
+    planner.plan(step(state, first.inputs[0], PERIOD), paths, ROAD)
+    assert first.fail_safe is not None
+    speeds = np.diff(first.fail_safe[:, 2]) / 0.25
+    drive = planner._constants.tree.drive
+    shift, before, after = held_on(12, PERIOD, 0.25), *wanted[-2:]
+    np.testing.assert_array_equal(before.rest, 0.0)
+    np.testing.assert_array_equal(before.last, 0.0)
+    np.testing.assert_allclose(after.rest[:, 0], shift @ speeds, atol=1e-9)
+    assert any(np.allclose(each[drive], shift @ first.inputs, atol=1e-9) for each in after.last)
+    assert sorted(after.extra) == [0.0, 20.0]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_where_predictions_come_true_there_is_always_a_clear_plan(straight_paths, seed: int) -> None:
+    """Every car does what was predicted: the rest of the last fail-safe branch stays clear until there is better."""
+    rng = np.random.default_rng(seed)
+    cars = [(lon, rng.choice([1.8, 5.4, 9.0]), rng.uniform(8, 16)) for lon in range(30, 110, 16)]
+    _, plans, contact = drive(MpcPlanner(), [0, 5.4, 18, 0], cars, straight_paths, 60)
+    assert not contact
+    assert {plan.status for plan in plans} <= {Status.SOLVED, Status.FALLBACK}
+    assert max(plan.slack.max() for plan in plans) == 0
 
 
 def test_a_vanished_vehicle_is_not_forgotten_at_once(straight_paths) -> None:
@@ -329,25 +380,25 @@ def test_unknown_state_is_reckoned_and_promises_nothing(straight_paths, index: i
     first = planner.plan(state, paths, ROAD)
     state[index] = np.nan
     plan = planner.plan(state, paths, ROAD)
-    assert plan.status is Status.BLIND
+    assert plan.status is Status.INVALID_INPUT
     np.testing.assert_array_equal(plan.slack, 1.0)
-    np.testing.assert_allclose(plan.states[0], first.states[0] + 0.4 * (first.states[1] - first.states[0]))
+    np.testing.assert_allclose(plan.states[0], step(first.states[0], first.inputs[0], PERIOD), atol=1e-9)
     without = MpcPlanner().plan(state, paths, ROAD)
-    assert without.status is Status.BLIND
+    assert without.status is Status.INVALID_INPUT
     np.testing.assert_allclose(without.inputs[:9, 0], -8.0)
 
 
-def test_a_car_that_stays_blind_follows_its_plan_for_the_grace_and_then_brakes(straight_paths) -> None:
+def test_where_the_state_stays_unknown_the_ego_follows_its_plan_for_the_grace_and_then_brakes(straight_paths) -> None:
     planner, nothing = MpcPlanner(), np.full(4, np.nan)
     planner.reset(PERIOD)
     planner.plan(np.array([0, 1.8, 20, 0.0]), straight_paths((60, 5.4, 20)), ROAD)
     plans = [planner.plan(nothing, straight_paths((60, 5.4, 20)), ROAD) for _ in range(40)]
-    assert all(plan.status is Status.BLIND for plan in plans)
+    assert all(plan.status is Status.INVALID_INPUT for plan in plans)
     assert min(plan.inputs[0, 0] for plan in plans[:5]) > 0
     np.testing.assert_allclose([plan.inputs[0, 0] for plan in plans[5:30]], -8.0)
     assert plans[-1].states[-1, 2] == pytest.approx(0.0)
     seen = planner.plan(np.array([40, 1.8, 5, 0.0]), straight_paths((90, 5.4, 20)), ROAD)
-    assert seen.status is Status.SOLVED and seen.inputs[0, 0] > 0
+    assert seen.status in (Status.SOLVED, Status.FALLBACK) and seen.inputs[0, 0] > 0
 
 
 @pytest.mark.parametrize("jump", [(30, 0, 0, 0), (0, 3, 0, 0), (0, 0, -10, 0), (0, 0, 0, 0.4)])
@@ -360,7 +411,7 @@ def test_a_jump_for_one_period_is_bridged(straight_paths, jump) -> None:
         paths = straight_paths((40 + 1.5 * moment, 1.8, 15))
         measured = state + np.array(jump) * (moment == 4)
         plan, wanted = planner.plan(measured, paths, ROAD), undisturbed.plan(state, paths, ROAD)
-        assert (plan.status is Status.BLIND) == (moment == 4)
+        assert (plan.status is Status.INVALID_INPUT) == (moment == 4)
         np.testing.assert_allclose(plan.states, wanted.states, atol=1e-3)
         state = step(state, wanted.inputs[0], PERIOD)
 
@@ -376,7 +427,7 @@ def test_where_all_others_jump_as_well_it_is_the_origin_that_has_moved(straight_
         paths = straight_paths(*[(other[0] + lon, other[1] + lat, other[2]) for other in others])
         road = Road(np.array(ROAD.edges) + lat, ROAD.length)
         plan = planner.plan(state + np.array([lon, lat, 0, 0]), paths, road)
-        assert plan.status is not Status.BLIND
+        assert plan.status is not Status.INVALID_INPUT
         assert plan.inputs[0, 0] < -1
         state = step(state, plan.inputs[0], PERIOD)
 
@@ -389,7 +440,7 @@ def test_a_lasting_jump_is_believed_after_the_grace(straight_paths) -> None:
         measured.append(state + np.array([30.0, 0, 0, 0]) * (moment > 0))
         plans.append(planner.plan(measured[-1], straight_paths((200, 5.4, 20)), ROAD))
         state = step(state, plans[-1].inputs[0], PERIOD)
-    assert [plan.status is Status.BLIND for plan in plans] == [False] + 5 * [True] + 6 * [False]
+    assert [plan.status is Status.INVALID_INPUT for plan in plans] == [False] + 5 * [True] + 6 * [False]
     assert min(plan.inputs[0, 0] for plan in plans) > 0
     for plan, true in zip(plans[6:], measured[6:], strict=True):
         np.testing.assert_array_equal(plan.states[0], true)
@@ -402,7 +453,7 @@ def test_noise_is_no_jump(straight_paths, period: float) -> None:
     for _ in range(100):
         noise = rng.normal(0, [0.2, 0.2, 0.3, 0.02])
         plan = planner.plan(state + noise, straight_paths((state[0] + 25, state[1], 30)), ROAD)
-        assert plan.status is not Status.BLIND
+        assert plan.status is not Status.INVALID_INPUT
         state = step(state, plan.inputs[0], period)
 
 
@@ -412,7 +463,9 @@ def test_a_vehicle_that_appears_is_kept_clear_of_at_once(straight_paths) -> None
     sides = [(0, 5.4, 20), (60, 5.4, 20)]
     assert planner.plan(state, straight_paths(*sides), ROAD).inputs[0, 0] > 0
     plan = planner.plan(state, straight_paths(*sides, (25, 1.8, 10)), ROAD)
-    assert plan.status is Status.SOLVED and plan.inputs[0, 0] < -2
+    assert plan.fail_safe is not None and plan.status is Status.SOLVED
+    assert plan.inputs[0, 0] == pytest.approx(3.0 - CAR.max_jerk * PERIOD)
+    assert plan.inputs[2, 0] < -2 and plan.fail_safe[-1, 2] < 12
 
 
 def test_unknown_path_of_a_new_vehicle_brakes_and_promises_nothing(straight_paths) -> None:
@@ -420,11 +473,11 @@ def test_unknown_path_of_a_new_vehicle_brakes_and_promises_nothing(straight_path
     paths.points[1, 4, 0] = np.inf
     planner = MpcPlanner()
     plan = planner.plan(np.array([0, 1.8, 20, 0.0]), paths, ROAD)
-    assert plan.status is Status.BLIND
+    assert plan.status is Status.INVALID_INPUT
     np.testing.assert_array_equal(plan.slack, 1.0)
     np.testing.assert_allclose(plan.inputs[:5, 0], -8.0)
     again = planner.plan(plan.states[1], straight_paths((60, 1.8, 15)), ROAD)
-    assert again.status is Status.SOLVED
+    assert again.status in (Status.SOLVED, Status.FALLBACK)
 
 
 def test_paths_at_other_times_are_refused(straight_paths) -> None:

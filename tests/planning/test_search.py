@@ -1,27 +1,155 @@
-"""The search finds what IPOPT finds."""
+"""What the search chooses among plans, and what it does where nothing is clear."""
 
 import numpy as np
 import pytest
+from planning_scenes import CAR, CONSTANTS, STEPS, around, driven, fail_safe, touches, whole
 
-from coverdrive.planning.planner import MpcPlanner, PlannerSettings
-from coverdrive.planning.reference import ReferencePlanner
-from coverdrive.planning.search import SearchSettings
-from coverdrive.road import Road
+import coverdrive.planning.search as search
+from coverdrive.planning.evaluate import Plans, empty_plans, evaluate
+from coverdrive.planning.merit import Surroundings, merit
+from coverdrive.planning.search import SearchSettings, Wanted, begin, choose, go_on, room_for
+
+NODES = len(CONSTANTS.tree.parent)
+STATE = np.array([0.0, 5.4, 20.0, 0.0])
 
 
-@pytest.mark.parametrize(
-    "rows",
-    [
-        [],
-        [(30, 1.8, 15)],
-        [(25, 1.8, 15), (10, 5.4, 18)],
-        [(22, 1.8, 14), (25, 5.4, 14), (28, 9.0, 14)],
-        [(40, 1.8, 15), (35, 5.4, 19), (80, 9, 18)],
-    ],
-)
-def test_costs_no_more_than_the_reference(straight_paths, rows) -> None:
-    state, paths = np.array([0.0, 1.8, 20.0, 0.0]), straight_paths(*rows)
-    reference = ReferencePlanner().plan(state, paths, Road.straight())
-    patient = PlannerSettings(search=SearchSettings(tolerance=1e-6), iterations=400, budget=10)
-    plan = MpcPlanner(patient).plan(state, paths, Road.straight())
-    assert plan.cost <= 1.01 * reference.cost
+def wanted_of(lanes: list[float], last: np.ndarray | None = None, rest: np.ndarray | None = None) -> Wanted:
+    return Wanted(
+        lanes=np.array(lanes),
+        extra=np.array([0.0, 20.0, 20.0])[: len(lanes)],
+        last=np.zeros((len(lanes), NODES, 2)) if last is None else last,
+        rest=np.zeros((STEPS, 2)) if rest is None else rest,
+        accelerations=SearchSettings().accelerations(CAR),
+    )
+
+
+def searched(wanted: Wanted, surroundings: Surroundings, iterations: int = 24) -> tuple[Plans, int, bool, np.ndarray]:
+    plans, best = room_for(wanted, CONSTANTS), wanted.last.copy()
+    begin(plans, wanted, surroundings, CONSTANTS)
+    if iterations:
+        go_on(plans, wanted, iterations, 1e-3, surroundings, CONSTANTS)
+    return plans, *choose(plans, wanted, surroundings, CONSTANTS, best), best
+
+
+def test_guesses_brake_keep_the_speed_and_accelerate() -> None:
+    accelerations = SearchSettings(braking_guesses=4).accelerations(CAR)
+    np.testing.assert_allclose(accelerations, [-8, -16 / 3, -8 / 3, 0, 1.5, 3])
+
+
+def test_simple_manoeuvres_are_steered_to_their_lane_on_both_branches(straight_paths) -> None:
+    wanted = wanted_of([5.4, 1.8, 9.0])
+    plans, *_ = searched(wanted, around(STATE, straight_paths()), iterations=0)
+    tree, tried = CONSTANTS.tree, len(wanted.accelerations)
+    for i in range(3 * tried):
+        np.testing.assert_array_equal(plans.inputs[i, tree.drive], plans.inputs[i, tree.fail_safe])
+        assert plans.lane[i] == i // tried
+    keeping = plans.states[[3, tried + 3, 2 * tried + 3]][:, tree.drive[-1], 1]
+    np.testing.assert_allclose(keeping, [5.4, 1.8, 9.0], atol=0.4)
+
+
+def test_a_search_starts_from_the_last_plan_and_from_the_cheapest_manoeuvre(straight_paths) -> None:
+    """In the lane that the last plan aimed at from both, in the others from the cheaper one."""
+    surroundings = around(STATE, straight_paths((40, 5.4, 12), (10, 1.8, 22)))
+    last = np.zeros((3, NODES, 2))
+    last[:2, :, 0] = 0.5
+    last[2, :, 1] = 0.3  # off the road
+    wanted, tree = wanted_of([5.4, 1.8, 9.0], last=last), CONSTANTS.tree
+    plans, tried, first = room_for(wanted, CONSTANTS), len(wanted.accelerations), wanted.guesses
+    begin(plans, wanted, surroundings, CONSTANTS)
+    np.testing.assert_array_equal(plans.inputs[first], last[0])
+    np.testing.assert_array_equal(plans.lane[first : first + 4], [0, 1, 2, 0])
+    safest = np.flatnonzero(plans.clear[:first])[np.argmin(plans.cost[:first][plans.clear[:first]])]
+    for start, lane in ((first + 3, 0), (first + 2, 2)):
+        branches = [plans.inputs[start, tree.safe], plans.inputs[start, tree.drive]]
+        np.testing.assert_array_equal(branches[0], plans.inputs[safest, tree.safe])
+        drive = plans.inputs[lane * tried : (lane + 1) * tried][:, tree.drive]
+        assert np.equal(drive, branches[1]).all((1, 2)).any()
+    for start, lane in enumerate([0, 1, 2], start=first):
+        former = merit(last[lane], np.full(2, wanted.lanes[lane]), surroundings, CONSTANTS).value
+        assert merit(plans.inputs[start], plans.targets[start], surroundings, CONSTANTS).value <= former
+
+
+def test_a_clear_plan_is_chosen_wherever_one_is_known(straight_paths) -> None:
+    """The cheapest of those that are clear, with the price of another lane."""
+    clear = 0
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        rows = [(rng.uniform(-25, 60), rng.choice([1.8, 5.4, 9.0]), rng.uniform(5, 30)) for _ in range(6)]
+        wanted, paths = wanted_of([5.4, 1.8, 9.0]), straight_paths(*rows)
+        plans, chosen, optimised, best = searched(wanted, around(STATE, paths))
+        assert chosen >= 0
+        known = np.isfinite(plans.cost) & plans.clear
+        assert bool(plans.clear[chosen]) is bool(known.any())
+        if not known.any():
+            continue
+        clear += 1
+        price = plans.cost + wanted.extra[plans.lane]
+        assert price[chosen] == price[known].min()
+        first = wanted.guesses
+        assert optimised is bool(first <= chosen < first + 4)
+        np.testing.assert_array_equal(best[plans.lane[chosen]], plans.inputs[chosen])
+        assert not touches(driven(STATE, fail_safe(plans)[[chosen]], 1)[1], paths.points, paths.half_sizes, 20).any()
+    assert clear > 10
+
+
+def test_a_plan_that_is_not_clear_is_drawn_back_to_one_that_is(straight_paths) -> None:
+    """Towards a standing car: from full braking as far as possible to keeping the speed."""
+    surroundings, plans = around(STATE, straight_paths((60, 5.4, 0))), empty_plans(2, NODES)
+    plans.inputs[:] = whole(np.tile([-8.0, 0.0], (STEPS, 1)))
+    plans.inputs[1] = 0.0
+    plans.targets[:] = 5.4
+    evaluate(plans, 0, 2, surroundings, CONSTANTS)
+    np.testing.assert_array_equal(plans.clear, [True, False])
+    base = whole(np.tile([-8.0, 0.0], (STEPS, 1)))[0]
+    search._draw_back(plans, 1, base, surroundings, CONSTANTS)
+    assert plans.clear[1]
+    share = 1 + plans.inputs[1, 0, 0] / 8
+    assert 0.1 < share < 0.9
+    further = empty_plans(1, NODES)
+    further.inputs[0], further.targets[0] = base * (1 - share - 0.5**search._HALVINGS), 5.4
+    evaluate(further, 0, 1, surroundings, CONSTANTS)
+    assert not further.clear[0]
+
+
+@pytest.mark.parametrize("lon", [12.0, 16.0, 20.0])
+def test_where_nothing_is_clear_a_gap_is_taken_or_else_it_brakes(straight_paths, lon: float) -> None:
+    """A wall of three cars, or one with a gap between two lanes, too near to stop before it."""
+    wall = straight_paths((lon, 1.8, 0), (lon, 5.4, 0), (lon, 9.0, 0))
+    plans, chosen, _, _ = searched(wanted_of([5.4, 1.8, 9.0]), around(STATE, wall))
+    assert not plans.clear[chosen]
+    known = np.isfinite(plans.cost)
+    on_road = known & (plans.departure <= 0.005)
+    assert on_road[chosen]
+    assert plans.harm[chosen] <= plans.harm[on_road].min() + 0.5
+    assert plans.severity[chosen] <= plans.severity[on_road].min() + 0.5
+
+
+def test_evasions_reach_places_between_the_lanes_and_keep_to_the_road(straight_paths) -> None:
+    """Cars on both sides, and one ahead that leaves a gap beside it but in no lane."""
+    paths = straight_paths((24, 5.4, 0), (24, 1.3, 0), (24, 10.0, 0), (-9, 5.4, 30))
+    wanted = wanted_of([5.4, 1.8, 9.0])
+    plans, _, _, _ = searched(wanted, around(STATE, paths))
+    evasions = plans.states[wanted.guesses + 4 :, CONSTANTS.tree.drive]
+    assert np.ptp(plans.inputs[wanted.guesses + 4 :, 0, 0]) == pytest.approx(8.0)
+    assert evasions[:, -1, 1].min() < 2.5 and evasions[:, -1, 1].max() > 8.3
+    ends = np.unique(np.round(evasions[:, -1, 1], 1))
+    assert len(ends) >= 9
+
+
+def test_whoever_is_clear_is_better_than_whoever_is_not_and_leaving_the_road_is_worst() -> None:
+    plans = empty_plans(5, NODES)
+    plans.cost[:], plans.harm[:], plans.departure[:] = [9e9, 1.0, 2.0, 1.0, 0.0], [0, 5, 5, 9, 0], [0, 0, 0, 0, 0.1]
+    plans.clear[0] = True
+    ranks = [search._rank(plans, i, 0.0) for i in range(5)]
+    assert ranks == sorted(ranks)
+    assert len(set(ranks)) == 5
+
+
+def test_the_rest_of_the_last_plan_is_known(straight_paths) -> None:
+    """As a plan whose branches are one."""
+    rest = np.random.default_rng(0).normal(0, [1.0, 0.01], (STEPS, 2))
+    wanted = wanted_of([5.4], rest=rest)
+    plans, *_ = searched(wanted, around(STATE, straight_paths()), iterations=0)
+    at = wanted.guesses - 1
+    np.testing.assert_allclose(plans.inputs[at, CONSTANTS.tree.drive], rest)
+    np.testing.assert_allclose(plans.inputs[at, CONSTANTS.tree.fail_safe], rest)

@@ -1,131 +1,130 @@
-"""A motion that is called clear touches nothing at any time, by whatever steps it is driven; sampled densely."""
+"""Edges hold the body, and contacts and speeds in closed form are those of dense sampling."""
 
 import numpy as np
 import pytest
+from planning_scenes import CAR, CONSTANTS, DT, STEPS, driven, sampled, wishes
 
-from coverdrive.geometry import boxes_overlap
-from coverdrive.planning.constants import constants_of
-from coverdrive.planning.evaluate import evaluate, surroundings_of
-from coverdrive.planning.obstacles import FAR, Obstacles
-from coverdrive.planning.problem import ProblemSettings, Situation
-from coverdrive.planning.sweep import contact_at, write_edges
-from coverdrive.planning.vehicle import VehicleSettings, step
-
-PROBLEM, CAR = ProblemSettings(), VehicleSettings()
-CONSTANTS, STEPS, DT = constants_of(PROBLEM), 12, 0.25
+from coverdrive.geometry import turned_half_extents
+from coverdrive.planning.sweep import NEVER, contact_at, impact, impact_beyond, write_edges
+from coverdrive.planning.vehicle import feasible_inputs, step
 
 
-def scene(rng: np.random.Generator) -> Situation:
-    """A car among others of all sizes that stand, drive, cross, come from behind or towards it, and swerve."""
-    speed, vehicles, time = rng.uniform(0, 45), 3, DT * np.arange(STEPS + 1)
-    state = np.array([0.0, rng.uniform(1.0, 9.8), speed, rng.uniform(-0.2, 0.2)])
-    along = np.where(rng.random(vehicles) < 0.3, 0.0, rng.uniform(-45, 45, vehicles))
-    across = np.where(rng.random(vehicles) < 0.6, 0.0, rng.uniform(-10, 10, vehicles))
-    meeting = rng.uniform(0, 3, vehicles)  # when it would be where the car is, but for some metres
-    lon = (speed - along) * meeting + rng.uniform(-30, 30, vehicles)
-    lat = state[1] - across * meeting + rng.uniform(-6, 6, vehicles)
-    swerve = rng.normal(0, 0.2, (len(time), vehicles, 2)).cumsum(0)
-    centres = np.stack([lon + along * time[:, None], lat + across * time[:, None]], axis=-1) + swerve
-    half_sizes = rng.choice([[1.1, 0.4], [2.3, 0.9], [6.0, 1.3]], vehicles) + 0.05 * np.arange(13)[:, None, None]
-    speeds = np.full((STEPS + 1, vehicles), FAR)
-    return Situation(
-        state,
-        np.zeros(2),
-        (-5.0, 15.8),
-        Obstacles(centres, half_sizes, speeds, np.zeros_like(speeds), np.ones_like(speeds)),
-    )
-
-
-def wishes(rng: np.random.Generator, motions: int) -> np.ndarray:
-    return np.concatenate([rng.normal(0, 5, (motions, STEPS)), rng.normal(0, 0.2, (motions, STEPS))], axis=1)
-
-
-def driven(state: np.ndarray, inputs: np.ndarray, parts: int) -> tuple[np.ndarray, np.ndarray]:
-    """Times and states of motions (m, 12, 2) by steps of dt / parts."""
-    states = [np.repeat(state[None], len(inputs), axis=0)]
+def within_limits(rng: np.random.Generator, plans: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A state, and inputs and states of plans from there within the limits of the ego."""
+    state = np.array([0.0, 5.0, rng.uniform(0, 45), rng.uniform(-0.3, 0.3)])
+    wanted, inputs, states = wishes(rng, plans, STEPS), [], [np.repeat(state[None], plans, axis=0)]
     for k in range(STEPS):
-        for _ in range(parts):
-            states.append(step(states[-1], inputs[:, k], DT / parts))
-    return DT / parts * np.arange(len(states)), np.stack(states, axis=1)
+        inputs.append(feasible_inputs(states[-1], wanted[:, k], DT, CAR))
+        states.append(step(states[-1], inputs[-1], DT))
+    return state, np.stack(inputs, axis=1), np.stack(states, axis=1)
 
 
-def touches(time: np.ndarray, states: np.ndarray, obstacles: Obstacles, samples: int) -> np.ndarray:
-    """Which motions touch a box at any of some samples between two states, in which all move evenly."""
-    at = np.linspace(0, time[-1], (len(time) - 1) * samples + 1)
-    own = np.stack([[np.interp(at, time, column) for column in each.T] for each in states]).swapaxes(1, 2)
-    known = DT * np.arange(STEPS + 1)
-    points, half_sizes = (
-        np.stack([[np.interp(at, known, each[:, slot, axis]) for axis in range(2)] for slot in range(each.shape[1])])
-        for each in (obstacles.centres, obstacles.half_sizes)
-    )
-    points, half_sizes = points.transpose(2, 0, 1)[None], half_sizes.transpose(2, 0, 1)[None]
-    heading = np.zeros(points.shape[:-1])
-    own = own[:, :, None]
-    return boxes_overlap(own[..., :2], own[..., 3], CAR.half_sizes, points, heading, half_sizes).any((1, 2))
+@pytest.mark.parametrize("parts", [1, 2, 5, 25])
+def test_edges_hold_the_body_by_whatever_finer_steps_it_is_driven(parts: int) -> None:
+    tightest = np.inf
+    for seed in range(40):
+        state, inputs, states = within_limits(np.random.default_rng(seed), 5)
+        _, finer = driven(state, inputs, parts)
+        own = sampled(finer, 50 // parts)
+        extent = turned_half_extents(CAR.half_sizes, own[..., 3])
+        body = np.concatenate([own[..., :2] - extent, own[..., :2] + extent], axis=-1)
+        for i in range(len(inputs)):
+            edges = np.empty((STEPS, 2, 4))
+            write_edges(states[i], inputs[i], edges, CONSTANTS)
+            share = np.arange(51)[:, None] / 50
+            for k in range(STEPS):
+                between = edges[k, 0] + share * (edges[k, 1] - edges[k, 0])
+                inside = (body[i, 50 * k : 50 * (k + 1) + 1] - between) * [1, 1, -1, -1]
+                assert inside.min() >= -1e-9
+                tightest = min(tightest, inside.min())
+    assert tightest < 0.01
 
 
-def clear_and_touching(seeds: range, motions: int) -> tuple[int, int, int]:
-    """Of motions in random scenes: how many there are, are called clear, and touch a box although they are."""
-    total = clear = touching = 0
-    for seed in seeds:
-        rng = np.random.default_rng(seed)
-        situation = scene(rng)
-        got = evaluate(wishes(rng, motions), np.full(motions, 5.4), surroundings_of(situation), CONSTANTS)
-        inputs = np.swapaxes(got.inputs.reshape(motions, 2, STEPS), 1, 2)[got.clear]
-        total, clear = total + motions, clear + len(inputs)
-        for parts, samples in ((1, 20), (5, 4), (25, 1)) if len(inputs) else ():
-            touching += int(touches(*driven(situation.state, inputs, parts), situation.obstacles, samples).sum())
-    return total, clear, touching
-
-
-def test_what_is_called_clear_touches_nothing() -> None:
-    total, clear, touching = clear_and_touching(range(300), 10)
-    assert touching == 0
-    assert 0.1 * total < clear < 0.9 * total
-
-
-@pytest.mark.slow
-def test_what_is_called_clear_touches_nothing_in_many_scenes() -> None:
-    _, clear, touching = clear_and_touching(range(1000, 11_000), 10)
-    assert touching == 0
-    assert clear > 10_000
-
-
-def test_samples_alone_would_miss_contacts() -> None:
-    """The negative control: of motions whose states touch nothing, some do in between, and none of these is clear."""
-    missed = 0
-    for seed in range(200):
-        rng = np.random.default_rng(seed)
-        situation = scene(rng)
-        got = evaluate(wishes(rng, 10), np.full(10, 5.4), surroundings_of(situation), CONSTANTS)
-        inputs = np.swapaxes(got.inputs.reshape(10, 2, STEPS), 1, 2)
-        time, states = driven(situation.state, inputs, 1)
-        missing = ~touches(time, states, situation.obstacles, 1) & touches(time, states, situation.obstacles, 20)
-        assert not (missing & got.clear).any()
-        missed += missing.sum()
-    assert missed > 20
-
-
-def test_a_car_beside_another_of_its_speed_needs_no_more_room_than_its_body() -> None:
-    """Neither moves against the other: a gap of a millimetre is clear, none is not."""
-    time = DT * np.arange(STEPS + 1)
-    for gap, clear in ((0.001, True), (-0.001, False)):
-        centres = np.stack([20.0 * time, np.full(13, 5.4 - 1.9 - gap)], axis=-1)[:, None]
-        speeds = np.full((13, 1), FAR)
-        obstacles = Obstacles(centres, np.tile([2.4, 0.95], (13, 1, 1)), speeds, np.zeros((13, 1)), np.ones((13, 1)))
-        situation = Situation(np.array([0.0, 5.4, 20.0, 0.0]), np.zeros(2), (0.0, 10.8), obstacles)
-        got = evaluate(np.zeros((1, 24)), np.array([5.4]), surroundings_of(situation), CONSTANTS)
-        assert bool(got.clear[0]) is clear
+@pytest.mark.parametrize("grown", [0.0, 0.5, 1.0])
+def test_first_contact_is_that_of_dense_sampling(grown: float) -> None:
+    rng, share, met = np.random.default_rng(0), np.linspace(0, 1, 2001), 0
+    for _ in range(1000):
+        centre, half = rng.uniform(-3, 3, (2, 2)), rng.uniform(0.1, 2, (2, 2))
+        edges = np.concatenate([centre - half, centre + half], axis=1)[None]
+        boxes = np.zeros((7, 2, 1))
+        boxes[:2, :, 0], boxes[2:4, :, 0] = rng.uniform(-3, 3, (2, 2)), rng.uniform(0.1, 2, (2, 2))
+        box, size = boxes[:2, :, 0], boxes[2:4, :1, 0] + grown * (boxes[2:4, :, 0] - boxes[2:4, :1, 0])
+        known = np.concatenate([box - size, box + size]).T
+        own, other = (np.stack([np.interp(share, [0, 1], at) for at in each.T]) for each in (edges[0], known))
+        overlap = ((own[:2] < other[2:]) & (other[:2] < own[2:])).all(0)
+        got = contact_at(edges, boxes, 0, 0, grown)
+        if overlap.any():
+            met += 1
+            first = share[np.argmax(overlap)]
+            assert first - 1 / 2000 <= got <= first
+        else:
+            assert got == NEVER or not overlap[int(got * 2000) :: 2000].any()
+            assert got == NEVER or got * 2000 % 1 > 0  # a touch that is shorter than a sample
+    assert 200 < met < 900
 
 
 def test_time_of_contact_by_hand() -> None:
     """At 20 m/s towards a standing box 2 m ahead: after 2 of the 5 m of the step."""
-    states, inputs = np.zeros((13, 4)), np.zeros(24)
+    states, inputs = np.zeros((13, 4)), np.zeros((12, 2))
     states[:, 0], states[:, 2] = 5.0 * np.arange(13), 20.0
     edges = np.empty((12, 2, 4))
     write_edges(states, inputs, edges, CONSTANTS)
     boxes = np.zeros((7, 13, 2))
     boxes[0], boxes[2], boxes[3] = [6.8, 60.0], 2.4, 0.95
-    assert contact_at(edges, boxes, 0, 0, 0.0) == pytest.approx(0.4)
-    assert contact_at(edges, boxes, 0, 1, 0.0) > 1
-    assert contact_at(edges, boxes, 1, 0, 0.0) == 0.0
+    assert contact_at(edges, boxes, 0, 0, 1.0) == pytest.approx(0.4)
+    assert contact_at(edges, boxes, 0, 1, 1.0) == NEVER
+    assert contact_at(edges, boxes, 1, 0, 1.0) == 0.0
+
+
+@pytest.mark.parametrize("k", [0, 5, 11])
+@pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
+def test_relative_speed_to_a_box_that_brakes_and_swerves_evenly(k: int, share: float) -> None:
+    time, boxes = DT * np.arange(13), np.zeros((7, 13, 1))
+    boxes[0, :, 0], boxes[1, :, 0] = 20 * time - 3 * time**2, 5 - 2 * time + time**2
+    at = (k + share) * DT
+    speed, heading = 30 + share * DT * 2.0, 0.1 - share * DT * 0.2
+    expected = np.hypot(speed * np.cos(heading) - (20 - 6 * at), speed * np.sin(heading) - (-2 + 2 * at))
+    assert impact((0.0, 0.0, 30.0, 0.1), (2.0, -0.2), share, boxes, k, 0, DT) == pytest.approx(expected)
+
+
+def beyond(speed: float, other: float, fall: float, way: float, lat: float = 0.0) -> float:
+    """`impact_beyond` of an ego [m/s] whose front is a way [m] behind the rear of a box that goes on at ``other``."""
+    boxes = np.zeros((7, 13, 1))
+    boxes[:6, -1, 0] = [100.0 + way + 2.3, lat, 2.3, 0.9, other, fall]
+    edges = np.array([100.0 - 4.8, -0.95, 100.0, 0.95])
+    return impact_beyond((97.6, 0.0, speed, 0.0), edges, boxes, 0, 8.0)
+
+
+def test_contact_beyond_the_end_is_that_of_two_that_brake() -> None:
+    rng, time, met, missed = np.random.default_rng(1), np.linspace(0, 12, 120_001), 0, 0
+
+    def gone(speed: float, braking: float) -> tuple[np.ndarray, np.ndarray]:
+        """Way and speed over the time."""
+        until = np.minimum(time, speed / max(braking, 1e-12))
+        return speed * until - braking / 2 * until**2 + (speed * (time - until) if braking == 0 else 0.0), (
+            speed - braking * until
+        )
+
+    for _ in range(300):
+        speed, other, way = rng.uniform(0, 45), rng.uniform(0, 45), rng.uniform(0, 60) * rng.choice([0.1, 1.0])
+        fall = rng.choice([0.0, rng.uniform(0, 8), 8.0, 12.0])
+        (own, own_speed), (ahead, other_speed) = gone(speed, 8.0), gone(other, min(fall, 8.0))
+        gap = way + ahead - own
+        got = beyond(speed, other, fall, way)
+        if abs(gap.min()) < 1e-3:
+            continue
+        if gap.min() < 0:
+            met += 1
+            first = np.argmax(gap < 0)
+            assert got == pytest.approx(own_speed[first] - other_speed[first], abs=0.01 + 0.2 / max(got, 0.1))
+        else:
+            missed += 1
+            assert got == -1.0
+    assert met > 50 and missed > 50
+
+
+def test_whoever_is_beside_or_behind_is_not_met_beyond_the_end() -> None:
+    assert beyond(30.0, 5.0, 0.0, 5.0) > 0
+    assert beyond(30.0, 5.0, 0.0, 5.0, lat=1.86) == -1.0
+    assert beyond(30.0, 5.0, 0.0, -10.0) == -1.0
+    assert beyond(5.0, 30.0, 0.0, 5.0) == -1.0

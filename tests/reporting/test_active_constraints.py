@@ -24,3 +24,13 @@ def test_distance_decides(trace, more: float, binds: bool) -> None:
     assert found.shape == (1, len(plan.states))
     assert not found[0, 0]
     assert (found[0, 1:] == binds).all()
+
+
+def test_paths_constrain_the_fail_safe_branch_where_there_is_one(trace) -> None:
+    """A path far from the drive branch, through the other one."""
+    plan = trace.plans[0]
+    plan = dataclasses.replace(plan, fail_safe=plan.states + np.array([0.0, 30.0, 0.0, 0.0]))
+    points = plan.fail_safe[None, :, :2]
+    paths = PredictedPaths(points, np.array([1]), np.broadcast_to([2.5, 1.0], points.shape), plan.dt)
+    changed = dataclasses.replace(trace, plans=(plan, *trace.plans[1:]), paths=(paths, *trace.paths[1:]))
+    assert ActiveConstraints(VehicleSettings(), ObstacleSettings()).of(changed, 0)[0, 1:].all()

@@ -122,7 +122,7 @@ def test_slack_planning_time_and_status():
     assert found["maximum_slack"] == 0.3
     assert found["planning_median"] == pytest.approx(0.25)
     assert found["planning_maximum"] == pytest.approx(0.4)
-    shares = [found[f"share_{status}"] for status in ("solved", "fallback", "rear", "unsafe", "blind")]
+    shares = [found[f"share_{status}"] for status in ("solved", "fallback", "rear", "unsafe", "invalid_input")]
     assert shares == [0.5, 0.25, 0.0, 0.25, 0.0]
 
 

@@ -49,6 +49,17 @@ def test_what_paths_may_have_besides_is_kept(name: str, tmp_path):
         assert np.array_equal(getattr(found, name), value)
 
 
+def test_a_plan_keeps_its_fail_safe_branch_and_severity_or_that_it_has_none(tmp_path):
+    trace = a_trace(3)
+    branch, (first, second, *others) = trace.plans[0].states + 1.0, trace.plans
+    plans = (replace(first, fail_safe=branch, severity=3.5), second, *others)
+    save_trace(replace(trace, plans=plans), tmp_path / "trace.npz")
+    found = load_trace(tmp_path / "trace.npz").plans
+    np.testing.assert_array_equal(found[0].fail_safe, branch)
+    assert found[0].severity == 3.5
+    assert all(plan.fail_safe is None and plan.severity == 0.0 for plan in found[1:])
+
+
 def test_missing_and_foreign_files_are_named(tmp_path):
     with pytest.raises(DataError, match="there is no trace at"):
         load_trace(tmp_path / "nothing.npz")

@@ -1,4 +1,4 @@
-"""How near the own car is to a predicted box, and how that changes with its state; compiled, for one box at a time.
+"""How near the ego is to a predicted box, and how that changes with its state; compiled, for one box at a time.
 
 The definition is `coverdrive.planning.obstacles.clearance`. Since the norm of order p is at least the larger of its two
 parts, boxes that are far along the road or across it are told without computing it.
@@ -43,7 +43,7 @@ def box_between(boxes: Float[np.ndarray, "7 P n"], moment: int, slot: int, share
 def parts_of(
     way: tuple[float, float], own: tuple[float, float], boxes: Float[np.ndarray, "7 P n"], moment: int, slot: int
 ) -> int:
-    """In how many parts the step after a moment is looked at, so that the own box cannot jump over another.
+    """In how many parts the step after a moment is looked at, so that the ego's box cannot jump over another.
 
     In each, car and box come by no more than the sum of their half extents past each other: what moves alike is looked
     at once.

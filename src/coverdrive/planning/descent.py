@@ -37,7 +37,9 @@ class Descent(NamedTuple):
 
 
 @compiled
-def _projected(wanted: Float[np.ndarray, "N 2"], around: Surroundings, constants: Constants) -> Float[np.ndarray, "N 2"]:
+def _projected(
+    wanted: Float[np.ndarray, "N 2"], around: Surroundings, constants: Constants
+) -> Float[np.ndarray, "N 2"]:
     """The wanted inputs within their bounds."""
     low, high = input_bounds(wanted, around, constants)
     return np.minimum(np.maximum(wanted, low), high)

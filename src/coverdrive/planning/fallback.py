@@ -11,11 +11,11 @@ from coverdrive.road import Road
 _FARTHEST = 1e9
 """[m] no road is longer"""
 _BESIDE = 5.0
-"""[m] beyond the edge of the road where the own car may be"""
+"""[m] beyond the edge of the road where the ego may be"""
 _BACKWARDS = 1.0
 """[m/s] at which it may roll backwards"""
 _ASTRAY = np.array([5.0, 1.5, 5.0, 0.3])
-"""lon [m], lat [m], speed [m/s], heading [rad] by which the own car may be off its plan after `_PERIOD`"""
+"""lon [m], lat [m], speed [m/s], heading [rad] by which the ego may be off its plan after `_PERIOD`"""
 _PERIOD = 0.25
 """[s] after which; more than usual between two plans"""
 
@@ -47,7 +47,7 @@ def plausible(state: Float[np.ndarray, " 4"], vehicle: VehicleSettings, road: Ro
 
     Args:
         state: lon [m], lat [m], speed [m/s], heading [rad].
-        vehicle: limits of the own car; up to twice its largest speed is believed.
+        vehicle: limits of the ego; up to twice its largest speed is believed.
         road: the lanes.
     """
     least = np.array([-_FARTHEST, road.edges[0] - _BESIDE, -_BACKWARDS, -np.pi / 2])
@@ -56,7 +56,7 @@ def plausible(state: Float[np.ndarray, " 4"], vehicle: VehicleSettings, road: Ro
 
 
 def continued(state: Float[np.ndarray, " 4"], expected: Float[np.ndarray, " 4"], period: float) -> bool:
-    """Whether the own car can have come to a state, rather than to the one that its last plan leads to.
+    """Whether the ego can have come to a state, rather than to the one that its last plan leads to.
 
     Within 0.25 s full braking (8 m/s²) where full throttle (3 m/s²) was planned makes 2.8 m/s and 0.3 m. All that tyres
     give to one side (8 m/s²) where as much to the other was planned makes 0.5 m; 0.5 rad/s where as much the other way
@@ -79,7 +79,7 @@ def assumed_state(
     Args:
         measured: the state.
         believed: which of its values can be true.
-        vehicle: limits of the own car.
+        vehicle: limits of the ego.
         road: the lanes.
 
     Returns:

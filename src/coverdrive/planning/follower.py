@@ -35,7 +35,7 @@ def with_careful_follower(
     """The paths, but the vehicle directly behind in the own lane reacts and brakes; None if there is none.
 
     Args:
-        state: lon [m], lat [m], speed [m/s], heading [rad] of the own car.
+        state: lon [m], lat [m], speed [m/s], heading [rad] of the ego.
         paths: predicted paths; all of a vehicle begin at the same point and speed.
         road: its lanes.
         settings: how the vehicle behind reacts.
@@ -54,7 +54,7 @@ def with_careful_follower(
     half_sizes[first] = half_sizes[first, 0]
     kept = ~follower
     kept[first] = True
-    return PredictedPaths(points, paths.vehicle, half_sizes, paths.dt).of(kept)
+    return PredictedPaths(points, paths.vehicle, half_sizes, paths.dt, weight=paths.weight).of(kept)
 
 
 def _of_follower(state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> Bool[np.ndarray, " S"]:

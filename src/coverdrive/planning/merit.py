@@ -184,7 +184,8 @@ def _boxes(
     seen: _Constraints, count: int,
 ) -> int:  # fmt: skip
     """Append the boxes at the end of a node's step, and where they are passed in the step after, for which the car is
-    taken to go straight on; returns the number of constraints."""
+    taken to go straight on; returns the number of constraints.
+    """
     moment, dt = constants.tree.moment[n], constants.dt
     at, own = (state[0], state[1], state[2], state[3]), smooth_half_sizes(state[3], constants.vehicle)
     along, across = dt * np.cos(state[3]), dt * np.sin(state[3])
@@ -223,5 +224,6 @@ def input_bounds(
             for i, most in ((0, constants.most_change), (1, constants.most_change / now)):
                 low[n, i] = min(max(low[n, i], before[i] - most), high[n, i])
                 high[n, i] = max(min(high[n, i], before[i] + most), low[n, i])
-        speed[n] = (speed[p] if p >= 0 else around.state[2]) + constants.dt * min(max(inputs[n, 0], low[n, 0]), high[n, 0])
+        applied = min(max(inputs[n, 0], low[n, 0]), high[n, 0])
+        speed[n] = (speed[p] if p >= 0 else around.state[2]) + constants.dt * applied
     return low, high

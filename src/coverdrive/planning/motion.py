@@ -1,4 +1,4 @@
-"""Motions of the own car within its limits. P = K + 1 is the number of states."""
+"""Motions of the ego within its limits. P = K + 1 is the number of states."""
 
 from collections.abc import Callable
 from typing import Any
@@ -32,7 +32,7 @@ def drive(
         motions: number of motions m.
         steps: K.
         dt: [s].
-        vehicle: limits of the own car.
+        vehicle: limits of the ego.
     """
     states, inputs = np.empty((motions, steps + 1, 4)), np.empty((motions, steps, 2))
     states[:, 0] = state

@@ -1,15 +1,15 @@
 """Predicted paths as obstacles of the optimal control problem (paper §4).
 
-At step k the own centre (lon, lat) must stay out of a superellipse around every predicted centre:
+At step k the ego's centre (lon, lat) must stay out of a superellipse around every predicted centre:
 ((|Δlon|/A)^p + (|Δlat|/B)^p)^(1/p) + γ_k ≥ 1. The paper has p = 2, no root, and for A, B the sums of the semi-axes;
 such an ellipse does not contain the corners of the two boxes. Here A = α·(a_i + a) and B = β·(b_i + b), a_i and b_i
-being half sizes of the predicted box, a and b of the turned own box, and α^(−p) + β^(−p) = 1: the superellipse passes
-through the corners, so that every pair of overlapping boxes violates the constraint. The root changes no set; it makes
-the slack the share of the way to the centre.
+being half sizes of the predicted box, a and b of the ego's turned box, and α^(−p) + β^(−p) = 1: the superellipse
+passes through the corners, so that every pair of overlapping boxes violates the constraint. The root changes no set; it
+makes the slack the share of the way to the centre.
 
-At the last step the own box is longer ahead by the way that it comes nearer to the other vehicle while it brakes to its
-speed, should that go on as at the end of its path, at a speed or braking to a stop: whoever ends a plan free of slack
-can still brake behind it. P = K + 1 is the number of states.
+At the last step the ego's box is longer ahead by the way that it comes nearer to the other vehicle while it brakes to
+its speed, should that go on as at the end of its path, at a speed or braking to a stop: whoever ends a plan free of
+slack can still brake behind it. P = K + 1 is the number of states.
 """
 
 from collections.abc import Callable
@@ -61,7 +61,7 @@ class Obstacles(NamedTuple):
     half_sizes: Float[np.ndarray, "P n 2"]
     """[m] half extents along lon and lat of the predicted box"""
     speed: Float[np.ndarray, "P n"]
-    """[m/s] that the own car must be able to brake to after this moment"""
+    """[m/s] that the ego must be able to brake to after this moment"""
     deceleration: Float[np.ndarray, "P n"]
     """[m/s²] at which that speed falls on"""
     likelihood: Float[np.ndarray, "P n"]
@@ -74,7 +74,7 @@ class Obstacles(NamedTuple):
 
 
 def own_half_sizes(heading: Any, vehicle: VehicleSettings) -> tuple[Any, Any]:
-    """Half extents of the turned own box along lon and lat, from above and linear in the heading.
+    """Half extents of the ego's turned box along lon and lat, from above and linear in the heading.
 
     A box of half length a and half width b turned by ψ ≥ 0 has the half extents a·cos ψ + b·sin ψ and
     b·cos ψ + a·sin ψ, which are at most a + b·ψ and b + a·ψ. For either sign of the heading the larger extents count:
@@ -82,7 +82,7 @@ def own_half_sizes(heading: Any, vehicle: VehicleSettings) -> tuple[Any, Any]:
 
     Args:
         heading: [rad], at least 0 unless the other sign counts as well.
-        vehicle: size of the own car.
+        vehicle: size of the ego.
 
     Returns:
         [m] along lon and [m] along lat.
@@ -123,10 +123,10 @@ def clearance(
     """Left-hand side of the obstacle constraint without its slack: below 1 if the boxes overlap.
 
     Args:
-        offset: [m] own centre minus predicted centre along lon and lat.
+        offset: [m] centre of the ego minus predicted centre along lon and lat.
         half_sizes: [m] half extents of the predicted box along lon and lat.
-        own: [m] half extents of the own box along lon and lat.
-        way: [m] by which the own box is longer ahead.
+        own: [m] half extents of the ego's box along lon and lat.
+        way: [m] by which the box of the ego is longer ahead.
         settings: shape of the obstacles.
     """
     order = settings.order
@@ -146,7 +146,7 @@ def clearances(
     Args:
         states: lon [m], lat [m], speed [m/s], heading [rad].
         obstacles: the boxes to stay clear of.
-        vehicle: size and limits of the own car.
+        vehicle: size and limits of the ego.
         settings: shape of the obstacles.
     """
     lon, lat, speed, heading = (states[..., 1:, i, None] for i in range(4))
@@ -204,13 +204,13 @@ def reachable(
     vehicle: VehicleSettings,
     settings: ObstacleSettings,
 ) -> Bool[np.ndarray, " n"]:
-    """The paths that some motion of the own car can come near at any time; leaving out the others loses nothing.
+    """The paths that some motion of the ego can come near at any time; leaving out the others loses nothing.
 
     Args:
         state: lon [m], lat [m], speed [m/s], heading [rad] now.
         obstacles: one slot for each path.
         dt: [s] between two steps.
-        vehicle: size and limits of the own car.
+        vehicle: size and limits of the ego.
         settings: shape of the obstacles.
     """
     low, high = reachable_range(state, len(obstacles.centres) - 1, dt, vehicle)
@@ -232,9 +232,10 @@ def _mark_near(
     inflation: float,
     near: Bool[np.ndarray, " n"],
 ) -> None:
-    """Tell which obstacles an own car of this half length [m] comes near between the ends.
+    """Tell which obstacles an ego of this half length [m] comes near between the ends.
 
-    Both move evenly in a step: what is ahead, or behind, at its start and at its end is so all the while.
+    Both move evenly in a step, but for what the half length has room for: what is ahead, or behind, at its start and at
+    its end is so all the while.
     """
     for slot in range(len(near)):
         was_ahead = was_behind = False
@@ -248,8 +249,9 @@ def _mark_near(
 
 
 def packed(
-    state: Float[np.ndarray, " 4"], obstacles: Obstacles, dt: float, vehicle: VehicleSettings, settings: ObstacleSettings
-) -> Float[np.ndarray, "7 P m"]:
+    state: Float[np.ndarray, " 4"], obstacles: Obstacles, dt: float, vehicle: VehicleSettings,
+    settings: ObstacleSettings,
+) -> Float[np.ndarray, "7 P m"]:  # fmt: skip
     """The `reachable` obstacles as `coverdrive.planning.merit.Surroundings` has them, with the same arguments."""
     near = reachable(state, obstacles, dt, vehicle, settings)
     boxes = np.empty((7, len(obstacles.centres), int(near.sum())))
@@ -264,7 +266,7 @@ def _pack(obstacles: Obstacles, near: Bool[np.ndarray, " n"], lon: float, boxes:
     Args:
         obstacles: one slot for each path.
         near: which of them; m.
-        lon: [m] where the own car is.
+        lon: [m] where the ego is.
         boxes: where lon (from there), lat, half length, half width [m], speed [m/s], deceleration [m/s²] and
             likelihood are written.
     """
@@ -280,22 +282,3 @@ def _pack(obstacles: Obstacles, near: Bool[np.ndarray, " n"], lon: float, boxes:
                 boxes[5, k, count] = obstacles.deceleration[k, slot]
                 boxes[6, k, count] = obstacles.likelihood[k, slot]
                 count += 1
-
-
-def chosen_obstacles(obstacles: Obstacles, chosen: Bool[np.ndarray, " n"], lon: float, slots: int) -> Obstacles:
-    """The chosen paths in a number of slots; free slots hold boxes that are out of reach.
-
-    Args:
-        obstacles: one slot for each path.
-        chosen: which of them; at most ``slots``.
-        lon: [m] where the own car is.
-        slots: number of slots.
-    """
-    steps, free = len(obstacles.centres), slots - int(chosen.sum())
-    return Obstacles(
-        np.concatenate([obstacles.centres[:, chosen], np.tile([lon + FAR, 0.0], (steps, free, 1))], axis=1),
-        np.concatenate([obstacles.half_sizes[:, chosen], np.ones((steps, free, 2))], axis=1),
-        np.concatenate([obstacles.speed[:, chosen], np.full((steps, free), FAR)], axis=1),
-        np.concatenate([obstacles.deceleration[:, chosen], np.zeros((steps, free))], axis=1),
-        np.concatenate([obstacles.likelihood[:, chosen], np.zeros((steps, free))], axis=1),
-    )

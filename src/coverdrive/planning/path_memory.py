@@ -104,13 +104,16 @@ def later(paths: PredictedPaths, elapsed: float) -> PredictedPaths:
         for values in (paths.points, paths.half_sizes)
     )
     sizes = np.maximum(sizes, np.minimum(paths.half_sizes[:, before], paths.half_sizes[:, before + 1]))
-    return PredictedPaths(points, paths.vehicle, sizes, paths.dt)
+    return PredictedPaths(points, paths.vehicle, sizes, paths.dt, weight=paths.weight)
 
 
 def _joined(first: PredictedPaths, second: PredictedPaths) -> PredictedPaths:
+    """The paths of both, of different vehicles."""
+    weights = [np.ones(len(each)) if each.weight is None else each.weight for each in (first, second)]
     return PredictedPaths(
         np.concatenate([first.points, second.points]),
         np.concatenate([first.vehicle, second.vehicle]),
         np.concatenate([first.half_sizes, second.half_sizes]),
         first.dt,
+        weight=np.concatenate(weights),
     )

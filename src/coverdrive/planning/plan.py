@@ -16,30 +16,33 @@ class Status(enum.Enum):
     """How a plan was found, and what it promises."""
 
     SOLVED = "solved"
-    """the best of the optimised plans; it is clear of every predicted path at any time and stays on the road"""
+    """the best of the optimised plans; its fail-safe branch is clear of every predicted path at any time and stays on
+    the road"""
     FALLBACK = "fallback"
-    """as clear, but the rest of the last plan, or a simple braking or swerving manoeuvre: no optimised plan is clear
-    and cheaper"""
+    """as clear, but the rest of the last fail-safe branch, or a simple manoeuvre to a lane at a constant acceleration:
+    no optimised plan is clear and cheaper"""
     REAR = "rear"
     """nothing clear was found; it is clear of everything else if the vehicle directly behind in the own lane (paper,
     Remark 2) reacts and brakes as a careful driver would"""
     UNSAFE = "unsafe"
-    """nothing clear was found; of all that was tried, this keeps to the road and is least severe"""
-    BLIND = "blind"
-    """the own state or a path is not known, so that nothing can be promised"""
+    """nothing clear was found; of all that was tried, this keeps to the road as far as anything does, does hardly more
+    harm than the least harmful, and is the best of those"""
+    INVALID_INPUT = "invalid input"
+    """the ego's state or a path is not known, so that nothing can be promised"""
 
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """One planned motion of the own car."""
+    """One planned motion of the ego."""
 
     states: Float[np.ndarray, "P 4"]
-    """lon [m], lat [m], speed [m/s], heading [rad] at the times k·dt"""
+    """lon [m], lat [m], speed [m/s], heading [rad] at the times k·dt, of the drive branch"""
     inputs: Float[np.ndarray, "K 2"]
-    """acceleration [m/s²], yaw rate [rad/s], each held for dt"""
+    """acceleration [m/s²], yaw rate [rad/s] of the drive branch, each held for dt"""
     slack: Float[np.ndarray, " K"]
-    """how far the own box gets into a predicted one at each step: share of the way to its centre (0: not at all)"""
+    """how far the ego's box, on the fail-safe branch, gets into a predicted one at each step and until the next: share
+    of the way to its centre (0: not at all)"""
     status: Status
     cost: float
     """value of the objective"""
@@ -50,8 +53,8 @@ class Plan:
     severity: float = 0.0
     """[m/s] where nothing is clear: relative speed at the first contact with a predicted box, of the worst box"""
     fail_safe: Float[np.ndarray, "P 4"] | None = None
-    """the states of a second branch that begins with the same steps, and is driven where no better plan is found. None:
-    there is only one"""
+    """the states of the fail-safe branch, which begins with the same steps, and is driven on where no better plan is
+    found. None: there is only one branch"""
 
 
 @runtime_checkable

@@ -58,8 +58,8 @@ class PlannerSettings(Settings):
     follower: FollowerSettings = FollowerSettings()
     """what that vehicle is trusted to do"""
     grace: float = Field(default=0.5, ge=0, le=10)
-    """[s] for which a vehicle that vanished is taken to be on one of its last predicted paths, and for which the own
-    car is taken to follow its last plan where its state cannot be true, or cannot have come about since. Then it brakes
+    """[s] for which a vehicle that vanished is taken to be on one of its last predicted paths, and for which the
+    ego is taken to follow its last plan where its state cannot be true, or cannot have come about since. Then it brakes
     in the former case, and believes the state in the latter"""
 
 
@@ -77,7 +77,7 @@ class _Memory(NamedTuple):
     rest: Float[np.ndarray, "K 2"]
     """inputs of the fail-safe branch, shifted as well"""
     unknown: float
-    """[s] for which the own state has not been known"""
+    """[s] for which the ego's state has not been known"""
 
 
 class _Found(NamedTuple):
@@ -110,7 +110,7 @@ class MpcPlanner:
         """Make a planner.
 
         Args:
-            settings: horizon, car, weights; the defaults if left out.
+            settings: horizon, ego, weights; the defaults if left out.
         """
         self.settings = settings or PlannerSettings()
         self._accelerations = self.settings.search.accelerations(self.settings.problem.vehicle)
@@ -159,8 +159,8 @@ class MpcPlanner:
 
         Returns:
             The cheapest plan whose fail-safe branch is clear of all paths, else the one that does least harm; its
-            status says which. If the state or a path is not known, or the state has jumped, the status is BLIND and the
-            slack 1.
+            status says which. If the state or a path is not known, or the state has jumped, the status is
+            INVALID_INPUT and the slack 1.
 
         Raises:
             SettingError: if the paths have other times than the plan.
@@ -180,7 +180,7 @@ class MpcPlanner:
         paths, complete = self._paths.completed(paths, self._period)
         searching = complete and unknown <= self.settings.grace + _ROUNDING
         found, targets, status = self._decide(measured, paths, road, searching, begun)
-        plan = self._plan_of(found, measured, status if known and complete else Status.BLIND)
+        plan = self._plan_of(found, measured, status if known and complete else Status.INVALID_INPUT)
         self._remember(found, targets, plan, measured, unknown)
         return replace(plan, seconds=time.perf_counter() - begun)
 
@@ -207,8 +207,8 @@ class MpcPlanner:
         if found.clear:
             return found, targets, Status.SOLVED if found.optimised else Status.FALLBACK
         careful = self._with_careful_follower(state, paths, road, begun)
-        yielded = careful and self._search(state, careful, road, targets, begun)
-        if not yielded:
+        yielded = self._search(state, careful, road, targets, begun) if careful else None
+        if yielded is None:
             return found, targets, Status.UNSAFE
         status = Status.REAR if yielded.clear else Status.UNSAFE
         evaluate(yielded.plans, yielded.chosen, yielded.chosen + 1, found.around, self._constants)
@@ -273,12 +273,10 @@ class MpcPlanner:
     def _plan_of(self, found: _Found, state: Float[np.ndarray, " 4"], status: Status) -> Plan:
         """The chosen plan, on the road."""
         tree, plans, i = self._constants.tree, found.plans, found.chosen
-        start, offset = np.array([0.0, *state[1:]]), np.array([state[0], 0.0, 0.0, 0.0])
-        drive, safe = (
-            np.concatenate([start[None], plans.states[i, branch]]) for branch in (tree.drive, tree.fail_safe)
-        )
+        start, offset = np.array([[0.0, *state[1:]]]), np.array([state[0], 0.0, 0.0, 0.0])
+        drive, safe = (np.concatenate([start, plans.states[i, branch]]) for branch in (tree.drive, tree.fail_safe))
         slack = np.zeros(self.steps)
-        if status is Status.BLIND:
+        if status is Status.INVALID_INPUT:
             slack[:] = 1.0
         elif not plans.clear[i]:
             write_slack(safe, found.around, self._constants, slack)

@@ -1,4 +1,4 @@
-"""How far along the road the own car can be at every step, whatever it does within its limits."""
+"""How far along the road the ego can be at every step, whatever it does within its limits."""
 
 import numpy as np
 from jaxtyping import Float
@@ -10,16 +10,16 @@ from coverdrive.planning.vehicle import VehicleSettings
 def reachable_range(
     state: Float[np.ndarray, " 4"], steps: int, dt: float, vehicle: VehicleSettings
 ) -> tuple[Float[np.ndarray, " P"], Float[np.ndarray, " P"]]:
-    """Interval that holds every position of the own centre along the road at the times k·dt, k = 0 … K.
+    """Interval that holds every position of the ego's centre along the road at the times k·dt, k = 0 … K.
 
-    Speed and heading take their extremes each on its own, so that the interval is too long, never too short; it holds
-    what `coverdrive.planning.sweep.lag` adds as well.
+    Speed and heading take their extremes each on its own, so that the interval is too long, never too short; the way is
+    the trapezoidal sum that `coverdrive.planning.vehicle.moved` makes.
 
     Args:
         state: lon [m], lat [m], speed [m/s], heading [rad] now.
         steps: K.
         dt: [s].
-        vehicle: limits of the own car.
+        vehicle: limits of the ego.
 
     Returns:
         [m] least and largest lon.

@@ -110,9 +110,7 @@ def _eliminate(
 
 
 @compiled
-def _played(
-    gains: Float[np.ndarray, "N 2 7"], rollout: Rollout, tree: Tree, dt: float
-) -> Float[np.ndarray, "N 2"]:
+def _played(gains: Float[np.ndarray, "N 2 7"], rollout: Rollout, tree: Tree, dt: float) -> Float[np.ndarray, "N 2"]:
     """The inputs that follow from the gains, node by node."""
     nodes = len(gains)
     result, states, known = np.empty((nodes, 2)), np.zeros((nodes, 4)), np.zeros(7)

@@ -51,9 +51,7 @@ def rolled(start: Float[np.ndarray, " 4"], inputs: Float[np.ndarray, "N 2"], tre
 
 
 @compiled
-def changes_of(
-    rollout: Rollout, change: Float[np.ndarray, "N 2"], tree: Tree, dt: float
-) -> Float[np.ndarray, "N 4"]:
+def changes_of(rollout: Rollout, change: Float[np.ndarray, "N 2"], tree: Tree, dt: float) -> Float[np.ndarray, "N 4"]:
     """Changes of the states, to first order, where the inputs change."""
     result = np.zeros((len(change), 4))
     for n in range(len(change)):

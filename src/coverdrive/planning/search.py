@@ -2,10 +2,11 @@
 
 Every target lane has a start: the last plan to that lane, or the cheapest of simple manoeuvres (steer to the lane at a
 constant acceleration, from full braking to full throttle) with the least harmful one as its fail-safe branch; the lane
-that the last plan aimed at has both. All starts descend together. Whatever comes out is evaluated (`coverdrive.planning.evaluate`), and so are the simple
-manoeuvres and the rest of the last fail-safe branch, as plans whose branches are one: they are what is left when the
-descent finds nothing clear. If nothing at all is clear, more ways to evade are tried, and of everything that does
-hardly more harm than the least harmful, the cheapest is chosen.
+that the last plan aimed at has both. All starts descend together. Whatever comes out is evaluated
+(`coverdrive.planning.evaluate`), and so are the simple manoeuvres and the rest of the last fail-safe branch, as plans
+whose branches are one: they are what is left when the descent finds nothing clear. What comes out unclear is drawn back
+to the cheapest clear plan until it is clear. If nothing at all is clear, more ways to evade are tried, and of
+everything that does hardly more harm than the least harmful, the cheapest is chosen.
 
 L target lanes, g accelerations, m plans, N nodes, K steps, P = K + 1 states.
 """
@@ -94,7 +95,8 @@ def begin(plans: Plans, wanted: Wanted, around: Surroundings, constants: Constan
     tree, lanes, tried = constants.tree, wanted.lanes, len(wanted.accelerations)
     guesses = len(lanes) * tried
     for i in range(guesses):
-        _write_manoeuvre(plans, i, lanes[i // tried], i // tried, wanted.accelerations[i % tried], 1.0, around, constants)
+        lane, acceleration = i // tried, wanted.accelerations[i % tried]
+        _write_manoeuvre(plans, i, lanes[lane], lane, acceleration, 1.0, around, constants)
     for n in range(len(tree.parent)):
         plans.inputs[guesses, n] = wanted.rest[tree.moment[n] - 1]
     plans.lane[guesses] = np.argmin(wanted.extra)
@@ -210,7 +212,8 @@ def _draw_back(
 @compiled
 def _rank(plans: Plans, i: int, allowed: float) -> float:
     """The lower, the better: clear plans by their cost; others first by leaving the road, then by more harm [m/s] than
-    is allowed, then by their cost, which counts how deep and how early they get into boxes."""
+    is allowed, then by their cost, which counts how deep and how early they get into boxes.
+    """
     if plans.clear[i]:
         return plans.cost[i]
     leaving = max(0.0, plans.departure[i] - _NO_DEPARTURE)
@@ -226,7 +229,7 @@ def _evade(plans: Plans, first: int, wanted: Wanted, around: Surroundings, const
     for i in range(_EVASIONS):
         place = i // len(_HARD)
         at = lat if place == _PLACES else right + (left - right) * place / (_PLACES - 1)
-        lane = np.argmin(np.abs(wanted.lanes - at))
+        lane = int(np.argmin(np.abs(wanted.lanes - at)))
         braking = -constants.vehicle.max_deceleration * _HARD[i % len(_HARD)]
         _write_manoeuvre(plans, first + i, at, lane, braking, _HURRY, around, constants)
         plans.targets[first + i] = wanted.lanes[lane]

@@ -132,8 +132,7 @@ def impact_beyond(
         return -1.0
     fall = min(boxes[5, -1, slot], braking)
     harder = braking - fall
-    if faster * fall <= boxes[4, -1, slot] * harder:
-        left = faster**2 - 2 * harder * way
-    else:
-        left = state[2] ** 2 - 2 * braking * (way + boxes[4, -1, slot] ** 2 / (2 * fall))
+    left = faster**2 - 2 * harder * way
+    if faster * fall > boxes[4, -1, slot] * harder:  # it is faster until the other one stands, and maybe after that
+        left = min(left, state[2] ** 2 - 2 * braking * (way + boxes[4, -1, slot] ** 2 / (2 * fall)))
     return np.sqrt(left) if left > 0 else -1.0

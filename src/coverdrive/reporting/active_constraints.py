@@ -32,9 +32,13 @@ class ActiveConstraints(NamedTuple):
         return ActiveConstraints(problem.vehicle, problem.obstacles)
 
     def of(self, trace: Trace, step: int) -> Bool[np.ndarray, "S P"]:
-        """Which of the S paths constrain the plan of a step, and at which of their points; never at the first, now."""
-        paths = trace.paths[step]
-        boxes = obstacles_of(paths, self.obstacles)
-        values = clearances(trace.plans[step].states, boxes, self.car, self.obstacles)
+        """Which of the S paths constrain the plan of a step, and at which of their points; never at the first, now.
+
+        All paths constrain the fail-safe branch, where a plan has one.
+        """
+        plan = trace.plans[step]
+        states = plan.states if plan.fail_safe is None else plan.fail_safe
+        boxes = obstacles_of(trace.paths[step], self.obstacles)
+        values = clearances(states, boxes, self.car, self.obstacles)
         tight = values < 1 + self.obstacles.margin + _MARGIN
         return np.pad(tight.T, ((0, 0), (1, 0)))

@@ -40,7 +40,7 @@ _SIZE = 1600, 608
 
 _DPI = 200
 
-_MARKERS = {Status.SOLVED: "o", Status.FALLBACK: "s", Status.REAR: "D", Status.UNSAFE: "X", Status.BLIND: "P"}
+_MARKERS = {Status.SOLVED: "o", Status.FALLBACK: "s", Status.REAR: "D", Status.UNSAFE: "X", Status.INVALID_INPUT: "P"}
 
 
 def animate(trace: Trace, path: Path, constraints: ActiveConstraints | None = None) -> None:

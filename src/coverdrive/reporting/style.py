@@ -29,7 +29,7 @@ ACTIVE = "#7A1010"
 """members of predicted sets that are active constraints of a plan"""
 
 STATUS = MappingProxyType({Status.SOLVED: GREEN, Status.FALLBACK: PURPLE, Status.REAR: SKY, Status.UNSAFE: VERMILION,
-                           Status.BLIND: "#882255"})  # fmt: skip
+                           Status.INVALID_INPUT: "#882255"})  # fmt: skip
 """how plans were found; the page has the same"""
 
 ROAD, MARKING, PAPER = "#EFEFEF", "#A0A0A0", "#FFFFFF"

@@ -111,7 +111,7 @@ def lost_clear(trace: Trace) -> int:
 
 
 def clear_contacts(trace: Trace) -> int:
-    """In how many steps the ego, driving what was called clear, touched a predicted box; must be 0."""
+    """In how many steps the ego, driving what was called clear, touched a predicted box at any time; must be 0."""
     share, count, clear = np.linspace(0.0, 1.0, _LOOKS)[:, None, None], 0, _clear(trace)
     for k, paths in enumerate(trace.paths):
         if not clear[k] or not len(paths):

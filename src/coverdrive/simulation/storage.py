@@ -59,6 +59,9 @@ def _flat(trace: Trace) -> dict[str, np.ndarray]:
         **{name: getattr(trace, name) for name in _STEPS},
         **{f"plan.{name}": [getattr(plan, name) for plan in plans] for name in vars(plans[0])},
         "plan.status": [plan.status.value for plan in plans],
+        "plan.fail_safe": [
+            np.full_like(plan.states, np.nan) if plan.fail_safe is None else plan.fail_safe for plan in plans
+        ],
         **{f"paths.{name}": np.concatenate([getattr(each, name) for each in paths]) for name in _PATHS},
         "paths.count": [len(each) for each in paths],
         "paths.dt": [each.dt for each in paths],
@@ -82,6 +85,7 @@ def _trace(arrays: Mapping[str, np.ndarray]) -> Trace:
     paths, outcome = part("paths"), part("outcome")
     plans = {key: value.tolist() if value.ndim == 1 else value for key, value in part("plan").items()}
     plans["status"] = [Status(each) for each in plans["status"]]
+    plans["fail_safe"] = [None if np.isnan(each).any() else each for each in plans["fail_safe"]]
     ends = np.cumsum(paths["count"])[:-1]
     columns = [np.split(paths[name], ends) for name in _PATHS]
     dts = paths["dt"].tolist()

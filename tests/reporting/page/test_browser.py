@@ -257,7 +257,7 @@ def test_arrows_step(page) -> None:
     page.keyboard.press("End")
     assert moment(page) == STEPS
     assert page.inner_text("#read-end") == "finished, near miss"
-    assert page.inner_text("#read-status") == "blind"  # of the last plan
+    assert page.inner_text("#read-status") == "invalid input"  # of the last plan
     page.keyboard.press("Home")
     assert moment(page) == 0
 
@@ -327,7 +327,7 @@ def test_near_misses_are_named_and_readings_explained(page) -> None:
     assert "0 at its edge" in page.get_attribute("div:has(> #read-slack)", "title")
     page.focus("#player")
     page.keyboard.press("End")
-    assert page.inner_text("#read-status") == "blind"
+    assert page.inner_text("#read-status") == "invalid input"
     assert "cannot be true" in page.get_attribute("#read-status", "title")
 
 

@@ -28,7 +28,7 @@ STATUSES = MappingProxyType(
         Status.FALLBACK.value: "the rest of the last plan or a simple manoeuvre, clear of every predicted path",
         Status.REAR.value: "clear as long as the vehicle behind keeps its distance",
         Status.UNSAFE.value: "nothing clear was found",
-        Status.BLIND.value: "what was seen cannot be true, so that nothing can be promised",
+        Status.INVALID_INPUT.value: "what was seen cannot be true, so that nothing can be promised",
     }
 )
 """how plans were found, each in one line"""

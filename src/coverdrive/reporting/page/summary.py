@@ -130,7 +130,7 @@ def _collisions(trials: pl.DataFrame) -> str:
 
 def plan_share(trials: pl.DataFrame, *statuses: Status) -> float:
     """Share of the plans of all drives that were found in one of these ways."""
-    shares = sum(trials[f"share_{status.value}"].to_numpy() for status in statuses)
+    shares = sum(trials[f"share_{status.name.lower()}"].to_numpy() for status in statuses)
     return float(np.average(shares, weights=trials["time"].to_numpy()))
 
 

@@ -86,7 +86,7 @@
     mark.tabIndex = -1;
     mark.title = `${(step * drive.dt).toFixed(1)} s: ${text}`;
     mark.style.left = `${100 * step / drive.steps}%`;
-    mark.style.background = `var(--${colour})`;
+    mark.style.background = `var(--${slug(colour)})`;
     mark.addEventListener("click", () => {
       setPlaying(false);
       go(step);

@@ -1,0 +1,105 @@
+"""Random scenes, plans driven by finer steps than planned, and contact by dense sampling: what the planner may not do.
+
+m plans, K steps, S paths, P = K + 1 states, T samples in time.
+"""
+
+import numpy as np
+
+from coverdrive.geometry import boxes_overlap
+from coverdrive.paths import PredictedPaths
+from coverdrive.planning.constants import Constants, constants_of
+from coverdrive.planning.evaluate import Plans, empty_plans, evaluate
+from coverdrive.planning.merit import Surroundings
+from coverdrive.planning.obstacles import obstacles_of, packed
+from coverdrive.planning.problem import ProblemSettings
+from coverdrive.planning.vehicle import VehicleSettings, step
+
+PROBLEM, CAR = ProblemSettings(), VehicleSettings()
+STEPS, DT, PERIOD = PROBLEM.steps, PROBLEM.dt, 0.1
+CONSTANTS = constants_of(PROBLEM, PERIOD)
+EDGES = np.array([0.0, 10.8])
+OPEN = np.array([-50.0, 60.0])
+SIZES = np.array([[1.1, 0.4], [2.3, 0.9], [6.0, 1.3]])
+"""[m] half sizes of a motorcycle, a car and a truck"""
+WAYS = ((1, 20), (5, 4), (25, 1))
+"""parts of a step that a plan is driven by, and samples between their ends"""
+
+
+def scene(rng: np.random.Generator, vehicles: int = 3) -> tuple[np.ndarray, PredictedPaths]:
+    """A state and paths of vehicles that stand, drive, cross, come from behind or towards the ego, and swerve.
+
+    The ego is up to 45 m/s fast and closes in at up to 90 m/s; most would meet it within the plan but for some metres.
+    """
+    speed, time = rng.uniform(0, 45), DT * np.arange(STEPS + 1)
+    state = np.array([rng.uniform(-100, 100), rng.uniform(1.0, 9.8), speed, rng.uniform(-0.2, 0.2)])
+    along = np.where(rng.random(vehicles) < 0.3, 0.0, rng.uniform(-45, 45, vehicles))
+    across = np.where(rng.random(vehicles) < 0.6, 0.0, rng.uniform(-10, 10, vehicles))
+    meeting, near = rng.uniform(0, 3, vehicles), rng.choice([0.3, 1.0], vehicles)
+    lon = state[0] + (speed - along) * meeting + near * rng.uniform(-30, 30, vehicles)
+    lat = state[1] - across * meeting + near * rng.uniform(-6, 6, vehicles)
+    swerve = rng.normal(0, 0.2, (vehicles, len(time), 2)).cumsum(1)
+    points = np.stack([lon[:, None] + along[:, None] * time, lat[:, None] + across[:, None] * time], axis=-1) + swerve
+    half_sizes = rng.choice(SIZES, vehicles)[:, None] + 0.05 * np.arange(len(time))[:, None]
+    return state, PredictedPaths(points, np.arange(vehicles), half_sizes, DT)
+
+
+def around(state: np.ndarray, paths: PredictedPaths, edges: np.ndarray = EDGES) -> Surroundings:
+    """What a plan is made for, packed as the planner does; all paths are likely."""
+    boxes = packed(state, obstacles_of(paths, PROBLEM.obstacles), DT, CAR, PROBLEM.obstacles)
+    return Surroundings(np.array([0.0, *state[1:]]), np.zeros(2), edges, boxes, boxes)
+
+
+def wishes(rng: np.random.Generator, plans: int, nodes: int = len(CONSTANTS.tree.parent)) -> np.ndarray:
+    """Inputs (m, N, 2) of all sizes, some steady and some not."""
+    wild = rng.normal(0, [5.0, 0.2], (plans, nodes, 2))
+    steady = np.repeat(rng.normal(0, [4.0, 0.1], (plans, 1, 2)), nodes, axis=1)
+    return np.where(rng.random((plans, 1, 1)) < 0.5, wild, steady)
+
+
+def evaluated(
+    inputs: np.ndarray, surroundings: Surroundings, target: float = 5.4, constants: Constants = CONSTANTS
+) -> Plans:
+    """Plans of wished inputs (m, N, 2), evaluated."""
+    plans = empty_plans(len(inputs), inputs.shape[1])
+    plans.inputs[:], plans.targets[:] = inputs, target
+    evaluate(plans, 0, len(inputs), surroundings, constants)
+    return plans
+
+
+def whole(inputs: np.ndarray) -> np.ndarray:
+    """The same inputs (K, 2) on both branches, as one plan (1, N, 2)."""
+    return inputs[CONSTANTS.tree.moment - 1][None]
+
+
+def fail_safe(plans: Plans) -> np.ndarray:
+    """Inputs (m, K, 2) of the fail-safe branches."""
+    return plans.inputs[:, CONSTANTS.tree.fail_safe]
+
+
+def driven(state: np.ndarray, inputs: np.ndarray, parts: int) -> tuple[np.ndarray, np.ndarray]:
+    """Times (T) and states (m, T, 4) of inputs (m, K, 2) from one state or one for each, by steps of dt / parts."""
+    states = [np.broadcast_to(state, (len(inputs), 4))]
+    for k in range(inputs.shape[1]):
+        for _ in range(parts):
+            states.append(step(states[-1], inputs[:, k], DT / parts))
+    return DT / parts * np.arange(len(states)), np.stack(states, axis=1)
+
+
+def sampled(values: np.ndarray, samples: int) -> np.ndarray:
+    """Values (…, T, n), and others between any two of them in even steps: ``samples`` for each."""
+    share = np.arange(samples)[:, None] / samples
+    between = values[..., :-1, None, :] + share * (values[..., 1:, None, :] - values[..., :-1, None, :])
+    joined = between.reshape(*values.shape[:-2], -1, values.shape[-1])
+    return np.concatenate([joined, values[..., -1:, :]], axis=-2)
+
+
+def touches(states: np.ndarray, points: np.ndarray, half_sizes: np.ndarray, samples: int) -> np.ndarray:
+    """Which plans (m) touch a box at any of some samples between two of their states (m, T, 4).
+
+    The points and half sizes of the boxes are (S, P, 2) for all plans, or (m, S, P, 2).
+    """
+    own = sampled(states, samples)[:, None]
+    each = (own.shape[2] - 1) // STEPS
+    points, half_sizes = sampled(points, each), sampled(half_sizes, each)
+    heading = np.zeros(points.shape[:-1])
+    return boxes_overlap(own[..., :2], own[..., 3], CAR.half_sizes, points, heading, half_sizes).any((1, 2))
