@@ -26,7 +26,9 @@ from coverdrive.paths import PredictedPaths
 from coverdrive.planning.evaluate import write_slack
 from coverdrive.planning.merit import Surroundings, merit
 from coverdrive.planning.obstacles import FAR, clearances, obstacles_of, smallest_slack
-from coverdrive.planning.vehicle import feasible_inputs, rollout
+from coverdrive.planning.vehicle import feasible_inputs, rollout, step
+
+NOBODY = np.zeros((0, 13, 2)), np.zeros(0, int), np.zeros((0, 13, 2)), DT
 
 
 def clear_and_touching(first: int, scenes: int, plans: int) -> tuple[int, int]:
@@ -72,8 +74,6 @@ def test_samples_alone_would_miss_contacts() -> None:
         states = driven(state, fail_safe(got), 1)[1]
         seen, ever = (touches(states, paths.points, paths.half_sizes, samples) for samples in (1, 20))
         missing = ~seen & ever
-            states, paths.points, paths.half_sizes, 20
-        )
         assert not (missing & got.clear).any()
         missed += missing.sum()
     assert missed > 20
@@ -104,9 +104,9 @@ def off_road(states: np.ndarray, edges: np.ndarray) -> np.ndarray:
 
 def test_clear_plans_do_not_leave_the_road() -> None:
     """The road is as wide as a lane, so that nearly all are near its edges."""
-    nobody = PredictedPaths(np.zeros((0, 13, 2)), np.zeros(0, int), np.zeros((0, 13, 2)), DT)
+    nobody = PredictedPaths(*NOBODY)
     clear, nearest = 0, np.inf
-    for seed in range(500):
+    for seed in range(200):
         rng, edges = np.random.default_rng(seed), np.array([0.0, 3.6])
         state = np.array([0.0, rng.uniform(1.0, 2.6), rng.uniform(0, 45), rng.uniform(-0.02, 0.02)])
         inputs = wishes(rng, 10) * [1.0, rng.choice([0.02, 0.2, 1.0])]
@@ -118,8 +118,25 @@ def test_clear_plans_do_not_leave_the_road() -> None:
             nearest = min(nearest, np.abs(beyond[got.clear]).min(initial=np.inf))
             assert beyond[got.clear].max(initial=-1.0) <= 0.01
             assert (beyond[got.departure > 2.0].max(-1) > 0).all()
-    assert 500 < clear < 4500
+    assert 200 < clear < 1800
     assert nearest < 0.01
+
+
+@pytest.mark.parametrize("speed", [15.0, 25.0, 40.0])
+def test_whoever_turns_back_at_the_edge_of_the_road_does_not_leave_it_in_between(speed: float) -> None:
+    """It is near the left edge after the first step, and turns to the right from then on as hard as it can."""
+    nobody, edges, clear, turn = PredictedPaths(*NOBODY), np.array([-50.0, 3.6]), 0, min(0.5, 4 / speed)
+    for heading in np.linspace(0.0, 0.03, 8):
+        for gap in np.linspace(0, 0.05, 12):
+            inputs = np.zeros((STEPS, 2))
+            inputs[:3, 1] = -0.3 * turn, -turn, -turn
+            state = np.array([0.0, 0.0, speed, heading])
+            state[1] -= off_road(step(state, inputs[0], DT), edges) + gap
+            got = evaluated(whole(inputs), around(state, nobody, edges))
+            if got.clear[0]:
+                clear += 1
+                assert off_road(driven(state, fail_safe(got), 25)[1][0, 25:], edges).max() <= 1e-9
+    assert clear > 10
 
 
 def test_plans_are_driven_within_the_limits_and_cost_their_merit() -> None:
@@ -222,7 +239,7 @@ def test_a_car_beside_another_of_its_speed_needs_no_more_room_than_its_body() ->
 
 
 def test_the_body_has_to_be_on_the_road_by_the_end_of_the_first_step() -> None:
-    nobody = PredictedPaths(np.zeros((0, 13, 2)), np.zeros(0, int), np.zeros((0, 13, 2)), DT)
+    nobody = PredictedPaths(*NOBODY)
     for lat, departure in ((0.5, 12 * 0.45), (0.94, 12 * 0.01), (0.96, 0.0)):
         got = evaluated(whole(np.zeros((STEPS, 2))), around(np.array([0, lat, 9.0, 0.0]), nobody))
         assert got.departure[0] == pytest.approx(departure)

@@ -117,6 +117,8 @@ def _look_at_all_times(
     departure = severity = harm = 0.0
     for k in range(steps):
         beyond = max(edges[k, 1, 3] - around.edges[1], around.edges[0] - edges[k, 1, 1])
+        if k > 0:  # where the ego is now, no plan changes
+            beyond = max(beyond, edges[k, 0, 3] - around.edges[1], around.edges[0] - edges[k, 0, 1])
         departure += beyond if beyond > _ON_THE_ROAD else 0.0
     touched = False
     for slot in range(boxes.shape[2]):
