@@ -79,6 +79,18 @@ def test_planner(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.slow
+def test_emergency(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    result = ran("emergency", tmp_path / "emergency.json", monkeypatch, "--stride", "60")
+    assert set(result) == {"blocked", "cut-in", "squeeze", "follower"}
+    for kind, each in result.items():
+        assert each["scenes"] >= 8, kind
+        assert each["avoided by full braking but hit"] == 0, kind
+        if kind != "follower":
+            assert each["worse than full braking by 0.5 m/s"] == 0, kind
+            assert 0 < each["mean relative speed over that of full braking"] < 1, kind
+
+
+@pytest.mark.slow
 def test_closed_loop(
     quick_predictor: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -14,7 +14,6 @@ from coverdrive.planning.obstacles import (
     FAR,
     Obstacles,
     ObstacleSettings,
-    chosen_obstacles,
     clearances,
     likely_paths,
     obstacles_of,
@@ -153,13 +152,3 @@ def test_what_is_likely_is_the_likeliest_path_of_every_vehicle_in_a_part_of_its_
     np.testing.assert_array_equal(likely.points, paths.points[[2, 1]])
     np.testing.assert_allclose(likely.half_sizes[:, 0], paths.half_sizes[:2, 0])
     np.testing.assert_allclose(likely.half_sizes[:, 1:], paths.half_sizes[:2, 1:] - 0.5)
-
-
-def test_free_slots_are_out_of_reach(straight_paths) -> None:
-    obstacles = obstacles_of(straight_paths((0, 1.8, 20), (60, 5.4, 10), (90, 5.4, 10)), ObstacleSettings())
-    got = chosen_obstacles(obstacles, np.array([False, True, False]), lon=50.0, slots=4)
-    assert got.slots == 4
-    np.testing.assert_array_equal(got.centres[:, 0], obstacles.centres[:, 1])
-    np.testing.assert_array_equal(got.speed[:, 0], [FAR] * 12 + [10.0])
-    states = np.tile([50.0, 0.0, 20.0, 0.0], (13, 1))
-    assert (clearances(states, got, CAR, ObstacleSettings())[:, 1:] > 100).all()

@@ -282,22 +282,3 @@ def _pack(obstacles: Obstacles, near: Bool[np.ndarray, " n"], lon: float, boxes:
                 boxes[5, k, count] = obstacles.deceleration[k, slot]
                 boxes[6, k, count] = obstacles.likelihood[k, slot]
                 count += 1
-
-
-def chosen_obstacles(obstacles: Obstacles, chosen: Bool[np.ndarray, " n"], lon: float, slots: int) -> Obstacles:
-    """The chosen paths in a number of slots; free slots hold boxes that are out of reach.
-
-    Args:
-        obstacles: one slot for each path.
-        chosen: which of them; at most ``slots``.
-        lon: [m] where the ego is.
-        slots: number of slots.
-    """
-    steps, free = len(obstacles.centres), slots - int(chosen.sum())
-    return Obstacles(
-        np.concatenate([obstacles.centres[:, chosen], np.tile([lon + FAR, 0.0], (steps, free, 1))], axis=1),
-        np.concatenate([obstacles.half_sizes[:, chosen], np.ones((steps, free, 2))], axis=1),
-        np.concatenate([obstacles.speed[:, chosen], np.full((steps, free), FAR)], axis=1),
-        np.concatenate([obstacles.deceleration[:, chosen], np.zeros((steps, free))], axis=1),
-        np.concatenate([obstacles.likelihood[:, chosen], np.zeros((steps, free))], axis=1),
-    )

@@ -1,13 +1,9 @@
-"""The optimal control problem of the paper's §4: its settings, and the situation that it is posed for."""
+"""The optimal control problem of the paper's §4: its settings."""
 
-from typing import NamedTuple
-
-import numpy as np
-from jaxtyping import Float
 from pydantic import Field
 
 from coverdrive.planning.cost import CostSettings
-from coverdrive.planning.obstacles import Obstacles, ObstacleSettings
+from coverdrive.planning.obstacles import ObstacleSettings
 from coverdrive.planning.tree import BranchSettings
 from coverdrive.planning.vehicle import VehicleSettings
 from coverdrive.settings import Settings
@@ -28,16 +24,3 @@ class ProblemSettings(Settings):
     """shape and choice of the obstacles"""
     branches: BranchSettings = BranchSettings()
     """how the drive branch and the fail-safe branch differ"""
-
-
-class Situation(NamedTuple):
-    """What a plan is made for."""
-
-    state: Float[np.ndarray, " 4"]
-    """lon [m], lat [m], speed [m/s], heading [rad] now"""
-    previous_input: Float[np.ndarray, " 2"]
-    """acceleration [m/s²] and yaw rate [rad/s] applied before"""
-    road_edges: tuple[float, float]
-    """[m] lat of the right and of the left edge of the road"""
-    obstacles: Obstacles
-    """boxes to stay clear of"""
