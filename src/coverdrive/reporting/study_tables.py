@@ -93,7 +93,7 @@ def drives_table(trials: pl.DataFrame) -> Table:
         return values(name).mean()
 
     def share(name: str) -> float:
-        return float(np.average(values(f"share_{name}"), weights=values("time")))
+        return float(np.average(values(f"share_{name.replace(' ', '_')}"), weights=values("time")))
 
     def least(name: str, unit: str) -> str:
         smallest, tenth = np.quantile(values(name), [0, 0.1], method="lower")
