@@ -29,7 +29,7 @@ def test_page_and_figures_tell_how_plans_were_found_by_the_same_colours():
     css = (files("coverdrive.reporting.page") / "templates" / "page.css").read_text(encoding="utf-8")
     light = css[: css.index('[data-theme="dark"]')]
     for status, colour in style.STATUS.items():
-        assert f"--{status.value}: {colour.lower()};" in light
+        assert f"--{status.value.replace(' ', '-')}: {colour.lower()};" in light
 
 
 def test_page_and_figures_have_the_hues_of_the_same_times():

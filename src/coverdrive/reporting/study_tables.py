@@ -99,7 +99,7 @@ def drives_table(trials: pl.DataFrame) -> Table:
         smallest, tenth = np.quantile(values(name), [0, 0.1], method="lower")
         return f"least {smallest:.2f} {unit}, 1 of 10 trials at most {tenth:.2f} {unit}"
 
-    statuses, departure = [status.value for status in Status], values("road_departure")
+    departure = values("road_departure")
     return facts_table("Drives", [
         ("mean speed, progress", f"{mean('mean_speed'):.1f} m/s, {mean('distance'):.0f} m per trial"),
         ("lane changes, overtakes per trial", f"{mean('lane_changes'):.2f}, {mean('overtakes'):.2f}"),
@@ -109,7 +109,8 @@ def drives_table(trials: pl.DataFrame) -> Table:
          f"{mean('jerk_longitudinal'):.1f} / {mean('jerk_lateral'):.1f} m/s³ (mean of root mean squares), "
          f"{values('hardest_braking').max():.1f} m/s²"),
         ("plans with slack", f"{share('slack'):.1%}, largest {values('maximum_slack').max():.2f}"),
-        (f"plans {' / '.join(statuses)}", " / ".join(f"{share(status):.2%}" for status in statuses)),
+        (f"plans {' / '.join(status.value for status in Status)}",
+         " / ".join(f"{share(status.name.lower()):.2%}" for status in Status)),
         ("prediction and planning per step",
          f"median {1e3 * np.median(values('planning_median')):.1f} ms, "
          f"99th percentile {1e3 * np.median(values('planning_p99')):.1f} ms (each of the median trial), "
