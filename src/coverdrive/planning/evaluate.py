@@ -21,6 +21,8 @@ from coverdrive.planning.vehicle import moved, within_limits
 
 _ANY_CONTACT = 5.0
 """[m/s] that a contact counts as at no relative speed"""
+_USUAL = 20.0
+"""[m/s] of a contact that counts as much as its speed says: its energy counts"""
 _UNCERTAIN = 0.4
 """by how much less a contact at the end of the plan counts than one now"""
 _AT_THE_RIM = 0.2
@@ -47,9 +49,9 @@ class Plans(NamedTuple):
     severity: Float[np.ndarray, " m"]
     """[m/s] relative speed at the first contact of the fail-safe branch with a box, of the worst box; 0 without one"""
     harm: Float[np.ndarray, " m"]
-    """[m/s] expected of the first contacts of the fail-safe branch with every member: each counts its relative speed,
-    and what any contact counts, times its likelihood, and the less the later it is, since the later is the less
-    certain"""
+    """[m/s] expected of the first contacts of the fail-safe branch with every member: each counts the square of its
+    relative speed and of what any contact counts, as energy does, times its likelihood, and the less the later it is,
+    since the later is the less certain"""
     departure: Float[np.ndarray, " m"]
     """[m] by which the fail-safe branch gets beyond the road's edges during each of its steps, summed"""
     clear: Bool[np.ndarray, " m"]
@@ -126,12 +128,18 @@ def _look_at_all_times(
         if time == np.inf:
             continue
         touched, severity = True, max(severity, speed)
-        harm += _AT_THE_RIM * boxes[6, 0, slot] * (1 - _UNCERTAIN * time / steps) * (_ANY_CONTACT + speed)
+        harm += _AT_THE_RIM * boxes[6, 0, slot] * _harm_of(time / steps, speed)
         time, speed = _first_contact(states, inputs, edges, slot, 0.0, boxes, constants)
         if time < np.inf:
-            harm += (1 - _AT_THE_RIM) * boxes[6, 0, slot] * (1 - _UNCERTAIN * time / steps) * (_ANY_CONTACT + speed)
+            harm += (1 - _AT_THE_RIM) * boxes[6, 0, slot] * _harm_of(time / steps, speed)
     plans.departure[i], plans.severity[i], plans.harm[i] = departure, severity, harm
     plans.clear[i] = not touched and departure == 0
+
+
+@compiled
+def _harm_of(share: float, speed: float) -> float:
+    """What a contact at a relative speed [m/s] counts, after a share of the plan."""
+    return (1 - _UNCERTAIN * share) * (_ANY_CONTACT + speed) ** 2 / _USUAL
 
 
 @compiled
