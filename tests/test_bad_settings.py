@@ -160,3 +160,9 @@ def test_what_is_not_set_stays_so(tmp_path: Path) -> None:
     assert "# location is not set" in text and "location" not in tomllib.loads(text)
     assert "vehicles = [3, 4, 5, 6, 7]" in text
     assert Experiment.load(tmp_path / "config.toml") == Experiment()
+
+
+def test_the_paper_has_base_trajectories_and_plans_without_a_second_branch() -> None:
+    paper, usual = Experiment.preset("paper"), Experiment.preset("default")
+    assert (paper.prediction.sets, paper.planner.problem.branches.fail_safe) == ("bases", False)
+    assert (usual.prediction.sets, usual.planner.problem.branches.fail_safe) == ("boxes", True)

@@ -87,8 +87,11 @@ class Experiment(Settings):
 
     @staticmethod
     def preset(name: Preset) -> "Experiment":
-        """The experiment of a name: the defaults, or the paper's labels, network, loss and certificate."""
-        return Experiment(prediction=PredictionSettings.paper()) if name == "paper" else Experiment()
+        """The experiment of a name: the defaults, or the paper's labels, network, loss, certificate and single plan."""
+        if name != "paper":
+            return Experiment()
+        single = {"planner": {"problem": {"branches": {"fail_safe": False}}}}
+        return Experiment(prediction=PredictionSettings.paper()).updated(single)
 
     @staticmethod
     def load(path: Path, usual: "Experiment | None" = None) -> "Experiment":
