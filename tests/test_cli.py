@@ -154,7 +154,9 @@ def test_a_study_of_replayed_recordings_is_shown_with_them(results: Path, tmp_pa
     shutil.copytree(results, out, ignore=shutil.ignore_patterns("study*", "figures"))
     for file, seed in ((right, 8), (wrong, 9)):
         recordings = generate(Experiment.load(out / "config.toml").generated, seed)
-        write_parquet([replace(each, name=f"{each.name} of seed {seed}") for each in recordings], file)
+        renamed = [(f"{each.name} of seed {seed}", each.table.drop("identity")) for each in recordings]
+        again = zip(recordings, renamed, strict=True)
+        write_parquet([replace(each, name=name, table=table) for each, (name, table) in again], file)
     replayed = ("--traffic", "replay", "--recording")
     coverdrive("study", *replayed, right, "--trials", "2", "--workers", "1", "--out", out)
     for named in (wrong, None):  # without a name, that is the generated traffic that made the predictor
