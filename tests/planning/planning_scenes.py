@@ -4,6 +4,7 @@ m plans, K steps, S paths, P = K + 1 states, T samples in time.
 """
 
 import numpy as np
+from jaxtyping import Float
 
 from coverdrive.geometry import boxes_overlap
 from coverdrive.paths import PredictedPaths
@@ -23,6 +24,11 @@ SIZES = np.array([[1.1, 0.4], [2.3, 0.9], [6.0, 1.3]])
 """[m] half sizes of a motorcycle, a car and a truck"""
 WAYS = ((1, 20), (5, 4), (25, 1))
 """parts of a step that a plan is driven by, and samples between their ends"""
+
+
+def smallest_slack(values: Float[np.ndarray, "*m K n"], margin: float) -> Float[np.ndarray, "*m K"]:
+    """The smallest slack γ_k of every step with which constraints of these left-hand sides hold, margin included."""
+    return np.maximum(0.0, 1.0 + margin - values.min(axis=-1, initial=1.0 + margin))
 
 
 def scene(rng: np.random.Generator, vehicles: int = 3) -> tuple[np.ndarray, PredictedPaths]:

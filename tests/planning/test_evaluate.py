@@ -16,6 +16,7 @@ from planning_scenes import (
     fail_safe,
     sampled,
     scene,
+    smallest_slack,
     touches,
     whole,
     wishes,
@@ -25,7 +26,7 @@ from coverdrive.geometry import boxes_overlap, turned_half_extents
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.evaluate import write_slack
 from coverdrive.planning.merit import Surroundings, merit
-from coverdrive.planning.obstacles import FAR, clearances, obstacles_of, smallest_slack
+from coverdrive.planning.obstacles import FAR, clearances, obstacles_of
 from coverdrive.planning.vehicle import feasible_inputs, rollout, step
 
 NOBODY = np.zeros((0, 13, 2)), np.zeros(0, int), np.zeros((0, 13, 2)), DT

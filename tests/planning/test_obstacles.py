@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from planning_scenes import smallest_slack
 
 from coverdrive.geometry import boxes_overlap
 from coverdrive.planning.motion import drive
@@ -19,7 +20,6 @@ from coverdrive.planning.obstacles import (
     obstacles_of,
     packed,
     reachable,
-    smallest_slack,
 )
 from coverdrive.planning.vehicle import VehicleSettings
 

@@ -157,11 +157,6 @@ def clearances(
     return clearance(offset, half_sizes, own_half_sizes(np.abs(heading), vehicle), way, settings)
 
 
-def smallest_slack(values: Float[np.ndarray, "*m K n"], margin: float) -> Float[np.ndarray, "*m K"]:
-    """The smallest slack γ_k of every step with which constraints of these left-hand sides hold, margin included."""
-    return np.maximum(0.0, 1.0 + margin - values.min(axis=-1, initial=1.0 + margin))
-
-
 def obstacles_of(paths: PredictedPaths, settings: ObstacleSettings) -> Obstacles:
     """All predicted paths as obstacles.
 

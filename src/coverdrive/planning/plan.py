@@ -25,8 +25,8 @@ class Status(enum.Enum):
     """nothing clear was found; it is clear of everything else if the vehicle directly behind in the own lane (paper,
     Remark 2) reacts and brakes as a careful driver would"""
     UNSAFE = "unsafe"
-    """nothing clear was found; of all that was tried, this keeps to the road as far as anything does, does hardly more
-    harm than the least harmful, and is the best of those"""
+    """nothing clear was found; of all that was tried, this keeps to the road as far as anything does, and does least
+    harm; cost decides between what does about as much"""
     INVALID_INPUT = "invalid input"
     """the ego's state or a path is not known, so that nothing can be promised"""
 
