@@ -25,6 +25,8 @@ _USUAL = 20.0
 """[m/s] of a contact that counts as much as its speed says: its energy counts"""
 _UNCERTAIN = 0.4
 """by how much less a contact at the end of the plan counts than one now"""
+_FROM_BEHIND = 0.5
+"""share of the harm that a contact counts where the other one runs into the ego"""
 _AT_THE_RIM = 0.2
 """share of the harm of a contact that only the rim of a box makes, and not the body in its middle"""
 _ON_THE_ROAD = 1e-9
@@ -127,7 +129,7 @@ def _look_at_all_times(
         time, speed = _first_contact(states, inputs, edges, slot, 1.0, boxes, constants)
         if time == np.inf:
             continue
-        touched, severity = True, max(severity, speed)
+        touched, severity = True, max(severity, abs(speed))
         harm += _AT_THE_RIM * boxes[6, 0, slot] * _harm_of(time / steps, speed)
         time, speed = _first_contact(states, inputs, edges, slot, 0.0, boxes, constants)
         if time < np.inf:
@@ -138,8 +140,9 @@ def _look_at_all_times(
 
 @compiled
 def _harm_of(share: float, speed: float) -> float:
-    """What a contact at a relative speed [m/s] counts, after a share of the plan."""
-    return (1 - _UNCERTAIN * share) * (_ANY_CONTACT + speed) ** 2 / _USUAL
+    """What a contact at a relative speed [m/s], below 0 from behind, counts after a share of the plan."""
+    blame = _FROM_BEHIND if speed < 0 else 1.0
+    return blame * (1 - _UNCERTAIN * share) * (_ANY_CONTACT + abs(speed)) ** 4 / _USUAL**3
 
 
 @compiled

@@ -97,11 +97,11 @@ def impact(
     state: State, applied: tuple[float, float], share: float, boxes: Float[np.ndarray, "7 P n"], step: int, slot: int,
     dt: float,
 ) -> float:  # fmt: skip
-    """Relative speed [m/s] of ego and box after a share of a step."""
+    """Relative speed [m/s] of ego and box after a share of a step; below 0 if the box runs into the ego from behind."""
     speed, heading = state[2] + share * dt * applied[0], state[3] + share * dt * applied[1]
     along = speed * np.cos(heading) - _velocity(boxes[0, :, slot], step, share) / dt
     across = speed * np.sin(heading) - _velocity(boxes[1, :, slot], step, share) / dt
-    return np.sqrt(along**2 + across**2)
+    return np.sqrt(along**2 + across**2) * (-1.0 if along < -abs(across) else 1.0)
 
 
 @compiled
