@@ -34,6 +34,8 @@ _PER_DEPARTURE = 1e15
 """[1/m] price of leaving the road: more than any contact"""
 _NO_DEPARTURE = 0.005
 """[m] of leaving the road that count for nothing where nothing is clear"""
+_ABRUPT = 1e6
+"""more than an optimised plan that is clear costs; added to what may change its inputs at once"""
 _PLACES = 9
 """across the road, to which a car evades"""
 _FARTHEST = 4.0
@@ -178,6 +180,8 @@ def choose(
     standing, chosen, least = np.full(lanes, np.inf), -1, np.inf
     for i in range(last):
         lane, rank = plans.lane[i], _rank(plans, i)
+        if i < first and plans.clear[i]:
+            rank += _ABRUPT
         if rank < standing[lane]:
             standing[lane], best[lane] = rank, plans.inputs[i]
         if rank + wanted.extra[lane] < least:
