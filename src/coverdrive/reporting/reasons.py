@@ -38,7 +38,8 @@ def reason_of(trace: Trace, step: int) -> Reason:
         path = int(np.lexsort((times, -speeds, np.isinf(times)))[0])
         when = f"in {times[path]:.1f} s" if times[path] > 0 else "now"
         who = _where(trace, step, int(paths.vehicle[path]))
-        said = [f"meets {met} of {len(paths)} paths, worst {when} at {speeds[path]:.1f} m/s the vehicle {who}"]
+        most = ", hardest" if met > 1 else ":"
+        said = [f"meets {met} of {len(paths)} paths{most} the vehicle {who}, {when}, at {speeds[path]:.1f} m/s"]
     if departure > _OFF_ROAD:
         said.append(f"gets {departure:.2f} m off the road")
     if not said and plan.severity > 0:

@@ -28,6 +28,9 @@ EGO, OTHER = BLUE, VERMILION
 ACTIVE = "#7A1010"
 """members of predicted sets that are active constraints of a plan"""
 
+BAD = "#B3261E"
+"""where a plan that is not clear first meets what was predicted"""
+
 STATUS = MappingProxyType({Status.SOLVED: GREEN, Status.FALLBACK: PURPLE, Status.REAR: SKY, Status.UNSAFE: VERMILION,
                            Status.INVALID_INPUT: "#882255"})  # fmt: skip
 """how plans were found; the page has the same"""

@@ -28,7 +28,7 @@ class CourseView {
     const ego = Theme.colour("own"), upTo = (values, most) => Array.from(values, (value) => Math.min(value, most));
     const milliseconds = readings.map((each) => each.milliseconds), period = 1000 * drive.dt;
     this.panel(context, "ego speed [m/s]", 18, 44, own, ego, Math.max(...own, 1));
-    this.panel(context, `gap [m], up to 20${narrow ? "" : "; dashed: near miss"}`, 86, 36, upTo(drive.gap, 20), ego, 20, drive.nearly[0]);
+    this.panel(context, `gap [m], up to 10${narrow ? "" : "; dashed: near miss"}`, 86, 36, upTo(drive.gap, 10), ego, 10, drive.nearly[0]);
     this.panel(context, `time to collision [s], up to 10${narrow ? "" : "; dashed: near miss"}`, 146, 36, upTo(drive.ttc, 10), ego, 10, drive.nearly[1]);
     this.panel(context, narrow ? "predict and plan [ms], dashed: real time" : "prediction and planning [ms], dots by how the plan was found, dashed: real time", 206, 44, milliseconds, null, Math.max(...milliseconds, 1.1 * period), period);
     this.panel(context, "severity [m/s]", 274, 36, readings.map((each) => each.severity), Theme.colour("other"), Math.max(...drive.severity, 1));
