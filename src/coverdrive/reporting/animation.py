@@ -39,8 +39,8 @@ HOLD = 1.0
 """[s] that the last moment is shown"""
 
 _WIDTH, _DPI = 1600, 200
-_BESIDE, _BELOW, _ABOVE = 0.6, 1.4, 1.45
-"""[inch] labels of the lanes, panels below the road, and legend, title and axis of the road"""
+_BESIDE, _BELOW, _ABOUT = 0.6, 1.0, 1.85
+"""[inch] labels of the lanes, panels below the road, and legends, title and axes"""
 _MULTIPLE = 16
 """[pixel] of which the sides are multiples, so that no player has to scale"""
 
@@ -89,7 +89,7 @@ _WRITERS: Mapping[str, Callable[[Path, Iterator[memoryview], float], None]] = {
 def _frames(trace: Trace, moments: list[int], constraints: ActiveConstraints | None) -> Iterator[memoryview]:
     """The picture of every moment as RGBA pixels, valid until the next one is asked for."""
     road = Window().height(trace.road, _WIDTH / _DPI - _BESIDE)
-    height = _MULTIPLE * math.ceil((_ABOVE + road + _BELOW) * _DPI / _MULTIPLE)
+    height = _MULTIPLE * math.ceil((_ABOUT + road + _BELOW) * _DPI / _MULTIPLE)
     figure = style.new_figure(_WIDTH / _DPI, height / _DPI)
     figure.set_dpi(_DPI)
     canvas = FigureCanvasAgg(figure)
@@ -123,8 +123,8 @@ class _Picture:
         add_legend(figure, trace.horizon, constraints is not None, bool(self._left.any()), met)
         courses = (
             ("ego speed [m/s]", self._speed, max(self._speed.max(), 1.0)),
-            ("gap [m]", gaps(trace), _MOST),
-            ("time to collision [s]", times_to_collision(trace), _MOST),
+            ("gap [m]", np.minimum(gaps(trace), 2 * _MOST), _MOST),
+            ("to collision [s]", np.minimum(times_to_collision(trace), 2 * _MOST), _MOST),
         )
         self._courses = {
             _over_time(figure.add_subplot(grid[1, k]), trace, label, most).plot([], [], color=style.EGO)[0]: values
@@ -132,7 +132,9 @@ class _Picture:
         }
         planning = figure.add_subplot(grid[1, 3])
         self._status_dots = _planning_panel(planning, trace, self._milliseconds)
-        figure.legend(*planning.get_legend_handles_labels(), loc="outside lower right", ncols=1 + len(self._status_dots))
+        figure.legend(
+            *planning.get_legend_handles_labels(), loc="outside lower right", ncols=1 + len(self._status_dots)
+        )
         self.moving: tuple[Artist, ...] = (
             *self._drawing.artists, self._title, *self._courses, *self._status_dots.values()
         )  # fmt: skip
@@ -151,7 +153,7 @@ class _Picture:
             title += f": {trace.outcome.kind.value} collision"
         self._title.set_text(title)
         for line, values in self._courses.items():
-            line.set_data(trace.time[: moment + 1], np.minimum(values[: moment + 1], 2 * _MOST))
+            line.set_data(trace.time[: moment + 1], values[: moment + 1])
         statuses = [plan.status for plan in trace.plans[: moment + 1]]
         for status, dots in self._status_dots.items():
             steps = [step for step, other in enumerate(statuses) if other is status]
@@ -160,7 +162,8 @@ class _Picture:
 
 def _over_time(axes: Axes, trace: Trace, label: str, largest: float) -> Axes:
     axes.set(xlim=(0, trace.time[-1]), ylim=(0, 1.1 * largest), xlabel="time [s]", ylabel=label)
-    axes.xaxis.set_major_locator(MaxNLocator(steps=[1, 2, 5, 10]))
+    axes.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
+    axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
     axes.grid(True)
     return axes
 

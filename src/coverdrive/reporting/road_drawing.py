@@ -80,7 +80,9 @@ class RoadDrawing:
         self.bodies = PolyCollection([], facecolors="none", linewidths=0.9, zorder=4)
         # the first contact of a plan that is not clear: the box, and the ego
         face = to_rgba(style.BAD, 0.25)
-        self.met = PolyCollection([], facecolors=face, edgecolors=style.BAD, linewidths=1.2, linestyles="--", zorder=4.5)
+        self.met = PolyCollection(
+            [], facecolors=face, edgecolors=style.BAD, linewidths=1.2, linestyles="--", zorder=4.5
+        )
         self.plan = axes.plot([], [], color=style.EGO, marker="o", markersize=1.5, linewidth=1.0, zorder=5)[0]
         self.fail_safe = axes.plot([], [], color=style.EGO, linestyle="--", linewidth=1.0, zorder=5)[0]
         # frames of vehicles that have left their predicted sets

@@ -89,7 +89,10 @@
     chooser.value = trial;
     scrub.max = drive.steps;
     moment = 0;
+    ahead.max = drive.planDt * (drive.points - 1);
+    within = null;
     redraw();
+    look(null);
     marks();
     player.dataset.loaded = trial;
   };
@@ -144,7 +147,7 @@
   };
   /* Keys work where the player has the focus, and where nothing has it while the player is in view. */
   const meant = ({ key, target }) => {
-    if (target === ahead && key.startsWith("Arrow")) return false;
+    if (target === ahead && /^(Arrow|Home|End)/.test(key)) return false;
     if (player.contains(target)) return target.tagName !== "SELECT" && !(key === " " && target.tagName === "BUTTON");  // the browser presses it
     const { top, bottom } = player.getBoundingClientRect();
     return target === document.body && key !== "Home" && key !== "End" && top < innerHeight - 120 && bottom > 0.3 * innerHeight;
@@ -162,6 +165,5 @@
   }).observe(player);
   addEventListener("hashchange", fromAddress);
   Theme.onChange(redraw);
-  look(null);
   if (!fromAddress()) load(chooser.value);
 })();
