@@ -14,7 +14,7 @@ from coverdrive.simulation.trace import Trace
 def changed(
     trace: Trace, status: Status, ahead: float = 60.0, aside: float = 0.0, lat: float | None = None, **more
 ) -> Trace:
-    """The first step with vehicle 1 so far ahead of the ego and to its left, on three paths; the ego drives straight on."""
+    """The first step with vehicle 1 so far ahead of the ego and to its left; the ego drives straight on."""
     scene, plan, paths = trace.scene, replace(trace.plans[0], status=status, **more), trace.paths[0]
     lon, lats = np.array(scene.lon), np.array(scene.lat)
     lon[0, 1], lats[0, 1] = lon[0, 0] + ahead, lats[0, 0] + aside

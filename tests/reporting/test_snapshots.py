@@ -82,7 +82,7 @@ def test_frames_are_explained_where_there_are_some():
 def test_the_first_contact_is_marked_and_explained_where_nothing_is_clear(trace):
     def drawn(status):
         plan, paths = trace.plans[0], trace.paths[0]
-        in_the_way = replace(paths, points=paths.points + [plan.states[0, 0] + 15.0 - paths.points[0, 0, 0], 0.0])
+        in_the_way = replace(paths, points=paths.points + np.array([plan.states[0, 0] - 30.0, 0.0]))
         changed = replace(trace, plans=(replace(plan, status=status),), paths=(in_the_way,))
         figure = snapshots(changed, steps=[0])
         labels = [text.get_text() for text in figure.legends[0].get_texts()]

@@ -27,7 +27,7 @@ class FirstContacts(NamedTuple):
     speeds: Float[np.ndarray, " n"]
     """[m/s] relative speed then; 0 without one"""
     departure: float
-    """[m] that it gets off the road; 0 if it keeps to it"""
+    """[m] that it gets off the road after the start; 0 if it keeps to it"""
 
 
 def first_contacts(plan: Plan, paths: PredictedPaths, road: Road, length: float, width: float) -> FirstContacts:
@@ -43,7 +43,7 @@ def first_contacts(plan: Plan, paths: PredictedPaths, road: Road, length: float,
     found = np.array([np.full(len(paths), np.inf), np.zeros(len(paths))])
     _write_contacts(states, inputs, edges, boxes, plan.dt, found)
     beyond = np.maximum(edges[..., 3] - road.edges[-1], road.edges[0] - edges[..., 1])
-    return FirstContacts(found[0], found[1], max(0.0, float(beyond.max())))
+    return FirstContacts(found[0], found[1], max(0.0, float(beyond.ravel()[1:].max())))  # where it is now, no plan changes
 
 
 @compiled

@@ -174,9 +174,8 @@ def _planning_panel(axes: Axes, trace: Trace, milliseconds: np.ndarray) -> dict[
     _over_time(axes, trace, "planning [ms]", max(milliseconds.max(), period))
     axes.axhline(period, color=style.GREY, linestyle="--", linewidth=0.9, label="next plan due")
     look: dict[str, Any] = {"linestyle": "none", "markersize": 2.5}
-    dots = {
+    return {
         status: axes.plot([], [], color=style.STATUS[status], marker=marker, label=status.value, **look)[0]
         for status, marker in _MARKERS.items()
         if any(plan.status is status for plan in trace.plans)
     }
-    return dots

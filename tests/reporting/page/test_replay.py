@@ -47,7 +47,7 @@ def test_gap_time_to_collision_severity_and_first_contact_are_stored() -> None:
     trace = make_contents().traces[0]
     plans = [replace(plan, severity=0.5 * step) for step, plan in enumerate(trace.plans)]
     ahead = trace.scene.lon[3, 0] + 10.0 - trace.paths[3].points[1, 0, 0]
-    met = replace(trace.paths[3], points=trace.paths[3].points + [ahead, 1.05])
+    met = replace(trace.paths[3], points=trace.paths[3].points + np.array([ahead, 1.05]))
     trace = replace(trace, plans=tuple(plans), paths=(*trace.paths[:3], met, *trace.paths[4:]))
     data = replay_data(0, trace, None)
     arrays = restored(data)
