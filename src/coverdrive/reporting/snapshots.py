@@ -24,8 +24,8 @@ from coverdrive.simulation.trace import Trace
 NEAR = 20.0
 """[m] along the road: vehicles nearer than this surround the ego"""
 
-_ABOVE, _ABOUT, _BESIDE, _LINE = 0.85, 0.35, 0.55, 0.13
-"""[inch] legend and label of the axis, title of a panel, labels of the lanes, and one more line of a title"""
+_ABOVE, _ABOUT, _BESIDE, _LINE = 0.75, 0.32, 0.55, 0.13
+"""[inch] legend and label of the axis, title of a panel, labels of the lanes, and one more line of a title or the legend"""
 
 
 class Moment(NamedTuple):
@@ -54,7 +54,7 @@ def snapshots(
         reasons = [reason_of(trace, moment.step) for moment in moments]
         height = _ABOUT + (window or Window()).height(trace.road, TWO_COLUMNS - _BESIDE)
         lines = sum(bool(reason.text) for reason in reasons)
-        figure = style.new_figure(TWO_COLUMNS, _ABOVE + height * len(moments) + _LINE * lines)
+        figure = style.new_figure(TWO_COLUMNS, _ABOVE + height * len(moments) + _LINE * (lines + bool(lines)))
         panels = figure.subplots(len(moments), 1, sharex=True, squeeze=False)[:, 0]
         for letter, (axes, moment, reason) in enumerate(zip(panels, moments, reasons, strict=True), start=ord("a")):
             drawing = RoadDrawing(axes, trace.road, trace.scene.vehicles, window)

@@ -57,7 +57,7 @@ class CourseView {
     context.fillText(label, this.left, top - 5);
     context.textAlign = "right";
     context.fillText("0", this.left - 6, top + height);
-    context.fillText(largest < 1 ? largest.toFixed(2) : largest.toFixed(0), this.left - 6, y(largest) + 8);
+    context.fillText(largest.toFixed(largest < 1 ? 2 : largest < 10 && largest % 1 ? 1 : 0), this.left - 6, y(largest) + 8);
     if (dashed) {
       context.setLineDash([5, 4]);
       context.strokeStyle = Theme.colour("soft");
