@@ -43,7 +43,8 @@ def first_contacts(plan: Plan, paths: PredictedPaths, road: Road, length: float,
     found = np.array([np.full(len(paths), np.inf), np.zeros(len(paths))])
     _write_contacts(states, inputs, edges, boxes, plan.dt, found)
     beyond = np.maximum(edges[..., 3] - road.edges[-1], road.edges[0] - edges[..., 1])
-    return FirstContacts(found[0], found[1], max(0.0, float(beyond.ravel()[1:].max())))  # where it is now, no plan changes
+    later = beyond.ravel()[1:]  # where it is now, no plan changes
+    return FirstContacts(found[0], found[1], max(0.0, float(later.max())))
 
 
 @compiled

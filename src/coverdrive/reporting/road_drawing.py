@@ -1,7 +1,8 @@
 """One moment of a drive as seen from above, in the coordinates of the ego: what snapshots and animation share.
 
 Vehicles are turned boxes with their speed in them. The predicted sets are the union of all boxes of all paths, their
-hue telling the time, with a thin line for every path, and an outline where a path is an active constraint of the plan.
+hue telling the time, with a thin line for every path, and an outline where a path is an active constraint of the plan,
+in the dark hue of that time.
 The plan is a line, dotted at its steps; its fail-safe branch is dashed, with the body's outline at every full second,
 dark in the hue that the sets of that time have; where it is not clear, ego and box are dashed at the first contact.
 A vehicle that has left its predicted set has a black frame.
@@ -76,7 +77,7 @@ class RoadDrawing:
         self.members = LineCollection([], colors=style.OTHER, linewidths=0.4, zorder=2)
         borders = [axes.axhline(edge, color=style.MARKING, linewidth=1.0, zorder=3) for edge in edges[[0, -1]]]
         # boxes of predicted paths that are active constraints of the plan, and the ego at every full second of it
-        self.active = PolyCollection([], facecolors="none", edgecolors=style.ACTIVE, linewidths=0.8, zorder=3.5)
+        self.active = PolyCollection([], facecolors="none", linewidths=0.8, zorder=3.5)
         self.bodies = PolyCollection([], facecolors="none", linewidths=0.9, zorder=4)
         # the first contact of a plan that is not clear: the box, and the ego
         face = to_rgba(style.BAD, 0.25)
@@ -116,9 +117,11 @@ class RoadDrawing:
         planned = min(moment, len(trace) - 1)
         paths = trace.paths[planned]
         self.show(scene, paths, trace.plans[planned])
-        boxes = np.zeros((0, 4, 2))
+        boxes, times = np.zeros((0, 4, 2)), np.zeros(0)
         if constraints is not None:
-            boxes = np.swapaxes(path_boxes(paths), 0, 1)[constraints.of(trace, planned)]
+            active = constraints.of(trace, planned)
+            boxes, times = np.swapaxes(path_boxes(paths), 0, 1)[active], active.nonzero()[1] / (active.shape[1] - 1)
+        self.active.set_edgecolor(style.TIMES(times).tolist())
         self.active.set_alpha(float(np.clip(_CLEAR / max(len(boxes), 1), 0.15, 1)))
         self.active.set_verts(list(boxes - origin))
         self.met.set_verts(list(_first_contact(trace, planned, reason_of(trace, planned)) - origin))

@@ -25,7 +25,7 @@ NEAR = 20.0
 """[m] along the road: vehicles nearer than this surround the ego"""
 
 _ABOVE, _ABOUT, _BESIDE, _LINE = 0.75, 0.32, 0.55, 0.13
-"""[inch] legend and label of the axis, title of a panel, labels of the lanes, and one more line of a title or the legend"""
+"""[inch] legend and label of the axis, title of a panel, labels of the lanes, one more line of a title or the legend"""
 
 
 class Moment(NamedTuple):
@@ -73,16 +73,16 @@ def snapshots(
 def add_legend(figure: Figure, horizon: float, active: bool, left: bool, met: bool) -> None:
     """Explain a drawing of the road above all panels, with what of the last three is marked."""
     shades = tuple(Patch(color=style.SETS(age)) for age in (0.0, 0.25, 0.5, 0.75, 1.0))
-    bodies = tuple(Patch(facecolor="none", edgecolor=style.TIMES(age)) for age in (0.33, 0.67, 1.0))
+    dark = tuple(Patch(facecolor="none", edgecolor=style.TIMES(age)) for age in (0.33, 0.67, 1.0))
     explained: dict[str, Patch | Line2D | tuple[Patch, ...]] = {
         "ego": Patch(color=style.EGO),
         "its plan, and dashed its fail-safe branch": Line2D([], [], color=style.EGO, linestyle="--"),
-        "that every second, in the hue of the sets then": bodies,
+        "that every second, in the hue of the sets then": dark,
         "other vehicles, speed in m/s": Patch(color=style.OTHER),
         f"predicted set, now … {horizon:g} s ahead": shades,
     }
     if active:
-        explained["active constraint of the plan"] = Patch(facecolor="none", edgecolor=style.ACTIVE)
+        explained["active constraints, in that hue"] = dark
     if met:
         explained["first contact of a plan that is not clear"] = Patch(
             facecolor=to_rgba(style.BAD, 0.25), edgecolor=style.BAD, linestyle="--"

@@ -120,7 +120,8 @@ class RoadView {
     context.setLineDash([]);
   }
 
-  /* One line for every predicted path, and the boxes that are active constraints of the plan. */
+  /* One line for every predicted path, and the boxes that are active constraints of the plan, in the hue of
+     their time. */
   members(drive, step, within) {
     const context = this.context, points = drive.points, first = drive.first[step], end = drive.first[step + 1];
     context.lineWidth = 1;
@@ -138,12 +139,14 @@ class RoadView {
     let outlines = 0;
     for (let path = first; path < end; path++) outlines += bits(drive.active[path]);
     context.globalAlpha = Math.max(0.15, Math.min(1, 10 / outlines));
-    context.strokeStyle = Theme.colour("active");
+    const hue = blend("time-now", "time-mid", "time-late");
     context.lineWidth = 1.4;
     for (let path = first; path < end; path++) {
       for (let point = 1; drive.active[path] >> point; point++) {
         const shown = within === null || Math.abs(within - point * drive.planDt) <= drive.planDt / 2;
-        if (shown && (drive.active[path] >> point) & 1) context.strokeRect(...this.box(drive, path, point));
+        if (!shown || !((drive.active[path] >> point) & 1)) continue;
+        context.strokeStyle = hue(point / (points - 1));
+        context.strokeRect(...this.box(drive, path, point));
       }
     }
     context.globalAlpha = 1;
