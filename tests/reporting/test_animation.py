@@ -27,7 +27,7 @@ HELD = 10
 def frames_of(path) -> np.ndarray:
     """All frames, at half the size."""
     with av.open(path) as video:
-        frames = [frame.to_ndarray(width=800, height=304, format="rgb24") for frame in video.decode(video=0)]
+        frames = [frame.to_ndarray(width=800, height=352, format="rgb24") for frame in video.decode(video=0)]
     return np.array(frames)
 
 
@@ -59,7 +59,7 @@ def test_players_understand_the_format(video):
     with av.open(path) as content:
         (stream,) = content.streams
         assert (stream.codec_context.name, stream.pix_fmt) == ("h264", "yuv420p")
-        assert (stream.width, stream.height, stream.average_rate) == (1600, 608, 10)
+        assert (stream.width, stream.height, stream.average_rate) == (1600, 704, 10)
     written = path.read_bytes()
     assert written.index(b"moov") < written.index(b"mdat")  # it plays before all of it is there
 

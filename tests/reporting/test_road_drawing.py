@@ -9,7 +9,10 @@ from report_fakes import HORIZON, LEAVES, PATHS_PER_VEHICLE, STEPS, make_stray, 
 
 from coverdrive.geometry import turned_half_extents
 from coverdrive.paths import PredictedPaths
+from coverdrive.planning.obstacles import ObstacleSettings
+from coverdrive.planning.vehicle import VehicleSettings
 from coverdrive.reporting import style
+from coverdrive.reporting.active_constraints import ActiveConstraints
 from coverdrive.reporting.road_drawing import RoadDrawing, Window, body_corners, set_boxes
 from coverdrive.simulation.misses import find_windows, left_recently
 
@@ -70,6 +73,19 @@ def test_the_last_moment_shows_what_was_planned_the_step_before_where_it_belongs
     assert drawing.plan.get_xydata() == pytest.approx(plan - moved)
     assert np.array(drawing.members.get_segments()) == pytest.approx(members - moved)
     assert polygons(drawing.vehicles)[0].mean(0) == pytest.approx([0, trace.scene.lat[STEPS, 0]])
+
+
+def test_active_boxes_have_the_hue_of_their_time(drawing, trace):
+    constraints = ActiveConstraints(VehicleSettings(), ObstacleSettings())
+    step = next(step for step in range(STEPS) if constraints.of(trace, step).any())
+    drawing.show_moment(trace, step, constraints)
+    active = constraints.of(trace, step)
+    for box, colour, (path, point) in zip(
+        polygons(drawing.active), drawing.active.get_edgecolor(), np.argwhere(active), strict=True
+    ):
+        there = trace.paths[step].points[path, point] - [trace.scene.lon[step, 0], 0.0]
+        assert box.mean(0) == pytest.approx(there)
+        assert same_color(colour[:3], style.TIMES(point / HORIZON)[:3])
 
 
 def test_vehicles_that_left_their_sets_have_a_frame(drawing):

@@ -1,15 +1,18 @@
 """Snapshots show the moments that matter."""
 
 import struct
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from report_fakes import LEAVES, make_stray, make_trace
 
 from coverdrive.errors import DataError
+from coverdrive.planning.plan import Status
 from coverdrive.reporting.drawing import save
 from coverdrive.reporting.road_drawing import Window
 from coverdrive.reporting.snapshots import interesting_moments, snapshots
+from coverdrive.road import Road
 from coverdrive.simulation.outcome import Kind
 
 pytestmark = pytest.mark.usefixtures("no_global_change")
@@ -51,7 +54,8 @@ def test_moments_are_in_order_and_spread(steps, count):
 def test_one_panel_for_each_moment(trace, tmp_path):
     figure = snapshots(trace, steps=[0, 7], window=Window(behind=20, ahead=50))
     titles = [axes.get_title(loc="left") for axes in figure.axes]
-    assert titles == ["(a)  0.0 s, ego 24.4 m/s", "(b)  0.7 s, ego 24.4 m/s"]
+    why = "rear: if the vehicle behind does not brake: meets nothing that is seen now"
+    assert titles == ["(a)  0.0 s, ego 24.4 m/s", f"(b)  0.7 s, ego 24.4 m/s\n{why}"]
     assert all(axes.get_xlim() == (-20, 50) and axes.get_aspect() == 1 for axes in figure.axes)
     png, pdf = save(figure, tmp_path / "snapshots")
     width, height = struct.unpack(">II", png.read_bytes()[16:24])
@@ -73,6 +77,30 @@ def test_frames_are_explained_where_there_are_some():
 
     assert labels(LEAVES)[-1] == "left its predicted set"
     assert len(labels(LEAVES - 1)) == len(labels(LEAVES)) - 1
+
+
+def test_the_first_contact_is_marked_and_explained_where_nothing_is_clear(trace):
+    def drawn(status):
+        plan, paths = trace.plans[0], trace.paths[0]
+        in_the_way = replace(paths, points=paths.points + np.array([plan.states[0, 0] - 30.0, 0.0]))
+        changed = replace(trace, plans=(replace(plan, status=status),), paths=(in_the_way,))
+        figure = snapshots(changed, steps=[0])
+        labels = [text.get_text() for text in figure.legends[0].get_texts()]
+        dashed = [each for each in figure.axes[0].collections if each.get_linestyle()[0][1] is not None]
+        return "first contact of a plan that is not clear" in labels, [len(each.get_paths()) for each in dashed]
+
+    assert drawn(Status.UNSAFE) == (True, [2])
+    assert drawn(Status.SOLVED) == (False, [0])
+
+
+def test_wide_roads_are_drawn_as_wide_as_narrow_ones():
+    def width(lanes):
+        trace = replace(make_trace(), road=Road.straight(lanes))
+        figure = snapshots(trace, steps=[0, 1, 2])
+        figure.draw_without_rendering()
+        return figure.axes[0].get_position().width
+
+    assert width(6) == pytest.approx(width(3), abs=0.03) and width(3) > 0.85
 
 
 @pytest.mark.parametrize("steps", [[], [12], [-1]])

@@ -1,9 +1,10 @@
 """One drive as a video (H.264 in MP4, or GIF) that plays in real time.
 
-Above the road as in the snapshots, below it what the ego did so far: its speed, how long each plan took and how it was
-found. The still parts are drawn once; every frame draws only what moves.
+Above the road as in the snapshots, below it what the ego did so far: its speed, gap and time to collision, how long
+each plan took and how it was found. The still parts are drawn once; every frame draws only what moves.
 """
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
 from pathlib import Path
@@ -25,9 +26,11 @@ from coverdrive.progress import done, stage
 from coverdrive.reporting import style
 from coverdrive.reporting.active_constraints import ActiveConstraints
 from coverdrive.reporting.gif import write_gif
-from coverdrive.reporting.road_drawing import RoadDrawing
+from coverdrive.reporting.reasons import reason_of
+from coverdrive.reporting.road_drawing import RoadDrawing, Window
 from coverdrive.reporting.snapshots import add_legend
 from coverdrive.simulation.initial import EGO
+from coverdrive.simulation.metrics import gaps, times_to_collision
 from coverdrive.simulation.misses import find_windows, left_recently
 from coverdrive.simulation.outcome import Kind
 from coverdrive.simulation.trace import Trace
@@ -35,10 +38,14 @@ from coverdrive.simulation.trace import Trace
 HOLD = 1.0
 """[s] that the last moment is shown"""
 
-_SIZE = 1600, 608
-"""[pixel] multiples of 16, so that no player has to scale"""
+_WIDTH, _DPI = 1600, 200
+_BESIDE, _BELOW, _ABOUT = 0.6, 1.0, 1.85
+"""[inch] labels of the lanes, panels below the road, and legends, title and axes"""
+_MULTIPLE = 16
+"""[pixel] of which the sides are multiples, so that no player has to scale"""
 
-_DPI = 200
+_MOST = 10.0
+"""[m], [s] that gaps and times to collision are shown up to; what is more leaves the panel"""
 
 _MARKERS = {Status.SOLVED: "o", Status.FALLBACK: "s", Status.REAR: "D", Status.UNSAFE: "X", Status.INVALID_INPUT: "P"}
 
@@ -62,11 +69,13 @@ def _write_mp4(path: Path, frames: Iterator[memoryview], rate: float) -> None:
     """H.264 in the pixel format that every player knows, with the index in front."""
     with av.open(path, "w", format="mp4", options={"movflags": "+faststart"}) as video:
         stream = video.add_stream("libx264", Fraction(rate).limit_denominator(1000))
-        stream.width, stream.height = _SIZE
         stream.pix_fmt = "yuv420p"
         stream.options = {"preset": "fast", "crf": "21"}
         for pixels in frames:
-            video.mux(stream.encode(av.VideoFrame.from_ndarray(np.asarray(pixels), format="rgba")))
+            frame = av.VideoFrame.from_ndarray(np.asarray(pixels), format="rgba")
+            if not stream.codec_context.is_open:
+                stream.width, stream.height = frame.width, frame.height
+            video.mux(stream.encode(frame))
         video.mux(stream.encode(None))
 
 
@@ -79,10 +88,12 @@ _WRITERS: Mapping[str, Callable[[Path, Iterator[memoryview], float], None]] = {
 
 def _frames(trace: Trace, moments: list[int], constraints: ActiveConstraints | None) -> Iterator[memoryview]:
     """The picture of every moment as RGBA pixels, valid until the next one is asked for."""
-    figure = style.new_figure(_SIZE[0] / _DPI, _SIZE[1] / _DPI)
+    road = Window().height(trace.road, _WIDTH / _DPI - _BESIDE)
+    height = _MULTIPLE * math.ceil((_ABOUT + road + _BELOW) * _DPI / _MULTIPLE)
+    figure = style.new_figure(_WIDTH / _DPI, height / _DPI)
     figure.set_dpi(_DPI)
     canvas = FigureCanvasAgg(figure)
-    picture = _Picture(figure, trace, constraints)
+    picture = _Picture(figure, trace, constraints, road)
     canvas.draw()
     still = canvas.copy_from_bbox(figure.bbox)  # pyright: ignore[reportAttributeAccessIssue]
     for count, moment in enumerate(moments, start=1):
@@ -97,22 +108,35 @@ def _frames(trace: Trace, moments: list[int], constraints: ActiveConstraints | N
 class _Picture:
     """The artists of the video's frames."""
 
-    def __init__(self, figure: Figure, trace: Trace, constraints: ActiveConstraints | None):
+    def __init__(self, figure: Figure, trace: Trace, constraints: ActiveConstraints | None, height: float):
         self._trace, self._constraints, self._left = trace, constraints, left_recently(trace, find_windows(trace))
         self._speed = np.asarray(trace.scene.speed[:, EGO])
         self._milliseconds = 1000 * trace.planning_seconds
-        grid = figure.add_gridspec(2, 2, height_ratios=(1, 1))
+        self._reasons = [reason_of(trace, step) for step in range(len(trace))]
+        grid = figure.add_gridspec(2, 4, height_ratios=(height, _BELOW))
         road = figure.add_subplot(grid[0, :])
         road.set_xlabel("distance ahead of the ego [m]")
-        road.set_title(" ", loc="left")
+        road.set_title(" \n ", loc="left")
         self._drawing = RoadDrawing(road, trace.road, trace.scene.vehicles)
         self._title = road.text(0, 1.04, "", transform=road.transAxes, fontsize=8)
-        add_legend(figure, trace.horizon, constraints is not None, bool(self._left.any()))
-        speed = _over_time(figure.add_subplot(grid[1, 0]), trace, "ego speed [m/s]", max(self._speed.max(), 1.0))
-        self._speed_line = speed.plot([], [], color=style.EGO)[0]
-        self._status_dots = _planning_panel(figure.add_subplot(grid[1, 1]), trace, self._milliseconds)
+        met = any(reason.path >= 0 for reason in self._reasons)
+        add_legend(figure, trace.horizon, constraints is not None, bool(self._left.any()), met)
+        courses = (
+            ("ego speed [m/s]", self._speed, max(self._speed.max(), 1.0)),
+            ("gap [m]", np.minimum(gaps(trace), 2 * _MOST), _MOST),
+            ("to collision [s]", np.minimum(times_to_collision(trace), 2 * _MOST), _MOST),
+        )
+        self._courses = {
+            _over_time(figure.add_subplot(grid[1, k]), trace, label, most).plot([], [], color=style.EGO)[0]: values
+            for k, (label, values, most) in enumerate(courses)
+        }
+        planning = figure.add_subplot(grid[1, 3])
+        self._status_dots = _planning_panel(planning, trace, self._milliseconds)
+        figure.legend(
+            *planning.get_legend_handles_labels(), loc="outside lower right", ncols=1 + len(self._status_dots)
+        )
         self.moving: tuple[Artist, ...] = (
-            *self._drawing.artists, self._title, self._speed_line, *self._status_dots.values()
+            *self._drawing.artists, self._title, *self._courses, *self._status_dots.values()
         )  # fmt: skip
         for artist in self.moving:
             artist.set_animated(True)
@@ -124,10 +148,12 @@ class _Picture:
         title = f"{trace.time[moment]:.1f} s, ego {self._speed[moment]:.1f} m/s"
         if moment < len(trace) and trace.plans[moment].status is not Status.SOLVED:
             title += f", plan {trace.plans[moment].status.value}"
+            title += f"\n{self._reasons[moment].text}" * bool(self._reasons[moment].text)
         if moment == len(trace) and trace.outcome.kind is not Kind.FINISHED:
             title += f": {trace.outcome.kind.value} collision"
         self._title.set_text(title)
-        self._speed_line.set_data(trace.time[: moment + 1], self._speed[: moment + 1])
+        for line, values in self._courses.items():
+            line.set_data(trace.time[: moment + 1], values[: moment + 1])
         statuses = [plan.status for plan in trace.plans[: moment + 1]]
         for status, dots in self._status_dots.items():
             steps = [step for step, other in enumerate(statuses) if other is status]
@@ -136,7 +162,8 @@ class _Picture:
 
 def _over_time(axes: Axes, trace: Trace, label: str, largest: float) -> Axes:
     axes.set(xlim=(0, trace.time[-1]), ylim=(0, 1.1 * largest), xlabel="time [s]", ylabel=label)
-    axes.xaxis.set_major_locator(MaxNLocator(steps=[1, 2, 5, 10]))
+    axes.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
+    axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
     axes.grid(True)
     return axes
 
@@ -147,10 +174,8 @@ def _planning_panel(axes: Axes, trace: Trace, milliseconds: np.ndarray) -> dict[
     _over_time(axes, trace, "planning [ms]", max(milliseconds.max(), period))
     axes.axhline(period, color=style.GREY, linestyle="--", linewidth=0.9, label="next plan due")
     look: dict[str, Any] = {"linestyle": "none", "markersize": 2.5}
-    dots = {
+    return {
         status: axes.plot([], [], color=style.STATUS[status], marker=marker, label=status.value, **look)[0]
         for status, marker in _MARKERS.items()
         if any(plan.status is status for plan in trace.plans)
     }
-    axes.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=1 + len(dots), borderaxespad=0, handletextpad=0.3)
-    return dots

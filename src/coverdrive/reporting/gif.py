@@ -39,11 +39,20 @@ def _small(frame: UInt8[np.ndarray, "height width 4"]) -> Image.Image:
 def _palette() -> UInt8[np.ndarray, "_ 3"]:
     """All colours that a frame is drawn with, blended into what they are drawn on."""
     sets = [style.SETS(age)[:3] for age in np.linspace(0, 1, 24)]
-    inks = (style.EGO, style.OTHER, style.GREEN, style.ORANGE, style.PURPLE, style.ACTIVE, style.BLACK, style.GREY)
+    inks = (
+        style.EGO,
+        style.OTHER,
+        style.GREEN,
+        style.ORANGE,
+        style.PURPLE,
+        style.BAD,
+        style.BLACK,
+        style.GREY,
+    )
     blends = [(ink, "white") for ink in inks]
     blends += [(style.TIMES(age)[:3], style.SETS(age)[:3]) for age in (0.33, 0.67, 1.0)]
-    blends += [(ink, sets[8]) for ink in (style.EGO, style.OTHER, style.ACTIVE, style.MARKING, "white")]
-    blends += [(ink, style.ROAD) for ink in (style.EGO, style.OTHER, style.ACTIVE, style.MARKING)]
+    blends += [(ink, sets[8]) for ink in (style.EGO, style.OTHER, style.MARKING, "white")]
+    blends += [(ink, style.ROAD) for ink in (style.EGO, style.OTHER, style.MARKING)]
     share = np.linspace(0, 1, _SHADES)[:, None]
     shades = [share * to_rgb(above) + (1 - share) * to_rgb(below) for above, below in blends]
     colours = np.concatenate([np.array(sets), *shades])

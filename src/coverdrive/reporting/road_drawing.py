@@ -1,10 +1,11 @@
 """One moment of a drive as seen from above, in the coordinates of the ego: what snapshots and animation share.
 
 Vehicles are turned boxes with their speed in them. The predicted sets are the union of all boxes of all paths, their
-hue telling the time, with a thin line for every path, and an outline where a path is an active constraint of the plan.
+hue telling the time, with a thin line for every path, and an outline where a path is an active constraint of the plan,
+in the dark hue of that time.
 The plan is a line, dotted at its steps; its fail-safe branch is dashed, with the body's outline at every full second,
-dark in the hue that the sets of that time have. A
-vehicle that has left its predicted set has a black frame.
+dark in the hue that the sets of that time have; where it is not clear, ego and box are dashed at the first contact.
+A vehicle that has left its predicted set has a black frame.
 """
 
 from dataclasses import dataclass
@@ -23,6 +24,7 @@ from coverdrive.paths import PredictedPaths
 from coverdrive.planning.plan import Plan
 from coverdrive.reporting import style
 from coverdrive.reporting.active_constraints import ActiveConstraints
+from coverdrive.reporting.reasons import Reason, reason_of
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.simulation.initial import EGO
@@ -52,6 +54,10 @@ class Window:
     ahead: float = 105.0
     """[m] ahead of it"""
 
+    def height(self, road: Road, width: float) -> float:
+        """Height of a drawing of this width, in the same unit."""
+        return width * (float(np.ptp(road.edges)) + 2 * VERGE) / (self.behind + self.ahead)
+
 
 class RoadDrawing:
     """The artists of one picture; `show_moment` moves them to another moment."""
@@ -71,8 +77,13 @@ class RoadDrawing:
         self.members = LineCollection([], colors=style.OTHER, linewidths=0.4, zorder=2)
         borders = [axes.axhline(edge, color=style.MARKING, linewidth=1.0, zorder=3) for edge in edges[[0, -1]]]
         # boxes of predicted paths that are active constraints of the plan, and the ego at every full second of it
-        self.active = PolyCollection([], facecolors="none", edgecolors=style.ACTIVE, linewidths=0.8, zorder=3.5)
+        self.active = PolyCollection([], facecolors="none", linewidths=0.8, zorder=3.5)
         self.bodies = PolyCollection([], facecolors="none", linewidths=0.9, zorder=4)
+        # the first contact of a plan that is not clear: the box, and the ego
+        face = to_rgba(style.BAD, 0.25)
+        self.met = PolyCollection(
+            [], facecolors=face, edgecolors=style.BAD, linewidths=1.2, linestyles="--", zorder=4.5
+        )
         self.plan = axes.plot([], [], color=style.EGO, marker="o", markersize=1.5, linewidth=1.0, zorder=5)[0]
         self.fail_safe = axes.plot([], [], color=style.EGO, linestyle="--", linewidth=1.0, zorder=5)[0]
         # frames of vehicles that have left their predicted sets
@@ -81,8 +92,8 @@ class RoadDrawing:
         text: dict[str, Any] = {"color": "white", "fontsize": 5.5, "ha": "center", "va": "center_baseline"}
         self.speeds = [axes.text(0, 0, "", clip_on=True, zorder=7, **text) for _ in range(slots)]
         self.artists: tuple[Artist, ...] = (
-            self.sets, self.dashes, self.members, *borders, self.active, self.bodies, self.plan, self.fail_safe,
-            self.frames, self.vehicles, *self.speeds,
+            self.sets, self.dashes, self.members, *borders, self.active, self.bodies, self.met, self.plan,
+            self.fail_safe, self.frames, self.vehicles, *self.speeds,
         )  # fmt: skip
         """all that changes, or lies on top of what changes, from back to front"""
         for artist in self.artists:
@@ -106,11 +117,14 @@ class RoadDrawing:
         planned = min(moment, len(trace) - 1)
         paths = trace.paths[planned]
         self.show(scene, paths, trace.plans[planned])
-        boxes = np.zeros((0, 4, 2))
+        boxes, times = np.zeros((0, 4, 2)), np.zeros(0)
         if constraints is not None:
-            boxes = np.swapaxes(path_boxes(paths), 0, 1)[constraints.of(trace, planned)]
+            active = constraints.of(trace, planned)
+            boxes, times = np.swapaxes(path_boxes(paths), 0, 1)[active], active.nonzero()[1] / (active.shape[1] - 1)
+        self.active.set_edgecolor(style.TIMES(times).tolist())
         self.active.set_alpha(float(np.clip(_CLEAR / max(len(boxes), 1), 0.15, 1)))
         self.active.set_verts(list(boxes - origin))
+        self.met.set_verts(list(_first_contact(trace, planned, reason_of(trace, planned)) - origin))
         framed = np.zeros(scene.vehicles, dtype=bool) if left is None else left[moment]
         self.frames.set_verts(list(body_corners(scene.states, scene.half_sizes + _FRAME)[framed] - origin))
         return scene
@@ -147,6 +161,19 @@ class RoadDrawing:
         lon = np.stack([start, start + _DASH], axis=-1)
         lon, lat = np.broadcast_arrays(lon, inner[:, None, None])
         return np.stack([lon, lat], axis=-1).reshape(-1, 2, 2)
+
+
+def _first_contact(trace: Trace, step: int, reason: Reason) -> Float[np.ndarray, "_ 4 2"]:
+    """Corners [m] of the box and of the ego where a plan that is not clear meets a path; none if it does not."""
+    if reason.path < 0:
+        return np.zeros((0, 4, 2))
+    paths, plan = trace.paths[step], trace.plans[step]
+    low = min(int(reason.time / plan.dt), len(plan.states) - 2)
+    point, half_size, state = (
+        each[low] + (reason.time / plan.dt - low) * (each[low + 1] - each[low])
+        for each in (paths.points[reason.path], paths.half_sizes[reason.path], plan.held)
+    )
+    return np.stack([point + _CORNERS * half_size, body_corners(state, trace.scene.half_sizes[step, EGO])])
 
 
 def set_boxes(paths: PredictedPaths) -> Float[np.ndarray, "_ S 4 2"]:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.legend_handler import HandlerTuple
 from matplotlib.lines import Line2D
@@ -13,6 +14,7 @@ from coverdrive.errors import DataError
 from coverdrive.reporting import style
 from coverdrive.reporting.active_constraints import ActiveConstraints
 from coverdrive.reporting.figure import TWO_COLUMNS
+from coverdrive.reporting.reasons import reason_of
 from coverdrive.reporting.road_drawing import RoadDrawing, Window
 from coverdrive.simulation.initial import EGO
 from coverdrive.simulation.misses import find_windows, left_recently
@@ -21,6 +23,9 @@ from coverdrive.simulation.trace import Trace
 
 NEAR = 20.0
 """[m] along the road: vehicles nearer than this surround the ego"""
+
+_ABOVE, _ABOUT, _BESIDE, _LINE = 0.75, 0.32, 0.55, 0.13
+"""[inch] legend and label of the axis, title of a panel, labels of the lanes, one more line of a title or the legend"""
 
 
 class Moment(NamedTuple):
@@ -46,32 +51,42 @@ def snapshots(
     moments = interesting_moments(trace) if steps is None else [Moment(step, "") for step in steps]
     left = left_recently(trace, find_windows(trace))
     with style.style():
-        figure = style.new_figure(TWO_COLUMNS, 0.7 + 0.9 * len(moments))
+        reasons = [reason_of(trace, moment.step) for moment in moments]
+        height = _ABOUT + (window or Window()).height(trace.road, TWO_COLUMNS - _BESIDE)
+        lines = sum(bool(reason.text) for reason in reasons)
+        figure = style.new_figure(TWO_COLUMNS, _ABOVE + height * len(moments) + _LINE * (lines + bool(lines)))
         panels = figure.subplots(len(moments), 1, sharex=True, squeeze=False)[:, 0]
-        for letter, (axes, moment) in enumerate(zip(panels, moments, strict=True), start=ord("a")):
+        for letter, (axes, moment, reason) in enumerate(zip(panels, moments, reasons, strict=True), start=ord("a")):
             drawing = RoadDrawing(axes, trace.road, trace.scene.vehicles, window)
             scene = drawing.show_moment(trace, moment.step, constraints, left)
             title = f"({chr(letter)})  {trace.time[moment.step]:.1f} s, ego {scene.speed[EGO]:.1f} m/s"
-            axes.set_title(title + (f":  {moment.remark}" if moment.remark else ""), loc="left")
+            title += f":  {moment.remark}" * bool(moment.remark)
+            title += f"\n{trace.plans[moment.step].status.value}: {reason.text}" * bool(reason.text)
+            axes.set_title(title, loc="left")
         panels[-1].set_xlabel("distance ahead of the ego [m]")
+        met = any(reason.path >= 0 for reason in reasons)
         marked = bool(left[[moment.step for moment in moments]].any())
-        add_legend(figure, trace.horizon, constraints is not None, marked)
+        add_legend(figure, trace.horizon, constraints is not None, marked, met)
     return figure
 
 
-def add_legend(figure: Figure, horizon: float, active: bool, left: bool) -> None:
-    """Explain a drawing of the road above all panels; whether active constraints and vehicles that left are marked."""
+def add_legend(figure: Figure, horizon: float, active: bool, left: bool, met: bool) -> None:
+    """Explain a drawing of the road above all panels, with what of the last three is marked."""
     shades = tuple(Patch(color=style.SETS(age)) for age in (0.0, 0.25, 0.5, 0.75, 1.0))
-    bodies = tuple(Patch(facecolor="none", edgecolor=style.TIMES(age)) for age in (0.33, 0.67, 1.0))
+    dark = tuple(Patch(facecolor="none", edgecolor=style.TIMES(age)) for age in (0.33, 0.67, 1.0))
     explained: dict[str, Patch | Line2D | tuple[Patch, ...]] = {
         "ego": Patch(color=style.EGO),
         "its plan, and dashed its fail-safe branch": Line2D([], [], color=style.EGO, linestyle="--"),
-        "that every second, in the hue of the sets then": bodies,
+        "that every second, in the hue of the sets then": dark,
         "other vehicles, speed in m/s": Patch(color=style.OTHER),
         f"predicted set, now … {horizon:g} s ahead": shades,
     }
     if active:
-        explained["active constraint of the plan"] = Patch(facecolor="none", edgecolor=style.ACTIVE)
+        explained["active constraints, in that hue"] = dark
+    if met:
+        explained["first contact of a plan that is not clear"] = Patch(
+            facecolor=to_rgba(style.BAD, 0.25), edgecolor=style.BAD, linestyle="--"
+        )
     if left:
         explained["left its predicted set"] = Patch(facecolor=style.OTHER, edgecolor=style.BLACK, linewidth=2)
     figure.legend(

@@ -25,8 +25,8 @@ CYCLE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, GREY)
 EGO, OTHER = BLUE, VERMILION
 """the ego and what it plans; the other vehicles and what is predicted for them"""
 
-ACTIVE = "#7A1010"
-"""members of predicted sets that are active constraints of a plan"""
+BAD = "#B3261E"
+"""where a plan that is not clear first meets what was predicted"""
 
 STATUS = MappingProxyType({Status.SOLVED: GREEN, Status.FALLBACK: PURPLE, Status.REAR: SKY, Status.UNSAFE: VERMILION,
                            Status.INVALID_INPUT: "#882255"})  # fmt: skip
@@ -39,7 +39,7 @@ SETS = LinearSegmentedColormap.from_list("predicted sets", ["#F8C79F", "#F2BDD3"
 """where others may be, from now (0) over rose to lavender at the end of the prediction (1); the page has the same"""
 
 TIMES = LinearSegmentedColormap.from_list("times of the plan", ["#B34700", "#B8327C", "#4B3FB5"])
-"""where the ego plans to be, dark in the hue that the sets of the same time have"""
+"""where the ego plans to be, and active constraints, dark in the hue that the sets of the same time have"""
 
 DPI = 200
 """dots per inch of PNG files"""

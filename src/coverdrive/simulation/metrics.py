@@ -38,18 +38,19 @@ def road_departure(trace: Trace) -> float:
     return float(max(0.0, beyond.max()))
 
 
-def minimum_gap(trace: Trace) -> float:
-    """Least distance [m] of the ego's body to another; infinite without another."""
+def gaps(trace: Trace) -> Float[np.ndarray, " m"]:
+    """Distance [m] of the ego's body to the nearest other one at every moment; infinite without another."""
     states, half_sizes = trace.scene.states, trace.scene.half_sizes
     others = np.arange(trace.scene.vehicles) != EGO
     own, other = (
         (states[:, slots, :2], states[:, slots, 3], half_sizes[:, slots]) for slots in (np.array([EGO]), others)
     )
-    return float(body_distance(*own, *other).min(initial=np.inf, where=np.asarray(trace.scene.valid)[:, others]))
+    there = np.asarray(trace.scene.valid)[:, others]
+    return body_distance(*own, *other).min(-1, initial=np.inf, where=there)
 
 
-def minimum_time_to_collision(trace: Trace) -> float:
-    """Least time [s] to contact of the ego, at any moment, if all kept their velocity; infinite if never.
+def times_to_collision(trace: Trace) -> Float[np.ndarray, " m"]:
+    """Time [s] to contact of the ego from every moment on, if all kept their velocity; infinite if never.
 
     Bodies are boxes along the road; velocities have two components, so that contact from the side counts as well.
     """
@@ -66,7 +67,7 @@ def minimum_time_to_collision(trace: Trace) -> float:
     enter = np.where(velocity == 0, np.where(inside, -np.inf, np.inf), crossings.min(0)).max(-1)
     leave = np.where(velocity == 0, np.where(inside, np.inf, -np.inf), crossings.max(0)).min(-1)
     enter = np.maximum(enter, 0.0)
-    return float(np.where(there & (enter < leave), enter, np.inf).min(initial=np.inf))
+    return np.where(there & (enter < leave), enter, np.inf).min(-1, initial=np.inf)
 
 
 def traffic_collisions(trace: Trace) -> int:

@@ -302,7 +302,74 @@ def test_the_last_moment_shows_the_sets_and_the_plan_of_the_step_before(page) ->
     page.evaluate(DRAWN)
     page.focus("#player")
     last = drawn_at(page, "End", 1)
-    assert [step for _, step in last["sets"]] == [step for _, step in last["plan"]] == [STEPS - 1]
+    assert [step for _, step, _ in last["sets"]] == [step for _, step, _ in last["plan"]] == [STEPS - 1]
+
+
+RECTANGLES = """() => {
+    window.rectangles = [];
+    const draw = RoadView.prototype.sets, fill = CanvasRenderingContext2D.prototype.fillRect;
+    RoadView.prototype.sets = function (...what) {
+        window.rectangles = [];
+        CanvasRenderingContext2D.prototype.fillRect = function (...box) {
+            window.rectangles.push([this.fillStyle, ...box]);
+        };
+        draw.apply(this, what);
+        CanvasRenderingContext2D.prototype.fillRect = fill;
+    };
+}"""
+"""keeps the colours and places of the boxes that are drawn"""
+
+
+def test_sets_are_drawn_at_all_times_or_at_one_where_the_boxes_are_then(page) -> None:
+    page.evaluate(RECTANGLES)
+    page.focus("#player")
+    page.keyboard.press("ArrowRight")
+    everything = page.evaluate("window.rectangles")
+    assert len(everything) == 6 * 9 and len({colour for colour, *_ in everything}) == 9  # every half step has its hue
+    assert page.inner_text("#read-ahead") == "0 … 2 s" and page.get_attribute("#all", "aria-pressed") == "true"
+    page.focus("#ahead")
+    page.keyboard.press("End")
+    last = page.evaluate("window.rectangles")
+    assert last == everything[:6] and page.inner_text("#read-ahead") == "+2.00 s"
+    page.evaluate(
+        "const bar = document.getElementById('ahead'); bar.value = 1.75; bar.dispatchEvent(new Event('input'))"
+    )
+    between = page.evaluate("window.rectangles")
+    assert len({colour for colour, *_ in between}) == 1 and [box[1:] for box in between] == [
+        pytest.approx(box[1:]) for box in everything[6:12]
+    ]
+    page.focus("#player")
+    for key, said in ((",", "+1.25 s"), (".", "+1.75 s"), ("a", "0 … 2 s"), (".", "+0.00 s")):
+        page.keyboard.press(key)
+        assert page.inner_text("#read-ahead") == said
+    assert moment(page) == 1
+
+
+def test_the_ego_is_drawn_at_that_time_on_both_branches(page) -> None:
+    page.evaluate("""() => {
+        const draw = RoadView.prototype.outline;
+        RoadView.prototype.outline = function (body) {
+            window.bodies.push([body.lon, this.context.getLineDash().length]);
+            draw.call(this, body);
+        };
+    }""")
+    page.evaluate("window.bodies = []")
+    page.evaluate(
+        "const bar = document.getElementById('ahead'); bar.value = 1.5; bar.dispatchEvent(new Event('input'))"
+    )
+    (drive, solid), (safe, dashed), *_ = page.evaluate("window.bodies")
+    assert (drive, solid, dashed) == (pytest.approx(1.5 * 24.4), 0, 2) and safe == drive
+
+
+def test_what_is_not_clear_is_said_with_gap_and_time_to_collision(page) -> None:
+    page.focus("#player")
+    page.keyboard.press("ArrowRight")
+    assert page.inner_text("#read-reason").startswith("the rest of the last plan")
+    for _ in range(2):
+        page.keyboard.press("ArrowRight")
+    assert page.inner_text("#read-status") == "unsafe"
+    assert page.inner_text("#read-reason") == "meets nothing that is seen now"
+    assert [page.inner_text(f"#read-{name}") for name in ("gap", "ttc", "severity")] == ["3.7 m", "0.8 s", "–"]
 
 
 def test_space_on_a_button_presses_that_button(page) -> None:

@@ -2,12 +2,15 @@
 
 import base64
 import zlib
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from report_fakes import COMES, LEAVES, STEPS, make_contents, make_stray
 
 from coverdrive.reporting.page.replay import replay_data
+from coverdrive.reporting.reasons import reason_of
+from coverdrive.simulation.metrics import gaps, times_to_collision
 
 
 def restored(data: dict) -> dict[str, np.ndarray]:
@@ -38,6 +41,23 @@ def test_arrays_are_restored_up_to_half_a_unit() -> None:
     assert arrays["plan"] == pytest.approx(np.stack([plan.states[:, [0, 1, 3]] for plan in trace.plans]), abs=0.00051)
     assert (data["kind"], data["partner"], data["fault"]) == ("side", 1, "other")
     assert [data["statuses"][index] for index in data["status"]] == [plan.status.value for plan in trace.plans]
+
+
+def test_gap_time_to_collision_severity_and_first_contact_are_stored() -> None:
+    trace = make_contents().traces[0]
+    plans = [replace(plan, severity=0.5 * step) for step, plan in enumerate(trace.plans)]
+    ahead = trace.scene.lon[3, 0] + 10.0 - trace.paths[3].points[1, 0, 0]
+    met = replace(trace.paths[3], points=trace.paths[3].points + np.array([ahead, 1.05]))
+    trace = replace(trace, plans=tuple(plans), paths=(*trace.paths[:3], met, *trace.paths[4:]))
+    data = replay_data(0, trace, None)
+    arrays = restored(data)
+    assert arrays["gap"] == pytest.approx(np.minimum(gaps(trace), 100), abs=0.0051)
+    assert arrays["ttc"] == pytest.approx(np.minimum(times_to_collision(trace), 100), abs=0.0051)
+    assert arrays["severity"] == pytest.approx([plan.severity for plan in plans], abs=0.0051)
+    reason = reason_of(trace, 3)
+    assert (arrays["met"][3], data["reasons"][3]) == (reason.path, reason.text) and reason.path >= 0
+    assert arrays["metAt"][3] == pytest.approx(reason.time, abs=0.0051)
+    assert [data["reasons"][step] for step in (0, 1, 5, 6)] == [""] * 4
 
 
 def test_who_is_there_and_who_left_its_set_is_told_of_every_moment() -> None:

@@ -15,7 +15,7 @@ from coverdrive.reporting.contents import Contents
 from coverdrive.reporting.drawing import inline_svg
 from coverdrive.reporting.figure import to_json
 from coverdrive.reporting.figures import figures_of
-from coverdrive.reporting.page.replay import SLACK, STATUSES, replay_data
+from coverdrive.reporting.page.replay import SEVERITY, SLACK, STATUSES, replay_data
 from coverdrive.reporting.page.summary import ends, facts, heading, tiles, verdict
 from coverdrive.reporting.page.trials import COLUMNS, LEAST_FIRST, trial_rows
 from coverdrive.simulation.notable import NEAR_GAP, NEAR_TIME, NEARLY
@@ -58,6 +58,7 @@ def page(contents: Contents) -> str:
             near_time=NEAR_TIME,
             statuses=STATUSES,
             slack=SLACK,
+            severity=SEVERITY,
             replays=replays,
             horizon=max((trace.horizon for trace in contents.traces.values()), default=0.0),
         )

@@ -15,12 +15,17 @@ from jaxtyping import Bool, Float, Int
 
 from coverdrive.planning.plan import Status
 from coverdrive.reporting.active_constraints import ActiveConstraints
+from coverdrive.reporting.reasons import reason_of
 from coverdrive.simulation.initial import EGO
+from coverdrive.simulation.metrics import gaps, times_to_collision
 from coverdrive.simulation.misses import cause_of, find_windows, left_recently
+from coverdrive.simulation.notable import NEAR_GAP, NEAR_TIME
 from coverdrive.simulation.outcome import Kind
 from coverdrive.simulation.trace import Trace
 
 _COARSE, _CENTIMETRE, _FINE = 0.02, 0.01, 0.001
+_FAR = 100.0
+"""[m], [s] that a gap, or a time to collision, is at the most"""
 
 STATUSES = MappingProxyType(
     {
@@ -36,17 +41,26 @@ STATUSES = MappingProxyType(
 SLACK = "how far a plan reaches into a predicted box, tube included: 0 at its edge, 1 at its centre"
 """in one line"""
 
+SEVERITY = "where nothing is clear: relative speed at the worst first contact with a predicted box"
+"""in one line"""
+
 
 def replay_data(trial: int, trace: Trace, constraints: ActiveConstraints | None) -> dict[str, Any]:
     """A drive, the trial of this number, as JSON values; ``constraints`` tells which are active, none if left out."""
     scene, plans, paths = trace.scene, trace.plans, trace.paths
     left = left_recently(trace, find_windows(trace))
+    reasons = [reason_of(trace, step) for step in range(len(trace))]
     arrays, data = _packed({
         "lon": (scene.lon, _CENTIMETRE, 0),
         "lat": (scene.lat, _CENTIMETRE, 0),
         "speed": (scene.speed, _CENTIMETRE, 0),
         "heading": (scene.heading, _FINE, 0),
         "valid": (scene.valid, 1, 0),
+        "gap": (np.minimum(gaps(trace), _FAR), _CENTIMETRE, 0),
+        "ttc": (np.minimum(times_to_collision(trace), _FAR), _CENTIMETRE, 0),
+        "severity": ([plan.severity for plan in plans], _CENTIMETRE, 0),
+        "met": ([reason.path for reason in reasons], 1, None),
+        "metAt": ([reason.time for reason in reasons], _CENTIMETRE, None),
         "left": (left, 1, 0),
         "paths": (_side_by_side([each.points for each in paths]), _COARSE, 0),
         "boxes": (_side_by_side([each.half_sizes for each in paths]), _COARSE, 0),
@@ -68,11 +82,13 @@ def replay_data(trial: int, trace: Trace, constraints: ActiveConstraints | None)
         "edges": np.asarray(trace.road.edges).round(3).tolist(),
         "sizes": np.stack([scene.length[0], scene.width[0]], axis=-1).round(2).tolist(),
         "own": EGO,
+        "nearly": [NEAR_GAP, NEAR_TIME],
         "counts": [len(each) for each in paths],
         "status": [list(Status).index(plan.status) for plan in plans],
         "statuses": [status.value for status in Status],
+        "reasons": [reason.text for reason in reasons],
         "milliseconds": (1e3 * trace.planning_seconds).round(1).tolist(),
-        "events": _events(trace, left),
+        "events": _events(trace, left, [reason.text for reason in reasons]),
         "arrays": arrays,
         "data": data,
     }
@@ -91,7 +107,7 @@ def _active(trace: Trace, constraints: ActiveConstraints | None) -> Int[np.ndarr
     return everything.astype(np.int64) @ (1 << np.arange(everything.shape[1], dtype=np.int64))
 
 
-def _events(trace: Trace, left: Bool[np.ndarray, "m A"]) -> list[tuple[int, str, str]]:
+def _events(trace: Trace, left: Bool[np.ndarray, "m A"], reasons: list[str]) -> list[tuple[int, str, str]]:
     """Moments that the ruler of the replay marks: when, which colour of the page, and what happened."""
     lane = np.asarray(trace.road.lane_of(np.asarray(trace.scene.lat[:, EGO])))
     changed = [(int(step) + 1, "own", "the ego changes lane") for step in np.flatnonzero(lane[1:] != lane[:-1])]
@@ -99,7 +115,7 @@ def _events(trace: Trace, left: Bool[np.ndarray, "m A"]) -> list[tuple[int, str,
     gone = [(int(step), "ink", "a vehicle has left its predicted set") for step in begins]
     statuses = [plan.status for plan in trace.plans]
     plans = [
-        (step, status.value, f"plan {status.value}: {STATUSES[status.value]}")
+        (step, status.value, f"plan {status.value}: {reasons[step]}")
         for step, (status, before) in enumerate(zip(statuses, [Status.SOLVED, *statuses], strict=False))
         if status is not before and status not in (Status.SOLVED, Status.FALLBACK)
     ]

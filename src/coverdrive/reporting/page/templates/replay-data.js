@@ -45,7 +45,7 @@ function reading(drive, step) {
   for (let path = first; path < end; path++) if (drive.active[path]) active++;
   return {
     speed: drive.speed[step * drive.slots + drive.own], acceleration: drive.input[2 * step], status: drive.statuses[drive.status[step]],
-    milliseconds: drive.milliseconds[step], slack: Math.max(0, ...slack), paths: end - first, active,
+    milliseconds: drive.milliseconds[step], severity: drive.severity[step], reason: drive.reasons[step], slack: Math.max(0, ...slack), paths: end - first, active,
   };
 }
 

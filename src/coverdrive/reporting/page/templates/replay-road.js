@@ -21,7 +21,8 @@ class RoadView {
     return wide > 820 ? [35, 105] : wide > 520 ? [25, 80] : [12, 68];
   }
 
-  show(drive, moment) {
+  /* At a moment of the drive; the sets and the plan at one time [s] within the horizon, or at all of them (null). */
+  show(drive, moment, within) {
     const context = this.context, width = this.canvas.clientWidth, edges = drive.edges;
     const [behind, ahead] = this.window(), verge = 2, ruler = 22;
     const right = edges[0] - verge, left = edges[edges.length - 1] + verge;
@@ -41,10 +42,12 @@ class RoadView {
     context.rect(0, 0, width, road);
     context.clip();
     const planned = Math.min(step, drive.steps - 1);  // the last moment has no plan of its own
-    this.sets(drive, planned);
+    this.sets(drive, planned, within);
     this.markings(edges, origin);
-    this.members(drive, planned);
-    this.plan(drive, planned);
+    this.members(drive, planned, within);
+    this.plan(drive, planned, within);
+    this.met(drive, planned, within);
+    context.globalAlpha = within ? 0.45 : 1;  // what is now is not what is drawn around it
     now.forEach((vehicle, slot) => vehicle && drive.left[step * drive.slots + slot] && this.frame(vehicle));
     now.forEach((vehicle, slot) => vehicle && this.body(vehicle, slot === drive.own, step === drive.steps && slot === drive.partner));
     context.restore();
@@ -88,17 +91,38 @@ class RoadView {
   }
 
   /* Where the others may be, late first, so that what is near in time lies on top. */
-  sets(drive, step) {
+  sets(drive, step, within) {
     const context = this.context, points = drive.points, first = drive.first[step], end = drive.first[step + 1];
     const hue = blend("set-now", "set-mid", "set-late");
-    for (let point = 2 * (points - 1); point >= 0; point--) {
-      context.fillStyle = hue(point / (2 * (points - 1)));
-      for (let path = first; path < end; path++) context.fillRect(...this.box(drive, path, point / 2));
+    const every = Array.from({ length: 2 * points - 1 }, (_, half) => points - 1 - half / 2);
+    for (const point of within === null ? every : [within / drive.planDt]) {
+      context.fillStyle = hue(point / (points - 1));
+      for (let path = first; path < end; path++) context.fillRect(...this.box(drive, path, point));
     }
+    if (within === null) return;
+    context.strokeStyle = blend("time-now", "time-mid", "time-late")(within / drive.planDt / (points - 1));
+    context.lineWidth = 1;
+    context.globalAlpha = 0.5;
+    for (let path = first; path < end; path++) context.strokeRect(...this.box(drive, path, within / drive.planDt));
+    context.globalAlpha = 1;
   }
 
-  /* One line for every predicted path, and the boxes that are active constraints of the plan. */
-  members(drive, step) {
+  /* Where the fail-safe branch first meets the path that it meets fastest, if it is not clear. */
+  met(drive, step, within) {
+    const context = this.context, seconds = drive.metAt[step];
+    if (drive.met[step] < 0 || (within !== null && Math.abs(within - seconds) > drive.planDt / 2)) return;
+    context.strokeStyle = Theme.colour("bad");
+    context.lineWidth = 2;
+    context.setLineDash([4, 3]);
+    context.strokeRect(...this.box(drive, drive.first[step] + drive.met[step], seconds / drive.planDt));
+    this.outline(this.planned(drive, drive.held, step, seconds / drive.planDt));
+    context.stroke();
+    context.setLineDash([]);
+  }
+
+  /* One line for every predicted path, and the boxes that are active constraints of the plan, in the hue of
+     their time. */
+  members(drive, step, within) {
     const context = this.context, points = drive.points, first = drive.first[step], end = drive.first[step + 1];
     context.lineWidth = 1;
     for (const active of [false, true]) {
@@ -115,48 +139,63 @@ class RoadView {
     let outlines = 0;
     for (let path = first; path < end; path++) outlines += bits(drive.active[path]);
     context.globalAlpha = Math.max(0.15, Math.min(1, 10 / outlines));
-    context.strokeStyle = Theme.colour("active");
+    const hue = blend("time-now", "time-mid", "time-late");
     context.lineWidth = 1.4;
     for (let path = first; path < end; path++) {
       for (let point = 1; drive.active[path] >> point; point++) {
-        if ((drive.active[path] >> point) & 1) context.strokeRect(...this.box(drive, path, point));
+        const shown = within === null || Math.abs(within - point * drive.planDt) <= drive.planDt / 2;
+        if (!shown || !((drive.active[path] >> point) & 1)) continue;
+        context.strokeStyle = hue(point / (points - 1));
+        context.strokeRect(...this.box(drive, path, point));
       }
     }
     context.globalAlpha = 1;
   }
 
-  /* The box of a path at a point, or halfway between two. */
+  /* The box of a path at a point, or between two. */
   box(drive, path, point) {
-    const low = Math.floor(point), high = Math.ceil(point);
-    const at = (values, k) => (values[(2 * low + k) * drive.total + path] + values[(2 * high + k) * drive.total + path]) / 2;
+    const low = Math.floor(point), high = Math.ceil(point), part = point - low;
+    const at = (values, k) => (1 - part) * values[(2 * low + k) * drive.total + path] + part * values[(2 * high + k) * drive.total + path];
     const [halfLength, halfWidth] = [at(drive.boxes, 0), at(drive.boxes, 1)];
     const [x, y] = this.place(at(drive.paths, 0) - halfLength, at(drive.paths, 1) + halfWidth);
     return [x, y, 2 * halfLength * this.along, 2 * halfWidth * this.across];
   }
 
-  /* The drive branch, dotted at its steps, and the fail-safe branch, dashed, with the body at every second. */
-  plan(drive, step) {
-    const context = this.context, size = drive.sizes[drive.own];
-    const state = (branch, point) => [0, 1, 2].map((k) => branch[3 * (step * drive.planPoints + point) + k]);
+  /* The ego at a point of a branch, or between two. */
+  planned(drive, branch, step, point) {
+    const low = Math.floor(point), high = Math.ceil(point), part = point - low;
+    const at = (k) => (1 - part) * branch[3 * (step * drive.planPoints + low) + k] + part * branch[3 * (step * drive.planPoints + high) + k];
+    return { lon: at(0), lat: at(1), heading: at(2), size: drive.sizes[drive.own] };
+  }
+
+  /* The drive branch, dotted at its steps, and the fail-safe branch, dashed, with the body at every second of the latter,
+     or at one time on both. */
+  plan(drive, step, within) {
+    const context = this.context, points = drive.planPoints;
+    const spot = ({ lon, lat }) => this.place(lon, lat);
     context.strokeStyle = context.fillStyle = Theme.colour("own");
     context.lineWidth = 2;
     for (const [branch, dashes] of [[drive.plan, []], [drive.held, [5, 4]]]) {
       context.setLineDash(dashes);
       context.beginPath();
-      for (let point = 0; point < drive.planPoints; point++) context.lineTo(...this.place(...state(branch, point).slice(0, 2)));
+      for (let point = 0; point < points; point++) context.lineTo(...spot(this.planned(drive, branch, step, point)));
       context.stroke();
+      if (within !== null) {
+        this.outline(this.planned(drive, branch, step, within / drive.planDt));
+        context.stroke();
+      }
     }
     context.setLineDash([]);
     context.lineWidth = 1.6;
     const hue = blend("time-now", "time-mid", "time-late");
-    for (let point = 1; point < drive.planPoints; point++) {
-      const [lon, lat, heading] = state(drive.held, point), seconds = point * drive.planDt;
+    for (let point = 1; point < points; point++) {
+      const seconds = point * drive.planDt;
       context.beginPath();
-      context.arc(...this.place(...state(drive.plan, point).slice(0, 2)), 2.2, 0, 7);
+      context.arc(...spot(this.planned(drive, drive.plan, step, point)), 2.2, 0, 7);
       context.fill();
-      if (Math.abs(seconds - Math.round(seconds)) < 1e-6) {
-        context.strokeStyle = hue(point / (drive.planPoints - 1));
-        this.outline({ lon, lat, heading, size });
+      if (within === null && Math.abs(seconds - Math.round(seconds)) < 1e-6) {
+        context.strokeStyle = hue(point / (points - 1));
+        this.outline(this.planned(drive, drive.held, step, point));
         context.stroke();
       }
     }

@@ -7,11 +7,12 @@
   const road = new RoadView(element("road")), course = new CourseView(element("course"));
   const scrub = element("scrub"), play = element("play"), rate = element("rate"), chooser = element("trial");
   const drives = new Map();
-  let drive = null, moment = 0, playing = false, last = 0, shown = -1;
+  const ahead = element("ahead"), all = element("all");
+  let drive = null, moment = 0, within = null, playing = false, last = 0, shown = -1;  // within the horizon [s]; null: all times
 
   const show = () => {
     if (!drive || !player.clientWidth) return;
-    road.show(drive, moment);
+    road.show(drive, moment, within);
     course.show(moment);
     const step = Math.floor(moment + 1e-9);
     scrub.value = Math.round(moment);
@@ -24,6 +25,11 @@
     const ended = drive.kind === "finished" ? (drive.near ? "finished, near miss" : "finished") : `${drive.kind} collision (at fault: ${drive.fault}; ${drive.cause})`;
     element("read-speed").textContent = `${drive.speed[step * drive.slots + drive.own].toFixed(1)} m/s`;
     element("read-acceleration").textContent = `${now.acceleration.toFixed(1).replace("-", "−")} m/s²`;
+    const least = (value, unit) => value < 99.5 ? `${value.toFixed(1)} ${unit}` : "–";
+    element("read-gap").textContent = least(drive.gap[step], "m");
+    element("read-ttc").textContent = least(drive.ttc[step], "s");
+    element("read-severity").textContent = now.severity > 0 ? `${now.severity.toFixed(1)} m/s` : "–";
+    element("read-reason").textContent = now.reason || element("status-" + slug(now.status)).title;
     element("read-status").textContent = now.status;
     element("read-status").title = element("status-" + slug(now.status)).title;
     element("read-status").style.color = Theme.colour(slug(now.status));
@@ -37,6 +43,13 @@
   };
   const go = (to) => {
     moment = Math.max(0, Math.min(drive ? drive.steps : 0, to));
+    show();
+  };
+  const look = (seconds) => {
+    within = seconds === null ? null : Math.max(0, Math.min(Number(ahead.max), seconds));
+    ahead.value = within ?? 0;
+    all.setAttribute("aria-pressed", within === null);
+    element("read-ahead").textContent = within === null ? `0 … ${ahead.max} s` : `+${within.toFixed(2)} s`;
     show();
   };
   const setPlaying = (on) => {
@@ -76,7 +89,10 @@
     chooser.value = trial;
     scrub.max = drive.steps;
     moment = 0;
+    ahead.max = drive.planDt * (drive.points - 1);
+    within = null;
     redraw();
+    look(null);
     marks();
     player.dataset.loaded = trial;
   };
@@ -107,6 +123,8 @@
   element("back").addEventListener("click", () => step(-1));
   element("forward").addEventListener("click", () => step(1));
   chooser.addEventListener("change", () => load(chooser.value));
+  all.addEventListener("click", () => look(null));
+  ahead.addEventListener("input", () => look(Number(ahead.value)));
   scrub.addEventListener("input", () => {
     setPlaying(false);
     go(Number(scrub.value));
@@ -125,9 +143,11 @@
     " ": () => setPlaying(!playing), ArrowLeft: (event) => step(event.shiftKey ? -Math.round(1 / drive.dt) : -1),
     ArrowRight: (event) => step(event.shiftKey ? Math.round(1 / drive.dt) : 1), Home: () => step(-Infinity), End: () => step(Infinity),
     "+": () => faster(1), "-": () => faster(-1),
+    ",": () => look((within ?? drive.planDt) - drive.planDt), ".": () => look((within ?? -drive.planDt) + drive.planDt), a: () => look(null),
   };
   /* Keys work where the player has the focus, and where nothing has it while the player is in view. */
   const meant = ({ key, target }) => {
+    if (target === ahead && /^(Arrow|Home|End)/.test(key)) return false;
     if (player.contains(target)) return target.tagName !== "SELECT" && !(key === " " && target.tagName === "BUTTON");  // the browser presses it
     const { top, bottom } = player.getBoundingClientRect();
     return target === document.body && key !== "Home" && key !== "End" && top < innerHeight - 120 && bottom > 0.3 * innerHeight;
