@@ -34,8 +34,8 @@ class Constants(NamedTuple):
     """[m/s] wanted"""
     off_road: float
     """[1/m²] of the squared way off the road"""
-    most_change: float
-    """[m/s²] by which the acceleration along and across changes from the last plan to an optimised one"""
+    period: float
+    """[s] from one plan to the next"""
     tree: Tree
     """the steps of a plan, and what they cost"""
     shift: Float[np.ndarray, "N N"]
@@ -54,7 +54,7 @@ def constants_of(problem: ProblemSettings, period: float) -> Constants:
         inflation=problem.obstacles.inflation,
         reference_speed=problem.cost.reference_speed,
         off_road=problem.cost.off_road,
-        most_change=problem.vehicle.max_jerk * period,
+        period=period,
         tree=tree,
         shift=shift_of(tree, period, problem.dt),
     )

@@ -12,11 +12,9 @@ from jaxtyping import Float
 
 from coverdrive.compiled import compiled
 from coverdrive.planning.tree import Tree
-from coverdrive.planning.vehicle import moved
+from coverdrive.planning.vehicle import State, moved
 
 _moved = compiled(moved)
-State = tuple[float, float, float, float]
-"""lon [m], lat [m], speed [m/s], heading [rad]"""
 
 
 class Rollout(NamedTuple):
