@@ -135,7 +135,7 @@ def test_bounds_of_the_inputs_by_hand() -> None:
     np.testing.assert_array_equal(high[1:, 0], 3.0)
     speed = 22 - 0.75 - 2.0 * np.arange(11)
     for branch in (CONSTANTS.tree.drive, CONSTANTS.tree.fail_safe):
-        wheels = np.maximum(speed - 1, 0.0) * 0.1 / 2.578
+        wheels = np.maximum(speed - 1, 0.0) * 0.1 / 2.579
         np.testing.assert_allclose(high[branch[1:], 1], np.minimum(4 / np.abs(speed), wheels))
     np.testing.assert_array_equal(low[1:, 1], -high[1:, 1])
     beyond = around._replace(previous_input=np.array([-30.0, 0.3]))

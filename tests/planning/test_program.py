@@ -90,7 +90,7 @@ def test_bounds_give_way_to_the_current_state() -> None:
     np.testing.assert_array_equal(high_states.reshape(-1, 4)[:, 2], 50.0)
     np.testing.assert_array_equal(low_states.reshape(-1, 4)[:, 3], -0.6)
     np.testing.assert_array_equal(high_states.reshape(-1, 4)[:, 3], 0.6)
-    turn = np.sqrt(4.0 * np.tan(1.066) / 2.578)  # where steering and lateral acceleration bind
+    turn = np.sqrt(4.0 * np.tan(1.066) / 2.579)  # where steering and lateral acceleration bind
     np.testing.assert_array_equal(low_inputs.reshape(-1, 2)[1:], np.tile([-8.0, -turn], (nodes - 1, 1)))
     np.testing.assert_array_equal(high_inputs.reshape(-1, 2)[1:], np.tile([3.0, turn], (nodes - 1, 1)))
     most = 20.0 * PERIOD  # the first input keeps to the jerk

@@ -11,7 +11,7 @@ from planning_scenes import CAR, CONSTANTS, DT, drive
 
 from coverdrive.planning.vehicle import rollout, step, within_limits
 
-LIMITS, L = CONSTANTS.vehicle, 2.578
+LIMITS, L = CONSTANTS.vehicle, 2.579
 
 
 def test_step_by_hand() -> None:

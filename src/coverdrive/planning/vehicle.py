@@ -33,7 +33,7 @@ class VehicleSettings(Settings):
     """[m/s²] full braking on dry asphalt (0.8 g; UN R13-H asks for at least 6.43 m/s²)"""
     max_power: float = Field(default=84.1, gt=0, le=1e4)
     """[W/kg] bound of acceleration · speed, above 28 m/s the tighter one (CommonRoad: 11.5 m/s² up to 7.319 m/s)"""
-    wheelbase: float = Field(default=2.578, gt=0, le=20)
+    wheelbase: float = Field(default=2.579, gt=0, le=20)
     """[m] (CommonRoad: a + b)"""
     max_steering: float = Field(default=1.066, gt=0, lt=np.pi / 2)
     """[rad] of the wheels, to either side (CommonRoad): tan(max_steering) / wheelbase bounds the curvature"""
