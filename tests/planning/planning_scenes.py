@@ -83,6 +83,14 @@ def drive(state: np.ndarray, wishes: np.ndarray, before: tuple[float, float] = (
     return states, inputs
 
 
+def rollout(state: np.ndarray, inputs: np.ndarray, dt: float = DT) -> np.ndarray:
+    """The states (P, 4) that inputs (K, 2), each held for dt, lead to; the first is the given one."""
+    states = [np.asarray(state, dtype=float)]
+    for applied in inputs:
+        states.append(step(states[-1], applied, dt))
+    return np.stack(states)
+
+
 def whole(inputs: np.ndarray) -> np.ndarray:
     """The same inputs (K, 2) on both branches, as one plan (1, N, 2)."""
     return inputs[CONSTANTS.tree.moment - 1][None]

@@ -15,6 +15,7 @@ from planning_scenes import (
     driven,
     evaluated,
     fail_safe,
+    rollout,
     sampled,
     scene,
     smallest_slack,
@@ -28,7 +29,7 @@ from coverdrive.paths import PredictedPaths
 from coverdrive.planning.evaluate import write_slack
 from coverdrive.planning.merit import Surroundings, merit
 from coverdrive.planning.obstacles import FAR, clearances, obstacles_of
-from coverdrive.planning.vehicle import rollout, step
+from coverdrive.planning.vehicle import step
 
 NOBODY = np.zeros((0, 13, 2)), np.zeros(0, int), np.zeros((0, 13, 2)), DT
 

