@@ -230,7 +230,7 @@ def input_bounds(
     low, high, speed = np.empty_like(inputs), np.empty_like(inputs), np.empty(len(inputs))
     for n in range(len(inputs)):
         p = tree.parent[n]
-        now = speed[p] if p >= 0 else around.state[2]
+        now = float(speed[p] if p >= 0 else around.state[2])
         before, elapsed = before_step(applied, p, around, constants)
         for i in range(2):
             if i == 0:

@@ -282,7 +282,9 @@ class MpcPlanner:
         inputs = plans.inputs[i, tree.drive]
         if not plans.clear[i] and drive[1, 2] <= _ROUNDING:  # stop as early as it can, not at the end of the step
             hardest = -min(self.settings.problem.vehicle.max_deceleration, max(0.0, state[2]) / self._period)
-            inputs[0, 0] = min(inputs[0, 0], hardest)
+            hardest = min(inputs[0, 0], hardest)
+            means = np.maximum(state[2] + self._period / 2 * np.array([inputs[0, 0], hardest]), _ROUNDING)
+            inputs[0] = hardest, inputs[0, 1] * means[1] / means[0]  # the wheels stay
         severity = 0.0 if plans.clear[i] else float(plans.severity[i])
         return Plan(drive + offset, inputs, slack, status, float(plans.cost[i]), 0.0, self.dt, severity, safe + offset)
 
