@@ -11,8 +11,8 @@ from coverdrive.planning.problem import ProblemSettings
 from coverdrive.planning.tree import Tree, shift_of, tree_of
 from coverdrive.planning.vehicle import VehicleSettings
 
-Vehicle: Any = namedtuple("Vehicle", VehicleSettings.model_fields)  # pyright: ignore[reportUntypedNamedTuple]
-"""the fields of `VehicleSettings`"""
+Vehicle: Any = namedtuple("Vehicle", [*VehicleSettings.model_fields, "sharpest"])  # pyright: ignore
+"""the fields of `VehicleSettings`, and the tangent of the largest steering angle"""
 Shape: Any = namedtuple("Shape", ObstacleSettings.model_fields)  # pyright: ignore[reportUntypedNamedTuple]
 """the fields of `ObstacleSettings`"""
 
@@ -49,7 +49,7 @@ def constants_of(problem: ProblemSettings, period: float) -> Constants:
     return Constants(
         steps=problem.steps,
         dt=problem.dt,
-        vehicle=Vehicle(**problem.vehicle.model_dump()),
+        vehicle=Vehicle(**problem.vehicle.model_dump(), sharpest=np.tan(problem.vehicle.max_steering)),
         shape=Shape(**problem.obstacles.model_dump()),
         inflation=problem.obstacles.inflation,
         reference_speed=problem.cost.reference_speed,

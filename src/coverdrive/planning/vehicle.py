@@ -99,9 +99,9 @@ def yaw_rates(
         acceleration: [m/s²] during the step.
         before: acceleration [m/s²] and yaw rate [rad/s] of the step before.
         elapsed: [s] for which inputs are held.
-        vehicle: limits of the ego.
+        vehicle: limits of the ego, as `coverdrive.planning.constants.Vehicle`.
     """
-    sharpest, change = np.tan(vehicle.max_steering), vehicle.max_steering_rate * elapsed
+    sharpest, change = vehicle.sharpest, vehicle.max_steering_rate * elapsed
     was = vehicle.wheelbase * before[1] / max(speed - elapsed / 2 * before[0], _TINY)
     was = min(max(was, -sharpest), sharpest)
     mean = max(speed + elapsed / 2 * acceleration, 0.0) / vehicle.wheelbase
