@@ -45,6 +45,8 @@ from coverdrive.planning.problem import ProblemSettings
 from coverdrive.planning.tree import held_on
 from coverdrive.road import Road
 
+_MAX_YAW_RATE = 0.5
+"""[rad/s] own choice"""
 NEGLIGIBLE = 0.01
 """slack that does not count: half a percent of the way to the centre. A quadratic penalty leaves some at every ellipse
 that a plan touches"""
@@ -192,8 +194,8 @@ def _bounds(situation: Situation, problem: ProblemSettings) -> tuple[Float[np.nd
     steps, car, free = problem.steps, problem.vehicle, np.full(problem.steps, np.inf)
     right, left = situation.road_edges
     levels = np.ones(steps * situation.obstacles.slots)
-    low = ([-car.max_deceleration, -car.max_yaw_rate], [-np.inf, right + car.width / 2, -np.inf, -np.inf])
-    high = ([car.max_acceleration, car.max_yaw_rate], [np.inf, left - car.width / 2, np.inf, np.inf])
+    low = ([-car.max_deceleration, -_MAX_YAW_RATE], [-np.inf, right + car.width / 2, -np.inf, -np.inf])
+    high = ([car.max_acceleration, _MAX_YAW_RATE], [np.inf, left - car.width / 2, np.inf, np.inf])
     return (
         np.concatenate([*(np.tile(each, steps) for each in low), -free, levels]),
         np.concatenate([*(np.tile(each, steps) for each in high), free, np.inf * levels]),

@@ -18,7 +18,6 @@ import itertools
 import json
 import time
 from collections import Counter
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -30,11 +29,10 @@ from coverdrive.planning.constants import Constants, constants_of
 from coverdrive.planning.evaluate import Plans, empty_plans, evaluate
 from coverdrive.planning.follower import with_careful_follower
 from coverdrive.planning.merit import Surroundings
-from coverdrive.planning.motion import drive, lane_seeking_inputs
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.planner import MpcPlanner, surroundings_of
 from coverdrive.planning.problem import ProblemSettings
-from coverdrive.planning.search import SearchSettings
+from coverdrive.planning.search import SearchSettings, write_manoeuvre
 from coverdrive.planning.solvers import SolverSettings, solve
 from coverdrive.prediction.fit import fit
 from coverdrive.prediction.predictor import Predictor
@@ -118,12 +116,10 @@ def starts_of(own: Plans, around: Surroundings, problem: ProblemSettings, consta
     """Inputs that IPOPT starts from: simple manoeuvres with the least harmful one as fail-safe branch, and the plan."""
     accelerations, tree, ways = MANOEUVRES.accelerations(problem.vehicle), constants.tree, []
     for lat in own.targets[0]:
-        lats, count = np.full(len(accelerations), lat), len(accelerations)
-        seek = partial(lane_seeking_inputs, target_lat=lats, acceleration=accelerations)
-        _, inputs = drive(
-            around.state, lambda _, states, seek=seek: seek(states), count, problem.steps, problem.dt, problem.vehicle
-        )
-        ways.append(inputs[:, tree.moment - 1])
+        plans = empty_plans(len(accelerations), len(tree.parent))
+        for i, acceleration in enumerate(accelerations):
+            write_manoeuvre(plans, i, lat, 0, acceleration, 1.0, around, constants)
+        ways.append(plans.inputs)
     alone = evaluated(ways[1], own.targets, around, constants)
     safest = np.lexsort((alone.cost, alone.harm, alone.departure))[0]
     return np.concatenate([np.where(tree.safe[:, None], ways[1][safest], ways[0]), own.inputs])

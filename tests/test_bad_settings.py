@@ -165,4 +165,5 @@ def test_what_is_not_set_stays_so(tmp_path: Path) -> None:
 def test_the_paper_has_base_trajectories_and_plans_without_a_second_branch() -> None:
     paper, usual = Experiment.preset("paper"), Experiment.preset("default")
     assert (paper.prediction.sets, paper.planner.problem.branches.fail_safe) == ("bases", False)
+    assert paper.planner.problem.vehicle.max_steering_rate > 100 * usual.planner.problem.vehicle.max_steering_rate
     assert (usual.prediction.sets, usual.planner.problem.branches.fail_safe) == ("boxes", True)

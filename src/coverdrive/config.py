@@ -90,7 +90,8 @@ class Experiment(Settings):
         """The experiment of a name: the defaults, or the paper's labels, network, loss, certificate and single plan."""
         if name != "paper":
             return Experiment()
-        single = {"planner": {"problem": {"branches": {"fail_safe": False}}}}
+        free = {"max_steering": 1.57, "max_steering_rate": 1e4, "max_power": 1e4}  # a Dubins car turns at once
+        single = {"planner": {"problem": {"branches": {"fail_safe": False}, "vehicle": free}}}
         return Experiment(prediction=PredictionSettings.paper()).updated(single)
 
     @staticmethod

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from coverdrive.geometry import boxes_overlap
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.constants import Constants, constants_of
-from coverdrive.planning.evaluate import Plans, empty_plans, evaluate
+from coverdrive.planning.evaluate import Plans, drive_step, empty_plans, evaluate
 from coverdrive.planning.merit import Surroundings
 from coverdrive.planning.obstacles import obstacles_of, packed
 from coverdrive.planning.problem import ProblemSettings
@@ -70,6 +70,25 @@ def evaluated(
     plans.inputs[:], plans.targets[:] = inputs, target
     evaluate(plans, 0, len(inputs), surroundings, constants)
     return plans
+
+
+def drive(state: np.ndarray, wishes: np.ndarray, before: tuple[float, float] = (0.0, 0.0)) -> tuple[np.ndarray, ...]:
+    """States (m, P, 4) and inputs (m, K, 2) of cars that follow wishes (m, K, 2) within the limits, step by step."""
+    inputs, states = np.empty_like(wishes), np.empty((len(wishes), wishes.shape[1] + 1, 4))
+    for i, wanted in enumerate(wishes):
+        states[i, 0], last, elapsed = state, before, PERIOD
+        for k, wish in enumerate(wanted):
+            last, after = drive_step(tuple(states[i, k]), (float(wish[0]), float(wish[1])), last, elapsed, CONSTANTS)
+            inputs[i, k], states[i, k + 1], elapsed = last, after, DT
+    return states, inputs
+
+
+def rollout(state: np.ndarray, inputs: np.ndarray, dt: float = DT) -> np.ndarray:
+    """The states (P, 4) that inputs (K, 2), each held for dt, lead to; the first is the given one."""
+    states = [np.asarray(state, dtype=float)]
+    for applied in inputs:
+        states.append(step(states[-1], applied, dt))
+    return np.stack(states)
 
 
 def whole(inputs: np.ndarray) -> np.ndarray:

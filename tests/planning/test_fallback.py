@@ -1,30 +1,14 @@
-"""The braking manoeuvre brakes and stays in its lane; what cannot be true is told."""
+"""What cannot be true is told."""
+
+import itertools
 
 import numpy as np
 import pytest
+from planning_scenes import CONSTANTS, PROBLEM
 
-from coverdrive.planning.fallback import assumed_state, braking_inputs, continued, plausible
-from coverdrive.planning.problem import ProblemSettings
-from coverdrive.planning.vehicle import VehicleSettings, feasible_inputs, rollout, step
+from coverdrive.planning.fallback import assumed_state, continued, plausible
+from coverdrive.planning.vehicle import step, within_limits
 from coverdrive.road import Road
-
-PROBLEM = ProblemSettings()
-
-
-def test_stops_and_stays_stopped() -> None:
-    state = np.array([0.0, 5.0, 10.0, 0.1])
-    states = rollout(state, braking_inputs(state, 5.4, PROBLEM), PROBLEM.dt)
-    np.testing.assert_allclose(states[:6, 2], [10, 8, 6, 4, 2, 0], atol=1e-12)
-    np.testing.assert_allclose(states[6:, 2], 0.0, atol=1e-12)
-
-
-def test_returns_to_the_lane_and_the_direction_of_the_road() -> None:
-    state = np.array([0.0, 5.0, 40.0, -0.1])
-    inputs = braking_inputs(state, 5.4, PROBLEM)
-    states = rollout(state, inputs, PROBLEM.dt)
-    assert abs(states[-1, 3]) < 0.05
-    assert abs(states[-1, 1] - 5.4) < abs(states[:, 1].min() - 5.4)
-    np.testing.assert_array_equal(inputs, feasible_inputs(states[:-1], inputs, PROBLEM.dt, VehicleSettings()))
 
 
 @pytest.mark.parametrize(
@@ -65,13 +49,12 @@ def test_jumps_are_told(index: int, side: int, period: float, factor: float) -> 
 @pytest.mark.parametrize("speed", [1.0, 8.0, 20.0, 45.0])
 def test_nothing_that_a_car_can_do_is_a_jump(period: float, speed: float) -> None:
     """Whatever it does within a period, where any other thing was planned."""
-    state = np.array([0.0, 5.4, speed, 0.0])
-    wishes = [(acceleration, yaw_rate) for acceleration in (-8.0, 3.0) for yaw_rate in (-0.5, 0.5)]
-    ends = []
-    for wish in wishes:
-        driven = state
+    part, ends = period / 10, []
+    for wish in itertools.product((-8.0, 3.0), (-5.0, 5.0)):
+        driven, before = np.array([0.0, 5.4, speed, 0.0]), (0.0, 0.0)
         for _ in range(10):
-            driven = step(driven, feasible_inputs(driven, np.array(wish), period / 10, VehicleSettings()), period / 10)
+            before = within_limits(tuple(driven), wish, before, part, part, CONSTANTS.vehicle)
+            driven = step(driven, np.array(before), part)
         ends.append(driven)
     assert all(continued(first, second, period) for first in ends for second in ends)
 

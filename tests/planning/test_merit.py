@@ -133,11 +133,12 @@ def test_bounds_of_the_inputs_by_hand() -> None:
     np.testing.assert_allclose([low[0], high[0]], [[-3, 0.02 - 2 / 22], [1, 0.02 + 2 / 22]])
     np.testing.assert_array_equal(low[1:, 0], -8.0)
     np.testing.assert_array_equal(high[1:, 0], 3.0)
-    speed = np.maximum(22 - 0.75 - 2.0 * np.arange(11), 1.0)
+    speed = 22 - 0.75 - 2.0 * np.arange(11)
     for branch in (CONSTANTS.tree.drive, CONSTANTS.tree.fail_safe):
-        np.testing.assert_allclose(high[branch[1:], 1], np.minimum(0.5, 4 / speed))
+        wheels = np.maximum(speed - 1, 0.0) * 0.1 / 2.579
+        np.testing.assert_allclose(high[branch[1:], 1], np.minimum(4 / np.abs(speed), wheels))
     np.testing.assert_array_equal(low[1:, 1], -high[1:, 1])
-    beyond = around._replace(previous_input=np.array([-30.0, 3.0]))
+    beyond = around._replace(previous_input=np.array([-30.0, 0.3]))
     low, high = input_bounds(np.zeros((NODES, 2)), beyond, CONSTANTS)
     np.testing.assert_allclose(low[0], [-8, 4 / 22])
     np.testing.assert_allclose(high[0], [-8, 4 / 22])

@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from planning_scenes import smallest_slack
+from planning_scenes import CAR, drive, smallest_slack
 
 from coverdrive.geometry import boxes_overlap
-from coverdrive.planning.motion import drive
 from coverdrive.planning.obstacles import (
     FAR,
     Obstacles,
@@ -21,9 +20,7 @@ from coverdrive.planning.obstacles import (
     packed,
     reachable,
 )
-from coverdrive.planning.vehicle import VehicleSettings
 
-CAR = VehicleSettings()
 ORDERS: tuple[Literal[2, 4, 8, 16, 32], ...] = (2, 4, 8, 16, 32)
 SHAPES = [ObstacleSettings(order=order) for order in ORDERS]
 
@@ -106,8 +103,8 @@ def test_culling_keeps_all_that_can_be_met(straight_paths, shape: ObstacleSettin
     near = reachable(state, everything, 0.25, CAR, shape)
     kept = Obstacles(*(values[:, near] for values in everything))
     assert 0 < kept.slots < everything.slots
-    wishes = np.random.default_rng(0).choice([-8.0, -0.2, 0.0, 0.2, 3.0], size=(12, 200, 2))
-    states, _ = drive(state, lambda k, _: wishes[k], 200, 12, 0.25, CAR)
+    wishes = np.random.default_rng(0).choice([-8.0, -0.2, 0.0, 0.2, 3.0], size=(200, 12, 2))
+    states, _ = drive(state, wishes)
     with_all = smallest_slack(clearances(states, everything, CAR, shape), 0.01)
     np.testing.assert_array_equal(smallest_slack(clearances(states, kept, CAR, shape), 0.01), with_all)
     assert with_all.max() > 0.1

@@ -9,7 +9,7 @@ import threading
 
 import numpy as np
 import pytest
-from planning_scenes import touches
+from planning_scenes import rollout, touches
 
 import coverdrive.planning.obstacles as obstacles
 import coverdrive.planning.planner as planning
@@ -22,7 +22,7 @@ from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.planning.problem import ProblemSettings
 from coverdrive.planning.tree import BranchSettings, held_on
-from coverdrive.planning.vehicle import VehicleSettings, rollout, step
+from coverdrive.planning.vehicle import VehicleSettings, step
 from coverdrive.road import Road
 
 ROAD = Road.straight()

@@ -58,15 +58,16 @@ def test_objective_with_the_smallest_slacks_is_the_merit(problem: ProblemSetting
     assert penalised >= 10
 
 
-def test_constraints_follow_the_lateral_acceleration() -> None:
+def test_constraints_follow_lateral_acceleration_and_power() -> None:
     program, constants = program_of(TWO), constants_of(TWO, PERIOD)
     around, inputs = scene(1)
     inputs[3, 1] = 0.4
     values = start_values(program, inputs, given := parameters(TARGETS, around), around, constants)
     rows = np.asarray(ca.Function("g", [program.nlp["x"], program.nlp["p"]], [program.nlp["g"]])(values, given)).ravel()
-    lateral = rows[program.equalities : program.equalities + 2 * len(inputs)].reshape(-1, 2)
+    limits = rows[program.equalities : program.equalities + 3 * len(inputs)].reshape(-1, 3)
     speed = 22 + 0.25 * inputs[:3, 0].sum()
-    np.testing.assert_allclose(lateral[3], [0.4 * speed - 4, -0.4 * speed - 4], rtol=1e-12)
+    expected = [0.4 * speed - 4, -0.4 * speed - 4, inputs[3, 0] * speed - 84.1]
+    np.testing.assert_allclose(limits[3], expected, rtol=1e-12)
 
 
 def test_boxes_that_fill_up_ask_for_no_slack() -> None:
@@ -89,11 +90,12 @@ def test_bounds_give_way_to_the_current_state() -> None:
     np.testing.assert_array_equal(high_states.reshape(-1, 4)[:, 2], 50.0)
     np.testing.assert_array_equal(low_states.reshape(-1, 4)[:, 3], -0.6)
     np.testing.assert_array_equal(high_states.reshape(-1, 4)[:, 3], 0.6)
-    np.testing.assert_array_equal(low_inputs.reshape(-1, 2)[1:], np.tile([-8.0, -0.5], (nodes - 1, 1)))
-    np.testing.assert_array_equal(high_inputs.reshape(-1, 2)[1:], np.tile([3.0, 0.5], (nodes - 1, 1)))
+    turn = np.sqrt(4.0 * np.tan(1.066) / 2.579)  # where steering and lateral acceleration bind
+    np.testing.assert_array_equal(low_inputs.reshape(-1, 2)[1:], np.tile([-8.0, -turn], (nodes - 1, 1)))
+    np.testing.assert_array_equal(high_inputs.reshape(-1, 2)[1:], np.tile([3.0, turn], (nodes - 1, 1)))
     most = 20.0 * PERIOD  # the first input keeps to the jerk
     np.testing.assert_allclose(low_inputs[:2], [1 - most, -most / 50])
-    np.testing.assert_allclose(high_inputs[:2], [1 + most, most / 50])
+    np.testing.assert_allclose(high_inputs[:2], [84.1 / 50, most / 50])  # and to the power
     slacks = bounds(program, around, constants)
     np.testing.assert_array_equal(slacks[0][6 * nodes :], 0.0)
     assert np.isinf(slacks[1][6 * nodes :]).all()

@@ -3,19 +3,16 @@
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
+from planning_scenes import CAR, drive
 
-from coverdrive.planning.motion import drive
 from coverdrive.planning.reach import reachable_range
-from coverdrive.planning.vehicle import VehicleSettings
-
-CAR = VehicleSettings()
 
 
 @given(st.integers(0, 2**32 - 1), st.floats(-1, 60), st.floats(-0.6, 0.6))
 def test_every_motion_stays_inside(seed: int, speed: float, heading: float) -> None:
     state = np.array([7.0, 2.0, speed, heading])
-    wishes = np.random.default_rng(seed).choice([-10.0, -1.0, 0.0, 1.0, 10.0], size=(12, 20, 2))
-    states, _ = drive(state, lambda k, _: wishes[k], 20, 12, 0.25, CAR)
+    wishes = np.random.default_rng(seed).choice([-10.0, -1.0, 0.0, 1.0, 10.0], size=(20, 12, 2))
+    states, _ = drive(state, wishes)
     low, high = reachable_range(state, 12, 0.25, CAR)
     assert (states[..., 0] >= low - 1e-9).all()
     assert (states[..., 0] <= high + 1e-9).all()

@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
-from planning_scenes import DT
+from planning_scenes import DT, rollout
 
 from coverdrive.planning.cost import CostSettings
 from coverdrive.planning.rollout import add_lat_curvature, add_pulled_back, changes_of, rolled
 from coverdrive.planning.tree import BranchSettings, Tree, tree_of
-from coverdrive.planning.vehicle import rollout
 
 STATE = np.array([0.0, 2.0, 22.0, 0.04])
 TREES = [tree_of(CostSettings(), BranchSettings(), shared, 12, DT) for shared in (1, 5, 12)]

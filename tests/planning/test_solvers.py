@@ -5,7 +5,7 @@ import pytest
 
 from coverdrive.planning.constants import constants_of
 from coverdrive.planning.evaluate import drive_step
-from coverdrive.planning.merit import Surroundings, merit
+from coverdrive.planning.merit import Surroundings, before_step, merit
 from coverdrive.planning.planner import surroundings_of
 from coverdrive.planning.problem import ProblemSettings
 from coverdrive.planning.solvers import SolverSettings, compiled_program, compiled_solver, solve
@@ -36,11 +36,12 @@ def test_no_small_change_makes_a_solution_cheaper(straight_paths, targets, ahead
 
 def feasible(inputs: np.ndarray, around: Surroundings) -> np.ndarray:
     """The nearest inputs within the limits, the jerk of the first one among them."""
-    first = CONSTANTS.most_change * np.array([1, 1 / around.state[2]])
+    first = 20.0 * PERIOD * np.array([1, 1 / around.state[2]])
     result, states = inputs.copy(), {-1: tuple(around.state)}
     result[0] = np.clip(result[0], around.previous_input - first, around.previous_input + first)
     for n, parent in enumerate(CONSTANTS.tree.parent):
-        result[n], states[n] = drive_step(states[int(parent)], (result[n, 0], result[n, 1]), CONSTANTS)
+        before, wish = before_step(result, parent, around, CONSTANTS), (result[n, 0], result[n, 1])
+        result[n], states[n] = drive_step(states[int(parent)], wish, *before, CONSTANTS)
     return result
 
 

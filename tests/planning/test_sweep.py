@@ -2,21 +2,17 @@
 
 import numpy as np
 import pytest
-from planning_scenes import CAR, CONSTANTS, DT, STEPS, driven, sampled, wishes
+from planning_scenes import CAR, CONSTANTS, DT, STEPS, drive, driven, sampled, wishes
 
 from coverdrive.geometry import turned_half_extents
 from coverdrive.planning.sweep import NEVER, contact_at, impact, impact_beyond, write_edges
-from coverdrive.planning.vehicle import feasible_inputs, step
 
 
 def within_limits(rng: np.random.Generator, plans: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """A state, and inputs and states of plans from there within the limits of the ego."""
     state = np.array([0.0, 5.0, rng.uniform(0, 45), rng.uniform(-0.3, 0.3)])
-    wanted, inputs, states = wishes(rng, plans, STEPS), [], [np.repeat(state[None], plans, axis=0)]
-    for k in range(STEPS):
-        inputs.append(feasible_inputs(states[-1], wanted[:, k], DT, CAR))
-        states.append(step(states[-1], inputs[-1], DT))
-    return state, np.stack(inputs, axis=1), np.stack(states, axis=1)
+    states, inputs = drive(state, wishes(rng, plans, STEPS))
+    return state, inputs, states
 
 
 @pytest.mark.parametrize("parts", [1, 2, 5, 25])

@@ -5,7 +5,7 @@ import numpy as np
 
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.plan import Plan, Status
-from coverdrive.planning.vehicle import rollout
+from coverdrive.planning.vehicle import step
 from coverdrive.scene import Scene
 from coverdrive.simulation.episode import EpisodeSettings
 from coverdrive.simulation.setup import Setup
@@ -81,9 +81,10 @@ class ConstantPlanner:
         self.resets += 1
 
     def plan(self, state, paths, road):
-        return Plan(
-            rollout(state, self.inputs, 0.25), self.inputs, np.zeros(12), Status.SOLVED, cost=1.0, seconds=0.0, dt=0.25
-        )
+        states = [state]
+        for applied in self.inputs:
+            states.append(step(states[-1], applied, 0.25))
+        return Plan(np.array(states), self.inputs, np.zeros(12), Status.SOLVED, cost=1.0, seconds=0.0, dt=0.25)
 
 
 def make_scene(lon, lat, speed=None, heading=None) -> Scene:

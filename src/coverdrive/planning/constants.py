@@ -11,8 +11,8 @@ from coverdrive.planning.problem import ProblemSettings
 from coverdrive.planning.tree import Tree, shift_of, tree_of
 from coverdrive.planning.vehicle import VehicleSettings
 
-Vehicle: Any = namedtuple("Vehicle", VehicleSettings.model_fields)  # pyright: ignore[reportUntypedNamedTuple]
-"""the fields of `VehicleSettings`"""
+Vehicle: Any = namedtuple("Vehicle", [*VehicleSettings.model_fields, "sharpest"])  # pyright: ignore
+"""the fields of `VehicleSettings`, and the tangent of the largest steering angle"""
 Shape: Any = namedtuple("Shape", ObstacleSettings.model_fields)  # pyright: ignore[reportUntypedNamedTuple]
 """the fields of `ObstacleSettings`"""
 
@@ -34,8 +34,8 @@ class Constants(NamedTuple):
     """[m/s] wanted"""
     off_road: float
     """[1/m²] of the squared way off the road"""
-    most_change: float
-    """[m/s²] by which the acceleration along and across changes from the last plan to an optimised one"""
+    period: float
+    """[s] from one plan to the next"""
     tree: Tree
     """the steps of a plan, and what they cost"""
     shift: Float[np.ndarray, "N N"]
@@ -49,12 +49,12 @@ def constants_of(problem: ProblemSettings, period: float) -> Constants:
     return Constants(
         steps=problem.steps,
         dt=problem.dt,
-        vehicle=Vehicle(**problem.vehicle.model_dump()),
+        vehicle=Vehicle(**problem.vehicle.model_dump(), sharpest=np.tan(problem.vehicle.max_steering)),
         shape=Shape(**problem.obstacles.model_dump()),
         inflation=problem.obstacles.inflation,
         reference_speed=problem.cost.reference_speed,
         off_road=problem.cost.off_road,
-        most_change=problem.vehicle.max_jerk * period,
+        period=period,
         tree=tree,
         shift=shift_of(tree, period, problem.dt),
     )

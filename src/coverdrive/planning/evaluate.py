@@ -14,10 +14,10 @@ from jaxtyping import Bool, Float, Int
 from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.contact import box_between, box_excess, box_of, half_sizes_of, parts_of
-from coverdrive.planning.merit import Surroundings, merit
-from coverdrive.planning.rollout import State, state_at
+from coverdrive.planning.merit import Surroundings, before_step, merit
+from coverdrive.planning.rollout import after_step, state_at
 from coverdrive.planning.sweep import NEVER, contact_at, impact, impact_beyond, write_edges
-from coverdrive.planning.vehicle import moved, within_limits
+from coverdrive.planning.vehicle import State, within_limits
 
 _ANY_CONTACT = 5.0
 """[m/s] that a contact counts as at no relative speed"""
@@ -31,8 +31,6 @@ _AT_THE_RIM = 0.2
 """share of the harm of a contact that only the rim of a box makes, and not the body in its middle"""
 _ON_THE_ROAD = 1e-9
 """[m] by which a body may be beyond the edge of the road"""
-_moved = compiled(moved)
-_within_limits = compiled(within_limits)
 
 
 class Plans(NamedTuple):
@@ -70,16 +68,12 @@ def empty_plans(plans: int, nodes: int) -> Plans:
 
 
 @compiled
-def drive_step(state: State, wish: tuple[float, float], constants: Constants) -> tuple[tuple[float, float], State]:
-    """The inputs within the limits that are nearest to the wished ones, and the state that they lead to.
-
-    Args:
-        state: lon [m], lat [m], speed [m/s], heading [rad].
-        wish: acceleration [m/s²], yaw rate [rad/s].
-        constants: of the problem.
-    """
-    applied = _within_limits(state[2], state[3], wish[0], wish[1], constants.dt, constants.vehicle)
-    return applied, _moved(state, applied, constants.dt)
+def drive_step(
+    state: State, wish: tuple[float, float], before: tuple[float, float], elapsed: float, constants: Constants
+) -> tuple[tuple[float, float], State]:
+    """The inputs that `within_limits` makes of the wished ones, and the state that they lead to."""
+    applied = within_limits(state, wish, before, elapsed, constants.dt, constants.vehicle)
+    return applied, after_step(state, applied, constants.dt)
 
 
 @compiled
@@ -98,8 +92,9 @@ def evaluate(plans: Plans, first: int, last: int, around: Surroundings, constant
     for i in range(first, last):
         states, inputs = plans.states[i], plans.inputs[i]
         for n in range(len(inputs)):
-            before = state_at(states, tree.parent[n], around.state)
-            (inputs[n, 0], inputs[n, 1]), after = drive_step(before, (inputs[n, 0], inputs[n, 1]), constants)
+            state, wish = state_at(states, tree.parent[n], around.state), (inputs[n, 0], inputs[n, 1])
+            before, elapsed = before_step(inputs, tree.parent[n], around, constants)
+            (inputs[n, 0], inputs[n, 1]), after = drive_step(state, wish, before, elapsed, constants)
             for j in range(4):
                 states[n, j] = after[j]
         plans.cost[i] = merit(inputs, plans.targets[i], around, constants).value

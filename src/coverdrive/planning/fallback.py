@@ -1,10 +1,8 @@
-"""What is done when the search cannot say: the state is not known, or no search result is at hand."""
+"""What is taken for true where the own state is not known."""
 
 import numpy as np
 from jaxtyping import Bool, Float
 
-from coverdrive.planning.motion import drive, lane_seeking_inputs
-from coverdrive.planning.problem import ProblemSettings
 from coverdrive.planning.vehicle import VehicleSettings
 from coverdrive.road import Road
 
@@ -18,28 +16,6 @@ _ASTRAY = np.array([5.0, 1.5, 5.0, 0.3])
 """lon [m], lat [m], speed [m/s], heading [rad] by which the ego may be off its plan after `_PERIOD`"""
 _PERIOD = 0.25
 """[s] after which; more than usual between two plans"""
-
-
-def braking_inputs(
-    state: Float[np.ndarray, " 4"], lane_centre: float, problem: ProblemSettings
-) -> Float[np.ndarray, "K 2"]:
-    """Full braking in the lane (or back to it).
-
-    Args:
-        state: lon [m], lat [m], speed [m/s], heading [rad].
-        lane_centre: [m] lat of the centre of the lane to stay in.
-        problem: horizon, car, weights and shape of the obstacles.
-    """
-    target, deceleration = np.array([lane_centre]), np.array([-problem.vehicle.max_deceleration])
-    _, inputs = drive(
-        state,
-        lambda _, states: lane_seeking_inputs(states, target, deceleration),
-        motions=1,
-        steps=problem.steps,
-        dt=problem.dt,
-        vehicle=problem.vehicle,
-    )
-    return inputs[0]
 
 
 def plausible(state: Float[np.ndarray, " 4"], vehicle: VehicleSettings, road: Road) -> Bool[np.ndarray, " 4"]:
@@ -59,9 +35,9 @@ def continued(state: Float[np.ndarray, " 4"], expected: Float[np.ndarray, " 4"],
     """Whether the ego can have come to a state, rather than to the one that its last plan leads to.
 
     Within 0.25 s full braking (8 m/s²) where full throttle (3 m/s²) was planned makes 2.8 m/s and 0.3 m. All that tyres
-    give to one side (8 m/s²) where as much to the other was planned makes 0.5 m; 0.5 rad/s where as much the other way
-    was planned makes 0.25 rad, below 8 m/s. For noise the limits leave 2 m/s, 1 m across the road and 0.05 rad even
-    then; along the road they allow for a call that comes 0.1 s late at 45 m/s. They grow with longer periods.
+    give to one side (8 m/s²) where as much to the other was planned makes 0.5 m; steering one way where the other way
+    was planned makes 0.2 rad, at 10 m/s. For noise the limits leave 2 m/s, 1 m across the road and 0.1 rad even then;
+    along the road they allow for a call that comes 0.1 s late at 45 m/s. They grow with longer periods.
 
     Args:
         state: measured: lon [m], lat [m], speed [m/s], heading [rad].

@@ -15,6 +15,7 @@ from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.contact import MOST_PARTS, box_between, box_excess, box_of, parts_of, smooth_half_sizes
 from coverdrive.planning.rollout import Rollout, add_lat_curvature, rolled
+from coverdrive.planning.vehicle import most_throttle, yaw_rates
 
 _SPEED = 1e4
 """[s²/m²] penalty beyond the limits"""
@@ -209,21 +210,37 @@ def _boxes(
 
 
 @compiled
+def before_step(
+    inputs: Float[np.ndarray, "N 2"], parent: int, around: Surroundings, constants: Constants
+) -> tuple[tuple[float, float], float]:
+    """The inputs before a node's step, and the time [s] from when they began to act until those of the node do."""
+    if parent < 0:
+        return (around.previous_input[0], around.previous_input[1]), constants.period
+    return (inputs[parent, 0], inputs[parent, 1]), constants.dt
+
+
+@compiled
 def input_bounds(
     inputs: Float[np.ndarray, "N 2"], around: Surroundings, constants: Constants
 ) -> tuple[Float[np.ndarray, "N 2"], Float[np.ndarray, "N 2"]]:
-    """Least and largest inputs; those of the yaw rate follow from the lateral acceleration at the plan's speed."""
-    vehicle, tree, before = constants.vehicle, constants.tree, around.previous_input
+    """Least and largest inputs: those of the first step from the jerk, too, and those of the yaw rate from the plan's
+    speed and the step before, both within their bounds.
+    """
+    vehicle, tree, applied = constants.vehicle, constants.tree, np.empty_like(inputs)
     low, high, speed = np.empty_like(inputs), np.empty_like(inputs), np.empty(len(inputs))
     for n in range(len(inputs)):
         p = tree.parent[n]
-        now = max(speed[p] if p >= 0 else around.state[2], 1.0)
-        turn = min(vehicle.max_yaw_rate, vehicle.max_lateral_acceleration / now)
-        low[n, 0], high[n, 0], low[n, 1], high[n, 1] = -vehicle.max_deceleration, vehicle.max_acceleration, -turn, turn
-        if p < 0:
-            for i, most in ((0, constants.most_change), (1, constants.most_change / now)):
+        now = float(speed[p] if p >= 0 else around.state[2])
+        before, elapsed = before_step(applied, p, around, constants)
+        for i in range(2):
+            if i == 0:
+                low[n, i], high[n, i] = -vehicle.max_deceleration, most_throttle(now, vehicle)
+            else:
+                low[n, i], high[n, i] = yaw_rates(now, applied[n, 0], before, elapsed, vehicle)
+            if p < 0:
+                most = vehicle.max_jerk * elapsed / (1.0 if i == 0 else max(now, 1.0))
                 low[n, i] = min(max(low[n, i], before[i] - most), high[n, i])
                 high[n, i] = max(min(high[n, i], before[i] + most), low[n, i])
-        applied = min(max(inputs[n, 0], low[n, 0]), high[n, 0])
-        speed[n] = (speed[p] if p >= 0 else around.state[2]) + constants.dt * applied
+            applied[n, i] = min(max(inputs[n, i], low[n, i]), high[n, i])
+        speed[n] = now + constants.dt * applied[n, 0]
     return low, high

@@ -17,14 +17,14 @@ from coverdrive.errors import SettingError
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.constants import constants_of
 from coverdrive.planning.evaluate import Plans, empty_plans, evaluate, write_slack
-from coverdrive.planning.fallback import assumed_state, braking_inputs, continued, plausible
+from coverdrive.planning.fallback import assumed_state, continued, plausible
 from coverdrive.planning.follower import FollowerSettings, with_careful_follower, without_follower
 from coverdrive.planning.merit import Surroundings
 from coverdrive.planning.obstacles import likely_paths, obstacles_of, packed
 from coverdrive.planning.path_memory import PathMemory
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.problem import ProblemSettings
-from coverdrive.planning.search import SearchSettings, Wanted, begin, choose, go_on, room_for
+from coverdrive.planning.search import SearchSettings, Wanted, begin, choose, go_on, room_for, write_manoeuvre
 from coverdrive.planning.tree import held_on
 from coverdrive.planning.vehicle import step
 from coverdrive.road import Road
@@ -258,9 +258,8 @@ class MpcPlanner:
         """Full braking in the lane."""
         around = self._around(state, paths, road)
         plans = empty_plans(1, len(self._constants.tree.parent))
-        centre = float(road.centres[lane])
-        inputs = braking_inputs(state, centre, self.settings.problem)
-        plans.inputs[0], plans.targets[0] = inputs[self._constants.tree.moment - 1], centre
+        hardest = -self.settings.problem.vehicle.max_deceleration
+        write_manoeuvre(plans, 0, float(road.centres[lane]), 0, hardest, 1.0, around, self._constants)
         evaluate(plans, 0, 1, around, self._constants)
         return _Found(plans, 0, False, plans.inputs, around)
 
@@ -282,7 +281,9 @@ class MpcPlanner:
         inputs = plans.inputs[i, tree.drive]
         if not plans.clear[i] and drive[1, 2] <= _ROUNDING:  # stop as early as it can, not at the end of the step
             hardest = -min(self.settings.problem.vehicle.max_deceleration, max(0.0, state[2]) / self._period)
-            inputs[0, 0] = min(inputs[0, 0], hardest)
+            hardest = min(inputs[0, 0], hardest)
+            means = np.maximum(state[2] + self._period / 2 * np.array([inputs[0, 0], hardest]), _ROUNDING)
+            inputs[0] = hardest, inputs[0, 1] * means[1] / means[0]  # the wheels stay
         severity = 0.0 if plans.clear[i] else float(plans.severity[i])
         return Plan(drive + offset, inputs, slack, status, float(plans.cost[i]), 0.0, self.dt, severity, safe + offset)
 

@@ -1,11 +1,12 @@
 """The problem of the planner (paper, §4, with two branches) as a parametric nonlinear program in CasADi.
 
 It reads the same tree, vehicle and obstacles as the search. Variables are the inputs and states of the N nodes, and the
-slacks; first constraints are the N steps of the vehicle (= 0), then follow the lateral accelerations (≤ 0), and for
-every slack what asks for it (≤ 0). As in `coverdrive.planning.merit` every box of every node and both road edges have a
-slack of their own, so that the objective with the smallest slacks is the merit, but for two differences: boxes count at
-the end of a step alone, not where a step passes them in parts; and the limits of speed, heading and lateral
-acceleration are constraints and bounds, not penalties. Longitudinal positions are relative to the current one.
+slacks; first constraints are the N steps of the vehicle (= 0), then follow lateral acceleration and power (≤ 0), and
+for every slack what asks for it (≤ 0). As in `coverdrive.planning.merit` every box of every node and both road edges
+have a slack of their own, so that the objective with the smallest slacks is the merit, but for three differences: boxes
+count at the end of a step alone, not where a step passes them in parts; the limits of speed and heading are bounds, not
+penalties; and steering, which binds at low speeds only, is left to whoever drives the inputs, but for the first ones.
+Longitudinal positions are relative to the current one.
 """
 
 import contextlib
@@ -54,17 +55,17 @@ def build_program(problem: ProblemSettings, constants: Constants, boxes: int, li
     inputs, states = ca.SX.sym("inputs", 2, nodes), ca.SX.sym("states", 4, nodes)
     start, before, targets, edges = (ca.SX.sym(name, n) for name, n in (("now", 4), ("u", 2), ("to", 2), ("road", 2)))
     kinds = ca.SX.sym("likely", 6, steps * likely), ca.SX.sym("boxes", 6, steps * boxes)
-    objective, gaps, lateral, asked, weights = ca.SX(0), [], [], [], []
+    objective, gaps, limits, asked, weights, car = ca.SX(0), [], [], [], [], problem.vehicle
     for n in range(nodes):
         state, applied, parent = states[:, n], inputs[:, n], int(tree.parent[n])
         origin, last = (states[:, parent], inputs[:, parent]) if parent >= 0 else (start, before)
         gaps.append(state - ca.vertcat(*moved(tuple(ca.vertsplit(origin)), tuple(ca.vertsplit(applied)), constants.dt)))
-        turn, most = origin[2] * applied[1], problem.vehicle.max_lateral_acceleration
-        lateral += [turn - most, -turn - most]
+        turn, most = origin[2] * applied[1], car.max_lateral_acceleration
+        limits += [turn - most, -turn - most, applied[0] * origin[2] - car.max_power]
         errors = ca.vertcat(state[1] - targets[int(tree.safe[n])], state[2] - constants.reference_speed, state[3])
         objective += ca.dot(tree.errors[n], errors**2) + ca.dot(tree.inputs[n], applied**2)
         objective += ca.dot(tree.changes[n], (applied - last) ** 2)
-        own, kind = own_half_sizes(np.sqrt(state[3] ** 2 + KINK**2), problem.vehicle), kinds[int(tree.careful[n])]
+        own, kind = own_half_sizes(np.sqrt(state[3] ** 2 + KINK**2), car), kinds[int(tree.careful[n])]
         wide = own[1] + problem.obstacles.edge_margin
         columns = kind.shape[1] // steps
         there = kind[:, columns * (tree.moment[n] - 1) : columns * tree.moment[n]]
@@ -79,7 +80,7 @@ def build_program(problem: ProblemSettings, constants: Constants, boxes: int, li
         "x": ca.vertcat(ca.vec(inputs), ca.vec(states), slacks),
         "p": ca.vertcat(start, before, targets, edges, *(ca.vec(kind) for kind in kinds)),
         "f": objective + ca.dot(np.array(weights), slacks**2),
-        "g": ca.vertcat(*gaps, *lateral, ca.vertcat(*asked) - slacks),
+        "g": ca.vertcat(*gaps, *limits, ca.vertcat(*asked) - slacks),
     }
     asking = ca.Function("asked", [nlp["x"], nlp["p"]], [nlp["g"][-len(weights) :]])
     return Program(nlp, 4 * nodes, len(weights), asking)
@@ -125,9 +126,8 @@ def bounds(
     vehicle, nodes = constants.vehicle, len(constants.tree.parent)
     (_, _, speed, heading), slack = around.state, np.zeros(program.slacks)
     inputs = np.tile([[vehicle.max_deceleration], [vehicle.max_acceleration]], nodes)
-    inputs = np.stack(
-        [inputs * [[-1], [1]], np.tile([[-vehicle.max_yaw_rate], [vehicle.max_yaw_rate]], nodes)], axis=-1
-    )
+    turn = np.sqrt(vehicle.max_lateral_acceleration * np.tan(vehicle.max_steering) / vehicle.wheelbase)  # at any speed
+    inputs = np.stack([inputs * [[-1], [1]], np.tile([[-turn], [turn]], nodes)], axis=-1)
     first_low, first_high = input_bounds(np.zeros((nodes, 2)), around, constants)
     inputs[:, 0] = first_low[0], first_high[0]
     widest = max(vehicle.max_heading, abs(heading))

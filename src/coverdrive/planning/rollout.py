@@ -12,11 +12,10 @@ from jaxtyping import Float
 
 from coverdrive.compiled import compiled
 from coverdrive.planning.tree import Tree
-from coverdrive.planning.vehicle import moved
+from coverdrive.planning.vehicle import State, moved
 
-_moved = compiled(moved)
-State = tuple[float, float, float, float]
-"""lon [m], lat [m], speed [m/s], heading [rad]"""
+after_step = compiled(moved)
+"""the same, compiled"""
 
 
 class Rollout(NamedTuple):
@@ -41,7 +40,7 @@ def rolled(start: Float[np.ndarray, " 4"], inputs: Float[np.ndarray, "N 2"], tre
     result = Rollout(np.empty((nodes, 4)), np.empty((nodes, 2, 2)))
     for n in range(nodes):
         before = state_at(result.states, tree.parent[n], start)
-        after = _moved(before, (inputs[n, 0], inputs[n, 1]), dt)
+        after = after_step(before, (inputs[n, 0], inputs[n, 1]), dt)
         for i in range(4):
             result.states[n, i] = after[i]
         cosine, sine = dt / 2 * np.cos(after[3]), dt / 2 * np.sin(after[3])

@@ -21,8 +21,9 @@ from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.descent import descend
 from coverdrive.planning.evaluate import Plans, drive_step, empty_plans, evaluate
-from coverdrive.planning.merit import Surroundings, merit
+from coverdrive.planning.merit import Surroundings, before_step, merit
 from coverdrive.planning.motion import lane_seeking
+from coverdrive.planning.rollout import state_at
 from coverdrive.planning.vehicle import VehicleSettings
 from coverdrive.settings import Settings
 
@@ -47,7 +48,6 @@ _HARD = np.array([1.0, 0.5, 0.0])
 _HALVINGS = 4
 """of the way from a clear plan to one that is not"""
 _EVASIONS = len(_HARD) * (_PLACES + 1)
-_lane_seeking = compiled(lane_seeking)
 
 
 class SearchSettings(Settings):
@@ -96,7 +96,7 @@ def begin(plans: Plans, wanted: Wanted, around: Surroundings, constants: Constan
     guesses = len(lanes) * tried
     for i in range(guesses):
         lane, acceleration = i // tried, wanted.accelerations[i % tried]
-        _write_manoeuvre(plans, i, lanes[lane], lane, acceleration, 1.0, around, constants)
+        write_manoeuvre(plans, i, lanes[lane], lane, acceleration, 1.0, around, constants)
     for n in range(len(tree.parent)):
         plans.inputs[guesses, n] = wanted.rest[tree.moment[n] - 1]
     plans.lane[guesses] = np.argmin(wanted.extra)
@@ -229,23 +229,24 @@ def _evade(plans: Plans, first: int, wanted: Wanted, around: Surroundings, const
         at = lat if place == _PLACES else right + (left - right) * place / (_PLACES - 1)
         lane = int(np.argmin(np.abs(wanted.lanes - at)))
         braking = -constants.vehicle.max_deceleration * _HARD[i % len(_HARD)]
-        _write_manoeuvre(plans, first + i, at, lane, braking, _HURRY, around, constants)
+        write_manoeuvre(plans, first + i, at, lane, braking, _HURRY, around, constants)
         plans.targets[first + i] = wanted.lanes[lane]
     evaluate(plans, first, first + _EVASIONS, around, constants)
     return first + _EVASIONS
 
 
 @compiled
-def _write_manoeuvre(
+def write_manoeuvre(
     plans: Plans, i: int, target: float, lane: int, acceleration: float, hurry: float, around: Surroundings,
     constants: Constants,
 ) -> None:  # fmt: skip
     """Write a plan whose branches both steer to a lat at a constant acceleration."""
     tree, applied = constants.tree, np.empty((constants.steps, 2))
-    state = (around.state[0], around.state[1], around.state[2], around.state[3])
+    state = state_at(plans.states[i], -1, around.state)
     for k in range(constants.steps):
-        turn = _lane_seeking(state[1], state[2], state[3], target, hurry)
-        (applied[k, 0], applied[k, 1]), state = drive_step(state, (acceleration, turn), constants)
+        before, elapsed = before_step(applied, k - 1, around, constants)
+        wish = acceleration, lane_seeking(state[1], state[2], state[3], target, hurry)
+        (applied[k, 0], applied[k, 1]), state = drive_step(state, wish, before, elapsed, constants)
     for n in range(len(tree.parent)):
         plans.inputs[i, n] = applied[tree.moment[n] - 1]
     plans.lane[i], plans.targets[i] = lane, target

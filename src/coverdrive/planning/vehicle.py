@@ -1,9 +1,8 @@
 """The ego: a Dubins car with a speed (paper §4).
 
 State: lon [m], lat [m], speed [m/s], heading [rad]. Input: acceleration [m/s²], yaw rate [rad/s], held for dt.
-`moved` is the one definition of the motion, and `within_limits` that of the limits: `moved` is called with CasADi
-symbols, too, both are compiled for numbers, and everything else calls `step`, `rollout` and `feasible_inputs` with
-NumPy arrays. P = K + 1 is the number of states.
+`moved` is the one definition of the motion, for numbers (compiled), CasADi symbols and, by `step`, NumPy arrays;
+`within_limits` is that of the limits, which every plan is driven within.
 """
 
 from typing import Any
@@ -12,22 +11,34 @@ import numpy as np
 from jaxtyping import Float
 from pydantic import Field
 
+from coverdrive.compiled import compiled
 from coverdrive.settings import Settings
+
+State = tuple[float, float, float, float]
+"""lon [m], lat [m], speed [m/s], heading [rad]"""
+_TINY = 1e-9
+"""[m/s] of a speed that is divided by"""
 
 
 class VehicleSettings(Settings):
-    """Size and limits of the ego."""
+    """Size and limits of the ego; *CommonRoad*: `commonroad-vehicle-models` 3.0.2, vehicle 2, a BMW 320i."""
 
     length: float = Field(default=4.8, ge=1, le=30)
     """[m] a mid-size sedan (AASHTO Green Book 2018, passenger car: 5.8 m at the most; NGSIM US-101 median: 4.6 m)"""
     width: float = Field(default=1.9, ge=0.3, le=5)
     """[m] a mid-size sedan without mirrors"""
     max_acceleration: float = Field(default=3.0, gt=0, le=15)
-    """[m/s²] brisk but ordinary (CommonRoad vehicle parameters: up to 11.5; the authors' scripts allow 2000)"""
+    """[m/s²] brisk but ordinary (CommonRoad: up to 11.5; the authors' scripts allow 2000)"""
     max_deceleration: float = Field(default=8.0, gt=0, le=15)
     """[m/s²] full braking on dry asphalt (0.8 g; UN R13-H asks for at least 6.43 m/s²)"""
-    max_yaw_rate: float = Field(default=0.5, gt=0, le=5)
-    """[rad/s] own choice; above 8 m/s `max_lateral_acceleration` is the tighter bound"""
+    max_power: float = Field(default=84.1, gt=0, le=1e4)
+    """[W/kg] bound of acceleration · speed, above 28 m/s the tighter one (CommonRoad: 11.5 m/s² up to 7.319 m/s)"""
+    wheelbase: float = Field(default=2.579, gt=0, le=20)
+    """[m] (CommonRoad: a + b)"""
+    max_steering: float = Field(default=1.066, gt=0, lt=np.pi / 2)
+    """[rad] of the wheels, to either side (CommonRoad): tan(max_steering) / wheelbase bounds the curvature"""
+    max_steering_rate: float = Field(default=0.4, gt=0, le=1e4)
+    """[rad/s] of the wheels (CommonRoad)"""
     max_lateral_acceleration: float = Field(default=4.0, gt=0, le=15)
     """[m/s²] bound of speed · yaw rate; own choice, half of what the tyres of `max_deceleration` give"""
     max_jerk: float = Field(default=20.0, gt=0, le=1000)
@@ -74,33 +85,66 @@ def step(state: Float[np.ndarray, "*n 4"], inputs: Float[np.ndarray, "*n 2"], dt
     return np.stack(moved((lon, lat, speed, heading), (inputs[..., 0], inputs[..., 1]), dt), axis=-1)
 
 
-def rollout(
-    state: Float[np.ndarray, "*n 4"], inputs: Float[np.ndarray, "*n K 2"], dt: float
-) -> Float[np.ndarray, "*n P 4"]:
-    """The states that K inputs, each held for dt [s], lead to; the first is the given one."""
-    states = [np.asarray(state, dtype=float)]
-    for k in range(inputs.shape[-2]):
-        states.append(step(states[-1], inputs[..., k, :], dt))
-    return np.stack(states, axis=-2)
+@compiled
+def yaw_rates(
+    speed: float, acceleration: float, before: tuple[float, float], elapsed: float, vehicle: Any
+) -> tuple[float, float]:
+    """Least and largest yaw rate [rad/s] of a step that steering allows, and where it does, the lateral acceleration.
 
+    The wheels stand still during a step: its curvature is the yaw rate over the mean speed, and that of the step before
+    is known. The angle of the wheels changes by no more than the wheelbase times what the curvature does.
 
-def feasible_inputs(
-    state: Float[np.ndarray, "*n 4"], inputs: Float[np.ndarray, "*n 2"], dt: float, settings: VehicleSettings
-) -> Float[np.ndarray, "*n 2"]:
-    """The inputs nearest to the given ones that keep the car within its limits for one step of dt [s].
-
-    A state outside the speed or heading bounds is not pushed further out.
+    Args:
+        speed: [m/s] at the start of the step.
+        acceleration: [m/s²] during the step.
+        before: acceleration [m/s²] and yaw rate [rad/s] of the step before.
+        elapsed: [s] for which inputs are held.
+        vehicle: limits of the ego, as `coverdrive.planning.constants.Vehicle`.
     """
-    return np.stack(within_limits(state[..., 2], state[..., 3], inputs[..., 0], inputs[..., 1], dt, settings), axis=-1)
+    sharpest, change = vehicle.sharpest, vehicle.max_steering_rate * elapsed
+    was = vehicle.wheelbase * before[1] / max(speed - elapsed / 2 * before[0], _TINY)
+    was = min(max(was, -sharpest), sharpest)
+    mean = max(speed + elapsed / 2 * acceleration, 0.0) / vehicle.wheelbase
+    right, left = mean * max(was - change, -sharpest), mean * min(was + change, sharpest)
+    most = vehicle.max_lateral_acceleration / max(abs(speed), _TINY)
+    return min(max(right, -most), left), max(min(left, most), right)
 
 
+@compiled
 def within_limits(
-    speed: Any, heading: Any, acceleration: Any, yaw_rate: Any, dt: float, settings: VehicleSettings
-) -> tuple[Any, Any]:
-    """`feasible_inputs` of numbers, or of arrays element by element."""
-    lowest = np.maximum(-settings.max_deceleration, np.minimum(0.0, -speed / dt))
-    highest = np.minimum(settings.max_acceleration, np.maximum(0.0, (settings.max_speed - speed) / dt))
-    yaw_bound = np.minimum(settings.max_yaw_rate, settings.max_lateral_acceleration / np.maximum(np.abs(speed), 1e-9))
-    rightmost = np.maximum(-yaw_bound, np.minimum(0.0, (-settings.max_heading - heading) / dt))
-    leftmost = np.minimum(yaw_bound, np.maximum(0.0, (settings.max_heading - heading) / dt))
-    return np.minimum(np.maximum(acceleration, lowest), highest), np.minimum(np.maximum(yaw_rate, rightmost), leftmost)
+    state: State, wish: tuple[float, float], before: tuple[float, float], elapsed: float, dt: float, vehicle: Any
+) -> tuple[float, float]:
+    """The inputs nearest to wished ones that keep the car within its limits for one step.
+
+    A state outside the speed or heading bounds is not pushed further out, unless the wheels cannot be turned in time.
+
+    Args:
+        state: lon [m], lat [m], speed [m/s], heading [rad].
+        wish: acceleration [m/s²], yaw rate [rad/s].
+        before: the inputs of the step before.
+        elapsed: [s] from one plan to the next, for the first step of a plan; ``dt`` for others.
+        dt: [s] of the step.
+        vehicle: limits of the ego.
+    """
+    speed, heading = state[2], state[3]
+    lowest = max(-vehicle.max_deceleration, min(0.0, -speed / dt))
+    highest = min(most_throttle(speed, vehicle), max(0.0, (vehicle.max_speed - speed) / dt))
+    acceleration = min(max(wish[0], lowest), highest)
+    right, left = yaw_rates(speed, acceleration, before, elapsed, vehicle)
+    swing = vehicle.max_steering_rate / vehicle.wheelbase * max(speed + dt / 2 * acceleration, 0.0)
+    least = min(max(right, -_fastest_turn(vehicle.max_heading + heading, swing, dt)), left)
+    most = max(min(left, _fastest_turn(vehicle.max_heading - heading, swing, dt)), right)
+    return acceleration, min(max(wish[1], least), most)
+
+
+@compiled
+def most_throttle(speed: float, vehicle: Any) -> float:
+    """[m/s²] the largest acceleration at a speed [m/s]."""
+    return min(vehicle.max_acceleration, vehicle.max_power / max(abs(speed), _TINY))
+
+
+@compiled
+def _fastest_turn(room: float, swing: float, dt: float) -> float:
+    """[rad/s] from which the wheels are straight again, at ``swing`` [rad/s²], before a heading ``room`` [rad] away."""
+    room = max(room, 0.0)
+    return min(room / dt, max(swing * dt, np.sqrt(2 * swing * room) - swing * dt / 2))
