@@ -14,7 +14,7 @@ from jaxtyping import Bool, Float, Int
 from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.contact import box_between, box_excess, box_of, half_sizes_of, parts_of
-from coverdrive.planning.merit import Surroundings, before_step, merit
+from coverdrive.planning.merit import Surroundings, input_at, merit
 from coverdrive.planning.rollout import after_step, state_at
 from coverdrive.planning.sweep import NEVER, contact_at, impact, impact_beyond, write_edges
 from coverdrive.planning.vehicle import State, within_limits
@@ -93,7 +93,8 @@ def evaluate(plans: Plans, first: int, last: int, around: Surroundings, constant
         states, inputs = plans.states[i], plans.inputs[i]
         for n in range(len(inputs)):
             state, wish = state_at(states, tree.parent[n], around.state), (inputs[n, 0], inputs[n, 1])
-            before, elapsed = before_step(inputs, tree.parent[n], around, constants)
+            before = input_at(inputs, tree.parent[n], around.previous_input)
+            elapsed = constants.dt if tree.parent[n] >= 0 else constants.period
             (inputs[n, 0], inputs[n, 1]), after = drive_step(state, wish, before, elapsed, constants)
             for j in range(4):
                 states[n, j] = after[j]

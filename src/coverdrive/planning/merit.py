@@ -210,13 +210,10 @@ def _boxes(
 
 
 @compiled
-def before_step(
-    inputs: Float[np.ndarray, "N 2"], parent: int, around: Surroundings, constants: Constants
-) -> tuple[tuple[float, float], float]:
-    """The inputs before a node's step, and the time [s] from when they began to act until those of the node do."""
-    if parent < 0:
-        return (around.previous_input[0], around.previous_input[1]), constants.period
-    return (inputs[parent, 0], inputs[parent, 1]), constants.dt
+def input_at(inputs: Float[np.ndarray, "N 2"], node: int, previous: Float[np.ndarray, " 2"]) -> tuple[float, float]:
+    """The inputs of a node's step; those of node −1 are the previous ones."""
+    at = inputs[node] if node >= 0 else previous
+    return at[0], at[1]
 
 
 @compiled
@@ -231,7 +228,7 @@ def input_bounds(
     for n in range(len(inputs)):
         p = tree.parent[n]
         now = float(speed[p] if p >= 0 else around.state[2])
-        before, elapsed = before_step(applied, p, around, constants)
+        before, elapsed = input_at(applied, p, around.previous_input), constants.dt if p >= 0 else constants.period
         for i in range(2):
             if i == 0:
                 low[n, i], high[n, i] = -vehicle.max_deceleration, most_throttle(now, vehicle)

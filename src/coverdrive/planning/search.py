@@ -21,7 +21,7 @@ from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.descent import descend
 from coverdrive.planning.evaluate import Plans, drive_step, empty_plans, evaluate
-from coverdrive.planning.merit import Surroundings, before_step, merit
+from coverdrive.planning.merit import Surroundings, input_at, merit
 from coverdrive.planning.motion import lane_seeking
 from coverdrive.planning.rollout import state_at
 from coverdrive.planning.vehicle import VehicleSettings
@@ -244,7 +244,7 @@ def write_manoeuvre(
     tree, applied = constants.tree, np.empty((constants.steps, 2))
     state = state_at(plans.states[i], -1, around.state)
     for k in range(constants.steps):
-        before, elapsed = before_step(applied, k - 1, around, constants)
+        before, elapsed = input_at(applied, k - 1, around.previous_input), constants.dt if k > 0 else constants.period
         wish = acceleration, lane_seeking(state[1], state[2], state[3], target, hurry)
         (applied[k, 0], applied[k, 1]), state = drive_step(state, wish, before, elapsed, constants)
     for n in range(len(tree.parent)):
