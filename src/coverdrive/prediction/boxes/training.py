@@ -33,7 +33,7 @@ _CLOSEST = 1e-6
 class BoxSettings(OptimiserSettings):
     """How boxes are learned; the rest is as for scores."""
 
-    inputs: Inputs = "motion"
+    inputs: Inputs = "urgency"
     """what the network sees of the affordance"""
     power: float = Field(default=12.0, ge=1, le=100)
     """p of the norm that stands for a quantile of the scale; the larger, the fewer segments decide"""
