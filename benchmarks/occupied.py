@@ -1,4 +1,4 @@
-"""How large certified sets are: `python benchmarks/occupied.py --recording PATH … [--folds 4] [--out occupied.json]`.
+"""How large certified sets are: `python benchmarks/occupied.py --recording PATH … [--unit vehicle] [--out occupied.json]`.
 
 With scene groups in every role (`coverdrive.prediction.folds`), the boxes of the default and constant velocity in one
 conformal box are certified on the same vehicles for the same claim, 99 % confidence: at most 10 % of vehicles missed at
@@ -15,12 +15,9 @@ from pathlib import Path
 import numpy as np
 
 from coverdrive.certificates.certificate import Unit
-from coverdrive.certificates.evaluation import evaluate
-from coverdrive.certificates.rule import scale_of
 from coverdrive.errors import CertificateError
-from coverdrive.prediction.boxes.boxes import TUBE
 from coverdrive.prediction.boxes.training import BoxSettings
-from coverdrive.prediction.calibrate import CertificateSettings, calibrated
+from coverdrive.prediction.calibrate import CertificateSettings
 from coverdrive.prediction.fit import Fit, PredictionSettings, fit
 from coverdrive.prediction.occupied import compared
 from coverdrive.prediction.segments import cut_segments
@@ -36,27 +33,29 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--recording", type=Path, nargs="+")
     parser.add_argument("--scenes", type=int, default=48, help="of generated traffic")
     parser.add_argument("--folds", type=int, default=4)
+    parser.add_argument("--unit", choices=[unit for unit, _ in CLAIMS], help="one of the claims alone")
     parser.add_argument("--steps", type=int, default=1500, help="of training")
     parser.add_argument("--out", type=Path)
     chosen = parser.parse_args(arguments)
     recordings = read(chosen.recording) if chosen.recording else generate(GeneratedSettings(scenes=chosen.scenes))
     segments = cut_segments(recordings)
     rows: list[dict[str, object]] = []
+    claims = [(unit, epsilon) for unit, epsilon in CLAIMS if chosen.unit in (None, unit)]
     for sides in rotations(segments.vehicle, segments.group, chosen.folds, 0):
-        unit, epsilon = CLAIMS[0]
-        boxes, claim = BoxSettings(most_steps=chosen.steps), CertificateSettings(unit=unit, epsilon=epsilon)
-        try:
-            result = fit(recordings, PredictionSettings(boxes=boxes, certificate=claim), sides=sides)
-        except CertificateError as error:
-            print(f"{epsilon:.0%} of {unit}s: {error}", flush=True)
-            continue
-        for unit, epsilon in CLAIMS:
-            row = measured(result, CertificateSettings(unit=unit, epsilon=epsilon))
+        for unit, epsilon in claims:
+            claim = CertificateSettings(unit=unit, epsilon=epsilon)
+            settings = PredictionSettings(boxes=BoxSettings(most_steps=chosen.steps), certificate=claim)
+            try:
+                row = measured(fit(recordings, settings, sides=sides))
+            except CertificateError as error:
+                print(f"{epsilon:.0%} of {unit}s: {error}", flush=True)
+                continue
             rows.append(row)
             print(
-                {name: f"{value:.3g}" if isinstance(value, float) else value for name, value in row.items()}, flush=True
+                ", ".join(f"{name} {value:.3g}" if name != "unit" else str(value) for name, value in row.items()),
+                flush=True,
             )
-    for unit, epsilon in CLAIMS:
+    for unit, epsilon in claims:
         mine = [row for row in rows if row["unit"] == unit]
         for name in ("area", "ratio", "ratio to centres", "missed", "baseline missed"):
             values = np.array([row[name] for row in mine], dtype=float)
@@ -67,23 +66,19 @@ def main(arguments: Sequence[str] | None = None) -> None:
         chosen.out.write_text(json.dumps(rows, indent=2))
 
 
-def measured(fitted: Fit, claim: CertificateSettings) -> dict[str, object]:
-    """What the network of a fit gives for a claim."""
-    scored, segments = fitted.scored, fitted.segments
-    (rule, certificate), _ = calibrated(
-        lambda rule, certificate, _: (rule, certificate), TUBE, scored.train, scored.calibration, claim, fitted.seed
-    )
-    areas = np.array(fitted.occupied.areas) * (scale_of(rule) / scale_of(fitted.predictor.rule)) ** 2
-    straight = replace(segments, heading=np.zeros_like(segments.heading))
-    whole, centres = (compared(areas, each, fitted.split, claim, certificate, 0) for each in (segments, straight))
-    assert whole.baseline_evaluation is not None
-    evaluations = evaluate(rule, scored.test), whole.baseline_evaluation
-    missed, baseline_missed = (each.missed(claim.unit).value for each in evaluations)
+def measured(fitted: Fit) -> dict[str, object]:
+    """How large the sets are, also against a box that holds centres alone, and how much is missed."""
+    occupied, trivial = fitted.occupied, fitted.occupied.baseline_evaluation
+    assert trivial is not None
+    unit = fitted.settings.certificate.unit
+    straight = replace(fitted.segments, heading=np.zeros_like(fitted.segments.heading))
+    claimed = straight, fitted.split, fitted.settings.certificate, fitted.predictor.certificate
+    missed, baseline_missed = (each.missed(unit).value for each in (fitted.evaluation, trivial))
     return {
-        "unit": claim.unit,
-        "area": whole.mean,
-        "ratio": whole.ratio,
-        "ratio to centres": centres.ratio,
+        "unit": unit,
+        "area": occupied.mean,
+        "ratio": occupied.ratio,
+        "ratio to centres": compared(np.array(occupied.areas), *claimed, fitted.seed).ratio,
         "missed": missed,
         "baseline missed": baseline_missed,
     }

@@ -13,6 +13,7 @@ from jax import Array
 from jaxtyping import Float
 from pydantic import Field
 
+from coverdrive.certificates.certificate import Unit
 from coverdrive.prediction.boxes.boxes import body_excess
 from coverdrive.prediction.boxes.network import BoxNetwork
 from coverdrive.prediction.learning.inputs import Inputs
@@ -36,7 +37,10 @@ class BoxSettings(OptimiserSettings):
     inputs: Inputs = "urgency"
     """what the network sees of the affordance"""
     power: float = Field(default=12.0, ge=1, le=100)
-    """p of the norm that stands for a quantile of the scale; the larger, the fewer segments decide"""
+    """p of the norm that stands for a quantile of the scale, where every window of a vehicle has to stay inside; the
+    larger, the fewer segments decide"""
+    window_power: float = Field(default=4.0, ge=1, le=100)
+    """the same where windows, or the share of a vehicle's windows, are counted: more of them may be missed"""
     hidden: Hidden = (64, 64)
     """neurons of the hidden layers"""
     noise: float = Field(default=0.3, ge=0, le=100)
@@ -54,13 +58,19 @@ class BoxSettings(OptimiserSettings):
 
 
 def train_boxes(
-    features: Float[np.ndarray, "N F"], segments: Segments, settings: BoxSettings, seed: int = 0
+    features: Float[np.ndarray, "N F"],
+    segments: Segments,
+    settings: BoxSettings,
+    seed: int = 0,
+    unit: Unit = "vehicle",
 ) -> tuple[BoxNetwork, Float[np.ndarray, " epochs"]]:
     """A network trained on the features at the start of segments, and the mean loss of every epoch.
 
-    The seed is of the initial weights, the order of the samples, dropout and noise; `DataError` as of `optimised`.
+    The unit is what the claim will count. The seed is of the initial weights, the order of the samples, dropout and
+    noise; `DataError` as of `optimised`.
     """
     start, order = jax.random.split(jax.random.key(seed))
+    power = settings.window_power if unit in ("window", "share") else settings.power
     deviation = segments.points[:, 1:]
     usual = np.sqrt((deviation**2).mean(0)).astype(np.float32)
     outputs = BoxNetwork.outputs(len(usual))
@@ -69,7 +79,7 @@ def train_boxes(
     decoder = BoxNetwork(network, np.maximum(usual, _CLOSEST))
 
     def loss(last: Float[Array, "B O"], wanted: Float[Array, "B P 4"]) -> Float[Array, ""]:
-        return box_loss(*decoder.decoded(last), wanted, decoder.usual, settings.power)
+        return box_loss(*decoder.decoded(last), wanted, decoder.usual, power)
 
     targets = np.concatenate([deviation, body_excess(segments)], axis=-1).astype(np.float32)
     trained, losses = optimised(network, features, targets, loss, settings, order)
