@@ -1,4 +1,4 @@
-"""How large certified sets are: `python benchmarks/occupied.py --recording PATH … [--unit vehicle] [--out occupied.json]`.
+"""How large certified sets are: `python benchmarks/occupied.py --recording PATH … [--folds 4] [--out occupied.json]`.
 
 With scene groups in every role (`coverdrive.prediction.folds`), the boxes of the default and constant velocity in one
 conformal box are certified on the same vehicles for the same claim, 99 % confidence: at most 10 % of vehicles missed at

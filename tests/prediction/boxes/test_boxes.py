@@ -72,7 +72,7 @@ def test_training_finds_where_vehicles_go_and_how_sure_that_is() -> None:
         features[:, 0] = chosen.points[:, -1, 0]
         return features
 
-    plain = {"noise": 0.0, "dropout": 0.0, "weight_decay": 0.0}
+    plain = {"noise": 0.0, "dropout": 0.0, "weight_decay": 0.0, "few": 0}
     settings = BoxSettings(most_steps=600, batch=128, hidden=(32,), members=2, inputs="affordance", **plain)
     network, losses = train_boxes(features_of(segments), segments, settings)
     assert losses[-1] < losses[0]
@@ -85,6 +85,28 @@ def test_training_finds_where_vehicles_go_and_how_sure_that_is() -> None:
 
     assert area(boxes) < 0.3 * area(trivial)
     assert np.array_equal(train_boxes(features_of(segments), segments, settings)[1], losses)
+
+
+def test_of_few_vehicles_only_the_urgency_is_seen() -> None:
+    segments, features = straight(40), np.random.default_rng(0).normal(size=(40, 22)).astype(np.float32)
+    vehicles = len(np.unique(segments.vehicle))
+    for few, inputs in ((vehicles, "motion"), (vehicles + 1, "urgency")):
+        settings = BoxSettings(most_steps=1, batch=8, hidden=(4,), members=1, few=few)
+        assert train_boxes(features, segments, settings)[0].network.inputs == inputs
+
+
+def test_claims_about_windows_leave_more_of_them_outside() -> None:
+    segments = straight(300)
+    segments.points[::10, 1:, 1] += np.linspace(0.5, 3, 6)
+    features = np.zeros((300, 22), dtype=np.float32)
+    settings = BoxSettings(most_steps=300, batch=128, hidden=(8,), members=1, noise=0.0, dropout=0.0)
+    areas = {}
+    for unit in ("vehicle", "share", "window"):
+        boxes = train_boxes(features, segments, settings, unit=unit)[0].boxes_of(features)
+        scale = 1 / np.quantile(scored_by(boxes, segments).scores, [0.5, 0.002]) - 1
+        areas[unit] = boxes.areas.mean() * scale**2
+    assert areas["share"].tolist() == areas["window"].tolist()
+    assert areas["window"][0] < areas["vehicle"][0] and areas["window"][1] > areas["vehicle"][1]
 
 
 def test_a_window_is_covered_exactly_if_its_body_is_in_the_predicted_boxes(

@@ -34,8 +34,10 @@ _CLOSEST = 1e-6
 class BoxSettings(OptimiserSettings):
     """How boxes are learned; the rest is as for scores."""
 
-    inputs: Inputs = "urgency"
+    inputs: Inputs = "motion"
     """what the network sees of the affordance"""
+    few: int = Field(default=500, ge=0)
+    """of fewer training vehicles than this, the network sees "urgency" instead, as it would learn them by heart"""
     power: float = Field(default=12.0, ge=1, le=100)
     """p of the norm that stands for a quantile of the scale, where every window of a vehicle has to stay inside; the
     larger, the fewer segments decide"""
@@ -73,8 +75,9 @@ def train_boxes(
     power = settings.window_power if unit in ("window", "share") else settings.power
     deviation = segments.points[:, 1:]
     usual = np.sqrt((deviation**2).mean(0)).astype(np.float32)
-    outputs = BoxNetwork.outputs(len(usual))
-    network = Network.create(features, settings.hidden, outputs, start, settings.members, settings.inputs, "boxes")
+    inputs = "urgency" if len(np.unique(segments.vehicle)) < settings.few else settings.inputs
+    sizes = settings.hidden, BoxNetwork.outputs(len(usual))
+    network = Network.create(features, *sizes, start, settings.members, inputs, "boxes")
     network = eqx.tree_at(lambda made: made.weights[-1], network, _CALM * network.weights[-1])
     decoder = BoxNetwork(network, np.maximum(usual, _CLOSEST))
 
