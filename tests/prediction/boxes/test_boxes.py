@@ -95,6 +95,19 @@ def test_of_few_vehicles_only_the_urgency_is_seen() -> None:
         assert train_boxes(features, segments, settings)[0].network.inputs == inputs
 
 
+def test_sizes_that_few_vehicles_taught_differ_less() -> None:
+    segments, features = straight(200), np.random.default_rng(0).normal(size=(200, 22)).astype(np.float32)
+    settings = BoxSettings(most_steps=60, batch=64, hidden=(8,), members=2, inputs="urgency", few=0)
+    network, evened = (
+        train_boxes(features, segments, settings.model_copy(update={"few": few}))[0] for few in (0, 10_000)
+    )
+    (centre, size), (evened_centre, evened_size) = (each.members(features) for each in (network, evened))
+    np.testing.assert_allclose(evened_centre, centre, atol=1e-5)
+    assert size.std(0).mean() > 0.05
+    np.testing.assert_allclose(evened_size - size.mean(0), 0.7 * (size - size.mean(0)), atol=0.03)
+    assert {array.dtype for array in evened.arrays.values()} == {array.dtype for array in network.arrays.values()}
+
+
 def test_claims_about_windows_leave_more_of_them_outside() -> None:
     segments = straight(300)
     segments.points[::10, 1:, 1] += np.linspace(0.5, 3, 6)

@@ -27,6 +27,9 @@ _SMOOTH = 12.0
 _CALM = 0.1
 """factor of the first weights of the last layer, so that training begins near the usual sizes"""
 
+_KEPT = 0.7
+"""of differences in size that few vehicles taught: other vehicles show less of them"""
+
 _CLOSEST = 1e-6
 """[of the half sizes] distances below it count as this much"""
 
@@ -75,7 +78,8 @@ def train_boxes(
     power = settings.window_power if unit in ("window", "share") else settings.power
     deviation = segments.points[:, 1:]
     usual = np.sqrt((deviation**2).mean(0)).astype(np.float32)
-    inputs = "urgency" if len(np.unique(segments.vehicle)) < settings.few else settings.inputs
+    few = len(np.unique(segments.vehicle)) < settings.few
+    inputs = "urgency" if few else settings.inputs
     sizes = settings.hidden, BoxNetwork.outputs(len(usual))
     network = Network.create(features, *sizes, start, settings.members, inputs, "boxes")
     network = eqx.tree_at(lambda made: made.weights[-1], network, _CALM * network.weights[-1])
@@ -86,7 +90,15 @@ def train_boxes(
 
     targets = np.concatenate([deviation, body_excess(segments)], axis=-1).astype(np.float32)
     trained, losses = optimised(network, features, targets, loss, settings, order)
-    return BoxNetwork(trained, decoder.usual), losses
+    return BoxNetwork(_evened(trained, features) if few else trained, decoder.usual), losses
+
+
+def _evened(network: Network, features: Float[np.ndarray, "N F"]) -> Network:
+    """With sizes, the second half of what the last layer gives, that differ less from their mean on the features."""
+    mean = np.asarray(network.outputs(features)).mean(0)
+    kept = np.where(np.arange(mean.shape[-1]) < mean.shape[-1] // 2, 1, _KEPT).astype(np.float32)
+    last = kept[:, None] * network.weights[-1], kept * network.biases[-1] + (1 - kept) * mean
+    return eqx.tree_at(lambda made: (made.weights[-1], made.biases[-1]), network, last)
 
 
 def box_loss(
