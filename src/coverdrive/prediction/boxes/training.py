@@ -39,7 +39,7 @@ class BoxSettings(OptimiserSettings):
 
     inputs: Inputs = "motion"
     """what the network sees of the affordance"""
-    few: int = Field(default=500, ge=0)
+    few: int = Field(default=500, ge=0, le=1_000_000)
     """of fewer training vehicles than this, the network sees "urgency" instead, as it would learn them by heart"""
     power: float = Field(default=12.0, ge=1, le=100)
     """p of the norm that stands for a quantile of the scale, where every window of a vehicle has to stay inside; the
