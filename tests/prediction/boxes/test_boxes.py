@@ -105,6 +105,10 @@ def test_sizes_that_few_vehicles_taught_differ_less() -> None:
     np.testing.assert_allclose(evened_centre, centre, atol=1e-5)
     assert size.std(0).mean() > 0.05
     np.testing.assert_allclose(evened_size - size.mean(0), 0.7 * (size - size.mean(0)), atol=0.03)
+    windows = [
+        train_boxes(features, segments, settings.model_copy(update={"few": few}), unit="window")[0] for few in (0, 999)
+    ]
+    np.testing.assert_array_equal(*(each.arrays["weight_1"] for each in windows))
     assert {array.dtype for array in evened.arrays.values()} == {array.dtype for array in network.arrays.values()}
 
 

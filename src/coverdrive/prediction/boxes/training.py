@@ -28,7 +28,7 @@ _CALM = 0.1
 """factor of the first weights of the last layer, so that training begins near the usual sizes"""
 
 _KEPT = 0.7
-"""of differences in size that few vehicles taught: other vehicles show less of them"""
+"""of differences in size that few vehicles taught: the worst windows of others show less of them"""
 
 _CLOSEST = 1e-6
 """[of the half sizes] distances below it count as this much"""
@@ -75,7 +75,8 @@ def train_boxes(
     noise; `DataError` as of `optimised`.
     """
     start, order = jax.random.split(jax.random.key(seed))
-    power = settings.window_power if unit in ("window", "share") else settings.power
+    windows = unit in ("window", "share")
+    power = settings.window_power if windows else settings.power
     deviation = segments.points[:, 1:]
     usual = np.sqrt((deviation**2).mean(0)).astype(np.float32)
     few = len(np.unique(segments.vehicle)) < settings.few
@@ -90,7 +91,7 @@ def train_boxes(
 
     targets = np.concatenate([deviation, body_excess(segments)], axis=-1).astype(np.float32)
     trained, losses = optimised(network, features, targets, loss, settings, order)
-    return BoxNetwork(_evened(trained, features) if few else trained, decoder.usual), losses
+    return BoxNetwork(_evened(trained, features) if few and not windows else trained, decoder.usual), losses
 
 
 def _evened(network: Network, features: Float[np.ndarray, "N F"]) -> Network:
