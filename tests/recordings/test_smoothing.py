@@ -59,6 +59,21 @@ def test_noise_of_differences_is_reduced_manyfold():
 
 
 def test_heading_is_zero_where_a_vehicle_stands():
-    speed, heading = motion(np.array([0.5, -0.3, 10.0, 3.0]), np.array([0.5, 0.0, 1.0, -4.0]), SETTINGS)
+    settings = SmoothingSettings(slow=0)
+    speed, heading = motion(np.array([0.5, -0.3, 10.0, 3.0]), np.array([0.5, 0.0, 1.0, -4.0]), settings)
     assert speed == pytest.approx([np.sqrt(0.5), 0.3, np.sqrt(101), 5.0])
     assert heading == pytest.approx([0.0, 0.0, np.arctan(0.1), np.arctan2(-4, 3)])
+
+
+@pytest.mark.parametrize(("lon_rate", "most"), [(1.5, 0.6), (3.0, 0.8), (12.0, 1.0)])
+def test_heading_of_a_slow_vehicle_is_less_than_its_direction_of_motion(lon_rate: float, most: float):
+    random, count, noise = np.random.default_rng(2), 100_000, 0.1 / lon_rate
+    true = random.normal(0, 0.035, count)
+    rates = np.full(count, lon_rate), lon_rate * np.tan(true) + random.normal(0, 0.1, count)
+    error, plain = (np.std(motion(*rates, SmoothingSettings(slow=slow))[1] - true) for slow in (3.0, 0.0))
+    assert error == pytest.approx(0.035 * noise / np.hypot(0.035, noise), rel=0.03)
+    assert error < most * plain
+
+
+def test_heading_of_a_vehicle_that_goes_backwards_is_backwards():
+    assert motion(np.array([-12.0]), np.array([0.0]), SETTINGS)[1] == pytest.approx(np.pi)

@@ -191,7 +191,7 @@ def _fit_boxes(task: _Task) -> _Made:
             lessons = training.and_also(training.mirrored)
             shown = np.concatenate([shown, make_features(recordings, training, mirrored=True)])
     with _timed("training", seconds):
-        network, losses = train_boxes(shown, lessons, settings.boxes, _seeds(seed)[2])
+        network, losses = train_boxes(shown, lessons, settings.boxes, _seeds(seed)[2], settings.certificate.unit)
     with _timed("certificate", seconds):
         rows = (sides.train, sides.calibration, sides.test)
         boxes = [network.boxes_of(features[side]) for side in rows]

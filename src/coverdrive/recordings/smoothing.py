@@ -25,7 +25,9 @@ class SmoothingSettings(Settings):
     """order of the fitted polynomial"""
     stand_still: float = Field(default=1.0, ge=0, le=10)
     """[m/s] below this speed the direction of motion is noise and the heading is set to 0"""
-
+    slow: float = Field(default=3.0, ge=0, le=50)
+    """[m/s] speed at which the direction of motion is half noise: that of a lateral speed (0.1 m/s) over how far
+    headings on a motorway spread (0.035 rad)"""
     position_noise: float = Field(default=0.1, gt=0, le=5)
     """[m] of a measured position, for what is seen at a moment (`coverdrive.recordings.filtering`)"""
     acceleration_noise: float = Field(default=4.0, gt=0, le=100)
@@ -71,9 +73,14 @@ def smooth(
 def motion(
     lon_rate: Float[np.ndarray, " R"], lat_rate: Float[np.ndarray, " R"], settings: SmoothingSettings
 ) -> tuple[Float[np.ndarray, " R"], Float[np.ndarray, " R"]]:
-    """Speed [m/s] and heading [rad] of velocities [m/s] along and across the road."""
+    """Speed [m/s] and heading [rad] of velocities [m/s] along and across the road.
+
+    The slower a vehicle, the less of its direction of motion is heading, and the more is noise of the lateral speed:
+    the heading is the mean of what it may be, if both are normally distributed.
+    """
     speed = np.hypot(lon_rate, lat_rate)
-    heading = np.where(speed < settings.stand_still, 0.0, np.arctan2(lat_rate, lon_rate))
+    share = speed**2 / np.maximum(speed**2 + settings.slow**2, 1e-12)
+    heading = np.where(speed < settings.stand_still, 0.0, np.arctan2(share * lat_rate, lon_rate))
     return speed, heading
 
 

@@ -72,7 +72,7 @@ def test_training_finds_where_vehicles_go_and_how_sure_that_is() -> None:
         features[:, 0] = chosen.points[:, -1, 0]
         return features
 
-    plain = {"noise": 0.0, "dropout": 0.0, "weight_decay": 0.0}
+    plain = {"noise": 0.0, "dropout": 0.0, "weight_decay": 0.0, "few": 0}
     settings = BoxSettings(most_steps=600, batch=128, hidden=(32,), members=2, inputs="affordance", **plain)
     network, losses = train_boxes(features_of(segments), segments, settings)
     assert losses[-1] < losses[0]
@@ -85,6 +85,45 @@ def test_training_finds_where_vehicles_go_and_how_sure_that_is() -> None:
 
     assert area(boxes) < 0.3 * area(trivial)
     assert np.array_equal(train_boxes(features_of(segments), segments, settings)[1], losses)
+
+
+def test_of_few_vehicles_only_the_urgency_is_seen() -> None:
+    segments, features = straight(40), np.random.default_rng(0).normal(size=(40, 22)).astype(np.float32)
+    vehicles = len(np.unique(segments.vehicle))
+    for few, inputs in ((vehicles, "motion"), (vehicles + 1, "urgency")):
+        settings = BoxSettings(most_steps=1, batch=8, hidden=(4,), members=1, few=few)
+        assert train_boxes(features, segments, settings)[0].network.inputs == inputs
+
+
+def test_sizes_that_few_vehicles_taught_differ_less() -> None:
+    segments, features = straight(200), np.random.default_rng(0).normal(size=(200, 22)).astype(np.float32)
+    settings = BoxSettings(most_steps=60, batch=64, hidden=(8,), members=2, inputs="urgency", few=0)
+    network, evened = (
+        train_boxes(features, segments, settings.model_copy(update={"few": few}))[0] for few in (0, 10_000)
+    )
+    (centre, size), (evened_centre, evened_size) = (each.members(features) for each in (network, evened))
+    np.testing.assert_allclose(evened_centre, centre, atol=1e-5)
+    assert size.std(0).mean() > 0.05
+    np.testing.assert_allclose(evened_size - size.mean(0), 0.7 * (size - size.mean(0)), atol=0.03)
+    windows = [
+        train_boxes(features, segments, settings.model_copy(update={"few": few}), unit="window")[0] for few in (0, 999)
+    ]
+    np.testing.assert_array_equal(*(each.arrays["weight_1"] for each in windows))
+    assert {array.dtype for array in evened.arrays.values()} == {array.dtype for array in network.arrays.values()}
+
+
+def test_claims_about_windows_leave_more_of_them_outside() -> None:
+    segments = straight(300)
+    segments.points[::10, 1:, 1] += np.linspace(0.5, 3, 6)
+    features = np.zeros((300, 22), dtype=np.float32)
+    settings = BoxSettings(most_steps=300, batch=128, hidden=(8,), members=1, noise=0.0, dropout=0.0)
+    areas = {}
+    for unit in ("vehicle", "share", "window"):
+        boxes = train_boxes(features, segments, settings, unit=unit)[0].boxes_of(features)
+        scale = 1 / np.quantile(scored_by(boxes, segments).scores, [0.5, 0.002]) - 1
+        areas[unit] = boxes.areas.mean() * scale**2
+    assert areas["share"].tolist() == areas["window"].tolist()
+    assert areas["window"][0] < areas["vehicle"][0] and areas["window"][1] > areas["vehicle"][1]
 
 
 def test_a_window_is_covered_exactly_if_its_body_is_in_the_predicted_boxes(

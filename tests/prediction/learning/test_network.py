@@ -96,6 +96,30 @@ def test_the_motion_follows_what_is_derived() -> None:
         assert np.array_equal(np.asarray(network_inputs(row, inputs)), np.asarray(network_inputs(row[:21], inputs)))
 
 
+def test_urgency_by_hand() -> None:
+    row = features_of(
+        speed=20,
+        distance_to_lane_centre=-0.4,
+        front_clearance=10,
+        front_relative_speed=-5,
+        right_rear_relative_speed=3,
+        right_rear_clearance=6,
+    )
+    seen = np.asarray(network_inputs(np.append(row, np.float32(-0.7)), "urgency"))
+    assert seen[:8] == pytest.approx([20, -0.4, 10, -5, 0, 0, 0, 3])
+    assert seen[8:11] == pytest.approx([0.1, 0.5, 0.5])  # inverse gap, closing at 5 m/s, half a second
+    assert seen[17:] == pytest.approx([1 / 6, 0.5, 0.4, 0.0, -0.7])
+
+
+def test_urgency_says_nothing_of_sizes_and_lateral_clearances() -> None:
+    row = np.random.default_rng(0).uniform(1, 9, 22).astype(np.float32)
+    other = row.copy()
+    hidden = [i for i, name in enumerate(FEATURES) if "length" in name or "lateral" in name]
+    other[hidden] += 1
+    assert len(hidden) == 9
+    assert np.array_equal(np.asarray(network_inputs(row, "urgency")), np.asarray(network_inputs(other, "urgency")))
+
+
 @pytest.mark.parametrize("kind", [{"inputs": "radar", "output": "softmax"}, {"inputs": "derived"}])
 def test_networks_of_other_versions_are_refused(kind: dict[str, str]) -> None:
     with pytest.raises(DataError, match="made by another version"):

@@ -13,6 +13,7 @@ from jax import Array
 from jaxtyping import Float
 from pydantic import Field
 
+from coverdrive.certificates.certificate import Unit
 from coverdrive.prediction.boxes.boxes import body_excess
 from coverdrive.prediction.boxes.network import BoxNetwork
 from coverdrive.prediction.learning.inputs import Inputs
@@ -26,6 +27,9 @@ _SMOOTH = 12.0
 _CALM = 0.1
 """factor of the first weights of the last layer, so that training begins near the usual sizes"""
 
+_KEPT = 0.7
+"""of differences in size that few vehicles taught: the worst windows of others show less of them"""
+
 _CLOSEST = 1e-6
 """[of the half sizes] distances below it count as this much"""
 
@@ -35,8 +39,13 @@ class BoxSettings(OptimiserSettings):
 
     inputs: Inputs = "motion"
     """what the network sees of the affordance"""
+    few: int = Field(default=500, ge=0, le=1_000_000)
+    """of fewer training vehicles than this, the network sees "urgency" instead, as it would learn them by heart"""
     power: float = Field(default=12.0, ge=1, le=100)
-    """p of the norm that stands for a quantile of the scale; the larger, the fewer segments decide"""
+    """p of the norm that stands for a quantile of the scale, where every window of a vehicle has to stay inside; the
+    larger, the fewer segments decide"""
+    window_power: float = Field(default=4.0, ge=1, le=100)
+    """the same where windows, or the share of a vehicle's windows, are counted: more of them may be missed"""
     hidden: Hidden = (64, 64)
     """neurons of the hidden layers"""
     noise: float = Field(default=0.3, ge=0, le=100)
@@ -54,26 +63,43 @@ class BoxSettings(OptimiserSettings):
 
 
 def train_boxes(
-    features: Float[np.ndarray, "N F"], segments: Segments, settings: BoxSettings, seed: int = 0
+    features: Float[np.ndarray, "N F"],
+    segments: Segments,
+    settings: BoxSettings,
+    seed: int = 0,
+    unit: Unit = "vehicle",
 ) -> tuple[BoxNetwork, Float[np.ndarray, " epochs"]]:
     """A network trained on the features at the start of segments, and the mean loss of every epoch.
 
-    The seed is of the initial weights, the order of the samples, dropout and noise; `DataError` as of `optimised`.
+    The unit is what the claim will count. The seed is of the initial weights, the order of the samples, dropout and
+    noise; `DataError` as of `optimised`.
     """
     start, order = jax.random.split(jax.random.key(seed))
+    windows = unit in ("window", "share")
+    power = settings.window_power if windows else settings.power
     deviation = segments.points[:, 1:]
     usual = np.sqrt((deviation**2).mean(0)).astype(np.float32)
-    outputs = BoxNetwork.outputs(len(usual))
-    network = Network.create(features, settings.hidden, outputs, start, settings.members, settings.inputs, "boxes")
+    few = len(np.unique(segments.vehicle)) < settings.few
+    inputs = "urgency" if few else settings.inputs
+    sizes = settings.hidden, BoxNetwork.outputs(len(usual))
+    network = Network.create(features, *sizes, start, settings.members, inputs, "boxes")
     network = eqx.tree_at(lambda made: made.weights[-1], network, _CALM * network.weights[-1])
     decoder = BoxNetwork(network, np.maximum(usual, _CLOSEST))
 
     def loss(last: Float[Array, "B O"], wanted: Float[Array, "B P 4"]) -> Float[Array, ""]:
-        return box_loss(*decoder.decoded(last), wanted, decoder.usual, settings.power)
+        return box_loss(*decoder.decoded(last), wanted, decoder.usual, power)
 
     targets = np.concatenate([deviation, body_excess(segments)], axis=-1).astype(np.float32)
     trained, losses = optimised(network, features, targets, loss, settings, order)
-    return BoxNetwork(trained, decoder.usual), losses
+    return BoxNetwork(_evened(trained, features) if few and not windows else trained, decoder.usual), losses
+
+
+def _evened(network: Network, features: Float[np.ndarray, "N F"]) -> Network:
+    """With sizes, the second half of what the last layer gives, that differ less from their mean on the features."""
+    mean = np.asarray(network.outputs(features)).mean(0)
+    kept = np.where(np.arange(mean.shape[-1]) < mean.shape[-1] // 2, 1, _KEPT).astype(np.float32)
+    last = kept[:, None] * network.weights[-1], kept * network.biases[-1] + (1 - kept) * mean
+    return eqx.tree_at(lambda made: (made.weights[-1], made.biases[-1]), network, last)
 
 
 def box_loss(

@@ -4,6 +4,10 @@ The derived inputs are, for each of the five neighbours, the inverse of its clea
 collision (relative speed over clearance, positive while the clearance shrinks) and the clearance as a time gap; and,
 for the vehicle itself, its distance from the lane's centre to either side, the logarithm of its speed and whether it
 crawls. With the motion, the lateral speed follows them: it shows a lane change that has begun.
+
+Few vehicles are easily learned by heart, by the sizes of those around them and by where they drive in their lanes.
+"urgency" leaves these out, and all of what is said twice: of every neighbour it has the relative speed and the inverses
+of clearance and time to collision.
 """
 
 from typing import Literal
@@ -15,10 +19,14 @@ from jaxtyping import Float
 
 from coverdrive.prediction.learning.affordance import FEATURES
 
-Inputs = Literal["affordance", "derived", "motion"]
-"""The paper's features; what is derived from them as well; and the lateral speed of the vehicle itself"""
+Inputs = Literal["affordance", "derived", "motion", "urgency"]
+"""The paper's features; what is derived from them as well; and the lateral speed of the vehicle itself; or of all that
+only what tells how urgent it is to do something"""
 
 _NEIGHBOURS = ("front", "left front", "right front", "left rear", "right rear")
+_OWN = ("speed", "distance to lane centre", "front clearance")
+_URGENT = [FEATURES.index(name) for name in (*_OWN, *(f"{each} relative speed" for each in _NEIGHBOURS))]
+"""columns of the features that are left where only the urgency counts"""
 _CLOSEST = 1.0
 """[m] clearances below it are taken as this much where they divide"""
 _FASTEST = 10.0
@@ -28,20 +36,23 @@ _CRAWLING = 3.0
 
 
 def network_inputs(features: Float[Array | np.ndarray, "*batch F"], inputs: Inputs) -> Float[Array, "*batch I"]:
-    """The features alone, or followed by what is derived from them, and by the lateral speed.
+    """The features alone, some of them, or all, followed by what is derived from them, and by the lateral speed.
 
-    The features are in the order of `FEATURES`; for "motion", `MOTION` follows them.
+    The features are in the order of `FEATURES`; for "motion" and "urgency", `MOTION` follows them.
     """
     values, motion = jnp.split(jnp.asarray(features), [len(FEATURES)], axis=-1)
     if inputs == "affordance":
         return values
-    speed = values[..., FEATURES.index("speed")]
-    columns = [column for neighbour in _NEIGHBOURS for column in _urgency(values, speed, neighbour)]
-    columns += [
+    speed, offset = (
+        values[..., FEATURES.index("speed")],
         jnp.abs(values[..., FEATURES.index("distance to lane centre")]),
-        jnp.log1p(jnp.maximum(speed, 0)),
-        jnp.where(speed < _CRAWLING, 1.0, 0.0),
-    ]
+    )
+    crawls = jnp.where(speed < _CRAWLING, 1.0, 0.0)
+    urgency = [_urgency(values, speed, neighbour) for neighbour in _NEIGHBOURS]
+    if inputs == "urgency":
+        columns = [*urgency[0], *(column for each in urgency[1:] for column in each[:2]), offset, crawls]
+        return jnp.concatenate([values[..., _URGENT], jnp.stack(columns, axis=-1), motion], axis=-1)
+    columns = [*(column for each in urgency for column in each), offset, jnp.log1p(jnp.maximum(speed, 0)), crawls]
     derived = [values, jnp.stack(columns, axis=-1)]
     return jnp.concatenate([*derived, motion] if inputs == "motion" else derived, axis=-1)
 
