@@ -37,9 +37,10 @@ class CertificateSettings(Settings):
     smallest that their number can; post-bloating and svm compute their own and ignore it"""
     confidence: float = Field(default=0.99, gt=0, lt=1)
     """probability with which the bound on the miss rate holds (paper, Table 1)"""
-    unit: Unit = "vehicle"
-    """what the bound stored with the predictor is about: whole vehicles; windows as in the paper, which takes those of
-    one vehicle for independent; the share of a vehicle's windows; or vehicles of a new group of scenes"""
+    unit: Unit = "share"
+    """what the bound stored with the predictor is about: the share of a vehicle's windows (chosen by what it gives in
+    closed loop: docs/closed-loop.md); whole vehicles, missed in any of their windows; windows as in the paper, which
+    takes those of one vehicle for independent; or vehicles of a new group of scenes"""
     tube: Tubes = "cover"
     """radius around every base within which a vehicle has to stay: that of the cover, or one of its own, calibrated
     with the threshold of the base and never above it"""
