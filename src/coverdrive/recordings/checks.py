@@ -91,7 +91,10 @@ class Rows:
     @cached_property
     def moved(self) -> Float[np.ndarray, "2 steps"]:
         """[m] way along and across the road from each row to the next, 0 at the end of a track."""
-        return np.stack([np.diff(self.of("lon")), np.diff(self.of("lat"))]) * self.goes_on
+        lon, lat = self.of("lon"), self.of("lat")
+        stretch = self.road.stretch(lon, lat)
+        along = np.diff(lon) * (stretch[1:] + stretch[:-1]) / 2
+        return np.stack([along, np.diff(lat)]) * self.goes_on
 
     @cached_property
     def way(self) -> Float[np.ndarray, " steps"]:
@@ -266,9 +269,13 @@ def _place(rows: Rows) -> Iterator[str]:
             f"{rows.at(rows.starts[track])} drives {-rows.by_track(rows.moved[0])[track]:.0f} m against the direction "
             "of the road; expected one carriageway along growing lon: leave the vehicle out, or turn lon and lat round"
         )
-    edges = np.asarray(rows.road.edges)
+    edges = rows.road.edges_at(rows.of("lon"))
     limits = {
-        "lat": (edges[0] - BESIDE, edges[-1] + BESIDE, "lat is 0 at the right edge and grows to the left"),
+        "lat": (
+            edges[:, 0].min() - BESIDE,
+            edges[:, -1].max() + BESIDE,
+            "lat is 0 at the right edge and grows to the left",
+        ),
         "lon": (-BEYOND, float(rows.road.length) + BEYOND, "give the road its length, or shift lon"),
     }
     for name, (least, most, hint) in limits.items():
