@@ -6,6 +6,7 @@ The road comes from the bounds of the lanelets (`coverdrive.recordings.lanelets`
 import logging
 import warnings
 from collections import Counter
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,9 @@ from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.recordings.tracks import Reading, check_time_step, make_reading, name_of
 from coverdrive.road import Road
 
+LEFT = "AUS BGD CYP GBR HKG IDN IND IRL JPN KEN LKA MLT MYS NZL PAK SGP THA UGA ZAF ZMB ZWE"
+"""Countries (ISO 3166) in which one drives on the left"""
+
 MOST_CARRIAGEWAYS = 4
 """of a map that are looked at"""
 
@@ -38,6 +42,8 @@ def read_commonroad(file: Path, settings: SmoothingSettings | None = None) -> Re
     _check_lanelets(file, scenario.lanelet_network)
     rows = _rows(file, scenario.dynamic_obstacles)
     road, raw = _busiest(file, scenario.lanelet_network.lanelets, rows)
+    side = "left" if scenario.scenario_id.country_id in LEFT else "right"
+    road = replace(road, side=side, speed_limit=_speed_limit(scenario.lanelet_network))
     repairs: Counter[str] = Counter()
     return make_reading(file, name_of(file), tidy(raw, dt, repairs), dt, road, settings or SmoothingSettings(), repairs)
 
@@ -112,6 +118,17 @@ def _busiest(file: Path, lanelets: list[Any], rows: Float[np.ndarray, "R 7"]) ->
         if not found:
             raise RecordingError(file, str(error)) from None
     return max(found, key=lambda each: each[0])[1:]
+
+
+def _speed_limit(network: Any) -> float | None:
+    """[m/s] that holds on most of the lanelets that have a limit."""
+    limits = Counter[float]()
+    for part in network.lanelets:
+        for sign in map(network.find_traffic_sign_by_id, part.traffic_signs):
+            for element in sign.traffic_sign_elements:
+                if element.traffic_sign_element_id.name == "MAX_SPEED" and element.additional_values:
+                    limits[float(element.additional_values[0])] += float(part.distance[-1])
+    return limits.most_common(1)[0][0] if limits else None
 
 
 def _in_road_frame(rows: Float[np.ndarray, "R 7"], road: Road) -> RawTracks:

@@ -130,10 +130,10 @@ class Recording:
             table = table.with_columns(**{kind + name: pl.Series(values) for name, values in moved.items()})
         # a vehicle that was beside the road goes on under another number
         gap = pl.col("time").diff().over("vehicle", "group") > 1.5 * self.dt
-        part = gap.fill_null(False).cast(pl.Int64).cum_sum()
-        again = part - part.first().over("vehicle")
-        number = pl.when(again > 0).then(pl.col("vehicle").max() + part).otherwise(pl.col("vehicle"))
-        table = table.with_columns(vehicle=number).sort("vehicle", "time")
+        table = table.with_columns(part=gap.fill_null(False).cast(pl.Int64).cum_sum())
+        again = pl.col("part") > pl.col("part").first().over("vehicle")
+        number = pl.when(again).then(pl.col("vehicle").max() + pl.col("part")).otherwise("vehicle")
+        table = table.with_columns(vehicle=number).drop("part").sort("vehicle", "time")
         return replace(self, table=table, road=replace(road, edges=road.edges - right))
 
     def frames(self) -> Frames:
