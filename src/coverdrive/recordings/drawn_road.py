@@ -57,11 +57,10 @@ def drawn_road(lanes: Sequence[DrawnLane]) -> Road:
     right = _outwards(-inner[0], [-bound[::-1] for bound in bounds])
     edges = np.stack([*(-edge for edge in reversed(right)), *left], axis=-1)
     usual = _usual(edges)
-    shift = float(usual[len(right)] - np.median(left[0]))
-    road = Road(edges=usual, length=line.length, line=replace(line, lat=shift))
-    if np.abs(edges + shift - usual).max() <= EVEN:
+    road = Road(edges=usual - usual[0], length=line.length, line=replace(line, lat=float(-usual[0])))
+    if np.abs(edges - usual).max() <= EVEN:
         return road
-    return replace(road, changing=LaneEdges(stations, edges + shift))
+    return replace(road, changing=LaneEdges(stations, edges - usual[0]))
 
 
 def _offsets(line: ReferenceLine, bound: Float[np.ndarray, "P 2"], stations: Float[np.ndarray, " S"]) -> np.ndarray:
@@ -109,7 +108,12 @@ def _outwards(inner: Float[np.ndarray, " S"], bounds: Sequence[Float[np.ndarray,
 
 
 def _usual(edges: Float[np.ndarray, "S E"]) -> Float[np.ndarray, " E"]:
-    """Edges [m] of lanes as wide as they mostly are where they are there, from the usual right edge of the first."""
-    widths = np.diff(edges, axis=-1)
-    usual = [np.median(width[width >= NARROWEST]) for width in widths.T]
-    return np.concatenate([[0.0], np.cumsum(usual)])
+    """Median of every edge [m] where the lanes on both of its sides are there, no lane narrower than `NARROWEST`."""
+    there = np.diff(edges, axis=-1) >= NARROWEST
+    right = np.concatenate([there[:, :1], there], axis=-1)
+    left = np.concatenate([there, there[:, -1:]], axis=-1)
+    usual = list[float]()
+    for edge, both, either in zip(edges.T, (right & left).T, (right | left).T, strict=True):
+        median = float(np.median(edge[both if both.any() else either]))
+        usual.append(max(median, usual[-1] + NARROWEST) if usual else median)
+    return np.array(usual)
