@@ -54,16 +54,13 @@ def test_empty_road_reaches_the_reference_speed_in_its_lane(straight_paths) -> N
     assert max(plan.slack.max() for plan in plans) == 0
 
 
-def test_a_bend_is_refused(straight_paths) -> None:
+def test_a_bend_is_refused_and_a_slight_one_makes_no_difference(straight_paths) -> None:
     line = ReferenceLine(np.zeros(2), 0.0, np.full(1001, 1 / 1000), 1000.0)
-    paths, planner = straight_paths(), MpcPlanner()
+    state, paths = np.array([0, 5.4, 20, 0.0]), straight_paths()
     with pytest.raises(DataError, match="the road bends by 57°"):
-        planner.plan(np.array([0, 5.4, 20, 0.0]), paths, dataclasses.replace(ROAD, line=line))
-    slight = dataclasses.replace(line, curvature=line.curvature / 10)
-    states = [
-        planner.plan(np.array([0, 5.4, 20, 0.0]), paths, road).states
-        for road in (ROAD, dataclasses.replace(ROAD, line=slight))
-    ]
+        MpcPlanner().plan(state, paths, dataclasses.replace(ROAD, line=line))
+    slight = dataclasses.replace(ROAD, line=dataclasses.replace(line, curvature=line.curvature / 10))
+    states = [MpcPlanner().plan(state, paths, road).states for road in (ROAD, slight)]
     assert np.array_equal(*states)
 
 

@@ -17,8 +17,8 @@ def piece(number: int, start: float, end: float, left: float, left_end: float | 
     bounds = {"left_vertices": np.stack([x, y], -1), "right_vertices": np.stack([x, y - 3.5], -1)}
     none = {"adj_left": None, "adj_right": None, "adj_left_same_direction": None, "adj_right_same_direction": None}
     return SimpleNamespace(
-        lanelet_id=number, distance=np.array([0.0, abs(end - start)]), predecessor=[], successor=[],
-        **(bounds | none | links),
+        lanelet_id=number, distance=np.array([0.0, abs(end - start)]),
+        **({"predecessor": [], "successor": []} | bounds | none | links),
     )  # fmt: skip
 
 
@@ -47,7 +47,7 @@ def test_the_leftmost_lane_leads():
 
 
 def test_a_longer_ramp_does_not():
-    ramp = [piece(31, -200, 0, 20, 3.5), piece(32, 0, 100, 3.5, 0.0, successor=[2])]
+    ramp = [piece(31, -60, 0, 10, 3.5), piece(32, 0, 100, 3.5, 0.0, successor=[2])]
     ramp[0].successor = [32]
     guide, *_ = next(carriageways([*ramp, *TWO_LANES]))
     assert ends(guide) == [[0, 0], [250, 0]]
@@ -60,7 +60,7 @@ def test_links_to_what_lies_elsewhere_are_no_links():
         piece(3, 500, 900, 50.0),
     ]
     assert ends(next(carriageways(wrong))[0]) == [[500, 50], [900, 50]]
-    assert ends(next(carriageways(wrong[:2] + [piece(3, 500, 600, 50.0)]))[0]) == [[0, 0], [200, 0]]
+    assert ends(next(carriageways([*wrong[:2], piece(3, 500, 600, 50.0)]))[0]) == [[0, 0], [200, 0]]
 
 
 def test_where_the_left_lane_ends_the_road_goes_straight_on():
