@@ -7,16 +7,16 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from coverdrive.cli.bars import stages, waiting
-from coverdrive.cli.options import Location, console
+from coverdrive.cli.options import AS_USUAL, Files, console, experiment_of
 from coverdrive.errors import DataError
 from coverdrive.progress import stage
 
 
 def inspect(
     *recording: Annotated[Path, Parameter(help="Files or folders of recordings, as in `scenarios/`.")],
-    location: Location = None,
+    files: Files = AS_USUAL,
 ) -> dict[str, Any]:
-    """Say what is in recordings: vehicles, minutes, lanes, speeds, and what had to be repaired.
+    """Say what is in recordings: vehicles, minutes, lanes and where they are from, speeds, and what was repaired.
 
     For example:
 
@@ -26,11 +26,10 @@ def inspect(
     if not recording:
         raise DataError("there is nothing to inspect; name a file or folder, as in `coverdrive inspect us-101.csv`")
     with waiting():
-        from coverdrive.recordings.read import read
         from coverdrive.recordings.summary import summarise
         from coverdrive.reporting.terminal import recordings_table
     with stages(), stage("reading"):
-        recordings = read(recording, location=location)
+        recordings = experiment_of(**vars(files)).recordings(recording)
     summaries = summarise(recordings)
     console.print(recordings_table(summaries))
     return {"recordings": [asdict(summary) for summary in summaries]}

@@ -17,7 +17,7 @@ from jaxtyping import Float
 
 from coverdrive.errors import RecordingError
 from coverdrive.recordings.checks import LONGEST_ROAD
-from coverdrive.recordings.reference_line import ReferenceLine, bend, reference_line
+from coverdrive.recordings.reference_line import LARGEST_BEND, ReferenceLine, bend, reference_line
 from coverdrive.recordings.repair import RawTracks, tidy
 from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.recordings.tracks import Reading, check_time_step, make_reading, name_of
@@ -25,10 +25,6 @@ from coverdrive.road import Road
 
 ACCOMPANY = 0.5
 """Smallest share of the road's length that a lane must run beside it to be part of it"""
-
-LARGEST_BEND = 15.0
-"""[degrees] between any two directions of a road that still counts as straight; the recorded scenes of US-101 bend
-by at most 8°, roads of junctions by 40° and more"""
 
 FARTHEST = 1e8
 """[m] coordinates of maps are smaller"""
@@ -48,7 +44,8 @@ def read_commonroad(file: Path, settings: SmoothingSettings | None = None) -> Re
     road = Road(edges=(edges - edges[-1])[::-1].copy(), length=line.length)
     raw = _tracks(file, scenario.dynamic_obstacles, line, edges[-1])
     repairs: Counter[str] = Counter()
-    return make_reading(file, name_of(file), tidy(raw, dt, repairs), dt, road, settings or SmoothingSettings(), repairs)
+    tracks, how = tidy(raw, dt, repairs), settings or SmoothingSettings()
+    return make_reading(file, name_of(file), tracks, dt, road, how, repairs, {"lanes": "map of the file"})
 
 
 def _open(file: Path) -> Any:

@@ -19,6 +19,10 @@ SHORTEST_BEND = 80.0
 BEND_SPACING = 15.0
 """[m] between the points whose directions tell whether a road bends; shorter kinks are those of a drawn map"""
 
+LARGEST_BEND = 15.0
+"""[degrees] between any two directions of a road that still counts as straight; the recorded scenes of US-101 bend
+by at most 8°, roads of junctions by 40° and more"""
+
 
 @dataclass(frozen=True)
 class ReferenceLine:

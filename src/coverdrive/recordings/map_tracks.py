@@ -1,0 +1,163 @@
+"""Tracks in map coordinates, as most readers yield them, become recordings: one for each direction of travel.
+
+Directions, lanes and the road's line are found here, for all formats alike (`coverdrive.recordings.carriageway`,
+`coverdrive.recordings.lanes`).
+"""
+
+from collections import Counter
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+from jaxtyping import Float
+
+from coverdrive.errors import RecordingError
+from coverdrive.recordings.carriageway import Line, check_apart, line_along, split_directions
+from coverdrive.recordings.checks import LONGEST_ROAD
+from coverdrive.recordings.columns import LENGTH, WIDTH, check_whole, plausible_sizes, time_step
+from coverdrive.recordings.delimited import ROW
+from coverdrive.recordings.lanes import edges_from_centres, edges_from_lanes, edges_from_tracks
+from coverdrive.recordings.reference_line import ReferenceLine
+from coverdrive.recordings.repair import RawTracks, tidy
+from coverdrive.recordings.smoothing import SmoothingSettings
+from coverdrive.recordings.tracks import Reading, make_reading
+from coverdrive.road import Road
+
+NEEDED = ("vehicle", "time", "x", "y")
+"""Columns of a table of tracks that there have to be"""
+
+BESIDE_LINES = 3.0
+"""[m] from the median vehicle's way to the nearest known line of its carriageway, at most"""
+
+STEPS, OPPOSED = 10, -0.5
+"""Rows over which motion and stated velocity are compared, and the share of agreement below which they are opposed"""
+
+MOST_UNEVEN = 0.02
+"""Share of the rows whose time may be farther than a quarter of a step from a multiple of it"""
+
+
+@dataclass(frozen=True, eq=False)
+class MapTracks:
+    """Vehicles seen from above, in a right-handed frame (x to the east, y to the north, or both turned alike)."""
+
+    name: str
+    """of the recording"""
+    table: pl.DataFrame
+    """columns vehicle, time [s], x and y [m] of the centre; if known length and width [m], speed [m/s], or vx and vy
+    [m/s] of which it is made, lane (a number, the same along a lane), kind (index in `KINDS`), row (of the file)"""
+    markings: tuple[Line, ...] = ()
+    """lines between lanes and beside the outermost ones, if known"""
+    centres: tuple[Line, ...] = ()
+    """lines in the middle of lanes, if known"""
+    dt: float | None = None
+    """[s] between two rows of a vehicle, if known"""
+    repairs: Counter[str] = field(default_factory=Counter[str])
+    """how often each kind of repair was made so far"""
+
+
+def readings_from_map(file: Path, tracks: MapTracks, settings: SmoothingSettings) -> tuple[Reading, ...]:
+    """One recording for each direction of travel.
+
+    Raises:
+        RecordingError: the tracks cannot be traffic on one straight road, with the reason.
+    """
+    repairs = Counter(tracks.repairs)
+    table, dt = _regular(file, tracks, repairs)
+    sides = split_directions(file, table, repairs)
+    known = (*tracks.markings, *tracks.centres)
+    found = [_on_road(file, side, tracks, line_along(file, side, known)) for side in sides]
+    notes: dict[str, str] = {}
+    if len(sides) == 2:
+        notes["traffic"] = f"keeps {check_apart(file, line_along(file, sides[0], known), sides)}"
+    names = [tracks.name] if len(sides) == 1 else [f"{tracks.name} {_towards(side)}" for side in sides]
+    return tuple(
+        make_reading(file, name, tidy(raw, dt, own), dt, road, settings, own, {"lanes": lanes} | notes)
+        for name, (raw, road, lanes), own in zip(names, found, (repairs, Counter[str]()), strict=False)
+    )
+
+
+def _regular(file: Path, tracks: MapTracks, repairs: Counter[str]) -> tuple[pl.DataFrame, float]:
+    """The table with every column that is optional, sorted, its times as ``moment`` in units of the time step [s]."""
+    table = tracks.table
+    for name in NEEDED:
+        if name not in table.columns:
+            raise RecordingError(file, f"the reader gave no column {name}; expected {', '.join(NEEDED)}")
+    usual = {"length": pl.lit(LENGTH), "width": pl.lit(WIDTH), "speed": pl.lit(np.nan), "kind": pl.lit(0, pl.Int8)}
+    if "length" not in table.columns or "width" not in table.columns:
+        repairs["assumed sizes"] += table["vehicle"].n_unique()
+    if "vx" in table.columns:
+        usual["speed"] = (pl.col("vx") ** 2 + pl.col("vy") ** 2).sqrt()
+    if ROW not in table.columns:
+        table = table.with_row_index(ROW, 1)
+    table = table.with_columns(**{name: value for name, value in usual.items() if name not in table.columns})
+    check_whole(file, table)
+    table = plausible_sizes(file, table.rename({"time": "clock"}), repairs)
+    dt = tracks.dt or time_step(file, table, "times are in seconds")
+    clock = table["clock"].to_numpy()
+    steps = (clock - float(clock[0] % dt)) / dt
+    moment = np.rint(steps).astype(np.int64)
+    if np.mean(np.abs(steps - moment) > 0.25) > MOST_UNEVEN:
+        problem = f"the times of the rows are not multiples of {dt:g} s apart; expected one frame rate for all vehicles"
+        raise RecordingError(file, f"{problem}: resample the tracks")
+    table = table.with_columns(pl.col("vehicle").cast(pl.Int64), moment=moment)
+    table = table.sort("vehicle", "moment", maintain_order=True)
+    if "vx" in table.columns:
+        _check_directions(file, table)
+    return table, dt
+
+
+def _check_directions(file: Path, table: pl.DataFrame) -> None:
+    """Refuse positions that run against the velocities that the file states, as those in images do."""
+    for axis in "xy":
+        moved = table.select((pl.col(axis).shift(-STEPS) - pl.col(axis)).over("vehicle")).to_series()
+        product = (moved * table[f"v{axis}"]).drop_nulls().to_numpy()
+        if product.sum() < OPPOSED * np.abs(product).sum():
+            problem = f"positions along {axis} run against the velocities that the file states"
+            raise RecordingError(file, f"{problem}; expected one frame for both: turn the {axis} of one of them round")
+
+
+def _towards(side: pl.DataFrame) -> str:
+    """The direction of travel in words of the map."""
+    ends = side.group_by("vehicle").agg(pl.col("x", "y").last() - pl.col("x", "y").first())
+    x, y = ends.select("x", "y").sum().to_numpy()[0]
+    return ("towards +x" if x > 0 else "towards -x") if abs(x) >= abs(y) else ("towards +y" if y > 0 else "towards -y")
+
+
+def _on_road(file: Path, side: pl.DataFrame, tracks: MapTracks, line: ReferenceLine) -> tuple[RawTracks, Road, str]:
+    """The rows of one direction in the frame of their road, the road, and where its lanes are from."""
+    lon, lat = line.project(side.select("x", "y").to_numpy()).T
+    edges, lanes = _edges(file, side, lat, tracks, line)
+    length = side["length"].to_numpy()
+    start = float((lon - length / 2).min())
+    end = float((lon + length / 2).max()) - start
+    if not 0 < end <= LONGEST_ROAD:
+        problem = f"the road is {end:.6g} m long; expected up to {LONGEST_ROAD:g} m, check the unit of the positions"
+        raise RecordingError(file, problem)
+    columns = {name: side[name].to_numpy() for name in ("vehicle", "moment", "length", "width", "speed", "kind")}
+    raw = RawTracks(lon=lon - start, lat=lat - edges[0], group=np.zeros(len(side), dtype=np.int64), **columns)
+    return raw, Road(edges=edges - edges[0], length=end), lanes
+
+
+def _edges(
+    file: Path, side: pl.DataFrame, lat: Float[np.ndarray, " R"], tracks: MapTracks, line: ReferenceLine
+) -> tuple[Float[np.ndarray, " edges"], str]:
+    """Lane edges [m] to the left of the line, ascending, and what they are from."""
+    bounds = np.quantile(lat, (0.02, 0.98))
+    markings, centres = (_offsets(lines, line) for lines in (tracks.markings, tracks.centres))
+    if len(markings) > 1:
+        return markings, "markings of the file"
+    inside = centres[(centres > bounds[0] - BESIDE_LINES) & (centres < bounds[1] + BESIDE_LINES)]
+    if len(inside):
+        return edges_from_centres(inside), "centre lines of the file"
+    named = "lane" in side.columns
+    edges = edges_from_lanes(lat, side["lane"].to_numpy()) if named else edges_from_tracks(lat)
+    if edges is None:
+        problem = f"the lanes cannot be told; vehicles drive between {bounds[0]:.1f} and {bounds[1]:.1f} m beside the"
+        raise RecordingError(file, f"{problem} line of the road; expected a few lanes that most vehicles are in")
+    return edges, "lane numbers of the file" if named else "estimated from the tracks"
+
+
+def _offsets(lines: tuple[Line, ...], line: ReferenceLine) -> Float[np.ndarray, " L"]:
+    """Median distance [m] of each of some lines to the left of the road's line, ascending."""
+    return np.sort([float(np.median(line.project(each)[:, 1])) for each in lines])
