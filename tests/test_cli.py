@@ -298,7 +298,9 @@ def test_help_teaches(command: str, capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_option_has_an_example(command: str) -> None:
     for option in app[command].assemble_argument_collection():
-        assert option.children or option.hint in (bool, bool | None) or "as in `" in str(option.parameter.help), option.name
+        assert option.children or option.hint in (bool, bool | None) or "as in `" in str(option.parameter.help), (
+            option.name
+        )
 
 
 def test_help_lists_commands_in_the_order_of_a_first_visit(capsys: pytest.CaptureFixture[str]) -> None:

@@ -4,6 +4,7 @@ The truth is a table of both carriageways of a straight motorway: along [m] and 
 carriageway, in its direction of travel. `placed` puts it onto a map whose x and y are right-handed.
 """
 
+import json
 from pathlib import Path
 from typing import NamedTuple
 
@@ -28,14 +29,13 @@ class Truth(NamedTuple):
 
 
 def truth(dt: float, carriageways: int = 2, seconds: float = 12.0, seed: int = 3) -> Truth:
-    """Generated traffic; numbers of vehicles are unique in both carriageways."""
+    """Generated traffic; vehicles are numbered from 0 through both carriageways."""
     settings = GeneratedSettings(scenes=carriageways, duration=seconds, dt=dt, vehicles=(18, 24))
-    return Truth(tuple(_table(recording, dt) for recording in generate(settings, seed)), dt)
-
-
-def _table(recording: Recording, dt: float) -> pl.DataFrame:
-    inside = recording.table.filter(pl.col("lon").is_between(0, LENGTH))
-    return inside.with_columns(frame=(pl.col("time") / dt).round().cast(pl.Int64) + 1)
+    frame = (pl.col("time") / dt).round().cast(pl.Int64) + 1
+    tables = [recording.table.with_columns(frame=frame) for recording in generate(settings, seed)]
+    inside = pl.concat(tables).filter(pl.col("lon").is_between(0, LENGTH))
+    numbered = inside.with_columns(vehicle=pl.col("vehicle").rank("dense").cast(pl.Int64) - 1)
+    return Truth(tuple(numbered.partition_by("group", maintain_order=True)), dt)
 
 
 def placed(real: Truth, degrees: float = 0.0, east: float = 0.0, north: float = 0.0) -> pl.DataFrame:
@@ -100,6 +100,160 @@ def write_highd(folder: Path, real: Truth, **changes: pl.Expr) -> Path:
         f"1,{1 / real.dt:g},2,-1.00,9.2017,Tue,08:38,12.0,{upper},{lower}\n"
     )
     return folder / "01_tracks.csv"
+
+
+def write_exid(folder: Path, real: Truth, degrees: float = 60.0, **changes: pl.Expr) -> Path:
+    """``03_tracks.csv`` and its two descriptions: centres in metres, y up, headings in degrees, lists of lanelets."""
+    seen = placed(real, degrees, east=120.0, north=-80.0)
+    rows = seen.select(
+        recordingId=pl.lit(3),
+        trackId=pl.col("vehicle") + 1,
+        frame=pl.col("frame") - 1,
+        xCenter="x",
+        yCenter="y",
+        heading=pl.col("heading").degrees() % 360,
+        width="width",
+        length="length",
+        xVelocity="vx",
+        yVelocity="vy",
+        lonVelocity="speed",
+        laneWidth=pl.lit("3.6;3.6"),
+        laneletId=pl.lit("1201;1202"),
+    ).sort("trackId", "frame")
+    rows.with_columns(pl.col(pl.Float64).round(5)).with_columns(**changes).write_csv(folder / "03_tracks.csv")
+    listed = seen.group_by("vehicle").agg(
+        pl.col("length", "width", "truck").first(),
+        initialFrame=pl.col("frame").min() - 1,
+        finalFrame=pl.col("frame").max() - 1,
+        numFrames=pl.len(),
+    )
+    listed.select(
+        recordingId=pl.lit(3),
+        trackId=pl.col("vehicle") + 1,
+        initialFrame="initialFrame",
+        finalFrame="finalFrame",
+        numFrames="numFrames",
+        width="width",
+        length="length",
+        **{"class": pl.when("truck").then(pl.lit("truck")).otherwise(pl.lit("car"))},
+    ).sort("trackId").write_csv(folder / "03_tracksMeta.csv")
+    (folder / "03_recordingMeta.csv").write_text(
+        "recordingId,locationId,frameRate,speedLimit,weekday,startTime,duration,numTracks,xUtmOrigin,yUtmOrigin\n"
+        f"3,0,{1 / real.dt:g},-1,tuesday,9.0,12.0,{len(listed)},352000.0,5630000.0\n"
+    )
+    return folder / "03_tracks.csv"
+
+
+def write_interaction(folder: Path, real: Truth, degrees: float = 200.0, **changes: pl.Expr) -> Path:
+    """``vehicle_tracks_007.csv``: 10 Hz, times in milliseconds from 100, headings in rad."""
+    rows = placed(real, degrees, east=1000.0, north=1000.0).select(
+        track_id=pl.col("vehicle") + 1,
+        frame_id="frame",
+        timestamp_ms=100 * pl.col("frame"),
+        agent_type=pl.lit("car"),
+        x="x",
+        y="y",
+        vx="vx",
+        vy="vy",
+        psi_rad=(pl.col("heading") + np.pi) % (2 * np.pi) - np.pi,
+        length="length",
+        width="width",
+    )
+    path = folder / "vehicle_tracks_007.csv"
+    rows.sort("track_id", "frame_id").with_columns(pl.col(pl.Float64).round(3)).with_columns(**changes).write_csv(path)
+    return path
+
+
+def write_mona(folder: Path, real: Truth, suffix: str = "csv", **changes: pl.Expr) -> Path:
+    """``east_000_001/trajectories``: 25 Hz, frames, speeds without directions, coordinates from a UTM origin."""
+    rows = placed(real, degrees=75.0, east=245.0, north=-912.0).select(
+        track_id=pl.col("vehicle") + 1,
+        frame_id="frame",
+        agent_type=pl.when("truck").then(pl.lit("truck")).otherwise(pl.lit("car")),
+        x="x",
+        y="y",
+        v="speed",
+        psi_rad=(pl.col("heading") + np.pi) % (2 * np.pi) - np.pi,
+        yaw_rate=pl.lit(0.0),
+        length="length",
+        width="width",
+    )
+    (folder / "east_000_001").mkdir()
+    path = folder / "east_000_001" / f"trajectories.{suffix}"
+    changed = rows.with_columns(**changes)
+    changed.write_csv(path) if suffix == "csv" else changed.write_parquet(path)
+    return path
+
+
+def write_tgsim(folder: Path, runs: list[Truth], hyphens: bool = False, tall: bool = False, **changes: pl.Expr) -> Path:
+    """``TGSIM.csv``: 10 Hz, y downward from an image's upper left corner, numbers of vehicles repeat between runs.
+
+    Either spelling of the columns; the road runs along x, or along y as on I-395. Each run goes one way.
+    """
+    parts: list[pl.DataFrame] = []
+    for number, real in enumerate(runs, 1):
+        seen = placed(Truth(real.tables[:1], real.dt), degrees=-90.0 if tall else 0.0, east=40.0, north=-30.0)
+        parts.append(
+            seen.select(
+                id=pl.col("vehicle") + 1,
+                time=pl.col("time").round(2),
+                xloc_kf="x",
+                yloc_kf=-pl.col("y"),
+                lane_kf=3 - (pl.col("lat") / 3.6).floor().clip(0, 2),
+                speed_kf="speed",
+                acceleration_kf=pl.lit(0.0),
+                length_smoothed="length",
+                width_smoothed="width",
+                type_most_common=pl.when("truck").then(7).otherwise(3),
+                run_index=pl.lit(number),
+            )
+        )
+    table = pl.concat(parts).with_columns(pl.col(pl.Float64).round(4)).with_columns(**changes)
+    if hyphens:
+        table = table.rename({"id": "ID", **{name: name.replace("_", "-") for name in table.columns if name != "id"}})
+    table.write_csv(folder / "TGSIM.csv")
+    return folder / "TGSIM.csv"
+
+
+def write_centre_lines(folder: Path, run: int) -> Path:
+    """The centre lines of the three lanes of a run of `write_tgsim`, and of a ramp beside them."""
+    along = np.arange(0.0, LENGTH, 10.0)
+    columns: dict[str, object] = {}
+    for lane, left in ((1, 9.0), (2, 5.4), (3, 1.8), (9, -3.0)):
+        columns |= {f"x_{lane}": 40.0 + along, f"y_{lane}": np.full_like(along, 30.0 - left)}
+        columns |= {f"ramp_{lane}": np.full_like(along, lane == 9)}
+    (folder / "centerline").mkdir(exist_ok=True)
+    path = folder / "centerline" / f"I-90-stationary-Run_{run}-geometry-with-ramps.csv"
+    pl.DataFrame(columns).write_csv(path)
+    return path
+
+
+def write_i24(folder: Path, real: Truth, lines: bool = False, signed: bool = True) -> Path:
+    """``i24.json``: feet, POSIX times, one object a trajectory; y is 0 at the median.
+
+    ``signed``: y is negative for eastbound traffic; otherwise it grows to the right shoulder in both directions.
+    """
+    records: list[dict[str, object]] = []
+    for (number,), rows in placed(real).sort("vehicle", "frame").partition_by("vehicle", as_dict=True).items():
+        sign = int(rows["direction"][0])
+        back = rows["x"] - sign * rows["length"] / 2
+        left = rows["y"] - (WIDTH + MEDIAN / 2)
+        records.append(
+            {
+                "_id": {"$oid": f"{number:024x}"},
+                "timestamp": (1.6e9 + rows["time"] + 1e-4 * (number % 7)).to_list(),
+                "x_position": (309_804.0625 + back / 0.3048).to_list(),
+                "y_position": ((left if signed else left.abs()) / 0.3048).to_list(),
+                "length": rows["length"][0] / 0.3048,
+                "width": rows["width"][0] / 0.3048,
+                "height": 5.0,
+                "direction": sign,
+                "coarse_vehicle_class": 4 if rows["truck"][0] else 0,
+            }
+        )
+    texts = [json.dumps(record) for record in records]
+    (folder / "i24.json").write_text("\n".join(texts) if lines else "[" + ",\n".join(texts) + "]\n")
+    return folder / "i24.json"
 
 
 def found_again(recording: Recording, real: pl.DataFrame, shift: float, first: int = 1) -> dict[str, float]:

@@ -8,8 +8,8 @@ import pytest
 from published_formats import EDGES, found_again, truth, write_highd
 
 from coverdrive.errors import RecordingError
+from coverdrive.recordings.kinds import KINDS
 from coverdrive.recordings.read import read
-from coverdrive.recordings.recording import KINDS
 
 REAL = truth(0.04)
 

@@ -5,11 +5,13 @@ markings; else the line follows the directions in which vehicles drive.
 """
 
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import polars as pl
 from jaxtyping import Float
+from scipy.interpolate import make_smoothing_spline
 
 from coverdrive.errors import RecordingError
 from coverdrive.recordings.checks import LONGEST_ROAD
@@ -26,11 +28,14 @@ CROSSING, MOST_CROSSING = 30.0, 0.1
 """[degrees] from the axis of the road, and the share of the moving vehicles that may drive so without its being a
 junction"""
 
-FEW = 0.05
+FEW = 0.1
 """Share of the moving vehicles up to which those that drive the other way are left out as strays"""
 
 STRETCH = 20.0
-"""[m] of the road whose direction is that of the vehicles on it"""
+"""[m] of the road over which the direction of every vehicle is taken"""
+
+SHORTEST_WAVE = 300.0
+"""[m] wave length below which bends that only vehicles show are smoothed out: lane changes, not motorways"""
 
 
 def split_directions(file: Path, table: pl.DataFrame, repairs: Counter[str]) -> list[pl.DataFrame]:
@@ -114,7 +119,10 @@ def line_along(file: Path, table: pl.DataFrame, known: tuple[Line, ...]) -> Refe
 
 
 def _followed(table: pl.DataFrame, travel: Float[np.ndarray, " 2"]) -> Line:
-    """Points along the road, `STRETCH` apart: the median direction of those who drive from one stretch to the next."""
+    """Points along the road, `STRETCH` apart, in the median direction of those who drive from one stretch to the next.
+
+    They drift off lanes by little, which `centred` puts right.
+    """
     along = travel / np.hypot(*travel)
     u = pl.col("x") * along[0] + pl.col("y") * along[1]
     v = pl.col("y") * along[0] - pl.col("x") * along[1]
@@ -124,16 +132,36 @@ def _followed(table: pl.DataFrame, travel: Float[np.ndarray, " 2"]) -> Line:
         .agg(pl.col("u", "v").mean())
         .sort("vehicle", "stretch")
     )
-    steps = (
-        places.with_columns(pl.col("u", "v", "stretch").diff().over("vehicle").name.suffix("_step"))
-        .filter(pl.col("stretch_step") == 1)
-        .group_by("stretch")
-        .agg(slope=(pl.col("v_step") / pl.col("u_step")).median())
-        .sort("stretch")
-    )
-    first, last = float(places["stretch"].min()), float(places["stretch"].max())  # pyright: ignore[reportArgumentType]
-    grid = np.arange(first, last + 2) * STRETCH
-    known = (steps["stretch"].to_numpy() * STRETCH, steps["slope"].to_numpy()) if len(steps) else ([0.0], [0.0])
-    offset = np.concatenate([[0.0], np.cumsum(np.interp(grid[1:], *known) * STRETCH)])
+    change = pl.col("u", "v", "stretch").diff().over("vehicle").name.suffix("_step")
+    steps = places.with_columns(change).filter(pl.col("stretch_step") == 1)
+    at = (steps["u"] - steps["u_step"] / 2).to_numpy()
+    slope = _smooth(at, (steps["v_step"] / steps["u_step"]).to_numpy())
+    grid = np.arange(places["u"].to_numpy().min(), places["u"].to_numpy().max() + STRETCH, STRETCH)
+    offset = np.concatenate([[0.0], np.cumsum(slope((grid[1:] + grid[:-1]) / 2) * STRETCH)])
     offset += places["v"].to_numpy().mean() - offset.mean()
     return np.stack([grid * along[0] - offset * along[1], grid * along[1] + offset * along[0]], axis=-1)
+
+
+def centred(line: ReferenceLine, lon: Float[np.ndarray, " R"], beside: Float[np.ndarray, " R"]) -> ReferenceLine:
+    """The line moved to the left by what most vehicles at each place ``lon`` [m] are to the left of their lanes [m]."""
+    at = np.arange(0.0, line.chord + STRETCH, STRETCH)
+    offset = line.offset(np.minimum(at, line.chord)) + _smooth(lon, beside)(at)
+    return reference_line(line.start + at[:, None] * line.along + offset[:, None] * line.left)
+
+
+def _smooth(at: Float[np.ndarray, " N"], values: Float[np.ndarray, " N"]) -> Callable[[np.ndarray], np.ndarray]:
+    """A smooth curve through the medians of values over stretches of places [m]; beyond its ends, their values."""
+    stretch = pl.Series(at / STRETCH).floor()
+    medians = (
+        pl.DataFrame({"stretch": stretch, "at": at, "value": values})
+        .group_by("stretch")
+        .agg(pl.col("at").mean(), pl.col("value").median(), rows=pl.len())
+        .sort("at")
+    )
+    place, value, rows = (medians[name].to_numpy().astype(np.float64) for name in ("at", "value", "rows"))
+    if len(medians) < 5:  # too few for a spline
+        constant = float(np.average(value, weights=rows)) if len(medians) else 0.0
+        return lambda places: np.full_like(places, constant)
+    stiffness = (SHORTEST_WAVE / (2 * np.pi)) ** 4 / STRETCH
+    curve = make_smoothing_spline(place, value, w=rows / rows.mean(), lam=stiffness)
+    return lambda places: curve(np.clip(places, place[0], place[-1]))

@@ -15,14 +15,14 @@ from coverdrive.errors import RecordingError
 from coverdrive.recordings.carriageway import Line
 from coverdrive.recordings.columns import read_table
 from coverdrive.recordings.delimited import ROW
+from coverdrive.recordings.kinds import with_kinds
 from coverdrive.recordings.map_tracks import MapTracks
-from coverdrive.recordings.recording import KINDS
 from coverdrive.recordings.registry import How
 from coverdrive.recordings.tracks import name_of
 
 HIGHD = "frame id x y width height xvelocity yvelocity"
-HIGHD_VEHICLES = "initialframe finalframe numframes"
-HIGHD_RECORDING = "framerate locationid"
+HIGHD_VEHICLES = "id initialframe finalframe numframes"
+HIGHD_RECORDING = "id framerate locationid"
 
 CARRIAGEWAYS = {1: ("upper", "upperlanemarkings"), 2: ("lower", "lowerlanemarkings")}
 """Name of each driving direction, and the column of its lane markings"""
@@ -38,9 +38,12 @@ def companion(file: Path, what: str) -> Path:
     return path
 
 
-def kinds(names: pl.Series) -> pl.Series:
-    """Classes in words, as numbers in `KINDS`."""
-    return names.replace_strict({name: number for number, name in enumerate(KINDS)}, default=0, return_dtype=pl.Int8)
+def frame_rate(description: Path, repairs: Counter[str]) -> float:
+    """Frames per second, as the description of a recording states them."""
+    rate = float(read_table(description, ("framerate",), repairs)["framerate"][0])
+    if not rate > 0:
+        raise RecordingError(description, f"expected frames per second, got {rate:g}", 2, "frameRate")
+    return rate
 
 
 def read_highd(file: Path, how: How) -> list[MapTracks]:
@@ -49,10 +52,8 @@ def read_highd(file: Path, how: How) -> list[MapTracks]:
     repairs: Counter[str] = Counter()
     rows = read_table(file, HIGHD.split(), repairs)
     listed = read_table(vehicles, ("id", "drivingdirection", "class"), repairs)
-    about = read_table(description, ("framerate",), repairs, [column for _, column in CARRIAGEWAYS.values()])
-    rate = float(about["framerate"][0])
-    if not rate > 0:
-        raise RecordingError(description, f"expected frames per second, got {rate:g}", 2, "frameRate")
+    about = read_table(description, (), repairs, [column for _, column in CARRIAGEWAYS.values()])
+    rate = frame_rate(description, repairs)
     if rows["width"].median() < rows["height"].median():  # pyright: ignore[reportOperatorIssue]
         problem = "most boxes are higher than wide; expected width along the road, that is the vehicle's length"
         raise RecordingError(file, f"{problem}: the columns width and height are swapped", None, "width")
@@ -67,11 +68,12 @@ def read_highd(file: Path, how: How) -> list[MapTracks]:
         length="width",
         width="height",
     )
-    known = listed.select(vehicle="id", direction="drivingdirection", kind=kinds(listed["class"])).unique("vehicle")
+    known = listed.select("class", vehicle="id", direction="drivingdirection").unique("vehicle")
     table = table.join(known, on="vehicle", how="left", maintain_order="left")
     for row in (~table["direction"].is_in([float(each) for each in CARRIAGEWAYS])).fill_null(True).arg_true():
         found = f"vehicle {table['vehicle'][row]:g} has no drivingDirection 1 or 2 in {vehicles.name}"
         raise RecordingError(file, f"{found}; check that both files are of one recording", table[ROW][row], "id")
+    table = with_kinds(table, repairs)
     parts: list[MapTracks] = []
     for direction, (side, column) in CARRIAGEWAYS.items():
         own = table.filter(pl.col("direction") == direction).drop("direction")

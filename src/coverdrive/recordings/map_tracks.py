@@ -13,7 +13,7 @@ import polars as pl
 from jaxtyping import Float
 
 from coverdrive.errors import RecordingError
-from coverdrive.recordings.carriageway import Line, check_apart, line_along, split_directions
+from coverdrive.recordings.carriageway import Line, centred, check_apart, line_along, split_directions
 from coverdrive.recordings.checks import LONGEST_ROAD
 from coverdrive.recordings.columns import LENGTH, WIDTH, check_whole, plausible_sizes, time_step
 from coverdrive.recordings.delimited import ROW
@@ -27,11 +27,17 @@ from coverdrive.road import Road
 NEEDED = ("vehicle", "time", "x", "y")
 """Columns of a table of tracks that there have to be"""
 
+CENTRINGS = 3
+"""How often a line that was found by the tracks is put in the middle of the lanes that it gives"""
+
 BESIDE_LINES = 3.0
 """[m] from the median vehicle's way to the nearest known line of its carriageway, at most"""
 
 STEPS, OPPOSED = 10, -0.5
 """Rows over which motion and stated velocity are compared, and the share of agreement below which they are opposed"""
+
+SHORTEST_WAY, MOST_TURNED = 1.0, 30.0
+"""[m] that a vehicle moves for its heading to be compared with its motion, and [degrees] between them in most rows"""
 
 MOST_UNEVEN = 0.02
 """Share of the rows whose time may be farther than a quarter of a step from a multiple of it"""
@@ -45,11 +51,14 @@ class MapTracks:
     """of the recording"""
     table: pl.DataFrame
     """columns vehicle, time [s], x and y [m] of the centre; if known length and width [m], speed [m/s], or vx and vy
-    [m/s] of which it is made, lane (a number, the same along a lane), kind (index in `KINDS`), row (of the file)"""
+    [m/s] of which it is made, heading [rad] counter-clockwise from x, lane (a number, the same along a lane), kind
+    (index in `KINDS`), row (of the file)"""
     markings: tuple[Line, ...] = ()
     """lines between lanes and beside the outermost ones, if known"""
     centres: tuple[Line, ...] = ()
     """lines in the middle of lanes, if known"""
+    line: Line | None = None
+    """along the road, where neither of these is known"""
     dt: float | None = None
     """[s] between two rows of a vehicle, if known"""
     repairs: Counter[str] = field(default_factory=Counter[str])
@@ -65,8 +74,8 @@ def readings_from_map(file: Path, tracks: MapTracks, settings: SmoothingSettings
     repairs = Counter(tracks.repairs)
     table, dt = _regular(file, tracks, repairs)
     sides = split_directions(file, table, repairs)
-    known = (*tracks.markings, *tracks.centres)
-    found = [_on_road(file, side, tracks, line_along(file, side, known)) for side in sides]
+    known = (*tracks.markings, *tracks.centres) or (() if tracks.line is None else (tracks.line,))
+    found = [_on_road(file, side, tracks, known) for side in sides]
     notes: dict[str, str] = {}
     if len(sides) == 2:
         notes["traffic"] = f"keeps {check_apart(file, line_along(file, sides[0], known), sides)}"
@@ -83,7 +92,7 @@ def _regular(file: Path, tracks: MapTracks, repairs: Counter[str]) -> tuple[pl.D
     for name in NEEDED:
         if name not in table.columns:
             raise RecordingError(file, f"the reader gave no column {name}; expected {', '.join(NEEDED)}")
-    usual = {"length": pl.lit(LENGTH), "width": pl.lit(WIDTH), "speed": pl.lit(np.nan), "kind": pl.lit(0, pl.Int8)}
+    usual = {"length": pl.lit(LENGTH), "width": pl.lit(WIDTH), "kind": pl.lit(0, pl.Int8)}
     if "length" not in table.columns or "width" not in table.columns:
         repairs["assumed sizes"] += table["vehicle"].n_unique()
     if "vx" in table.columns:
@@ -102,19 +111,29 @@ def _regular(file: Path, tracks: MapTracks, repairs: Counter[str]) -> tuple[pl.D
         raise RecordingError(file, f"{problem}: resample the tracks")
     table = table.with_columns(pl.col("vehicle").cast(pl.Int64), moment=moment)
     table = table.sort("vehicle", "moment", maintain_order=True)
-    if "vx" in table.columns:
-        _check_directions(file, table)
+    _check_directions(file, table)
+    if "speed" not in table.columns:
+        way = (pl.col("x").diff() ** 2 + pl.col("y").diff() ** 2).sqrt() / (pl.col("moment").diff() * dt)
+        table = table.with_columns(speed=way.fill_null(strategy="backward").over("vehicle").fill_null(0.0))
     return table, dt
 
 
 def _check_directions(file: Path, table: pl.DataFrame) -> None:
     """Refuse positions that run against the velocities that the file states, as those in images do."""
-    for axis in "xy":
-        moved = table.select((pl.col(axis).shift(-STEPS) - pl.col(axis)).over("vehicle")).to_series()
-        product = (moved * table[f"v{axis}"]).drop_nulls().to_numpy()
+    ahead = (pl.col("x", "y").shift(-STEPS) - pl.col("x", "y")).over("vehicle")
+    moved = table.with_columns(ahead.name.suffix("_moved")).drop_nulls()
+    for axis in "xy" if "vx" in table.columns else "":
+        product = (moved[f"{axis}_moved"] * moved[f"v{axis}"]).to_numpy()
         if product.sum() < OPPOSED * np.abs(product).sum():
             problem = f"positions along {axis} run against the velocities that the file states"
             raise RecordingError(file, f"{problem}; expected one frame for both: turn the {axis} of one of them round")
+    if "heading" in table.columns:
+        east, north = moved.select("x_moved", "y_moved").to_numpy().T
+        turned = np.angle(np.exp(1j * (np.arctan2(north, east) - moved["heading"].to_numpy())))
+        turned = np.degrees(np.abs(turned[np.hypot(east, north) > SHORTEST_WAY]))
+        if len(turned) and np.median(turned) > MOST_TURNED:
+            found = f"vehicles move at {np.median(turned):.0f}° to their headings in most rows"
+            raise RecordingError(file, f"{found}; expected headings counter-clockwise from x, in a frame whose y is up")
 
 
 def _towards(side: pl.DataFrame) -> str:
@@ -124,10 +143,16 @@ def _towards(side: pl.DataFrame) -> str:
     return ("towards +x" if x > 0 else "towards -x") if abs(x) >= abs(y) else ("towards +y" if y > 0 else "towards -y")
 
 
-def _on_road(file: Path, side: pl.DataFrame, tracks: MapTracks, line: ReferenceLine) -> tuple[RawTracks, Road, str]:
+def _on_road(file: Path, side: pl.DataFrame, tracks: MapTracks, known: tuple[Line, ...]) -> tuple[RawTracks, Road, str]:
     """The rows of one direction in the frame of their road, the road, and where its lanes are from."""
-    lon, lat = line.project(side.select("x", "y").to_numpy()).T
+    line, places = line_along(file, side, known), side.select("x", "y").to_numpy()
+    lon, lat = line.project(places).T
     edges, lanes = _edges(file, side, lat, tracks, line)
+    for _ in range(CENTRINGS if not known else 0):
+        centres = (edges[1:] + edges[:-1]) / 2
+        line = centred(line, lon, lat - centres[np.searchsorted(edges[1:-1], lat)])
+        lon, lat = line.project(places).T
+        edges, lanes = _edges(file, side, lat, tracks, line)
     length = side["length"].to_numpy()
     start = float((lon - length / 2).min())
     end = float((lon + length / 2).max()) - start

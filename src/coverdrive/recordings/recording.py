@@ -29,11 +29,8 @@ SEEN = pl.Schema(dict.fromkeys([f"seen_{name}" for name in MEASURES[:4]], pl.Flo
 IDENTITY = pl.Schema({"identity": pl.Int64})
 """Key of the physical vehicle: the same in all recordings that show it; without it, every recording has its own"""
 
-KINDS = ("unknown", "car", "van", "truck", "bus", "motorcycle")
-"""Classes of vehicles"""
-
 KIND = pl.Schema({"kind": pl.Int8})
-"""Number of the vehicle's class in `KINDS`; without it, unknown"""
+"""Number of the vehicle's class in `coverdrive.recordings.kinds.KINDS`; without it, unknown"""
 
 _WHOLE = pl.Schema(SCHEMA | SEEN | IDENTITY | KIND)
 

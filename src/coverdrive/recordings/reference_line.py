@@ -40,6 +40,11 @@ class ReferenceLine:
     """[m] length of the line up to each of G points that are evenly spaced along the chord"""
 
     @property
+    def left(self) -> Float[np.ndarray, " 2"]:
+        """Unit vector to the left of the chord."""
+        return np.array([-self.along[1], self.along[0]])
+
+    @property
     def length(self) -> float:
         """Length of the line [m]."""
         return float(self.arc[-1])
@@ -48,7 +53,7 @@ class ReferenceLine:
         """Road frame (lon, lat) [m] of points [m] in map coordinates, with lat = 0 on the line."""
         relative = points - self.start
         u = relative @ self.along
-        v = relative @ np.array([-self.along[1], self.along[0]])
+        v = relative @ self.left
         foot = u
         for _ in range(10):  # Newton steps towards (u − foot) + (v − f)·f' = 0; the line is nearly straight
             value, slope, bend = self._line(foot)

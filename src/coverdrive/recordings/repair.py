@@ -36,7 +36,7 @@ class RawTracks:
     group: Int[np.ndarray, " R"]
     """which rows must stay together in a split"""
     kind: Int[np.ndarray, " R"] = field(default_factory=lambda: np.zeros(0, dtype=np.int8))
-    """number in `coverdrive.recordings.recording.KINDS`; where none are given, they are unknown"""
+    """number in `coverdrive.recordings.kinds.KINDS`; where none are given, they are unknown"""
 
     def __post_init__(self) -> None:
         if not len(self.kind):
