@@ -22,7 +22,7 @@ def test_both_carriageways_are_found_again(tmp_path: Path):
         assert recording.road.edges == pytest.approx(EDGES)
         assert recording.repairs == {}
         assert recording.dt == 0.1
-        assert recording.notes["lanes"] == "markings of the file"
+        assert recording.notes["lanes"] == "markings"
         assert recording.notes["resampled"].startswith("25 Hz to 10 Hz after the Savitzky–Golay fit")
         worst = found_again(recording, real, shift=0.04)
         assert worst["lon"] < 0.1 and worst["lat"] < 0.02 and worst["speed"] < 0.4 and worst["heading"] < 0.01
@@ -48,7 +48,7 @@ def test_without_markings_lanes_are_estimated(tmp_path: Path):
     write_highd(tmp_path, REAL, orientation=pl.lit(0.0))
     (tmp_path / "01_recordingMeta.csv").write_text("id,frameRate,locationId\n1,25,2\n")
     for recording in read([tmp_path]):
-        assert recording.notes["lanes"] == "estimated from the tracks"
+        assert recording.notes["lanes"] == "estimated (tracks)"
         assert np.diff(recording.road.edges) == pytest.approx(3.6, abs=0.15)
         assert recording.road.lanes == 3
 

@@ -53,7 +53,7 @@ def test_both_directions_are_found_again(name: str, tmp_path: Path):
     for table in real.tables:
         recording = by_size[table["vehicle"].n_unique()]
         assert recording.dt == 0.1 and recording.repairs == {}
-        assert recording.notes["lanes"] == "estimated from the tracks"
+        assert recording.notes["lanes"] == "estimated (tracks)"
         assert recording.notes["traffic"] == "keeps right"
         assert recording.notes["format"] == name.split(",")[0].split(" ")[0]
         assert ("resampled" in recording.notes) == (step == 0.04)
@@ -70,10 +70,11 @@ def test_runs_are_told_apart(hyphens: bool, tall: bool, tmp_path: Path):
     write_tgsim(tmp_path, [SLOW, OTHER], hyphens, tall)
     recordings = read([tmp_path])
     assert [recording.name for recording in recordings] == ["TGSIM run 1", "TGSIM run 2"]
-    for recording, real in zip(recordings, (SLOW, OTHER), strict=True):
-        assert recording.notes["lanes"] == "lane numbers of the file" and recording.repairs == {}
+    assert [recording.table["group"].unique().to_list() for recording in recordings] == [[0], [1]]
+    for run, (recording, real) in enumerate(zip(recordings, (SLOW, OTHER), strict=True), 1):
+        assert recording.notes["lanes"] == "lane numbers" and recording.repairs == {}
         assert recording.road.lanes == 3 and np.diff(recording.road.edges) == pytest.approx(3.6, abs=0.1)
-        worst = found_again(recording, real.tables[0], shift=0.0)
+        worst = found_again(recording, real.tables[0], shift=1e5 * run)
         assert worst["lon"] < 0.12 and worst["lat"] < 0.2 and worst["speed"] < 0.45 and worst["heading"] < 0.012
     assert "truck" in kinds_of(recordings[0]) | kinds_of(recordings[1])
 
@@ -82,10 +83,10 @@ def test_centre_lines_beside_the_tracks_are_used(tmp_path: Path):
     write_tgsim(tmp_path, [SLOW, OTHER])
     for run in (1, 2):
         write_centre_lines(tmp_path, run)
-    for recording, real in zip(read([tmp_path]), (SLOW, OTHER), strict=True):
-        assert recording.notes["lanes"] == "centre lines of the file"
+    for run, (recording, real) in enumerate(zip(read([tmp_path]), (SLOW, OTHER), strict=True), 1):
+        assert recording.notes["lanes"] == "centre lines"
         assert recording.road.edges == pytest.approx(EDGES)
-        assert found_again(recording, real.tables[0], shift=0.0)["lat"] < 0.02
+        assert found_again(recording, real.tables[0], shift=1e5 * run)["lat"] < 0.02
     with pytest.raises(RecordingError, match=r"it is no recording, but belongs to one of the format TGSIM"):
         read([write_centre_lines(tmp_path, 3)])
 

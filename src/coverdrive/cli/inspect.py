@@ -9,7 +9,6 @@ from cyclopts import Parameter
 from coverdrive.cli.bars import stages, waiting
 from coverdrive.cli.options import AS_USUAL, Files, console, experiment_of
 from coverdrive.errors import DataError
-from coverdrive.progress import stage
 
 
 def inspect(
@@ -28,7 +27,7 @@ def inspect(
     with waiting():
         from coverdrive.recordings.summary import summarise
         from coverdrive.reporting.terminal import recordings_table
-    with stages(), stage("reading"):
+    with stages():
         recordings = experiment_of(**vars(files)).recordings(recording)
     summaries = summarise(recordings)
     console.print(recordings_table(summaries))

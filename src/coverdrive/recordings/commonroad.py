@@ -45,7 +45,7 @@ def read_commonroad(file: Path, settings: SmoothingSettings | None = None) -> Re
     raw = _tracks(file, scenario.dynamic_obstacles, line, edges[-1])
     repairs: Counter[str] = Counter()
     tracks, how = tidy(raw, dt, repairs), settings or SmoothingSettings()
-    return make_reading(file, name_of(file), tracks, dt, road, how, repairs, {"lanes": "map of the file"})
+    return make_reading(file, name_of(file), tracks, dt, road, how, repairs, {"lanes": "map"})
 
 
 def _open(file: Path) -> Any:

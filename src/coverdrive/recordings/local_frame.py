@@ -52,7 +52,7 @@ def recordings_from_local(
         problem = f"the road is {length:.6g} m long; expected up to {LONGEST_ROAD:g} m, check the unit of the positions"
         raise RecordingError(file, problem, None, "local_y")
     road = Road(edges=edges, length=length)
-    lanes = "lane numbers of the file" if "lane" in table.columns else "12 ft each, from the left edge of the road"
+    lanes = "lane numbers" if "lane" in table.columns else "12 ft from the left"
     names = [name_of(file) + (f" period {number + 1}" if len(periods) > 1 else "") for number in periods]
     return tuple(
         make_reading(file, name, part, dt, road, settings, own, {"lanes": lanes})

@@ -104,7 +104,8 @@ def _regular(file: Path, tracks: MapTracks, repairs: Counter[str]) -> tuple[pl.D
     table = plausible_sizes(file, table.rename({"time": "clock"}), repairs)
     dt = tracks.dt or time_step(file, table, "times are in seconds")
     clock = table["clock"].to_numpy()
-    steps = (clock - float(clock[0] % dt)) / dt
+    steps = clock / dt
+    steps -= steps[0] - np.rint(steps[0])
     moment = np.rint(steps).astype(np.int64)
     if np.mean(np.abs(steps - moment) > 0.25) > MOST_UNEVEN:
         problem = f"the times of the rows are not multiples of {dt:g} s apart; expected one frame rate for all vehicles"
@@ -171,16 +172,16 @@ def _edges(
     bounds = np.quantile(lat, (0.02, 0.98))
     markings, centres = (_offsets(lines, line) for lines in (tracks.markings, tracks.centres))
     if len(markings) > 1:
-        return markings, "markings of the file"
+        return markings, "markings"
     inside = centres[(centres > bounds[0] - BESIDE_LINES) & (centres < bounds[1] + BESIDE_LINES)]
     if len(inside):
-        return edges_from_centres(inside), "centre lines of the file"
+        return edges_from_centres(inside), "centre lines"
     named = "lane" in side.columns
     edges = edges_from_lanes(lat, side["lane"].to_numpy()) if named else edges_from_tracks(lat)
     if edges is None:
         problem = f"the lanes cannot be told; vehicles drive between {bounds[0]:.1f} and {bounds[1]:.1f} m beside the"
         raise RecordingError(file, f"{problem} line of the road; expected a few lanes that most vehicles are in")
-    return edges, "lane numbers of the file" if named else "estimated from the tracks"
+    return edges, "lane numbers" if named else "estimated (tracks)"
 
 
 def _offsets(lines: tuple[Line, ...], line: ReferenceLine) -> Float[np.ndarray, " L"]:

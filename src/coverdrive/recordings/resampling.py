@@ -63,8 +63,8 @@ def resampled(recording: Recording, dt: float, settings: SmoothingSettings) -> R
             share = past / recording.dt
             between = (1 - share) * rates[:, before] + share * rates[:, after]
             values["speed"], values["heading"] = motion(between[0], between[1], settings)
-    rate, filtered = 1 / recording.dt, f"Savitzky–Golay fit of {settings.window:g} s, order {settings.order}"
-    notes = recording.notes | {"resampled": f"{rate:g} Hz to {1 / dt:g} Hz after the {filtered}; cubic in between"}
+    fit = f"Savitzky–Golay fit of {settings.window:g} s, order {settings.order}"
+    notes = recording.notes | {"resampled": f"{1 / recording.dt:g} Hz to {1 / dt:g} Hz after the {fit}"}
     return replace(recording, table=pl.DataFrame(values, schema=table.schema), dt=dt, notes=notes)
 
 

@@ -36,6 +36,9 @@ COLUMNS = {
 KIND_OF_TYPE = {3: 1, 4: 1, 5: 5, 6: 4, 7: 3}
 """Number in `KINDS` of each type, in files without a column ``av``: cars, automated cars, motorcycles, buses, trucks"""
 
+APART = 1e5
+"""[s] by which the clocks of successive runs are set apart, so that no minute holds two of them"""
+
 OTHERS = (0.0, 1.0, 2.0)
 """The types of pedestrians, bicycles and scooters in these files"""
 
@@ -64,7 +67,7 @@ def read_tgsim(file: Path, how: How) -> list[MapTracks]:
     runs = table.partition_by("run", as_dict=True, maintain_order=True)
     tracks: list[MapTracks] = []
     for (run,), own in runs.items():
-        name = f"{name_of(file)} run {run:g}"
+        name, own = f"{name_of(file)} run {run:g}", own.with_columns(pl.col("time") + APART * run)
         tracks.append(MapTracks(name, own, centres=_centre_lines(file, int(run)), repairs=repairs))
         repairs = Counter()
     return tracks
