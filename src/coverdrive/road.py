@@ -1,18 +1,55 @@
-"""A straight road of parallel lanes, in the road frame.
+"""A road of parallel lanes, in the road frame.
 
 The road frame is right-handed: ``lon`` [m] runs along the road, ``lat`` [m] to the left, ``heading`` [rad] turns
 counter-clockwise from the road's direction. Lanes are numbered from the right edge, starting at 0.
+
+A road is straight and its lanes are even unless it has a reference line, beside which the frame bends, or lane edges
+that change along it. Map coordinates are those of the reference line; on a straight road they are those of the road.
 """
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
 
 import jax
 import numpy as np
 from jax import Array
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
-from coverdrive.errors import SettingError
+from coverdrive.errors import DataError, SettingError
+from coverdrive.reference_line import ReferenceLine
+
+LARGEST_BEND = 15.0
+"""[degrees] between any two directions of a road that still counts as straight; the recorded scenes of US-101 bend
+by at most 8°, roads of junctions by 40° and more"""
+
+NARROWEST = 2.0
+"""[m] a lane that is narrower begins or ends there: nobody drives on it"""
+
+ACCOMPANY = 0.5
+"""Share of the road's length from which on a lane that begins or ends counts as one of a straight road"""
+
+Numbers = Any
+"""NumPy arrays and numbers"""
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True, eq=False)
+class LaneEdges:
+    """Lane edges of a road whose lanes change along it, linear between P positions; E edges."""
+
+    lon: Float[np.ndarray, " P"]
+    """[m] ascending; before the first and after the last position the edges stay as they are there"""
+    lat: Float[np.ndarray, "P E"]
+    """[m] edges from right to left, none to the right of the one before; a lane is there where its edges are at least
+    `NARROWEST` apart"""
+
+    def at(self, lon: Numbers) -> Float[np.ndarray, "*n E"]:
+        """lat [m] of the edges at positions [m]."""
+        lon = np.asarray(lon, dtype=float)
+        after = np.clip(np.searchsorted(self.lon, lon, side="right"), 1, len(self.lon) - 1)
+        before = after - 1
+        share = np.clip((lon - self.lon[before]) / (self.lon[after] - self.lon[before]), 0.0, 1.0)[..., None]
+        return (1 - share) * self.lat[before] + share * self.lat[after]
 
 
 @jax.tree_util.register_dataclass
@@ -21,9 +58,18 @@ class Road:
     """Lane edges and length of a road; L lanes have E = L + 1 edges."""
 
     edges: Float[Array | np.ndarray, " E"]
-    """lat [m] of the lane edges, from the right edge of the road to the left, strictly ascending"""
+    """lat [m] of the lane edges, from the right edge of the road to the left, strictly ascending; the usual ones where
+    they change along the road"""
     length: float | Float[Array, ""]
     """[m]"""
+    line: ReferenceLine | None = None
+    """where lon is measured; None: on a straight line"""
+    changing: LaneEdges | None = None
+    """edges along the road; None: they do not change"""
+    speed_limit: float | None = None
+    """[m/s]"""
+    side: Literal["right", "left"] = field(default="right", metadata={"static": True})
+    """of the road on which vehicles drive, and slower ones of a carriageway"""
 
     @property
     def lanes(self) -> int:
@@ -40,9 +86,92 @@ class Road:
         inner = self.edges[1:-1]
         return (lat[..., None] >= inner).sum(-1)
 
+    def edges_at(self, lon: Numbers) -> Float[np.ndarray, "*n E"]:
+        """lat [m] of the lane edges at positions [m]; they coincide where there is no lane between them."""
+        if self.changing is None:
+            return np.broadcast_to(np.asarray(self.edges), (*np.shape(lon), self.edges.shape[0]))
+        return self.changing.at(lon)
+
+    def has_lane(self, lon: Numbers) -> Bool[np.ndarray, "*n L"]:
+        """Whether each lane is there at positions [m]."""
+        return np.diff(self.edges_at(lon), axis=-1) >= NARROWEST
+
+    def lane_at(self, lon: Numbers, lat: Numbers) -> Int[np.ndarray, "*n"]:
+        """Lane index at positions [m]; of those that are there, the nearest."""
+        edges, there = self.edges_at(lon), self.has_lane(lon)
+        outside = np.maximum(
+            np.maximum(edges[..., :-1] - np.asarray(lat)[..., None], 0), lat[..., None] - edges[..., 1:]
+        )
+        return np.argmin(np.where(there, outside, np.inf), axis=-1)
+
+    def curvature(self, lon: Numbers) -> Float[np.ndarray, "*n"]:
+        """[1/m] of the reference line at positions [m], positive where it turns left."""
+        return np.zeros(np.shape(lon)) if self.line is None else self.line.curvature_at(lon)
+
+    def stretch(self, lon: Numbers, lat: Numbers) -> Float[np.ndarray, "*n"]:
+        """[m] that one drives along the road for 1 m of lon, which is measured on the reference line."""
+        if self.line is None:
+            return np.ones(np.shape(lon))
+        return 1 - self.line.curvature_at(lon) * (np.asarray(lat) - self.line.lat)
+
+    def to_road(self, x: Numbers, y: Numbers) -> tuple[Numbers, Numbers]:
+        """Road frame (lon, lat) [m] of points [m] in map coordinates."""
+        return (x, y) if self.line is None else self.line.to_road(x, y)
+
+    def to_map(self, lon: Numbers, lat: Numbers) -> tuple[Numbers, Numbers]:
+        """Map coordinates (x, y) [m] of points [m] in the road frame."""
+        return (lon, lat) if self.line is None else self.line.to_map(lon, lat)
+
+    def heading_to_road(self, lon: Numbers, heading: Numbers) -> Numbers:
+        """Headings [rad] relative to the road, from −π to π, of ones in map coordinates."""
+        return heading if self.line is None else _turned(heading - self.line.heading_at(lon))
+
+    def heading_to_map(self, lon: Numbers, heading: Numbers) -> Numbers:
+        """Headings [rad] in map coordinates, from −π to π, of ones relative to the road."""
+        return heading if self.line is None else _turned(heading + self.line.heading_at(lon))
+
+    def velocity_to_road(self, lon: Numbers, lat: Numbers, vx: Numbers, vy: Numbers) -> tuple[Numbers, Numbers]:
+        """Rates (of lon, of lat) [m/s] of velocities [m/s] in map coordinates."""
+        if self.line is None:
+            return vx, vy
+        cosine, sine = np.cos(self.line.heading_at(lon)), np.sin(self.line.heading_at(lon))
+        return (vx * cosine + vy * sine) / self.stretch(lon, lat), vy * cosine - vx * sine
+
+    def velocity_to_map(self, lon: Numbers, lat: Numbers, rate: Numbers, across: Numbers) -> tuple[Numbers, Numbers]:
+        """Velocities (x, y) [m/s] in map coordinates of rates of lon and lat [m/s]."""
+        if self.line is None:
+            return rate, across
+        cosine, sine = np.cos(self.line.heading_at(lon)), np.sin(self.line.heading_at(lon))
+        along = rate * self.stretch(lon, lat)
+        return along * cosine - across * sine, along * sine + across * cosine
+
     def mirrored(self) -> "Road":
         """The same road with left and right exchanged (lat → −lat)."""
-        return Road(edges=-self.edges[::-1], length=self.length)
+        return replace(
+            self,
+            edges=-self.edges[::-1],
+            line=None if self.line is None else self.line.mirrored(),
+            changing=None if self.changing is None else LaneEdges(self.changing.lon, -self.changing.lat[:, ::-1]),
+            side="left" if self.side == "right" else "right",
+        )
+
+    def as_straight(self) -> "Road":
+        """The road as one that is straight and whose lanes do not change, which is what is driven and predicted on.
+
+        Lanes that are there for less than half of it, on one of its sides, are left out. A DataError if it bends by
+        more than `LARGEST_BEND`, or has such a lane between others.
+        """
+        if self.line is None and self.changing is None:
+            return self
+        bend = 0.0 if self.line is None else np.degrees(self.line.bend)
+        if bend > LARGEST_BEND:
+            found = f"the road bends by {bend:.0f}°; prediction and planning take roads as straight so far"
+            raise DataError(f"{found}: choose one that bends by at most {LARGEST_BEND:g}°")
+        along = np.linspace(0.0, float(self.length), 200)
+        kept = np.flatnonzero(self.has_lane(along).mean(axis=0) >= ACCOMPANY)
+        if len(kept) == 0 or np.any(np.diff(kept) > 1):
+            raise DataError("a lane in the middle of the road begins or ends; choose a road whose lanes go on")
+        return replace(self, edges=self.edges[kept[0] : kept[-1] + 2], line=None, changing=None)
 
     @staticmethod
     def straight(lanes: int = 3, width: float = 3.6, length: float = 1000.0) -> "Road":
@@ -53,3 +182,8 @@ class Road:
                 f"{width} m, {length} m"
             )
         return Road(edges=np.arange(lanes + 1) * float(width), length=length)
+
+
+def _turned(angle: Numbers) -> Numbers:
+    """The same angle [rad] between −π and π."""
+    return np.remainder(angle + np.pi, 2 * np.pi) - np.pi

@@ -185,7 +185,7 @@ def straight() -> str:
 
 
 def bent(degrees: float) -> str:
-    """One lane that turns left by an angle within 200 m, and a vehicle on it."""
+    """One lane that turns left by an angle within 200 m, and a vehicle at 20 m/s in its middle."""
     radius = 200.0 / np.radians(degrees)
 
     def arc(at: np.ndarray, left: float) -> np.ndarray:
@@ -196,4 +196,13 @@ def bent(degrees: float) -> str:
         return "".join(f"<point><x>{x:.4f}</x><y>{y:.4f}</y></point>" for x, y in arc(np.linspace(0, 200, 60), left))
 
     lane = f'<lanelet id="1"><leftBound>{bound(0.0)}</leftBound><rightBound>{bound(-3.5)}</rightBound></lanelet>'
-    return scenario(lane, driving(100, 20.0, -1.75, 20.0, 20))
+    states = list[str]()
+    for moment, at in enumerate(np.linspace(20, 180, round(160 * (1 + 1.75 / radius) / 2) + 1)):
+        tag, (x, y) = "state" if moment else "initialState", arc(at, -1.75)
+        states.append(
+            f"<{tag}><time><exact>{moment}</exact></time>"
+            f"<position><point><x>{x:.5f}</x><y>{y:.5f}</y></point></position>"
+            f"<orientation><exact>{at / radius:.4f}</exact></orientation>"
+            f"<velocity><exact>20.0</exact></velocity></{tag}>"
+        )
+    return scenario(lane, vehicle(100, states))

@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
-from recordings_fakes import driving, scenario, three_lanes
+from recordings_fakes import bent, driving, scenario, three_lanes
 
-from coverdrive.errors import RecordingError
+from coverdrive.errors import DataError, RecordingError
+from coverdrive.prediction.segments import cut_segments
 from coverdrive.recordings.commonroad import read_commonroad
 
 
@@ -39,6 +40,22 @@ def test_a_bend_becomes_a_straight_road(bend: Path):
     assert second["lat"].to_numpy() == pytest.approx(2.0, abs=0.05)
 
 
+@pytest.mark.parametrize("degrees", [30.0, 113.0, 190.0])
+def test_bends_stay_bends(tmp_path: Path, degrees: float):
+    path = tmp_path / "bent.xml"
+    path.write_text(bent(degrees))
+    recording = read_commonroad(path).recording
+    table, radius = recording.table, 200 / np.radians(degrees)
+    assert np.degrees(recording.road.line.bend) == pytest.approx(degrees, rel=0.13)
+    middle = table.filter(pl.col("lon").is_between(50, 150))
+    assert recording.road.curvature(middle["lon"].to_numpy()) == pytest.approx(1 / radius, rel=0.05)
+    assert table["speed"].to_numpy() == pytest.approx(20.0, rel=0.01)  # on the ground, outside of the line
+    assert middle["heading"].to_numpy() == pytest.approx(0.0, abs=0.01)
+    assert table["lat"].to_numpy() == pytest.approx(1.75, abs=0.3)
+    with pytest.raises(DataError, match=r"recording bent: the road bends by.*at most 15°"):
+        cut_segments([recording])
+
+
 def test_ramps_and_single_states_are_left_out_and_counted(bend: Path):
     recording = read_commonroad(bend).recording
     assert recording.repairs == {"rows off the road": 20, "dropped tracks": 1}
@@ -60,7 +77,7 @@ def test_stated_speeds_are_kept_to_find_the_same_vehicles(bend: Path):
         (scenario(three_lanes(), ""), "no recorded vehicles"),
         (scenario(three_lanes(), driving(100, 20.0, -1.75, 20.0, 5))[:-200], "row 1: not a CommonRoad.*cut or damaged"),
         (scenario(three_lanes(), "<dynamicObstacle/>"), "commonroad-io cannot read it"),
-        (scenario(three_lanes(), driving(100, 20.0, -1.75, 20.0, 1)), "no vehicle is on the road for more than 0.2 s"),
+        (scenario(three_lanes(), driving(100, 20.0, -1.75, 20.0, 2)), "interactive scenario, or one of single states"),
         (
             scenario(three_lanes(), driving(100, 20.0, -1.75, 20.0, 5)).replace(
                 "<rectangle><length>4.6</length><width>1.9</width></rectangle>", "<circle><radius>1</radius></circle>"

@@ -19,6 +19,8 @@ from coverdrive.road import Road
 
 NOISES = (0.1, 4.0)
 
+ROAD = Road.straight()
+
 
 def by_least_squares(values: np.ndarray, measured: np.ndarray, dt: float) -> np.ndarray:
     """Position and velocity at the last moment that fit all measured positions and the changes of velocity best."""
@@ -95,11 +97,11 @@ def test_a_vehicle_is_seen_from_its_third_position_on_and_gaps_add_nothing_that_
     raw = driven()
     left_out = raw.take((raw.moment != 30) & (raw.moment != 31))
     repairs: Counter[str] = Counter()
-    table = regular_table(left_out, 0.1, SmoothingSettings(), repairs)
+    table = regular_table(left_out, 0.1, SmoothingSettings(), repairs, ROAD)
     assert table.group_by("vehicle").agg(pl.col("time").min())["time"].to_list() == pytest.approx([0.2, 0.2])
     assert repairs == {"interpolated rows": 4}
     moved = replace(left_out, lon=left_out.lon + 5 * (left_out.moment > 31))
-    again = regular_table(moved, 0.1, SmoothingSettings(), Counter())
+    again = regular_table(moved, 0.1, SmoothingSettings(), Counter(), ROAD)
     early = table["time"].to_numpy() < 3.15
     assert np.array_equal(table["seen_lon"].to_numpy()[early], again["seen_lon"].to_numpy()[early])
     assert not np.array_equal(table["lon"].to_numpy()[early], again["lon"].to_numpy()[early])

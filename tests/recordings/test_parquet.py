@@ -3,13 +3,17 @@
 from dataclasses import replace
 from pathlib import Path
 
+import jax
 import numpy as np
+import polars as pl
 import pytest
 
 from coverdrive.errors import DataError, RecordingError
 from coverdrive.recordings.parquet import write_parquet
 from coverdrive.recordings.read import read
 from coverdrive.recordings.recording import Recording
+from coverdrive.reference_line import ReferenceLine
+from coverdrive.road import LaneEdges
 from coverdrive.simulation.generated import GeneratedSettings, generate
 
 SMALL = GeneratedSettings(scenes=2, duration=3.0)
@@ -34,6 +38,20 @@ def test_recordings_are_read_back_exactly(tmp_path: Path):
     for recording, expected in zip(read([path]), (first, second), strict=True):
         assert_equal(recording, expected)
     assert list(path.parent.iterdir()) == [path]
+
+
+def test_roads_that_bend_are_read_back_exactly(tmp_path: Path):
+    recording = generate(SMALL)[0]
+    edges = np.asarray(recording.road.edges, dtype=float)
+    line = ReferenceLine(np.array([1.1, -2.2]), 0.3, np.linspace(0, 1 / 300, 1001), 1000.0, lat=4.4)
+    changing = LaneEdges(np.array([0.0, 333.3, 500.0]), np.stack([edges, edges + [0.1, 0, 0, 0][: len(edges)], edges]))
+    road = replace(recording.road, line=line, changing=changing, speed_limit=100 / 3.6, side="left")
+    curved = replace(recording, table=recording.table.filter(pl.col("lon") < 990), road=road)
+    write_parquet([curved], tmp_path / "own.parquet")
+    found = read([tmp_path / "own.parquet"])[0]
+    assert_equal(found, curved)
+    assert (found.road.speed_limit, found.road.side) == (100 / 3.6, "left")
+    assert all(map(np.array_equal, jax.tree.leaves(found.road), jax.tree.leaves(road)))
 
 
 def test_files_are_replaced_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

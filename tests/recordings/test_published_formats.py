@@ -169,11 +169,13 @@ def test_junctions_are_refused(tmp_path: Path):
         read([path])
 
 
-def test_roads_that_bend_are_refused(tmp_path: Path):
-    radius = 1000.0
-    turn = pl.col("x") / radius
-    path = write_interaction(tmp_path, truth(0.1, carriageways=1), degrees=0.0)
+@pytest.mark.parametrize("radius", [1000.0, 600.0, -800.0])
+def test_roads_that_bend_are_followed(radius: float, tmp_path: Path):
+    """By 31° to 52°, to the left and to the right."""
+    real = truth(0.1, carriageways=1)
+    path = write_interaction(tmp_path, real, degrees=0.0)
     table = pl.read_csv(path).with_columns(x=pl.col("x") - 1000, y=pl.col("y") - 1000)
+    turn = pl.col("x") / radius
     bent = table.with_columns(
         x=(radius - pl.col("y")) * turn.sin(),
         y=radius - (radius - pl.col("y")) * turn.cos(),
@@ -181,9 +183,27 @@ def test_roads_that_bend_are_refused(tmp_path: Path):
         vy=pl.col("vx") * turn.sin() + pl.col("vy") * turn.cos(),
         psi_rad=pl.col("psi_rad") + turn,
     )
-    bent.write_csv(path)
-    with pytest.raises(RecordingError, match=r"the road bends by \d\d°"):
-        read([path])
+    scales = table.select(scale=1 - pl.col("y") / radius)["scale"]
+    bent.with_columns(vx=pl.col("vx") * scales, vy=pl.col("vy") * scales).write_csv(path)
+    (recording,) = read([path])
+    assert recording.repairs == {} and recording.road.lanes == 3
+    curvature = recording.road.curvature(np.linspace(50, float(recording.road.length) - 50, 20))
+    assert curvature == pytest.approx(1 / radius, rel=0.2)
+    assert found_again(recording, real.tables[0], 0.1)["lat"] < 0.1
+
+
+def test_junctions_of_few_are_left_out(tmp_path: Path):
+    """One vehicle crosses the road."""
+    path = write_interaction(tmp_path, SLOW, degrees=0.0)
+    crossing = pl.col("track_id") == 4
+    table = pl.read_csv(path).with_columns(
+        x=pl.when(crossing).then(pl.col("y")).otherwise(pl.col("x")),
+        y=pl.when(crossing).then(pl.col("x")).otherwise(pl.col("y")),
+        vx=pl.when(crossing).then(pl.col("vy")).otherwise(pl.col("vx")),
+        vy=pl.when(crossing).then(pl.col("vx")).otherwise(pl.col("vy")),
+    )
+    table.with_columns(psi_rad=pl.arctan2("vy", "vx")).write_csv(path)
+    assert [recording.repairs for recording in read([path])] == [{"crossing vehicles": 1}, {}]
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,8 @@ from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.recordings.tracks import regular_table
 from coverdrive.road import Road
 
+ROAD = Road.straight()
+
 
 def raw_of(rows: list[tuple[int, int]]) -> RawTracks:
     """Vehicles at 1 m per moment, each on its own lateral position."""
@@ -26,7 +28,7 @@ def raw_of(rows: list[tuple[int, int]]) -> RawTracks:
 @given(st.lists(st.tuples(st.integers(0, 3), st.integers(0, 60)), min_size=1, max_size=80))
 def test_tracks_have_no_gaps_and_every_measured_row(rows: list[tuple[int, int]]):
     repairs: Counter[str] = Counter()
-    table = regular_table(raw_of(rows), 0.1, SmoothingSettings(), repairs)
+    table = regular_table(raw_of(rows), 0.1, SmoothingSettings(), repairs, ROAD)
     moment = np.rint(table["time"].to_numpy() * 10).astype(int)
     vehicle = table["vehicle"].to_numpy()
     same = np.diff(vehicle) == 0
@@ -44,8 +46,8 @@ def test_tracks_have_no_gaps_and_every_measured_row(rows: list[tuple[int, int]])
 @given(st.permutations([(vehicle, moment) for vehicle in (1, 2) for moment in (0, 1, 2, 3, 5, 30, 31)]))
 def test_the_order_of_rows_changes_nothing(rows: list[tuple[int, int]]):
     repairs: Counter[str] = Counter()
-    expected = regular_table(raw_of(sorted(rows)), 0.1, SmoothingSettings(), Counter())
-    assert regular_table(raw_of(rows), 0.1, SmoothingSettings(), repairs).equals(expected)
+    expected = regular_table(raw_of(sorted(rows)), 0.1, SmoothingSettings(), Counter(), ROAD)
+    assert regular_table(raw_of(rows), 0.1, SmoothingSettings(), repairs, ROAD).equals(expected)
     assert (repairs["split tracks"], repairs["interpolated rows"]) == (2, 2)
 
 
@@ -53,7 +55,7 @@ def test_the_first_of_conflicting_rows_is_kept():
     raw = raw_of([(1, 0), (1, 1), (1, 2), (1, 2), (1, 3)])
     raw.lon[3] = 50.0
     repairs: Counter[str] = Counter()
-    table = regular_table(raw, 0.1, SmoothingSettings(), repairs)
+    table = regular_table(raw, 0.1, SmoothingSettings(), repairs, ROAD)
     assert table["lon"].to_list() == pytest.approx([2, 3])
     assert repairs == {"duplicated rows": 1, "conflicting rows": 1}
 
@@ -61,7 +63,7 @@ def test_the_first_of_conflicting_rows_is_kept():
 def test_interpolation_lies_between_the_neighbours():
     raw = raw_of([(1, 0), (1, 1), (1, 5), (1, 6)])
     raw.lat[2:] = 3.0
-    table = regular_table(raw, 0.1, SmoothingSettings(window=0.1, order=1), Counter())
+    table = regular_table(raw, 0.1, SmoothingSettings(window=0.1, order=1), Counter(), ROAD)
     assert len(table) == 5
     assert table["lat"][1] == pytest.approx(2.0)  # half-way from 1 m to 3 m
 
@@ -75,7 +77,7 @@ def test_rows_beside_the_road_are_dropped_and_counted():
 
 
 def test_nothing_is_left_of_single_rows():
-    table = regular_table(raw_of([(1, 0), (2, 5)]), 0.1, SmoothingSettings(), repairs := Counter())
+    table = regular_table(raw_of([(1, 0), (2, 5)]), 0.1, SmoothingSettings(), repairs := Counter(), ROAD)
     assert table.is_empty()
     assert table["vehicle"].dtype == pl.Int64
     assert repairs["dropped tracks"] == 2

@@ -50,6 +50,9 @@ within 1.5 m"""
 LEAST_JUMP, JUMP = 3.0, 0.3
 """[m] and share of its way by which a step may differ from the speeds at its ends; US-101: 1.2 m in 0.1 s"""
 
+ACROSS, MOVING = np.pi / 3, 5.0
+"""[rad] to the road and [m/s]: who drives so does not follow it, but crosses it"""
+
 BACKWARDS = 5.0
 """[m] that a track may go back: noise of vehicles that stand still"""
 
@@ -91,7 +94,10 @@ class Rows:
     @cached_property
     def moved(self) -> Float[np.ndarray, "2 steps"]:
         """[m] way along and across the road from each row to the next, 0 at the end of a track."""
-        return np.stack([np.diff(self.of("lon")), np.diff(self.of("lat"))]) * self.goes_on
+        lon, lat = self.of("lon"), self.of("lat")
+        stretch = self.road.stretch(lon, lat)
+        along = np.diff(lon) * (stretch[1:] + stretch[:-1]) / 2
+        return np.stack([along, np.diff(lat)]) * self.goes_on
 
     @cached_property
     def way(self) -> Float[np.ndarray, " steps"]:
@@ -125,6 +131,11 @@ class Rows:
         """Tracks against the direction of the road."""
         return self.by_track(self.moved[0]) < -BACKWARDS
 
+    @cached_property
+    def across(self) -> Bool[np.ndarray, " R"]:
+        """Rows of vehicles that cross the road, or drive against its direction."""
+        return (np.abs(self.of("heading")) > ACROSS) & (self.of("speed") > MOVING)
+
 
 def check(table: pl.DataFrame, dt: float, road: Road) -> None:
     """Refuse a table that cannot be traffic on this road: a `DataError` names the first row that is wrong."""
@@ -134,11 +145,11 @@ def check(table: pl.DataFrame, dt: float, road: Road) -> None:
 
 
 def implausible_vehicles(table: pl.DataFrame, dt: float, road: Road) -> Int[np.ndarray, " vehicles"]:
-    """Numbers of the vehicles that jump, drift, speed or drive backwards as no vehicle does."""
+    """Numbers of the vehicles that jump, drift, speed, cross the road or drive backwards as none on it does."""
     rows = Rows(table, dt, road)
     vehicle, tracks = rows.of("vehicle"), rows.backwards | rows.off_course(rows.of("heading"))
-    fast = rows.of("speed") > FASTEST
-    return np.unique(np.concatenate([vehicle[rows.starts[tracks]], vehicle[:-1][rows.jumps], vehicle[fast]]))
+    wrong = (rows.of("speed") > FASTEST) | rows.across
+    return np.unique(np.concatenate([vehicle[rows.starts[tracks]], vehicle[:-1][rows.jumps], vehicle[wrong]]))
 
 
 def _road(rows: Rows) -> Iterator[str]:
@@ -266,9 +277,18 @@ def _place(rows: Rows) -> Iterator[str]:
             f"{rows.at(rows.starts[track])} drives {-rows.by_track(rows.moved[0])[track]:.0f} m against the direction "
             "of the road; expected one carriageway along growing lon: leave the vehicle out, or turn lon and lat round"
         )
-    edges = np.asarray(rows.road.edges)
+    for row in np.flatnonzero(rows.across):
+        yield (
+            f"{rows.at(row)} drives across the road, with the heading {rows.of('heading')[row]:.2f} rad; expected "
+            "vehicles that follow it: choose a road without crossings"
+        )
+    edges = rows.road.edges_at(rows.of("lon"))
     limits = {
-        "lat": (edges[0] - BESIDE, edges[-1] + BESIDE, "lat is 0 at the right edge and grows to the left"),
+        "lat": (
+            edges[:, 0].min() - BESIDE,
+            edges[:, -1].max() + BESIDE,
+            "lat is 0 at the right edge and grows to the left",
+        ),
         "lon": (-BEYOND, float(rows.road.length) + BEYOND, "give the road its length, or shift lon"),
     }
     for name, (least, most, hint) in limits.items():

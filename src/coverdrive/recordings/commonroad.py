@@ -1,13 +1,13 @@
-"""CommonRoad scenarios (XML, 2018b and 2020a): recorded vehicles on lanelets, taken as one straight road.
+"""CommonRoad scenarios (XML, 2018b and 2020a): recorded vehicles on the main carriageway of a lanelet network.
 
-The left boundary of the leftmost lane, smoothed, becomes the direction of the road; the lanes beside it keep the
-median of their lateral offsets. Ramps that accompany the road for less than half of it are not part of it. Roads that
-bend are refused.
+The road comes from the bounds of the lanelets (`coverdrive.recordings.lanelets`, `coverdrive.recordings.drawn_road`).
 """
 
 import logging
 import warnings
 from collections import Counter
+from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 from typing import Any
 from xml.parsers import expat
@@ -15,16 +15,20 @@ from xml.parsers import expat
 import numpy as np
 from jaxtyping import Float
 
-from coverdrive.errors import RecordingError
+from coverdrive.errors import DataError, RecordingError
 from coverdrive.recordings.checks import LONGEST_ROAD
-from coverdrive.recordings.reference_line import LARGEST_BEND, ReferenceLine, bend, reference_line
-from coverdrive.recordings.repair import RawTracks, tidy
+from coverdrive.recordings.drawn_road import drawn_road
+from coverdrive.recordings.lanelets import carriageways
+from coverdrive.recordings.repair import RawTracks, on_road, tidy
 from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.recordings.tracks import Reading, check_time_step, make_reading, name_of
 from coverdrive.road import Road
 
-ACCOMPANY = 0.5
-"""Smallest share of the road's length that a lane must run beside it to be part of it"""
+LEFT = "AUS BGD CYP GBR HKG IDN IND IRL JPN KEN LKA MLT MYS NZL PAK SGP THA UGA ZAF ZMB ZWE"
+"""Countries (ISO 3166) in which one drives on the left"""
+
+MOST_CARRIAGEWAYS = 4
+"""of a map that are looked at"""
 
 FARTHEST = 1e8
 """[m] coordinates of maps are smaller"""
@@ -35,14 +39,11 @@ def read_commonroad(file: Path, settings: SmoothingSettings | None = None) -> Re
     scenario = _open(file)
     dt = float(scenario.dt)
     check_time_step(file, dt, "the attribute timeStepSize")
-    try:
-        lanes = _lanes(file, scenario.lanelet_network)
-    except AttributeError:  # a lanelet that another one names is not there
-        raise RecordingError(file, "a lanelet refers to one that is not in the file; check the file") from None
-    line = _line(file, lanes)
-    edges = _edges(lanes, line)
-    road = Road(edges=(edges - edges[-1])[::-1].copy(), length=line.length)
-    raw = _tracks(file, scenario.dynamic_obstacles, line, edges[-1])
+    _check_lanelets(file, scenario.lanelet_network)
+    rows = _rows(file, scenario.dynamic_obstacles)
+    road, raw = _busiest(file, scenario.lanelet_network.lanelets, rows)
+    side = "left" if scenario.scenario_id.country_id in LEFT else "right"
+    road = replace(road, side=side, speed_limit=_speed_limit(scenario.lanelet_network))
     repairs: Counter[str] = Counter()
     tracks, how = tidy(raw, dt, repairs), settings or SmoothingSettings()
     return make_reading(file, name_of(file), tracks, dt, road, how, repairs, {"lanes": "map"})
@@ -90,85 +91,56 @@ def _root(file: Path) -> str:
     return names[0]
 
 
-def _lanes(file: Path, network: Any) -> list[list[Any]]:
-    """The lanes of the main carriageway from left to right, each a chain of lanelets in the order of travel."""
+def _check_lanelets(file: Path, network: Any) -> None:
     if not network.lanelets:
         raise RecordingError(file, "the scenario has no lanes; choose another file")
     for part in network.lanelets:
         if not all(np.all(np.abs(bound) < FARTHEST) for bound in (part.left_vertices, part.right_vertices)):
             problem = f"lanelet {part.lanelet_id} has a point that is not finite or beyond {FARTHEST:g} m"
             raise RecordingError(file, f"{problem}; check the coordinates")
-    beside = [part for part in network.lanelets if part.adj_left is not None or part.adj_right is not None]
-    part = max(beside or network.lanelets, key=lambda part: _length([part]))
-    seen = {part.lanelet_id}
-    while left := _beside(network, [part], "left"):
-        part = left[0]
-        _refuse_circle(file, part, seen)
-    lanes = [_chain(network, _chain(network, part, "predecessor")[-1], "successor")]
-    seen = {part.lanelet_id for part in lanes[0]}
-    while right := _beside(network, lanes[-1], "right"):
-        if _length(right) < ACCOMPANY * _length(lanes[0]):
-            break
-        for part in right:
-            _refuse_circle(file, part, seen)
-        lanes.append(right)
-    return lanes
 
 
-def _refuse_circle(file: Path, lanelet: Any, seen: set[int]) -> None:
-    if lanelet.lanelet_id in seen:
-        raise RecordingError(file, f"lanelet {lanelet.lanelet_id} lies beside itself; check the adjacent lanelets")
-    seen.add(lanelet.lanelet_id)
+def _busiest(file: Path, lanelets: list[Any], rows: Float[np.ndarray, "R 7"]) -> tuple[Road, RawTracks]:
+    """The first carriageway that most vehicles drive on, or else the one that the most do, and where they are."""
+    found: list[tuple[float, Road, RawTracks]] = []
+    try:
+        for lanes in islice(carriageways(lanelets), MOST_CARRIAGEWAYS):
+            length = float(np.sum(np.hypot(*np.diff(lanes[0].left, axis=0).T)))
+            if not 1.0 <= length <= LONGEST_ROAD:
+                raise DataError(f"the road is not between 1 m and {LONGEST_ROAD:g} m long; check the coordinates")
+            road = drawn_road(lanes)
+            raw = _in_road_frame(rows, road)
+            found.append((float(on_road(raw, road).mean()), road, raw))
+            if found[-1][0] > 0.5:
+                break
+    except KeyError as error:
+        raise RecordingError(file, f"a lanelet refers to {error}, which is not in the file; check the file") from None
+    except DataError as error:
+        if not found:
+            raise RecordingError(file, str(error)) from None
+    return max(found, key=lambda each: each[0])[1:]
 
 
-def _line(file: Path, lanes: list[list[Any]]) -> ReferenceLine:
-    """The left boundary of the leftmost lane, which must be straight."""
-    left = np.concatenate([part.left_vertices for part in lanes[0]])
-    if not 1.0 <= np.sum(np.hypot(*np.diff(left, axis=0).T)) <= LONGEST_ROAD:
-        raise RecordingError(file, f"the road is not between 1 m and {LONGEST_ROAD:g} m long; check the coordinates")
-    turned = np.degrees(bend(left))
-    if turned > LARGEST_BEND:
-        found = f"the road bends by {turned:.0f}°; only roads that bend by at most {LARGEST_BEND:g}° can be read so far"
-        raise RecordingError(file, f"{found}: choose a straight one, or cut the scenario")
-    return reference_line(left)
+def _speed_limit(network: Any) -> float | None:
+    """[m/s] that holds on most of the lanelets that have a limit."""
+    limits = Counter[float]()
+    for part in network.lanelets:
+        for sign in map(network.find_traffic_sign_by_id, part.traffic_signs):
+            for element in sign.traffic_sign_elements:
+                if element.traffic_sign_element_id.name == "MAX_SPEED" and element.additional_values:
+                    limits[float(element.additional_values[0])] += float(part.distance[-1])
+    return limits.most_common(1)[0][0] if limits else None
 
 
-def _length(lane: list[Any]) -> float:
-    """Length of a lane [m]."""
-    return sum(float(part.distance[-1]) for part in lane)
+def _in_road_frame(rows: Float[np.ndarray, "R 7"], road: Road) -> RawTracks:
+    vehicle, length, width, moment, x, y, speed = rows.T.copy()
+    lon, lat = road.to_road(x, y)
+    whole = vehicle.astype(np.int64)
+    return RawTracks(whole, moment.astype(np.int64), lon, lat, length, width, speed, np.zeros_like(whole))
 
 
-def _chain(network: Any, lanelet: Any, direction: str) -> list[Any]:
-    """A lanelet and all that follow in a direction, the longest one at every fork."""
-    chain = [lanelet]
-    while numbers := getattr(chain[-1], direction):
-        longest = max(map(network.find_lanelet_by_id, numbers), key=lambda part: _length([part]))
-        if longest in chain:
-            break
-        chain.append(longest)
-    return chain
-
-
-def _beside(network: Any, lane: list[Any], side: str) -> list[Any]:
-    """The lanelets directly left or right of a lane that are driven in the same direction."""
-    numbers = [getattr(part, f"adj_{side}") for part in lane if getattr(part, f"adj_{side}_same_direction")]
-    return [network.find_lanelet_by_id(number) for number in numbers if number is not None]
-
-
-def _edges(lanes: list[list[Any]], line: ReferenceLine) -> Float[np.ndarray, " edges"]:
-    """Median lateral offsets [m] from the line of the lane boundaries, from left to right."""
-    offsets: list[float] = []
-    bounds = [[part.left_vertices for part in lanes[0]], *([part.right_vertices for part in lane] for lane in lanes)]
-    for bound in bounds:
-        lon, lat = line.project(np.concatenate(bound)).T
-        order = np.argsort(lon, kind="stable")
-        even = np.linspace(lon.min(), lon.max(), 200)
-        offsets.append(float(np.median(np.interp(even, lon[order], lat[order]))))
-    return np.array(offsets)
-
-
-def _tracks(file: Path, obstacles: list[Any], line: ReferenceLine, right: float) -> RawTracks:
-    """The recorded states of all vehicles, with lat = 0 at the offset ``right`` [m] from the line."""
+def _rows(file: Path, obstacles: list[Any]) -> Float[np.ndarray, "R 7"]:
+    """Number, length, width [m], time step, map coordinates x, y [m] and speed [m/s] of all vehicles at all times."""
     rows: list[tuple[float, ...]] = []
     for obstacle in obstacles:
         shape, name = obstacle.obstacle_shape, f"obstacle {obstacle.obstacle_id}"
@@ -189,10 +161,10 @@ def _tracks(file: Path, obstacles: list[Any], line: ReferenceLine, right: float)
     if not rows:
         raise RecordingError(file, "the scenario has no recorded vehicles; choose another file")
     table = np.array(rows, dtype=np.float64)
-    vehicle, length, width, moment, _, _, speed = table.T.copy()
-    lon, lat = line.project(table[:, 4:6]).T
-    whole = vehicle.astype(np.int64)
-    return RawTracks(whole, moment.astype(np.int64), lon, lat - right, length, width, speed, np.zeros_like(whole))
+    if np.unique(table[:, 0], return_counts=True)[1].max() < 3:
+        problem = "no vehicle is there at more than two time steps: an interactive scenario, or one of single states"
+        raise RecordingError(file, f"{problem}; choose one with recorded tracks")
+    return table
 
 
 def _is_exact(state: Any) -> bool:

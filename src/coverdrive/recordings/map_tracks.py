@@ -5,7 +5,7 @@ Directions, lanes and the road's line are found here, for all formats alike (`co
 """
 
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -14,20 +14,19 @@ from jaxtyping import Float
 
 from coverdrive.errors import RecordingError
 from coverdrive.recordings.carriageway import Line, centred, check_apart, line_along, split_directions
-from coverdrive.recordings.checks import LONGEST_ROAD
 from coverdrive.recordings.columns import LENGTH, WIDTH, check_whole, plausible_sizes, time_step
 from coverdrive.recordings.delimited import ROW
 from coverdrive.recordings.lanes import edges_from_centres, edges_from_lanes, edges_from_tracks
-from coverdrive.recordings.reference_line import ReferenceLine
 from coverdrive.recordings.repair import RawTracks, tidy
 from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.recordings.tracks import Reading, make_reading
+from coverdrive.reference_line import ReferenceLine
 from coverdrive.road import Road
 
 NEEDED = ("vehicle", "time", "x", "y")
 """Columns of a table of tracks that there have to be"""
 
-CENTRINGS = 3
+CENTRINGS = 2
 """How often a line that was found by the tracks is put in the middle of the lanes that it gives"""
 
 BESIDE_LINES = 3.0
@@ -78,7 +77,9 @@ def readings_from_map(file: Path, tracks: MapTracks, settings: SmoothingSettings
     found = [_on_road(file, side, tracks, known) for side in sides]
     notes: dict[str, str] = {}
     if len(sides) == 2:
-        notes["traffic"] = f"keeps {check_apart(file, line_along(file, sides[0], known), sides)}"
+        way = check_apart(file, found[0][1], sides[1])
+        found = [(raw, replace(road, side=way), lanes) for raw, road, lanes in found]
+        notes["traffic"] = f"keeps {way}"
     names = [tracks.name] if len(sides) == 1 else [f"{tracks.name} {_towards(side)}" for side in sides]
     return tuple(
         make_reading(file, name, tidy(raw, dt, own), dt, road, settings, own, {"lanes": lanes} | notes)
@@ -146,23 +147,18 @@ def _towards(side: pl.DataFrame) -> str:
 
 def _on_road(file: Path, side: pl.DataFrame, tracks: MapTracks, known: tuple[Line, ...]) -> tuple[RawTracks, Road, str]:
     """The rows of one direction in the frame of their road, the road, and where its lanes are from."""
-    line, places = line_along(file, side, known), side.select("x", "y").to_numpy()
-    lon, lat = line.project(places).T
+    line = line_along(file, side, known)
+    lon, lat = line.to_road(side["x"], side["y"])
     edges, lanes = _edges(file, side, lat, tracks, line)
     for _ in range(CENTRINGS if not known else 0):
         centres = (edges[1:] + edges[:-1]) / 2
         line = centred(line, lon, lat - centres[np.searchsorted(edges[1:-1], lat)])
-        lon, lat = line.project(places).T
+        lon, lat = line.to_road(side["x"], side["y"])
         edges, lanes = _edges(file, side, lat, tracks, line)
-    length = side["length"].to_numpy()
-    start = float((lon - length / 2).min())
-    end = float((lon + length / 2).max()) - start
-    if not 0 < end <= LONGEST_ROAD:
-        problem = f"the road is {end:.6g} m long; expected up to {LONGEST_ROAD:g} m, check the unit of the positions"
-        raise RecordingError(file, problem)
     columns = {name: side[name].to_numpy() for name in ("vehicle", "moment", "length", "width", "speed", "kind")}
-    raw = RawTracks(lon=lon - start, lat=lat - edges[0], group=np.zeros(len(side), dtype=np.int64), **columns)
-    return raw, Road(edges=edges - edges[0], length=end), lanes
+    raw = RawTracks(lon=lon, lat=lat - edges[0], group=np.zeros(len(side), dtype=np.int64), **columns)
+    line = replace(line, lat=-float(edges[0]))
+    return raw, Road(edges=edges - edges[0], length=line.length, line=line), lanes
 
 
 def _edges(
@@ -186,4 +182,4 @@ def _edges(
 
 def _offsets(lines: tuple[Line, ...], line: ReferenceLine) -> Float[np.ndarray, " L"]:
     """Median distance [m] of each of some lines to the left of the road's line, ascending."""
-    return np.sort([float(np.median(line.project(each)[:, 1])) for each in lines])
+    return np.sort([float(np.median(line.to_road(*each.T)[1])) for each in lines])

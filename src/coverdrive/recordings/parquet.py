@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, Literal
 
 import numpy as np
 import polars as pl
@@ -12,10 +12,24 @@ from coverdrive.errors import DataError, RecordingError
 from coverdrive.files import write_atomically
 from coverdrive.recordings.columns import damaged
 from coverdrive.recordings.recording import SCHEMA, Recording
-from coverdrive.road import Road
+from coverdrive.reference_line import ReferenceLine
+from coverdrive.road import LaneEdges, Road
 
 KEY = "coverdrive"
 """Where the file's metadata hold name, dt, road and repairs of every recording"""
+
+
+class _Line(BaseModel):
+    start: list[float]
+    heading: float
+    curvature: list[float]
+    length: float
+    lat: float
+
+
+class _Changing(BaseModel):
+    lon: list[float]
+    lat: list[list[float]]
 
 
 class _Head(BaseModel):
@@ -25,8 +39,51 @@ class _Head(BaseModel):
     dt: float
     edges: list[float]
     length: float
+    line: _Line | None = None
+    changing: _Changing | None = None
+    speed_limit: float | None = None
+    side: Literal["right", "left"] = "right"
     repairs: dict[str, int]
     notes: dict[str, str] = {}
+
+    @staticmethod
+    def of(recording: Recording) -> "_Head":
+        """What there is to say of a recording."""
+        road = recording.road
+        line, changing = road.line, road.changing
+        return _Head(
+            name=recording.name,
+            dt=recording.dt,
+            edges=np.asarray(road.edges, dtype=np.float64).tolist(),
+            length=float(road.length),
+            line=line
+            and _Line(
+                start=line.start.tolist(),
+                heading=line.heading,
+                curvature=line.curvature.tolist(),
+                length=line.length,
+                lat=line.lat,
+            ),
+            changing=changing and _Changing(lon=changing.lon.tolist(), lat=changing.lat.tolist()),
+            speed_limit=road.speed_limit,
+            side=road.side,
+            repairs=recording.repairs,
+            notes=recording.notes,
+        )
+
+    @property
+    def road(self) -> Road:
+        """The road, as it was."""
+        line, changing = self.line, self.changing
+        return Road(
+            edges=np.array(self.edges, dtype=np.float64),
+            length=self.length,
+            line=line
+            and ReferenceLine(np.array(line.start), line.heading, np.array(line.curvature), line.length, line.lat),
+            changing=changing and LaneEdges(np.array(changing.lon), np.array(changing.lat)),
+            speed_limit=self.speed_limit,
+            side=self.side,
+        )
 
 
 _HEADS = TypeAdapter(list[_Head])
@@ -36,17 +93,7 @@ def write_parquet(recordings: Sequence[Recording], path: Path) -> None:
     """Write one recording or more to a file, which appears or is replaced whole or not at all."""
     if not recordings:
         raise DataError("there is no recording to write; read or generate at least one")
-    heads = [
-        _Head(
-            name=recording.name,
-            dt=recording.dt,
-            edges=np.asarray(recording.road.edges, dtype=np.float64).tolist(),
-            length=float(recording.road.length),
-            repairs=recording.repairs,
-            notes=recording.notes,
-        )
-        for recording in recordings
-    ]
+    heads = [_Head.of(recording) for recording in recordings]
     rows = pl.concat(
         recording.table.with_columns(recording=pl.lit(number, dtype=pl.Int64))
         for number, recording in enumerate(recordings)
@@ -97,5 +144,4 @@ def _heads(file: Path, metadata: dict[str, str]) -> list[_Head]:
 def _recording(head: _Head, rows: pl.DataFrame, number: int) -> Recording:
     """Recording ``number`` of a file, its rows found by the column ``recording``."""
     table = rows.filter(pl.col("recording") == number).drop("recording")
-    road = Road(edges=np.array(head.edges, dtype=np.float64), length=head.length)
-    return Recording(head.name, table, head.dt, road, head.repairs, head.notes)
+    return Recording(head.name, table, head.dt, head.road, head.repairs, head.notes)

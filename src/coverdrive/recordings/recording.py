@@ -1,11 +1,11 @@
-"""Recorded traffic on one straight road, as every reader yields it: SI units, road frame, vehicle centres.
+"""Recorded traffic on one road, as every reader yields it: SI units, road frame, vehicle centres.
 
 Input of the trajectory basis (paper §2.1) and of the affordances (§2.2). F is the number of moments (frames), A
 the largest number of vehicles seen at one moment.
 """
 
 import hashlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -14,6 +14,7 @@ from jaxtyping import Float, Int
 
 from coverdrive.errors import DataError
 from coverdrive.recordings.checks import check
+from coverdrive.recordings.repair import VERGE
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 
@@ -111,6 +112,33 @@ class Recording:
         present = self.table.filter(pl.Series(self._moment == moment))
         values = {name: present[column].to_numpy() for name, column in _SCENE.items()}
         return Scene(**values, valid=np.ones(len(present), dtype=bool))
+
+    @cached_property
+    def as_straight(self) -> "Recording":
+        """The recording as prediction and planning take it so far: on the road of `Road.as_straight`.
+
+        Its right edge is at lat = 0, rows beside it are left out, and velocities are the rates of lon and lat.
+        """
+        try:
+            road = self.road.as_straight()
+        except DataError as error:
+            raise DataError(f"recording {self.name}: {error}") from None
+        if road is self.road:
+            return self
+        right, left = float(road.edges[0]), float(road.edges[-1])
+        table = self.table.filter(pl.col("lat").is_between(right - VERGE, left + VERGE))
+        for kind in ("", "seen_"):
+            lon, lat, speed, heading = (table[kind + name].to_numpy() for name in MEASURES[:4])
+            along, across = speed * np.cos(heading) / self.road.stretch(lon, lat), speed * np.sin(heading)
+            moved = {"lat": lat - right, "speed": np.hypot(along, across), "heading": np.arctan2(across, along)}
+            table = table.with_columns(**{kind + name: pl.Series(values) for name, values in moved.items()})
+        # a vehicle that was beside the road goes on under another number
+        gap = pl.col("time").diff().over("vehicle", "group") > 1.5 * self.dt
+        table = table.with_columns(part=gap.fill_null(False).cast(pl.Int64).cum_sum())
+        again = pl.col("part") > pl.col("part").first().over("vehicle")
+        number = pl.when(again).then(pl.col("vehicle").max() + pl.col("part")).otherwise("vehicle")
+        table = table.with_columns(vehicle=number).drop("part").sort("vehicle", "time")
+        return replace(self, table=table, road=replace(road, edges=road.edges - right))
 
     def frames(self) -> Frames:
         """All moments of the recording, as seen then, in arrays for vectorised work."""

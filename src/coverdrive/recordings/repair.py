@@ -59,9 +59,15 @@ def tidy(raw: RawTracks, dt: float, repairs: Counter[str]) -> RawTracks:
 
 def drop_off_road(raw: RawTracks, road: Road, repairs: Counter[str]) -> RawTracks:
     """Without the rows more than `VERGE` beside the road, which are on ramps; counted as ``rows off the road``."""
-    on_road = (raw.lat >= road.edges[0] - VERGE) & (raw.lat <= road.edges[-1] + VERGE)
-    counted(repairs, "rows off the road", int((~on_road).sum()))
-    return raw.take(on_road)
+    kept = on_road(raw, road)
+    counted(repairs, "rows off the road", int((~kept).sum()))
+    return raw.take(kept)
+
+
+def on_road(raw: RawTracks, road: Road) -> Bool[np.ndarray, " R"]:
+    """Which rows are on the road, or at most `VERGE` beside it."""
+    edges = road.edges_at(raw.lon)
+    return (raw.lat >= edges[:, 0] - VERGE) & (raw.lat <= edges[:, -1] + VERGE)
 
 
 def counted(repairs: Counter[str], kind: str, number: int) -> None:

@@ -52,7 +52,9 @@ def resampled(recording: Recording, dt: float, settings: SmoothingSettings) -> R
 
     values = {name: column[name][before] for name in table.columns} | {"time": moment * dt}
     for seen in ("", "seen_"):
-        rates = column[f"{seen}speed"] * np.stack([np.cos(column[f"{seen}heading"]), np.sin(column[f"{seen}heading"])])
+        speed, heading = column[f"{seen}speed"], column[f"{seen}heading"]
+        stretch = recording.road.stretch(column[f"{seen}lon"], column[f"{seen}lat"])
+        rates = speed * np.stack([np.cos(heading) / stretch, np.sin(heading)])
         for place, rate in zip(("lon", "lat"), rates, strict=True):
             at = column[seen + place]
             if seen:
@@ -62,7 +64,8 @@ def resampled(recording: Recording, dt: float, settings: SmoothingSettings) -> R
         if not seen:
             share = past / recording.dt
             between = (1 - share) * rates[:, before] + share * rates[:, after]
-            values["speed"], values["heading"] = motion(between[0], between[1], settings)
+            along = between[0] * recording.road.stretch(values["lon"], values["lat"])
+            values["speed"], values["heading"] = motion(along, between[1], settings)
     fit = f"Savitzky–Golay fit of {settings.window:g} s, order {settings.order}"
     notes = recording.notes | {"resampled": f"{1 / recording.dt:g} Hz to {1 / dt:g} Hz after the {fit}"}
     return replace(recording, table=pl.DataFrame(values, schema=table.schema), dt=dt, notes=notes)

@@ -44,8 +44,10 @@ def reading_of(recording: Recording) -> Reading:
     return Reading(recording, RawTracks(moment=moment, **values))
 
 
-def regular_table(raw: RawTracks, dt: float, settings: SmoothingSettings, repairs: Counter[str]) -> pl.DataFrame:
-    """The table of a recording from at least one row of positions.
+def regular_table(
+    raw: RawTracks, dt: float, settings: SmoothingSettings, repairs: Counter[str], road: Road
+) -> pl.DataFrame:
+    """The table of a recording from at least one row of positions on a road.
 
     ``repairs`` gains what `tidy` repairs, ``interpolated rows``, ``split tracks`` (at long gaps and at jumps) and
     ``dropped tracks`` (of too few rows to have a speed), each where any. A track begins when its vehicle is seen.
@@ -55,13 +57,13 @@ def regular_table(raw: RawTracks, dt: float, settings: SmoothingSettings, repair
     starts = np.flatnonzero(np.diff(tracks.vehicle, prepend=tracks.vehicle[:1] - 1))
     lon, lon_rate = smooth(tracks.lon, starts, dt, settings)
     lat, lat_rate = smooth(tracks.lat, starts, dt, settings)
-    speed, heading = motion(lon_rate, lat_rate, settings)
+    speed, heading = motion(lon_rate * road.stretch(lon, lat), lat_rate, settings)
     measures = (lon, lat, speed, heading, tracks.length, tracks.width)
     columns = (tracks.vehicle, tracks.group, tracks.moment * dt, *measures)
     measured, noises = ~np.isnan(tracks.speed), (settings.position_noise, settings.acceleration_noise)
     lon, lon_rate = seen(tracks.lon, measured, starts, dt, noises)
     lat, lat_rate = seen(tracks.lat, measured, starts, dt, noises)
-    columns += (lon, lat, *motion(lon_rate, lat_rate, settings))
+    columns += (lon, lat, *motion(lon_rate * road.stretch(lon, lat), lat_rate, settings))
     since_start = np.arange(len(lon)) - np.repeat(starts, np.diff(np.append(starts, len(lon))))
     columns += (tracks.kind,)
     schema = SCHEMA | SEEN | KIND
@@ -98,10 +100,10 @@ def make_reading(
     kept = drop_off_road(raw, road, repairs)
     if len(kept.vehicle) < MOST_BESIDE * len(raw.vehicle):
         problem = f"only {len(kept.vehicle)} of {len(raw.vehicle)} rows are on the {road.lanes} lanes that were found, "
-        problem += f"{road.edges[-1]:.1f} m wide; expected a straight road that most vehicles drive on"
+        problem += f"{road.edges[-1]:.1f} m wide; expected a road that most vehicles drive on"
         raise RecordingError(file, f"{problem}, choose another file")
-    _check_stated_speeds(file, kept, dt)
-    table = regular_table(kept, dt, settings, repairs)
+    _check_stated_speeds(file, kept, dt, road)
+    table = regular_table(kept, dt, settings, repairs, road)
     if table.is_empty():
         raise RecordingError(file, f"no vehicle is on the road for more than {SEEN_FOR:g} s; choose another file")
     table = _drop_implausible(file, table, dt, road, repairs)
@@ -111,13 +113,13 @@ def make_reading(
         raise RecordingError(file, str(error)) from error
 
 
-def _check_stated_speeds(file: Path, raw: RawTracks, dt: float) -> None:
+def _check_stated_speeds(file: Path, raw: RawTracks, dt: float, road: Road) -> None:
     """Refuse positions, times and speeds of different units."""
     seconds, speed = np.diff(raw.moment) * dt, raw.speed[1:]
     usable = (np.diff(raw.vehicle) == 0) & (seconds <= LONGEST_GAP) & (speed > 3)
     if usable.sum() < 20:
         return
-    way = np.hypot(np.diff(raw.lon), np.diff(raw.lat))
+    way = np.hypot(np.diff(raw.lon) * road.stretch(raw.lon, raw.lat)[1:], np.diff(raw.lat))
     ratio = float(np.median(way[usable] / seconds[usable] / speed[usable]))
     if not STATED[0] <= ratio <= STATED[1]:
         found = f"the median ratio of the speeds of the positions to the speeds that the file states is {ratio:.3g}"

@@ -167,7 +167,7 @@ def _recording(
             values[name] += settings.noise * random.standard_normal(len(moment))
         positions = {name: values[name] for name in MEASURES if name != "heading"}
         raw = RawTracks(vehicle=vehicle, moment=moment, group=group, **positions)
-        table = regular_table(raw, settings.dt, settings.smoothing, Counter())
+        table = regular_table(raw, settings.dt, settings.smoothing, Counter(), road)
     else:
         head = {"vehicle": vehicle, "group": group, "time": moment * settings.dt}
         table = pl.DataFrame(head | values, schema=SCHEMA)

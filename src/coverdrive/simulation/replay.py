@@ -64,7 +64,7 @@ def cut_scenarios(recordings: Sequence[Recording]) -> tuple[Scenario, ...]:
     """One for each group of scenes of each recording."""
     return tuple(
         _scenario(recording, table)
-        for recording in recordings
+        for recording in (each.as_straight for each in recordings)
         for table in recording.table.partition_by("group", maintain_order=True)
     )
 

@@ -54,7 +54,8 @@ def _flat(trace: Trace) -> dict[str, np.ndarray]:
     paths, plans, outcome = trace.paths, trace.plans, trace.outcome
     values: dict[str, Any] = {
         "time": trace.time,
-        **{f"road.{name}": value for name, value in vars(trace.road).items()},
+        "road.edges": trace.road.edges,
+        "road.length": trace.road.length,
         **{f"scene.{name}": value for name, value in vars(trace.scene).items()},
         **{name: getattr(trace, name) for name in _STEPS},
         **{f"plan.{name}": [getattr(plan, name) for plan in plans] for name in vars(plans[0])},

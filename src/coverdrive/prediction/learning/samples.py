@@ -118,8 +118,8 @@ def _looked(
     found, places = [empty], [np.arange(0)]
     for index, recording in enumerate(recordings):
         chosen = np.flatnonzero(segments.recording == index)
-        frames = recording.frames()
-        scenes, road = frames.scene.padded(_SLOTS), recording.road
+        frames = recording.as_straight.frames()
+        scenes, road = frames.scene.padded(_SLOTS), recording.as_straight.road
         if mirrored:
             scenes, road = scenes.mirrored(), road.mirrored()
         for first in range(0, len(chosen), _CHUNK):

@@ -1,0 +1,60 @@
+"""A smooth reference line along the points of a drawn map, or along estimated ones.
+
+Digitised lines have kinks that no road has: x and y become cubic smoothing splines over the way, which pass waves of a
+length and smooth out shorter ones. Of the lengths in `WAVES` the longest is taken with which the line stays within
+`TOLERANCE` of what was drawn. P is the number of points.
+"""
+
+import numpy as np
+from jaxtyping import Float
+from scipy.interpolate import make_smoothing_spline
+
+from coverdrive.errors import DataError
+from coverdrive.reference_line import ReferenceLine
+
+TOLERANCE = 0.3
+"""[m] by which smoothing may move the line; lanes do not move with it, as their edges are measured from it"""
+
+WAVES = (80.0, 57.0, 40.0, 28.0, 20.0, 14.0, 10.0)
+"""[m] wave length that keeps half its height; bends of freeways are longer than the first"""
+
+SPACING = 1.0
+"""[m] between the points of the line"""
+
+
+def fit_line(points: Float[np.ndarray, "P 2"]) -> ReferenceLine:
+    """The smooth line along points [m] in map coordinates, in the order of travel.
+
+    A DataError if the points are no line, or bend more than a road does (`coverdrive.reference_line.SMALLEST_RADIUS`).
+    """
+    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    apart = np.insert(np.diff(way) > 0, 0, True)
+    grid = np.linspace(0.0, way[-1], max(6, round(way[-1] / SPACING) + 1))
+    drawn = np.stack([np.interp(grid, way[apart], values[apart]) for values in points.T])
+    for wave in WAVES:
+        try:
+            line = _smoothed(grid, drawn, wave)
+        except DataError:
+            if wave == WAVES[-1]:
+                raise
+            continue
+        if np.abs(line.to_road(*drawn)[1]).max() <= TOLERANCE:
+            return line
+    raise DataError(
+        f"the line turns too sharply for a road; expected one that a curve of {WAVES[-1]:g} m long waves follows "
+        f"within {TOLERANCE:g} m: check its points, or leave the junction out"
+    )
+
+
+def _smoothed(grid: Float[np.ndarray, " G"], drawn: Float[np.ndarray, "2 G"], wave: float) -> ReferenceLine:
+    """The line of the splines that keep half of waves of a length [m], through points at ways ``grid`` [m]."""
+    stiffness = (wave / (2 * np.pi)) ** 4 / (grid[1] - grid[0])
+    splines = [make_smoothing_spline(grid, values, lam=stiffness) for values in drawn]
+    fine = np.linspace(0.0, grid[-1], 4 * len(grid))
+    (dx, ddx), (dy, ddy) = ((spline(fine, 1), spline(fine, 2)) for spline in splines)
+    rate = np.hypot(dx, dy)
+    arc = np.concatenate([[0.0], np.cumsum((rate[1:] + rate[:-1]) / 2 * np.diff(fine))])
+    even = np.linspace(0.0, arc[-1], max(2, int(np.ceil(arc[-1] / SPACING)) + 1))
+    curvature = np.interp(even, arc, (dx * ddy - dy * ddx) / rate**3)
+    start = np.array([float(spline(0.0)) for spline in splines])
+    return ReferenceLine(start, float(np.arctan2(dy[0], dx[0])), curvature, float(arc[-1]))

@@ -1,0 +1,97 @@
+"""Roads that bend, and roads whose lanes begin and end."""
+
+import jax
+import numpy as np
+import pytest
+
+from coverdrive.errors import DataError
+from coverdrive.reference_line import ReferenceLine
+from coverdrive.road import LaneEdges, Road
+
+RADIUS = 200.0
+LINE = ReferenceLine(np.array([3.0, 4.0]), 0.4, np.full(301, 1 / RADIUS), 300.0, lat=2.0)
+CURVED = Road(np.arange(4) * 3.5, 300.0, LINE)
+
+RAMP = LaneEdges(
+    np.array([0.0, 100.0, 120.0, 200.0, 240.0]),
+    np.array([[3.5, 3.5, 7, 10.5], [3.5, 3.5, 7, 10.5], [0, 3.5, 7, 10.5], [0, 3.5, 7, 10.5], [3.5, 3.5, 7, 10.5]]),
+)
+"""A lane on the right that comes between 100 m and 120 m and goes between 200 m and 240 m"""
+WITH_RAMP = Road(np.arange(4) * 3.5, 300.0, changing=RAMP)
+
+
+def test_a_straight_road_is_its_own_map():
+    road, lon, lat = Road.straight(), np.array([-5.0, 700.0]), np.array([1.0, 9.0])
+    for there in (road.to_road, road.to_map):
+        assert np.array_equal(there(lon, lat), (lon, lat))
+    assert np.array_equal(road.heading_to_road(lon, lat), lat)
+    assert np.array_equal(road.heading_to_map(lon, lat), lat)
+    assert np.array_equal(road.velocity_to_road(lon, lat, lat, lon), (lat, lon))
+    assert np.array_equal(road.velocity_to_map(lon, lat, lat, lon), (lat, lon))
+    assert np.array_equal(road.stretch(lon, lat), [1, 1])
+    assert np.array_equal(road.curvature(lon), [0, 0])
+    assert np.array_equal(road.edges_at(lon), [road.edges, road.edges])
+    assert road.as_straight() is road
+    assert np.array_equal(road.lane_at(lon, lat), road.lane_of(lat))
+
+
+def test_velocities_and_headings_are_those_of_the_motion():
+    def at(time: float) -> tuple[np.ndarray, np.ndarray]:
+        return np.array([20 + 25 * time]), np.array([1.0 + 2 * time])
+
+    step = 1e-5
+    before, now, after = (CURVED.to_map(*at(time)) for time in (1 - step, 1.0, 1 + step))
+    velocity = (np.array(after) - np.array(before)) / (2 * step)
+    lon, lat = at(1.0)
+    assert np.stack(CURVED.to_road(*now)) == pytest.approx(np.stack(at(1.0)), abs=1e-8)
+    found = CURVED.velocity_to_map(lon, lat, np.array([25.0]), np.array([2.0]))
+    assert np.stack(found) == pytest.approx(velocity, abs=1e-4)
+    rates = CURVED.velocity_to_road(lon, lat, *velocity)
+    assert np.ravel(rates) == pytest.approx([25.0, 2.0], abs=1e-4)
+    heading = np.arctan2(velocity[1], velocity[0])
+    along = 25 * (1 - (lat - 2.0) / RADIUS)
+    assert CURVED.heading_to_road(lon, heading) == pytest.approx(np.arctan2(2.0, along), abs=1e-6)
+    assert CURVED.heading_to_map(lon, CURVED.heading_to_road(lon, heading)) == pytest.approx(heading)
+
+
+def test_lanes_begin_and_end():
+    lon = np.array([50.0, 105.0, 150.0, 215.0, 235.0, 280.0])
+    there = [False, False, True, True, False, False]
+    assert WITH_RAMP.has_lane(lon)[:, 0].tolist() == there
+    assert WITH_RAMP.has_lane(lon)[:, 1:].all()
+    assert WITH_RAMP.edges_at(np.array(110.0)) == pytest.approx([1.75, 3.5, 7.0, 10.5])
+    assert WITH_RAMP.lane_at(lon, np.full(6, 1.0)).tolist() == [0 if each else 1 for each in there]
+    assert WITH_RAMP.lane_at(lon, np.full(6, 8.0)).tolist() == [2] * 6
+    assert WITH_RAMP.lane_at(lon, np.full(6, 30.0)).tolist() == [2] * 6
+
+
+def test_mirrored_roads():
+    lon, lat = np.linspace(0, 300, 31), np.linspace(0, 10, 31)
+    x, y = CURVED.to_map(lon, lat)
+    assert np.stack(CURVED.mirrored().to_map(lon, -lat)) == pytest.approx(np.stack([x, -y]), abs=1e-9)
+    assert WITH_RAMP.mirrored().edges_at(lon) == pytest.approx(-WITH_RAMP.edges_at(lon)[:, ::-1])
+    assert (WITH_RAMP.side, WITH_RAMP.mirrored().side) == ("right", "left")
+
+
+def test_only_roads_that_hardly_bend_are_taken_as_straight():
+    with pytest.raises(DataError, match=r"bends by 86°.*at most 15°"):
+        CURVED.as_straight()
+    slight = Road(CURVED.edges, 300.0, ReferenceLine(np.zeros(2), 0.0, np.full(301, 1 / 2000), 300.0))
+    assert slight.as_straight().line is None
+    assert np.array_equal(slight.as_straight().edges, CURVED.edges)
+
+
+def test_lanes_that_are_seldom_there_are_none_of_a_straight_road():
+    assert WITH_RAMP.as_straight().edges.tolist() == [3.5, 7.0, 10.5]
+    longer = Road(WITH_RAMP.edges, 210.0, changing=LaneEdges(RAMP.lon / 2, RAMP.lat[::-1]))
+    assert longer.as_straight().edges.tolist() == [3.5, 7.0, 10.5]
+    island = LaneEdges(RAMP.lon, np.stack([0 * RAMP.lon, RAMP.lat[:, 0], RAMP.lat[:, 1], RAMP.lat[:, 2]], axis=-1))
+    middle = Road(np.arange(4) * 3.5, 300.0, changing=island)
+    with pytest.raises(DataError, match="in the middle of the road"):
+        middle.as_straight()
+
+
+def test_roads_are_trees_of_arrays():
+    leaves, kind = jax.tree.flatten(CURVED)
+    assert jax.tree.unflatten(kind, leaves).line.to_road(3.0, 4.0) == pytest.approx((0.0, 2.0))
+    assert len(jax.tree.leaves(Road.straight())) == 2
