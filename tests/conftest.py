@@ -152,6 +152,15 @@ def us101() -> Path:
     return folder
 
 
+@pytest.fixture(scope="session")
+def roads(us101: Path) -> Path:
+    """The folder of CommonRoad scenarios with curves and ramps, beside that of US-101."""
+    folder = us101.parent / "roads"
+    if not folder.is_dir():
+        pytest.skip(f"there is no folder roads in {us101.parent}")
+    return folder
+
+
 @pytest.fixture
 def heeds_interrupts() -> Iterator[None]:
     """A job in the background ignores SIGINT, and so would all that it starts."""

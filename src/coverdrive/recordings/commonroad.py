@@ -123,13 +123,14 @@ def _busiest(file: Path, lanelets: list[Any], rows: Float[np.ndarray, "R 7"]) ->
 
 def _speed_limit(network: Any) -> float | None:
     """[m/s] that holds on most of the lanelets that have a limit."""
-    limits = Counter[float]()
+    limits = dict[float, float]()
     for part in network.lanelets:
         for sign in map(network.find_traffic_sign_by_id, part.traffic_signs):
             for element in sign.traffic_sign_elements:
                 if element.traffic_sign_element_id.name == "MAX_SPEED" and element.additional_values:
-                    limits[float(element.additional_values[0])] += float(part.distance[-1])
-    return limits.most_common(1)[0][0] if limits else None
+                    limit = float(element.additional_values[0])
+                    limits[limit] = limits.get(limit, 0.0) + float(part.distance[-1])
+    return max(limits, key=lambda limit: limits[limit], default=None)
 
 
 def _in_road_frame(rows: Float[np.ndarray, "R 7"], road: Road) -> RawTracks:

@@ -1,9 +1,11 @@
-"""What is in recordings, for people: one line for each."""
+"""What is in recordings, for people: one line for each, and what shows a wrong unit."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import polars as pl
+from jaxtyping import Float
 
 from coverdrive.recordings.recording import Recording
 
@@ -52,3 +54,23 @@ def summarise(recordings: Sequence[Recording]) -> list[Summary]:
         )
         for recording in recordings
     ]
+
+
+def accelerations(recording: Recording) -> Float[np.ndarray, " n"]:
+    """[m/s²] along the heading, from each row of a track to the next."""
+    table = recording.table.with_columns(pl.col("speed", "time").diff().over("vehicle", "group"))
+    return table.filter(pl.col("time") < 1.5 * recording.dt)["speed"].to_numpy() / recording.dt
+
+
+def gaps(recording: Recording) -> Float[np.ndarray, " n"]:
+    """[m] bumper to bumper along the road, from every vehicle at every moment to the one ahead in its lane."""
+    lon, lat = (recording.table[name].to_numpy() for name in ("lon", "lat"))
+    table = recording.table.select(
+        pl.col("time", "group", "lon", "length"),
+        lane=pl.Series(recording.road.lane_at(lon, lat)),
+        stretch=pl.Series(recording.road.stretch(lon, lat)),
+    ).sort("group", "time", "lane", "lon")
+    way, length, stretch = (pl.col("lon").diff(-1), pl.col("length"), pl.col("stretch"))
+    both = (length + length.shift(-1)) / 2
+    gap = (-way * (stretch + stretch.shift(-1)) / 2 - both).over("group", "time", "lane")
+    return table.select(gap=gap).drop_nulls()["gap"].to_numpy()
