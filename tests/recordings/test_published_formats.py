@@ -1,5 +1,6 @@
 """Public data sets, as an independent writer publishes generated traffic: `published_formats`."""
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 
@@ -235,6 +236,14 @@ def test_trajectories_are_read_in_small_pieces(tmp_path: Path, monkeypatch: pyte
     monkeypatch.setattr(i24, "MOST_ROWS", 1000)
     with pytest.raises(RecordingError, match=r"more than 1,000 points; cut it"):
         read([path])
+
+
+def test_long_trajectories_are_recognised(tmp_path: Path):
+    """The keys after the lists are a megabyte away."""
+    path = write_i24(tmp_path, FAST)
+    records = json.loads(path.read_text())
+    path.write_text(json.dumps([{"road_segment_ids": [0.0] * 200_000} | record for record in records[:3]] + records))
+    assert len(read([path])) == 2
 
 
 def test_other_json_in_a_folder_is_passed_over(tmp_path: Path):

@@ -29,6 +29,9 @@ from coverdrive.recordings.tracks import Reading
 SUFFIXES = (".csv", ".txt", ".xml", ".parquet", ".json")
 """Kinds of files that a folder is searched for"""
 
+FIRST = 2**23
+"""Bytes of a JSON file in which its keys are looked for: lists of numbers between them are long"""
+
 ENTRY_POINTS = "coverdrive.readers"
 
 
@@ -108,7 +111,7 @@ def head_of(file: Path) -> Head:
     suffix = file.suffix.lower()
     if suffix == ".json":
         with file.open("rb") as stream:
-            keys = re.findall(r'"([^"]*)"\s*:', stream.read(100_000).decode("utf-8", errors="replace"))
+            keys = re.findall(r'"([^"]*)"\s*:', stream.read(FIRST).decode("utf-8", errors="replace"))
         return Head(suffix, frozenset(map(normalised, keys)), own=False)
     if suffix == ".parquet":
         try:
