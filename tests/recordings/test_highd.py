@@ -9,6 +9,7 @@ from published_formats import EDGES, found_again, truth, write_highd
 
 from coverdrive.errors import RecordingError
 from coverdrive.recordings.kinds import KINDS
+from coverdrive.recordings.parquet import write_parquet
 from coverdrive.recordings.read import read
 
 REAL = truth(0.04)
@@ -36,6 +37,29 @@ def test_classes_are_kept(tmp_path: Path):
         trucks = recording.table.filter(pl.col("length") > 8)["kind"].unique().to_list()
         cars = recording.table.filter(pl.col("length") < 8)["kind"].unique().to_list()
         assert trucks in ([KINDS.index("truck")], []) and cars == [KINDS.index("car")]
+
+
+def test_own_files_keep_what_was_read(tmp_path: Path):
+    write_highd(tmp_path, REAL)
+    before = read([tmp_path])
+    write_parquet(before, tmp_path / "own.parquet")
+    for one, other in zip(before, read([tmp_path / "own.parquet"]), strict=True):
+        assert one.table.equals(other.table) and one.notes == other.notes and one.repairs == other.repairs
+        assert other.road.to_map(100.0, 2.0) == pytest.approx(one.road.to_map(100.0, 2.0))
+
+
+@pytest.mark.parametrize("suffix", [".parquet", ".json", ".xml", ".txt", ".dat"])
+def test_files_that_are_named_as_another_format(suffix: str, tmp_path: Path):
+    tracks = write_highd(tmp_path, REAL).rename(tmp_path / f"01_tracks{suffix}")
+    with pytest.raises(RecordingError, match=r"01_tracks\.\w+"):
+        read([tracks])
+
+
+@pytest.mark.parametrize("name", ["NGSIM", "exiD", "TGSIM", "INTERACTION", "MONA", "I-24", "CommonRoad", "own"])
+def test_files_that_are_said_to_be_of_another_format(name: str, tmp_path: Path):
+    tracks = write_highd(tmp_path, REAL)
+    with pytest.raises(RecordingError, match=r"01_tracks\w*\.csv"):
+        read([tracks], format=name)
 
 
 def test_carriageways_of_a_minute_are_of_one_group(tmp_path: Path):

@@ -27,7 +27,10 @@ TEXT_COLUMNS = (
     "v_vel v_acc lane_id preceding following space_headway time_headway"
 )
 REQUIRED = ("vehicle_id", "frame_id", "global_time", "local_x", "local_y", "v_length", "v_width", "v_vel")
-OPTIONAL = ("lane_id",)
+OPTIONAL = ("lane_id", "v_class")
+
+KIND_OF_CLASS = {1: 5, 2: 1, 3: 3}
+"""Number in `coverdrive.recordings.kinds.KINDS` of motorcycles, automobiles and trucks"""
 
 METRIC_COLUMNS = {
     "Vehicle_ID": "vehicle",
@@ -41,6 +44,9 @@ METRIC_COLUMNS = {
 
 METRIC = "vehicle_id local_x_m local_y_m"
 """The columns that tell this format"""
+
+
+_kind = pl.col("v_class").cast(pl.Int64).replace_strict(KIND_OF_CLASS, default=0, return_dtype=pl.Int8)
 
 
 def read_ngsim(
@@ -71,6 +77,7 @@ def read_ngsim(
         clock=pl.col("global_time") / 1000,
         **{name: pl.col(source) * FOOT for name, source in lengths.items()},
         **({"lane": pl.col("lane_id")} if "lane_id" in wanted else {}),
+        **({"kind": _kind} if "v_class" in wanted else {}),
     )
     del feet  # a third of the memory
     return recordings_from_local(file, metres, repairs, settings or SmoothingSettings())
