@@ -34,8 +34,8 @@ def recordings_from_local(
 
     The table has the columns ``vehicle``, ``frame`` (the period's frame counter), ``clock`` [s], ``right`` [m]
     (Local_X), ``front`` [m] (Local_Y), ``length`` and ``width`` [m], ``speed`` [m/s], ``row`` (of the file), and if
-    known ``lane`` and ``kind`` (in `KINDS`); all numbers are finite and below 2⁵³. ``repairs`` gains ``odd lengths`` and
-    ``odd widths``.
+    known ``lane`` and ``kind`` (in `KINDS`); all numbers are finite and below 2⁵³. ``repairs`` gains ``odd lengths``
+    and ``odd widths``.
     """
     check_whole(file, table)
     table = plausible_sizes(file, table, repairs)
