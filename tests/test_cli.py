@@ -370,3 +370,14 @@ def test_a_name_that_looks_like_json_or_markup_is_a_name(tmp_path: Path, monkeyp
         write_parquet(one, tmp_path / name)
     found = json.loads(coverdrive("inspect", *names, "--json", only="stdout"))
     assert len(found["recordings"]) == 3
+
+
+def test_inspect_draws_each_recording_and_all_speeds(tmp_path: Path) -> None:
+    one = generate(Experiment().generated.model_copy(update={"scenes": 2, "duration": 5.0}))
+    write_parquet(one, tmp_path / "two.parquet")
+    printed = coverdrive(
+        "inspect", tmp_path / "two.parquet", "--plot", tmp_path / "road.png", "--histogram", tmp_path / "all"
+    )
+    names = {"road-1.png", "road-1.pdf", "road-2.png", "road-2.pdf", "all.png", "all.pdf"}
+    assert {file.name for file in tmp_path.iterdir()} == names | {"two.parquet"}
+    assert all(name in printed for name in names)

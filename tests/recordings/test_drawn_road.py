@@ -82,3 +82,9 @@ def test_lanes_in_any_order():
     third, fourth = lane(0, 300, -7.0), lane(0, 300, 3.5)
     for others in ([MAIN[1], third, fourth], [fourth, third, MAIN[1]]):
         assert drawn_road([MAIN[0], *others]).edges == pytest.approx([0, 3.5, 7, 10.5, 14], abs=0.05)
+
+
+def test_lanes_around_centre_lines():
+    lanes = [DrawnLane.around(bound(0, 300, left - 1.75), 3.5) for left in (0.0, -3.5)]
+    assert drawn_road(lanes).edges == pytest.approx([0, 3.5, 7.0], abs=0.02)
+    assert np.abs(lanes[0].left - MAIN[0].left).max() < 0.05

@@ -155,7 +155,7 @@ class MpcPlanner:
             state: lon [m], lat [m], speed [m/s], heading [rad], one period after the last one. `reset` comes first
                 where it is another car's or another drive's.
             paths: predicted paths at the times k·dt of the plan, k = 0 … K.
-            road: the lanes to drive on.
+            road: the lanes to drive on, taken as straight.
 
         Returns:
             The cheapest plan whose fail-safe branch is clear of all paths, else the one that does least harm; its
@@ -164,8 +164,9 @@ class MpcPlanner:
 
         Raises:
             SettingError: if the paths have other times than the plan.
+            DataError: if the road cannot be taken as straight.
         """
-        begun = time.perf_counter()
+        begun, road = time.perf_counter(), road.as_straight()
         problem = self.settings.problem
         check_times(paths, problem)
         measured = np.ascontiguousarray(state, dtype=float)

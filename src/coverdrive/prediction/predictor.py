@@ -64,7 +64,7 @@ class Predictor(StoredPredictor):
 
     def _scored(self, scene: Scene, road: Road) -> tuple[Bool[np.ndarray, "A M"], Float[np.ndarray, "A M"]]:
         """`possible`, and the scores."""
-        values = np.asarray(self._values(scene.packed(SLOTS), road.edges))[: scene.vehicles]
+        values = np.asarray(self._values(scene.packed(SLOTS), road.as_straight().edges))[: scene.vehicles]
         scores, hidden = values[:, : len(self.rule.tube)], values[:, len(self.rule.tube) :]
         return self.rule.possible(scores, hidden) & np.asarray(scene.valid)[:, None], scores
 
@@ -84,7 +84,7 @@ class Predictor(StoredPredictor):
 
         Args:
             scene: one scene.
-            road: its road.
+            road: its road, taken as straight.
             ego: slot of the vehicle that asks; no paths are predicted for it. None: all vehicles are predicted.
             dt: [s] between two points of the paths; that of the basis if not given.
             steps: K; the paths have K + 1 points. If not given, they reach to the end of the basis' horizon.
@@ -92,6 +92,7 @@ class Predictor(StoredPredictor):
 
         Raises:
             SettingError: ``ego`` is not the slot of a vehicle, or the paths would not end within the basis' horizon.
+            DataError: the road cannot be taken as straight.
         """
         if like is not None:
             dt, steps = like.dt, like.steps

@@ -41,6 +41,13 @@ class DrawnLane(NamedTuple):
     left: Float[np.ndarray, "P 2"]
     right: Float[np.ndarray, "Q 2"]
 
+    @staticmethod
+    def around(centre: Float[np.ndarray, "P 2"], width: float) -> "DrawnLane":
+        """The lane of a width [m] around a centre line, of which no two successive points are the same."""
+        ahead = np.gradient(centre, axis=0)
+        aside = np.stack([-ahead[:, 1], ahead[:, 0]], axis=-1) / np.hypot(*ahead.T)[:, None] * width / 2
+        return DrawnLane(centre + aside, centre - aside)
+
 
 def drawn_road(lanes: Sequence[DrawnLane]) -> Road:
     """The road along the first of some lanes, with those beside it; its right edge is at lat = 0.

@@ -5,6 +5,7 @@ chain of lanelets, in which every lanelet counts as often as there are lanes bes
 """
 
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,9 @@ AS_LONG = 0.95
 
 SEAM = 4.0
 """[m] by which the bounds of a lanelet may miss those of the next, in all; others do not follow one another"""
+
+KINK = 1.5
+"""[m] by which the next lanelet may miss the one that goes straight on, its two bounds together, over 10 m"""
 
 Links = dict[int, list[int]]
 """The numbers of lanelets that follow on each"""
@@ -63,15 +67,30 @@ def _guide(parts: dict[int, Any], after: Links, before: Links, beside: Neighbour
     through = {number: ahead[number] + behind[number] - weight[number] for number in free}
     most = max(through.values())
     part = max((number for number in free if through[number] >= most * (1 - 1e-9)), key=weight.__getitem__)
-    for left in beside[part, "left"]:
-        if through.get(left, 0.0) >= AS_LONG * most:
-            part = left
+    across = [*reversed(beside[part, "left"]), part, *beside[part, "right"]]
+    lanes = [number for number in across if through.get(number, 0.0) >= AS_LONG * most]
+    chains = [_through(parts, number, (after, ahead), (before, behind)) for number in lanes]
+    return min(chains, key=lambda chain: _kinks(parts, chain))  # of equal ones the leftmost
+
+
+def _through(
+    parts: dict[int, Any], part: int, onwards: tuple[Links, dict[int, float]], back: tuple[Links, dict[int, float]]
+) -> list[int]:
+    """The chain through a lanelet: the heaviest, and of chains that are about as heavy the one that bends least."""
     chain = [part]
-    while found := [number for number in after[chain[-1]] if number not in chain]:
-        chain.append(max(found, key=ahead.__getitem__))
-    while found := [number for number in before[chain[0]] if number not in chain]:
-        chain.insert(0, max(found, key=behind.__getitem__))
+    for (links, weights), end in ((onwards, -1), (back, 0)):
+        while found := [number for number in links[chain[end]] if number not in chain]:
+            least = AS_LONG * max(weights[number] for number in found)
+            seams = {n: (chain[end], n) if end else (n, chain[end]) for n in found if weights[n] >= least}
+            chosen = min(seams, key=lambda n: _misfit(*(parts[each] for each in seams[n])))
+            chain.insert(len(chain) if end else 0, chosen)
     return chain
+
+
+def _kinks(parts: dict[int, Any], chain: list[int]) -> float:
+    """[m] by which the lanelets of a chain miss those that go straight on, in all; digitised lines always do a bit."""
+    misfits = (_misfit(parts[first], parts[second]) for first, second in pairwise(chain))
+    return sum(misfit for misfit in misfits if misfit > KINK)
 
 
 def _joined(parts: dict[int, Any], after: Links, before: Links, guide: list[int]) -> Iterator[list[int]]:
@@ -114,6 +133,8 @@ def _beside(parts: dict[int, Any], number: int, side: str) -> list[int]:
         other = getattr(parts[found[-1]], f"adj_{side}")
         if other in found:
             raise DataError(f"lanelet {other} lies beside itself; check the adjacent lanelets")
+        if other not in parts:
+            raise KeyError(other)
         found.append(other)
     return found[1:]
 

@@ -36,14 +36,16 @@ def road_figure(recording: Recording) -> Figure:
     used = [each for each in range(road.lanes) if np.any(lane == each)][::-1]
     with style.style():
         figure = style.new_figure(TWO_COLUMNS, 3.6 + 2.2)
-        above, below = figure.subfigures(2, 1, height_ratios=(3.4, 2.4))
+        above, below = figure.subfigures(2, 1, height_ratios=(3.4, 2.4), squeeze=False)[:, 0]
         world, straight = above.subplots(2, 1)
         _draw_map(world, recording, pieces, norm)
         _draw_lanes(straight, recording)
         tracks = _tracks(straight, np.stack([lon, lat], axis=-1), pieces, speed, norm)
         straight.set(xlabel="lon [m]", ylabel="lat [m]")
         above.colorbar(tracks, ax=[world, straight], label="speed [m/s]", pad=0.01, aspect=30)
-        for axes, each in zip(below.subplots(1, len(used), sharey=True, squeeze=False)[0], used, strict=True):
+        for axes, each in zip(
+            below.subplots(1, len(used), sharex=True, sharey=True, squeeze=False)[0], used, strict=True
+        ):
             inside = pieces[(lane[pieces[:, 0]] == each) & (lane[pieces[:, 1]] == each)]
             _tracks(axes, np.stack([time, lon], axis=-1), inside, speed, norm)
             axes.set(xlabel="time [s]", ylabel="lon [m]" if each == used[0] else "")
@@ -116,6 +118,8 @@ def _draw_map(axes: Axes, recording: Recording, pieces: Int[np.ndarray, "n 2"], 
     borders = [placed(lon, edges[:, side]) for side in (0, -1)]
     outline = np.concatenate([borders[0], borders[1][::-1]])
     axes.add_collection(PolyCollection([outline], facecolor=style.ROAD, edgecolor=style.MARKING, linewidth=0.5))
+    for edge in edges[:, 1:-1].T:
+        axes.plot(*placed(lon, edge).T, color=style.MARKING, linewidth=0.3, zorder=1)
     _tracks(axes, placed(table["lon"].to_numpy(), table["lat"].to_numpy()), pieces, table["speed"].to_numpy(), norm)
     axes.set(aspect="equal", xlabel="on the map [m], turned to the right", ylabel="[m]")
     axes.autoscale_view()

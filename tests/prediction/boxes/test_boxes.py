@@ -8,7 +8,7 @@ from prediction_fakes import segments_of
 
 from coverdrive.certificates.methods import Method
 from coverdrive.certificates.rule import Thresholds, scale_of
-from coverdrive.errors import SettingError
+from coverdrive.errors import DataError, SettingError
 from coverdrive.geometry import turned_half_extents
 from coverdrive.prediction.boxes.boxes import TUBE, Boxes, constant_velocity, scored_by
 from coverdrive.prediction.boxes.predictor import BoxPredictor
@@ -20,6 +20,7 @@ from coverdrive.prediction.occupied import union_area
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.prediction.segments import Segments, SegmentSettings
 from coverdrive.recordings.recording import Recording
+from coverdrive.reference_line import ReferenceLine
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 
@@ -122,6 +123,12 @@ def test_boxes_follow_the_vehicle_whatever_its_slot_and_begin_with_its_body(fitt
     again = fitted.predictor.predict(turned, road, ego=1, dt=0.25, steps=12)
     np.testing.assert_allclose(again.points[::-1], paths.points, atol=1e-3)
     np.testing.assert_allclose(again.half_sizes[::-1], paths.half_sizes, atol=1e-3)
+
+
+def test_a_bend_is_refused(fitted: Fit) -> None:
+    line = ReferenceLine(np.zeros(2), 0.0, np.full(1001, 1 / 1000), 1000.0)
+    with pytest.raises(DataError, match="the road bends by 57°"):
+        fitted.predictor.predict(three_vehicles(), replace(Road.straight(), line=line))
 
 
 def test_asking_beyond_the_horizon_or_for_nobody_is_refused(fitted: Fit) -> None:

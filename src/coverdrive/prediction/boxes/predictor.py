@@ -88,7 +88,7 @@ class BoxPredictor(StoredPredictor):
         self, scene: Scene, road: Road, vehicle: Int[np.ndarray, " n"], times: Float[np.ndarray, " K"]
     ) -> tuple[Float[np.ndarray, "n K 2"], Float[np.ndarray, "n K 2"]]:
         """Centres and half sizes of the boxes of some slots at ``times`` [s], which the calibrated scale is part of."""
-        values = np.asarray(self._values(scene.packed(SLOTS), road.edges), dtype=float)[:, vehicle]
+        values = np.asarray(self._values(scene.packed(SLOTS), road.as_straight().edges), dtype=float)[:, vehicle]
         place, size = _weights(len(self.network.usual), self.step, tuple(times.tolist()))
         return place @ values[0], scale_of(self.rule) * (size @ values[1])
 
