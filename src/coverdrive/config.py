@@ -63,6 +63,8 @@ class Experiment(Settings):
     """site to take from an NGSIM file that holds several"""
     format: str | None = None
     """name of the recordings' format, where the files do not show it themselves"""
+    map: str | None = None
+    """Lanelet2 map of the recordings' road, where their format says where on it they are"""
     dt: float = Field(default=STEP, ge=TIME_STEPS[0], le=TIME_STEPS[1])
     """[s] time step of recordings; those of another one are resampled"""
     smoothing: SmoothingSettings = SmoothingSettings()
@@ -138,7 +140,7 @@ class Experiment(Settings):
         """The recordings in some files and folders, or generated traffic where none is given."""
         with stage("recordings"):
             if paths:
-                return read(paths, self.location, self.smoothing, self.format, self.dt)
+                return read(paths, self.location, self.smoothing, self.format, self.dt, self.map)
             return generate(self.generated, self.seed)
 
     def save(self, path: Path) -> None:

@@ -5,6 +5,7 @@ carriageway, in its direction of travel. `placed` puts it onto a map whose x and
 """
 
 import json
+from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -139,7 +140,7 @@ def write_exid(folder: Path, real: Truth, degrees: float = 60.0, **changes: pl.E
     ).sort("trackId").write_csv(folder / "03_tracksMeta.csv")
     (folder / "03_recordingMeta.csv").write_text(
         "recordingId,locationId,frameRate,speedLimit,weekday,startTime,duration,numTracks,xUtmOrigin,yUtmOrigin\n"
-        f"3,0,{1 / real.dt:g},-1,tuesday,9.0,12.0,{len(listed)},352000.0,5630000.0\n"
+        f"3,0,{1 / real.dt:g},-1,tuesday,9.0,12.0,{len(listed)},500000.0,0.0\n"
     )
     return folder / "03_tracks.csv"
 
@@ -254,6 +255,46 @@ def write_i24(folder: Path, real: Truth, lines: bool = False, signed: bool = Tru
     texts = [json.dumps(record) for record in records]
     (folder / "i24.json").write_text("\n".join(texts) if lines else "[" + ",\n".join(texts) + "]\n")
     return folder / "i24.json"
+
+
+def write_lanelets(folder: Path, degrees: float = 60.0, pieces: int = 3, **place: float) -> Path:
+    """``lanelets.osm``: both carriageways of `placed` in pieces, around a place near the equator; a crosswalk.
+
+    There, UTM coordinates are those of a sphere's tangent plane to a few centimetres: the place is 111 m north of the
+    equator on a central meridian, so that metres are degrees of the ellipsoid. Every second bound is drawn backwards.
+    """
+    turn, nodes, ways, relations = np.radians(degrees), dict[tuple[float, float], int](), list[str](), list[str]()
+
+    def node(u: float, v: float) -> int:
+        return nodes.setdefault((round(u, 3), round(v, 3)), len(nodes) + 1)
+
+    def way(first: float, last: float, v: float) -> int:
+        refs = [node(u, v) for u in np.linspace(first, last, 12)]
+        turned = refs[::-1] if len(ways) % 2 else refs
+        ways.append("".join(f'<nd ref="{ref}"/>' for ref in turned))
+        return len(ways)
+
+    ends = np.linspace(-10.0, LENGTH + 10.0, pieces + 1)
+    for base in (0.0, WIDTH + MEDIAN):
+        for first, last in pairwise(ends):
+            bounds = [way(first, last, base + edge) for edge in EDGES]
+            for right, left in pairwise(bounds if base == 0 else bounds[::-1]):  # the upper one is driven the other way
+                refs = (("left", left), ("right", right))
+                members = "".join(f'<member role="{role}" type="way" ref="{ref}"/>' for role, ref in refs)
+                kind = '<tag k="type" v="lanelet"/><tag k="subtype" v="highway"/><tag k="one_way" v="yes"/>'
+                relations.append(members + kind)
+    relations.append(relations[0].replace("highway", "crosswalk"))
+    metre = 180 / np.pi / 6_378_137.0 / 0.9996
+    text = ['<?xml version="1.0"?><osm version="0.6">']
+    for (u, v), number in nodes.items():
+        x = place.get("east", 120.0) + u * np.cos(turn) - v * np.sin(turn)
+        y = place.get("north", -80.0) + u * np.sin(turn) + v * np.cos(turn)
+        north = metre / (1 - 1 / 298.257223563) ** 2  # the ellipsoid is more curved along the meridian
+        text.append(f'<node id="{number}" lat="{y * north:.12f}" lon="{9.0 + x * metre:.12f}"/>')
+    text += [f'<way id="{number}">{refs}</way>' for number, refs in enumerate(ways, 1)]
+    text += [f'<relation id="{number}">{members}</relation>' for number, members in enumerate(relations, 900)]
+    (folder / "lanelets.osm").write_text("".join([*text, "</osm>"]))
+    return folder / "lanelets.osm"
 
 
 def found_again(recording: Recording, real: pl.DataFrame, shift: float, first: int = 1) -> dict[str, float]:

@@ -19,8 +19,12 @@ if TYPE_CHECKING:
 def inspect(
     *recording: Annotated[Path, Parameter(help="Files or folders of recordings, as in `scenarios/`.")],
     files: Files = AS_USUAL,
-    plot: Annotated[Path | None, Parameter(help="Name of pictures of each road, its lanes and tracks.")] = None,
-    histogram: Annotated[Path | None, Parameter(help="Name of a picture of speeds, gaps and accelerations.")] = None,
+    plot: Annotated[
+        Path | None, Parameter(help="Name of pictures of each road, its lanes and tracks, as in `--plot road`.")
+    ] = None,
+    histogram: Annotated[
+        Path | None, Parameter(help="Name of a picture of speeds, gaps and accelerations, as in `--histogram speeds`.")
+    ] = None,
 ) -> dict[str, Any]:
     """Say what is in recordings: vehicles, minutes, lanes and where they are from, speeds, and what was repaired.
 

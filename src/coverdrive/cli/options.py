@@ -169,6 +169,13 @@ class Files:
         str | None,
         Parameter(help="Format of the recordings where the files do not show it themselves, as in `--format NGSIM`."),
     ] = None
+    map: Annotated[
+        str | None,
+        Parameter(
+            help="Lanelet2 map of the road, for exiD, inD, rounD, uniD and INTERACTION, as in `--map lanelets.osm`; "
+            "without it, lanes are estimated from the tracks."
+        ),
+    ] = None
     dt: Annotated[
         float | None,
         Parameter(

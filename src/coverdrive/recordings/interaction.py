@@ -12,6 +12,7 @@ import polars as pl
 from coverdrive.recordings.columns import read_table
 from coverdrive.recordings.delimited import ROW
 from coverdrive.recordings.kinds import with_kinds
+from coverdrive.recordings.lanelet2 import utm
 from coverdrive.recordings.map_tracks import MapTracks
 from coverdrive.recordings.registry import How
 from coverdrive.recordings.tracks import name_of
@@ -29,7 +30,12 @@ def read_interaction(file: Path, how: How) -> list[MapTracks]:
     repairs: Counter[str] = Counter()
     rows = read_table(file, INTERACTION.split(), repairs)
     table = _shared(rows).with_columns(rows["vx"], rows["vy"], time=rows["timestamp_ms"] / 1000)
-    return [MapTracks(name_of(file), with_kinds(table, repairs), repairs=repairs)]
+    return [MapTracks(name_of(file), with_kinds(table, repairs), origin=_origin, repairs=repairs)]
+
+
+def _origin(zone: int) -> tuple[float, float]:
+    """Maps of INTERACTION are drawn around the place where the equator meets the zero meridian."""
+    return utm(0.0, 0.0, zone)
 
 
 def read_mona(file: Path, how: How) -> list[MapTracks]:

@@ -49,4 +49,5 @@ def read_levelx(file: Path, how: How) -> list[MapTracks]:
         problem = f"vehicle {table['vehicle'][row]:g} is not in {vehicles.name}; check that both are of one recording"
         raise RecordingError(file, problem, table[ROW][row], "trackId")
     name = name_of(file).removesuffix("_tracks")
-    return [MapTracks(name, with_kinds(table, repairs), dt=1 / rate, repairs=repairs)]
+    x, y = (float(place[0]) for place in read_table(description, ("xutmorigin", "yutmorigin"), repairs)[:, 1:])
+    return [MapTracks(name, with_kinds(table, repairs), origin=lambda _: (x, y), dt=1 / rate, repairs=repairs)]

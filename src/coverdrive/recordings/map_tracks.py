@@ -5,19 +5,24 @@ Directions, lanes and the road's line are found here, for all formats alike (`co
 """
 
 from collections import Counter
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
 import polars as pl
 from jaxtyping import Float
 
-from coverdrive.errors import RecordingError
+from coverdrive.errors import DataError, RecordingError
 from coverdrive.recordings.carriageway import Line, centred, check_apart, line_along, split_directions
 from coverdrive.recordings.columns import LENGTH, WIDTH, check_whole, plausible_sizes, time_step
 from coverdrive.recordings.delimited import ROW
+from coverdrive.recordings.drawn_road import drawn_road
+from coverdrive.recordings.lanelet2 import Origin, read_lanelet2
+from coverdrive.recordings.lanelets import carriageways
 from coverdrive.recordings.lanes import edges_from_centres, edges_from_lanes, edges_from_tracks
-from coverdrive.recordings.repair import RawTracks, tidy
+from coverdrive.recordings.repair import RawTracks, on_road, tidy
 from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.recordings.tracks import Reading, make_reading
 from coverdrive.reference_line import ReferenceLine
@@ -28,6 +33,9 @@ NEEDED = ("vehicle", "time", "x", "y")
 
 CENTRINGS = 2
 """How often a line that was found by the tracks is put in the middle of the lanes that it gives"""
+
+MOST_CARRIAGEWAYS = 20
+"""of a map that are looked at, those of its longest roads first"""
 
 BESIDE_LINES = 3.0
 """[m] from the median vehicle's way to the nearest known line of its carriageway, at most"""
@@ -58,23 +66,28 @@ class MapTracks:
     """lines in the middle of lanes, if known"""
     line: Line | None = None
     """along the road, where neither of these is known"""
+    origin: Origin | None = None
+    """of x and y in UTM coordinates, if known"""
     dt: float | None = None
     """[s] between two rows of a vehicle, if known"""
     repairs: Counter[str] = field(default_factory=Counter[str])
     """how often each kind of repair was made so far"""
 
 
-def readings_from_map(file: Path, tracks: MapTracks, settings: SmoothingSettings) -> tuple[Reading, ...]:
-    """One recording for each direction of travel.
+def readings_from_map(
+    file: Path, tracks: MapTracks, settings: SmoothingSettings, map: Path | None = None
+) -> tuple[Reading, ...]:
+    """One recording for each direction of travel, on the roads of a Lanelet2 map if there is one.
 
     Raises:
         RecordingError: the tracks cannot be traffic on one straight road, with the reason.
     """
     repairs = Counter(tracks.repairs)
+    roads = [] if map is None else _mapped(file, tracks, map)
     table, dt = _regular(file, tracks, repairs)
     sides = split_directions(file, table, repairs)
     known = (*tracks.markings, *tracks.centres) or (() if tracks.line is None else (tracks.line,))
-    found = [_on_road(file, side, tracks, known) for side in sides]
+    found = [_on_map(side, roads) if roads else _on_road(file, side, tracks, known) for side in sides]
     notes: dict[str, str] = {}
     if len(sides) == 2:
         way = check_apart(file, found[0][1], sides[1])
@@ -145,6 +158,40 @@ def _towards(side: pl.DataFrame) -> str:
     return ("towards +x" if x > 0 else "towards -x") if abs(x) >= abs(y) else ("towards +y" if y > 0 else "towards -y")
 
 
+def _mapped(file: Path, tracks: MapTracks, map: Path) -> list[Road]:
+    """The roads of the carriageways of a map."""
+    if tracks.origin is None:
+        raise RecordingError(file, "where its tracks are on a map is not known; leave the map out")
+    roads: list[Road] = []
+    try:
+        for lanes in islice(carriageways(read_lanelet2(map, tracks.origin)), MOST_CARRIAGEWAYS):
+            with suppress(DataError):  # a loop of a junction, on which nobody may drive
+                roads.append(drawn_road(lanes))
+    except DataError as error:
+        raise RecordingError(map, str(error)) from error
+    if not roads:
+        raise RecordingError(map, "the map has no road whose curves are wide enough; choose another one")
+    return roads
+
+
+def _on_map(side: pl.DataFrame, roads: list[Road]) -> tuple[RawTracks, Road, str]:
+    """The rows of one direction in the frame of the road on which most are in its direction."""
+    found = [(_raw(side, *road.to_road(side["x"], side["y"])), road) for road in roads]
+
+    def ahead(raw: RawTracks, road: Road) -> float:
+        goes_on = np.diff(raw.vehicle) == 0
+        return float(np.sum(np.diff(raw.lon) * goes_on * on_road(raw, road)[1:]))
+
+    raw, road = max(found, key=lambda each: ahead(*each))
+    return raw, road, "map"
+
+
+def _raw(side: pl.DataFrame, lon: Float[np.ndarray, " R"], lat: Float[np.ndarray, " R"]) -> RawTracks:
+    """Rows at positions [m] in the frame of their road."""
+    columns = {name: side[name].to_numpy() for name in ("vehicle", "moment", "length", "width", "speed", "kind")}
+    return RawTracks(lon=lon, lat=lat, group=np.zeros(len(side), dtype=np.int64), **columns)
+
+
 def _on_road(file: Path, side: pl.DataFrame, tracks: MapTracks, known: tuple[Line, ...]) -> tuple[RawTracks, Road, str]:
     """The rows of one direction in the frame of their road, the road, and where its lanes are from."""
     line = line_along(file, side, known)
@@ -155,10 +202,8 @@ def _on_road(file: Path, side: pl.DataFrame, tracks: MapTracks, known: tuple[Lin
         line = centred(line, lon, lat - centres[np.searchsorted(edges[1:-1], lat)])
         lon, lat = line.to_road(side["x"], side["y"])
         edges, lanes = _edges(file, side, lat, tracks, line)
-    columns = {name: side[name].to_numpy() for name in ("vehicle", "moment", "length", "width", "speed", "kind")}
-    raw = RawTracks(lon=lon, lat=lat - edges[0], group=np.zeros(len(side), dtype=np.int64), **columns)
     line = replace(line, lat=-float(edges[0]))
-    return raw, Road(edges=edges - edges[0], length=line.length, line=line), lanes
+    return _raw(side, lon, lat - edges[0]), Road(edges=edges - edges[0], length=line.length, line=line), lanes
 
 
 def _edges(

@@ -39,6 +39,7 @@ def read(
     smoothing: SmoothingSettings | None = None,
     format: str | None = None,
     dt: float = STEP,
+    map: Path | str | None = None,
 ) -> tuple[Recording, ...]:
     """Read recordings and number their groups.
 
@@ -52,9 +53,10 @@ def read(
         smoothing: how positions are smoothed.
         format: name of the files' format, one of `coverdrive.readers`; without it, each file shows its own.
         dt: time step [s] of the recordings; those of another one are resampled.
+        map: Lanelet2 map of the road, for exiD, inD, rounD, uniD and INTERACTION.
 
     """
-    how = How(location, smoothing or SmoothingSettings())
+    how = How(location, smoothing or SmoothingSettings(), None if map is None else Path(map))
     readings: list[Reading] = []
     origin: list[int] = []
     named = [paths] if isinstance(paths, (Path, str)) else paths
@@ -95,7 +97,7 @@ def _read_file(file: Path, how: How, name: str | None) -> tuple[Reading, ...]:
         readings = [each for each in found if isinstance(each, Reading)]
         for each in found:
             if isinstance(each, MapTracks):
-                readings += readings_from_map(file, each, how.smoothing)
+                readings += readings_from_map(file, each, how.smoothing, how.map)
     except OSError as error:
         problem = f"the file cannot be read ({error.strerror or error}); check its permissions"
         raise RecordingError(file, problem) from error

@@ -54,6 +54,8 @@ class How(NamedTuple):
     """site to read from NGSIM files that hold several"""
     smoothing: SmoothingSettings = SmoothingSettings()
     """how positions are smoothed"""
+    map: Path | None = None
+    """Lanelet2 map of the road, for tracks that know their place on it"""
 
 
 class Reader(NamedTuple):
