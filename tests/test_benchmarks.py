@@ -31,6 +31,14 @@ def test_basis(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert result["coverdrive"]["times faster"] > 0
 
 
+def test_road_frame(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("commonroad_clcs", reason="needs the extra test")
+    result = ran("road_frame", tmp_path / "frame.json", monkeypatch, "--points", "2000", "--length", "500")
+    assert result["there and back [m]"] < 1e-8
+    assert max(result["apart from commonroad-clcs (lon, lat) [m]"]) < 0.05
+    assert result["times faster"] > 0
+
+
 @pytest.mark.slow
 def test_certify(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     result = ran("certify", tmp_path / "certify.json", monkeypatch, "--samples", "4000")

@@ -51,6 +51,8 @@ class ReferenceLine:
     def __post_init__(self) -> None:
         """Refuse a curve that is too tight for a road."""
         if isinstance(self.curvature, np.ndarray):  # JAX puts other things into the fields
+            if len(self.curvature) < 2:
+                raise DataError("a line has the curvature at two points at least; give more")
             tightest = float(np.max(np.abs(self.curvature)))
             if not tightest * SMALLEST_RADIUS <= 1 + 1e-9:
                 where = int(np.argmax(np.abs(self.curvature))) * self.spacing

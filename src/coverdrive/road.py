@@ -94,15 +94,15 @@ class Road:
 
     def has_lane(self, lon: Numbers) -> Bool[np.ndarray, "*n L"]:
         """Whether each lane is there at positions [m]."""
+        if self.changing is None:
+            return np.ones((*np.shape(lon), self.lanes), dtype=bool)
         return np.diff(self.edges_at(lon), axis=-1) >= NARROWEST
 
     def lane_at(self, lon: Numbers, lat: Numbers) -> Int[np.ndarray, "*n"]:
-        """Lane index at positions [m]; of those that are there, the nearest."""
-        edges, there = self.edges_at(lon), self.has_lane(lon)
-        outside = np.maximum(
-            np.maximum(edges[..., :-1] - np.asarray(lat)[..., None], 0), lat[..., None] - edges[..., 1:]
-        )
-        return np.argmin(np.where(there, outside, np.inf), axis=-1)
+        """Lane index at positions [m]: of the lanes that are there, the nearest; `lane_of` if all are."""
+        edges, there, lat = self.edges_at(lon), self.has_lane(lon), np.asarray(lat)
+        outside = np.maximum(np.maximum(edges[..., :-1] - lat[..., None], 0), lat[..., None] - edges[..., 1:])
+        return self.lanes - 1 - np.argmin(np.where(there, outside, np.inf)[..., ::-1], axis=-1)
 
     def curvature(self, lon: Numbers) -> Float[np.ndarray, "*n"]:
         """[1/m] of the reference line at positions [m], positive where it turns left."""

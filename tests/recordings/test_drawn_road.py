@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from coverdrive.errors import DataError
 from coverdrive.recordings.drawn_road import DrawnLane, drawn_road
 from coverdrive.road import Road
 
@@ -76,6 +77,25 @@ def test_other_carriageways_are_no_part_of_it():
     crossing = DrawnLane(np.array([[100.0, -50], [100, 50]]), np.array([[103.5, -50], [103.5, 50]]))
     for other in (oncoming, beyond, crossing):
         assert drawn_road([*MAIN, other]).edges == pytest.approx(drawn_road(MAIN).edges)
+
+
+@pytest.mark.parametrize(
+    ("lanes", "problem"),
+    [
+        ([DrawnLane(MAIN[0].right, MAIN[0].left)], "the lane that leads the road is -3.5 m wide"),
+        ([DrawnLane(MAIN[0].left, MAIN[0].right[::-1])], "the lane that leads the road is"),
+        ([DrawnLane(np.zeros((4, 2)), MAIN[0].right)], "not between 1 m and"),
+        ([DrawnLane(MAIN[0].left * 1e6, MAIN[0].right)], "not between 1 m and"),
+    ],
+)
+def test_what_is_no_road_is_refused(lanes: list[DrawnLane], problem: str):
+    with pytest.raises(DataError, match=problem):
+        drawn_road(lanes)
+
+
+def test_a_lane_far_away_costs_nothing():
+    away = DrawnLane(MAIN[1].left * 1e6, MAIN[1].right * 1e6)
+    assert drawn_road([*MAIN, away]).edges == pytest.approx(drawn_road(MAIN).edges)
 
 
 def test_lanes_in_any_order():

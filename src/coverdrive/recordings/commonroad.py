@@ -6,6 +6,7 @@ The road comes from the bounds of the lanelets (`coverdrive.recordings.lanelets`
 import logging
 import warnings
 from collections import Counter
+from contextlib import suppress
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
@@ -16,12 +17,11 @@ import numpy as np
 from jaxtyping import Float
 
 from coverdrive.errors import DataError, RecordingError
-from coverdrive.recordings.checks import LONGEST_ROAD
 from coverdrive.recordings.drawn_road import drawn_road
 from coverdrive.recordings.lanelets import carriageways
 from coverdrive.recordings.repair import RawTracks, on_road, tidy
 from coverdrive.recordings.smoothing import SmoothingSettings
-from coverdrive.recordings.tracks import Reading, check_time_step, make_reading, name_of
+from coverdrive.recordings.tracks import MOST_BESIDE, Reading, check_time_step, make_reading, name_of
 from coverdrive.road import Road
 
 LEFT = "AUS BGD CYP GBR HKG IDN IND IRL JPN KEN LKA MLT MYS NZL PAK SGP THA UGA ZAF ZMB ZWE"
@@ -103,21 +103,24 @@ def _check_lanelets(file: Path, network: Any) -> None:
 def _busiest(file: Path, lanelets: list[Any], rows: Float[np.ndarray, "R 7"]) -> tuple[Road, RawTracks]:
     """The first carriageway that most vehicles drive on, or else the one that the most do, and where they are."""
     found: list[tuple[float, Road, RawTracks]] = []
+    problems: list[str] = []
     try:
         for lanes in islice(carriageways(lanelets), MOST_CARRIAGEWAYS):
-            length = float(np.sum(np.hypot(*np.diff(lanes[0].left, axis=0).T)))
-            if not 1.0 <= length <= LONGEST_ROAD:
-                raise DataError(f"the road is not between 1 m and {LONGEST_ROAD:g} m long; check the coordinates")
-            road = drawn_road(lanes)
+            try:
+                road = drawn_road(lanes)
+            except DataError as error:
+                problems.append(str(error))
+                continue
             raw = _in_road_frame(rows, road)
             found.append((float(on_road(raw, road).mean()), road, raw))
-            if found[-1][0] > 0.5:
-                break
+            if found[-1][0] > MOST_BESIDE:
+                return road, raw
     except KeyError as error:
-        raise RecordingError(file, f"a lanelet refers to {error}, which is not in the file; check the file") from None
+        problems.insert(0, f"a lanelet refers to {error}, which is not in the file; check the file")
     except DataError as error:
-        if not found:
-            raise RecordingError(file, str(error)) from None
+        problems.insert(0, str(error))
+    if problems:
+        raise RecordingError(file, problems[0])
     return max(found, key=lambda each: each[0])[1:]
 
 
@@ -125,9 +128,10 @@ def _speed_limit(network: Any) -> float | None:
     """[m/s] that holds on most of the lanelets that have a limit."""
     limits = dict[float, float]()
     for part in network.lanelets:
-        for sign in map(network.find_traffic_sign_by_id, part.traffic_signs):
-            for element in sign.traffic_sign_elements:
-                if element.traffic_sign_element_id.name == "MAX_SPEED" and element.additional_values:
+        signs = map(network.find_traffic_sign_by_id, part.traffic_signs)
+        for element in (each for sign in signs if sign is not None for each in sign.traffic_sign_elements):
+            with suppress(ValueError, IndexError):
+                if element.traffic_sign_element_id.name == "MAX_SPEED":
                     limit = float(element.additional_values[0])
                     limits[limit] = limits.get(limit, 0.0) + float(part.distance[-1])
     return max(limits, key=lambda limit: limits[limit], default=None)

@@ -12,6 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
+from coverdrive.errors import DataError
+from coverdrive.recordings.checks import LONGEST_ROAD
 from coverdrive.recordings.line_fit import fit_line
 from coverdrive.reference_line import ReferenceLine
 from coverdrive.road import NARROWEST, LaneEdges, Road
@@ -53,12 +55,17 @@ def drawn_road(lanes: Sequence[DrawnLane]) -> Road:
     """The road along the first of some lanes, with those beside it; its right edge is at lat = 0.
 
     Lanes that run against the direction of the first one, or do not touch the road, are left out. A DataError if the
-    road bends too sharply.
+    road bends too sharply, or its first lane has no width.
     """
     line = fit_line(lanes[0].left)
     stations = np.linspace(0.0, line.length, max(2, round(line.length / STATION) + 1))
     bounds = [np.stack([_offsets(line, bound, stations) for bound in (lane.right, lane.left)]) for lane in lanes]
     own = bounds.pop(0)
+    width = own[1] - own[0]
+    width = float(np.median(width[~np.isnan(width)])) if not np.isnan(width).all() else 0.0
+    if width < NARROWEST:
+        problem = f"the lane that leads the road is {width:.2g} m wide"
+        raise DataError(f"{problem}; expected at least {NARROWEST:g} m, its left bound left of its right one")
     inner = [np.interp(stations, stations[~np.isnan(edge)], edge[~np.isnan(edge)]) for edge in own]
     left = _outwards(inner[1], bounds)
     right = _outwards(-inner[0], [-bound[::-1] for bound in bounds])
@@ -73,6 +80,8 @@ def drawn_road(lanes: Sequence[DrawnLane]) -> Road:
 def _offsets(line: ReferenceLine, bound: Float[np.ndarray, "P 2"], stations: Float[np.ndarray, " S"]) -> np.ndarray:
     """lat [m] of a bound at every station, NaN where it is not beside the line or runs against it."""
     way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(bound, axis=0).T))])
+    if way[-1] > LONGEST_ROAD:
+        return np.full(len(stations), np.nan)
     grid = np.linspace(0.0, way[-1], max(2, round(way[-1]) + 1))
     lon, lat = line.to_road(*(np.interp(grid, way, values) for values in bound.T))
     forward = np.gradient(lon) > 0

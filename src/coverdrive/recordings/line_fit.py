@@ -10,6 +10,7 @@ from jaxtyping import Float
 from scipy.interpolate import make_smoothing_spline
 
 from coverdrive.errors import DataError
+from coverdrive.recordings.checks import LONGEST_ROAD
 from coverdrive.reference_line import ReferenceLine
 
 TOLERANCE = 0.3
@@ -28,6 +29,8 @@ def fit_line(points: Float[np.ndarray, "P 2"]) -> ReferenceLine:
     A DataError if the points are no line, or bend more than a road does (`coverdrive.reference_line.SMALLEST_RADIUS`).
     """
     way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    if not 1.0 <= way[-1] <= LONGEST_ROAD:
+        raise DataError(f"the road is not between 1 m and {LONGEST_ROAD:g} m long; check the coordinates")
     apart = np.insert(np.diff(way) > 0, 0, True)
     grid = np.linspace(0.0, way[-1], max(6, round(way[-1] / SPACING) + 1))
     drawn = np.stack([np.interp(grid, way[apart], values[apart]) for values in points.T])
