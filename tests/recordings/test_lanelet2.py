@@ -70,3 +70,38 @@ def test_damaged_maps_are_refused(old: str, new: str, problem: str, tmp_path: Pa
     with pytest.raises(RecordingError, match=problem):
         read([tracks], map=path)
     assert np.isfinite(read([tracks])[0].table["lon"].to_numpy()).all()
+
+
+NODES = (
+    ("0.00000903483", "0.00000897435"),
+    ("0.00000903484", "0.00090640957"),
+    ("0.00003613932", "0.00000897435"),
+    ("0.00003613935", "0.00090640957"),
+    ("0.00006324382", "0.00000897435"),
+    ("0.00006324382", "0.00090640957"),
+)
+"""Of the map of INTERACTION's own test scenario, github.com/interaction-dataset/interaction-dataset (BSD-3-Clause)"""
+
+
+def test_the_test_scenario_of_interaction_itself(tmp_path: Path):
+    """Two lanes of 3 m and 100 m, driven in opposite directions; a vehicle in the middle of each."""
+    tracks = ["track_id,frame_id,timestamp_ms,agent_type,x,y,vx,vy,psi_rad,length,width"]
+    tracks += [f"1,{k},{100 * k},car,{k},2.5,10,0,0,4,1.8" for k in range(1, 101)]
+    tracks += [f"2,{k},{100 * k},car,{131 - k},5.5,10,0,3.1415,4,1.8" for k in range(31, 101)]
+    (tmp_path / "vehicle_tracks_000.csv").write_text("\n".join(tracks) + "\n")
+    places = [f'<node id="{number}" lat="{lat}" lon="{lon}"/>' for number, (lat, lon) in enumerate(NODES, 1)]
+    ways = [f'<way id="{10 + k}"><nd ref="{2 * k + 1}"/><nd ref="{2 * k + 2}"/></way>' for k in range(3)]
+    kind = '<tag k="subtype" v="road"/><tag k="type" v="lanelet"/>'
+    lanelets = [
+        f'<relation id="{number}"><member type="way" ref="11" role="left"/>'
+        f'<member type="way" ref="{right}" role="right"/>{kind}</relation>'
+        for number, right in ((20, 10), (21, 12))
+    ]
+    (tmp_path / "map.osm").write_text(f'<osm version="0.6">{"".join([*places, *ways, *lanelets])}</osm>')
+    forth, back = read([tmp_path], map=tmp_path / "map.osm")
+    for recording, lon in ((forth, (2.0, 99.0)), (back, (3.0, 70.0))):
+        assert recording.notes["lanes"] == "map" and recording.road.side == "right"
+        assert recording.road.edges == pytest.approx([0, 3], abs=1e-4)
+        assert float(recording.road.length) == pytest.approx(100.0, abs=1e-4)
+        assert recording.table["lat"].to_numpy() == pytest.approx(1.5, abs=1e-4)
+        assert (recording.table["lon"].min(), recording.table["lon"].max()) == pytest.approx(lon, abs=1e-4)
