@@ -57,6 +57,8 @@ def test_maps_of_other_places_are_refused(tmp_path: Path):
     [
         ("</osm>", "", r"lanelets\.osm: not a Lanelet2 map, or damaged"),
         ('lat="', 'latitude="', "KeyError: 'lat'"),
+        ('lon="9', 'lon="999', "ValueError: a node has no geographic coordinates"),
+        ('lat="0.000', 'lat="3.000', "a lane is .* m long; expected up to"),
         ('role="left"', 'role="middle"', "KeyError: 'left'"),
         ('v="lanelet"', 'v="multipolygon"', "no lanelets that vehicles drive on"),
         ('<nd ref="5"/>', '<nd ref="99999"/>', "not a Lanelet2 map, or damaged"),

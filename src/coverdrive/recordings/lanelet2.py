@@ -121,6 +121,8 @@ def _places(root: ElementTree.Element, origin: Origin) -> dict[int, np.ndarray]:
     """Positions [m] of all nodes."""
     nodes = list(root.iter("node"))
     latitude, longitude = (np.array([float(node.attrib[name]) for node in nodes]) for name in ("lat", "lon"))
+    if not (np.all(np.abs(latitude) < 85) and np.all(np.abs(longitude) <= 180)):
+        raise ValueError("a node has no geographic coordinates")
     zone = int((longitude[0] + 180) // 6) + 1
     east, north = utm(latitude, longitude, zone)
     x, y = origin(zone)

@@ -16,6 +16,7 @@ from jaxtyping import Float
 
 from coverdrive.errors import DataError, RecordingError
 from coverdrive.recordings.carriageway import Line, centred, check_apart, line_along, split_directions
+from coverdrive.recordings.checks import LONGEST_ROAD
 from coverdrive.recordings.columns import LENGTH, WIDTH, check_whole, plausible_sizes, time_step
 from coverdrive.recordings.delimited import ROW
 from coverdrive.recordings.drawn_road import drawn_road
@@ -165,6 +166,9 @@ def _mapped(file: Path, tracks: MapTracks, map: Path) -> list[Road]:
     roads: list[Road] = []
     try:
         for lanes in islice(carriageways(read_lanelet2(map, tracks.origin)), MOST_CARRIAGEWAYS):
+            longest = max(float(np.sum(np.hypot(*np.diff(bound, axis=0).T))) for lane in lanes for bound in lane)
+            if longest > LONGEST_ROAD:
+                raise DataError(f"a lane is {longest:g} m long; expected up to {LONGEST_ROAD:g} m")
             with suppress(DataError):  # a loop of a junction, on which nobody may drive
                 roads.append(drawn_road(lanes))
     except DataError as error:
