@@ -46,8 +46,8 @@ def test_bends_stay_bends(tmp_path: Path, degrees: float):
     path.write_text(bent(degrees))
     recording = read_commonroad(path).recording
     table, radius = recording.table, 200 / np.radians(degrees)
-    assert np.degrees(recording.road.line.bend) == pytest.approx(degrees, rel=0.13)
-    middle = table.filter(pl.col("lon").is_between(50, 150))
+    assert np.degrees(recording.road.line.bend) == pytest.approx(degrees, rel=0.02)
+    middle = table.filter(pl.col("lon").is_between(15, 185))
     assert recording.road.curvature(middle["lon"].to_numpy()) == pytest.approx(1 / radius, rel=0.05)
     assert table["speed"].to_numpy() == pytest.approx(20.0, rel=0.01)  # on the ground, outside of the line
     assert middle["heading"].to_numpy() == pytest.approx(0.0, abs=0.01)

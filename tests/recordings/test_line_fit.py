@@ -67,6 +67,16 @@ def test_curves_between_straights_are_followed_within_the_tolerance(radius: floa
     assert line.bend == pytest.approx(80 / radius, abs=0.03)
 
 
+@pytest.mark.parametrize("radius", [60.0, 150.0, 500.0])
+def test_arcs_do_not_end_straight(radius: float):
+    angle = np.arange(0, 200, 4.0) / radius
+    drawn = radius * np.stack([np.sin(angle), 1 - np.cos(angle)], axis=-1)
+    line = fit_line(drawn)
+    lon, lat = project(line, drawn).T
+    assert lat == pytest.approx(0.0, abs=0.25)
+    assert line.heading_at(lon) == pytest.approx(angle, abs=0.015)
+
+
 def test_a_corner_is_no_road():
     with pytest.raises(DataError, match=r"a curve of \d+ m radius, \d+ m after the road's beginning; expected at"):
         fit_line(np.array([[0.0, 0], [100, 0], [100, 100]]))

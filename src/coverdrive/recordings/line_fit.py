@@ -2,7 +2,9 @@
 
 Digitised lines have kinks that no road has: x and y become cubic smoothing splines over the way, which pass waves of a
 length and smooth out shorter ones. Of the lengths in `WAVES` the longest is taken with which the line stays within
-`TOLERANCE` of what was drawn. P is the number of points.
+`TOLERANCE` of what was drawn. Such splines end straight: a line that bends is drawn on as an arc at both ends
+meanwhile; one that counts as straight is not, as the noise at its ends would lead the arc astray. P is the number of
+points.
 """
 
 import numpy as np
@@ -12,12 +14,16 @@ from scipy.interpolate import make_smoothing_spline
 from coverdrive.errors import DataError
 from coverdrive.recordings.checks import LONGEST_ROAD
 from coverdrive.reference_line import ReferenceLine
+from coverdrive.road import LARGEST_BEND
 
 TOLERANCE = 0.3
 """[m] by which smoothing may move the line; lanes do not move with it, as their edges are measured from it"""
 
 WAVES = (80.0, 57.0, 40.0, 28.0, 20.0, 14.0, 10.0)
 """[m] wave length that keeps half its height; bends of freeways are longer than the first"""
+
+BEYOND = 40.0
+"""[m] by which the line is drawn on at both ends while it is smoothed"""
 
 SPACING = 1.0
 """[m] between the points of the line"""
@@ -34,9 +40,15 @@ def fit_line(points: Float[np.ndarray, "P 2"]) -> ReferenceLine:
     apart = np.insert(np.diff(way) > 0, 0, True)
     grid = np.linspace(0.0, way[-1], max(6, round(way[-1] / SPACING) + 1))
     drawn = np.stack([np.interp(grid, way[apart], values[apart]) for values in points.T])
+    line = _fitted(grid, drawn, BEYOND)
+    return line if np.degrees(line.bend) > LARGEST_BEND else _fitted(grid, drawn, 0.0)
+
+
+def _fitted(grid: Float[np.ndarray, " G"], drawn: Float[np.ndarray, "2 G"], beyond: float) -> ReferenceLine:
+    """The line of the longest of the `WAVES` that stays within the tolerance, drawn on by ``beyond`` [m] meanwhile."""
     for wave in WAVES:
         try:
-            line = _smoothed(grid, drawn, wave)
+            line = _smoothed(grid, drawn, wave, beyond)
         except DataError:
             if wave == WAVES[-1]:
                 raise
@@ -49,10 +61,16 @@ def fit_line(points: Float[np.ndarray, "P 2"]) -> ReferenceLine:
     )
 
 
-def _smoothed(grid: Float[np.ndarray, " G"], drawn: Float[np.ndarray, "2 G"], wave: float) -> ReferenceLine:
+def _smoothed(
+    grid: Float[np.ndarray, " G"], drawn: Float[np.ndarray, "2 G"], wave: float, beyond: float
+) -> ReferenceLine:
     """The line of the splines that keep half of waves of a length [m], through points at ways ``grid`` [m]."""
-    stiffness = (wave / (2 * np.pi)) ** 4 / (grid[1] - grid[0])
-    splines = [make_smoothing_spline(grid, values, lam=stiffness) for values in drawn]
+    step = grid[1] - grid[0]
+    ways = step * np.arange(1, round(beyond / step) + 1)
+    before, after = _beyond(drawn[:, ::-1], ways)[:, ::-1], _beyond(drawn, ways)
+    longer = np.concatenate([grid[0] - ways[::-1], grid, grid[-1] + ways])
+    values = np.concatenate([before, drawn, after], axis=1)
+    splines = [make_smoothing_spline(longer, each, lam=(wave / (2 * np.pi)) ** 4 / step) for each in values]
     fine = np.linspace(0.0, grid[-1], 4 * len(grid))
     (dx, ddx), (dy, ddy) = ((spline(fine, 1), spline(fine, 2)) for spline in splines)
     rate = np.hypot(dx, dy)
@@ -61,3 +79,18 @@ def _smoothed(grid: Float[np.ndarray, " G"], drawn: Float[np.ndarray, "2 G"], wa
     curvature = np.interp(even, arc, (dx * ddy - dy * ddx) / rate**3)
     start = np.array([float(spline(0.0)) for spline in splines])
     return ReferenceLine(start, float(np.arctan2(dy[0], dx[0])), curvature, float(arc[-1]))
+
+
+def _beyond(drawn: Float[np.ndarray, "2 G"], ways: Float[np.ndarray, " W"]) -> Float[np.ndarray, "2 W"]:
+    """Points at ways [m] beyond the last one, on the arc that as many points before it lead to."""
+    if len(ways) == 0:
+        return np.zeros((2, 0))
+    last = drawn[:, -max(3, len(ways)) :]
+    chord = last[:, -1] - last[:, 0]
+    along = chord / np.hypot(*chord)
+    ahead, left = along @ (last - last[:, -1:]), np.array([-along[1], along[0]]) @ (last - last[:, -1:])
+    bend, slope, _ = np.polyfit(ahead, left, 2)
+    heading = np.arctan2(along[1], along[0]) + np.arctan(slope)
+    curvature = 2 * bend / (1 + slope**2) ** 1.5
+    middle = heading + curvature * (ways - ways[0] / 2)
+    return drawn[:, -1:] + np.cumsum(ways[0] * np.stack([np.cos(middle), np.sin(middle)]), axis=1)
