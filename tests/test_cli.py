@@ -298,7 +298,9 @@ def test_help_teaches(command: str, capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_option_has_an_example(command: str) -> None:
     for option in app[command].assemble_argument_collection():
-        assert option.hint in (bool, bool | None) or "as in `" in str(option.parameter.help), option.name
+        assert option.children or option.hint in (bool, bool | None) or "as in `" in str(option.parameter.help), (
+            option.name
+        )
 
 
 def test_help_lists_commands_in_the_order_of_a_first_visit(capsys: pytest.CaptureFixture[str]) -> None:
@@ -349,6 +351,15 @@ def test_an_interrupt_outside_of_a_study_promises_nothing(monkeypatch, capsys: p
     with pytest.raises(SystemExit) as stopped:
         cli.main()
     assert stopped.value.code == 130 and capsys.readouterr().err == "stopped\n"
+
+
+def test_recordings_are_read_as_asked_for(tmp_path: Path) -> None:
+    one = generate(Experiment().generated.model_copy(update={"scenes": 1, "duration": 5.0}))
+    write_parquet(one, tmp_path / "own.parquet")
+    asked = ("inspect", tmp_path / "own.parquet", "--format", "OWN", "--dt", "0.2", "--json")
+    (found,) = json.loads(coverdrive(*asked, only="stdout"))["recordings"]
+    assert found["dt"] == 0.2 and found["notes"]["resampled"].startswith("10 Hz to 5 Hz after")
+    assert "there is no format 'none'" in coverdrive("inspect", tmp_path / "own.parquet", "--format", "none", status=2)
 
 
 def test_a_name_that_looks_like_json_or_markup_is_a_name(tmp_path: Path, monkeypatch) -> None:

@@ -32,6 +32,9 @@ if TYPE_CHECKING:
     from coverdrive.prediction.folds import Fold as Fold
     from coverdrive.prediction.folds import fit_folds as fit_folds
     from coverdrive.prediction.predictor import Predictor as Predictor
+    from coverdrive.recordings.formats import readers as readers
+    from coverdrive.recordings.formats import register_reader as register_reader
+    from coverdrive.recordings.map_tracks import MapTracks as MapTracks
     from coverdrive.recordings.read import read as read
     from coverdrive.recordings.recording import Recording as Recording
     from coverdrive.reporting.report import report as report
@@ -51,6 +54,9 @@ __version__ = "0.1.0"
 
 _PLACES = {
     "read": "recordings.read",
+    "readers": "recordings.formats",
+    "register_reader": "recordings.formats",
+    "MapTracks": "recordings.map_tracks",
     "generate": "simulation.generated",
     "fit": "prediction.fit",
     "fit_folds": "prediction.folds",

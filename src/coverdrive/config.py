@@ -17,8 +17,10 @@ from coverdrive.files import write_atomically
 from coverdrive.planning.planner import PlannerSettings
 from coverdrive.prediction.fit import PredictionSettings
 from coverdrive.progress import stage
+from coverdrive.recordings.checks import TIME_STEPS
 from coverdrive.recordings.read import read
 from coverdrive.recordings.recording import Recording
+from coverdrive.recordings.resampling import STEP
 from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.settings import Settings, to_toml
 from coverdrive.simulation.episode import EpisodeSettings
@@ -59,6 +61,12 @@ class Experiment(Settings):
     """seed of every random choice"""
     location: str | None = None
     """site to take from an NGSIM file that holds several"""
+    format: str | None = None
+    """name of the recordings' format, where the files do not show it themselves"""
+    map: str | None = None
+    """Lanelet2 map of the recordings' road, where their format says where on it they are"""
+    dt: float = Field(default=STEP, ge=TIME_STEPS[0], le=TIME_STEPS[1])
+    """[s] time step of recordings; those of another one are resampled"""
     smoothing: SmoothingSettings = SmoothingSettings()
     """how recorded positions are smoothed"""
     generated: GeneratedSettings = GeneratedSettings()
@@ -133,7 +141,7 @@ class Experiment(Settings):
         """The recordings in some files and folders, or generated traffic where none is given."""
         with stage("recordings"):
             if paths:
-                return read(paths, self.location, self.smoothing)
+                return read(paths, self.location, self.smoothing, self.format, self.dt, self.map)
             return generate(self.generated, self.seed)
 
     def save(self, path: Path) -> None:

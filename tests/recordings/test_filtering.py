@@ -81,7 +81,8 @@ def driven(extra: float = 0.0) -> RawTracks:
 def test_another_future_changes_nothing_that_is_seen(tmp_path: Path):
     road, settings = Road.straight(), SmoothingSettings()
     one, other = (
-        make_reading(tmp_path, "any", driven(extra), 0.1, road, settings, Counter()).recording for extra in (0.0, 0.8)
+        make_reading(tmp_path, "any", driven(extra), 0.1, road, settings, Counter(), {}).recording
+        for extra in (0.0, 0.8)
     )
     for moment in range(2, 40):
         scenes = [each.scene_at(0.1 * moment) for each in (one, other)]

@@ -9,10 +9,20 @@ import json
 import os
 import re
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import polars as pl
 import pytest
+from published_formats import (
+    truth,
+    write_exid,
+    write_highd,
+    write_i24,
+    write_interaction,
+    write_mona,
+    write_tgsim,
+)
 from recordings_fakes import metric, ngsim_table, straight, traffic
 
 from coverdrive.errors import CoverdriveError
@@ -67,6 +77,26 @@ SEEDS: dict[str, bytes] = {
     "metric.parquet": written(metric()),
     "own.parquet": written(OWN, HEADS),
 }
+
+
+def published() -> dict[str, dict[str, bytes]]:
+    """Small files of public data sets by their names, each with those beside it."""
+    real, fast = (truth(dt, carriageways=1, seconds=1.5) for dt in (0.1, 0.04))
+    found: dict[str, dict[str, bytes]] = {}
+    with TemporaryDirectory() as place:
+        for write in (write_highd, write_exid, write_interaction, write_mona, write_i24):
+            folder = Path(place) / write.__name__
+            folder.mkdir()
+            path = write(folder, fast if write is write_mona else real)
+            beside = {other.name: other.read_bytes() for other in path.parent.iterdir() if other != path}
+            found[path.name] = {path.name: path.read_bytes(), **beside}
+        path = write_tgsim(Path(place), [real])
+        found[path.name] = {path.name: path.read_bytes()}
+    return found
+
+
+PUBLISHED = published()
+SEEDS |= {name: files[name] for name, files in PUBLISHED.items()}
 
 
 def damaged(content: bytes, random: np.random.Generator) -> bytes:
@@ -131,9 +161,16 @@ def mutated(name: str, random: np.random.Generator) -> bytes:
     return damaged(SEEDS[name], random)
 
 
+def put(name: str, folder: Path) -> Path:
+    """The undamaged file, with those beside it."""
+    for other, content in {name: SEEDS[name], **PUBLISHED.get(name, {})}.items():
+        (folder / other).write_bytes(content)
+    return folder / name
+
+
 def tried(name: str, count: int, folder: Path, seed: int) -> tuple[int, int]:
     """How many of ``count`` damaged files are read, and how many refused."""
-    accepted, path = 0, folder / name
+    accepted, path = 0, put(name, folder)
     for number in range(count):
         path.write_bytes(mutated(name, np.random.default_rng([seed, number])))
         try:
@@ -154,8 +191,7 @@ def tried(name: str, count: int, folder: Path, seed: int) -> tuple[int, int]:
 
 @pytest.mark.parametrize("name", SEEDS)
 def test_undamaged_files_are_read(name: str, tmp_path: Path):
-    (tmp_path / name).write_bytes(SEEDS[name])
-    assert len(read([tmp_path / name])) == 1
+    assert len(read([put(name, tmp_path)])) == 1
 
 
 @pytest.mark.parametrize("name", SEEDS)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from coverdrive.recordings.local_frame import edges_from_lanes, edges_from_width
+from coverdrive.recordings.lanes import edges_from_lanes, edges_from_width
 
 
 def test_edges_lie_between_the_medians():

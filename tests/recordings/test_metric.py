@@ -7,7 +7,7 @@ import polars as pl
 import pytest
 
 from coverdrive.errors import RecordingError
-from coverdrive.recordings.ngsim import is_metric, read_metric
+from coverdrive.recordings.ngsim import read_metric
 
 
 def metric_table(speed: float = 12.0) -> pl.DataFrame:
@@ -31,7 +31,7 @@ def path(tmp_path: Path) -> Path:
 
 def test_front_bumpers_become_centres_of_usual_cars(path: Path):
     metric_table().write_parquet(path)
-    (reading,) = read_metric(path, pl.read_parquet(path))
+    (reading,) = read_metric(path)
     recording = reading.recording
     assert recording.repairs == {"assumed sizes": 2}
     assert recording.road.edges == pytest.approx([0, 3.6576, 7.3152])
@@ -46,32 +46,27 @@ def test_front_bumpers_become_centres_of_usual_cars(path: Path):
 def test_feet_are_refused(path: Path):
     metric_table(speed=25 / 0.3048).write_parquet(path)
     with pytest.raises(RecordingError, match=r"faster than 82 m/s.*in metres"):
-        read_metric(path, pl.read_parquet(path))
+        read_metric(path)
 
 
 def test_missing_columns_and_broken_cells_are_named(path: Path):
     metric_table().drop("Global_Time").write_parquet(path)
     with pytest.raises(RecordingError, match="no column Global_Time"):
-        read_metric(path, pl.read_parquet(path))
+        read_metric(path)
     broken = metric_table()
     broken[17, "local_x_m"] = None
     broken.write_parquet(path)
     with pytest.raises(RecordingError, match="row 18, column local_x_m: expected a number, got None"):
-        read_metric(path, pl.read_parquet(path))
+        read_metric(path)
     metric_table()[:0].write_parquet(path)
     with pytest.raises(RecordingError, match="no rows of data"):
-        read_metric(path, pl.read_parquet(path))
-
-
-def test_columns_tell_the_format():
-    assert is_metric(metric_table().columns)
-    assert not is_metric(["vehicle", "lon"])
+        read_metric(path)
 
 
 @pytest.mark.real_data
 def test_recorded_tracks(us101: Path):
     path = us101 / "tracks" / "us101_300_vehicles.parquet"
-    readings = read_metric(path, pl.read_parquet(path))
+    readings = read_metric(path)
     tables = [reading.recording.table for reading in readings]
     assert len(readings) == 3  # the frame counter was started three times
     assert sum(map(len, tables)) == 172_888 - 2 * 300

@@ -7,6 +7,7 @@ import polars as pl
 import pytest
 
 from coverdrive.errors import RecordingError
+from coverdrive.recordings.kinds import KINDS
 from coverdrive.recordings.ngsim import read_ngsim
 from coverdrive.recordings.read import read
 
@@ -282,3 +283,12 @@ def test_recorded_traffic(us101: Path, name: str, rows: int, vehicles: int, ramp
     assert np.median(np.abs(lat - centre)) < 0.5
     assert abs(np.median(table["heading"].to_numpy())) < 0.005
     assert table["speed"].max() < 30
+
+
+def test_classes_are_kept(make_ngsim, write_csv):
+    table = make_ngsim().with_columns(v_Class=pl.col("Vehicle_ID").replace({4: 1, 5: 3, 6: 9}).clip(1, 9))
+    table = table.with_columns(v_Class=pl.when(pl.col("Vehicle_ID") <= 3).then(2).otherwise("v_Class"))
+    (recording,) = read([write_csv(table)])
+    found = dict(recording.table.select("vehicle", "kind").unique().iter_rows())
+    names = {vehicle: KINDS[kind] for vehicle, kind in found.items()}
+    assert names == {1: "car", 2: "car", 3: "car", 4: "motorcycle", 5: "truck", 6: "unknown"}

@@ -69,12 +69,12 @@ def test_progress_rises_to_one(make_ngsim, write_csv):
     [
         ("missing.csv", "no such file or folder"),
         ("empty", "the folder holds no recording"),
-        ("a.json", "unknown kind of file '.json'"),
+        ("a.md", "unknown kind of file '.md'"),
     ],
 )
 def test_paths_to_nothing_are_refused(tmp_path: Path, name: str, problem: str):
     (tmp_path / "empty").mkdir()
-    (tmp_path / "a.json").write_text("{}")
+    (tmp_path / "a.md").write_text("{}")
     with pytest.raises(RecordingError, match=problem):
         read([tmp_path / name])
 

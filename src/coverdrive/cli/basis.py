@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 from cyclopts import Parameter
 
 from coverdrive.cli.bars import stages, waiting
-from coverdrive.cli.options import Config, Location, Out, Seed, between, console, experiment_of, usually
+from coverdrive.cli.options import AS_USUAL, Config, Files, Out, Seed, between, console, experiment_of, usually
 
 
 def basis(
@@ -41,7 +41,7 @@ def basis(
     seed: Seed = None,
     out: Out = Path("results"),
     config: Config = None,
-    location: Location = None,
+    files: Files = AS_USUAL,
 ) -> dict[str, Any]:
     """Cover all trajectory segments of recordings by few, for several ε, and bound how few could do.
 
@@ -53,7 +53,7 @@ def basis(
     experiment = experiment_of(
         config,
         seed=seed,
-        location=location,
+        **vars(files),
         prediction={"segments": {"stride": stride}, "basis": {"symmetric": symmetric, "centres": centres}},
     )
     with waiting():

@@ -36,7 +36,7 @@ def fit(
     out: options.Out = Path("results"),
     config: options.Config = None,
     preset: options.Preset = "default",
-    location: options.Location = None,
+    files: options.Files = options.AS_USUAL,
     settings: options.Set = None,
 ) -> dict[str, Any]:
     """Learn a predictor from recordings, certify it, and test it on scenes that it never saw.
@@ -51,7 +51,7 @@ def fit(
     with waiting():
         from coverdrive.results import Results, certificate_record
     experiment = experiment_of(
-        config, preset, settings, seed=seed, location=location, prediction=certificate(epsilon, confidence, unit)
+        config, preset, settings, seed=seed, **vars(files), prediction=certificate(epsilon, confidence, unit)
     )
     if folds is not None:
         return _folds_and_print(experiment, recording or [], folds)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from coverdrive.cli.bars import stages, waiting
-from coverdrive.cli.options import Location, console
+from coverdrive.cli.options import AS_USUAL, Files, console, experiment_of
 from coverdrive.errors import DataError
 from coverdrive.progress import done, stage
 
@@ -18,11 +18,15 @@ if TYPE_CHECKING:
 
 def inspect(
     *recording: Annotated[Path, Parameter(help="Files or folders of recordings, as in `scenarios/`.")],
-    location: Location = None,
-    plot: Annotated[Path | None, Parameter(help="Name of pictures of each road, its lanes and tracks.")] = None,
-    histogram: Annotated[Path | None, Parameter(help="Name of a picture of speeds, gaps and accelerations.")] = None,
+    files: Files = AS_USUAL,
+    plot: Annotated[
+        Path | None, Parameter(help="Name of pictures of each road, its lanes and tracks, as in `--plot road`.")
+    ] = None,
+    histogram: Annotated[
+        Path | None, Parameter(help="Name of a picture of speeds, gaps and accelerations, as in `--histogram speeds`.")
+    ] = None,
 ) -> dict[str, Any]:
-    """Say what is in recordings: vehicles, minutes, lanes, speeds, and what had to be repaired.
+    """Say what is in recordings: vehicles, minutes, lanes and where they are from, speeds, and what was repaired.
 
     For example:
 
@@ -33,17 +37,16 @@ def inspect(
     if not recording:
         raise DataError("there is nothing to inspect; name a file or folder, as in `coverdrive inspect us-101.csv`")
     with waiting():
-        from coverdrive.recordings.read import read
         from coverdrive.recordings.summary import summarise
         from coverdrive.reporting.terminal import recordings_table
-    with stages(), stage("reading"):
-        recordings = read(recording, location=location)
+    with stages():
+        recordings = experiment_of(**vars(files)).recordings(recording)
     summaries = summarise(recordings)
     console.print(recordings_table(summaries))
-    files = _draw(recordings, plot, histogram)
-    for file in files:
+    drawn = _draw(recordings, plot, histogram)
+    for file in drawn:
         console.print(str(file), soft_wrap=True)
-    return {"recordings": [asdict(summary) for summary in summaries], "figures": [str(file) for file in files]}
+    return {"recordings": [asdict(summary) for summary in summaries], "figures": [str(file) for file in drawn]}
 
 
 def _draw(recordings: Sequence["Recording"], plot: Path | None, histogram: Path | None) -> list[Path]:

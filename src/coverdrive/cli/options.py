@@ -1,6 +1,7 @@
 """What several commands take, and what they make of it."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -42,7 +43,7 @@ Recordings = Annotated[
     list[Path] | None,
     _RECORDING,
     Parameter(
-        help="Files or folders: NGSIM CSV or text, CommonRoad XML, Parquet; as in `--recording scenarios/ us-101.csv`. "
+        help="Files or folders of NGSIM, highD, CommonRoad and others, as in `--recording scenarios/ us-101.csv`. "
         "Without any, traffic is generated.",
     ),
 ]
@@ -154,9 +155,38 @@ Vehicles = Annotated[
         show_default=usually("3 4 5 6 7, as in the paper,"),
     ),
 ]
-Location = Annotated[
-    str | None, Parameter(help="Site to take from an NGSIM file that holds several, as in `--location us-101`.")
-]
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Files:
+    """How recordings are read."""
+
+    location: Annotated[
+        str | None, Parameter(help="Site to take from an NGSIM file that holds several, as in `--location us-101`.")
+    ] = None
+    format: Annotated[
+        str | None,
+        Parameter(help="Format of the recordings where the files do not show it themselves, as in `--format NGSIM`."),
+    ] = None
+    map: Annotated[
+        str | None,
+        Parameter(
+            help="Lanelet2 map of the road, for exiD, inD, rounD, uniD and INTERACTION, as in `--map lanelets.osm`; "
+            "without it, lanes are estimated from the tracks."
+        ),
+    ] = None
+    dt: Annotated[
+        float | None,
+        Parameter(
+            help="Time step of the recordings in seconds, to which those of another one are resampled; as in "
+            "`--dt 0.05`.",
+            show_default=usually("0.1"),
+        ),
+    ] = None
+
+
+AS_USUAL = Files()
 _Number = Number(gte=0, lte=9_999_999)
 Named = Annotated[
     list[Annotated[int, Parameter(validator=_Number)]] | None,

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from coverdrive.cli.bars import stages, waiting
-from coverdrive.cli.options import Config, Location, Out, Recordings, Seed, console, experiment_of
+from coverdrive.cli.options import AS_USUAL, Config, Files, Out, Recordings, Seed, console, experiment_of
 
 
 def paper(
@@ -13,7 +13,7 @@ def paper(
     seed: Seed = None,
     out: Out = Path("results"),
     config: Config = None,
-    location: Location = None,
+    files: Files = AS_USUAL,
 ) -> dict[str, Any]:
     """Repeat Tables 1 and 2 of the paper, and print ours beside them.
 
@@ -37,7 +37,7 @@ def paper(
         from coverdrive.reporting import paper_tables
         from coverdrive.reporting.drawing import save
         from coverdrive.reporting.paper_figure import paper_figure
-    experiment = experiment_of(config, seed=seed, location=location).model_copy(update={"prediction": paper_settings()})
+    experiment = experiment_of(config, seed=seed, **vars(files)).model_copy(update={"prediction": paper_settings()})
     sources = {"generated": [], **({"recordings": recording} if recording else {})}
     titles = {"generated": "generated traffic", "recordings": "the recordings"}
     bounds = table_1_bounds()

@@ -26,7 +26,7 @@ def run(
     config: options.Config = None,
     preset: options.Preset = "default",
     workers: options.Workers = None,
-    location: options.Location = None,
+    files: options.Files = options.AS_USUAL,
     settings: options.Set = None,
 ) -> dict[str, Any]:
     """Do everything: learn, certify, test, compare methods, drive a closed-loop study, and draw the report.
@@ -45,7 +45,7 @@ def run(
         settings,
         usual={"prediction": certificate("auto", None, None)},
         seed=seed,
-        location=location,
+        **vars(files),
         prediction=certificate(epsilon, confidence, unit),
         study={"trials": trials, "workers": workers, "vehicles": vehicles},
         traffic={"kind": traffic},

@@ -45,7 +45,8 @@ def read_commonroad(file: Path, settings: SmoothingSettings | None = None) -> Re
     side = "left" if scenario.scenario_id.country_id in LEFT else "right"
     road = replace(road, side=side, speed_limit=_speed_limit(scenario.lanelet_network))
     repairs: Counter[str] = Counter()
-    return make_reading(file, name_of(file), tidy(raw, dt, repairs), dt, road, settings or SmoothingSettings(), repairs)
+    tracks, how = tidy(raw, dt, repairs), settings or SmoothingSettings()
+    return make_reading(file, name_of(file), tracks, dt, road, how, repairs, {"lanes": "map"})
 
 
 def _open(file: Path) -> Any:

@@ -22,7 +22,10 @@ LARGEST = 2.0**53
 """Whole numbers above it are not told apart as float64; nothing that is measured on a road is as large"""
 
 SITE = "location"
-"""The one column that may hold text"""
+"""The column that tells the sites of a file apart"""
+
+TEXTS = frozenset({SITE, "agent_type", "class", "upperlanemarkings", "lowerlanemarkings"})
+"""The columns that hold text"""
 
 ROW = "row"
 """The column that says on which line of the file, counted from 1, a row stands"""
@@ -38,8 +41,23 @@ class Layout(NamedTuple):
     """a comma, or a blank for any run of white space"""
 
 
+def normalised(name: str) -> str:
+    """A column's name as names are compared: in lower case, with ``_`` for ``-``."""
+    return name.strip().strip('"').strip().lower().replace("-", "_")
+
+
+def csv_layout(file: Path) -> Layout:
+    """The normalised names of the columns in the header; none where the first line has no comma."""
+    with file.open("rb") as stream:
+        first = stream.readline(100_000).decode("utf-8", errors="replace").lstrip("\ufeff")
+    if not first.strip(" \t\r\n"):
+        raise RecordingError(file, "the file is empty; check that it was copied whole")
+    names = first.split(",") if "," in first else ()
+    return Layout(file, tuple(map(normalised, names)), ",")
+
+
 def read_columns(layout: Layout, wanted: Sequence[str], site: str | None, repairs: Counter[str]) -> pl.DataFrame:
-    """The wanted columns as float64, of the rows of one site, and the column `ROW`.
+    """The wanted columns as float64 (`TEXTS` as lower-case text), of the rows of one site, and the column `ROW`.
 
     ``site`` is the value of the column ``location`` to keep, in any case; None if there is only one. ``repairs`` gains
     ``truncated rows`` when the last line is cut, and ``blank lines``.
@@ -94,7 +112,7 @@ def _blocks(stream: BinaryIO, layout: Layout, repairs: Counter[str]) -> Iterator
 
 def _parse(text: bytes, layout: Layout, names: list[str], row: int, repairs: Counter[str]) -> pl.DataFrame:
     """The named columns of one block whose first line is line ``row`` of the file."""
-    numbers = [name for name in names if name != SITE]
+    numbers = [name for name in names if name not in TEXTS]
     block = _fast(text, layout, names, row)
     if block is None or not all(block[name].is_finite().all(ignore_nulls=False) for name in numbers):
         block = _slow(text, layout, names, row, repairs)
@@ -102,8 +120,8 @@ def _parse(text: bytes, layout: Layout, names: list[str], row: int, repairs: Cou
         for index in (block[name].abs() >= LARGEST).arg_true():
             problem = f"expected a number below 2⁵³, got {block[name][index]:g}; put the cell right or remove the row"
             raise RecordingError(layout.file, problem, block[ROW][index], name)
-    site = pl.col(SITE).fill_null("").str.strip_chars().str.to_lowercase()
-    return block.with_columns(site) if SITE in names else block
+    texts = [name for name in names if name in TEXTS]
+    return block.with_columns(pl.col(texts).fill_null("").str.strip_chars().str.to_lowercase()) if texts else block
 
 
 def _fast(text: bytes, layout: Layout, names: list[str], row: int) -> pl.DataFrame | None:
@@ -114,7 +132,8 @@ def _fast(text: bytes, layout: Layout, names: list[str], row: int) -> pl.DataFra
     if text.count(layout.separator.encode()) != lines * (len(layout.columns) - 1) or b'"' in text:
         return None
     wanted = [layout.columns.index(name) for name in names]
-    types = {str(k): pl.Float64 if k in wanted and name != SITE else pl.String for k, name in enumerate(layout.columns)}
+    numbers = {k for k in wanted if layout.columns[k] not in TEXTS}
+    types = {str(k): pl.Float64 if k in numbers else pl.String for k in range(len(layout.columns))}
     try:
         block = pl.read_csv(
             text, has_header=False, separator=layout.separator, schema=types, columns=wanted, quote_char=None
@@ -142,7 +161,7 @@ def _slow(text: bytes, layout: Layout, names: list[str], row: int, repairs: Coun
         cells.append([found[k].strip() for k in wanted])
         rows.append(number)
     table = pl.DataFrame(cells, schema=dict.fromkeys(names, pl.String), orient="row")
-    numbers = [name for name in names if name != SITE]
+    numbers = [name for name in names if name not in TEXTS]
     block = table.with_columns(pl.col(numbers).cast(pl.Float64, strict=False))
     for name in numbers:
         for index in (~block[name].is_finite().fill_null(False)).arg_true():

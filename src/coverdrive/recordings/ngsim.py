@@ -10,9 +10,9 @@ import numpy as np
 import polars as pl
 
 from coverdrive.errors import RecordingError
-from coverdrive.recordings.delimited import LARGEST, ROW, Layout, read_columns
-from coverdrive.recordings.foreign import refuse_foreign
-from coverdrive.recordings.local_frame import LENGTH, WIDTH, recordings_from_local
+from coverdrive.recordings.columns import LENGTH, WIDTH, parquet_numbers
+from coverdrive.recordings.delimited import ROW, Layout, csv_layout, read_columns
+from coverdrive.recordings.local_frame import recordings_from_local
 from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.recordings.tracks import Reading
 
@@ -27,7 +27,10 @@ TEXT_COLUMNS = (
     "v_vel v_acc lane_id preceding following space_headway time_headway"
 )
 REQUIRED = ("vehicle_id", "frame_id", "global_time", "local_x", "local_y", "v_length", "v_width", "v_vel")
-OPTIONAL = ("lane_id",)
+OPTIONAL = ("lane_id", "v_class")
+
+KIND_OF_CLASS = {1: 5, 2: 1, 3: 3}
+"""Number in `coverdrive.recordings.kinds.KINDS` of motorcycles, automobiles and trucks"""
 
 METRIC_COLUMNS = {
     "Vehicle_ID": "vehicle",
@@ -39,6 +42,12 @@ METRIC_COLUMNS = {
 }
 """and what they are called from here on"""
 
+METRIC = "vehicle_id local_x_m local_y_m"
+"""The columns that tell this format"""
+
+
+_kind = pl.col("v_class").cast(pl.Int64).replace_strict(KIND_OF_CLASS, default=0, return_dtype=pl.Int8)
+
 
 def read_ngsim(
     file: Path, location: str | None = None, settings: SmoothingSettings | None = None
@@ -48,7 +57,6 @@ def read_ngsim(
     The site ``location``, such as ``us-101``, is needed where the file holds several; the original text cannot.
     """
     layout = _layout(file)
-    refuse_foreign(file, layout.columns)
     missing = [name for name in REQUIRED if name not in layout.columns]
     if missing:
         problem = f"the file has no column {missing[0]}; expected the columns {', '.join(REQUIRED)}"
@@ -69,6 +77,7 @@ def read_ngsim(
         clock=pl.col("global_time") / 1000,
         **{name: pl.col(source) * FOOT for name, source in lengths.items()},
         **({"lane": pl.col("lane_id")} if "lane_id" in wanted else {}),
+        **({"kind": _kind} if "v_class" in wanted else {}),
     )
     del feet  # a third of the memory
     return recordings_from_local(file, metres, repairs, settings or SmoothingSettings())
@@ -76,13 +85,11 @@ def read_ngsim(
 
 def _layout(file: Path) -> Layout:
     """Tell the two formats apart by the first line."""
+    layout = csv_layout(file)
+    if layout.columns:
+        return layout
     with file.open("rb") as stream:
         first = stream.readline(100_000).decode("utf-8", errors="replace").lstrip("\ufeff")
-    if not first.strip(" \t\r\n"):
-        raise RecordingError(file, "the file is empty; check that it was copied whole")
-    if "," in first:
-        columns = tuple(name.strip().strip('"').lower() for name in first.split(","))
-        return Layout(file, columns, ",")
     columns = tuple(TEXT_COLUMNS.split())
     if len(first.split()) != len(columns):
         problem = f"the first line has {len(first.split())} columns and no comma; expected a header with commas, as"
@@ -91,24 +98,9 @@ def _layout(file: Path) -> Layout:
     return Layout(file, columns, " ")
 
 
-def is_metric(columns: list[str]) -> bool:
-    """Whether a table has the columns of this format."""
-    return {"Vehicle_ID", "local_x_m", "local_y_m"} <= set(columns)
-
-
-def read_metric(file: Path, source: pl.DataFrame, settings: SmoothingSettings | None = None) -> tuple[Reading, ...]:
-    """Metric NGSIM tracks from the columns of a file, one recording for each recording period."""
-    for name in METRIC_COLUMNS:
-        if name not in source.columns:
-            raise RecordingError(file, f"the file has no column {name}; expected {', '.join(METRIC_COLUMNS)}")
-        if not source[name].dtype.is_numeric():
-            raise RecordingError(file, f"expected numbers, got {source[name].dtype}; convert them", None, name)
-        number = source[name].cast(pl.Float64)
-        for row in (~(number.abs() < LARGEST).fill_null(False) | number.is_nan()).arg_true():
-            raise RecordingError(file, f"expected a number, got {source[name][row]!r}; remove the row", row + 1, name)
-    if source.is_empty():
-        raise RecordingError(file, "the file holds no rows of data; check that it was copied whole")
-    metres = source.select(pl.col(*METRIC_COLUMNS).cast(pl.Float64)).rename(METRIC_COLUMNS).with_row_index(ROW, 1)
+def read_metric(file: Path, settings: SmoothingSettings | None = None) -> tuple[Reading, ...]:
+    """Metric NGSIM tracks of a Parquet file, one recording for each recording period."""
+    metres = parquet_numbers(file, METRIC_COLUMNS)
     metres = metres.with_columns(pl.col("clock") / 1000, length=pl.lit(LENGTH), width=pl.lit(WIDTH))
     repairs = Counter({"assumed sizes": metres["vehicle"].n_unique()})
     return recordings_from_local(file, metres, repairs, settings or SmoothingSettings())

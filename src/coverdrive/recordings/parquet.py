@@ -1,9 +1,8 @@
 """The package's own recordings as Parquet: one file holds any number of recordings, exactly."""
 
 from collections.abc import Sequence
-from io import BytesIO
 from pathlib import Path
-from typing import Literal
+from typing import BinaryIO, Literal
 
 import numpy as np
 import polars as pl
@@ -11,9 +10,8 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from coverdrive.errors import DataError, RecordingError
 from coverdrive.files import write_atomically
+from coverdrive.recordings.columns import damaged
 from coverdrive.recordings.recording import SCHEMA, Recording
-from coverdrive.recordings.repair import RawTracks
-from coverdrive.recordings.tracks import Reading
 from coverdrive.reference_line import ReferenceLine
 from coverdrive.road import LaneEdges, Road
 
@@ -46,6 +44,7 @@ class _Head(BaseModel):
     speed_limit: float | None = None
     side: Literal["right", "left"] = "right"
     repairs: dict[str, int]
+    notes: dict[str, str] = {}
 
     @staticmethod
     def of(recording: Recording) -> "_Head":
@@ -69,6 +68,7 @@ class _Head(BaseModel):
             speed_limit=road.speed_limit,
             side=road.side,
             repairs=recording.repairs,
+            notes=recording.notes,
         )
 
     @property
@@ -102,13 +102,35 @@ def write_parquet(recordings: Sequence[Recording], path: Path) -> None:
     write_atomically(path, lambda file: rows.write_parquet(file, metadata=metadata))
 
 
-def read_heads(file: Path, content: bytes) -> list[_Head] | None:
-    """What the metadata of a Parquet file say of its recordings; None if `write_parquet` did not write it."""
-    metadata = pl.read_parquet_metadata(BytesIO(content))
-    if KEY not in metadata:
-        return None
+def is_own(stream: BinaryIO) -> bool:
+    """Whether `write_parquet` wrote a Parquet file."""
+    return KEY in pl.read_parquet_metadata(stream)
+
+
+def read_parquet(file: Path) -> tuple[Recording, ...]:
+    """What `write_parquet` wrote, exactly; a file that is not as it writes them is refused."""
+    content = file.read_bytes()  # polars would take brackets and stars in a path for a pattern
     try:
-        heads = _HEADS.validate_json(metadata[KEY])
+        heads, rows = _heads(file, pl.read_parquet_metadata(content)), pl.read_parquet(content)
+    except (pl.exceptions.PolarsError, pl.exceptions.PanicException) as error:
+        raise damaged(file, error) from error
+    found, schema = dict(rows.schema), dict(SCHEMA) | {"recording": pl.Int64}
+    if not schema.items() <= found.items():
+        problem = f"the file is damaged or of another version: expected the columns {schema}, got {found}"
+        raise RecordingError(file, f"{problem}; write the recordings anew")
+    for row in (~rows["recording"].is_between(0, len(heads) - 1).fill_null(False)).arg_true():
+        problem = f"expected the number of one of {len(heads)} recordings, got {rows['recording'][row]}"
+        raise RecordingError(file, f"{problem}; write the recordings anew", row + 1, "recording")
+    try:
+        return tuple(_recording(head, rows, number) for number, head in enumerate(heads))
+    except DataError as error:
+        raise RecordingError(file, str(error)) from error
+
+
+def _heads(file: Path, metadata: dict[str, str]) -> list[_Head]:
+    """What the metadata of a Parquet file say of its recordings."""
+    try:
+        heads = _HEADS.validate_json(metadata.get(KEY, "[]"))
     except ValidationError as error:
         first = error.errors()[0]
         place = " ".join(map(str, first["loc"]))
@@ -119,25 +141,7 @@ def read_heads(file: Path, content: bytes) -> list[_Head] | None:
     return heads
 
 
-def read_parquet(file: Path, rows: pl.DataFrame, heads: Sequence[_Head]) -> tuple[Reading, ...]:
-    """What `write_parquet` wrote, exactly; a file that is not as it writes them is refused."""
-    found, schema = dict(rows.schema), dict(SCHEMA) | {"recording": pl.Int64}
-    if not schema.items() <= found.items():
-        problem = f"the file is damaged or of another version: expected the columns {schema}, got {found}"
-        raise RecordingError(file, f"{problem}; write the recordings anew")
-    for row in (~rows["recording"].is_between(0, len(heads) - 1).fill_null(False)).arg_true():
-        problem = f"expected the number of one of {len(heads)} recordings, got {rows['recording'][row]}"
-        raise RecordingError(file, f"{problem}; write the recordings anew", row + 1, "recording")
-    try:
-        return tuple(_reading(head, rows, number) for number, head in enumerate(heads))
-    except DataError as error:
-        raise RecordingError(file, str(error)) from error
-
-
-def _reading(head: _Head, rows: pl.DataFrame, number: int) -> Reading:
+def _recording(head: _Head, rows: pl.DataFrame, number: int) -> Recording:
     """Recording ``number`` of a file, its rows found by the column ``recording``."""
     table = rows.filter(pl.col("recording") == number).drop("recording")
-    recording = Recording(head.name, table, head.dt, head.road, head.repairs)
-    values = {name: table[name].to_numpy() for name in SCHEMA if name not in ("time", "heading")}
-    moment = np.rint(table["time"].to_numpy() / head.dt).astype(np.int64)
-    return Reading(recording, RawTracks(moment=moment, **values))
+    return Recording(head.name, table, head.dt, head.road, head.repairs, head.notes)

@@ -3,7 +3,6 @@
 import re
 from collections.abc import Sequence
 from dataclasses import replace
-from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -12,19 +11,16 @@ from jaxtyping import Int
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from coverdrive.errors import RecordingError
+from coverdrive.errors import DataError, RecordingError
 from coverdrive.progress import part
-from coverdrive.recordings.commonroad import read_commonroad
-from coverdrive.recordings.foreign import refuse_foreign
-from coverdrive.recordings.ngsim import is_metric, read_metric, read_ngsim
+from coverdrive.recordings import formats as formats
+from coverdrive.recordings.map_tracks import MapTracks, readings_from_map
 from coverdrive.recordings.overlap import shared_vehicles
-from coverdrive.recordings.parquet import read_heads, read_parquet
 from coverdrive.recordings.recording import Recording
+from coverdrive.recordings.registry import SUFFIXES, How, belongs_to_another, reader_of
+from coverdrive.recordings.resampling import STEP, resampled
 from coverdrive.recordings.smoothing import SmoothingSettings
-from coverdrive.recordings.tracks import Reading
-
-SUFFIXES = (".csv", ".txt", ".xml", ".parquet")
-"""Kinds of files that a folder is searched for"""
+from coverdrive.recordings.tracks import Reading, reading_of
 
 BLOCK = 60.0
 """[s] a long recording is cut into groups of this length"""
@@ -38,7 +34,12 @@ _IDENTITY = pl.col("identity")
 
 
 def read(
-    paths: Path | str | Sequence[Path | str], location: str | None = None, smoothing: SmoothingSettings | None = None
+    paths: Path | str | Sequence[Path | str],
+    location: str | None = None,
+    smoothing: SmoothingSettings | None = None,
+    format: str | None = None,
+    dt: float = STEP,
+    map: Path | str | None = None,
 ) -> tuple[Recording, ...]:
     """Read recordings and number their groups.
 
@@ -50,9 +51,12 @@ def read(
         paths: one or several files, or folders whose files of a known kind are read in natural order (2 before 10).
         location: the site to read from NGSIM files that hold several.
         smoothing: how positions are smoothed.
+        format: name of the files' format, one of `coverdrive.readers`; without it, each file shows its own.
+        dt: time step [s] of the recordings; those of another one are resampled.
+        map: Lanelet2 map of the road, for exiD, inD, rounD, uniD and INTERACTION.
 
     """
-    settings = smoothing or SmoothingSettings()
+    how = How(location, smoothing or SmoothingSettings(), None if map is None else Path(map))
     readings: list[Reading] = []
     origin: list[int] = []
     named = [paths] if isinstance(paths, (Path, str)) else paths
@@ -61,10 +65,10 @@ def read(
         raise RecordingError("no file", "there is nothing to read; name at least one file or folder")
     for number, file in enumerate(files):
         with part(number, len(files)):
-            found = _read_file(file, location, settings)
+            found = _read_file(file, how, format)
         readings += found
         origin += [number] * len(found)
-    return _grouped(readings, origin)
+    return tuple(resampled(recording, dt, how.smoothing) for recording in _grouped(readings, origin))
 
 
 def _files(path: Path) -> list[Path]:
@@ -75,6 +79,7 @@ def _files(path: Path) -> list[Path]:
         if not path.is_dir():
             raise RecordingError(path, "there is no such file or folder; check the path")
         files = [file for file in path.iterdir() if file.suffix.lower() in SUFFIXES and file.is_file()]
+        files = [file for file in files if not belongs_to_another(file)]
     except (OSError, ValueError) as error:
         raise RecordingError(path, f"it cannot be looked into ({error}); check the path and its permissions") from error
     if not files:
@@ -83,40 +88,26 @@ def _files(path: Path) -> list[Path]:
     return sorted(files, key=lambda file: [(int(part or -1), text) for text, part in pairs.findall(file.name.lower())])
 
 
-def _read_file(file: Path, location: str | None, settings: SmoothingSettings) -> tuple[Reading, ...]:
+def _read_file(file: Path, how: How, name: str | None) -> tuple[Reading, ...]:
     """The recordings of one file, with groups from 0 on."""
     try:
-        suffix = file.suffix.lower()
-        if suffix == ".xml":
-            return _cut((read_commonroad(file, settings),))
-        if suffix in (".csv", ".txt"):
-            return _cut(read_ngsim(file, location, settings))
-        if suffix == ".parquet":
-            return _read_parquet(file, settings)
-        if suffix == ".json":
-            with file.open("rb") as stream:
-                refuse_foreign(file, stream.read(100_000).decode("utf-8", errors="replace").split('"'))
+        reader = reader_of(file, name)
+        found = list(reader.read(file, how))
+        finished = [reading_of(each) for each in found if isinstance(each, Recording)]
+        readings = [each for each in found if isinstance(each, Reading)]
+        for each in found:
+            if isinstance(each, MapTracks):
+                readings += readings_from_map(file, each, how.smoothing, how.map)
     except OSError as error:
         problem = f"the file cannot be read ({error.strerror or error}); check its permissions"
         raise RecordingError(file, problem) from error
-    raise RecordingError(file, f"unknown kind of file {suffix!r}; expected {', '.join(SUFFIXES)}")
-
-
-def _read_parquet(file: Path, settings: SmoothingSettings) -> tuple[Reading, ...]:
-    """The recordings of a Parquet file, of the package's own or of metric tracks."""
-    content = file.read_bytes()  # polars would take brackets and stars in a path for a pattern
-    try:
-        heads, table = read_heads(file, content), pl.read_parquet(BytesIO(content))
-    except (pl.exceptions.PolarsError, pl.exceptions.PanicException) as error:
-        problem = f"not a Parquet file, or damaged ({error}); check that it was copied whole"
-        raise RecordingError(file, problem) from error
-    if heads is not None:
-        return read_parquet(file, table, heads)
-    if is_metric(table.columns):
-        return _cut(read_metric(file, table, settings))
-    refuse_foreign(file, table.columns)
-    problem = f"unknown columns {', '.join(table.columns)}; expected NGSIM tracks in metres or own recordings"
-    raise RecordingError(file, problem)
+    except DataError as error:
+        raise RecordingError(file, str(error)) from error
+    if not finished and not readings:
+        raise RecordingError(file, "it holds no recording; check that it was copied whole")
+    for reading in readings:
+        reading.recording.notes.setdefault("format", reader.name)
+    return (*finished, *(_cut(tuple(readings)) if readings else ()))
 
 
 def _cut(readings: tuple[Reading, ...]) -> tuple[Reading, ...]:

@@ -5,7 +5,7 @@ the largest number of vehicles seen at one moment.
 """
 
 import hashlib
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -30,8 +30,10 @@ SEEN = pl.Schema(dict.fromkeys([f"seen_{name}" for name in MEASURES[:4]], pl.Flo
 IDENTITY = pl.Schema({"identity": pl.Int64})
 """Key of the physical vehicle: the same in all recordings that show it; without it, every recording has its own"""
 
+KIND = pl.Schema({"kind": pl.Int8})
+"""Number of the vehicle's class in `coverdrive.recordings.kinds.KINDS`; without it, unknown"""
 
-_WHOLE = pl.Schema(SCHEMA | SEEN | IDENTITY)
+_WHOLE = pl.Schema(SCHEMA | SEEN | IDENTITY | KIND)
 
 _SCENE = dict(zip(MEASURES, (*SEEN, *MEASURES[4:]), strict=True))
 """The column of every field of a scene"""
@@ -68,14 +70,16 @@ class Recording:
     """what it is called in reports, from the file's name"""
     table: pl.DataFrame
     """columns vehicle, group, time [s], lon, lat [m], speed [m/s], heading [rad], length, width [m] as in
-    `SCHEMA`, then those of `SEEN` and `IDENTITY`, which are added if not given; sorted by vehicle and time; times are
-    whole multiples of ``dt``; no vehicle has a gap within a group"""
+    `SCHEMA`, then those of `SEEN`, `IDENTITY` and `KIND`, which are added if not given; sorted by vehicle and time;
+    times are whole multiples of ``dt``; no vehicle has a gap within a group"""
     dt: float
     """[s] between two rows of a track"""
     road: Road
     """its right edge is at lat = 0"""
     repairs: dict[str, int]
     """how often each kind of repair was made when the recording was read"""
+    notes: dict[str, str] = field(default_factory=dict[str, str])
+    """how it was read: the ``format``, where the ``lanes`` are from, how it was ``resampled``"""
 
     def __post_init__(self) -> None:
         """Refuse a table of other columns or types, and one that cannot be traffic."""
@@ -89,7 +93,7 @@ class Recording:
         if given != _WHOLE:
             keys = vehicle_keys(self.name, self.table["vehicle"].to_numpy())
             added = {name: self.table[name.removeprefix("seen_")] for name in SEEN}
-            added["identity"] = pl.Series(keys, dtype=pl.Int64)
+            added |= {"identity": pl.Series(keys, dtype=pl.Int64), "kind": pl.zeros(len(keys), pl.Int8, eager=True)}
             missing = {name: values for name, values in added.items() if name not in given}
             object.__setattr__(self, "table", self.table.with_columns(**missing).select(_WHOLE.names()))
 

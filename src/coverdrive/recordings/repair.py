@@ -1,7 +1,7 @@
 """What is known to be wrong in recorded tracks is repaired and counted. R is the number of rows."""
 
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -35,6 +35,12 @@ class RawTracks:
     """[m/s] as the file states it: too rough to use, but it shows which vehicles of two files are the same"""
     group: Int[np.ndarray, " R"]
     """which rows must stay together in a split"""
+    kind: Int[np.ndarray, " R"] = field(default_factory=lambda: np.zeros(0, dtype=np.int8))
+    """number in `coverdrive.recordings.kinds.KINDS`; where none are given, they are unknown"""
+
+    def __post_init__(self) -> None:
+        if not len(self.kind):
+            object.__setattr__(self, "kind", np.zeros(len(self.vehicle), dtype=np.int8))
 
     def take(self, rows: np.ndarray) -> "RawTracks":
         """The rows selected by an index or boolean array; nothing is copied where all rows are."""

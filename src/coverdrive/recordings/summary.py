@@ -32,6 +32,8 @@ class Summary:
     """[s]"""
     repairs: dict[str, int]
     """how often each kind of repair was made"""
+    notes: dict[str, str]
+    """format, where the lanes are from, how it was resampled"""
 
 
 def summarise(recordings: Sequence[Recording]) -> list[Summary]:
@@ -48,6 +50,7 @@ def summarise(recordings: Sequence[Recording]) -> list[Summary]:
             max_speed=float(recording.table["speed"].to_numpy().max()),
             dt=recording.dt,
             repairs=recording.repairs,
+            notes=recording.notes,
         )
         for recording in recordings
     ]

@@ -15,7 +15,7 @@ import polars as pl
 from coverdrive.errors import DataError, RecordingError
 from coverdrive.recordings.checks import TIME_STEPS, implausible_vehicles
 from coverdrive.recordings.filtering import SEEN_FOR, seen
-from coverdrive.recordings.recording import SCHEMA, SEEN, Recording
+from coverdrive.recordings.recording import KIND, SCHEMA, SEEN, Recording
 from coverdrive.recordings.repair import LONGEST_GAP, RawTracks, drop_off_road, drop_short, fill_gaps, tidy
 from coverdrive.recordings.smoothing import SmoothingSettings, motion, smooth
 from coverdrive.road import Road
@@ -35,6 +35,13 @@ class Reading(NamedTuple):
 
     recording: Recording
     raw: RawTracks
+
+
+def reading_of(recording: Recording) -> Reading:
+    """A recording that is finished, with its own rows as the tracks of the file."""
+    values = {name: recording.table[name].to_numpy() for name in SCHEMA if name not in ("time", "heading")}
+    moment = np.rint(recording.table["time"].to_numpy() / recording.dt).astype(np.int64)
+    return Reading(recording, RawTracks(moment=moment, **values))
 
 
 def regular_table(
@@ -58,7 +65,8 @@ def regular_table(
     lat, lat_rate = seen(tracks.lat, measured, starts, dt, noises)
     columns += (lon, lat, *motion(lon_rate * road.stretch(lon, lat), lat_rate, settings))
     since_start = np.arange(len(lon)) - np.repeat(starts, np.diff(np.append(starts, len(lon))))
-    schema = SCHEMA | SEEN
+    columns += (tracks.kind,)
+    schema = SCHEMA | SEEN | KIND
     return pl.DataFrame(dict(zip(schema, columns, strict=True)), schema=schema).filter(since_start >= least)
 
 
@@ -75,12 +83,19 @@ def check_time_step(file: Path, dt: float, what: str) -> None:
 
 
 def make_reading(
-    file: Path, name: str, raw: RawTracks, dt: float, road: Road, settings: SmoothingSettings, repairs: Counter[str]
+    file: Path,
+    name: str,
+    raw: RawTracks,
+    dt: float,
+    road: Road,
+    settings: SmoothingSettings,
+    repairs: Counter[str],
+    notes: dict[str, str],
 ) -> Reading:
     """A recording from raw positions as `tidy` returns them, repaired and smoothed.
 
-    ``repairs`` gains ``rows off the road``, what `regular_table` repairs, and ``implausible vehicles``, which jump,
-    speed or drive backwards.
+    ``notes`` are the recording's. ``repairs`` gains ``rows off the road``, what `regular_table` repairs, and
+    ``implausible vehicles``, which jump, speed or drive backwards.
     """
     kept = drop_off_road(raw, road, repairs)
     if len(kept.vehicle) < MOST_BESIDE * len(raw.vehicle):
@@ -93,7 +108,7 @@ def make_reading(
         raise RecordingError(file, f"no vehicle is on the road for more than {SEEN_FOR:g} s; choose another file")
     table = _drop_implausible(file, table, dt, road, repairs)
     try:
-        return Reading(Recording(name, table, dt, road, dict(repairs)), kept)
+        return Reading(Recording(name, table, dt, road, dict(repairs), notes), kept)
     except DataError as error:
         raise RecordingError(file, str(error)) from error
 

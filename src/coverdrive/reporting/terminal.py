@@ -17,17 +17,21 @@ from coverdrive.reporting.fitting import columns_table, facts_table
 
 
 def recordings_table(summaries: Sequence[Summary]) -> Table:
-    """What is in each recording, and in a line below it what had to be repaired."""
+    """What is in each recording, and in lines below it how it was read and what had to be repaired."""
     rows: list[Sequence[str | Text]] = []
     for each in summaries:
         rows.append((
             Text(each.name), _range(each.groups), str(each.vehicles), f"{each.minutes:.2f}", str(each.rows),
             str(each.lanes), f"{each.mean_speed:.1f}/{each.max_speed:.1f}",
         ))  # fmt: skip
+        how = [f"{name}: {note}" for name, note in each.notes.items() if name != "resampled"]
+        rows += [(Text(f"  {line}", style="dim"),) for line in how]
         rows += [(Text(f"  {count} {kind}", style="dim"),) for kind, count in each.repairs.items()]
     columns = ("recording", "groups", "vehicles", "min", "rows", "lanes", "m/s")
     steps = ", ".join(sorted({f"{summary.dt:g} s" for summary in summaries}))
-    return columns_table("Recordings", columns, rows, f"m/s: mean/max; time step {steps}", first={}, no_wrap=True)
+    caption = [f"m/s: mean/max; time step {steps}"]
+    caption += sorted({f"resampled from {each.notes['resampled']}" for each in summaries if "resampled" in each.notes})
+    return columns_table("Recordings", columns, rows, "; ".join(caption), first={}, no_wrap=True)
 
 
 def _range(numbers: tuple[int, ...]) -> str:

@@ -1,0 +1,41 @@
+"""The formats that the package reads, under their names; the last one is asked first whether a file is of its own."""
+
+from coverdrive.recordings.commonroad import read_commonroad
+from coverdrive.recordings.foreign import refuse_citysim
+from coverdrive.recordings.highd import HIGHD, HIGHD_RECORDING, HIGHD_VEHICLES, read_highd
+from coverdrive.recordings.i24 import I24, read_i24
+from coverdrive.recordings.interaction import INTERACTION, MONA, PEDESTRIANS, read_interaction, read_mona
+from coverdrive.recordings.levelx import LEVELX, LEVELX_RECORDING, LEVELX_VEHICLES, read_levelx
+from coverdrive.recordings.ngsim import METRIC, read_metric, read_ngsim
+from coverdrive.recordings.parquet import read_parquet
+from coverdrive.recordings.registry import having, readers, register_reader
+from coverdrive.recordings.tgsim import TGSIM, has_centre_lines, read_tgsim
+
+__all__ = ["readers", "register_reader"]
+
+register_reader(
+    "NGSIM",
+    lambda file, how: read_ngsim(file, how.location, how.smoothing),
+    lambda head: (
+        head.suffix in (".csv", ".txt") and (not head.columns or bool(head.columns & {"vehicle_id", "local_x"}))
+    ),
+)
+register_reader("NGSIM-metric", lambda file, how: read_metric(file, how.smoothing), having(METRIC))
+register_reader("CitySim", refuse_citysim, having("carcenterx boundingbox1x"))
+register_reader("highD", read_highd, having(HIGHD), having(HIGHD_RECORDING, HIGHD_VEHICLES))
+register_reader("exiD", read_levelx, having(LEVELX), having(LEVELX_RECORDING, LEVELX_VEHICLES))
+register_reader("TGSIM", read_tgsim, having(TGSIM), has_centre_lines)
+register_reader(
+    "INTERACTION",
+    read_interaction,
+    having(INTERACTION),
+    lambda head: having(PEDESTRIANS)(head) and "psi_rad" not in head.columns,
+)
+register_reader("MONA", read_mona, having(MONA))
+register_reader("I-24", read_i24, having(I24))
+register_reader(
+    "CommonRoad",
+    lambda file, how: (read_commonroad(file, how.smoothing),),
+    lambda head: head.suffix == ".xml",
+)
+register_reader("own", lambda file, how: read_parquet(file), lambda head: head.own)

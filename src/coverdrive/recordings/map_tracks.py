@@ -1,0 +1,234 @@
+"""Tracks in map coordinates, as most readers yield them, become recordings: one for each direction of travel.
+
+Directions, lanes and the road's line are found here, for all formats alike (`coverdrive.recordings.carriageway`,
+`coverdrive.recordings.lanes`).
+"""
+
+from collections import Counter
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+from jaxtyping import Float
+
+from coverdrive.errors import DataError, RecordingError
+from coverdrive.recordings.carriageway import Line, centred, check_apart, line_along, split_directions
+from coverdrive.recordings.checks import LONGEST_ROAD
+from coverdrive.recordings.columns import LENGTH, WIDTH, check_whole, plausible_sizes, time_step
+from coverdrive.recordings.delimited import ROW
+from coverdrive.recordings.drawn_road import drawn_road
+from coverdrive.recordings.lanelet2 import Origin, read_lanelet2
+from coverdrive.recordings.lanelets import carriageways
+from coverdrive.recordings.lanes import edges_from_centres, edges_from_lanes, edges_from_tracks
+from coverdrive.recordings.repair import RawTracks, on_road, tidy
+from coverdrive.recordings.smoothing import SmoothingSettings
+from coverdrive.recordings.tracks import Reading, make_reading
+from coverdrive.reference_line import ReferenceLine
+from coverdrive.road import Road
+
+NEEDED = ("vehicle", "time", "x", "y")
+"""Columns of a table of tracks that there have to be"""
+
+CENTRINGS = 2
+"""How often a line that was found by the tracks is put in the middle of the lanes that it gives"""
+
+MOST_CARRIAGEWAYS = 20
+"""of a map that are looked at, those of its longest roads first"""
+
+BESIDE_LINES = 3.0
+"""[m] from the median vehicle's way to the nearest known line of its carriageway, at most"""
+
+STEPS, OPPOSED = 10, -0.5
+"""Rows over which motion and stated velocity are compared, and the share of agreement below which they are opposed"""
+
+SHORTEST_WAY, MOST_TURNED = 1.0, 30.0
+"""[m] that a vehicle moves for its heading to be compared with its motion, and [degrees] between them in most rows"""
+
+MOST_UNEVEN = 0.02
+"""Share of the rows whose time may be farther than a quarter of a step from a multiple of it"""
+
+
+@dataclass(frozen=True, eq=False)
+class MapTracks:
+    """Vehicles seen from above, in a right-handed frame (x to the east, y to the north, or both turned alike)."""
+
+    name: str
+    """of the recording"""
+    table: pl.DataFrame
+    """columns vehicle, time [s], x and y [m] of the centre; if known length and width [m], speed [m/s], or vx and vy
+    [m/s] of which it is made, heading [rad] counter-clockwise from x, lane (a number, the same along a lane), kind
+    (index in `KINDS`), row (of the file)"""
+    markings: tuple[Line, ...] = ()
+    """lines between lanes and beside the outermost ones, if known"""
+    centres: tuple[Line, ...] = ()
+    """lines in the middle of lanes, if known"""
+    line: Line | None = None
+    """along the road, where neither of these is known"""
+    origin: Origin | None = None
+    """of x and y in UTM coordinates, if known"""
+    dt: float | None = None
+    """[s] between two rows of a vehicle, if known"""
+    repairs: Counter[str] = field(default_factory=Counter[str])
+    """how often each kind of repair was made so far"""
+
+
+def readings_from_map(
+    file: Path, tracks: MapTracks, settings: SmoothingSettings, map: Path | None = None
+) -> tuple[Reading, ...]:
+    """One recording for each direction of travel, on the roads of a Lanelet2 map if there is one.
+
+    Raises:
+        RecordingError: the tracks cannot be traffic on one straight road, with the reason.
+    """
+    repairs = Counter(tracks.repairs)
+    roads = [] if map is None else _mapped(file, tracks, map)
+    table, dt = _regular(file, tracks, repairs)
+    sides = split_directions(file, table, repairs)
+    known = (*tracks.markings, *tracks.centres) or (() if tracks.line is None else (tracks.line,))
+    found = [_on_map(side, roads) if roads else _on_road(file, side, tracks, known) for side in sides]
+    notes: dict[str, str] = {}
+    if len(sides) == 2:
+        way = check_apart(file, found[0][1], sides[1])
+        found = [(raw, replace(road, side=way), lanes) for raw, road, lanes in found]
+        notes["traffic"] = f"keeps {way}"
+    names = [tracks.name] if len(sides) == 1 else [f"{tracks.name} {_towards(side)}" for side in sides]
+    return tuple(
+        make_reading(file, name, tidy(raw, dt, own), dt, road, settings, own, {"lanes": lanes} | notes)
+        for name, (raw, road, lanes), own in zip(names, found, (repairs, Counter[str]()), strict=False)
+    )
+
+
+def _regular(file: Path, tracks: MapTracks, repairs: Counter[str]) -> tuple[pl.DataFrame, float]:
+    """The table with every column that is optional, sorted, its times as ``moment`` in units of the time step [s]."""
+    table = tracks.table
+    for name in NEEDED:
+        if name not in table.columns:
+            raise RecordingError(file, f"the reader gave no column {name}; expected {', '.join(NEEDED)}")
+    usual = {"length": pl.lit(LENGTH), "width": pl.lit(WIDTH), "kind": pl.lit(0, pl.Int8)}
+    if "length" not in table.columns or "width" not in table.columns:
+        repairs["assumed sizes"] += table["vehicle"].n_unique()
+    if "vx" in table.columns:
+        usual["speed"] = (pl.col("vx") ** 2 + pl.col("vy") ** 2).sqrt()
+    if ROW not in table.columns:
+        table = table.with_row_index(ROW, 1)
+    table = table.with_columns(**{name: value for name, value in usual.items() if name not in table.columns})
+    check_whole(file, table)
+    table = plausible_sizes(file, table.rename({"time": "clock"}), repairs)
+    dt = tracks.dt or time_step(file, table, "times are in seconds")
+    clock = table["clock"].to_numpy()
+    steps = clock / dt
+    steps -= steps[0] - np.rint(steps[0])
+    moment = np.rint(steps).astype(np.int64)
+    if np.mean(np.abs(steps - moment) > 0.25) > MOST_UNEVEN:
+        problem = f"the times of the rows are not multiples of {dt:g} s apart; expected one frame rate for all vehicles"
+        raise RecordingError(file, f"{problem}: resample the tracks")
+    table = table.with_columns(pl.col("vehicle").cast(pl.Int64), moment=moment)
+    table = table.sort("vehicle", "moment", maintain_order=True)
+    _check_directions(file, table)
+    if "speed" not in table.columns:
+        way = (pl.col("x").diff() ** 2 + pl.col("y").diff() ** 2).sqrt() / (pl.col("moment").diff() * dt)
+        table = table.with_columns(speed=way.fill_null(strategy="backward").over("vehicle").fill_null(0.0))
+    return table, dt
+
+
+def _check_directions(file: Path, table: pl.DataFrame) -> None:
+    """Refuse positions that run against the velocities that the file states, as those in images do."""
+    ahead = (pl.col("x", "y").shift(-STEPS) - pl.col("x", "y")).over("vehicle")
+    moved = table.with_columns(ahead.name.suffix("_moved")).drop_nulls()
+    for axis in "xy" if "vx" in table.columns else "":
+        product = (moved[f"{axis}_moved"] * moved[f"v{axis}"]).to_numpy()
+        if product.sum() < OPPOSED * np.abs(product).sum():
+            problem = f"positions along {axis} run against the velocities that the file states"
+            raise RecordingError(file, f"{problem}; expected one frame for both: turn the {axis} of one of them round")
+    if "heading" in table.columns:
+        east, north = moved.select("x_moved", "y_moved").to_numpy().T
+        turned = np.angle(np.exp(1j * (np.arctan2(north, east) - moved["heading"].to_numpy())))
+        turned = np.degrees(np.abs(turned[np.hypot(east, north) > SHORTEST_WAY]))
+        if len(turned) and np.median(turned) > MOST_TURNED:
+            found = f"vehicles move at {np.median(turned):.0f}° to their headings in most rows"
+            raise RecordingError(file, f"{found}; expected headings counter-clockwise from x, in a frame whose y is up")
+
+
+def _towards(side: pl.DataFrame) -> str:
+    """The direction of travel in words of the map."""
+    ends = side.group_by("vehicle").agg(pl.col("x", "y").last() - pl.col("x", "y").first())
+    x, y = ends.select("x", "y").sum().to_numpy()[0]
+    return ("towards +x" if x > 0 else "towards -x") if abs(x) >= abs(y) else ("towards +y" if y > 0 else "towards -y")
+
+
+def _mapped(file: Path, tracks: MapTracks, map: Path) -> list[Road]:
+    """The roads of the carriageways of a map."""
+    if tracks.origin is None:
+        raise RecordingError(file, "where its tracks are on a map is not known; leave the map out")
+    roads: list[Road] = []
+    try:
+        for lanes in islice(carriageways(read_lanelet2(map, tracks.origin)), MOST_CARRIAGEWAYS):
+            longest = max(float(np.sum(np.hypot(*np.diff(bound, axis=0).T))) for lane in lanes for bound in lane)
+            if longest > LONGEST_ROAD:
+                raise DataError(f"a lane is {longest:g} m long; expected up to {LONGEST_ROAD:g} m")
+            with suppress(DataError):  # a loop of a junction, on which nobody may drive
+                roads.append(drawn_road(lanes))
+    except DataError as error:
+        raise RecordingError(map, str(error)) from error
+    if not roads:
+        raise RecordingError(map, "the map has no road whose curves are wide enough; choose another one")
+    return roads
+
+
+def _on_map(side: pl.DataFrame, roads: list[Road]) -> tuple[RawTracks, Road, str]:
+    """The rows of one direction in the frame of the road on which most are in its direction."""
+    found = [(_raw(side, *road.to_road(side["x"], side["y"])), road) for road in roads]
+
+    def ahead(raw: RawTracks, road: Road) -> float:
+        goes_on = np.diff(raw.vehicle) == 0
+        return float(np.sum(np.diff(raw.lon) * goes_on * on_road(raw, road)[1:]))
+
+    raw, road = max(found, key=lambda each: ahead(*each))
+    return raw, road, "map"
+
+
+def _raw(side: pl.DataFrame, lon: Float[np.ndarray, " R"], lat: Float[np.ndarray, " R"]) -> RawTracks:
+    """Rows at positions [m] in the frame of their road."""
+    columns = {name: side[name].to_numpy() for name in ("vehicle", "moment", "length", "width", "speed", "kind")}
+    return RawTracks(lon=lon, lat=lat, group=np.zeros(len(side), dtype=np.int64), **columns)
+
+
+def _on_road(file: Path, side: pl.DataFrame, tracks: MapTracks, known: tuple[Line, ...]) -> tuple[RawTracks, Road, str]:
+    """The rows of one direction in the frame of their road, the road, and where its lanes are from."""
+    line = line_along(file, side, known)
+    lon, lat = line.to_road(side["x"], side["y"])
+    edges, lanes = _edges(file, side, lat, tracks, line)
+    for _ in range(CENTRINGS if not known else 0):
+        centres = (edges[1:] + edges[:-1]) / 2
+        line = centred(line, lon, lat - centres[np.searchsorted(edges[1:-1], lat)])
+        lon, lat = line.to_road(side["x"], side["y"])
+        edges, lanes = _edges(file, side, lat, tracks, line)
+    line = replace(line, lat=-float(edges[0]))
+    return _raw(side, lon, lat - edges[0]), Road(edges=edges - edges[0], length=line.length, line=line), lanes
+
+
+def _edges(
+    file: Path, side: pl.DataFrame, lat: Float[np.ndarray, " R"], tracks: MapTracks, line: ReferenceLine
+) -> tuple[Float[np.ndarray, " edges"], str]:
+    """Lane edges [m] to the left of the line, ascending, and what they are from."""
+    bounds = np.quantile(lat, (0.02, 0.98))
+    markings, centres = (_offsets(lines, line) for lines in (tracks.markings, tracks.centres))
+    if len(markings) > 1:
+        return markings, "markings"
+    inside = centres[(centres > bounds[0] - BESIDE_LINES) & (centres < bounds[1] + BESIDE_LINES)]
+    if len(inside):
+        return edges_from_centres(inside), "centre lines"
+    named = "lane" in side.columns
+    edges = edges_from_lanes(lat, side["lane"].to_numpy()) if named else edges_from_tracks(lat)
+    if edges is None:
+        problem = f"the lanes cannot be told; vehicles drive between {bounds[0]:.1f} and {bounds[1]:.1f} m beside the"
+        raise RecordingError(file, f"{problem} line of the road; expected a few lanes that most vehicles are in")
+    return edges, "lane numbers" if named else "estimated (tracks)"
+
+
+def _offsets(lines: tuple[Line, ...], line: ReferenceLine) -> Float[np.ndarray, " L"]:
+    """Median distance [m] of each of some lines to the left of the road's line, ascending."""
+    return np.sort([float(np.median(line.to_road(*each.T)[1])) for each in lines])
