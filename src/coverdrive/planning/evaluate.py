@@ -122,12 +122,12 @@ def _look_at_all_times(
         departure += beyond if beyond > _ON_THE_ROAD else 0.0
     touched = False
     for slot in range(boxes.shape[2]):
-        time, speed = _first_contact(states, inputs, edges, slot, 1.0, boxes, constants)
+        time, speed = first_contact(states, inputs, edges, slot, 1.0, boxes, constants)
         if time == np.inf:
             continue
         touched, severity = True, max(severity, abs(speed))
         harm += _AT_THE_RIM * boxes[6, 0, slot] * _harm_of(time / steps, speed)
-        time, speed = _first_contact(states, inputs, edges, slot, 0.0, boxes, constants)
+        time, speed = first_contact(states, inputs, edges, slot, 0.0, boxes, constants)
         if time < np.inf:
             harm += (1 - _AT_THE_RIM) * boxes[6, 0, slot] * _harm_of(time / steps, speed)
     plans.departure[i], plans.severity[i], plans.harm[i] = departure, severity, harm
@@ -142,11 +142,11 @@ def _harm_of(share: float, speed: float) -> float:
 
 
 @compiled
-def _first_contact(
+def first_contact(
     states: Float[np.ndarray, "P 4"], inputs: Float[np.ndarray, "K 2"], edges: Float[np.ndarray, "K 2 4"], slot: int,
     grown: float, boxes: Float[np.ndarray, "7 P n"], constants: Constants,
 ) -> tuple[float, float]:  # fmt: skip
-    """When [steps] a motion first touches a box, infinity for never, and their relative speed [m/s] then."""
+    """When [steps] a motion first touches a box, infinity for never, and their relative speed [m/s] as in `impact`."""
     steps = constants.steps
     for k in range(steps):
         share = contact_at(edges, boxes, k, slot, grown)

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from coverdrive.planning.first_contact import first_contacts
 from coverdrive.planning.plan import Status
+from coverdrive.reporting.first_contact import first_contacts
 from coverdrive.simulation.initial import EGO
 from coverdrive.simulation.trace import Trace
 

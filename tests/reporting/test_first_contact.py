@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.first_contact import first_contacts
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.planner import MpcPlanner
+from coverdrive.reporting.first_contact import first_contacts
 from coverdrive.road import Road
 
 ROAD, TIMES = Road.straight(), 0.25 * np.arange(13)
