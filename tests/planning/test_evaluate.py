@@ -28,8 +28,9 @@ from coverdrive.geometry import boxes_overlap, turned_half_extents
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.evaluate import write_slack
 from coverdrive.planning.merit import Surroundings, merit
-from coverdrive.planning.obstacles import FAR, clearances, obstacles_of
+from coverdrive.planning.obstacles import FAR, obstacles_of
 from coverdrive.planning.vehicle import step
+from coverdrive.reporting.active_constraints import clearances
 
 NOBODY = np.zeros((0, 13, 2)), np.zeros(0, int), np.zeros((0, 13, 2)), DT
 

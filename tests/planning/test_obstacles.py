@@ -14,12 +14,12 @@ from coverdrive.planning.obstacles import (
     FAR,
     Obstacles,
     ObstacleSettings,
-    clearances,
     likely_paths,
     obstacles_of,
     packed,
     reachable,
 )
+from coverdrive.reporting.active_constraints import clearances
 
 ORDERS: tuple[Literal[2, 4, 8, 16, 32], ...] = (2, 4, 8, 16, 32)
 SHAPES = [ObstacleSettings(order=order) for order in ORDERS]

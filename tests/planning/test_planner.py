@@ -17,13 +17,14 @@ from coverdrive.errors import DataError, SettingError
 from coverdrive.geometry import boxes_overlap, turned_half_extents
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.follower import FollowerSettings, with_careful_follower
-from coverdrive.planning.obstacles import ObstacleSettings, clearances, obstacles_of
+from coverdrive.planning.obstacles import ObstacleSettings, obstacles_of
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.planning.problem import ProblemSettings
 from coverdrive.planning.tree import BranchSettings, held_on
 from coverdrive.planning.vehicle import VehicleSettings, step
 from coverdrive.reference_line import ReferenceLine
+from coverdrive.reporting.active_constraints import clearances
 from coverdrive.road import Road
 
 ROAD = Road.straight()

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from planning_scenes import CAR, CONSTANTS, STEPS, around, driven, fail_safe, touches, whole
+from planning_scenes import CAR, CONSTANTS, DT, PERIOD, STEPS, around, driven, fail_safe, touches, whole
 
 import coverdrive.planning.search as search
-from coverdrive.planning.evaluate import Plans, empty_plans, evaluate
+from coverdrive.planning.evaluate import Plans, drive_step, empty_plans, evaluate
 from coverdrive.planning.merit import Surroundings, merit
-from coverdrive.planning.search import SearchSettings, Wanted, begin, choose, go_on, room_for
+from coverdrive.planning.search import SearchSettings, Wanted, begin, choose, go_on, lane_seeking, room_for
 
 NODES = len(CONSTANTS.tree.parent)
 STATE = np.array([0.0, 5.4, 20.0, 0.0])
@@ -153,3 +153,15 @@ def test_the_rest_of_the_last_plan_is_known(straight_paths) -> None:
     at = wanted.guesses - 1
     np.testing.assert_allclose(plans.inputs[at, CONSTANTS.tree.drive], rest)
     np.testing.assert_allclose(plans.inputs[at, CONSTANTS.tree.fail_safe], rest)
+
+
+@pytest.mark.parametrize("speed", [3.0, 20.0, 40.0])
+@pytest.mark.parametrize("target", [1.8, 5.4])
+def test_lane_seeking_reaches_the_lane(speed: float, target: float) -> None:
+    state, before, elapsed, lats = (0.0, 1.8, speed, 0.0), (0.0, 0.0), PERIOD, []
+    for _ in range(40):
+        turn = lane_seeking(state[1], state[2], state[3], target, 1.0)
+        (before, state), elapsed = drive_step(state, (0.0, turn), before, elapsed, CONSTANTS), DT
+        lats.append(state[1])
+    assert lats[-1] == pytest.approx(target, abs=0.1)
+    assert max(lats) < target + 0.3

@@ -135,28 +135,6 @@ def clearance(
     return (ahead**order + aside**order + TINY) ** (1 / order)
 
 
-def clearances(
-    states: Float[np.ndarray, "*m P 4"],
-    obstacles: Obstacles,
-    vehicle: VehicleSettings,
-    settings: ObstacleSettings,
-) -> Float[np.ndarray, "*m K n"]:
-    """Left-hand sides of all obstacle constraints, without their slacks, at the steps k = 1 … K.
-
-    Args:
-        states: lon [m], lat [m], speed [m/s], heading [rad].
-        obstacles: the boxes to stay clear of.
-        vehicle: size and limits of the ego.
-        settings: shape of the obstacles.
-    """
-    lon, lat, speed, heading = (states[..., 1:, i, None] for i in range(4))
-    offset = (lon - obstacles.centres[1:, :, 0], lat - obstacles.centres[1:, :, 1])
-    half_sizes = (obstacles.half_sizes[1:, :, 0], obstacles.half_sizes[1:, :, 1])
-    other = np.minimum(speed, obstacles.speed[1:])
-    way = way_to_brake(speed, other, obstacles.deceleration[1:], vehicle.max_deceleration)
-    return clearance(offset, half_sizes, own_half_sizes(np.abs(heading), vehicle), way, settings)
-
-
 def obstacles_of(paths: PredictedPaths, settings: ObstacleSettings) -> Obstacles:
     """All predicted paths as obstacles.
 

@@ -22,7 +22,6 @@ from coverdrive.planning.constants import Constants
 from coverdrive.planning.descent import descend
 from coverdrive.planning.evaluate import Plans, drive_step, empty_plans, evaluate
 from coverdrive.planning.merit import Surroundings, input_at, merit
-from coverdrive.planning.motion import lane_seeking
 from coverdrive.planning.rollout import state_at
 from coverdrive.planning.vehicle import VehicleSettings
 from coverdrive.settings import Settings
@@ -48,6 +47,12 @@ _HARD = np.array([1.0, 0.5, 0.0])
 _HALVINGS = 4
 """of the way from a clear plan to one that is not"""
 _EVASIONS = len(_HARD) * (_PLACES + 1)
+_LANE_TIME = 0.8
+"""[s] in which a lane-seeking car would be back on the centre of its lane"""
+_LATERAL_SPEED = 2.0
+"""[m/s] at which a lane-seeking car moves sideways at the most: 3.6 m in about 2.5 s"""
+_HEADING_TIME = 0.4
+"""[s] in which a lane-seeking car takes the wanted heading"""
 
 
 class SearchSettings(Settings):
@@ -233,6 +238,22 @@ def _evade(plans: Plans, first: int, wanted: Wanted, around: Surroundings, const
         plans.targets[first + i] = wanted.lanes[lane]
     evaluate(plans, first, first + _EVASIONS, around, constants)
     return first + _EVASIONS
+
+
+@compiled
+def lane_seeking(lat: float, speed: float, heading: float, target_lat: float, hurry: float) -> float:
+    """The yaw rate [rad/s] that steers to the centre of a lane.
+
+    Args:
+        lat: [m].
+        speed: [m/s].
+        heading: [rad].
+        target_lat: [m] centre of the lane.
+        hurry: how many times faster than in comfort.
+    """
+    fastest = hurry * _LATERAL_SPEED
+    sideways = min(max((target_lat - lat) * hurry / _LANE_TIME, -fastest), fastest)
+    return (np.arctan2(sideways, max(speed, 2 * fastest)) - heading) * hurry / _HEADING_TIME
 
 
 @compiled

@@ -3,9 +3,16 @@
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool
+from jaxtyping import Bool, Float
 
-from coverdrive.planning.obstacles import ObstacleSettings, clearances, obstacles_of
+from coverdrive.planning.obstacles import (
+    Obstacles,
+    ObstacleSettings,
+    clearance,
+    obstacles_of,
+    own_half_sizes,
+    way_to_brake,
+)
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.planning.vehicle import VehicleSettings
 from coverdrive.simulation.study import Study
@@ -42,3 +49,25 @@ class ActiveConstraints(NamedTuple):
         values = clearances(states, boxes, self.car, self.obstacles)
         tight = values < 1 + self.obstacles.margin + _MARGIN
         return np.pad(tight.T, ((0, 0), (1, 0)))
+
+
+def clearances(
+    states: Float[np.ndarray, "*m P 4"],
+    obstacles: Obstacles,
+    vehicle: VehicleSettings,
+    settings: ObstacleSettings,
+) -> Float[np.ndarray, "*m K n"]:
+    """Left-hand sides of all obstacle constraints, without their slacks, at the steps k = 1 … K.
+
+    Args:
+        states: lon [m], lat [m], speed [m/s], heading [rad].
+        obstacles: the boxes to stay clear of.
+        vehicle: size and limits of the ego.
+        settings: shape of the obstacles.
+    """
+    lon, lat, speed, heading = (states[..., 1:, i, None] for i in range(4))
+    offset = (lon - obstacles.centres[1:, :, 0], lat - obstacles.centres[1:, :, 1])
+    half_sizes = (obstacles.half_sizes[1:, :, 0], obstacles.half_sizes[1:, :, 1])
+    other = np.minimum(speed, obstacles.speed[1:])
+    way = way_to_brake(speed, other, obstacles.deceleration[1:], vehicle.max_deceleration)
+    return clearance(offset, half_sizes, own_half_sizes(np.abs(heading), vehicle), way, settings)
