@@ -209,10 +209,11 @@ class MpcPlanner:
             return found, targets, Status.SOLVED if found.optimised else Status.FALLBACK
         careful = self._with_careful_follower(state, paths, road, begun)
         yielded = self._search(state, careful, road, targets, begun) if careful else None
-        if yielded is None or not yielded.clear:
+        if yielded is None:
             return found, targets, Status.UNSAFE
+        status = Status.REAR if yielded.clear else Status.UNSAFE
         evaluate(yielded.plans, yielded.chosen, yielded.chosen + 1, found.around, self._constants)
-        return yielded._replace(around=found.around), targets, Status.REAR
+        return yielded._replace(around=found.around), targets, status
 
     def _with_careful_follower(
         self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, begun: float
