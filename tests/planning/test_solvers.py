@@ -5,7 +5,7 @@ import pytest
 
 from coverdrive.planning.constants import constants_of
 from coverdrive.planning.evaluate import drive_step
-from coverdrive.planning.merit import Surroundings, before_step, merit
+from coverdrive.planning.merit import Surroundings, input_at, merit
 from coverdrive.planning.planner import surroundings_of
 from coverdrive.planning.problem import ProblemSettings
 from coverdrive.planning.solvers import SolverSettings, compiled_program, compiled_solver, solve
@@ -40,8 +40,9 @@ def feasible(inputs: np.ndarray, around: Surroundings) -> np.ndarray:
     result, states = inputs.copy(), {-1: tuple(around.state)}
     result[0] = np.clip(result[0], around.previous_input - first, around.previous_input + first)
     for n, parent in enumerate(CONSTANTS.tree.parent):
-        before, wish = before_step(result, parent, around, CONSTANTS), (result[n, 0], result[n, 1])
-        result[n], states[n] = drive_step(states[int(parent)], wish, *before, CONSTANTS)
+        before, wish = input_at(result, parent, around.previous_input), (result[n, 0], result[n, 1])
+        elapsed = CONSTANTS.dt if parent >= 0 else PERIOD
+        result[n], states[n] = drive_step(states[int(parent)], wish, before, elapsed, CONSTANTS)
     return result
 
 

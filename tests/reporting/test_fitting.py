@@ -82,7 +82,7 @@ def test_columns_get_what_they_need() -> None:
 @pytest.mark.parametrize("width", WIDTHS)
 @pytest.mark.parametrize("name", ["[red]a.csv", "a[/b].csv", ":car:.csv", "\udce4.csv", "a" * 100])
 def test_names_are_no_markup(name: str, width: int) -> None:
-    summary = Summary(name, (1, 2), 27, 0.5, 1000, 5, 11.8, 29.5, 0.1, {"[bold]rows": 7})
+    summary = Summary(name, (1, 2), 27, 0.5, 1000, 5, 11.8, 29.5, 0.1, {"[bold]rows": 7}, {"[red]format": name})
     text = printed(recordings_table([summary]), width)
     assert name in text.replace("\n", "").replace(" ", "") or name in text
     for part in ("27", "1000", "11.8/29.5"):

@@ -15,7 +15,19 @@ def printed(table: Table) -> str:
 
 
 def summary(groups: tuple[int, ...], repairs: dict[str, int]) -> Summary:
-    return Summary("us101_300_vehicles period 1", groups, 235, 15.6, 125_758, 5, 11.8, 29.5, 0.1, repairs)
+    return Summary(
+        "us101_300_vehicles period 1",
+        groups,
+        235,
+        15.6,
+        125_758,
+        5,
+        11.8,
+        29.5,
+        0.1,
+        repairs,
+        {"lanes": "from lane numbers"},
+    )
 
 
 def test_recordings() -> None:

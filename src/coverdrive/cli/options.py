@@ -98,9 +98,9 @@ Confidence = Annotated[
 Unit = Annotated[
     Literal["window", "vehicle", "share", "group"] | None,
     Parameter(
-        help="What the bound is about: whole vehicles; windows of 3 s as in the paper; the share of a vehicle's "
-        "windows; vehicles of a new group of scenes; as in `--unit share`.",
-        show_default=usually("vehicle"),
+        help="What the bound is about: the share of a vehicle's windows of 3 s; whole vehicles; windows as in the "
+        "paper; vehicles of a new group of scenes; as in `--unit vehicle`.",
+        show_default=usually("share"),
     ),
 ]
 Seed = Annotated[
