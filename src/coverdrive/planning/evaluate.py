@@ -22,7 +22,7 @@ from coverdrive.planning.vehicle import State, within_limits
 _ANY_CONTACT = 5.0
 """[m/s] that a contact counts as at no relative speed"""
 _USUAL = 20.0
-"""[m/s] of a contact that counts as much as its speed says: its energy counts"""
+"""[m/s] of a contact that counts as much as its speed says"""
 _UNCERTAIN = 0.4
 """by how much less a contact at the end of the plan counts than one now"""
 _FROM_BEHIND = 0.5
@@ -49,9 +49,8 @@ class Plans(NamedTuple):
     severity: Float[np.ndarray, " m"]
     """[m/s] relative speed at the first contact of the fail-safe branch with a box, of the worst box; 0 without one"""
     harm: Float[np.ndarray, " m"]
-    """[m/s] expected of the first contacts of the fail-safe branch with every member: each counts the square of its
-    relative speed and of what any contact counts, as energy does, times its likelihood, and the less the later it is,
-    since the later is the less certain"""
+    """of the first contacts of the fail-safe branch with every member: the fourth power of their speed, so that the
+    worst one decides, times their likelihood, less from behind, and the less the later and thus less certain they are"""
     departure: Float[np.ndarray, " m"]
     """[m] by which the fail-safe branch gets beyond the road's edges during each of its steps, summed"""
     clear: Bool[np.ndarray, " m"]

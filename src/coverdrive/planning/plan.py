@@ -20,7 +20,7 @@ class Status(enum.Enum):
     the road"""
     FALLBACK = "fallback"
     """as clear, but the rest of the last fail-safe branch, or a simple manoeuvre to a lane at a constant acceleration:
-    no optimised plan is clear and cheaper"""
+    no optimised plan is clear"""
     REAR = "rear"
     """nothing clear was found; it is clear of everything else if the vehicle directly behind in the own lane (paper,
     Remark 2) reacts and brakes as a careful driver would"""

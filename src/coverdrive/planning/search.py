@@ -4,7 +4,7 @@ Every target lane has a start: the last plan to that lane, or the cheapest of si
 constant acceleration, from full braking to full throttle) with the least harmful one as its fail-safe branch; the lane
 that the last plan aimed at has both. All starts descend together. Whatever comes out is evaluated
 (`coverdrive.planning.evaluate`), and so are the simple manoeuvres and the rest of the last fail-safe branch, as plans
-whose branches are one: they are what is left when the descent finds nothing clear. What comes out unclear is drawn back
+whose branches are one: they are taken where the descent finds nothing clear. What comes out unclear is drawn back
 to the cheapest clear plan until it is clear. If nothing at all is clear, more ways to evade are tried, and what
 does least harm is chosen; cost decides between what does about as much.
 

@@ -42,8 +42,8 @@ class VehicleSettings(Settings):
     max_lateral_acceleration: float = Field(default=4.0, gt=0, le=15)
     """[m/s²] bound of speed · yaw rate; own choice, half of what the tyres of `max_deceleration` give"""
     max_jerk: float = Field(default=20.0, gt=0, le=1000)
-    """[m/s³] along and across, from one plan to the next that is optimised; a simple manoeuvre, taken where it is the
-    cheapest clear one or the least harmful, may change at once. Own choice: 8 m/s² of braking build up in 0.4 s"""
+    """[m/s³] along and across, from one plan to the next that is optimised; others, taken where no optimised one is
+    clear, may change at once. Own choice: 8 m/s² of braking build up in 0.4 s"""
     max_speed: float = Field(default=45.0, gt=0, le=120)
     """[m/s] a little above the reference speed of 40 m/s"""
     max_heading: float = Field(default=0.35, gt=0, lt=np.pi / 2)
