@@ -100,18 +100,40 @@ def test_emergency(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.slow
 def test_closed_loop(
-    quick_predictor: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    quick_fit: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    quick = ("--predictor", str(quick_predictor), "--trials", "1", "--duration", "1", "--workers", "1")
-    alone = ran("closed_loop", tmp_path / "closed_loop.json", monkeypatch, *quick, "--baselines", "paper")
-    assert set(alone["means"]) == {"paper", "coverdrive"}
-    capsys.readouterr()
+    fits = ("--fit", str(quick_fit), "--paper-fit", str(quick_fit))
+    quick = (*fits, "--trials", "2", "--duration", "4", "--workers", "1", "--traffic", "drivers", "replay")
+    few = ran("closed_loop", tmp_path / "closed_loop.json", monkeypatch, *quick, "--rows", "constant-velocity")
+    assert set(few["drivers"]) == {"default", "constant-velocity"}
+    kept = tmp_path / "closed_loop" / "drivers" / "default" / "trials" / "000000.parquet"
+    written = kept.stat().st_mtime_ns
     result = ran("closed_loop", tmp_path / "closed_loop.json", monkeypatch, *quick)
-    assert "paper: 0 of 1" not in capsys.readouterr().out  # kept on disk
-    assert set(result["means"]) == set(result["collisions"]) == {"paper", "reference", "coverdrive"}
-    assert result["means"]["paper"] == alone["means"]["paper"]
-    for baseline in ("paper", "reference"):
-        assert result["means"][baseline]["planning_median"] > 0
-        names = {each["name"] for each in result[f"differences, coverdrive minus {baseline}"]}
-        assert {"frontal_or_side", "rear_end", "mean_speed", "lane_changes"} <= names
-    assert min(each["mean_speed"] for each in result["means"].values()) > 5
+    assert kept.stat().st_mtime_ns == written
+    rows = {"default", "paper", "constant-velocity-box", "members", "constant-velocity"}
+    assert set(result["drivers"]) == rows
+    assert set(result["replay"]) == {*rows, "known-future"}
+    for name in few["drivers"]:
+        assert result["drivers"][name] == few["drivers"][name]
+    for row in (*result["drivers"].values(), *result["replay"].values()):
+        assert row["trials"] == 2
+        assert row["mean_speed"] > 5
+        assert {"mean_speed", "share_unsafe", "frontal_or_side"} <= set(row["minus default"])
+    for table in result.values():
+        assert set(table["paper"]["minus default"]["mean_speed"].values()) == {0.0}  # the same predictor here
+        missed = {name: each["windows missed"]["missed"] for name, each in table.items()}
+        assert missed["constant-velocity"] > missed["constant-velocity-box"]
+        assert missed["members"] > missed["default"]
+    assert result["replay"]["known-future"]["windows missed"]["missed"] == 0
+    assert "[" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_closed_loop_of_planners(quick_fit: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    quick = ("--fit", str(quick_fit), "--trials", "1", "--duration", "1", "--traffic", "set-sampling")
+    planners = ("paper-planner", "reference-planner")
+    result = ran("closed_loop", tmp_path / "closed_loop.json", monkeypatch, *quick, "--rows", *planners)
+    table = result["set-sampling"]
+    assert set(table) == {"default", *planners}
+    assert all(each["planning_median"] > 0 and each["mean_speed"] > 5 for each in table.values())
+    assert {each["windows missed"] for each in table.values()} == {None}  # no horizon is over

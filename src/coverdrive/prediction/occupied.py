@@ -58,16 +58,27 @@ def compared(
     """Areas, and those of the trivial predictor, for the bound of a certificate by the same method."""
     seconds = tuple((segments.step * np.arange(1, len(areas) + 1)).tolist())
     found = Occupied(seconds, tuple(areas.tolist()))
+    with suppress(CertificateError):  # then there is nothing to compare with
+        half_sizes, evaluation = trivial_box(segments, sides, settings, certificate, seed)
+        baseline = tuple((4 * half_sizes.prod(-1)).tolist())
+        found = replace(found, baseline=baseline, baseline_evaluation=evaluation)
+    return found
+
+
+def trivial_box(
+    segments: Segments, sides: Split, settings: CertificateSettings, certificate: Certificate, seed: int
+) -> tuple[Float[np.ndarray, "P 2"], Evaluation]:
+    """Half sizes [m] of the trivial predictor's box beyond the body, for the bound of a certificate by the same method.
+
+    The evaluation is on the test split. A CertificateError if the bound cannot be proved.
+    """
     method = Method.PAC_POOLED if settings.method.computes_epsilon else settings.method
     claim = settings.model_copy(update={"method": method, "epsilon": certificate.epsilon, "tube": "cover"})
     training, *rest = (segments.of(side) for side in (sides.train, sides.calibration, sides.test))
     boxes = [constant_velocity(training, each) for each in (training, *rest)]
     scored = [scored_by(box, each) for box, each in zip(boxes, (training, *rest), strict=True)]
-    with suppress(CertificateError):  # then there is nothing to compare with
-        rule, _ = calibrated(lambda rule, *_: rule, TUBE, scored[0], scored[1], claim, seed)
-        baseline = boxes[2].areas.mean(0) * scale_of(rule) ** 2
-        found = replace(found, baseline=tuple(baseline.tolist()), baseline_evaluation=evaluate(rule, scored[2]))
-    return found
+    rule, _ = calibrated(lambda rule, *_: rule, TUBE, scored[0], scored[1], claim, seed)
+    return boxes[0].half_sizes[0] * scale_of(rule), evaluate(rule, scored[2])
 
 
 def areas_of_bases(basis: Basis, rule: Rule, samples: ScoredSamples) -> Float[np.ndarray, " P"]:
