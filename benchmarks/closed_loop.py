@@ -43,7 +43,7 @@ from coverdrive.simulation.setup import AnyPlanner, Setup
 from coverdrive.simulation.statistics import COUNTED, collision_table, miss_rate
 from coverdrive.simulation.study import Study
 from paper_way import PaperPlanner
-from simple_predictors import Belief, ConstantVelocity, Ego, KnownFuture, Members
+from simple_predictors import AnyBelief, ConstantVelocity, Ego, KnownFuture, Members
 
 TRAFFICS = {"set-sampling": None, "drivers": None, "aggressive": (8, 10, 12), "mixed": None, "replay": None}
 """and numbers of vehicles, where they are not the paper's"""
@@ -113,7 +113,7 @@ def fitted(results: Results, recordings: Sequence[Recording], experiment: Experi
 
 def believed(
     default: Results, paper: Results, recordings: Sequence[Recording], rows: Sequence[str]
-) -> dict[str, Belief]:
+) -> dict[str, AnyBelief]:
     """What the ego believes in each of the rows that do so in every traffic."""
     experiment = default.experiment
     settings = experiment.prediction
@@ -127,7 +127,7 @@ def believed(
         if not np.array_equal(each.predictor.trained_on, trained_on):
             raise SystemExit(f"{each.folder} was fitted on other recordings or with another split; give these")
     box, _ = trivial_box(segments, sides, settings.certificate, default.predictor.certificate, experiment.seed)
-    beliefs: dict[str, Belief] = {
+    beliefs: dict[str, AnyBelief] = {
         "constant-velocity-box": ConstantVelocity(box, segments.step),
         "members": Members(default.predictor),
         "constant-velocity": ConstantVelocity(np.zeros_like(box), segments.step),
@@ -138,7 +138,7 @@ def believed(
 
 
 def set_up(
-    row: str, setup: Setup, default: AnyPredictor, beliefs: dict[str, Belief], settings: PlannerSettings
+    row: str, setup: Setup, default: AnyPredictor, beliefs: dict[str, AnyBelief], settings: PlannerSettings
 ) -> Setup:
     """The setup of a row, for that of the default."""
     if row == "default":

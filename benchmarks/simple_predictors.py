@@ -41,11 +41,15 @@ class Belief(Protocol):
         ...
 
 
+AnyBelief = Belief | AnyPredictor
+"""what an ego can predict with"""
+
+
 @dataclass(frozen=True, eq=False)
 class Ego:
     """A predictor that believes one thing, while simulated traffic draws from the sets of another predictor."""
 
-    belief: Belief
+    belief: AnyBelief
     traffic: AnyPredictor
 
     @property
