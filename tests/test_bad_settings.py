@@ -167,3 +167,9 @@ def test_the_paper_has_base_trajectories_and_plans_without_a_second_branch() -> 
     assert (paper.prediction.sets, paper.planner.problem.branches.fail_safe) == ("bases", False)
     assert paper.planner.problem.vehicle.max_steering_rate > 100 * usual.planner.problem.vehicle.max_steering_rate
     assert (usual.prediction.sets, usual.planner.problem.branches.fail_safe) == ("boxes", True)
+
+
+@pytest.mark.parametrize("experiment", [Experiment(), Experiment.preset("paper")], ids=["default", "paper"])
+def test_every_preset_asks_for_what_its_method_can_prove(experiment: Experiment) -> None:
+    claim = experiment.prediction.certificate
+    assert claim.method.bounds_losses or claim.unit in ("vehicle", "window")

@@ -61,7 +61,7 @@ class PredictionSettings(Settings):
             basis=BasisSettings(cut=False),
             assignment="nearest",
             training=TrainingSettings.paper(),
-            certificate=CertificateSettings(method=Method.POST_BLOATING),
+            certificate=CertificateSettings(method=Method.POST_BLOATING, unit="vehicle"),
         )
 
 
