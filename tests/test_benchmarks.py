@@ -103,19 +103,20 @@ def test_closed_loop(
     quick_fit: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     fits = ("--fit", str(quick_fit), "--paper-fit", str(quick_fit))
-    quick = (*fits, "--trials", "2", "--duration", "4", "--workers", "1", "--traffic", "drivers", "replay")
-    few = ran("closed_loop", tmp_path / "closed_loop.json", monkeypatch, *quick, "--rows", "constant-velocity")
-    assert set(few["drivers"]) == {"default", "constant-velocity"}
-    kept = tmp_path / "closed_loop" / "drivers" / "default" / "trials" / "000000.parquet"
+    quick = (*fits, "--trials", "2", "--duration", "3.5", "--workers", "1", "--traffic", "set-sampling", "replay")
+    one = (*quick, "--traffic", "set-sampling", "--rows", "constant-velocity")
+    few = ran("closed_loop", tmp_path / "closed_loop.json", monkeypatch, *one)
+    assert set(few["set-sampling"]) == {"default", "constant-velocity"}
+    kept = tmp_path / "closed_loop" / "set-sampling" / "default" / "trials" / "000000.parquet"
     written = kept.stat().st_mtime_ns
     result = ran("closed_loop", tmp_path / "closed_loop.json", monkeypatch, *quick)
     assert kept.stat().st_mtime_ns == written
     rows = {"default", "paper", "constant-velocity-box", "members", "constant-velocity"}
-    assert set(result["drivers"]) == rows
+    assert set(result["set-sampling"]) == rows
     assert set(result["replay"]) == {*rows, "known-future"}
-    for name in few["drivers"]:
-        assert result["drivers"][name] == few["drivers"][name]
-    for row in (*result["drivers"].values(), *result["replay"].values()):
+    for name in few["set-sampling"]:
+        assert result["set-sampling"][name] == few["set-sampling"][name]
+    for row in (*result["set-sampling"].values(), *result["replay"].values()):
         assert row["trials"] == 2
         assert row["mean_speed"] > 5
         assert {"mean_speed", "share_unsafe", "frontal_or_side"} <= set(row["minus default"])
