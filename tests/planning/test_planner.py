@@ -278,10 +278,10 @@ def test_a_follower_does_not_push_where_nothing_is_clear_anyway(straight_paths) 
     """Vehicles on both sides, one ahead that may brake too hard, one behind that may accelerate or brake."""
     paths = straight_paths((6, 5.4, 20), (0, 1.8, 20), (0, 9.0, 20), (-7, 5.4, 20), (-7, 5.4, 20))
     time, vehicle = 0.25 * np.arange(13), np.array([0, 1, 2, 3, 3])
-    braking, points = 8 * np.minimum(time, 2.5), paths.points.copy()
+    braking, points = 5 * np.minimum(time, 2.5), paths.points.copy()
     for path in (0, 4):
-        points[path, :, 0] -= braking * time - 4 * np.minimum(time, 2.5) ** 2
-    points[3, :, 0] += 2 * time**2
+        points[path, :, 0] -= braking * time - 2.5 * np.minimum(time, 2.5) ** 2
+    points[3, :, 0] += 4 * time**2
     state, paths = np.array([0, 5.4, 20, 0.0]), PredictedPaths(points, vehicle, paths.half_sizes, paths.dt)
     plan = MpcPlanner().plan(state, paths, ROAD)
     assert plan.status is Status.UNSAFE

@@ -51,7 +51,7 @@ def edges_from_tracks(across: Float[np.ndarray, " R"]) -> Float[np.ndarray, " ed
     low, high = np.quantile(across, (RARE / 2, 1 - RARE / 2))
     if high - low < NARROWEST:
         return (low + high) / 2 + LANE_WIDTH * np.array([-0.5, 0.5])
-    if high - low > MOST_LANES * WIDEST:
+    if not high - low <= MOST_LANES * WIDEST:  # nor if there is no number among them
         return None
     sample = across[:: max(1, len(across) // 20_000)]
     widths = np.arange(NARROWEST, WIDEST, 0.01)
