@@ -60,6 +60,13 @@ def test_losses_have_their_epochs() -> None:
     assert (list(points.x), list(points.y), list(points.hover)) == ([1, 2], [3, 1], ["epoch 1: 3", "epoch 2: 1"])
 
 
+def test_losses_below_zero_are_drawn() -> None:
+    """The logarithm of areas may be; an axis of logarithms would end before it."""
+    learned, losses = make_contents().learned, np.array([0.4, -0.2, -0.6])
+    logarithmic = [losses_figure(replace(learned, losses=each)).panels[0].y.log for each in (losses, losses + 1)]
+    assert logarithmic == [False, True]
+
+
 def test_every_trial_is_a_dot_of_its_speed_its_gap_and_its_jerk() -> None:
     trials = pl.DataFrame(
         {

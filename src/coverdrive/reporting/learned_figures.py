@@ -145,7 +145,7 @@ def losses_figure(learned: Learned) -> Figure:
     epochs = np.arange(1, len(learned.losses) + 1)
     hover = [f"epoch {epoch}: {loss:.4g}" for epoch, loss in zip(epochs, learned.losses, strict=True)]
     marks = [Line(x=epochs, y=learned.losses), Points(x=epochs, y=learned.losses, size=2.5, hover=hover)]
-    panel = Panel(marks, Axis("epoch"), Axis("loss", log=True))
+    panel = Panel(marks, Axis("epoch"), Axis("loss", log=bool(np.min(learned.losses) > 0)))  # that of boxes may be less
     return Figure([[panel]], height=2.6, caption="Mean training loss of every epoch.")
 
 
