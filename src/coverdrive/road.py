@@ -16,7 +16,7 @@ from jax import Array
 from jaxtyping import Bool, Float, Int
 
 from coverdrive.errors import DataError, SettingError
-from coverdrive.reference_line import ReferenceLine
+from coverdrive.reference_line import Numbers, ReferenceLine
 
 LARGEST_BEND = 15.0
 """[degrees] between any two directions of a road that still counts as straight; the recorded scenes of US-101 bend
@@ -27,9 +27,6 @@ NARROWEST = 2.0
 
 ACCOMPANY = 0.5
 """Share of the road's length from which on a lane that begins or ends counts as one of a straight road"""
-
-Numbers = Any
-"""NumPy arrays and numbers"""
 
 
 @jax.tree_util.register_dataclass

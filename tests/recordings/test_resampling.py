@@ -46,7 +46,9 @@ def test_the_motion_stays(before: float, after: float):
         right_on=["vehicle", "moment"],
     )
     assert len(both) >= 0.98 * len(exact.table)
-    for name, within in {"lon": 2e-4, "lat": 1e-4, "speed": 0.01, "heading": 1e-3}.items():
+    squared = both["speed_right"] ** 2  # of the direction of motion, headings have the share that is told from noise
+    both = both.with_columns(heading_right=both["heading_right"] * squared / (squared + SETTINGS.slow**2))
+    for name, within in {"lon": 2e-4, "lat": 1e-4, "speed": 0.01, "heading": 5e-4}.items():
         assert both[name].to_numpy() == pytest.approx(both[f"{name}_right"].to_numpy(), abs=within)
     assert recording.table["kind"].dtype == pl.Int8 and recording.table["identity"].n_unique() == 2
     assert set(recording.table.filter(pl.col("time") < 9.9)["group"]) == {0}

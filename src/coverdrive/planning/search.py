@@ -29,7 +29,7 @@ from coverdrive.settings import Settings
 _UNCLEAR = 1e12
 """more than any plan costs; added to the cost of those that are not clear"""
 _PER_HARM = 1e7
-"""[s/m] price of the harm of contacts: of which 0.5 m/s are worth more than any slack"""
+"""price of the harm of contacts, against what slack and comfort cost"""
 _PER_DEPARTURE = 1e15
 """[1/m] price of leaving the road: more than any contact"""
 _NO_DEPARTURE = 0.005
