@@ -110,7 +110,7 @@ def test_recorded_scenarios_are_plausible(us101: Path):
         reading = read_commonroad(file)
         table, road = reading.recording.table, reading.recording.road
         rows += len(table)
-        assert np.all((np.diff(road.edges) > 3.2) & (np.diff(road.edges) < 4.1)), file
+        assert np.all((np.diff(road.edges) > 3.2) & (np.diff(road.edges) < 4.0)), file
         lon, lat, heading = (table[name].to_numpy() for name in ("lon", "lat", "heading"))
         edges, lane = road.edges_at(lon), road.lane_at(lon, lat)[:, None]
         centre = (np.take_along_axis(edges, lane, 1) + np.take_along_axis(edges, lane + 1, 1))[:, 0] / 2
