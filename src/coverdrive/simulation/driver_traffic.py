@@ -14,6 +14,7 @@ from coverdrive.geometry import turned_half_extents
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.settings import InOrder, Settings
+from coverdrive.simulation.course import Course
 from coverdrive.simulation.drivers import DriverSettings, draw_drivers
 from coverdrive.simulation.freeway import DECISION, Freeway
 from coverdrive.simulation.initial import EGO, InitialSettings, initial_scene
@@ -100,6 +101,8 @@ class DriverTraffic:
     ) -> None:
         """Begin with every vehicle in the middle of its lane, on a road of equal lanes whose right edge is at lat = 0.
 
+        Lanes may begin and end, and the road may bend (`coverdrive.simulation.road_settings`).
+
         ``controlled`` are the slots that this model moves, if not all but the ego's.
         """
         self._road, self._rng = road, rng
@@ -108,9 +111,10 @@ class DriverTraffic:
         self._age = 0.0
         settings, shape = self._settings, (1, scene.vehicles)
         drivers = draw_drivers(settings.drivers, rng, shape)
-        lon, lane = np.array(scene.lon)[None], np.asarray(road.lane_of(np.asarray(scene.lat)))[None]
+        lon, lane = np.array(scene.lon)[None], road.lane_at(scene.lon, scene.lat)[None]
         wave = rng.uniform(150, 400, shape)
         self._freeway = Freeway(
+            course=Course(road),
             drivers=drivers,
             usual_speed=drivers.desired_speed.copy(),
             moody=rng.random(shape) < settings.moody_share,
@@ -132,7 +136,7 @@ class DriverTraffic:
         self._see(scene)
         freeway.change_desires(self._rng, dt, self._settings.mood_pause)
         if self._age <= 0:
-            freeway.change_lanes(self._road.lanes)
+            freeway.change_lanes()
             self._age = DECISION
         self._age -= dt
         freeway.advance(dt)
@@ -148,7 +152,7 @@ class DriverTraffic:
         aside = turned_half_extents(scene.half_sizes[others], states[:, 3])[:, 1]
         freeway.lon[0, others] = states[:, 0]
         freeway.speed[0, others] = states[:, 2] * np.cos(states[:, 3])
-        freeway.lane[0, others] = self._road.lane_of(states[:, 1] - aside)
-        freeway.target[0, others] = self._road.lane_of(states[:, 1] + aside)
+        freeway.lane[0, others] = self._road.lane_at(states[:, 0], states[:, 1] - aside)
+        freeway.target[0, others] = self._road.lane_at(states[:, 0], states[:, 1] + aside)
         freeway.progress[0, others] = 0.0
         freeway.wait[0, others] = np.inf

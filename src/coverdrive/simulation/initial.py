@@ -1,7 +1,7 @@
 """Where a trial begins: the ego among uncontrolled vehicles, all at the same speed (paper §5).
 
-The ego is slot 0 of the scene, at lon = 0 in the rightmost lane; the uncontrolled vehicles follow in random
-order of place.
+The ego is slot 0 of the scene, in the rightmost lane that goes on; the uncontrolled vehicles follow in random order of
+place.
 """
 
 import numpy as np
@@ -10,7 +10,7 @@ from pydantic import Field
 from coverdrive.errors import StartError
 from coverdrive.road import Road
 from coverdrive.scene import Scene
-from coverdrive.settings import Settings
+from coverdrive.simulation.road_settings import RoadSettings
 
 EGO = 0
 """slot of the ego in every scene of the simulation"""
@@ -18,15 +18,13 @@ EGO = 0
 _ATTEMPTS = 10_000
 
 
-class InitialSettings(Settings):
+class InitialSettings(RoadSettings):
     """The road and the traffic at the start of a trial."""
 
-    lanes: int = Field(default=3, ge=1, le=20)
-    """number of lanes (authors' scripts)"""
-    lane_width: float = Field(default=3.6, ge=2, le=10)
-    """[m] (authors' scripts; US freeway standard, AASHTO)"""
     road_length: float = Field(default=1000.0, ge=1, le=1e6)
     """[m] 20 s at the reference speed of 40 m/s, and some more"""
+    position: float = Field(default=0.0, ge=0, le=1e6)
+    """[m] lon of the ego"""
     ego_speed: float = Field(default=20.0, gt=0, le=120)
     """[m/s] of the ego (authors' scripts)"""
     traffic_speed: float = Field(default=20.0, gt=0, le=120)
@@ -46,7 +44,7 @@ class InitialSettings(Settings):
 
     def road(self) -> Road:
         """The road of every trial."""
-        return Road.straight(self.lanes, self.lane_width, self.road_length)
+        return self.road_of(self.road_length)
 
 
 def initial_scene(settings: InitialSettings, vehicles: int, rng: np.random.Generator) -> Scene:
@@ -55,8 +53,9 @@ def initial_scene(settings: InitialSettings, vehicles: int, rng: np.random.Gener
     Raises:
         StartError: the vehicles cannot be placed.
     """
+    road = settings.road()
     for _ in range(_ATTEMPTS):
-        scene = _draw(settings, vehicles, rng)
+        scene = _draw(settings, road, vehicles, rng)
         if scene is not None:
             return scene
     raise StartError(
@@ -66,22 +65,22 @@ def initial_scene(settings: InitialSettings, vehicles: int, rng: np.random.Gener
     )
 
 
-def _draw(settings: InitialSettings, vehicles: int, rng: np.random.Generator) -> Scene | None:
-    """One draw of all vehicles, or None if two of one lane are too close to each other."""
+def _draw(settings: InitialSettings, road: Road, vehicles: int, rng: np.random.Generator) -> Scene | None:
+    """One draw of all vehicles, or None if two of one lane are too close to each other, or one is beyond its lane."""
     slots = vehicles + 1
     scale = rng.uniform(1 - settings.size_variation, 1 + settings.size_variation, (2, slots))
-    lane = rng.integers(settings.lanes, size=slots)
-    lon = rng.uniform(settings.behind, settings.ahead, slots)
-    scale[:, EGO], lane[EGO], lon[EGO] = 1.0, 0, 0.0
+    lane = rng.integers(road.lanes, size=slots)
+    lon = settings.position + rng.uniform(settings.behind, settings.ahead, slots)
+    scale[:, EGO], lane[EGO], lon[EGO] = 1.0, road.lanes - settings.lanes, settings.position
     length, width = settings.length * scale[0], settings.width * scale[1]
     too_close = (lane[:, None] == lane) & (np.abs(lon[:, None] - lon) < (length[:, None] + length) / 2 + settings.gap)
-    if np.triu(too_close, 1).any():
+    if np.triu(too_close, 1).any() or not road.has_lane(lon + length)[np.arange(slots), lane].all():
         return None
     speed = np.full(slots, settings.traffic_speed)
     speed[EGO] = settings.ego_speed
     return Scene(
         lon=lon,
-        lat=np.asarray(settings.road().centres)[lane],
+        lat=np.asarray(road.centres)[lane],
         speed=speed,
         heading=np.zeros(slots),
         length=length,
