@@ -2,8 +2,8 @@
 
 S scenes of A vehicle slots are driven at once. A vehicle that changes lanes is in both lanes until it has arrived; its
 lateral motion is a polynomial of fifth order in its progress, slowed down with the vehicle at low speed. Drivers leave
-lanes that end, let others in (`coverdrive.simulation.merging`), and slow down in bends (`coverdrive.simulation.course`).
-Distances are those along the reference line of the road, speeds the rates of lon.
+lanes that end and let others in (`coverdrive.simulation.merging`), and slow down in bends
+(`coverdrive.simulation.course`). Distances are along the reference line of the road, speeds the rates of lon.
 """
 
 from dataclasses import dataclass, replace
@@ -142,7 +142,8 @@ class Freeway:
         drivers, (begins, ends) = self._here(), self.course.ends
         current = self._neighbours(self._shares_lane())
         free = self.valid & (self.lane == self.target) & (self.wait <= 0) & (self.speed > SLOWEST_CHANGE)
-        leaving, hasty = self.valid & (self._pressure.urgency > 0), in_haste(drivers, self._pressure.urgency)
+        pressed, way_out = self._pressure, self.course.way_out[self.lane]
+        leaving, hasty = self.valid & (pressed.urgency > 0), in_haste(drivers, pressed.urgency)
         alone = follow(drivers, self.speed, current.gap, self._of(current.leader, self.speed))
         relief = np.where(leaving, 0.0, np.maximum(0.0, alone - self._allowed(drivers)))  # of giving way
         best = np.full(self.lon.shape, -np.inf)
@@ -154,8 +155,8 @@ class Freeway:
             target = self._neighbours(self._uses(self.lane + step))
             advantage = lane_change_advantage(drivers, self.speed, self.length, current, target) + relief
             advantage = np.where(free & there, advantage, -np.inf)
-            must = leaving & (self.wait < np.inf) & (self.course.way_out[self.lane] == step) & accepts(hasty, self.speed, target)
-            advantage = np.where(must, _FIRST + self._pressure.urgency, advantage)
+            must = leaving & (self.wait < np.inf) & (way_out == step) & accepts(hasty, self.speed, target)
+            advantage = np.where(must, _FIRST + pressed.urgency, advantage)
             chosen = Neighbours(*(np.where(advantage > best, *each) for each in zip(target, chosen, strict=True)))
             side = np.where(advantage > best, step, side)
             best = np.maximum(best, advantage)

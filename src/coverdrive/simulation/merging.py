@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool
+from jaxtyping import Bool, Int
 
 from coverdrive.simulation.course import Course
 from coverdrive.simulation.drivers import FREE, Drivers, Neighbours, Values, follow
@@ -41,7 +41,9 @@ class Pressure(NamedTuple):
     """0 far from the end, or where a lane goes on, to 1 at the end"""
 
 
-def pressure(course: Course, lon: Values, length: Values, lane: np.ndarray, staying: Bool[np.ndarray, "S A"]) -> Pressure:
+def pressure(
+    course: Course, lon: Values, length: Values, lane: Int[np.ndarray, "S A"], staying: Bool[np.ndarray, "S A"]
+) -> Pressure:
     """The pressure on drivers in lanes, of whom some are ``staying`` in theirs so far."""
     room = np.where(staying & (course.way_out[lane] != 0), course.ends[1][lane] - SPARE - lon - length / 2, FREE)
     return Pressure(room, np.clip(1 - room / ZONE, 0.0, 1.0))

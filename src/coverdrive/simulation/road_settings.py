@@ -4,6 +4,7 @@ Bends are given as curvature at positions, linear between them, so that they beg
 the ramp is the rightmost one, from the road's beginning; where it ends its edge comes over to the next lane.
 """
 
+from itertools import pairwise
 from typing import Annotated
 
 import numpy as np
@@ -23,7 +24,7 @@ _Place = tuple[Annotated[float, Field(ge=-1e6, le=1e6)], Annotated[float, Field(
 
 
 def _ascending(course: tuple[_Place, ...]) -> tuple[_Place, ...]:
-    if any(after[0] <= before[0] for before, after in zip(course, course[1:], strict=False)):
+    if any(after[0] <= before[0] for before, after in pairwise(course)):
         raise ValueError("the positions of the curvature must ascend")
     return course
 
@@ -80,6 +81,6 @@ CURVED = RoadSettings(
     ramp=700.0,
     speed_limit=22.4,
 )  # fmt: skip
-"""Three lanes and an on-ramp whose lane ends after 700 m; bends of 400 m radius to the left, 231 m to the right, 300 m to
-the left, with clothoids between; 50 mph, the design speed of 231 m at 8 % of superelevation (AASHTO, Green Book, 2018,
-table 3-7: side friction 0.14)"""
+"""Three lanes and an on-ramp whose lane ends after 700 m; bends of 400 m radius to the left, 231 m to the right and 300
+m to the left, with clothoids between; 50 mph, the design speed of 231 m at 8 % of superelevation (AASHTO, Green Book,
+2018: side friction 0.14)"""
