@@ -19,6 +19,10 @@ EGO = 0
 """slot of the ego in every scene of the simulation"""
 
 _ATTEMPTS = 10_000
+_REPAIRS = 100
+
+_MANY = 20
+"""vehicles of which some are always too close to another if all are drawn at once"""
 
 
 _Size = tuple[Annotated[float, Field(ge=1, le=30)], Annotated[float, Field(ge=0.3, le=5)]]
@@ -66,16 +70,17 @@ def initial_scene(settings: InitialSettings, vehicles: int, rng: np.random.Gener
         StartError: the vehicles cannot be placed.
     """
     road, slots = settings.road(), vehicles + 1
-    for _ in range(_ATTEMPTS):
+    for _ in range(_ATTEMPTS if vehicles < _MANY else 0):
         sizes, places = _draw_sizes(settings, slots, rng), _draw_places(settings, road, slots, rng)
         if not _misplaced(settings, road, sizes, places).any():
             return _scene(settings, road, sizes, places)
-    sizes, places = _draw_sizes(settings, slots, rng), _draw_places(settings, road, slots, rng)
-    for _ in range(_ATTEMPTS):
-        misplaced = _misplaced(settings, road, sizes, places)
-        if not misplaced.any():
-            return _scene(settings, road, sizes, places)
-        places = np.where(misplaced, _draw_places(settings, road, slots, rng), places)
+    for _ in range(_ATTEMPTS // _REPAIRS):
+        sizes, places = _draw_sizes(settings, slots, rng), _draw_places(settings, road, slots, rng)
+        for _ in range(_REPAIRS):
+            misplaced = _misplaced(settings, road, sizes, places)
+            if not misplaced.any():
+                return _scene(settings, road, sizes, places)
+            places = np.where(misplaced, _draw_places(settings, road, slots, rng), places)
     raise StartError(
         f"{vehicles} uncontrolled vehicles of {settings.length} m could not be placed on {settings.lanes} lanes "
         f"between lon {settings.behind} and {settings.ahead} m with gaps of {settings.gap} m in {2 * _ATTEMPTS} "

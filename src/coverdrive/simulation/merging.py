@@ -32,6 +32,10 @@ SPARE = 3.0
 """[m] from the place to stop at to the end of the lane"""
 
 
+_AT_THE_END = 1.0
+"""[m] to the place to stop at from which on nobody starts again"""
+
+
 class Pressure(NamedTuple):
     """How much each driver has to leave the lane."""
 
@@ -73,7 +77,7 @@ def accepts(hasty: Drivers, speed: Values, target: Neighbours) -> Bool[np.ndarra
 def stopping(room: Values, speed: Values, drivers: Drivers) -> Values:
     """Acceleration [m/s²] that stops ahead of the end of the lane; infinite while there is time to brake later."""
     needed = speed**2 / (2 * np.maximum(room, 0.1))
-    return np.where(needed > drivers.deceleration, -needed, np.inf)
+    return np.where((needed > drivers.deceleration) | (room < _AT_THE_END), -needed, np.inf)
 
 
 def giving_way(drivers: Drivers, speed: Values, gap: Values, other: Values) -> Values:

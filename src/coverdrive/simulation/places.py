@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import polars as pl
-from jaxtyping import Float
+from jaxtyping import Int
 from pydantic import Field
 
 from coverdrive.recordings.recording import Recording
@@ -36,6 +36,9 @@ _EVERY = 25.0
 
 _STRAIGHT = 1e-4
 """[1/m] a road that bends less, with a radius of 10 km, is straight"""
+
+_CROWDED = 3.0
+"""the mean spacing is at least as many times the smallest one at the start, so that all find room"""
 
 _SIZES = 20
 """number of recorded vehicles that stand for the sizes of all"""
@@ -97,6 +100,7 @@ def recorded_place(recordings: Sequence[Recording]) -> Place:
     median = max(1.0, _rounded(np.median(speeds), 1))
     wanted = max(_rounded(np.quantile(free if len(free) > _FEW * len(speed) else speeds, 0.95), 1), median)
     number = (_STRETCH[1] - _STRETCH[0]) * lanes / spacing.mean() if len(spacing) else 0.0
+    room = spacing.mean() / _CROWDED - (spacing - gap).mean() if len(gap) else 0.0
     start = -_STRETCH[0] + 40.0
     initial = InitialSettings(
         lanes=lanes,
@@ -110,7 +114,7 @@ def recorded_place(recordings: Sequence[Recording]) -> Place:
         desired_speed=wanted,
         behind=_STRETCH[0],
         ahead=_STRETCH[1],
-        gap=max(2.0, _rounded(np.quantile(gap, 0.05), 1)) if len(gap) else 2.0,
+        gap=_rounded(np.clip(np.quantile(gap, 0.05), 2.0, max(2.0, room)), 1) if len(gap) else 2.0,
         sizes=_sizes(recordings),
     )
     usual = np.array(VEHICLES) / np.mean(VEHICLES)
@@ -118,7 +122,7 @@ def recorded_place(recordings: Sequence[Recording]) -> Place:
     return Place(initial=initial, vehicles=tuple(dict.fromkeys(numbers.tolist())), wanted_speed=wanted)
 
 
-def _lanes_that_go_on(road: Road) -> Float[np.ndarray, " L"]:
+def _lanes_that_go_on(road: Road) -> Int[np.ndarray, " kept"]:
     """Those that are there along half of the road at least."""
     return np.flatnonzero(road.has_lane(np.linspace(0.0, float(road.length), 200)).mean(0) >= 0.5)
 
