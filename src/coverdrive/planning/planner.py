@@ -27,6 +27,7 @@ from coverdrive.planning.problem import ProblemSettings
 from coverdrive.planning.search import SearchSettings, Wanted, begin, choose, go_on, room_for, write_manoeuvre
 from coverdrive.planning.tree import held_on
 from coverdrive.planning.vehicle import step
+from coverdrive.planning.wish import NO_WISH, Wish
 from coverdrive.road import Road
 from coverdrive.settings import Settings
 
@@ -45,6 +46,8 @@ class PlannerSettings(Settings):
     """how plans are found"""
     lane_change: float = Field(default=10.0, ge=0, le=1e6)
     """cost of aiming at another lane than the last plan, against dithering"""
+    wished_lane: float = Field(default=1000.0, ge=0, le=1e6)
+    """cost of every lane between the one aimed at and the nearest that is wished for: more than speed is worth"""
     iterations: int = Field(default=24, ge=1, le=10_000)
     """of the search, at the most"""
     budget: float | None = Field(default=None, gt=0, le=10)
@@ -146,9 +149,10 @@ class MpcPlanner:
         self._constants = constants_of(problem, period)
         self._held_on = held_on(problem.steps, period, problem.dt)
         self._memory: _Memory | None = None
+        self._wish = NO_WISH
         self._paths = PathMemory(self.settings.grace)
 
-    def plan(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> Plan:
+    def plan(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, wish: Wish = NO_WISH) -> Plan:
         """Plan from a state against every predicted path.
 
         Args:
@@ -156,6 +160,7 @@ class MpcPlanner:
                 where it is another car's or another drive's.
             paths: predicted paths at the times k·dt of the plan, k = 0 … K.
             road: the lanes to drive on, taken as straight.
+            wish: speed and lanes that are wanted this time.
 
         Returns:
             The cheapest plan whose fail-safe branch is clear of all paths, else the one that does least harm; its
@@ -169,6 +174,7 @@ class MpcPlanner:
         begun, road = time.perf_counter(), road.as_straight()
         problem = self.settings.problem
         check_times(paths, problem)
+        self._take(wish)
         measured = np.ascontiguousarray(state, dtype=float)
         believed, memory = plausible(measured, problem.vehicle, road), self._memory
         known, unknown = bool(believed.all()), 0.0
@@ -184,6 +190,11 @@ class MpcPlanner:
         plan = self._plan_of(found, measured, status if known and complete else Status.INVALID_INPUT)
         self._remember(found, targets, plan, measured, unknown)
         return replace(plan, seconds=time.perf_counter() - begun)
+
+    def _take(self, wish: Wish) -> None:
+        """Plan with this wish from now on."""
+        speed = self.settings.problem.cost.reference_speed if wish.speed is None else float(wish.speed)
+        self._wish, self._constants = wish, self._constants._replace(reference_speed=speed)
 
     def _continued(
         self, state: Float[np.ndarray, " 4"], expected: Float[np.ndarray, " 4"], paths: PredictedPaths
@@ -234,7 +245,12 @@ class MpcPlanner:
         known = memory.inputs if memory else {}
         wanted = Wanted(
             lanes=np.array(road.centres, dtype=float)[targets],
-            extra=np.array([settings.lane_change * (target != held) for target in targets]),
+            extra=np.array(
+                [
+                    settings.lane_change * (target != held) + settings.wished_lane * self._wish.away(target)
+                    for target in targets
+                ]
+            ),
             last=np.array([known.get(target, nothing) for target in targets]),
             rest=memory.rest if memory else np.zeros((problem.steps, 2)),
             accelerations=self._accelerations,
