@@ -117,6 +117,17 @@ def test_other_roads_and_numbers():
     assert all(recording.table["length"].min() >= 8 for recording in recordings)
 
 
+def test_nobody_begins_where_a_ramp_has_nearly_ended():
+    """Dense traffic beside a short ramp: those who could not stop on it are left out, the others merge."""
+    settings = GeneratedSettings(scenes=4, duration=20.0, lanes=1, ramp=300.0, vehicles=(20, 20))
+    for recording in generate(settings, seed=1):
+        table, road = recording.table, recording.road
+        assert table["vehicle"].n_unique() < 20
+        edges = road.edges_at(table["lon"].to_numpy())
+        assert (table["lat"].to_numpy() - table["width"].to_numpy() / 2 > edges[:, 0]).all()
+        assert overlaps(recording) == 0
+
+
 def test_shared_names_of_groups_rise_with_the_scenes():
     recordings = generate(GeneratedSettings(scenes=26, duration=1.0, vehicles=(2, 3)))
     assert [recording.table["group"][0] for recording in recordings] == list(range(26))

@@ -146,15 +146,17 @@ def _start(settings: GeneratedSettings, random: np.random.Generator, scenes: int
     drivers.desired_speed[front] = (pace * random.uniform(0.85, 1.1, shape))[front]
     limits = ((0, settings.wander), (150, 400), (0, 2 * np.pi))
     wander = np.stack([random.uniform(*between, shape) for between in limits], axis=-1)
+    lon, course = lon - rear + 20.0, Course(road)
+    valid = valid & (course.ends[1][lane] - lon > speed**2 / (2 * drivers.deceleration) + length)  # can stop in time
     return Freeway(
-        course=Course(road),
+        course=course,
         drivers=drivers,
         usual_speed=drivers.desired_speed.copy(),
         moody=front | (random.random(shape) < settings.moody_share),
         length=length,
         width=width,
         valid=valid,
-        lon=lon - rear + 20.0,
+        lon=lon,
         speed=speed,
         lane=lane,
         change_duration=random.uniform(4, 6, shape),
