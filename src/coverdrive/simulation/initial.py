@@ -64,20 +64,22 @@ class InitialSettings(RoadSettings):
 def initial_scene(settings: InitialSettings, vehicles: int, rng: np.random.Generator, on_ramp: bool = False) -> Scene:
     """Draw the ego and ``vehicles`` others by rejection: all anew until none is too close to another.
 
-    Where they are so dense that this does not succeed, those that are too close to another are drawn anew. Some are
-    ``on_ramp`` only if they know how to leave it.
+    Where they are so dense that this does not succeed, or have sizes of their own, of which the long ones would be
+    rejected more often, those that are too close to another find other places. Some are ``on_ramp`` only if they know
+    how to leave it.
 
     Raises:
         StartError: the vehicles cannot be placed.
     """
     road, slots = settings.road(), vehicles + 1
     first = 0 if on_ramp else road.lanes - settings.lanes
-    for _ in range(_ATTEMPTS if vehicles < _MANY else 0):
+    for _ in range(0 if settings.sizes or vehicles >= _MANY else _ATTEMPTS):
         sizes, places = _draw_sizes(settings, slots, rng), _draw_places(settings, road, first, slots, rng)
         if not _misplaced(settings, road, sizes, places).any():
             return _scene(settings, road, sizes, places)
+    sizes = _draw_sizes(settings, slots, rng)
     for _ in range(_ATTEMPTS // _REPAIRS):
-        sizes, places = _draw_sizes(settings, slots, rng), _draw_places(settings, road, first, slots, rng)
+        places = _draw_places(settings, road, first, slots, rng)
         for _ in range(_REPAIRS):
             misplaced = _misplaced(settings, road, sizes, places)
             if not misplaced.any():
@@ -85,7 +87,7 @@ def initial_scene(settings: InitialSettings, vehicles: int, rng: np.random.Gener
             places = np.where(misplaced, _draw_places(settings, road, first, slots, rng), places)
     raise StartError(
         f"{vehicles} uncontrolled vehicles of {settings.length} m could not be placed on {settings.lanes} lanes "
-        f"between lon {settings.behind} and {settings.ahead} m with gaps of {settings.gap} m in {2 * _ATTEMPTS} "
+        f"between lon {settings.behind} and {settings.ahead} m with gaps of {settings.gap} m in {_ATTEMPTS} "
         "attempts; use fewer vehicles, a longer stretch or a smaller gap"
     )
 
