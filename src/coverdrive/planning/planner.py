@@ -19,6 +19,7 @@ from coverdrive.planning.constants import constants_of
 from coverdrive.planning.evaluate import Plans, empty_plans, evaluate, write_slack
 from coverdrive.planning.fallback import assumed_state, continued, plausible
 from coverdrive.planning.follower import FollowerSettings, with_careful_follower, without_follower
+from coverdrive.planning.leaders import LeaderSettings, with_braking_leaders
 from coverdrive.planning.merit import Surroundings
 from coverdrive.planning.obstacles import likely_paths, obstacles_of, packed
 from coverdrive.planning.path_memory import PathMemory
@@ -60,6 +61,8 @@ class PlannerSettings(Settings):
     as ``follower`` says, so that it does not push the ego into another, even where nothing is clear then either"""
     follower: FollowerSettings = FollowerSettings()
     """what that vehicle is trusted to do"""
+    leaders: LeaderSettings = LeaderSettings()
+    """what the vehicles directly ahead may do besides, as far as a plan that is clear of it exists"""
     grace: float = Field(default=0.5, ge=0, le=10)
     """[s] for which a vehicle that vanished is taken to be on one of its last predicted paths, and for which the
     ego is taken to follow its last plan where its state cannot be true, or cannot have come about since. Then it brakes
@@ -213,7 +216,7 @@ class MpcPlanner:
             paths = without_follower(state, paths, road)
         lane = int(road.lane_of(state[1]))
         targets = [lane, *(side for side in (lane - 1, lane + 1) if 0 <= side < road.lanes)]
-        found = self._search(state, paths, road, targets, begun) if searching else None
+        found = self._clear_of_leaders(state, paths, road, targets, begun) if searching else None
         if found is None:
             return self._braking(state, paths, road, lane), [lane], Status.UNSAFE
         if found.clear:
@@ -225,6 +228,20 @@ class MpcPlanner:
         status = Status.REAR if yielded.clear else Status.UNSAFE
         evaluate(yielded.plans, yielded.chosen, yielded.chosen + 1, found.around, self._constants)
         return yielded._replace(around=found.around), targets, status
+
+    def _clear_of_leaders(
+        self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, targets: list[int], begun: float
+    ) -> _Found | None:
+        """What is clear even if vehicles ahead brake hard, else what the search chooses for the paths alone."""
+        braking = with_braking_leaders(state, paths, road, self.settings.leaders)
+        found = self._search(state, braking, road, targets, begun)
+        if len(braking) == len(paths) or (found and found.clear):
+            return found
+        if found is None or time.perf_counter() - begun <= self._budget:
+            return self._search(state, paths, road, targets, begun)
+        found = found._replace(around=self._around(state, paths, road))
+        evaluate(found.plans, found.chosen, found.chosen + 1, found.around, self._constants)
+        return found
 
     def _with_careful_follower(
         self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, begun: float
