@@ -8,30 +8,32 @@ from coverdrive.road import LaneEdges, Road
 LENGTH = 600.0
 
 
-def bent_road(rng: np.random.Generator, sharpest: float = 1 / 150, tapers: bool = True) -> Road:
+def bent_road(rng: np.random.Generator, sharpest: float = 1 / 150, tapers: bool = True, length: float = LENGTH) -> Road:
     """A road of three lanes that bends to both sides by up to a curvature, evenly, changing or straight.
 
     On half of the roads an outer lane begins, and one ends.
     """
-    count = int(LENGTH / 2) + 1
+    count = int(length / 2) + 1
     kind = rng.integers(4)
     if kind == 0:
         curvature = np.full(count, rng.choice([-1, 1]) * sharpest)
     elif kind == 1:
-        knots = np.arange(0, LENGTH + 60, 60.0)
+        knots = np.arange(0, length + 60, 60.0)
         curvature = np.interp(2.0 * np.arange(count), knots, rng.uniform(-sharpest, sharpest, len(knots)))
     else:
         curvature = np.full(count, rng.uniform(-sharpest, sharpest) * (kind == 2))
-    line = ReferenceLine(rng.uniform(-9, 9, 2), rng.uniform(-3, 3), curvature, LENGTH, lat=float(rng.choice([0.0, 5.4])))
+    line = ReferenceLine(
+        rng.uniform(-9, 9, 2), rng.uniform(-3, 3), curvature, length, lat=float(rng.choice([0.0, 5.4]))
+    )
     edges, changing = np.arange(4) * 3.6, None
     if tapers and rng.random() < 0.5:
         places = np.sort(rng.uniform(150, 450, 4))
         places += np.arange(4)
-        lat = np.tile(edges, (4, 1))
-        lat[1:3, 0] = edges[1] if rng.random() < 0.5 else edges[0]
-        lat[0, 3] = lat[3, 3] = edges[2] if rng.random() < 0.5 else edges[3]
-        changing = LaneEdges(places, lat)
-    return Road(edges, LENGTH, line, changing)
+        lats = np.tile(edges, (4, 1))
+        lats[1:3, 0] = edges[1] if rng.random() < 0.5 else edges[0]
+        lats[0, 3] = lats[3, 3] = edges[2] if rng.random() < 0.5 else edges[3]
+        changing = LaneEdges(places, lats)
+    return Road(edges, length, line, changing)
 
 
 def in_map(states: np.ndarray, road: Road) -> tuple[np.ndarray, np.ndarray]:

@@ -10,10 +10,13 @@ import numpy as np
 from jaxtyping import Float
 
 from coverdrive.compiled import compiled
-from coverdrive.planning.vehicle import Bend, State
+from coverdrive.planning.vehicle import TINY, Bend, State
+from coverdrive.road import Road
 
 CURVATURE, RIGHT, LEFT, FASTEST = range(4)
 """columns of `RoadAhead.rows`"""
+_APART = 0.5
+"""[m] between places whose curvatures tell how it changes"""
 STRAIGHT: Bend = (1.0, 1.0, 0.0, 0.0)
 """`bend_at` of a straight road"""
 
@@ -56,6 +59,40 @@ def bent(state: Any, curvature: Any, change: Any, line: float) -> tuple[Any, Any
     follow = (curvature * cosine + sine * cosine * narrowing / square) / share
     gain = -(speed**2) * stretch * narrowing * cosine**2 / share
     return share, square * share / stretch, follow, gain, (1 - stretch**2) * sine * cosine / share
+
+
+class Controls(NamedTuple):
+    """What a real car does, or is to do."""
+
+    speed: Any
+    """[m/s]"""
+    acceleration: Any
+    """[m/s²]"""
+    yaw_rate: Any
+    """[rad/s]"""
+    steering: Any
+    """[rad] of the wheels"""
+
+
+def controls(
+    state: Float[np.ndarray, "*n 4"], inputs: Float[np.ndarray, "*n 2"], road: Road, wheelbase: float
+) -> Controls:
+    """What inputs in the road frame are for the real car, at the moment; exact, as `bent`.
+
+    Args:
+        state: lon [m], lat [m], speed [m/s] and heading [rad] of (lon, lat).
+        inputs: their rates: acceleration [m/s²], yaw rate [rad/s].
+        road: that the car is on.
+        wheelbase: [m] of the car.
+    """
+    lon, lat, speed, heading = (state[..., i] for i in range(4))
+    change = (road.curvature(lon + _APART / 2) - road.curvature(lon - _APART / 2)) / _APART
+    line = 0.0 if road.line is None else road.line.lat
+    share, ease, follow, gain, swing = bent((lon, lat, speed, heading), road.curvature(lon), change, line)
+    real, turn = share * speed, share * (inputs[..., 1] / ease + speed * follow)
+    acceleration = share * inputs[..., 0] + speed * swing * inputs[..., 1] + gain
+    bend = np.where(real > TINY, turn / np.maximum(real, TINY), follow)
+    return Controls(real, acceleration, turn, np.arctan(wheelbase * bend))
 
 
 _bent: Any = compiled(bent)

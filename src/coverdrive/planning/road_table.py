@@ -94,7 +94,7 @@ def table_of(road: Road, problem: ProblemSettings) -> RoadTable:
     curvature = road.curvature(np.minimum(lon, length))
     change = np.abs(np.diff(curvature, append=curvature[-1])) / spacing
     edges, sharpest = _innermost(road, lon), _largest(np.abs(curvature), _NEAR / spacing)
-    most, aside = sharpest.max(), np.abs(road.edges_at(lon) - line).max()
+    most, aside = sharpest.max(), np.abs(np.append(edges * [1, -1], road.edges_at(lon)) - line).max()
     if most * aside > 0.5:
         tight = f"a curve of {1 / most:.0f} m radius on a road whose edge is {aside:.0f} m beside its line"
         raise DataError(f"{tight}; expected at most half of the radius, choose or cut another road")
