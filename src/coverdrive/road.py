@@ -25,6 +25,12 @@ by at most 8°, roads of junctions by 40° and more"""
 NARROWEST = 2.0
 """[m] a lane that is narrower begins or ends there: nobody drives on it"""
 
+_ROUNDING = 1e-3
+"""[m] by which the width of a lane may be less in single precision"""
+
+_AWAY = 1e3
+"""[m] that a lane which is not there is farther away than any other"""
+
 ACCOMPANY = 0.5
 """Share of the road's length from which on a lane that begins or ends counts as one of a straight road"""
 
@@ -93,13 +99,11 @@ class Road:
         """Whether each lane is there at positions [m]."""
         if self.changing is None:
             return np.ones((*np.shape(lon), self.lanes), dtype=bool)
-        return np.diff(self.edges_at(lon), axis=-1) >= NARROWEST
+        return lanes_there(self.edges_at(lon))
 
     def lane_at(self, lon: Numbers, lat: Numbers) -> Int[np.ndarray, "*n"]:
         """Lane index at positions [m]: of the lanes that are there, the nearest; `lane_of` if all are."""
-        edges, there, lat = self.edges_at(lon), self.has_lane(lon), np.asarray(lat)
-        outside = np.maximum(np.maximum(edges[..., :-1] - lat[..., None], 0), lat[..., None] - edges[..., 1:])
-        return self.lanes - 1 - np.argmin(np.where(there, outside, np.inf)[..., ::-1], axis=-1)
+        return nearest_lane(self.edges_at(lon), np.asarray(lat, dtype=float))
 
     def curvature(self, lon: Numbers) -> Float[np.ndarray, "*n"]:
         """[1/m] of the reference line at positions [m], positive where it turns left."""
@@ -179,6 +183,18 @@ class Road:
                 f"{width} m, {length} m"
             )
         return Road(edges=np.arange(lanes + 1) * float(width), length=length)
+
+
+def lanes_there(edges: Float[Any, "*n E"]) -> Bool[Any, "*n L"]:
+    """Which lanes are there between their edges [m]; like `nearest_lane` for arrays of NumPy and JAX."""
+    return edges[..., 1:] - edges[..., :-1] > NARROWEST - _ROUNDING
+
+
+def nearest_lane(edges: Float[Any, "*#n E"], lat: Float[Any, "*#n"]) -> Int[Any, "*n"]:
+    """Lane index of positions [m] between edges [m]: of the lanes that are there, the nearest; of two the left one."""
+    lat = lat[..., None]
+    outside = (edges[..., :-1] - lat).clip(0) + (lat - edges[..., 1:]).clip(0) + _AWAY * ~lanes_there(edges)
+    return edges.shape[-1] - 2 - outside[..., ::-1].argmin(-1)
 
 
 def _turned(angle: Numbers) -> Numbers:

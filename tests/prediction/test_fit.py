@@ -94,7 +94,7 @@ def test_hyperplanes_are_stored_and_predict(hyperplanes: Predictor, fitted: Fit,
     assert loaded.certificate == hyperplanes.certificate
     scene, road = three_vehicles(), Road.straight()
     possible = loaded.possible(scene, road)
-    features = affordance(scene, road)
+    features = affordance(scene, road.edges)
     expected = hyperplanes.rule.possible(np.zeros(possible.shape), np.asarray(hyperplanes.network.hidden(features)))
     assert np.array_equal(possible, expected)
     paths = loaded.predict(scene, road, ego=0, dt=0.5, steps=6)
