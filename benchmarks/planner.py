@@ -32,6 +32,7 @@ from coverdrive.planning.merit import Surroundings
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.planner import MpcPlanner, surroundings_of
 from coverdrive.planning.problem import ProblemSettings
+from coverdrive.planning.road_ahead import table_of
 from coverdrive.planning.search import SearchSettings, write_manoeuvre
 from coverdrive.planning.solvers import SolverSettings, solve
 from coverdrive.prediction.fit import fit
@@ -131,7 +132,7 @@ def reference_costs(instance: dict, problem: ProblemSettings, period: float, roa
     A plan that is clear is not worse than one that buys its comfort with contacts; if all do, the second is infinite.
     """
     constants = constants_of(problem, period)
-    around = surroundings_of(instance["state"], instance["before"], instance["paths"], road, problem)
+    around = surroundings_of(instance["state"], instance["before"], instance["paths"], table_of(road, problem), problem)
     own = own_plan(instance["plan"], around, road, constants)
     starts = starts_of(own, around, problem, constants)
     results = [solve(start, own.targets[0], around, problem, period, EXACT) for start in starts]

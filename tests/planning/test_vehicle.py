@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from planning_scenes import CAR, CONSTANTS, DT, drive, rollout
+from planning_scenes import CAR, CONSTANTS, DT, STRAIGHT, drive, rollout
 
 from coverdrive.planning.vehicle import step, within_limits
 
@@ -51,7 +51,7 @@ def test_limits_by_hand(state: list[float], wanted: list[float], before: list[fl
         at, wish, last = (
             np.array(each, dtype=float) for each in (state * np.tile(mirror, 2), wanted * mirror, before * mirror)
         )
-        got = within_limits(tuple(at), tuple(wish), tuple(last), 0.25, 0.25, LIMITS)
+        got = within_limits(tuple(at), tuple(wish), tuple(last), 0.25, 0.25, STRAIGHT, LIMITS)
         np.testing.assert_allclose(got, expected * mirror, atol=1e-12)
 
 
@@ -83,7 +83,7 @@ def test_a_turn_ends_at_the_largest_heading(speed: float, heading: float, left: 
 def test_a_step_is_nearly_that_of_the_exact_motion(speed: float, heading: float, faster: float, turn: float) -> None:
     """Off by less than dt³/12·|f''| of the velocity f, and exact straight ahead."""
     state, dt, parts = np.array([0.0, 0.0, speed, heading]), 0.25, 1000
-    inputs = np.array(within_limits(tuple(state), (faster, turn), (0.0, turn), dt, dt, LIMITS))
+    inputs = np.array(within_limits(tuple(state), (faster, turn), (0.0, turn), dt, dt, STRAIGHT, LIMITS))
     exact = state
     for _ in range(parts):
         exact = step(exact, inputs, dt / parts)
