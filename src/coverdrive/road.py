@@ -104,8 +104,8 @@ class Road:
     def lane_at(self, lon: Numbers, lat: Numbers) -> Int[np.ndarray, "*n"]:
         """Lane index at positions [m]: of the lanes that are there, the nearest; `lane_of` if all are."""
         if self.changing is None:
-            return self.lane_of(np.asarray(lat))
-        return nearest_lane(self.edges_at(lon), np.asarray(lat, dtype=float))
+            return np.asarray(self.lane_of(np.asarray(lat)))
+        return np.asarray(nearest_lane(self.edges_at(lon), np.asarray(lat, dtype=float)))
 
     def curvature(self, lon: Numbers) -> Float[np.ndarray, "*n"]:
         """[1/m] of the reference line at positions [m], positive where it turns left."""
