@@ -5,6 +5,9 @@ counter-clockwise from the road's direction. Lanes are numbered from the right e
 
 A road is straight and its lanes are even unless it has a reference line, beside which the frame bends, or lane edges
 that change along it. Map coordinates are those of the reference line; on a straight road they are those of the road.
+
+In scenes the frame is flat: speed and heading of a vehicle are those of the rates of lon and lat (`Road.rates`). With
+these, lon' = speed · cos(heading) and lat' = speed · sin(heading) on any road, and who keeps both follows the road.
 """
 
 from dataclasses import dataclass, field, replace
@@ -15,12 +18,8 @@ import numpy as np
 from jax import Array
 from jaxtyping import Bool, Float, Int
 
-from coverdrive.errors import DataError, SettingError
+from coverdrive.errors import SettingError
 from coverdrive.reference_line import Numbers, ReferenceLine
-
-LARGEST_BEND = 15.0
-"""[degrees] between any two directions of a road that still counts as straight; the recorded scenes of US-101 bend
-by at most 8°, roads of junctions by 40° and more"""
 
 NARROWEST = 2.0
 """[m] a lane that is narrower begins or ends there: nobody drives on it"""
@@ -30,9 +29,6 @@ _ROUNDING = 1e-3
 
 _AWAY = 1e3
 """[m] that a lane which is not there is farther away than any other"""
-
-ACCOMPANY = 0.5
-"""Share of the road's length from which on a lane that begins or ends counts as one of a straight road"""
 
 
 @jax.tree_util.register_dataclass
@@ -148,6 +144,16 @@ class Road:
         along = rate * self.stretch(lon, lat)
         return along * cosine - across * sine, along * sine + across * cosine
 
+    def rates(self, lon: Numbers, lat: Numbers, speed: Numbers, heading: Numbers) -> tuple[Numbers, Numbers]:
+        """Speed [m/s] and heading [rad] in the road frame of who drives so fast with a heading relative to the road.
+
+        They are those of the rates of lon and lat, as scenes have them.
+        """
+        if self.line is None:
+            return speed, heading
+        along, across = speed * np.cos(heading) / self.stretch(lon, lat), speed * np.sin(heading)
+        return np.hypot(along, across), np.arctan2(across, along)
+
     def mirrored(self) -> "Road":
         """The same road with left and right exchanged (lat → −lat)."""
         return replace(
@@ -157,24 +163,6 @@ class Road:
             changing=None if self.changing is None else LaneEdges(self.changing.lon, -self.changing.lat[:, ::-1]),
             side="left" if self.side == "right" else "right",
         )
-
-    def as_straight(self) -> "Road":
-        """The road as one that is straight and whose lanes do not change, which is what is driven and predicted on.
-
-        Lanes that are there for less than half of it, on one of its sides, are left out. A DataError if it bends by
-        more than `LARGEST_BEND`, or has such a lane between others.
-        """
-        if self.line is None and self.changing is None:
-            return self
-        bend = 0.0 if self.line is None else np.degrees(self.line.bend)
-        if bend > LARGEST_BEND:
-            found = f"the road bends by {bend:.0f}°; prediction and planning take roads as straight so far"
-            raise DataError(f"{found}: choose one that bends by at most {LARGEST_BEND:g}°")
-        along = np.linspace(0.0, float(self.length), 200)
-        kept = np.flatnonzero(self.has_lane(along).mean(axis=0) >= ACCOMPANY)
-        if len(kept) == 0 or np.any(np.diff(kept) > 1):
-            raise DataError("a lane in the middle of the road begins or ends; choose a road whose lanes go on")
-        return replace(self, edges=self.edges[kept[0] : kept[-1] + 2], line=None, changing=None)
 
     @staticmethod
     def straight(lanes: int = 3, width: float = 3.6, length: float = 1000.0) -> "Road":

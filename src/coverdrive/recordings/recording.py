@@ -118,10 +118,8 @@ class Recording:
         """The table with speed and heading of the rates of lon and lat, in which scenes are."""
         table = self.table
         for kind in ("", "seen_") if self.road.line is not None else ():
-            lon, lat, speed, heading = (table[kind + name].to_numpy() for name in MEASURES[:4])
-            along, across = speed * np.cos(heading) / self.road.stretch(lon, lat), speed * np.sin(heading)
-            moved = {"speed": np.hypot(along, across), "heading": np.arctan2(across, along)}
-            table = table.with_columns(**{kind + name: pl.Series(values) for name, values in moved.items()})
+            rates = self.road.rates(*(self.table[kind + name].to_numpy() for name in MEASURES[:4]))
+            table = table.with_columns(pl.Series(kind + "speed", rates[0]), pl.Series(kind + "heading", rates[1]))
         return table
 
     def frames(self) -> Frames:

@@ -129,7 +129,10 @@ def test_mirroring_the_road_exchanges_left_and_right(scene: Scene) -> None:
     def swapped(name: str) -> str:
         return name.replace("left", "?").replace("right", "left").replace("?", "right")
 
-    plain, mirrored = np.asarray(affordance(scene, ROAD.edges)), np.asarray(affordance(scene.mirrored(), ROAD.mirrored().edges))
+    plain, mirrored = (
+        np.asarray(affordance(scene, ROAD.edges)),
+        np.asarray(affordance(scene.mirrored(), ROAD.mirrored().edges)),
+    )
     columns = [FEATURES.index(swapped(name)) for name in FEATURES]
     expected = plain[:, columns].copy()
     expected[:, FEATURES.index("distance to lane centre")] *= -1
