@@ -11,6 +11,7 @@ from recordings_fakes import bent, driving, scenario, three_lanes
 from coverdrive.errors import RecordingError
 from coverdrive.prediction.segments import SegmentSettings, cut_segments
 from coverdrive.recordings.commonroad import read_commonroad
+from coverdrive.recordings.kinds import KINDS
 
 
 @pytest.fixture
@@ -59,6 +60,22 @@ def test_ramps_and_single_states_are_left_out_and_counted(bend: Path):
     recording = read_commonroad(bend).recording
     assert recording.repairs == {"rows off the road": 20, "dropped tracks": 1}
     assert set(recording.table["vehicle"]) == {100, 101}
+
+
+def test_kinds_are_kept_and_who_is_no_traffic_of_motorways_is_counted(tmp_path: Path):
+    kinds = {100: "truck", 101: "motorcycle", 102: "taxi", 103: "bicycle", 104: "priorityVehicle"}
+    vehicles = "".join(
+        driving(number, 10.0 + 25 * k, -1.75, 10.0, 20).replace("<type>car", f"<type>{kind}")
+        for k, (number, kind) in enumerate(kinds.items())
+    )
+    path = tmp_path / "mixed.xml"
+    path.write_text(scenario(three_lanes(), vehicles))
+    recording = read_commonroad(path).recording
+    found = dict(recording.table.select("vehicle", "kind").unique().iter_rows())
+    assert {number: KINDS[kind] for number, kind in found.items()} == {
+        100: "truck", 101: "motorcycle", 102: "car", 104: "unknown",
+    }  # fmt: skip
+    assert recording.repairs == {"rows of other road users": 20}
 
 
 def test_stated_speeds_are_kept_to_find_the_same_vehicles(bend: Path):
