@@ -32,7 +32,7 @@ from coverdrive.planning.merit import Surroundings
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.planner import MpcPlanner, surroundings_of
 from coverdrive.planning.problem import ProblemSettings
-from coverdrive.planning.road_ahead import table_of
+from coverdrive.planning.road_table import table_of
 from coverdrive.planning.search import SearchSettings, write_manoeuvre
 from coverdrive.planning.solvers import SolverSettings, solve
 from coverdrive.prediction.fit import fit

@@ -26,7 +26,9 @@ def turned_extents(half_length: Array, half_width: Array, heading: Array) -> tup
     return half_length * cosine + half_width * sine, half_length * sine + half_width * cosine
 
 
-def bent_half_sizes(half_sizes: Pairs, diagonal: Numbers | float, curvature: Numbers, aside: Numbers | float) -> Pairs:
+def bent_half_sizes(
+    half_sizes: Pairs, diagonal: Numbers | float, curvature: Numbers | float, aside: Numbers | float
+) -> Pairs:
     """Half extents [m] in the frame of a bent road of boxes that hold bodies as if it were straight; from above.
 
     ``docs/planner.md`` proves it. At a distance e from the reference line, 1 m of the road is 1 m / (1 − κe) of lon,

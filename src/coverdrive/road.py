@@ -105,13 +105,13 @@ class Road:
 
     def curvature(self, lon: Numbers) -> Float[np.ndarray, "*n"]:
         """[1/m] of the reference line at positions [m], positive where it turns left."""
-        return np.zeros(np.shape(lon)) if self.line is None else self.line.curvature_at(lon)
+        return np.zeros(np.shape(lon)) if self.line is None else np.asarray(self.line.curvature_at(lon))
 
     def stretch(self, lon: Numbers, lat: Numbers) -> Float[np.ndarray, "*n"]:
         """[m] that one drives along the road for 1 m of lon, which is measured on the reference line."""
         if self.line is None:
             return np.ones(np.shape(lon))
-        return 1 - self.line.curvature_at(lon) * (np.asarray(lat) - self.line.lat)
+        return np.asarray(1 - self.line.curvature_at(lon) * (np.asarray(lat) - self.line.lat))
 
     def to_road(self, x: Numbers, y: Numbers) -> tuple[Numbers, Numbers]:
         """Road frame (lon, lat) [m] of points [m] in map coordinates."""

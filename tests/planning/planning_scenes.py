@@ -13,7 +13,8 @@ from coverdrive.planning.evaluate import Plans, drive_step, empty_plans, evaluat
 from coverdrive.planning.merit import Surroundings
 from coverdrive.planning.obstacles import obstacles_of, packed
 from coverdrive.planning.problem import ProblemSettings
-from coverdrive.planning.road_ahead import RoadAhead, ahead_of, table_of
+from coverdrive.planning.road_ahead import STRAIGHT, RoadAhead
+from coverdrive.planning.road_table import table_of
 from coverdrive.planning.vehicle import VehicleSettings, step
 from coverdrive.road import Road
 
@@ -30,12 +31,11 @@ WAYS = ((1, 20), (5, 4), (25, 1))
 
 def between(right: float, left: float) -> RoadAhead:
     """A straight road between two edges [m]."""
-    return ahead_of(table_of(Road(np.array([right, left]), 1000.0), PROBLEM), np.zeros(4), PROBLEM)
+    return table_of(Road(np.array([right, left]), 1000.0), PROBLEM).road
 
 
-ANYWHERE = between(*OPEN)
-STRAIGHT = (1.0, 1.0, 0.0, 0.0)
-"""bend of a straight road"""
+WANTED = np.full(STEPS + 1, PROBLEM.cost.reference_speed)
+"""[m/s] at every moment"""
 
 
 def smallest_slack(values: Float[np.ndarray, "*m K n"], margin: float) -> Float[np.ndarray, "*m K"]:
@@ -64,7 +64,7 @@ def scene(rng: np.random.Generator, vehicles: int = 3) -> tuple[np.ndarray, Pred
 def around(state: np.ndarray, paths: PredictedPaths, edges: np.ndarray = EDGES) -> Surroundings:
     """What a plan is made for, packed as the planner does; all paths are likely."""
     boxes = packed(state, obstacles_of(paths, PROBLEM.obstacles), DT, CAR, PROBLEM.obstacles)
-    return Surroundings(np.array([0.0, *state[1:]]), np.zeros(2), between(*edges), boxes, boxes)
+    return Surroundings(np.array([0.0, *state[1:]]), np.zeros(2), between(*edges), WANTED, boxes, boxes)
 
 
 def wishes(rng: np.random.Generator, plans: int, nodes: int = len(CONSTANTS.tree.parent)) -> np.ndarray:
@@ -91,7 +91,7 @@ def drive(state: np.ndarray, wishes: np.ndarray, before: tuple[float, float] = (
         states[i, 0], last, elapsed = state, before, PERIOD
         for k, wish in enumerate(wanted):
             last, after = drive_step(
-                tuple(states[i, k]), (float(wish[0]), float(wish[1])), last, elapsed, ANYWHERE, CONSTANTS
+                tuple(states[i, k]), (float(wish[0]), float(wish[1])), last, elapsed, DT, STRAIGHT, CONSTANTS.vehicle
             )
             inputs[i, k], states[i, k + 1], elapsed = last, after, DT
     return states, inputs

@@ -8,7 +8,8 @@ from coverdrive.planning.evaluate import drive_step
 from coverdrive.planning.merit import Surroundings, input_at, merit
 from coverdrive.planning.planner import surroundings_of
 from coverdrive.planning.problem import ProblemSettings
-from coverdrive.planning.road_ahead import table_of
+from coverdrive.planning.road_ahead import STRAIGHT
+from coverdrive.planning.road_table import table_of
 from coverdrive.planning.solvers import SolverSettings, compiled_program, compiled_solver, solve
 from coverdrive.road import Road
 
@@ -45,7 +46,9 @@ def feasible(inputs: np.ndarray, around: Surroundings) -> np.ndarray:
     for n, parent in enumerate(CONSTANTS.tree.parent):
         before, wish = input_at(result, parent, around.previous_input), (result[n, 0], result[n, 1])
         elapsed = CONSTANTS.dt if parent >= 0 else PERIOD
-        result[n], states[n] = drive_step(states[int(parent)], wish, before, elapsed, around.road, CONSTANTS)
+        result[n], states[n] = drive_step(
+            states[int(parent)], wish, before, elapsed, CONSTANTS.dt, STRAIGHT, CONSTANTS.vehicle
+        )
     return result
 
 

@@ -6,7 +6,7 @@ fail-safe branch touches no member of any set at any time (`coverdrive.planning.
 ahead at its end, and keeps to the road. m plans, N nodes of `coverdrive.planning.tree`, K steps, P = K + 1 states.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -15,10 +15,10 @@ from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.contact import box_between, box_excess, box_of, half_sizes_of, parts_of
 from coverdrive.planning.merit import Surroundings, input_at, merit
-from coverdrive.planning.road_ahead import FASTEST, LEFT, RIGHT, RoadAhead, bend_at, value_at
+from coverdrive.planning.road_ahead import FASTEST, LEFT, RIGHT, STRAIGHT, RoadAhead, bend_at, value_at
 from coverdrive.planning.rollout import after_step, state_at
 from coverdrive.planning.sweep import NEVER, contact_at, impact, impact_beyond, write_edges
-from coverdrive.planning.vehicle import State, within_limits
+from coverdrive.planning.vehicle import Bend, State, within_limits
 
 _ANY_CONTACT = 5.0
 """[m/s] that a contact counts as at no relative speed"""
@@ -69,13 +69,12 @@ def empty_plans(plans: int, nodes: int) -> Plans:
 
 @compiled
 def drive_step(
-    state: State, wish: tuple[float, float], before: tuple[float, float], elapsed: float, road: RoadAhead,
-    constants: Constants,
+    state: State, wish: tuple[float, float], before: tuple[float, float], elapsed: float, dt: float, bend: Bend,
+    vehicle: Any,
 ) -> tuple[tuple[float, float], State]:  # fmt: skip
     """The inputs that `within_limits` makes of the wished ones, and the state that they lead to."""
-    bend = bend_at(state, constants.dt, road)
-    applied = within_limits(state, wish, before, elapsed, constants.dt, bend, constants.vehicle)
-    return applied, after_step(state, applied, constants.dt)
+    applied = within_limits(state, wish, before, elapsed, dt, bend, vehicle)
+    return applied, after_step(state, applied, dt)
 
 
 @compiled
@@ -89,15 +88,17 @@ def evaluate(plans: Plans, first: int, last: int, around: Surroundings, constant
         around: what the plans are made for.
         constants: of the problem.
     """
-    tree, steps = constants.tree, constants.steps
+    tree, steps, dt, vehicle = constants.tree, constants.steps, constants.dt, constants.vehicle
+    straight = len(around.road.rows) == 1
     chain, applied = np.empty((steps + 1, 4)), np.empty((steps, 2))
     for i in range(first, last):
         states, inputs = plans.states[i], plans.inputs[i]
         for n in range(len(inputs)):
             state, wish = state_at(states, tree.parent[n], around.state), (inputs[n, 0], inputs[n, 1])
             before = input_at(inputs, tree.parent[n], around.previous_input)
-            elapsed = constants.dt if tree.parent[n] >= 0 else constants.period
-            (inputs[n, 0], inputs[n, 1]), after = drive_step(state, wish, before, elapsed, around.road, constants)
+            elapsed = dt if tree.parent[n] >= 0 else constants.period
+            bend = STRAIGHT if straight else bend_at(state, dt, around.road)
+            (inputs[n, 0], inputs[n, 1]), after = drive_step(state, wish, before, elapsed, dt, bend, vehicle)
             for j in range(4):
                 states[n, j] = after[j]
         plans.cost[i] = merit(inputs, plans.targets[i], around, constants).value

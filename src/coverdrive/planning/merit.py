@@ -14,7 +14,7 @@ from jaxtyping import Float, Int
 from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.contact import MOST_PARTS, box_between, box_excess, box_of, parts_of, smooth_half_sizes
-from coverdrive.planning.road_ahead import FASTEST, LEFT, RIGHT, RoadAhead, bend_at, value_at
+from coverdrive.planning.road_ahead import FASTEST, LEFT, RIGHT, STRAIGHT, RoadAhead, bend_at, value_at
 from coverdrive.planning.rollout import Rollout, add_lat_curvature, after_step, rolled, state_at
 from coverdrive.planning.vehicle import accelerations, yaw_rates
 
@@ -39,6 +39,8 @@ class Surroundings(NamedTuple):
     """acceleration [m/s²] and yaw rate [rad/s] applied before"""
     road: RoadAhead
     """how it bends, its edges and speeds"""
+    wanted: Float[np.ndarray, " P"]
+    """[m/s] speed at every moment"""
     boxes: Float[np.ndarray, "7 P n"]
     """lon, lat, half length, half width [m], speed [m/s], deceleration [m/s²] and likelihood of
     `coverdrive.planning.obstacles.Obstacles`: every member"""
@@ -120,7 +122,7 @@ def _smooth(
     by_state, by_input = np.zeros((len(inputs), 4)), np.zeros((len(inputs), 2))
     for n in range(len(inputs)):
         state, p = rollout.states[n], tree.parent[n]
-        error = (state[1] - targets[int(tree.safe[n])], state[2] - around.road.wanted[tree.moment[n]], state[3])
+        error = (state[1] - targets[int(tree.safe[n])], state[2] - around.wanted[tree.moment[n]], state[3])
         for i in range(3):
             by_state[n, 1 + i] = tree.errors[n, i] * error[i]
             value += by_state[n, 1 + i] * error[i]
@@ -229,11 +231,13 @@ def input_bounds(
     speed and the step before, both within their bounds.
     """
     vehicle, tree, applied = constants.vehicle, constants.tree, np.empty_like(inputs)
-    low, high, states = np.empty_like(inputs), np.empty_like(inputs), np.empty((len(inputs), 4))
+    low, high, speed = np.empty_like(inputs), np.empty_like(inputs), np.empty(len(inputs))
+    straight, states = len(around.road.rows) == 1, np.empty((len(inputs), 4))
     for n in range(len(inputs)):
         p = tree.parent[n]
-        state = state_at(states, p, around.state)
-        now, bend = state[2], bend_at(state, constants.dt, around.road)
+        now, bend = float(speed[p] if p >= 0 else around.state[2]), STRAIGHT
+        if not straight:
+            bend = bend_at(state_at(states, p, around.state), constants.dt, around.road)
         before, elapsed = input_at(applied, p, around.previous_input), constants.dt if p >= 0 else constants.period
         for i in range(2):
             if i == 0:
@@ -245,7 +249,8 @@ def input_bounds(
                 low[n, i] = min(max(low[n, i], before[i] - most), high[n, i])
                 high[n, i] = max(min(high[n, i], before[i] + most), low[n, i])
             applied[n, i] = min(max(inputs[n, i], low[n, i]), high[n, i])
-        states[n, 2] = now + constants.dt * applied[n, 0]
-        if len(around.road.rows) > 1:
-            states[n] = after_step(state, (applied[n, 0], applied[n, 1]), constants.dt)
+        speed[n] = now + constants.dt * applied[n, 0]
+        if not straight:
+            origin = state_at(states, p, around.state)
+            states[n] = after_step(origin, (applied[n, 0], applied[n, 1]), constants.dt)
     return low, high

@@ -24,7 +24,7 @@ from coverdrive.planning.obstacles import likely_paths, obstacles_of, packed
 from coverdrive.planning.path_memory import PathMemory
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.problem import ProblemSettings
-from coverdrive.planning.road_ahead import RoadTable, ahead_of, on_road, table_of
+from coverdrive.planning.road_table import RoadTable, on_road, table_of
 from coverdrive.planning.search import SearchSettings, Wanted, begin, choose, go_on, room_for, write_manoeuvre
 from coverdrive.planning.target_lanes import TargetLanes, target_lanes
 from coverdrive.planning.tree import held_on
@@ -327,12 +327,13 @@ def surroundings_of(
     problem: ProblemSettings,
 ) -> Surroundings:  # fmt: skip
     """What a plan is made for, along the road from where the ego is, after these inputs were applied."""
-    vehicle, shape, paths = table.reaching, problem.obstacles, on_road(paths, state, table)
+    vehicle, shape, paths = table.reaching, problem.obstacles, on_road(paths, float(state[0]), table)
     every, likely = (obstacles_of(each, shape) for each in (paths, likely_paths(paths, problem.branches.tube)))
     return Surroundings(
         state=np.array([0.0, *state[1:]]),
         previous_input=np.array(applied),
-        road=ahead_of(table, state, problem),
+        road=table.ahead(float(state[0])),
+        wanted=table.wanted_from(float(state[0]), float(state[2]), problem),
         boxes=packed(state, every, problem.dt, vehicle, shape),
         likely=packed(state, likely, problem.dt, vehicle, shape),
     )

@@ -22,7 +22,7 @@ from coverdrive.planning.constants import Constants
 from coverdrive.planning.descent import descend
 from coverdrive.planning.evaluate import Plans, drive_step, empty_plans, evaluate
 from coverdrive.planning.merit import Surroundings, input_at, merit
-from coverdrive.planning.road_ahead import LEFT, RIGHT, value_at
+from coverdrive.planning.road_ahead import LEFT, RIGHT, STRAIGHT, bend_at, value_at
 from coverdrive.planning.rollout import state_at
 from coverdrive.planning.vehicle import VehicleSettings
 from coverdrive.settings import Settings
@@ -263,12 +263,14 @@ def write_manoeuvre(
     constants: Constants,
 ) -> None:  # fmt: skip
     """Write a plan whose branches both steer to a lat at a constant acceleration."""
-    tree, applied = constants.tree, np.empty((constants.steps, 2))
+    tree, dt, applied = constants.tree, constants.dt, np.empty((constants.steps, 2))
+    straight = len(around.road.rows) == 1
     state = state_at(plans.states[i], -1, around.state)
     for k in range(constants.steps):
-        before, elapsed = input_at(applied, k - 1, around.previous_input), constants.dt if k > 0 else constants.period
+        before, elapsed = input_at(applied, k - 1, around.previous_input), dt if k > 0 else constants.period
         wish = acceleration, lane_seeking(state[1], state[2], state[3], target, hurry)
-        (applied[k, 0], applied[k, 1]), state = drive_step(state, wish, before, elapsed, around.road, constants)
+        bend = STRAIGHT if straight else bend_at(state, dt, around.road)
+        (applied[k, 0], applied[k, 1]), state = drive_step(state, wish, before, elapsed, dt, bend, constants.vehicle)
     for n in range(len(tree.parent)):
         plans.inputs[i, n] = applied[tree.moment[n] - 1]
     plans.lane[i], plans.targets[i] = lane, target
