@@ -13,7 +13,7 @@ import pytest
 from coverdrive.geometry import turned_half_extents
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.problem import ProblemSettings
-from coverdrive.planning.road_ahead import on_road, table_of
+from coverdrive.planning.road_table import on_road, table_of
 from coverdrive.prediction.boxes.predictor import BoxPredictor
 from coverdrive.prediction.boxes.training import BoxSettings
 from coverdrive.prediction.calibrate import CertificateSettings
@@ -106,7 +106,7 @@ def test_boxes_of_the_road_frame_hold_the_bodies_on_the_ground_as_the_planner_ta
             half_sizes = turned_half_extents(scene.half_sizes, scene.heading)
             points, half_sizes = (np.repeat(each[:, None], 2, 1) for each in (scene.states[:, :2], half_sizes))
             straight = PredictedPaths(points, np.arange(scene.vehicles), half_sizes, 0.1)
-            boxes = on_road(straight, scene.states[0], table).half_sizes[: len(straight), 0]
+            boxes = on_road(straight, float(scene.lon[0]), table).half_sizes[: len(straight), 0]
             apart = np.abs(outlines(recording, time) - points[:, 0])
             assert (apart <= boxes + 1e-6).all()
             bent += bool((apart > half_sizes[:, 0] + 1e-3).any())

@@ -15,7 +15,7 @@ from coverdrive.planning.evaluate import first_contact
 from coverdrive.planning.obstacles import FAR
 from coverdrive.planning.plan import Plan
 from coverdrive.planning.problem import ProblemSettings
-from coverdrive.planning.road_ahead import RoadTable, on_road, table_of
+from coverdrive.planning.road_table import RoadTable, on_road, table_of
 from coverdrive.planning.sweep import write_edges
 from coverdrive.planning.vehicle import VehicleSettings
 from coverdrive.road import Road
@@ -37,7 +37,7 @@ def first_contacts(plan: Plan, paths: PredictedPaths, road: Road, length: float,
     steps, start = len(plan.states) - 1, np.array([plan.held[0, 0], 0.0, 0.0, 0.0])
     constants, table = _on(road, steps, plan.dt, length, width)
     states, boxes, edges = plan.held - start, np.zeros((7, steps + 1, len(paths))), np.empty((steps, 2, 4))
-    half_sizes = on_road(paths, plan.held[0], table).half_sizes[: len(paths)]  # after these, where lanes end
+    half_sizes = on_road(paths, float(plan.held[0, 0]), table).half_sizes[: len(paths)]  # after these, where lanes end
     boxes[:2], boxes[2:4] = (paths.points - start[:2]).T, half_sizes.T
     boxes[4] = FAR  # what comes after the end is not looked at
     inputs = np.diff(states[:, 2:], axis=0) / plan.dt

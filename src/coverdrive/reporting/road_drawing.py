@@ -162,7 +162,7 @@ class RoadDrawing:
         first, last = own_lon - self._window.behind, own_lon + self._window.ahead
         start = _DASH_PERIOD * np.arange(np.floor(first / _DASH_PERIOD), last / _DASH_PERIOD)
         lon = np.stack([start, start + _DASH], axis=-1)
-        drawn = np.stack([drawn_edges(self._road, each) for each in lon.T]).all(0)
+        drawn = np.logical_and(*(drawn_edges(self._road, each) for each in lon.T))
         lat = self._road.edges_at(lon)
         lines = np.stack(np.broadcast_arrays(lon[..., None], lat), axis=-1)[:, :, 1:-1].swapaxes(1, 2)
         return lines[drawn[:, 1:-1]]
