@@ -42,6 +42,11 @@ class Constants(NamedTuple):
     """the map from a plan's inputs to those that the next plan starts from"""
 
 
+def limits_of(vehicle: VehicleSettings) -> Any:
+    """Of the type `Vehicle`."""
+    return Vehicle(**vehicle.model_dump(), sharpest=np.tan(vehicle.max_steering))
+
+
 def constants_of(problem: ProblemSettings, period: float) -> Constants:
     """The constants of a problem that is posed anew every ``period`` [s]."""
     shared = problem.branches.shared(period, problem.steps, problem.dt)
@@ -49,7 +54,7 @@ def constants_of(problem: ProblemSettings, period: float) -> Constants:
     return Constants(
         steps=problem.steps,
         dt=problem.dt,
-        vehicle=Vehicle(**problem.vehicle.model_dump(), sharpest=np.tan(problem.vehicle.max_steering)),
+        vehicle=limits_of(problem.vehicle),
         shape=Shape(**problem.obstacles.model_dump()),
         inflation=problem.obstacles.inflation,
         reference_speed=problem.cost.reference_speed,
