@@ -137,10 +137,10 @@ class Driver:
         self._steps += 1
         decision = decide(self._predictor, self.planner, scene, road, **wishes)
         acceleration, turning = decision.plan.inputs[0].tolist()
-        along = state[2] * np.cos(state[3]) / road.stretch(state[:1], state[1:2])
-        inputs = np.array([acceleration, turning + (road.curvature(state[:1]) * along).item()])
+        turning += float(road.curvature(state[:1])[0] * state[2] * np.cos(state[3]))  # with the road
+        inputs = np.array([acceleration, turning])
         steering = steering_of(float(state[2]), inputs, self.period, self._vehicle)
-        return Command(acceleration, float(inputs[1]), steering, decision.plan, decision.paths, scene, *decision[2:])
+        return Command(acceleration, turning, steering, decision.plan, decision.paths, scene, *decision[2:])
 
 
 def _with(settings: PlannerSettings, wishes: dict[str, float]) -> PlannerSettings:
