@@ -19,6 +19,7 @@ from coverdrive.prediction.learning.affordance import FEATURES, affordance
 from coverdrive.road import Road
 from coverdrive.simulation.driver_traffic import DriverTraffic
 from coverdrive.simulation.episode import EpisodeSettings, run_episode
+from coverdrive.simulation.generated import GeneratedSettings, generate
 from coverdrive.simulation.misses import find_windows
 from coverdrive.simulation.trial import measure
 
@@ -101,6 +102,19 @@ def test_predicted_sets_and_misses_are_told_and_drives_can_be_measured() -> None
     assert measure(trace, 2, 0)["distance"] == pytest.approx(trace.scene.lon[-1, 0] - trace.scene.lon[0, 0])
     with pytest.raises(SettingError, match="sets=True"):
         Motorway().trace()
+
+
+def test_recordings_are_replayed_until_they_end() -> None:
+    recordings = generate(GeneratedSettings(scenes=2, duration=8.0, lanes=2, vehicles=(6, 8)))
+    env = gymnasium.make(
+        NAME, traffic="replay", recordings=recordings, observation="scene", action="discrete"
+    ).unwrapped
+    check_env(env)
+    for seed in range(4):
+        told = drive(env, seed, [4] * 100)
+        assert told[-1][2] or told[-1][3]
+        assert 2 <= len(told) <= 81
+        assert env.road.lanes == 2
 
 
 def env_of(monkeypatch: pytest.MonkeyPatch, scene, **given) -> Motorway:

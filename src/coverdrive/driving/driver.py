@@ -85,19 +85,18 @@ class Driver:
         wishes = {name: float(value) for name, value in wishes.items() if value is not None}
         if not 0 < period <= 1:
             raise SettingError(f"the period between two steps is {period} s; expected more than 0 and at most 1 s")
-        settings = PlannerSettings() if planner is None else getattr(planner, "settings", planner)
-        grace = 0.0
-        if isinstance(settings, PlannerSettings):
-            settings = _with(settings, wishes)
-            planner, grace = MpcPlanner(settings), settings.grace
-        elif not isinstance(planner, Planner):
-            raise SettingError(f"got {planner!r} for a planner; expected one, its settings, or None")
+        planner = PlannerSettings() if planner is None else planner
+        if type(planner) is MpcPlanner:
+            planner = planner.settings
+        if isinstance(planner, PlannerSettings):
+            planner = MpcPlanner(_with(planner, wishes))
         elif wishes:
             raise SettingError(f"{', '.join(wishes)} can be said of our planner only; tell yours when you make it")
         self.planner: Planner = planner
         self.period = period
-        self._predictor, self._settings = predictor, settings if isinstance(settings, PlannerSettings) else None
+        self._predictor, self._settings = predictor, planner.settings if isinstance(planner, MpcPlanner) else None
         self._vehicle = self._settings.problem.vehicle if self._settings else VehicleSettings()
+        grace = self._settings.grace if self._settings else 0.0
         forget = max(grace, planner.dt * planner.steps)
         size = self._vehicle.length, self._vehicle.width
         self._perception = Perception(size, period, forget, smoothing or SmoothingSettings())

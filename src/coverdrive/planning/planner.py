@@ -193,7 +193,10 @@ class MpcPlanner:
 
     def _take(self, wish: Wish) -> None:
         """Plan with this wish from now on."""
-        speed = self.settings.problem.cost.reference_speed if wish.speed is None else float(wish.speed)
+        problem = self.settings.problem
+        speed = problem.cost.reference_speed
+        if wish.speed is not None:
+            speed = min(max(float(wish.speed), 0.0), problem.vehicle.max_speed)
         self._wish, self._constants = wish, self._constants._replace(reference_speed=speed)
 
     def _continued(
