@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from driving_fakes import CAR, ROAD, line
 
+import coverdrive.recordings.formats  # noqa: F401  (the readers)
 from coverdrive.driving.perception import Perception
 from coverdrive.errors import DataError
 from coverdrive.recordings.filtering import seen
@@ -105,8 +106,11 @@ def test_recorded_positions_of_us101_give_what_was_seen_of_them(us101: Path) -> 
         now = np.flatnonzero(raw.moment == moment)
         scene = seeing.scene(own, {raw.vehicle[row]: ((x[row], y[row]), CAR) for row in now}, road)
         expected = table.filter((table["time"] - 0.1 * moment).abs() < 0.01).sort("seen_lon")
+        lon, lat, speed, heading = expected.select(SEEN.names()).to_numpy().T
+        along, across = speed * np.cos(heading) / road.stretch(lon, lat), speed * np.sin(heading)
+        rates = np.stack([lon, lat, np.hypot(along, across), np.arctan2(across, along)], axis=-1)
         states = scene.states[1:][scene.valid[1:]]
-        assert states[states[:, 0].argsort()] == pytest.approx(expected.select(SEEN.names()).to_numpy(), abs=1e-5)
+        assert states[states[:, 0].argsort()] == pytest.approx(rates, abs=1e-5)
         compared += len(states)
     assert compared == len(table) > 2000
 
@@ -149,3 +153,13 @@ def test_positions_are_measured_in_the_map() -> None:
 def test_what_is_no_vehicle_is_named(others: object, message: str) -> None:
     with pytest.raises(DataError, match=message):
         perception().scene(OWN, others, ROAD)
+
+
+def test_speeds_are_those_along_the_road_beside_a_bend() -> None:
+    road = Road(ROAD.edges, 250.0, line(0.5, 1 / 100))
+    x, y = (float(each) for each in road.to_map(50.0, 9.0))
+    states = perception().scene((x, y, 18.2, 0.5 + 50 / 100 + 0.1), {}, road).states[0]
+    later = road.to_road(x + 1e-4 * 18.2 * np.cos(1.1), y + 1e-4 * 18.2 * np.sin(1.1))
+    rates = (np.array(later) - [50.0, 9.0]) / 1e-4
+    assert states[2] * np.array([np.cos(states[3]), np.sin(states[3])]) == pytest.approx(rates, abs=1e-2)
+    assert states[2] > 19.5

@@ -69,7 +69,7 @@ class RoadTable(NamedTuple):
 
         Where no curve asks for less it is the wished one, or the reference speed of the problem.
         """
-        usual = problem.cost.reference_speed if wished is None else wished
+        usual = problem.cost.reference_speed if wished is None else min(max(wished, 0.0), problem.vehicle.max_speed)
         if len(self.wanted) == 1:
             return np.full(problem.steps + 1, usual)
         result, rows = np.empty(problem.steps + 1), self.road.spacing * np.arange(len(self.wanted))

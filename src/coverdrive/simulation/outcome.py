@@ -66,6 +66,10 @@ class Outcome:
 
 def judge(before: Scene, after: Scene) -> tuple[Kind, int] | None:
     """The kind of the ego's collision between two successive moments, and with whom (the first slot, if several)."""
+    reach = np.linalg.norm(after.half_sizes, axis=-1)
+    apart = np.maximum(np.abs(after.lon - after.lon[EGO]), np.abs(after.lat - after.lat[EGO]))
+    if not (apart < reach + reach[EGO])[EGO + 1 :].any():  # most moments
+        return None
     contact = contacts(after)[EGO]
     partner = int(contact.argmax())
     return (_kind(before, partner), partner) if contact.any() else None
