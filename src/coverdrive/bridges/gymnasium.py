@@ -177,9 +177,10 @@ class Motorway(gymnasium.Env[Any, Any]):
             acceleration, yaw_rate = (np.asarray(action, dtype=float) * ACTION).tolist()
             return acceleration, yaw_rate
         side, faster = divmod(int(action), 3)
-        _, lat, speed, heading = self.scene.states[EGO].tolist()
-        lane = min(max(int(self.road.lane_of(self.scene.lat[EGO])) + side - 1, 0), self.road.lanes - 1)
-        return _ACCELERATIONS[faster], lane_seeking(lat, speed, heading, float(self.road.centres[lane]), 1.0)
+        lon, lat, speed, heading = self.scene.states[EGO].tolist()
+        lane = min(max(int(self.road.lane_at(lon, lat)) + side - 1, 0), self.road.lanes - 1)
+        target = float(self.road.edges_at(lon)[lane : lane + 2].mean())
+        return _ACCELERATIONS[faster], lane_seeking(lat, speed, heading, target, 1.0)
 
     def _allowed(self, wish: tuple[float, float], state: Float[np.ndarray, " 4"]) -> tuple[float, float]:
         """The nearest inputs that the limits of the car allow."""
