@@ -97,19 +97,21 @@ class Road:
 
     def lane_at(self, lon: Numbers, lat: Numbers) -> Int[np.ndarray, "*n"]:
         """Lane index at positions [m]: of the lanes that are there, the nearest; `lane_of` if all are."""
+        if self.changing is None:
+            return self.lane_of(np.asarray(lat))
         edges, there, lat = self.edges_at(lon), self.has_lane(lon), np.asarray(lat)
         outside = np.maximum(np.maximum(edges[..., :-1] - lat[..., None], 0), lat[..., None] - edges[..., 1:])
         return self.lanes - 1 - np.argmin(np.where(there, outside, np.inf)[..., ::-1], axis=-1)
 
     def curvature(self, lon: Numbers) -> Float[np.ndarray, "*n"]:
         """[1/m] of the reference line at positions [m], positive where it turns left."""
-        return np.zeros(np.shape(lon)) if self.line is None else self.line.curvature_at(lon)
+        return np.zeros(np.shape(lon)) if self.line is None else np.asarray(self.line.curvature_at(lon))
 
     def stretch(self, lon: Numbers, lat: Numbers) -> Float[np.ndarray, "*n"]:
         """[m] that one drives along the road for 1 m of lon, which is measured on the reference line."""
         if self.line is None:
             return np.ones(np.shape(lon))
-        return 1 - self.line.curvature_at(lon) * (np.asarray(lat) - self.line.lat)
+        return np.asarray(1 - self.line.curvature_at(lon) * (np.asarray(lat) - self.line.lat))
 
     def to_road(self, x: Numbers, y: Numbers) -> tuple[Numbers, Numbers]:
         """Road frame (lon, lat) [m] of points [m] in map coordinates."""

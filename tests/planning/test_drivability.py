@@ -17,7 +17,7 @@ import pytest
 from commonroad.common.solution import VehicleType
 from commonroad.scenario.state import KSState
 from commonroad.scenario.trajectory import Trajectory
-from planning_scenes import CAR, CONSTANTS, DT, PERIOD, drive, scene, wishes
+from planning_scenes import CAR, CONSTANTS, DT, PERIOD, STRAIGHT, drive, scene, wishes
 from vehiclemodels.parameters_vehicle2 import parameters_vehicle2
 
 from coverdrive.paths import PredictedPaths
@@ -81,7 +81,7 @@ def rushed(rng: np.random.Generator, vehicle: Any, speed: float, steps: int = 25
     """A drive that follows wild wishes within the limits of a vehicle, anew in every period."""
     states, inputs = [np.array([0.0, 5.4, speed, 0.0])], [np.zeros(2)]
     for faster, turn in rng.normal(0, [4.0, 0.4], (steps, 2)).tolist():
-        applied = within_limits(tuple(states[-1]), (faster, turn), tuple(inputs[-1]), PERIOD, PERIOD, vehicle)
+        applied = within_limits(tuple(states[-1]), (faster, turn), tuple(inputs[-1]), PERIOD, PERIOD, STRAIGHT, vehicle)
         inputs.append(np.array(applied))
         states.append(step(states[-1], inputs[-1], PERIOD))
     return np.array(states), np.array(inputs[1:])

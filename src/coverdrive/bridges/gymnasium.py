@@ -14,8 +14,10 @@ from pydantic import Field
 from coverdrive.bridges.observations import Shown, observation_of
 from coverdrive.errors import SettingError
 from coverdrive.extras import require
-from coverdrive.planning.constants import limits_of
 from coverdrive.planning.plan import Plan, Status
+from coverdrive.planning.problem import ProblemSettings
+from coverdrive.planning.road_ahead import STRAIGHT, bend_at
+from coverdrive.planning.road_table import table_of
 from coverdrive.planning.search import lane_seeking
 from coverdrive.planning.vehicle import VehicleSettings, within_limits
 from coverdrive.recordings.recording import Recording
@@ -108,7 +110,7 @@ class Motorway(gymnasium.Env[Any, Any]):
         self._vehicles = (vehicles,) if isinstance(vehicles, int) else tuple(vehicles)
         self._predictor, self._sets = predictor, sets
         self._settings, self._reward = episode or EpisodeSettings(), reward or RewardSettings()
-        self._limits, self.render_mode = limits_of(car or VehicleSettings()), render_mode
+        self._problem, self.render_mode = ProblemSettings(vehicle=car or VehicleSettings()), render_mode
         self.observation_space, self._shown = observation_of(observation, slots)
         self._discrete = action == "discrete"
         box = gymnasium.spaces.Box(-1.0, 1.0, (2,))
@@ -126,7 +128,7 @@ class Motorway(gymnasium.Env[Any, Any]):
         vehicles = self._vehicles[int(root.generate_state(1)[0]) % len(self._vehicles)]
         scene, self.road, self._last = begin(self._traffic, self._settings, vehicles, root)
         self._scenes, self._steps, self._outcome = [scene], [], None
-        self._applied, self._open = (0.0, 0.0), True
+        self._table, self._applied, self._open = table_of(self.road, self._problem), (0.0, 0.0), True
         return self._shown(scene, self.road), self._info()
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
@@ -141,7 +143,8 @@ class Motorway(gymnasium.Env[Any, Any]):
             self._steps.append(self._recorded(before, moved))
         self._outcome = collision_at(len(self._scenes) - 1, self._scenes, dt)
         _, lat, speed, heading = moved.scene.states[EGO].tolist()
-        off_road = not self.road.edges[0] <= lat <= self.road.edges[-1]
+        edges = self.road.edges_at(moved.scene.lon[:1])[0]
+        off_road = not edges[0] <= lat <= edges[-1]
         ended = self._outcome is not None or off_road
         late = not ended and len(self._scenes) > self._last
         self._open = not (ended or late)
@@ -177,14 +180,22 @@ class Motorway(gymnasium.Env[Any, Any]):
             return acceleration, yaw_rate
         side, faster = divmod(int(action), 3)
         _, lat, speed, heading = self.scene.states[EGO].tolist()
-        lane = min(max(int(self.road.lane_of(self.scene.lat[EGO])) + side - 1, 0), self.road.lanes - 1)
-        return _ACCELERATIONS[faster], lane_seeking(lat, speed, heading, float(self.road.centres[lane]), 1.0)
+        place = self.scene.lon[:1], self.scene.lat[:1]
+        edges, there, own = (
+            self.road.edges_at(place[0])[0],
+            self.road.has_lane(place[0])[0],
+            self.road.lane_at(*place)[0],
+        )
+        lane = min(max(own + side - 1, 0), self.road.lanes - 1)
+        lane = lane if there[lane] else own
+        return _ACCELERATIONS[faster], lane_seeking(lat, speed, heading, float(edges[lane : lane + 2].mean()), 1.0)
 
     def _allowed(self, wish: tuple[float, float], state: Float[np.ndarray, " 4"]) -> tuple[float, float]:
         """The nearest inputs that the limits of the car allow."""
         lon, lat, speed, heading = state.tolist()
-        dt = self._settings.step
-        return within_limits((lon, lat, speed, heading), wish, self._applied, dt, dt, self._limits)
+        here, ahead, dt = (0.0, lat, speed, heading), self._table.ahead(lon), self._settings.step
+        bend = STRAIGHT if self.road.line is None else bend_at(here, dt, ahead)
+        return within_limits(here, wish, self._applied, dt, dt, bend, self._table.vehicle)
 
     def _recorded(self, before: Scene, moved: TrafficStep) -> Step:
         """A step of the trace."""

@@ -17,7 +17,8 @@ from coverdrive.errors import SettingError
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.plan import Plan, Planner
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
-from coverdrive.planning.vehicle import VehicleSettings, steering_of
+from coverdrive.planning.road_ahead import controls
+from coverdrive.planning.vehicle import VehicleSettings, step
 from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.road import Road
 from coverdrive.scene import Scene
@@ -135,11 +136,13 @@ class Driver:
             wishes["wish"] = goal.wish(state, road, self._steps * self.period, usual)
         self._steps += 1
         decision = decide(self._predictor, self.planner, scene, road, **wishes)
-        acceleration, turning = decision.plan.inputs[0].tolist()
-        turning += float(road.curvature(state[:1])[0] * state[2] * np.cos(state[3]))  # with the road
-        inputs = np.array([acceleration, turning])
-        steering = steering_of(float(state[2]), inputs, self.period, self._vehicle)
-        return Command(acceleration, turning, steering, decision.plan, decision.paths, scene, *decision[2:])
+        inputs = decision.plan.inputs[0]
+        real = controls(step(state, inputs, self.period / 2), inputs, road, self._vehicle.wheelbase)
+        acceleration, yaw_rate = (
+            inputs.tolist() if road.line is None else (float(real.acceleration), float(real.yaw_rate))
+        )
+        steering = float(np.clip(real.steering, -self._vehicle.max_steering, self._vehicle.max_steering))
+        return Command(acceleration, yaw_rate, steering, decision.plan, decision.paths, scene, *decision[2:])
 
 
 def _with(settings: PlannerSettings, wishes: dict[str, float]) -> PlannerSettings:
