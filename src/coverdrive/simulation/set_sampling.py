@@ -2,9 +2,9 @@
 
 Every 0.3 s the uncontrolled vehicles choose anew, one after the other in random order: uniformly among the base
 trajectories that the predictor calls possible and that pass the collision check, over the whole horizon, against
-the other uncontrolled vehicles' chosen paths. Those that have not chosen yet are taken on their previous choice. The
-ego is taken into account at constant velocity, and only by a vehicle that has it directly in front. To the check,
-bodies are boxes along the road that hold the turned vehicles.
+the other uncontrolled vehicles' chosen paths and the road's edges. Those that have not chosen yet are taken on their
+previous choice. The ego is taken into account at constant velocity, and only by a vehicle that has it directly in
+front. To the check, bodies are boxes along the road that hold the turned vehicles.
 
 A slots, M base trajectories or paths, B other vehicles, n times from now to the end of the horizon.
 """
@@ -12,7 +12,7 @@ A slots, M base trajectories or paths, B other vehicles, n times from now to the
 from typing import Literal
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float
 from pydantic import Field
 
 from coverdrive.errors import SettingError
@@ -138,14 +138,14 @@ def road_clearance(
 ) -> Float[np.ndarray, " M"]:
     """How far every path stays on the road [m]; negative: the body leaves it, further than it is off at the start."""
     extent = turned_half_extents(half_size, paths[..., 3])[..., 1]
-    lat = paths[..., 1]
-    inside = np.minimum(lat - extent - road.edges[0], road.edges[-1] - lat - extent)
+    lat, edges = paths[..., 1], road.edges_at(paths[..., 0])
+    inside = np.minimum(lat - extent - edges[..., 0], edges[..., -1] - lat - extent)
     return inside[:, 1:].min(1) - np.minimum(inside[:, 0], 0.0)
 
 
 def directly_in_front(scene: Scene, road: Road) -> Bool[np.ndarray, " A"]:
     """Whether the ego is the nearest vehicle ahead in the same lane, for every slot."""
-    lane: Int[np.ndarray, " A"] = np.asarray(road.lane_of(np.asarray(scene.lat)))
+    lane = road.lane_at(scene.lon, scene.lat)
     ahead = np.asarray(scene.lon) - np.asarray(scene.lon)[:, None]
     candidate = (lane == lane[:, None]) & (ahead > 0) & scene.valid
     ahead = np.where(candidate, ahead, np.inf)
