@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from coverdrive.extras import require
 from coverdrive.prediction.learning.affordance import FEATURES, MOTION, described
-from coverdrive.prediction.stored import SLOTS
+from coverdrive.prediction.stored import packed
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.simulation.initial import EGO
@@ -47,7 +47,7 @@ def observation_of(kind: Shown, slots: int) -> tuple["gymnasium.Space[Any]", Cal
         )
         low = np.where(["length" in name for name in names], 0.0, -high)
         space = box(low.astype(np.float32), high.astype(np.float32))
-        return space, lambda scene, road: np.clip(_affordance(scene.packed(SLOTS), road.edges), space.low, space.high)
+        return space, lambda scene, road: np.clip(_affordance(*packed(scene, road)), space.low, space.high)
     spaces: dict[str, gymnasium.Space[Any]] = {
         "vehicles": box(np.tile(-_VEHICLE, (slots, 1)), np.tile(_VEHICLE, (slots, 1))),
         "mask": gymnasium.spaces.MultiBinary(slots),
@@ -57,8 +57,8 @@ def observation_of(kind: Shown, slots: int) -> tuple["gymnasium.Space[Any]", Cal
 
 
 @jax.jit
-def _affordance(rows: Float[Array, "7 A"], edges: Float[Array, " E"]) -> Float[Array, " F"]:
-    return described(Scene.unpacked(rows), Road(edges, np.inf))[EGO]
+def _affordance(rows: Float[Array, "7 A"], edges: Float[Array, "A E"]) -> Float[Array, " F"]:
+    return described(Scene.unpacked(rows), edges)[EGO]
 
 
 def _around(scene: Scene, road: Road, slots: int) -> dict[str, np.ndarray]:
