@@ -22,6 +22,7 @@ from coverdrive.simulation.episode import EpisodeSettings, run_episode
 from coverdrive.simulation.generated import GeneratedSettings, generate
 from coverdrive.simulation.initial import InitialSettings
 from coverdrive.simulation.misses import find_windows
+from coverdrive.simulation.outcome import Kind
 from coverdrive.simulation.trial import measure
 
 SHORT = EpisodeSettings(duration=1.0)
@@ -82,11 +83,13 @@ def test_our_driver_in_it_drives_as_in_our_simulation(seed: int) -> None:
     own = run_episode(PREDICTOR, MpcPlanner(), DriverTraffic(), SETTINGS, 5, seed)
     env, driver = Motorway(episode=SETTINGS), Driver(PREDICTOR)
     env.reset(seed=seed)
-    late = False
-    while not late:
+    over, steps, info = False, 0, {}
+    while not over:
         command = driver.step(*told(env.scene), env.road)
-        _, _, ended, late, _ = env.step(np.array([command.acceleration, command.yaw_rate]) / ACTION)
-        assert not ended
+        _, _, ended, late, info = env.step(np.array([command.acceleration, command.yaw_rate]) / ACTION)
+        over, steps = ended or late, steps + 1
+    assert steps == len(own)
+    assert info["collision"] == ("" if own.outcome.kind is Kind.FINISHED else own.outcome.kind.value)
     assert env.scene.states == pytest.approx(own.scene.states[-1], abs=1e-9)
 
 

@@ -14,10 +14,9 @@ from pydantic import Field
 from coverdrive.bridges.observations import Shown, observation_of
 from coverdrive.errors import SettingError
 from coverdrive.extras import require
+from coverdrive.planning.constants import vehicle_of
 from coverdrive.planning.plan import Plan, Status
-from coverdrive.planning.problem import ProblemSettings
-from coverdrive.planning.road_ahead import STRAIGHT, bend_at
-from coverdrive.planning.road_table import table_of
+from coverdrive.planning.road_ahead import bent_on
 from coverdrive.planning.search import lane_seeking
 from coverdrive.planning.vehicle import VehicleSettings, within_limits
 from coverdrive.recordings.recording import Recording
@@ -110,7 +109,7 @@ class Motorway(gymnasium.Env[Any, Any]):
         self._vehicles = (vehicles,) if isinstance(vehicles, int) else tuple(vehicles)
         self._predictor, self._sets = predictor, sets
         self._settings, self._reward = episode or EpisodeSettings(), reward or RewardSettings()
-        self._problem, self.render_mode = ProblemSettings(vehicle=car or VehicleSettings()), render_mode
+        self._limits, self.render_mode = vehicle_of(car or VehicleSettings()), render_mode
         self.observation_space, self._shown = observation_of(observation, slots)
         self._discrete = action == "discrete"
         box = gymnasium.spaces.Box(-1.0, 1.0, (2,))
@@ -128,7 +127,7 @@ class Motorway(gymnasium.Env[Any, Any]):
         vehicles = self._vehicles[int(root.generate_state(1)[0]) % len(self._vehicles)]
         scene, self.road, self._last = begin(self._traffic, self._settings, vehicles, root)
         self._scenes, self._steps, self._outcome = [scene], [], None
-        self._table, self._applied, self._open = table_of(self.road, self._problem), (0.0, 0.0), True
+        self._applied, self._open = (0.0, 0.0), True
         return self._shown(scene, self.road), self._info()
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
@@ -193,9 +192,9 @@ class Motorway(gymnasium.Env[Any, Any]):
     def _allowed(self, wish: tuple[float, float], state: Float[np.ndarray, " 4"]) -> tuple[float, float]:
         """The nearest inputs that the limits of the car allow."""
         lon, lat, speed, heading = state.tolist()
-        here, ahead, dt = (0.0, lat, speed, heading), self._table.ahead(lon), self._settings.step
-        bend = STRAIGHT if self.road.line is None else bend_at(here, dt, ahead)
-        return within_limits(here, wish, self._applied, dt, dt, bend, self._table.vehicle)
+        here, dt = (lon, lat, speed, heading), self._settings.step
+        stretch, ease, follow, gain = (float(np.ravel(each)[0]) for each in bent_on(state[:, None], self.road)[:4])
+        return within_limits(here, wish, self._applied, dt, dt, (stretch, ease, follow, gain), self._limits)
 
     def _recorded(self, before: Scene, moved: TrafficStep) -> Step:
         """A step of the trace."""

@@ -136,12 +136,10 @@ class Driver:
             wishes["wish"] = goal.wish(state, road, self._steps * self.period, usual)
         self._steps += 1
         decision = decide(self._predictor, self.planner, scene, road, **wishes)
-        inputs = decision.plan.inputs[0]
-        real = controls(step(state, inputs, self.period / 2), inputs, road, self._vehicle.wheelbase)
-        acceleration, yaw_rate = (
-            inputs.tolist() if road.line is None else (float(real.acceleration), float(real.yaw_rate))
-        )
-        steering = float(np.clip(real.steering, -self._vehicle.max_steering, self._vehicle.max_steering))
+        inputs = decision.plan.inputs[:1]
+        real = controls(step(state[None], inputs, self.period / 2), inputs, road, self._vehicle.wheelbase)
+        acceleration, yaw_rate, steering = (float(each[0]) for each in real[1:])
+        steering = min(max(steering, -self._vehicle.max_steering), self._vehicle.max_steering)
         return Command(acceleration, yaw_rate, steering, decision.plan, decision.paths, scene, *decision[2:])
 
 

@@ -36,11 +36,13 @@ def with_braking_leaders(
         road: its lanes.
         settings: how hard they brake.
     """
+    if settings.deceleration == 0 or len(paths) == 0:
+        return paths
     now = paths.points[:, 0]
     lanes = np.asarray(road.lane_of(now[:, 1]))
     ahead = np.where((lanes == np.unique(lanes)[:, None]) & (now[:, 0] > state[0]), now[:, 0], np.inf)
     leaders = ahead.argmin(axis=1)[np.isfinite(ahead).any(axis=1)]
-    if settings.deceleration == 0 or len(leaders) == 0:
+    if len(leaders) == 0:
         return paths
     speed = np.maximum(0.0, np.diff(paths.points[leaders, :2, 0])) / paths.dt
     braking = np.minimum(paths.dt * np.arange(paths.points.shape[1]), speed / settings.deceleration)

@@ -32,8 +32,13 @@ def target_lanes(state: Float[np.ndarray, " 4"], road: Road, horizon: float) -> 
         lanes = [lane, *beside]
         return TargetLanes(lanes, np.array(road.centres, dtype=float)[lanes], np.zeros(len(lanes), bool))
     lon, way = float(state[0]), max(float(state[2]), 0.0)
-    soon = road.has_lane(np.arange(lon, lon + horizon * way + 2 * _STEP, _STEP)).all(axis=0)
+    soon = _all_along(road, lon, horizon * way)
     lanes = [lane, *(side for side in beside if soon[side])]
-    ending = ~road.has_lane(np.arange(lon, lon + _AHEAD * way + 2 * _STEP, _STEP)).all(axis=0)
+    ending = ~_all_along(road, lon, _AHEAD * way)
     there = road.edges_at(lon + (horizon / 2 * way if soon[lane] else 0.0))
     return TargetLanes(lanes, ((there[:-1] + there[1:]) / 2)[lanes], ending[lanes])
+
+
+def _all_along(road: Road, lon: float, way: float) -> Bool[np.ndarray, " L"]:
+    """Which lanes are there all the way [m] from a position [m] on."""
+    return np.all(road.has_lane(np.arange(lon, lon + way + 2 * _STEP, _STEP)), axis=0)
