@@ -20,7 +20,9 @@ from coverdrive.road import Road
 from coverdrive.simulation.driver_traffic import DriverTraffic
 from coverdrive.simulation.episode import EpisodeSettings, run_episode
 from coverdrive.simulation.generated import GeneratedSettings, generate
+from coverdrive.simulation.initial import InitialSettings
 from coverdrive.simulation.misses import find_windows
+from coverdrive.simulation.outcome import Kind
 from coverdrive.simulation.trial import measure
 
 SHORT = EpisodeSettings(duration=1.0)
@@ -81,11 +83,13 @@ def test_our_driver_in_it_drives_as_in_our_simulation(seed: int) -> None:
     own = run_episode(PREDICTOR, MpcPlanner(), DriverTraffic(), SETTINGS, 5, seed)
     env, driver = Motorway(episode=SETTINGS), Driver(PREDICTOR)
     env.reset(seed=seed)
-    late = False
-    while not late:
+    over, steps, info = False, 0, {}
+    while not over:
         command = driver.step(*told(env.scene), env.road)
-        _, _, ended, late, _ = env.step(np.array([command.acceleration, command.yaw_rate]) / ACTION)
-        assert not ended
+        _, _, ended, late, info = env.step(np.array([command.acceleration, command.yaw_rate]) / ACTION)
+        over, steps = ended or late, steps + 1
+    assert steps == len(own)
+    assert info["collision"] == ("" if own.outcome.kind is Kind.FINISHED else own.outcome.kind.value)
     assert env.scene.states == pytest.approx(own.scene.states[-1], abs=1e-9)
 
 
@@ -182,6 +186,18 @@ def test_discrete_actions_choose_lane_and_speed(
     assert env.scene.speed[0] == pytest.approx(speed, abs=0.01)
 
 
+def test_roads_bend_and_lanes_end() -> None:
+    bent = InitialSettings(curvature=((0.0, 0.0), (100.0, 0.005)), ramp=60.0)
+    env = Motorway(vehicles=3, action="discrete", episode=EpisodeSettings(initial=bent, duration=12.0))
+    for action in (7, 1):  # to the left, and back to where there is no lane any more
+        env.reset(seed=3)
+        told = [env.step(action) for _ in range(120)]
+        assert told[-1][3] and not any(each[2] for each in told)
+        edges = env.road.edges_at(env.scene.lon[:1])[0]
+        lane = 3 if action == 7 else 1
+        assert env.scene.lat[0] == pytest.approx(edges[lane : lane + 2].mean(), abs=0.2)
+
+
 def test_the_scene_is_shown_from_the_ego() -> None:
     scene, road = (
         make_scene([100.0, 160.0, 90.0, 400.0], [1.8, 5.4, 9.0, 1.8], speed=[20.0, 15, 25, 30]),
@@ -203,7 +219,7 @@ def test_the_affordance_is_that_of_the_predictor() -> None:
     scene, road = make_scene([100.0, 130.0, 90.0], [1.9, 1.8, 5.4], speed=[20.0, 15, 25]), Road.straight()
     space, shown = observation_of("affordance", 16)
     seen = shown(scene, road)
-    assert seen[: len(FEATURES)] == pytest.approx(np.asarray(affordance(scene, road))[0])
+    assert seen[: len(FEATURES)] == pytest.approx(np.asarray(affordance(scene, road.edges))[0])
     assert seen in space
 
 

@@ -52,7 +52,7 @@ def test_where_the_map_has_its_axes_makes_no_difference(heading: float) -> None:
     )
 
 
-@pytest.mark.parametrize("curvature", [0.0, 1 / 1000, -1 / 1000])
+@pytest.mark.parametrize("curvature", [0.0, 1 / 1000, 1 / 150, -1 / 150])
 def test_a_car_that_steers_as_told_follows_the_bend_of_the_road(curvature: float) -> None:
     """The car is a kinematic single-track model in map coordinates."""
     road, driver = replace(ROAD, line=line(0.3, curvature)), Driver(PREDICTOR, wanted_speed=20.0)
@@ -65,7 +65,7 @@ def test_a_car_that_steers_as_told_follows_the_bend_of_the_road(curvature: float
             heading += 0.01 * speed * np.tan(command.steering) / wheelbase
             speed += 0.01 * command.acceleration
     lon, lat = road.to_road(x, y)
-    assert lon == pytest.approx(160, abs=2)
+    assert 150 < lon < 162
     assert lat == pytest.approx(5.4, abs=0.15)
 
 
@@ -178,6 +178,3 @@ def test_bad_settings_are_refused() -> None:
         Driver(PREDICTOR, length=0.0)
     with pytest.raises(SettingError, match="the period between two steps is 0 s"):
         Driver(PREDICTOR, period=0)
-    bent = replace(ROAD, line=line(0.0, 1 / 200))
-    with pytest.raises(DataError, match="bends"):
-        Driver(PREDICTOR).step((110.0, -50.0, 20.0, 0.0), {}, bent)

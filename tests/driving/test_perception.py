@@ -99,18 +99,15 @@ def test_measured_positions_give_the_states_that_replay_sees(tmp_path: Path) -> 
 def test_recorded_positions_of_us101_give_what_was_seen_of_them(us101: Path) -> None:
     file = us101 / "commonroad" / "USA_US101-10_1_T-1.xml"
     (reading,) = reader_of(file, None).read(file, How(None, SMOOTHING, None))
-    road, raw, table = reading.recording.road, reading.raw, reading.recording.table
+    road, raw, table = reading.recording.road, reading.raw, reading.recording.rates
     x, y = road.to_map(raw.lon, raw.lat)
     seeing, own, compared = perception(), (*(float(each) for each in road.to_map(-500.0, 1.8)), 20.0, 0.0), 0
     for moment in range(raw.moment.min(), raw.moment.max() + 1):
         now = np.flatnonzero(raw.moment == moment)
         scene = seeing.scene(own, {raw.vehicle[row]: ((x[row], y[row]), CAR) for row in now}, road)
         expected = table.filter((table["time"] - 0.1 * moment).abs() < 0.01).sort("seen_lon")
-        lon, lat, speed, heading = expected.select(SEEN.names()).to_numpy().T
-        along, across = speed * np.cos(heading) / road.stretch(lon, lat), speed * np.sin(heading)
-        rates = np.stack([lon, lat, np.hypot(along, across), np.arctan2(across, along)], axis=-1)
         states = scene.states[1:][scene.valid[1:]]
-        assert states[states[:, 0].argsort()] == pytest.approx(rates, abs=1e-5)
+        assert states[states[:, 0].argsort()] == pytest.approx(expected.select(SEEN.names()).to_numpy(), abs=1e-5)
         compared += len(states)
     assert compared == len(table) > 2000
 

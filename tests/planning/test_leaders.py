@@ -32,6 +32,8 @@ def test_the_nearest_ahead_in_every_lane_brakes_to_a_stop(straight_paths) -> Non
 def test_nobody_ahead_or_nothing_assumed_changes_nothing(straight_paths) -> None:
     behind, ahead = straight_paths((-10, 5.4, 20)), straight_paths((30, 5.4, 20))
     assert with_braking_leaders(STATE, behind, Road.straight(), LeaderSettings()) is behind
+    nobody = straight_paths()
+    assert with_braking_leaders(STATE, nobody, Road.straight(), LeaderSettings()) is nobody
     assert with_braking_leaders(STATE, ahead, Road.straight(), LeaderSettings(deceleration=0.0)) is ahead
 
 

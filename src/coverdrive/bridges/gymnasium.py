@@ -142,7 +142,8 @@ class Motorway(gymnasium.Env[Any, Any]):
             self._steps.append(self._recorded(before, moved))
         self._outcome = collision_at(len(self._scenes) - 1, self._scenes, dt)
         _, lat, speed, heading = moved.scene.states[EGO].tolist()
-        off_road = not self.road.edges[0] <= lat <= self.road.edges[-1]
+        edges = self.road.edges_at(moved.scene.lon[:1])[0]
+        off_road = not edges[0] <= lat <= edges[-1]
         ended = self._outcome is not None or off_road
         late = not ended and len(self._scenes) > self._last
         self._open = not (ended or late)
@@ -177,19 +178,23 @@ class Motorway(gymnasium.Env[Any, Any]):
             acceleration, yaw_rate = (np.asarray(action, dtype=float) * ACTION).tolist()
             return acceleration, yaw_rate
         side, faster = divmod(int(action), 3)
-        lon, lat, speed, heading = self.scene.states[EGO].tolist()
-        lane = min(max(int(self.road.lane_at(lon, lat)) + side - 1, 0), self.road.lanes - 1)
-        target = float(self.road.edges_at(lon)[lane : lane + 2].mean())
-        return _ACCELERATIONS[faster], lane_seeking(lat, speed, heading, target, 1.0)
+        _, lat, speed, heading = self.scene.states[EGO].tolist()
+        place = self.scene.lon[:1], self.scene.lat[:1]
+        edges, there, own = (
+            self.road.edges_at(place[0])[0],
+            self.road.has_lane(place[0])[0],
+            self.road.lane_at(*place)[0],
+        )
+        lane = min(max(own + side - 1, 0), self.road.lanes - 1)
+        lane = lane if there[lane] else own
+        return _ACCELERATIONS[faster], lane_seeking(lat, speed, heading, float(edges[lane : lane + 2].mean()), 1.0)
 
     def _allowed(self, wish: tuple[float, float], state: Float[np.ndarray, " 4"]) -> tuple[float, float]:
         """The nearest inputs that the limits of the car allow."""
         lon, lat, speed, heading = state.tolist()
-        dt, bend = (
-            self._settings.step,
-            tuple(float(each) for each in bent_on((lon, lat, speed, heading), self.road)[:4]),
-        )
-        return within_limits((lon, lat, speed, heading), wish, self._applied, dt, dt, bend, self._limits)
+        here, dt = (lon, lat, speed, heading), self._settings.step
+        stretch, ease, follow, gain = (float(np.ravel(each)[0]) for each in bent_on(state[:, None], self.road)[:4])
+        return within_limits(here, wish, self._applied, dt, dt, (stretch, ease, follow, gain), self._limits)
 
     def _recorded(self, before: Scene, moved: TrafficStep) -> Step:
         """A step of the trace."""

@@ -18,7 +18,7 @@ from coverdrive.paths import PredictedPaths
 from coverdrive.planning.plan import Plan, Planner
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.planning.road_ahead import controls
-from coverdrive.planning.vehicle import VehicleSettings, steering_of
+from coverdrive.planning.vehicle import VehicleSettings, step
 from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.road import Road
 from coverdrive.scene import Scene
@@ -136,9 +136,10 @@ class Driver:
             wishes["wish"] = goal.wish(state, road, self._steps * self.period, usual)
         self._steps += 1
         decision = decide(self._predictor, self.planner, scene, road, **wishes)
-        real = controls(state, decision.plan.inputs[0], road, self._vehicle.wheelbase)
-        speed, acceleration, yaw_rate = (float(each) for each in real[:3])
-        steering = steering_of(speed, np.array([acceleration, yaw_rate]), self.period, self._vehicle)
+        inputs = decision.plan.inputs[:1]
+        real = controls(step(state[None], inputs, self.period / 2), inputs, road, self._vehicle.wheelbase)
+        acceleration, yaw_rate, steering = (float(each[0]) for each in real[1:])
+        steering = min(max(steering, -self._vehicle.max_steering), self._vehicle.max_steering)
         return Command(acceleration, yaw_rate, steering, decision.plan, decision.paths, scene, *decision[2:])
 
 

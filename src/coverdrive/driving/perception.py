@@ -1,6 +1,5 @@
 """What is told of vehicles by their names, in map coordinates, as scenes whose slots stay theirs.
 
-Speed and heading in the scene are those of (lon, lat): beside a bent line, lon is shorter or longer than the real way.
 A vehicle is told as (x, y, speed, heading), which is taken as it is, or as a measured position (x, y) alone: then a
 Kalman filter says how it moves (`coverdrive.recordings.filtering`), as it does of recorded vehicles.
 """
@@ -89,8 +88,8 @@ class Perception:
         turned = np.abs(whole[:, 3]) > np.pi
         whole[turned, 3] = np.remainder(whole[turned, 3] + np.pi, 2 * np.pi) - np.pi
         seen = self._look(list(others), whole, measured, road)
-        if road.line is not None:
-            whole[:, 2:] = _along(whole, road)
+        speed, heading = road.rates(whole[:, 0], whole[:, 1], np.abs(whole[:, 2]), whole[:, 3])
+        whole[:, 2], whole[:, 3] = np.copysign(speed, whole[:, 2]), heading
         self._moment += 1
         return self._arranged(list(others), whole, np.array(sizes), seen)
 
@@ -140,13 +139,6 @@ class Perception:
         valid[slots] = seen
         lon, lat, speed, heading, length, width = values
         return Scene(lon, lat, speed, heading, length, width, valid)
-
-
-def _along(states: Float[np.ndarray, "n 4"], road: Road) -> Float[np.ndarray, "n 2"]:
-    """Speed [m/s] and heading [rad] of (lon, lat), where those of the states are real, relative to the road."""
-    along = np.cos(states[:, 3]) / road.stretch(states[:, 0], states[:, 1])
-    across = np.sin(states[:, 3])
-    return np.stack([states[:, 2] * np.hypot(along, across), np.arctan2(across, along)], axis=-1)
 
 
 def _told(name: Hashable, told: Any) -> tuple[np.ndarray, np.ndarray]:
