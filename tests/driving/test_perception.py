@@ -98,7 +98,7 @@ def test_measured_positions_give_the_states_that_replay_sees(tmp_path: Path) -> 
 def test_recorded_positions_of_us101_give_what_was_seen_of_them(us101: Path) -> None:
     file = us101 / "commonroad" / "USA_US101-10_1_T-1.xml"
     (reading,) = reader_of(file, None).read(file, How(None, SMOOTHING, None))
-    road, raw, table = reading.recording.road, reading.raw, reading.recording.table
+    road, raw, table = reading.recording.road, reading.raw, reading.recording.rates
     x, y = road.to_map(raw.lon, raw.lat)
     seeing, own, compared = perception(), (*(float(each) for each in road.to_map(-500.0, 1.8)), 20.0, 0.0), 0
     for moment in range(raw.moment.min(), raw.moment.max() + 1):

@@ -17,6 +17,7 @@ from coverdrive.errors import SettingError
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.plan import Plan, Planner
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
+from coverdrive.planning.road_ahead import controls
 from coverdrive.planning.vehicle import VehicleSettings, steering_of
 from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.road import Road
@@ -136,11 +137,10 @@ class Driver:
             wishes["wish"] = goal.wish(state, road, self._steps * self.period, usual)
         self._steps += 1
         decision = decide(self._predictor, self.planner, scene, road, **wishes)
-        acceleration, turning = decision.plan.inputs[0].tolist()
-        along = state[2] * np.cos(state[3]) / road.stretch(state[:1], state[1:2])
-        inputs = np.array([acceleration, turning + (road.curvature(state[:1]) * along).item()])
-        steering = steering_of(float(state[2]), inputs, self.period, self._vehicle)
-        return Command(acceleration, float(inputs[1]), steering, decision.plan, decision.paths, scene, *decision[2:])
+        real = controls(state, decision.plan.inputs[0], road, self._vehicle.wheelbase)
+        inputs = np.array([real.acceleration, real.yaw_rate], dtype=float)
+        steering = steering_of(float(real.speed), inputs, self.period, self._vehicle)
+        return Command(*inputs.tolist(), steering, decision.plan, decision.paths, scene, *decision[2:])
 
 
 def _with(settings: PlannerSettings, wishes: dict[str, float]) -> PlannerSettings:

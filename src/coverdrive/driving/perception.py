@@ -88,6 +88,7 @@ class Perception:
         turned = np.abs(whole[:, 3]) > np.pi
         whole[turned, 3] = np.remainder(whole[turned, 3] + np.pi, 2 * np.pi) - np.pi
         seen = self._look(list(others), whole, measured, road)
+        whole[:, 2], whole[:, 3] = road.rates(*whole.T)
         self._moment += 1
         return self._arranged(list(others), whole, np.array(sizes), seen)
 
