@@ -98,10 +98,10 @@ class Road:
     def lane_at(self, lon: Numbers, lat: Numbers) -> Int[np.ndarray, "*n"]:
         """Lane index at positions [m]: of the lanes that are there, the nearest; `lane_of` if all are."""
         if self.changing is None:
-            return self.lane_of(np.asarray(lat))
+            return np.asarray(self.lane_of(np.asarray(lat)))
         edges, there, lat = self.edges_at(lon), self.has_lane(lon), np.asarray(lat)
         outside = np.maximum(np.maximum(edges[..., :-1] - lat[..., None], 0), lat[..., None] - edges[..., 1:])
-        return self.lanes - 1 - np.argmin(np.where(there, outside, np.inf)[..., ::-1], axis=-1)
+        return np.asarray(self.lanes - 1 - np.argmin(np.where(there, outside, np.inf)[..., ::-1], axis=-1))
 
     def curvature(self, lon: Numbers) -> Float[np.ndarray, "*n"]:
         """[1/m] of the reference line at positions [m], positive where it turns left."""
