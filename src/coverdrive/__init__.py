@@ -22,6 +22,10 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from coverdrive.certificates.certificate import Certificate as Certificate
     from coverdrive.certificates.comparison import Compared as Compared
+    from coverdrive.driving.driver import Command as Command
+    from coverdrive.driving.driver import Driver as Driver
+    from coverdrive.driving.goal import Goal as Goal
+    from coverdrive.driving.recorder import Recorder as Recorder
     from coverdrive.errors import CoverdriveError as CoverdriveError
     from coverdrive.paths import PredictedPaths as PredictedPaths
     from coverdrive.planning.plan import Plan as Plan
@@ -63,6 +67,10 @@ _PLACES = {
     "certify": "prediction.certify",
     "Predictor": "prediction.predictor",
     "Planner": "planning.planner:MpcPlanner",
+    "Driver": "driving.driver",
+    "Command": "driving.driver",
+    "Goal": "driving.goal",
+    "Recorder": "driving.recorder",
     "simulate": "simulation.study",
     "study": "simulation.study",
     "compare": "simulation.comparison",

@@ -23,6 +23,7 @@ from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.planning.problem import ProblemSettings
 from coverdrive.planning.tree import BranchSettings, held_on
 from coverdrive.planning.vehicle import VehicleSettings, step
+from coverdrive.planning.wish import Wish
 from coverdrive.reference_line import ReferenceLine
 from coverdrive.reporting.active_constraints import clearances
 from coverdrive.road import Road
@@ -530,3 +531,18 @@ def test_with_a_follower_that_is_no_obstacle_nobody_else_is_trusted_to_brake(str
         problem = ProblemSettings(obstacles=ObstacleSettings(ignore_rear=ignored))
         MpcPlanner(PlannerSettings(problem=problem)).plan(np.array([0, 5.4, 20, 0.0]), paths, ROAD)
         assert bool(asked) is not ignored
+
+
+def test_wishes_choose_speed_and_lanes_for_one_plan_only(straight_paths) -> None:
+    state, paths, planner, ends = np.array([0, 1.8, 20, 0.0]), straight_paths((200, 9.0, 30)), MpcPlanner(), []
+    for wish in (Wish(), Wish(15.0, lanes=(2,)), Wish(15.0), Wish(lanes=(1, 2)), Wish()):
+        planner.reset(PERIOD)
+        ends.append(planner.plan(state, paths, ROAD, wish).states[-1])
+    usual, both, slow, beside, again = ends
+    assert usual[2] > 25 and usual[1] == pytest.approx(1.8, abs=0.05)
+    assert both[1] > 3 and both[2] < 17
+    assert slow[1] == pytest.approx(1.8, abs=0.05) and slow[2] < 17
+    assert beside[1] > 3 and beside[2] > 25
+    assert np.array_equal(again, usual)
+    assert [Wish(lanes=(1, 4)).away(lane) for lane in range(6)] == [1, 0, 1, 1, 0, 1]
+    assert Wish().away(3) == 0

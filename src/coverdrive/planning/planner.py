@@ -29,6 +29,7 @@ from coverdrive.planning.search import SearchSettings, Wanted, begin, choose, go
 from coverdrive.planning.target_lanes import TargetLanes, target_lanes
 from coverdrive.planning.tree import held_on
 from coverdrive.planning.vehicle import step
+from coverdrive.planning.wish import NO_WISH, Wish
 from coverdrive.road import Road
 from coverdrive.settings import Settings
 
@@ -49,6 +50,8 @@ class PlannerSettings(Settings):
     """cost of aiming at another lane than the last plan, against dithering"""
     lane_end: float = Field(default=100.0, ge=0, le=1e6)
     """cost of aiming at a lane that ends within 10 s"""
+    wished_lane: float = Field(default=1000.0, ge=0, le=1e6)
+    """cost of every lane between the one aimed at and the nearest that is wished for: more than speed is worth"""
     iterations: int = Field(default=24, ge=1, le=10_000)
     """of the search, at the most"""
     budget: float | None = Field(default=None, gt=0, le=10)
@@ -151,9 +154,10 @@ class MpcPlanner:
         self._road: Road | None = None
         self._held_on = held_on(problem.steps, period, problem.dt)
         self._memory: _Memory | None = None
+        self._wish = NO_WISH
         self._paths = PathMemory(self.settings.grace)
 
-    def plan(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> Plan:
+    def plan(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, wish: Wish = NO_WISH) -> Plan:
         """Plan from a state against every predicted path.
 
         Args:
@@ -161,6 +165,7 @@ class MpcPlanner:
                 where it is another car's or another drive's.
             paths: predicted paths at the times k·dt of the plan, k = 0 … K.
             road: the lanes to drive on; the same object in every call, or it takes some milliseconds.
+            wish: speed and lanes that are wanted this time.
 
         Returns:
             The cheapest plan whose fail-safe branch is clear of all paths, else the one that does least harm; its
@@ -173,9 +178,7 @@ class MpcPlanner:
         """
         begun, problem = time.perf_counter(), self.settings.problem
         check_times(paths, problem)
-        if road is not self._road:
-            self._table, self._road = table_of(road, problem), road
-            self._constants = self._constants._replace(vehicle=self._table.vehicle)
+        self._take(wish, road)
         measured = np.ascontiguousarray(state, dtype=float)
         believed, memory = plausible(measured, problem.vehicle, road), self._memory
         known, unknown = bool(believed.all()), 0.0
@@ -191,6 +194,14 @@ class MpcPlanner:
         plan = self._plan_of(found, measured, status if known and complete else Status.INVALID_INPUT)
         self._remember(found, targets, plan, measured, unknown)
         return replace(plan, seconds=time.perf_counter() - begun)
+
+    def _take(self, wish: Wish, road: Road) -> None:
+        """Plan with this wish, and on this road, from now on."""
+        if road is not self._road:
+            self._table, self._road = table_of(road, self.settings.problem), road
+            self._constants = self._constants._replace(vehicle=self._table.vehicle)
+        speed = self.settings.problem.cost.reference_speed if wish.speed is None else float(wish.speed)
+        self._wish, self._constants = wish, self._constants._replace(reference_speed=speed)
 
     def _continued(
         self, state: Float[np.ndarray, " 4"], expected: Float[np.ndarray, " 4"], paths: PredictedPaths
@@ -241,7 +252,9 @@ class MpcPlanner:
         known = memory.inputs if memory else {}
         wanted = Wanted(
             lanes=targets.lat,
-            extra=settings.lane_change * (np.array(targets.lanes) != held) + settings.lane_end * targets.ending,
+            extra=settings.lane_change * (np.array(targets.lanes) != held)
+            + settings.lane_end * targets.ending
+            + settings.wished_lane * np.array([self._wish.away(target) for target in targets.lanes]),
             last=np.array([known.get(target, nothing) for target in targets.lanes]),
             rest=memory.rest if memory else np.zeros((problem.steps, 2)),
             accelerations=self._accelerations,
@@ -275,7 +288,9 @@ class MpcPlanner:
     def _around(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths) -> Surroundings:
         """What the search is made for."""
         applied = self._memory.applied if self._memory else np.zeros(2)
-        return surroundings_of(state, applied, paths, self._table, self.settings.problem)
+        return surroundings_of(
+            state, applied, paths, self._table, self.settings.problem, self._constants.reference_speed
+        )
 
     def _plan_of(self, found: _Found, state: Float[np.ndarray, " 4"], status: Status) -> Plan:
         """The chosen plan, on the road."""
@@ -324,16 +339,16 @@ def check_times(paths: PredictedPaths, problem: ProblemSettings) -> None:
 
 def surroundings_of(
     state: Float[np.ndarray, " 4"], applied: Float[np.ndarray, " 2"], paths: PredictedPaths, table: RoadTable,
-    problem: ProblemSettings,
+    problem: ProblemSettings, speed: float,
 ) -> Surroundings:  # fmt: skip
-    """What a plan is made for, along the road from where the ego is, after these inputs were applied."""
+    """What a plan is made for, seen from where the ego is: after these inputs were applied, at a wanted speed [m/s]."""
     vehicle, shape, paths = table.reaching, problem.obstacles, on_road(paths, float(state[0]), table)
     every, likely = (obstacles_of(each, shape) for each in (paths, likely_paths(paths, problem.branches.tube)))
     return Surroundings(
         state=np.array([0.0, *state[1:]]),
         previous_input=np.array(applied),
         road=table.ahead(float(state[0])),
-        wanted=table.wanted_from(float(state[0]), float(state[2]), problem),
+        wanted=table.wanted_from(float(state[0]), float(state[2]), speed, problem),
         boxes=packed(state, every, problem.dt, vehicle, shape),
         likely=packed(state, likely, problem.dt, vehicle, shape),
     )

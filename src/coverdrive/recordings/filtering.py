@@ -81,3 +81,34 @@ def seen(
     first[starts] = True
     _filter(np.ascontiguousarray(values, dtype=float), measured, first, dt, noises, result)
     return result[0], result[1]
+
+
+class Sight:
+    """One vehicle, measured one moment after the other: what `seen` gives of a whole track."""
+
+    def __init__(self) -> None:
+        """Nothing has been measured yet; begin with a measured position."""
+        self._coordinates = np.full((2, 5), np.nan)
+        self._moments = -1
+
+    @property
+    def begun(self) -> bool:
+        """Whether anything has been measured."""
+        return self._moments >= 0
+
+    def measure(
+        self, position: Float[np.ndarray, " 2"], dt: float, noises: tuple[float, float]
+    ) -> Float[np.ndarray, " 4"] | None:
+        """Take in lon and lat [m], measured ``dt`` [s] after the last ones; not numbers where they were not.
+
+        The position [m] and its rates [m/s]; None before the vehicle counts as seen (`SEEN_FOR`).
+        """
+        for coordinate, value in zip(self._coordinates, position.tolist(), strict=True):
+            update(coordinate, value, dt, *noises)
+        self._moments += 1
+        return self._coordinates[:, :2].T.ravel() if self._moments >= least_moments(dt) else None
+
+
+def least_moments(dt: float) -> int:
+    """How many moments ``dt`` [s] apart come before a vehicle counts as seen."""
+    return max(1, round(SEEN_FOR / dt))

@@ -14,7 +14,7 @@ import polars as pl
 
 from coverdrive.errors import DataError, RecordingError
 from coverdrive.recordings.checks import TIME_STEPS, implausible_vehicles
-from coverdrive.recordings.filtering import SEEN_FOR, seen
+from coverdrive.recordings.filtering import SEEN_FOR, least_moments, seen
 from coverdrive.recordings.recording import KIND, SCHEMA, SEEN, Recording
 from coverdrive.recordings.repair import LONGEST_GAP, RawTracks, drop_off_road, drop_short, fill_gaps, tidy
 from coverdrive.recordings.smoothing import SmoothingSettings, motion, smooth
@@ -52,7 +52,7 @@ def regular_table(
     ``repairs`` gains what `tidy` repairs, ``interpolated rows``, ``split tracks`` (at long gaps and at jumps) and
     ``dropped tracks`` (of too few rows to have a speed), each where any. A track begins when its vehicle is seen.
     """
-    least = max(1, round(SEEN_FOR / dt))
+    least = least_moments(dt)
     tracks = drop_short(fill_gaps(tidy(raw, dt, repairs), dt, LONGEST_GAP, repairs), least, repairs)
     starts = np.flatnonzero(np.diff(tracks.vehicle, prepend=tracks.vehicle[:1] - 1))
     lon, lon_rate = smooth(tracks.lon, starts, dt, settings)

@@ -5,20 +5,22 @@ is planned against them and its first input applied; meanwhile the traffic moves
 """
 
 import time
+from typing import Any, NamedTuple
 
 import numpy as np
 from pydantic import Field
 
-from coverdrive.planning.plan import Planner
+from coverdrive.paths import PredictedPaths
+from coverdrive.planning.plan import Plan, Planner
 from coverdrive.planning.vehicle import step as vehicle_step
 from coverdrive.progress import done
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.settings import Settings
-from coverdrive.simulation.fault import fault_of
+from coverdrive.simulation.fault import collision_at
 from coverdrive.simulation.initial import EGO, InitialSettings, initial_scene
 from coverdrive.simulation.motion import with_states
-from coverdrive.simulation.outcome import Fault, Kind, Outcome, judge
+from coverdrive.simulation.outcome import Fault, Kind, Outcome
 from coverdrive.simulation.predictor import Predictor
 from coverdrive.simulation.trace import Step, Trace, make_trace
 from coverdrive.simulation.traffic import Start, Starting, Traffic
@@ -77,10 +79,9 @@ def run_episode(
         steps.append(taken)
         scenes.append(taken.scene)
         done(k, last)
-        collision = judge(scenes[-2], scenes[-1])
+        collision = collision_at(k, scenes, settings.step)
         if collision is not None:
-            kind, partner = collision
-            outcome = Outcome(kind, k * settings.step, partner, fault_of(kind, partner, scenes[:-1]))
+            outcome = collision
             break
     return make_trace(scene, road, steps, settings.step, outcome)
 
@@ -89,15 +90,10 @@ def _step(
     predictor: Predictor, planner: Planner, traffic: Traffic, settings: EpisodeSettings, scene: Scene, road: Road
 ) -> Step:
     """Predict, plan, and move everybody by one simulation step."""
-    own = scene.states[EGO]
-    begin = time.perf_counter()
-    paths = predictor.predict(scene, road, EGO, planner.dt, planner.steps)
-    predicted = time.perf_counter()
-    plan = planner.plan(own, paths, road)
-    planned = time.perf_counter()
+    paths, plan, predicted, planned = decide(predictor, planner, scene, road)
     moved = traffic.step(scene, settings.step)
     states = moved.scene.states
-    states[EGO] = vehicle_step(own, plan.inputs[0], settings.step)
+    states[EGO] = vehicle_step(scene.states[EGO], plan.inputs[0], settings.step)
     return Step(
         scene=with_states(moved.scene, states),
         paths=paths,
@@ -105,6 +101,24 @@ def _step(
         base=moved.base,
         stuck=moved.stuck,
         missed=moved.missed,
-        prediction_seconds=predicted - begin,
-        planning_seconds=planned - begin,
+        prediction_seconds=predicted,
+        planning_seconds=planned,
     )
+
+
+class Decision(NamedTuple):
+    """What the ego makes of a scene, in the terms of `coverdrive.simulation.trace.Step`."""
+
+    paths: PredictedPaths
+    plan: Plan
+    prediction_seconds: float
+    planning_seconds: float
+
+
+def decide(predictor: Predictor, planner: Planner, scene: Scene, road: Road, **wishes: Any) -> Decision:
+    """Predict the others and plan the ego's motion; ``wishes`` are further arguments of the planner's."""
+    begin = time.perf_counter()
+    paths = predictor.predict(scene, road, EGO, planner.dt, planner.steps)
+    predicted = time.perf_counter()
+    plan = planner.plan(scene.states[EGO], paths, road, **wishes)
+    return Decision(paths, plan, predicted - begin, time.perf_counter() - begin)

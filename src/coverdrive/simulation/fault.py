@@ -17,12 +17,21 @@ import numpy as np
 from coverdrive.geometry import axis_gap, turned_half_extents
 from coverdrive.scene import Scene
 from coverdrive.simulation.initial import EGO
-from coverdrive.simulation.outcome import Fault, Kind
+from coverdrive.simulation.outcome import Fault, Kind, Outcome, judge
 
 _REACTION = 0.4
 """[s] given to the driver behind (UN Regulation No. 79, 5.6.4.7)"""
 _DECELERATION = 3.0
 """[m/s²] that the driver behind can be asked for (UN Regulation No. 79, 5.6.4.7)"""
+
+
+def collision_at(moment: int, scenes: Sequence[Scene], dt: float) -> Outcome | None:
+    """The collision of the ego at a moment of successive scenes, ``dt`` [s] apart; None if there is none."""
+    collision = judge(scenes[moment - 1], scenes[moment])
+    if collision is None:
+        return None
+    kind, partner = collision
+    return Outcome(kind, moment * dt, partner, fault_of(kind, partner, scenes[:moment]))
 
 
 def fault_of(kind: Kind, partner: int, before: Sequence[Scene]) -> Fault:

@@ -20,6 +20,7 @@ from coverdrive.prediction.boxes.boxes import TUBE
 from coverdrive.prediction.boxes.network import BoxNetwork
 from coverdrive.prediction.learning.affordance import described
 from coverdrive.prediction.stored import SLOTS, StoredPredictor, TimeGrid, grid_of, others_of
+from coverdrive.prediction.under_way import with_lane_changes
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 
@@ -57,7 +58,10 @@ class BoxPredictor(StoredPredictor):
         *,
         like: TimeGrid | None = None,
     ) -> PredictedPaths:
-        """One path for each vehicle, in whose boxes it stays; arguments and errors as of the predictor of a basis."""
+        """One path for each vehicle, in whose boxes it stays, and one for each lane change that is under way.
+
+        Arguments and errors as of the predictor of a basis.
+        """
         period, count = grid_of(self.horizon, self.step, dt, steps, like)
         vehicle = np.flatnonzero(others_of(scene, ego))
         times = period * np.arange(count + 1)
@@ -66,7 +70,7 @@ class BoxPredictor(StoredPredictor):
         centre[..., 0] += states[:, :1] + times * (states[:, 2] * np.cos(states[:, 3]))[:, None]
         centre[..., 1] += states[:, 1:2]
         half_sizes += scene.half_sizes[vehicle][:, None]
-        return PredictedPaths(centre, vehicle, half_sizes, period)
+        return with_lane_changes(PredictedPaths(centre, vehicle, half_sizes, period), scene)
 
     def choices(
         self, scene: Scene, road: Road, times: Float[np.ndarray, " n"]

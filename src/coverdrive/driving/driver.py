@@ -1,0 +1,161 @@
+"""The driver: certified prediction and planning for a simulator or a car that is not ours.
+
+It is told, once a period, the states of all vehicles in map coordinates, and answers with what the car is to do.
+Between two calls it remembers who is who, the last plan, and how vehicles move whose positions alone are measured.
+"""
+
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from coverdrive.driving.goal import Goal
+from coverdrive.driving.perception import Numbers, Perception, Told
+from coverdrive.errors import SettingError
+from coverdrive.paths import PredictedPaths
+from coverdrive.planning.plan import Plan, Planner
+from coverdrive.planning.planner import MpcPlanner, PlannerSettings
+from coverdrive.planning.road_ahead import controls
+from coverdrive.planning.vehicle import VehicleSettings, steering_of
+from coverdrive.recordings.smoothing import SmoothingSettings
+from coverdrive.road import Road
+from coverdrive.scene import Scene
+from coverdrive.simulation.episode import decide
+from coverdrive.simulation.initial import EGO
+from coverdrive.simulation.predictor import Predictor
+
+
+@dataclass(frozen=True, eq=False)
+class Command:
+    """What the car is to do until the next call, and why."""
+
+    acceleration: float
+    """[m/s²]"""
+    yaw_rate: float
+    """[rad/s] in the map, counter-clockwise"""
+    steering: float
+    """[rad] angle of the front wheels that gives the yaw rate in a kinematic single-track model"""
+    plan: Plan
+    """in the road frame"""
+    prediction: PredictedPaths
+    """what the others may do, in the road frame, by their slots in ``scene``"""
+    scene: Scene
+    """what was seen, in the road frame; the ego has slot 0"""
+    prediction_seconds: float
+    """[s] wall time of the prediction"""
+    planning_seconds: float
+    """[s] wall time of prediction and planning together"""
+
+
+class Driver:
+    """Drives one car among vehicles that it is told of."""
+
+    def __init__(
+        self,
+        predictor: Predictor,
+        planner: Planner | PlannerSettings | None = None,
+        *,
+        length: float | None = None,
+        width: float | None = None,
+        wanted_speed: float | None = None,
+        period: float = 0.1,
+        budget: float | None = None,
+        smoothing: SmoothingSettings | None = None,
+    ):
+        """Take a seat, and compile what is needed; the planner remains as it is given.
+
+        Args:
+            predictor: of the other vehicles.
+            planner: settings of our planner, one like which to make our own, or another planner; ours with its
+                defaults if left out.
+            length: [m] of the car; that of the planner's settings if left out. This and what follows, up to the budget,
+                can be said of our planner only.
+            width: [m] of the car, as well.
+            wanted_speed: [m/s]; the reference speed of the planner's settings if left out.
+            period: [s] between two calls of `step`.
+            budget: [s] wall time after which a step begins no further iterations of its search; there is no bound if
+                left out, so that a drive can be repeated exactly.
+            smoothing: noises of measured positions, where vehicles are told by these alone.
+
+        Raises:
+            SettingError: a value is not allowed, or the planner does not know it.
+        """
+        wishes = {"length": length, "width": width, "wanted_speed": wanted_speed, "budget": budget}
+        wishes = {name: float(value) for name, value in wishes.items() if value is not None}
+        if not 0 < period <= 1:
+            raise SettingError(f"the period between two steps is {period} s; expected more than 0 and at most 1 s")
+        settings = PlannerSettings() if planner is None else getattr(planner, "settings", planner)
+        grace = 0.0
+        if isinstance(settings, PlannerSettings):
+            settings = _with(settings, wishes)
+            planner, grace = MpcPlanner(settings), settings.grace
+        elif not isinstance(planner, Planner):
+            raise SettingError(f"got {planner!r} for a planner; expected one, its settings, or None")
+        elif wishes:
+            raise SettingError(f"{', '.join(wishes)} can be said of our planner only; tell yours when you make it")
+        self.planner: Planner = planner
+        self.period = period
+        self._predictor, self._settings = predictor, settings if isinstance(settings, PlannerSettings) else None
+        self._vehicle = self._settings.problem.vehicle if self._settings else VehicleSettings()
+        forget = max(grace, planner.dt * planner.steps)
+        size = self._vehicle.length, self._vehicle.width
+        self._perception = Perception(size, period, forget, smoothing or SmoothingSettings())
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the last drive; called before another one begins."""
+        self.planner.reset(self.period)
+        self._perception.reset()
+        self._steps = 0
+
+    def see(self, own: Numbers, others: Mapping[Hashable, Told], road: Road) -> Scene:
+        """What a step would see, where none follows: after the end of a drive. Arguments and errors as of `step`."""
+        return self._perception.scene(own, others, road)
+
+    def step(self, own: Numbers, others: Mapping[Hashable, Told], road: Road, goal: Goal | None = None) -> Command:
+        """Decide what to do until the next call, one period later.
+
+        Args:
+            own: x [m], y [m], speed [m/s], heading [rad] of the centre of the car, in map coordinates.
+            others: for every other vehicle, by any name that stays the same from call to call, its state as ``own``
+                or its measured position (x, y) alone, and its (length, width) [m]. Vehicles may appear and vanish.
+            road: whose map coordinates these are; those of a road without a reference line are (lon, lat).
+            goal: what is wanted besides the usual.
+
+        Raises:
+            DataError: what is told of a vehicle cannot be true, or the road cannot be driven on.
+            SettingError: the goal cannot be one on this road, or the planner takes none.
+        """
+        scene = self.see(own, others, road)
+        state, wishes = scene.states[EGO], dict[str, Any]()
+        if goal is not None:
+            if self._settings is None:
+                raise SettingError("only our planner takes a goal; leave it out, and tell yours when you make it")
+            usual = self._settings.problem.cost.reference_speed
+            wishes["wish"] = goal.wish(state, road, self._steps * self.period, usual)
+        self._steps += 1
+        decision = decide(self._predictor, self.planner, scene, road, **wishes)
+        real = controls(state, decision.plan.inputs[0], road, self._vehicle.wheelbase)
+        inputs = np.array([float(real.acceleration), float(real.yaw_rate)])
+        steering = steering_of(float(real.speed), inputs, self.period, self._vehicle)
+        return Command(*inputs.tolist(), steering, decision.plan, decision.paths, scene, *decision[2:])
+
+
+def _with(settings: PlannerSettings, wishes: dict[str, float]) -> PlannerSettings:
+    """The settings with what is said of the car, its speed and the budget."""
+    values = settings.model_dump()
+    problem = values["problem"]
+    for name, table, key in (
+        ("length", problem["vehicle"], "length"),
+        ("width", problem["vehicle"], "width"),
+        ("wanted_speed", problem["cost"], "reference_speed"),
+        ("budget", values, "budget"),
+    ):
+        table[key] = wishes.get(name, table[key])
+    try:
+        return PlannerSettings.model_validate(values)
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise SettingError(f"{first['loc'][-1]}: {first['msg']}, got {first['input']!r}") from error

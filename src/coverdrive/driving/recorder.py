@@ -1,0 +1,79 @@
+"""The recorder: what a driver saw and planned, as a trace: for measures, page and replay of any simulator's drives."""
+
+from collections.abc import Hashable, Mapping
+
+import jax
+import numpy as np
+
+from coverdrive.driving.driver import Command, Driver
+from coverdrive.driving.goal import Goal
+from coverdrive.driving.perception import Numbers, Told
+from coverdrive.errors import DataError
+from coverdrive.road import Road
+from coverdrive.scene import Scene
+from coverdrive.simulation.fault import collision_at
+from coverdrive.simulation.outcome import Fault, Kind, Outcome
+from coverdrive.simulation.trace import Step, Trace, make_trace
+
+
+class Recorder:
+    """Stands between a driver and its world, and remembers one drive."""
+
+    def __init__(self, driver: Driver):
+        """Listen to a driver from now on; use the recorder's `reset` and `step` instead of the driver's."""
+        self.driver = driver
+        self._forget()
+
+    def reset(self) -> None:
+        """`Driver.reset`; what was recorded is forgotten as well."""
+        self.driver.reset()
+        self._forget()
+
+    def _forget(self) -> None:
+        self._commands, self._roads, self._end = list[Command](), list[Road](), list[Scene]()
+
+    def step(self, own: Numbers, others: Mapping[Hashable, Told], road: Road, goal: Goal | None = None) -> Command:
+        """`Driver.step`, remembered; a DataError if the road has become another one."""
+        if self._end:
+            raise DataError("this drive has been ended; reset the recorder before the next one")
+        if self._roads and road is not self._roads[0] and not np.array_equal(road.edges, self._roads[0].edges):
+            raise DataError("the road has other lanes than at the first step; a trace is a drive on one road")
+        command = self.driver.step(own, others, road, goal)
+        self._commands.append(command)
+        self._roads.append(road)
+        return command
+
+    def end(self, own: Numbers, others: Mapping[Hashable, Told]) -> None:
+        """Tell the drive's last moment, one period after the last step, as of `Driver.step`.
+
+        Without it, the trace ends when the last step begins.
+        """
+        if not self._commands or self._end:
+            raise DataError("a drive ends once, after at least one step; reset the recorder before the next one")
+        self._end.append(self.driver.see(own, others, self._roads[0]))
+
+    def trace(self) -> Trace:
+        """The drive up to now or to the ego's first contact; vehicles are where they were seen, in the slots of then.
+
+        Raises:
+            DataError: no step has been completed.
+        """
+        seen = [*(command.scene for command in self._commands), *self._end]
+        if len(seen) < 2:
+            raise DataError("there is no drive yet; a trace needs two moments at least")
+        slots = seen[-1].vehicles
+        scenes = [jax.tree.map(lambda each, more=slots - scene.vehicles: np.pad(each, (0, more)), scene)
+                  for scene in seen]  # fmt: skip
+        period, last = self.driver.period, len(scenes) - 1
+        outcome = Outcome(Kind.FINISHED, last * period, None, Fault.NONE)
+        for moment in range(1, len(scenes)):
+            if (collision := collision_at(moment, scenes, period)) is not None:
+                outcome, last = collision, moment
+                break
+        nobody, nothing = np.zeros(slots, dtype=bool), np.full(slots, -1)
+        steps = [
+            Step(scenes[k + 1], each.prediction, each.plan, nothing, nobody, nobody, each.prediction_seconds,
+                 each.planning_seconds)
+            for k, each in enumerate(self._commands[:last])
+        ]  # fmt: skip
+        return make_trace(scenes[0], self._roads[0], steps, period, outcome)

@@ -1,0 +1,165 @@
+"""The driver in worlds that are not ours: frames, commands, goals and what it says to those who ask wrongly."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from driving_fakes import CAR, PREDICTOR, ROAD, begin, line, moved, straight_ahead, told
+from simulation_fakes import ConstantPlanner
+
+from coverdrive.driving.driver import Driver
+from coverdrive.driving.goal import Goal
+from coverdrive.errors import DataError, SettingError
+from coverdrive.planning.planner import MpcPlanner, PlannerSettings
+from coverdrive.planning.vehicle import VehicleSettings, step
+
+OTHERS = {"ahead": ((60.0, 1.8, 15.0, 0.0), CAR), 7: ((-30.0, 5.4, 22.0, 0.0), CAR)}
+OWN = (0.0, 1.8, 20.0, 0.0)
+
+
+def test_a_drive_can_be_repeated_and_reset_forgets() -> None:
+    start, _ = begin(3)
+    driver = Driver(PREDICTOR)
+    firsts, seconds = [], []
+    for commands in (firsts, seconds):
+        driver.reset()
+        (_, traffic), scene = begin(3), start.scene
+        for _ in range(8):
+            commands.append(driver.step(*told(scene), start.road))
+            scene = moved(scene, traffic, commands[-1])
+    assert [(each.acceleration, each.yaw_rate) for each in firsts] == [
+        (each.acceleration, each.yaw_rate) for each in seconds
+    ]
+    assert any(each.acceleration != firsts[0].acceleration for each in firsts)
+
+
+@pytest.mark.parametrize("heading", [0.7, 3.1, -2.0])
+def test_where_the_map_has_its_axes_makes_no_difference(heading: float) -> None:
+    turned = replace(ROAD, line=line(heading))
+
+    def in_map(state):
+        x, y = turned.to_map(state[0], state[1])
+        return float(x), float(y), state[2], state[3] + heading + 4 * np.pi
+
+    plain, there = Driver(PREDICTOR), Driver(PREDICTOR)
+    own = np.array([0.0, 2.3, 20.0, 0.02])
+    expected = plain.step(own, OTHERS, ROAD)
+    command = there.step(in_map(own), {name: (in_map(state), size) for name, (state, size) in OTHERS.items()}, turned)
+    assert command.scene.states == pytest.approx(expected.scene.states, abs=1e-8)
+    assert (command.acceleration, command.yaw_rate) == pytest.approx(
+        (expected.acceleration, expected.yaw_rate), abs=1e-6
+    )
+
+
+@pytest.mark.parametrize("curvature", [0.0, 1 / 1000, -1 / 1000])
+def test_a_car_that_steers_as_told_follows_the_bend_of_the_road(curvature: float) -> None:
+    """The car is a kinematic single-track model in map coordinates."""
+    road, driver = replace(ROAD, line=line(0.3, curvature)), Driver(PREDICTOR, wanted_speed=20.0)
+    x, y = (float(each) for each in road.to_map(0.0, 5.4))
+    speed, heading, wheelbase = 20.0, 0.3, VehicleSettings().wheelbase
+    for _ in range(80):
+        command = driver.step((x, y, speed, heading), {}, road)
+        for _ in range(10):
+            x, y = x + 0.01 * speed * np.cos(heading), y + 0.01 * speed * np.sin(heading)
+            heading += 0.01 * speed * np.tan(command.steering) / wheelbase
+            speed += 0.01 * command.acceleration
+    lon, lat = road.to_road(x, y)
+    assert lon == pytest.approx(160, abs=2)
+    assert lat == pytest.approx(5.4, abs=0.15)
+
+
+def test_the_wheels_are_straight_where_the_car_stands() -> None:
+    command = Driver(PREDICTOR).step((0.0, 1.8, 0.0, 0.0), {"wall": ((6.0, 1.8, 0.0, 0.0), (4.8, 10.0))}, ROAD)
+    assert command.acceleration <= 0
+    assert command.steering == 0
+
+
+def test_what_is_said_of_the_car_reaches_the_planner_and_leaves_the_given_one() -> None:
+    given = MpcPlanner()
+    driver = Driver(PREDICTOR, given, length=12.0, width=2.5, wanted_speed=22.0, budget=0.05)
+    settings = driver.planner.settings
+    assert (settings.problem.vehicle.length, settings.problem.vehicle.width) == (12.0, 2.5)
+    assert (settings.problem.cost.reference_speed, settings.budget) == (22.0, 0.05)
+    assert given.settings == PlannerSettings()
+    command = driver.step(OWN, OTHERS, ROAD)
+    assert (command.scene.length[0], command.scene.width[0]) == (12.0, 2.5)
+    assert Driver(PREDICTOR).planner.settings.budget is None
+
+
+def test_any_planner_drives() -> None:
+    planner = ConstantPlanner(acceleration=-1.0, yaw_rate=0.1)
+    command = Driver(PREDICTOR, planner).step(OWN, OTHERS, ROAD)
+    assert (command.acceleration, command.yaw_rate, planner.resets) == (-1.0, 0.1, 1)
+    assert np.tan(command.steering) == pytest.approx(VehicleSettings().wheelbase * 0.1 / 19.95)
+    with pytest.raises(SettingError, match="wanted_speed can be said of our planner only"):
+        Driver(PREDICTOR, planner, wanted_speed=20.0)
+    with pytest.raises(SettingError, match="only our planner takes a goal"):
+        Driver(PREDICTOR, planner).step(OWN, OTHERS, ROAD, Goal(lanes=1))
+
+
+def driven(goal: Goal | None, moments: int, own=OWN, **cars) -> tuple[np.ndarray, float]:
+    """Where the ego is after some steps (lon, lat, speed, heading), and its mean speed."""
+    driver, state, speeds = Driver(PREDICTOR, wanted_speed=25.0), np.array(own), []
+    for others in straight_ahead(moments, **cars):
+        command = driver.step(state, others, ROAD, goal)
+        state = step(state, np.array([command.acceleration, command.yaw_rate]), 0.1)
+        speeds.append(state[2])
+    return state, float(np.mean(speeds))
+
+
+@pytest.mark.parametrize("lanes", [2, (1, 2)])
+def test_goal_lanes_are_reached_and_kept_although_they_are_slower(lanes: int | tuple[int, ...]) -> None:
+    slow = {"slow": (60.0, 9.0, 17.0), "slower": (75.0, 5.4, 17.0)}
+    wanted = min(lanes) if isinstance(lanes, tuple) else lanes
+    assert driven(Goal(lanes=lanes), 90, **slow)[0][1] == pytest.approx(ROAD.centres[wanted], abs=0.3)
+    assert driven(None, 90, **slow)[0][1] == pytest.approx(1.8, abs=0.3)
+
+
+def test_no_goal_is_worth_a_contact() -> None:
+    beside = {"beside": (0.0, 5.4, 20.0)}
+    blocked = driven(Goal(lanes=1, speed=(20.0, 20.0)), 20, **beside)[0]
+    assert blocked[1] < 5.4 - 1.9
+
+
+def test_wanted_speeds() -> None:
+    assert driven(None, 100)[0][2] == pytest.approx(25, abs=0.3)
+    assert driven(Goal(speed=(14.0, 16.0)), 100)[0][2] == pytest.approx(16, abs=0.3)
+    late = Goal(position=(150.0, 160.0), time=(10.0, 11.0))
+    assert 150 <= driven(late, 100)[0][0] <= 160
+    soon = Goal(position=(290.0, np.inf), time=(0.0, 10.0))
+    assert driven(soon, 100)[0][0] >= 288 > driven(None, 100)[0][0] + 30
+
+
+def test_goals_that_nobody_can_reach_are_refused() -> None:
+    with pytest.raises(SettingError, match=r"names the lanes \(3,\); expected some of 0 to 2"):
+        Driver(PREDICTOR).step(OWN, OTHERS, ROAD, Goal(lanes=3))
+    with pytest.raises(SettingError, match="the speed of a goal is"):
+        Goal(speed=(20.0, 10.0))
+
+
+@pytest.mark.parametrize(
+    ("own", "others", "message"),
+    [
+        ((0.0, 1.8, 20.0), {}, r"the ego: got \(0.0, 1.8, 20.0\); expected finite numbers: x \[m\]"),
+        ((0.0, 1.8, np.nan, 0.0), {}, "the ego: got"),
+        ((0.0, 1.8, 300.0, 0.0), {}, "the ego drives at 300 m/s; expected at most 150"),
+        (OWN, {"a": ((9.0, 1.8, np.inf, 0.0), CAR)}, "vehicle 'a': got .* leave a vehicle out while it is not known"),
+        (OWN, {"a": ((9.0, 1.8, 2.0), CAR)}, "vehicle 'a': got"),
+        (OWN, {5: ((9.0, 1.8, 20.0, 0.0), (0.0, 1.9))}, "vehicle 5 is 0 m long and 1.9 m wide"),
+        (OWN, {5: ((9.0, 1.8, 20.0, 0.0), (4.8,))}, r"vehicle 5: got \(4.8,\); expected finite numbers: length"),
+        (OWN, {"me": (OWN, CAR)}, r"vehicle 'me' is at \(0, 1.8\) m, where the ego is; leave the ego out"),
+    ],
+)
+def test_bad_input_is_named(own, others, message: str) -> None:
+    with pytest.raises(DataError, match=message):
+        Driver(PREDICTOR).step(own, others, ROAD)
+
+
+def test_bad_settings_are_refused() -> None:
+    with pytest.raises(SettingError, match=r"length: .*greater than or equal to 1, got 0.0"):
+        Driver(PREDICTOR, length=0.0)
+    with pytest.raises(SettingError, match="the period between two steps is 0 s"):
+        Driver(PREDICTOR, period=0)
+    bent = replace(ROAD, line=line(0.0, 1 / 200))
+    with pytest.raises(DataError, match="bends"):
+        Driver(PREDICTOR).step((110.0, -50.0, 20.0, 0.0), {}, bent)
