@@ -97,7 +97,7 @@ def steering_of(speed: float, inputs: Float[np.ndarray, " 2"], elapsed: float, v
         vehicle: whose wheelbase and largest angle count.
     """
     mean = max(speed + elapsed / 2 * float(inputs[0]), 0.0)
-    angle = np.arctan2(vehicle.wheelbase * float(inputs[1]), mean) if mean > _TINY else 0.0
+    angle = np.arctan2(vehicle.wheelbase * float(inputs[1]), mean) if mean > TINY else 0.0
     return float(np.clip(angle, -vehicle.max_steering, vehicle.max_steering))
 
 
