@@ -132,7 +132,8 @@ def reference_costs(instance: dict, problem: ProblemSettings, period: float, roa
     A plan that is clear is not worse than one that buys its comfort with contacts; if all do, the second is infinite.
     """
     constants = constants_of(problem, period)
-    around = surroundings_of(instance["state"], instance["before"], instance["paths"], table_of(road, problem), problem)
+    table, speed = table_of(road, problem), problem.cost.reference_speed
+    around = surroundings_of(instance["state"], instance["before"], instance["paths"], table, problem, speed)
     own = own_plan(instance["plan"], around, road, constants)
     starts = starts_of(own, around, problem, constants)
     results = [solve(start, own.targets[0], around, problem, period, EXACT) for start in starts]

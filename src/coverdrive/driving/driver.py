@@ -138,9 +138,9 @@ class Driver:
         self._steps += 1
         decision = decide(self._predictor, self.planner, scene, road, **wishes)
         real = controls(state, decision.plan.inputs[0], road, self._vehicle.wheelbase)
-        inputs = np.array([real.acceleration, real.yaw_rate], dtype=float)
-        steering = steering_of(float(real.speed), inputs, self.period, self._vehicle)
-        return Command(*inputs.tolist(), steering, decision.plan, decision.paths, scene, *decision[2:])
+        acceleration, yaw_rate = float(real.acceleration), float(real.yaw_rate)
+        steering = steering_of(float(real.speed), np.array([acceleration, yaw_rate]), self.period, self._vehicle)
+        return Command(acceleration, yaw_rate, steering, decision.plan, decision.paths, scene, *decision[2:])
 
 
 def _with(settings: PlannerSettings, wishes: dict[str, float]) -> PlannerSettings:

@@ -196,14 +196,12 @@ class MpcPlanner:
         return replace(plan, seconds=time.perf_counter() - begun)
 
     def _take(self, wish: Wish, road: Road) -> None:
-        """Plan on this road with this wish from now on."""
-        problem = self.settings.problem
-        speed = problem.cost.reference_speed if wish.speed is None else float(wish.speed)
-        if road is not self._road or speed != self._constants.reference_speed:
-            cost = problem.cost.model_copy(update={"reference_speed": speed})
-            self._table, self._road = table_of(road, problem.model_copy(update={"cost": cost})), road
-            self._constants = self._constants._replace(vehicle=self._table.vehicle, reference_speed=speed)
-        self._wish = wish
+        """Plan with this wish, and on this road, from now on."""
+        if road is not self._road:
+            self._table, self._road = table_of(road, self.settings.problem), road
+            self._constants = self._constants._replace(vehicle=self._table.vehicle)
+        speed = self.settings.problem.cost.reference_speed if wish.speed is None else float(wish.speed)
+        self._wish, self._constants = wish, self._constants._replace(reference_speed=speed)
 
     def _continued(
         self, state: Float[np.ndarray, " 4"], expected: Float[np.ndarray, " 4"], paths: PredictedPaths
@@ -290,7 +288,9 @@ class MpcPlanner:
     def _around(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths) -> Surroundings:
         """What the search is made for."""
         applied = self._memory.applied if self._memory else np.zeros(2)
-        return surroundings_of(state, applied, paths, self._table, self.settings.problem)
+        return surroundings_of(
+            state, applied, paths, self._table, self.settings.problem, self._constants.reference_speed
+        )
 
     def _plan_of(self, found: _Found, state: Float[np.ndarray, " 4"], status: Status) -> Plan:
         """The chosen plan, on the road."""
@@ -339,16 +339,16 @@ def check_times(paths: PredictedPaths, problem: ProblemSettings) -> None:
 
 def surroundings_of(
     state: Float[np.ndarray, " 4"], applied: Float[np.ndarray, " 2"], paths: PredictedPaths, table: RoadTable,
-    problem: ProblemSettings,
+    problem: ProblemSettings, speed: float,
 ) -> Surroundings:  # fmt: skip
-    """What a plan is made for, along the road from where the ego is, after these inputs were applied."""
+    """What a plan is made for, seen from where the ego is: after these inputs were applied, at a wanted speed [m/s]."""
     vehicle, shape, paths = table.reaching, problem.obstacles, on_road(paths, float(state[0]), table)
     every, likely = (obstacles_of(each, shape) for each in (paths, likely_paths(paths, problem.branches.tube)))
     return Surroundings(
         state=np.array([0.0, *state[1:]]),
         previous_input=np.array(applied),
         road=table.ahead(float(state[0])),
-        wanted=table.wanted_from(float(state[0]), float(state[2]), problem),
+        wanted=table.wanted_from(float(state[0]), float(state[2]), speed, problem),
         boxes=packed(state, every, problem.dt, vehicle, shape),
         likely=packed(state, likely, problem.dt, vehicle, shape),
     )

@@ -50,7 +50,7 @@ class RoadTable(NamedTuple):
     sharpest: Float[np.ndarray, " R"]
     """[1/m] largest curvature, without its sign, of all that is near"""
     wanted: Float[np.ndarray, " R"]
-    """[m/s] speed"""
+    """[m/s] the most that is wanted where the road bends"""
     ends: Float[np.ndarray, "E 2"]
     """[m] centres of what stands beside the road where lanes end"""
     vehicle: Any
@@ -62,13 +62,13 @@ class RoadTable(NamedTuple):
         """The road as seen from a position [m]."""
         return self.road._replace(first=-lon)
 
-    def wanted_from(self, lon: float, speed: float, problem: ProblemSettings) -> Float[np.ndarray, " P"]:
+    def wanted_from(self, lon: float, speed: float, wanted: float, problem: ProblemSettings) -> Float[np.ndarray, " P"]:
         """[m/s] the wanted speed at every moment, getting along from a position [m] and speed [m/s] as fast as that."""
         if len(self.wanted) == 1:
-            return np.full(problem.steps + 1, self.wanted[0])
+            return np.full(problem.steps + 1, wanted)
         result, rows = np.empty(problem.steps + 1), self.road.spacing * np.arange(len(self.wanted))
         for k in range(len(result)):
-            result[k] = np.interp(lon, rows, self.wanted)
+            result[k] = min(wanted, np.interp(lon, rows, self.wanted))
             slower = speed - problem.dt * problem.cost.curve_braking
             speed = min(speed + problem.dt * problem.vehicle.max_acceleration, max(result[k], slower))
             lon += problem.dt * speed
@@ -84,7 +84,7 @@ def table_of(road: Road, problem: ProblemSettings) -> RoadTable:
     car, cost, plain = problem.vehicle, problem.cost, vehicle_of(problem.vehicle)
     if road.line is None and road.changing is None:
         rows = np.array([[0.0, road.edges[0], road.edges[-1], np.inf]], dtype=float)
-        nothing = RoadAhead(rows, 0.0, 1.0, 0.0), np.zeros(1), np.array([cost.reference_speed]), np.zeros((0, 2))
+        nothing = RoadAhead(rows, 0.0, 1.0, 0.0), np.zeros(1), np.full(1, _FREE), np.zeros((0, 2))
         return RoadTable(*nothing, plain, plain)
     spacing, length, line = _SPACING, float(road.length), 0.0
     if road.line is not None:
@@ -102,7 +102,7 @@ def table_of(road: Road, problem: ProblemSettings) -> RoadTable:
     right, left = _largest(edges, 2 + (half_length + half_width + _UNSURE) / spacing).T
     square = car.max_lateral_acceleration / np.maximum(np.abs(curvature) * (1 + most * aside), TINY)
     held = _allowed(lon, _HELD * square, car.max_deceleration / 2)
-    wanted = np.minimum(_allowed(lon, cost.curve_share * square, cost.curve_braking), cost.reference_speed)
+    wanted = _allowed(lon, cost.curve_share * square, cost.curve_braking)
     farther, nearer = 1 + most * aside, 1 - most * aside
     braking = car.max_deceleration / farther - (held**2 * change).max() * aside
     vehicle = plain._replace(
