@@ -51,7 +51,7 @@ def test_where_the_map_has_its_axes_makes_no_difference(heading: float) -> None:
     )
 
 
-@pytest.mark.parametrize("curvature", [0.0, 1 / 300, -1 / 300])
+@pytest.mark.parametrize("curvature", [0.0, 1 / 1000, -1 / 1000])
 def test_a_car_that_steers_as_told_follows_the_bend_of_the_road(curvature: float) -> None:
     """The car is a kinematic single-track model in map coordinates."""
     road, driver = replace(ROAD, line=line(0.3, curvature)), Driver(PREDICTOR, wanted_speed=20.0)
