@@ -82,11 +82,8 @@ def test_a_straight_line_makes_a_straight_road() -> None:
 
 
 def test_a_mirrored_curve_has_the_mirrored_plan() -> None:
-    road, state, mirror = (
-        bend(np.linspace(0, 1 / 200, 301)),
-        np.array([100.0, 2.0, 20.0, 0.02]),
-        np.array([1, -1, 1, -1]),
-    )
+    road, mirror = bend(np.linspace(0, 1 / 200, 301)), np.array([1, -1, 1, -1])
+    state = np.array([100.0, 2.0, 20.0, 0.02])
     points = np.array([150.0, 5.4]) + np.outer(TIMES, [10.0, -0.5])
     paths = PredictedPaths(points[None], np.zeros(1, int), np.tile([2.4, 0.95], (1, 13, 1)), 0.25)
     mirrored = PredictedPaths(points[None] * [1, -1], np.zeros(1, int), paths.half_sizes, 0.25)
