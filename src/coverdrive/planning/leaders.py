@@ -36,14 +36,12 @@ def with_braking_leaders(
         road: its lanes.
         settings: how hard they brake.
     """
-    if settings.deceleration == 0 or len(paths) == 0:
-        return paths
     now = paths.points[:, 0]
-    lanes = np.asarray(road.lane_of(now[:, 1]))
-    ahead = np.where((lanes == np.unique(lanes)[:, None]) & (now[:, 0] > state[0]), now[:, 0], np.inf)
-    leaders = ahead.argmin(axis=1)[np.isfinite(ahead).any(axis=1)]
-    if len(leaders) == 0:
+    ahead = np.flatnonzero(now[:, 0] > state[0])
+    if settings.deceleration == 0 or len(ahead) == 0:
         return paths
+    nearest_first = ahead[np.argsort(now[ahead, 0], kind="stable")]
+    leaders = nearest_first[np.unique(road.lane_at(*now[nearest_first].T), return_index=True)[1]]
     speed = np.maximum(0.0, np.diff(paths.points[leaders, :2, 0])) / paths.dt
     braking = np.minimum(paths.dt * np.arange(paths.points.shape[1]), speed / settings.deceleration)
     points, half_sizes = paths.points[leaders], paths.half_sizes[leaders]
