@@ -178,3 +178,6 @@ def test_bad_settings_are_refused() -> None:
         Driver(PREDICTOR, length=0.0)
     with pytest.raises(SettingError, match="the period between two steps is 0 s"):
         Driver(PREDICTOR, period=0)
+    bent = replace(ROAD, line=replace(line(0.0, 1 / 200), lat=-150.0))
+    with pytest.raises(DataError, match="curve of 200 m radius on a road whose edge is 161 m beside"):
+        Driver(PREDICTOR).step((110.0, -50.0, 20.0, 0.0), {}, bent)
