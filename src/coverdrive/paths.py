@@ -21,7 +21,8 @@ class PredictedPaths:
     vehicle: Int[np.ndarray, " S"]
     """slot of the vehicle in the scene the prediction was made from"""
     half_sizes: Float[np.ndarray, "S P 2"]
-    """[m] half extent along lon and lat of the box around the point in which the whole body is predicted to stay"""
+    """[m] half extent along lon and lat of the box around the point in which the whole body is predicted to stay, as if
+    the road were straight; where it bends, `coverdrive.geometry.bent_half_sizes` of them hold the body on the ground"""
     dt: float
     """[s] between two points"""
     ellipses: Float[np.ndarray, "S P 2"] | None = None

@@ -10,6 +10,7 @@ from driving_fakes import CAR, ROAD, line
 import coverdrive.recordings.formats  # noqa: F401  (the readers)
 from coverdrive.driving.perception import Perception
 from coverdrive.errors import DataError
+from coverdrive.recordings import formats as formats
 from coverdrive.recordings.filtering import seen
 from coverdrive.recordings.recording import SEEN
 from coverdrive.recordings.registry import How, reader_of
