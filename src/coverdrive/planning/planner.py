@@ -244,7 +244,7 @@ class MpcPlanner:
         held, nothing = memory.lane if memory else targets[0], np.zeros((len(constants.tree.parent), 2))
         known = memory.inputs if memory else {}
         wanted = Wanted(
-            lanes=np.array(road.centres, dtype=float)[targets],
+            lanes=self._wish.places(targets, np.array(road.centres, dtype=float)[targets]),
             extra=np.array(
                 [
                     settings.lane_change * (target != held) + settings.wished_lane * self._wish.away(target)
