@@ -14,10 +14,12 @@ Interval = tuple[float, float]
 
 _SPARE, _SOONEST = 1.0, 0.1
 """[m], [s] by which one aims at the inside of a position, and that an arrival is ahead at the least"""
+_INSIDE = 0.7
+"""[m/s] by which one aims at the inside of a speed"""
 _MIDDLE = 0.05
 """[m²/s⁵] cost of an arrival away from the middle of the time that is allowed"""
-_RESPONSE = 1.0
-"""[s] in which the planner comes near to a wanted speed"""
+_RESPONSE = 2.5
+"""[s] a planner of usual weights accelerates by the difference to a wanted speed over this time"""
 
 
 @dataclass(frozen=True)
@@ -65,6 +67,8 @@ class Goal:
     def _on_the_way(self, state: Float[np.ndarray, " 4"], time: float, usual: float) -> float:
         """Speed [m/s] to aim at now to be at the position in time and at an allowed speed, on the gentlest way.
 
+        It says how hard to accelerate, and may be less than 0 where one has to brake hard.
+
         Of the arrivals within the time, each of which has an acceleration that is linear in time and costs its integral
         of squares, the cheapest, and rather one in the middle than at the ends.
         """
@@ -73,12 +77,15 @@ class Goal:
         spare = min((farthest - nearest) / 2, _SPARE)
         soonest, latest = (max(each - time, _SOONEST) for each in self.time)
         arrival, speed = np.linspace(soonest, latest, 21), float(state[2])
-        way = np.clip(usual * arrival, nearest + spare - state[0], farthest - spare - state[0])
+        slowest, fastest = self.speed or (0.0, np.inf)
+        inside = min((fastest - slowest) / 4, _INSIDE)
+        slowest, fastest = slowest + inside, fastest - inside
+        freely = arrival * (speed + np.clip(usual, slowest, fastest)) / 2
+        way = np.clip(freely, nearest + spare - state[0], farthest - spare - state[0])
         mean = np.maximum(way / arrival, 0.0)
-        last = np.clip(speed + 1.5 * (mean - speed), *(self.speed or (0.0, np.inf)))
+        last = np.clip(speed + 2 * (mean - speed) - (mean - speed) / 2 * (way != freely), slowest, fastest)
         first = (6 * mean - 4 * speed - 2 * last) / arrival
         change = 2 * (last - speed) / arrival - 2 * first
         cost = arrival * (first**2 + first * change + change**2 / 3) + _MIDDLE * (arrival - arrival.mean()) ** 2
         best = int(np.argmin(cost))
-        ahead = min(_RESPONSE, float(arrival[best]))
-        return max(0.0, float(speed + first[best] * ahead + change[best] * ahead**2 / (2 * arrival[best])))
+        return float(speed + _RESPONSE * first[best])
