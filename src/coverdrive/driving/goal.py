@@ -44,6 +44,11 @@ class Goal:
             if interval is not None and not (len(interval) == 2 and interval[0] <= interval[1]):
                 raise SettingError(f"the {name} of a goal is {interval}; expected its least and its largest value")
 
+    @property
+    def any_lane(self) -> tuple[int, ...]:
+        """The lanes, any of which will do."""
+        return (self.lanes,) if isinstance(self.lanes, int) else tuple(self.lanes)
+
     def wish(self, state: Float[np.ndarray, " 4"], road: Road, time: float, usual: float) -> Wish:
         """What a planner is to aim at now.
 
@@ -56,7 +61,7 @@ class Goal:
         Raises:
             SettingError: there is no such lane on this road.
         """
-        lanes = (self.lanes,) if isinstance(self.lanes, int) else tuple(self.lanes)
+        lanes = self.any_lane
         if any(not 0 <= lane < road.lanes for lane in lanes):
             raise SettingError(f"the goal names the lanes {lanes}; expected some of 0 to {road.lanes - 1}")
         speed = usual if self.speed is None else float(np.clip(usual, *self.speed))

@@ -74,10 +74,10 @@ class PlanningProblem:
         """What the planner is asked for: of alternatives the one with the nearest lane."""
         start = self.problem.initial_state
         lane = int(self.road.lane_at(*self.road.to_road(*start.position)))
-        goals = [self._goal_of(state) for state in self.problem.goal.state_list]
-        return min(goals, key=lambda goal: min((abs(lane - each) for each in _lanes(goal)), default=0))
+        goals = [self.goal_of(state) for state in self.problem.goal.state_list]
+        return min(goals, key=lambda goal: min((abs(lane - each) for each in goal.any_lane), default=0))
 
-    def _goal_of(self, state: Any) -> Goal:
+    def goal_of(self, state: Any) -> Goal:
         """A goal from one of its states; its time counts from the start."""
         dt = float(self.scenario.dt)
         soonest, latest = (dt * (moment - self.first) for moment in _interval(state.time_step))
@@ -134,9 +134,10 @@ def _without_ego(file: Path, start: Any) -> Any:
     scenario = open_scenario(file)[0]
     for obstacle in scenario.dynamic_obstacles:
         state = obstacle.state_at_time(start.time_step)
-        if state is not None and abs(state.velocity - start.velocity) < _SAME_SPEED:
-            if np.hypot(*(state.position - start.position)) < _SAME_PLACE:
-                scenario.remove_obstacle(obstacle)
+        if state is None or abs(state.velocity - start.velocity) >= _SAME_SPEED:
+            continue
+        if np.hypot(*(state.position - start.position)) < _SAME_PLACE:
+            scenario.remove_obstacle(obstacle)
     return scenario
 
 
@@ -182,7 +183,3 @@ def shape_of(position: Any) -> BaseGeometry:
 def _interval(value: Any) -> Interval:
     """The least and the largest value of an interval or a number of commonroad-io."""
     return float(getattr(value, "start", value)), float(getattr(value, "end", value))
-
-
-def _lanes(goal: Goal) -> tuple[int, ...]:
-    return (goal.lanes,) if isinstance(goal.lanes, int) else tuple(goal.lanes)

@@ -10,12 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from commonroad.common.solution import (
-    CommonRoadSolutionWriter,
-    CostFunction,
-    PlanningProblemSolution,
-    Solution,
-)
+from commonroad.common.solution import CommonRoadSolutionWriter, CostFunction, PlanningProblemSolution, Solution
 from commonroad.scenario.trajectory import Trajectory
 
 from coverdrive.driving.driver import Driver
@@ -46,12 +41,20 @@ class Drive:
     """what was seen and planned, up to the first contact"""
 
     @property
-    def reason(self) -> str:
-        """Why the goal is not reached, or was not without a contact; empty if all is well."""
+    def contact(self) -> str:
+        """Which contact there was, if any."""
         kind = self.trace.outcome.kind
-        if kind is not Kind.FINISHED:
-            return f"collision ({kind.value})"
+        return "" if kind is Kind.FINISHED else f"collision ({kind.value})"
+
+    @property
+    def lack(self) -> str:
+        """What is missing to the goal, if anything."""
         return "" if self.reached else missed(self.problem, self.cars)
+
+    @property
+    def seconds(self) -> float:
+        """[s] from the start to the end."""
+        return (len(self.cars) - 1) * float(self.problem.scenario.dt)
 
     def solution(self) -> PlanningProblemSolution:
         """As commonroad-io takes it."""
@@ -97,27 +100,23 @@ def is_reached(problem: PlanningProblem, car: SingleTrackCar, moment: int) -> bo
 
 
 def missed(problem: PlanningProblem, cars: Sequence[SingleTrackCar]) -> str:
-    """What of the goal was missed: of the states that come nearest to it, what they lack."""
-    lacks: list[list[str]] = []
-    for k, car in enumerate(cars):
-        state = car.state(problem.first + k)
-        lacks += [_lacking(problem, goal, state, k == len(cars) - 1) for goal in problem.problem.goal.state_list]
-    return "goal missed: " + ", ".join(min(lacks[::-1], key=len))
+    """What of the goal was missed: what the last of the states lacks that come nearest to it, while it is time."""
+    goals, lacks = problem.problem.goal.state_list, list[list[str]]()
+    for moment, car in enumerate(cars, start=problem.first):
+        lacks += [_lacking(problem, goal, car.state(moment)) for goal in goals if goal.time_step.contains(moment)]
+    return "goal missed: " + ", ".join(min(reversed(lacks), key=len, default=["time"]))
 
 
-def _lacking(problem: PlanningProblem, goal: Any, state: Any, last: bool) -> list[str]:
-    """What a state lacks for a goal; time counts as all of it, but for the last state."""
-    if not goal.time_step.contains(state.time_step):
-        return ["time", "time", "time", "time"] if not last else ["not in time"]
+def _lacking(problem: PlanningProblem, goal: Any, state: Any) -> list[str]:
+    """What a state lacks for a goal, besides the time."""
     lacking = list[str]()
     if goal.has_value("position") and not goal.position.contains_point(state.position):
-        lane_of = problem.road.lane_at
-        wanted, (lon, lat) = problem.goal(), problem.road.to_road(*state.position)
-        lanes = wanted.lanes if isinstance(wanted.lanes, tuple) else (wanted.lanes,)
-        if lanes and int(lane_of(lon, lat)) not in lanes:
+        wanted, (lon, lat) = problem.goal_of(goal), problem.road.to_road(*state.position)
+        low, high = wanted.position or (lon, lon)
+        if int(problem.road.lane_at(lon, lat)) not in wanted.any_lane:
             lacking.append("other lane")
-        if wanted.position is not None and not wanted.position[0] <= lon <= wanted.position[1]:
-            lacking.append("too early" if lon < wanted.position[0] else "too far")
+        if not low <= lon <= high:
+            lacking.append("not far enough" if lon < low else "too far")
         lacking = lacking or ["beside it"]
     if goal.has_value("velocity") and not goal.velocity.contains(state.velocity):
         lacking.append("speed")
