@@ -25,7 +25,6 @@ class Extra(NamedTuple):
 EXTRAS = {
     "casadi": Extra("CasADi", "reference", "the reference planner"),
     "piqp": Extra("PIQP", "svm", "the method svm"),
-    "commonroad_dc": Extra("the CommonRoad drivability checker", "commonroad", "judging solutions"),
     "distributed": Extra("Dask", "cluster", "--cluster"),
 }
 """by the module to import"""

@@ -10,16 +10,12 @@ from commonroad.common.solution import Solution
 from commonroad.planning.planning_problem import PlanningProblemSet
 
 from coverdrive.driving.solving import Drive
-from coverdrive.extras import require
 
 
-def refusal(drive: Drive) -> str:
-    """Why the drivability checker refuses a drive; empty if it accepts it.
-
-    Raises:
-        MissingExtraError: the checker is not installed.
-    """
-    require("commonroad_dc")
+def refusal(drive: Drive) -> str | None:
+    """Why the drivability checker refuses a drive; empty if it accepts it, None if it is not installed."""
+    if find_spec("commonroad_dc") is None:
+        return None
     from commonroad_dc.boundary.boundary import create_road_boundary_obstacle
     from commonroad_dc.collision.collision_detection.pycrcc_collision_dispatch import create_collision_object
     from commonroad_dc.feasibility import solution_checker as checker

@@ -70,10 +70,14 @@ class PlanningProblem:
                 found[int(obstacle.obstacle_id)] = (pose, size)
         return found
 
+    def lane_of(self, lon: float, lat: float) -> int:
+        """The lane at a place on the road."""
+        return int(self.road.lane_at(np.array([lon]), np.array([lat]))[0])
+
     def goal(self) -> Goal:
         """What the planner is asked for: of alternatives the one with the nearest lane."""
         start = self.problem.initial_state
-        lane = int(self.road.lane_at(*self.road.to_road(*start.position)))
+        lane = self.lane_of(*self.road.to_road(*start.position))
         goals = [self.goal_of(state) for state in self.problem.goal.state_list]
         return min(goals, key=lambda goal: min((abs(lane - each) for each in goal.any_lane), default=0))
 
@@ -95,7 +99,7 @@ class PlanningProblem:
         wide = lat[1] - lat[0] > 2 * _OFF_CENTRE
         if len(lanes) > 1 or (lanes and lat[0] + _OFF_CENTRE <= centres[lanes[0]] <= lat[1] - _OFF_CENTRE):
             return replace(goal, position=lon, lanes=lanes)
-        lane = int(self.road.lane_at(middle, (lat[0] + lat[1]) / 2))
+        lane = self.lane_of(middle, (lat[0] + lat[1]) / 2)
         inner = (lat[0] + _OFF_CENTRE, lat[1] - _OFF_CENTRE) if wide else ((lat[0] + lat[1]) / 2,) * 2
         return replace(goal, position=lon, lanes=lane, lat=float(np.clip(centres[lane], *inner)))
 

@@ -11,7 +11,7 @@ from coverdrive.driving.drivability import refusal
 from coverdrive.driving.planning_problem import PlanningProblem, read_problems
 from coverdrive.driving.single_track import ModelName
 from coverdrive.driving.solving import Drive, drive, write_solution
-from coverdrive.errors import DataError, MissingExtraError
+from coverdrive.errors import DataError
 from coverdrive.files import write_atomically
 from coverdrive.planning.plan import Planner
 from coverdrive.simulation.predictor import Predictor
@@ -68,13 +68,13 @@ def _solve(
     except DataError as error:
         return Solved(known | {"reason": f"not driven: {error}"}, None)
     measured = measure(driven.trace, 0, 0)
-    try:
-        refused, checked = refusal(driven), True
-        reason = driven.contact or refused if refused == "collision" else refused and (driven.lack or refused)
-    except MissingExtraError:
-        reason, checked = driven.contact or driven.lack, False
+    refused = refusal(driven)
+    contact, lack = driven.contact, driven.lack
+    reason = contact or lack
+    if refused is not None:
+        reason = {"collision": contact, "goal missed": lack}.get(refused) or refused
     row = known | {name: measured[name] for name in MEASURES} | {"time": driven.seconds}
-    return Solved(row | {"reason": reason, "solved": not reason, "checked": checked}, driven)
+    return Solved(row | {"reason": reason, "solved": not reason, "checked": refused is not None}, driven)
 
 
 def write(found: Sequence[Solved], folder: Path) -> Path:

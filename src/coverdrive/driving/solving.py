@@ -113,7 +113,7 @@ def _lacking(problem: PlanningProblem, goal: Any, state: Any) -> list[str]:
     if goal.has_value("position") and not goal.position.contains_point(state.position):
         wanted, (lon, lat) = problem.goal_of(goal), problem.road.to_road(*state.position)
         low, high = wanted.position or (lon, lon)
-        if int(problem.road.lane_at(lon, lat)) not in wanted.any_lane:
+        if problem.lane_of(lon, lat) not in wanted.any_lane:
             lacking.append("other lane")
         if not low <= lon <= high:
             lacking.append("not far enough" if lon < low else "too far")

@@ -54,14 +54,14 @@ def open_scenario(file: Path) -> tuple[Any, Any]:
     root = _root(file)
     if root != "commonRoad":
         raise RecordingError(file, f"not a CommonRoad file: expected the root element commonRoad, got {root}")
-    from commonroad.common.file_reader import CommonRoadFileReader
-
     logger = logging.getLogger("commonroad")
     level = logger.level
     try:
         logger.setLevel(logging.CRITICAL)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
+            from commonroad.common.file_reader import CommonRoadFileReader
+
             return CommonRoadFileReader(file).open()
     except OSError:
         raise
