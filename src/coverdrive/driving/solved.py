@@ -11,7 +11,7 @@ from coverdrive.driving.drivability import refusal
 from coverdrive.driving.planning_problem import PlanningProblem, read_problems
 from coverdrive.driving.single_track import ModelName
 from coverdrive.driving.solving import Drive, drive, write_solution
-from coverdrive.errors import DataError
+from coverdrive.errors import DataError, RecordingError
 from coverdrive.files import write_atomically
 from coverdrive.planning.plan import Planner
 from coverdrive.simulation.predictor import Predictor
@@ -54,7 +54,7 @@ def solve(
                 yield _solve(problem, predictor, model, planner, known)
             else:
                 yield Solved(known | {"reason": f"not driven: {problem}"}, None)
-    except DataError as error:
+    except (DataError, RecordingError) as error:
         yield Solved(known | {"reason": f"not read: {error}"}, None)
 
 

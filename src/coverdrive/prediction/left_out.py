@@ -10,7 +10,7 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from coverdrive.errors import DataError
+from coverdrive.errors import DataError, RecordingError
 from coverdrive.prediction.fit import PredictionSettings, fit
 from coverdrive.prediction.predictor import AnyPredictor, Predictor
 from coverdrive.recordings.read import read
@@ -67,6 +67,6 @@ def _groups(recording: Recording) -> set[int]:
 def _legible(scenario: Path) -> bool:
     try:
         read(scenario)
-    except DataError:
+    except (DataError, RecordingError):
         return False
     return True
