@@ -4,6 +4,7 @@ The checker is the extra ``commonroad``. It judges the road by a triangulation w
 installed, as the CommonRoad server does, and else by rectangles.
 """
 
+from importlib import import_module
 from importlib.util import find_spec
 
 from commonroad.common.solution import Solution
@@ -16,18 +17,22 @@ def refusal(drive: Drive) -> str | None:
     """Why the drivability checker refuses a drive; empty if it accepts it, None if it is not installed."""
     if find_spec("commonroad_dc") is None:
         return None
-    from commonroad_dc.boundary.boundary import create_road_boundary_obstacle
-    from commonroad_dc.collision.collision_detection.pycrcc_collision_dispatch import create_collision_object
-    from commonroad_dc.feasibility import solution_checker as checker
-
+    boundary, bodies, checker = (
+        import_module(f"commonroad_dc.{name}")
+        for name in (
+            "boundary.boundary",
+            "collision.collision_detection.pycrcc_collision_dispatch",
+            "feasibility.solution_checker",
+        )
+    )
     scenario, problems = drive.problem.scenario, PlanningProblemSet([drive.problem.problem])
     solution = Solution(scenario.scenario_id, [drive.solution()])
 
     def on_road() -> bool:
         if find_spec("triangle"):
             return not checker.boundary_collision(scenario, problems, solution)
-        body = create_collision_object(solution.create_dynamic_obstacle()[drive.problem.number].prediction)
-        return not create_road_boundary_obstacle(scenario, method="obb_rectangles")[1].collide(body)
+        body = bodies.create_collision_object(solution.create_dynamic_obstacle()[drive.problem.number].prediction)
+        return not boundary.create_road_boundary_obstacle(scenario, method="obb_rectangles")[1].collide(body)
 
     checks = {
         "collision": lambda: not checker.obstacle_collision(scenario, problems, solution),

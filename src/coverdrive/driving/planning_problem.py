@@ -1,6 +1,6 @@
 """Planning problems of CommonRoad scenarios: who is where, on which road, and where the drive is to lead."""
 
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Float
+from shapely import get_coordinates
 from shapely.geometry import Point
 from shapely.geometry.base import BaseGeometry
 from shapely.ops import unary_union
@@ -55,9 +56,9 @@ class PlanningProblem:
         recorded = [int(each.prediction.final_time_step) for each in self.scenario.dynamic_obstacles if each.prediction]
         return max(latest) if latest else max(recorded, default=self.first)
 
-    def others(self, moment: int) -> dict[int, Told]:
+    def others(self, moment: int) -> dict[Hashable, Told]:
         """The vehicles on the road at a time step, and the obstacles: state and size by their numbers."""
-        found = dict[int, Told]()
+        found = dict[Hashable, Told]()
         for obstacle in self.scenario.obstacles:
             state, shape = obstacle.state_at_time(moment), obstacle.obstacle_shape
             if state is None:
@@ -100,12 +101,13 @@ class PlanningProblem:
         if len(lanes) > 1 or (lanes and lat[0] + _OFF_CENTRE <= centres[lanes[0]] <= lat[1] - _OFF_CENTRE):
             return replace(goal, position=lon, lanes=lanes)
         lane = self.lane_of(middle, (lat[0] + lat[1]) / 2)
-        inner = (lat[0] + _OFF_CENTRE, lat[1] - _OFF_CENTRE) if wide else ((lat[0] + lat[1]) / 2,) * 2
-        return replace(goal, position=lon, lanes=lane, lat=float(np.clip(centres[lane], *inner)))
+        aside = _OFF_CENTRE if wide else (lat[1] - lat[0]) / 2
+        place = float(np.clip(centres[lane], lat[0] + aside, lat[1] - aside))
+        return replace(goal, position=lon, lanes=lane, lat=place)
 
     def _across(self, shape: BaseGeometry) -> tuple[Interval, Interval]:
         """Extent of a shape along the road, and across it in its middle, [m]."""
-        hull = np.array(shape.convex_hull.exterior.coords)
+        hull = get_coordinates(shape.convex_hull)
         lon, _ = self.road.to_road(*hull.T)
         along = float(lon.min()), float(lon.max())
         places = np.linspace(self.road.edges[0] - VERGE, self.road.edges[-1] + VERGE, 400)
