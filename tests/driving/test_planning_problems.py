@@ -53,21 +53,21 @@ def read(path: Path) -> PlanningProblem:
 
 def test_a_place_is_told_by_lane_way_time_and_speed(tmp_path: Path) -> None:
     found = read(written(tmp_path, goal(box(90.0, -5.25), between("velocity", 10.0, 16.0))))
-    wanted = found.goal()
+    wanted = found.goal
     assert (wanted.lanes, wanted.lat) == ((1,), None)
     assert wanted.position == pytest.approx((87.0, 93.0), abs=0.1)
     assert (wanted.time, wanted.speed) == ((5.0, 6.0), (10.0, 16.0))
     assert (found.number, found.first, found.last) == (7, 0, 60)
-    aside = read(written(tmp_path, goal(box(90.0, -6.2, width=1.6)))).goal()
+    aside = read(written(tmp_path, goal(box(90.0, -6.2, width=1.6)))).goal
     assert (aside.lanes, aside.lat) == (1, pytest.approx(11 - 6.2 + 0.4, abs=0.05))
 
 
 def test_lanelets_and_the_nearest_of_several_goals(tmp_path: Path) -> None:
     far, near = goal('<position><lanelet ref="30"/></position>'), goal('<position><lanelet ref="21"/></position>')
-    wanted = read(written(tmp_path, far, near)).goal()
+    wanted = read(written(tmp_path, far, near)).goal
     assert wanted.lanes == (1,)
     assert wanted.position == pytest.approx((110.0, 180.0), abs=1.0)
-    anywhere = read(written(tmp_path, goal())).goal()
+    anywhere = read(written(tmp_path, goal())).goal
     assert (anywhere.lanes, anywhere.position, anywhere.time) == ((), None, (5.0, 6.0))
 
 

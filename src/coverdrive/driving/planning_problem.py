@@ -2,13 +2,14 @@
 
 from collections.abc import Hashable, Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
-from shapely import get_coordinates
+from shapely import contains_xy, get_coordinates, prepare
 from shapely.geometry import Point
 from shapely.geometry.base import BaseGeometry
 from shapely.ops import unary_union
@@ -24,6 +25,10 @@ from coverdrive.road import Road
 
 _SAME_PLACE, _SAME_SPEED = 1.0, 0.5
 """[m], [m/s] an obstacle that is nearer to the start is the recorded ego itself"""
+_NO_GAP = 0.05
+"""[m] by which lanelets may miss each other, on either side"""
+_BEHIND, _AHEAD = 4.0, 25.0
+"""[m] where a map may have no gap between lanes if one is to change between them: body, and way to the other lane"""
 _OFF_CENTRE = 0.4
 """[m] by which one aims at the inside of a position across the road"""
 
@@ -75,8 +80,29 @@ class PlanningProblem:
         """The lane at a place on the road."""
         return int(self.road.lane_at(np.array([lon]), np.array([lat]))[0])
 
+    def goal_from(self, lon: float, lat: float) -> Goal:
+        """What the planner is asked for at a place on the road: the goal, but no change across a gap in the map."""
+        goal, lane = self.goal, self.lane_of(lon, lat)
+        wanted = min(goal.any_lane, key=lambda each: abs(each - lane), default=lane)
+        beside = lane + int(np.sign(wanted - lane))
+        places = lon + np.arange(-_BEHIND, _AHEAD)[:, None]
+        edges = self.road.edges_at(places[:, 0])
+        centres = (edges[:, [lane, beside]] + edges[:, [lane + 1, beside + 1]]) / 2
+        across = centres[:, :1] + np.linspace(0, 1, 30) * (centres[:, 1:] - centres[:, :1])
+        on_map = contains_xy(self._surface, *self.road.to_map(*np.broadcast_arrays(places, across)))
+        return goal if on_map.all() else replace(goal, lanes=lane, lat=None)
+
+    @cached_property
+    def _surface(self) -> BaseGeometry:
+        """All lanelets, and between them what no one would call a gap."""
+        parts = [part.polygon.shapely_object.buffer(_NO_GAP) for part in self.scenario.lanelet_network.lanelets]
+        surface = unary_union(parts)
+        prepare(surface)
+        return surface
+
+    @cached_property
     def goal(self) -> Goal:
-        """What the planner is asked for: of alternatives the one with the nearest lane."""
+        """Where the drive is to lead: of alternatives the one with the nearest lane."""
         start = self.problem.initial_state
         lane = self.lane_of(*self.road.to_road(*start.position))
         goals = [self.goal_of(state) for state in self.problem.goal.state_list]

@@ -81,8 +81,9 @@ def drive(
         driver = Driver(predictor, length=BMW.l, width=BMW.w, wanted_speed=wanted, period=dt)
     else:
         driver = Driver(predictor, planner, period=dt)
-    recorder, cars, goal = Recorder(driver), [car], None if planner else problem.goal()
+    recorder, cars = Recorder(driver), [car]
     for moment in range(problem.first, problem.last):
+        goal = None if planner else problem.goal_from(*problem.road.to_road(*car.pose[:2]))
         command = recorder.step(car.pose, problem.others(moment), problem.road, goal)
         car = car.moved(command.acceleration, command.steering, dt)
         cars.append(car)
