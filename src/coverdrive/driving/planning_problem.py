@@ -84,8 +84,10 @@ class PlanningProblem:
         """What the planner is asked for at a place on the road: the goal, but no change across a gap in the map."""
         goal, lane = self.goal, self.lane_of(lon, lat)
         wanted = min(goal.any_lane, key=lambda each: abs(each - lane), default=lane)
+        if wanted == lane:
+            return goal
         beside = lane + int(np.sign(wanted - lane))
-        places = lon + np.arange(-_BEHIND, _AHEAD)[:, None]
+        places = np.clip(lon + np.arange(-_BEHIND, _AHEAD), 0.1, float(self.road.length) - 0.1)[:, None]
         edges = self.road.edges_at(places[:, 0])
         centres = (edges[:, [lane, beside]] + edges[:, [lane + 1, beside + 1]]) / 2
         across = centres[:, :1] + np.linspace(0, 1, 30) * (centres[:, 1:] - centres[:, :1])
