@@ -137,7 +137,7 @@ def test_the_checker_refuses_what_is_wrong(tmp_path: Path) -> None:
         pytest.skip("needs the extra commonroad")
     assert refusal(found) == ""
     jumping = [*found.cars[:20], *found.cars[22:]]
-    aside = [SingleTrackCar(car.model, car.values + np.array([0, 30, 0, 0, 0])) for car in found.cars[9:]]
+    aside = [SingleTrackCar(car.model, car.values + np.array([0, 2.5, 0, 0, 0])) for car in found.cars[9:]]
     for cars, problem in (
         (jumping, "not the vehicle model"),
         ([*found.cars[:9], *aside], "off the road"),
