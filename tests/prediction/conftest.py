@@ -1,4 +1,4 @@
-"""Small recordings for the prediction tests, which may import `prediction_fakes`."""
+"""Small recordings for the prediction tests, which may import `prediction_fakes` and `recordings_fakes`."""
 
 import sys
 from pathlib import Path
@@ -11,7 +11,7 @@ from coverdrive.prediction.fit import Fit, fit
 from coverdrive.recordings.recording import SCHEMA, Recording
 from coverdrive.road import Road
 
-sys.path.insert(0, str(Path(__file__).parent))
+sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "recordings")]
 
 
 def recording_of(tracks: list[dict[str, object]], name: str = "made", dt: float = 0.1) -> Recording:

@@ -5,7 +5,7 @@ Between two calls it remembers who is who, the last plan, and how vehicles move 
 """
 
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from pydantic import ValidationError
@@ -14,7 +14,7 @@ from coverdrive.driving.goal import Goal
 from coverdrive.driving.perception import Numbers, Perception, Told
 from coverdrive.errors import SettingError
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.plan import Plan, Planner
+from coverdrive.planning.plan import Plan, Planner, Status
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.planning.road_ahead import controls
 from coverdrive.planning.vehicle import VehicleSettings, step
@@ -106,7 +106,7 @@ class Driver:
         """Forget the last drive; called before another one begins."""
         self.planner.reset(self.period)
         self._perception.reset()
-        self._steps = 0
+        self._steps, self._clear = 0, True
 
     def see(self, own: Numbers, others: Mapping[Hashable, Told], road: Road) -> Scene:
         """What a step would see, where none follows: after the end of a drive. Arguments and errors as of `step`."""
@@ -120,7 +120,7 @@ class Driver:
             others: for every other vehicle, by any name that stays the same from call to call, its state as ``own``
                 or its measured position (x, y) alone, and its (length, width) [m]. Vehicles may appear and vanish.
             road: whose map coordinates these are; those of a road without a reference line are (lon, lat).
-            goal: what is wanted besides the usual.
+            goal: what is wanted besides the usual; its lanes wait while nothing clear is found.
 
         Raises:
             DataError: what is told of a vehicle cannot be true, or the road cannot be driven on.
@@ -132,9 +132,11 @@ class Driver:
             if self._settings is None:
                 raise SettingError("only our planner takes a goal; leave it out, and tell yours when you make it")
             usual = self._settings.problem.cost.reference_speed
-            wishes["wish"] = goal.wish(state, road, self._steps * self.period, usual)
+            wish = goal.wish(state, road, self._steps * self.period, usual)
+            wishes["wish"] = wish if self._clear else replace(wish, lanes=(), lat=None)
         self._steps += 1
         decision = decide(self._predictor, self.planner, scene, road, **wishes)
+        self._clear = decision.plan.status is not Status.UNSAFE
         inputs = decision.plan.inputs[:1]
         real = controls(step(state[None], inputs, self.period / 2), inputs, road, self._vehicle.wheelbase)
         acceleration, yaw_rate, steering = (float(each[0]) for each in real[1:])

@@ -12,6 +12,15 @@ from coverdrive.road import Road
 Interval = tuple[float, float]
 """the least and the largest value"""
 
+_SPARE, _SOONEST = 1.0, 0.1
+"""[m], [s] by which one aims at the inside of a position, and that an arrival is ahead at the least"""
+_INSIDE = 0.7
+"""[m/s] by which one aims at the inside of a speed"""
+_MIDDLE = 0.05
+"""[m²/s⁵] cost of an arrival away from the middle of the time that is allowed"""
+_RESPONSE = 2.5
+"""[s] a planner of usual weights accelerates by the difference to a wanted speed over this time"""
+
 
 @dataclass(frozen=True)
 class Goal:
@@ -21,6 +30,8 @@ class Goal:
     """the lane to be in, or several of which any will do, counted from the right edge of the road from 0"""
     position: Interval | None = None
     """[m] lon of the ego's centre"""
+    lat: float | None = None
+    """[m] where in the lanes; None: in their middle"""
     speed: Interval | None = None
     """[m/s]"""
     time: Interval | None = None
@@ -32,6 +43,11 @@ class Goal:
             interval = getattr(self, name)
             if interval is not None and not (len(interval) == 2 and interval[0] <= interval[1]):
                 raise SettingError(f"the {name} of a goal is {interval}; expected its least and its largest value")
+
+    @property
+    def any_lane(self) -> tuple[int, ...]:
+        """The lanes, any of which will do."""
+        return (self.lanes,) if isinstance(self.lanes, int) else tuple(self.lanes)
 
     def wish(self, state: Float[np.ndarray, " 4"], road: Road, time: float, usual: float) -> Wish:
         """What a planner is to aim at now.
@@ -45,16 +61,36 @@ class Goal:
         Raises:
             SettingError: there is no such lane on this road.
         """
-        lanes = tuple(np.atleast_1d(np.asarray(self.lanes, dtype=int)).tolist())
+        lanes = self.any_lane
         if any(not 0 <= lane < road.lanes for lane in lanes):
             raise SettingError(f"the goal names the lanes {lanes}; expected some of 0 to {road.lanes - 1}")
         speed = usual if self.speed is None else float(np.clip(usual, *self.speed))
-        if self.position is not None and self.time is not None:
-            nearest, farthest = self.position
-            if np.isfinite(farthest - nearest):
-                nearest = farthest = (nearest + farthest) / 2  # there is something to spare on both sides
-            soonest, latest = (max(each - time, 0.0) for each in self.time)
-            slowest = max(nearest - state[0], 0.0) / latest if latest > 0 else 0.0
-            fastest = max(farthest - state[0], 0.0) / soonest if soonest > 0 else np.inf
-            speed = float(np.clip(speed, slowest, fastest))
-        return Wish(speed, lanes)
+        if self.position is not None and self.time is not None and time < self.time[1]:
+            speed = self._on_the_way(state, time, speed)
+        return Wish(speed, lanes, self.lat)
+
+    def _on_the_way(self, state: Float[np.ndarray, " 4"], time: float, usual: float) -> float:
+        """Speed [m/s] to aim at now to be at the position in time and at an allowed speed, on the gentlest way.
+
+        It says how hard to accelerate, and may be less than 0 where one has to brake hard.
+
+        Of the arrivals within the time, each of which has an acceleration that is linear in time and costs its integral
+        of squares, the cheapest, and rather one in the middle than at the ends.
+        """
+        assert self.position is not None and self.time is not None
+        nearest, farthest = self.position
+        spare = min((farthest - nearest) / 2, _SPARE)
+        soonest, latest = (max(each - time, _SOONEST) for each in self.time)
+        arrival, speed = np.linspace(soonest, latest, 21), float(state[2])
+        slowest, fastest = self.speed or (0.0, np.inf)
+        inside = min((fastest - slowest) / 4, _INSIDE)
+        slowest, fastest = slowest + inside, fastest - inside
+        freely = arrival * (speed + np.clip(usual, slowest, fastest)) / 2
+        way = np.clip(freely, nearest + spare - state[0], farthest - spare - state[0])
+        mean = np.maximum(way / arrival, 0.0)
+        last = np.clip(speed + 2 * (mean - speed) - (mean - speed) / 2 * (way != freely), slowest, fastest)
+        first = (6 * mean - 4 * speed - 2 * last) / arrival
+        change = 2 * (last - speed) / arrival - 2 * first
+        cost = arrival * (first**2 + first * change + change**2 / 3) + _MIDDLE * (arrival - arrival.mean()) ** 2
+        best = int(np.argmin(cost))
+        return float(speed + _RESPONSE * first[best])

@@ -263,7 +263,7 @@ class MpcPlanner:
         held, nothing = memory.lane if memory else targets.lanes[0], np.zeros((len(constants.tree.parent), 2))
         known = memory.inputs if memory else {}
         wanted = Wanted(
-            lanes=targets.lat,
+            lanes=self._wish.places(targets.lanes, targets.lat),
             extra=settings.lane_change * (np.array(targets.lanes) != held)
             + settings.lane_end * targets.ending
             + settings.wished_lane * np.array([self._wish.away(target) for target in targets.lanes]),

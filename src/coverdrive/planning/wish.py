@@ -1,6 +1,10 @@
 """What a plan aims at for the time being, besides what the planner's settings say."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
 
 
 @dataclass(frozen=True)
@@ -11,10 +15,16 @@ class Wish:
     """[m/s] wanted; None: the reference speed of the settings"""
     lanes: tuple[int, ...] = ()
     """lanes of which the nearest is to be reached; none: whichever is best"""
+    lat: float | None = None
+    """[m] where to be in these lanes; None: in their middle"""
 
     def away(self, lane: int) -> int:
         """How many lanes it is from a lane to the nearest one that is wanted."""
         return min((abs(lane - each) for each in self.lanes), default=0)
+
+    def places(self, lanes: Sequence[int], centres: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+        """lat [m] that is aimed at in each of some lanes, whose centres are given."""
+        return centres if self.lat is None else np.where([lane in self.lanes for lane in lanes], self.lat, centres)
 
 
 NO_WISH = Wish()

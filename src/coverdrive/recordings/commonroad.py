@@ -32,7 +32,7 @@ FARTHEST = 1e8
 
 def read_commonroad(file: Path, settings: SmoothingSettings | None = None) -> Reading:
     """Read the recorded vehicles of one scenario; obstacles of a single state have no track and are dropped."""
-    scenario = _open(file)
+    scenario = open_scenario(file)[0]
     dt = float(scenario.dt)
     check_time_step(file, dt, "the attribute timeStepSize")
     _check_lanelets(file, scenario.lanelet_network)
@@ -45,20 +45,20 @@ def read_commonroad(file: Path, settings: SmoothingSettings | None = None) -> Re
     return make_reading(file, name_of(file), tracks, dt, road, how, repairs, {"lanes": "map"})
 
 
-def _open(file: Path) -> Any:
-    """The scenario as commonroad-io reads it, without its warnings."""
+def open_scenario(file: Path) -> tuple[Any, Any]:
+    """The scenario and its planning problems as commonroad-io reads them, without its warnings."""
     root = _root(file)
     if root != "commonRoad":
         raise RecordingError(file, f"not a CommonRoad file: expected the root element commonRoad, got {root}")
-    from commonroad.common.file_reader import CommonRoadFileReader
-
     logger = logging.getLogger("commonroad")
     level = logger.level
     try:
         logger.setLevel(logging.CRITICAL)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            return CommonRoadFileReader(file).open()[0]
+            from commonroad.common.file_reader import CommonRoadFileReader
+
+            return CommonRoadFileReader(file).open()
     except OSError:
         raise
     except Exception as error:  # commonroad-io raises whatever the malformed place happens to trigger

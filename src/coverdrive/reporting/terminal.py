@@ -7,6 +7,7 @@ from rich.table import Table
 from rich.text import Text
 
 from coverdrive.certificates.comparison import Compared
+from coverdrive.driving.solved import Solved
 from coverdrive.numbers import at_most
 from coverdrive.prediction.cover.basis_study import StudiedBasis
 from coverdrive.prediction.fit import Fit
@@ -137,3 +138,21 @@ def bases_table(studied: Sequence[StudiedBasis]) -> Table:
         for each in studied
     ]  # fmt: skip
     return columns_table("Bases", columns, rows)
+
+
+def solved_table(found: Sequence[Solved]) -> Table:
+    """What came of planning problems, and why of those that are not solved."""
+    rows: list[Sequence[str | Text]] = []
+    for row in (each.row for each in found):
+        driven = [] if row["time"] is None else [f"{row['time']:.1f}", f"{row['mean_speed']:.1f}"]
+        driven += [] if row["time"] is None else [f"{row['minimum_gap']:.1f}", f"{100 * row['share_unsafe']:.0f}"]
+        name = row["scenario"] if row["problem"] is None else f"{row['scenario']} {row['problem']}"
+        rows.append((Text(name), Text("solved" if row["solved"] else row["reason"]), *driven))
+    solved, checked = (
+        sum(each.row["solved"] for each in found),
+        all(each.row["checked"] for each in found if each.drive),
+    )
+    judge = "by the drivability checker" if checked else "without the drivability checker, which is not installed"
+    caption = f"{solved} of {len(found)} solved, judged {judge}"
+    columns = ("problem", "outcome", "s", "m/s", "least gap, m", "unsafe, %")
+    return columns_table("Planning problems", columns, rows, caption, first={})

@@ -1,0 +1,107 @@
+"""``coverdrive solve``: planning problems of CommonRoad scenarios."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from cyclopts import Parameter
+
+from coverdrive.cli import options
+from coverdrive.cli.bars import stages, waiting
+from coverdrive.cli.options import certificate, console, experiment_of
+from coverdrive.errors import DataError, SettingError
+from coverdrive.progress import stage
+
+if TYPE_CHECKING:
+    from coverdrive.config import Experiment
+    from coverdrive.driving.solved import Solved
+    from coverdrive.prediction.predictor import AnyPredictor
+
+
+def solve(
+    *scenario: Annotated[Path, Parameter(help="CommonRoad scenarios, as in `USA_US101-9_1_T-1.xml`, or folders.")],
+    predictor: Annotated[
+        Path | None,
+        Parameter(help="Results folder whose predictor drives, as in `--predictor us101`; else one is fitted."),
+    ] = None,
+    recording: options.Recordings = None,
+    leave_one_out: Annotated[
+        bool,
+        Parameter(
+            name="--leave-one-out",
+            negative="",
+            help="Fit for each scenario on the recordings that show nothing of it, nor of others on its map.",
+        ),
+    ] = False,
+    model: Annotated[
+        Literal["KS", "ST"],
+        Parameter(help="Model of the car: kinematic single-track, or single-track with slip; as in `--model ST`."),
+    ] = "KS",
+    video: Annotated[bool, Parameter(negative="", help="Draw snapshots and a video of every drive.")] = False,
+    seed: options.Seed = None,
+    out: Annotated[Path, Parameter(help="Folder of the solutions, as in `--out solutions`.")] = Path("solutions"),
+    config: options.Config = None,
+    settings: options.Set = None,
+) -> dict[str, Any]:
+    """Drive planning problems of CommonRoad scenarios, told no more than the present, and write their solutions.
+
+    Solutions are in the official XML format, for a BMW 320i. The drivability checker judges them if it is installed, by
+    `pip install "coverdrive[commonroad]"`.
+
+    For example:
+
+    - with a predictor that there is: `coverdrive solve scenarios/ --predictor us101`
+    - none has seen its own scene: `coverdrive solve scenarios/ --recording scenarios/ --leave-one-out`
+    """
+    files = [file for each in scenario for file in (sorted(each.glob("*.xml")) if each.is_dir() else [each])]
+    if not files:
+        raise DataError("there is nothing to solve; name a scenario or a folder, as in `coverdrive solve scenarios/`")
+    with waiting():
+        from coverdrive.driving.solved import solve as solve_scenario
+        from coverdrive.driving.solved import write
+        from coverdrive.reporting.figures import draw_drive
+        from coverdrive.reporting.terminal import solved_table
+    experiment = experiment_of(
+        config, settings=settings, usual={"prediction": certificate("auto", None, None)}, seed=seed
+    )
+    with stages():
+        predictor_of = _predictors(files, predictor, recording or [], leave_one_out, experiment, out)
+        found = list["Solved"]()
+        for file in files:
+            with stage(file.stem):
+                found += solve_scenario(file, predictor_of(file), model)
+        table = write(found, out)
+        for each in found:
+            if video and each.drive:
+                draw_drive(each.drive.trace, out / f"{each.row['scenario']}_{each.row['problem']}", None)
+    console.print(solved_table(found))
+    console.print(f"Solutions and {table.name} are in {out}")
+    return {"solutions": str(out), "problems": [each.row for each in found]}
+
+
+def _predictors(
+    files: Sequence[Path],
+    folder: Path | None,
+    paths: Sequence[Path],
+    leave_one_out: bool,
+    experiment: "Experiment",
+    out: Path,
+) -> "Callable[[Path], AnyPredictor]":
+    """The predictor for each scenario: that of a results folder, or one fitted on recordings and kept beside."""
+    if folder is not None:
+        if paths or leave_one_out:
+            raise SettingError("--predictor names one that is fitted; leave out --recording and --leave-one-out")
+        with waiting():
+            from coverdrive.results import Results
+        fitted = Results(folder).predictor
+        return lambda _: fitted
+    with waiting():
+        from coverdrive.prediction.left_out import fit_without, left_out
+    if leave_one_out and not paths:
+        raise SettingError("--leave-one-out is about recordings; name some, as in `--recording scenarios/`")
+    recordings, out_of = experiment.recordings(paths), dict.fromkeys(files, frozenset[str]())
+    if leave_one_out:
+        with stage("shared scenes"):
+            out_of = dict(zip(files, left_out(paths, files), strict=True))
+    fits = out / "fits"
+    return lambda file: fit_without(out_of[file], recordings, experiment.prediction, experiment.seed, fits)

@@ -1,0 +1,212 @@
+"""Planning problems of CommonRoad scenarios: who is where, on which road, and where the drive is to lead."""
+
+from collections.abc import Hashable, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from shapely import contains_xy, get_coordinates, prepare
+from shapely.geometry import Point
+from shapely.geometry.base import BaseGeometry
+from shapely.ops import unary_union
+
+from coverdrive.driving.goal import Goal, Interval
+from coverdrive.driving.perception import Told
+from coverdrive.errors import DataError, RecordingError
+from coverdrive.recordings.commonroad import open_scenario
+from coverdrive.recordings.driven_road import roads_of
+from coverdrive.recordings.repair import VERGE
+from coverdrive.road import Road
+
+_SAME_PLACE, _SAME_SPEED = 1.0, 0.5
+"""[m], [m/s] an obstacle that is nearer to the start is the recorded ego itself"""
+_NO_GAP = 0.05
+"""[m] by which lanelets may miss each other, on either side"""
+_BEHIND, _AHEAD = 4.0, 25.0
+"""[m] where a map may have no gap between lanes if one is to change between them: body, and way to the other lane"""
+_OFF_CENTRE = 0.4
+"""[m] by which one aims at the inside of a position across the road"""
+
+
+@dataclass(frozen=True, eq=False)
+class PlanningProblem:
+    """One planning problem of a scenario, on the road that its start is on."""
+
+    file: Path
+    scenario: Any
+    """as commonroad-io reads it, without the recorded ego"""
+    problem: Any
+    """as commonroad-io reads it"""
+    road: Road
+
+    @property
+    def number(self) -> int:
+        """Its number in the file."""
+        return int(self.problem.planning_problem_id)
+
+    @property
+    def first(self) -> int:
+        """Time step of the start."""
+        return int(self.problem.initial_state.time_step)
+
+    @property
+    def last(self) -> int:
+        """Time step after which the goal can no longer be reached, or at which the recorded vehicles are gone."""
+        latest = [int(_interval(state.time_step)[1]) for state in self.problem.goal.state_list]
+        recorded = [int(each.prediction.final_time_step) for each in self.scenario.dynamic_obstacles if each.prediction]
+        return max(latest) if latest else max(recorded, default=self.first)
+
+    def others(self, moment: int) -> dict[Hashable, Told]:
+        """The vehicles on the road at a time step, and the obstacles: state and size by their numbers."""
+        found = dict[Hashable, Told]()
+        for obstacle in self.scenario.obstacles:
+            state, shape = obstacle.state_at_time(moment), obstacle.obstacle_shape
+            if state is None:
+                continue
+            size = (shape.length, shape.width) if hasattr(shape, "width") else np.ptp(shape.vertices, axis=0)
+            pose = (*state.position, getattr(state, "velocity", 0.0), state.orientation)
+            lon, lat = self.road.to_road(*pose[:2])
+            edges = self.road.edges_at(lon)
+            if edges[0] - VERGE <= lat <= edges[-1] + VERGE and -VERGE <= lon <= self.road.length + VERGE:
+                found[int(obstacle.obstacle_id)] = (pose, size)
+        return found
+
+    def lane_of(self, lon: float, lat: float) -> int:
+        """The lane at a place on the road."""
+        return int(self.road.lane_at(np.array([lon]), np.array([lat]))[0])
+
+    def goal_from(self, lon: float, lat: float) -> Goal:
+        """What the planner is asked for at a place on the road: the goal, but no change across a gap in the map."""
+        goal, lane = self.goal, self.lane_of(lon, lat)
+        wanted = min(goal.any_lane, key=lambda each: abs(each - lane), default=lane)
+        if wanted == lane:
+            return goal
+        beside = lane + int(np.sign(wanted - lane))
+        places = np.clip(lon + np.arange(-_BEHIND, _AHEAD), 0.1, float(self.road.length) - 0.1)[:, None]
+        edges = self.road.edges_at(places[:, 0])
+        centres = (edges[:, [lane, beside]] + edges[:, [lane + 1, beside + 1]]) / 2
+        across = centres[:, :1] + np.linspace(0, 1, 30) * (centres[:, 1:] - centres[:, :1])
+        on_map = contains_xy(self._surface, *self.road.to_map(*np.broadcast_arrays(places, across)))
+        return goal if on_map.all() else replace(goal, lanes=lane, lat=None)
+
+    @cached_property
+    def _surface(self) -> BaseGeometry:
+        """All lanelets, and between them what no one would call a gap."""
+        parts = [part.polygon.shapely_object.buffer(_NO_GAP) for part in self.scenario.lanelet_network.lanelets]
+        surface = unary_union(parts)
+        prepare(surface)
+        return surface
+
+    @cached_property
+    def goal(self) -> Goal:
+        """Where the drive is to lead: of alternatives the one with the nearest lane."""
+        start = self.problem.initial_state
+        lane = self.lane_of(*self.road.to_road(*start.position))
+        goals = [self.goal_of(state) for state in self.problem.goal.state_list]
+        return min(goals, key=lambda goal: min((abs(lane - each) for each in goal.any_lane), default=0))
+
+    def goal_of(self, state: Any) -> Goal:
+        """A goal from one of its states; its time counts from the start."""
+        dt = float(self.scenario.dt)
+        soonest, latest = (dt * (moment - self.first) for moment in _interval(state.time_step))
+        speed = _interval(state.velocity) if state.has_value("velocity") else None
+        goal = Goal(speed=speed, time=(soonest, latest))
+        if not state.has_value("position"):
+            return goal
+        shape = shape_of(state.position)
+        lon, lat = self._across(shape)
+        middle = float(np.mean(lon))
+        centres = self.road.edges_at(middle)
+        centres = (centres[:-1] + centres[1:]) / 2
+        inside = [shape.covers(Point(*self.road.to_map(middle, centre))) for centre in centres]
+        lanes = tuple(np.flatnonzero(np.array(inside) & self.road.has_lane(middle)).tolist())
+        wide = lat[1] - lat[0] > 2 * _OFF_CENTRE
+        if len(lanes) > 1 or (lanes and lat[0] + _OFF_CENTRE <= centres[lanes[0]] <= lat[1] - _OFF_CENTRE):
+            return replace(goal, position=lon, lanes=lanes)
+        lane = self.lane_of(middle, (lat[0] + lat[1]) / 2)
+        aside = _OFF_CENTRE if wide else (lat[1] - lat[0]) / 2
+        place = float(np.clip(centres[lane], lat[0] + aside, lat[1] - aside))
+        return replace(goal, position=lon, lanes=lane, lat=place)
+
+    def _across(self, shape: BaseGeometry) -> tuple[Interval, Interval]:
+        """Extent of a shape along the road, and across it in its middle, [m]."""
+        hull = get_coordinates(shape.convex_hull)
+        lon, _ = self.road.to_road(*hull.T)
+        along = float(lon.min()), float(lon.max())
+        places = np.linspace(self.road.edges[0] - VERGE, self.road.edges[-1] + VERGE, 400)
+        points = np.stack(self.road.to_map(np.full(400, np.mean(along)), places), axis=-1)
+        inside = places[[shape.covers(Point(*each)) for each in points]]
+        if len(inside) == 0:
+            raise DataError("the goal is not on the road that the start is on; choose another planning problem")
+        return along, (float(inside.min()), float(inside.max()))
+
+
+def read_problems(file: Path) -> Iterator[PlanningProblem | RecordingError]:
+    """The planning problems of a scenario, or why one cannot be driven.
+
+    Raises:
+        RecordingError: the file cannot be read, or has no planning problem.
+    """
+    scenario, problems = open_scenario(file)
+    if not problems.planning_problem_dict:
+        raise RecordingError(file, "the scenario has no planning problem; choose another file")
+    for number, problem in sorted(problems.planning_problem_dict.items()):
+        try:
+            road = _road_of(scenario.lanelet_network.lanelets, problem)
+            yield PlanningProblem(file, _without_ego(file, problem.initial_state), problem, road)
+        except DataError as error:
+            yield RecordingError(file, f"planning problem {number}: {error}")
+
+
+def _without_ego(file: Path, start: Any) -> Any:
+    """The scenario without the obstacle that is the recorded ego, if it is among them."""
+    scenario = open_scenario(file)[0]
+    for obstacle in scenario.dynamic_obstacles:
+        state = obstacle.state_at_time(start.time_step)
+        if state is None or abs(state.velocity - start.velocity) >= _SAME_SPEED:
+            continue
+        if np.hypot(*(state.position - start.position)) < _SAME_PLACE:
+            scenario.remove_obstacle(obstacle)
+    return scenario
+
+
+def _road_of(lanelets: list[Any], problem: Any) -> Road:
+    """The first carriageway on which the start is, ahead of it the goal if there is such a one."""
+    start, found = problem.initial_state, list[Road]()
+    places = [shape_of(each.position).centroid for each in problem.goal.state_list if each.has_value("position")]
+    refused = ["the start is on no road of the map"]
+    try:
+        for road in roads_of(lanelets, refused):
+            if _is_on(road, start.position) and np.abs(road.heading_to_road(*_lon(road, start))) < np.pi / 4:
+                found.append(road)
+                if not places or any(_is_on(road, (place.x, place.y)) for place in places):
+                    return road
+    except KeyError as error:
+        raise DataError(f"a lanelet refers to {error}, which is not in the file; check the file") from error
+    if not found:
+        raise DataError(refused[-1])
+    return found[0]
+
+
+def _lon(road: Road, state: Any) -> tuple[float, float]:
+    return float(road.to_road(*state.position)[0]), float(state.orientation)
+
+
+def _is_on(road: Road, place: Float[np.ndarray, " 2"] | tuple[float, float]) -> bool:
+    lon, lat = road.to_road(*place)
+    edges = road.edges_at(lon)
+    return bool(0 <= lon <= road.length and edges[0] <= lat <= edges[-1])
+
+
+def shape_of(position: Any) -> BaseGeometry:
+    """The area of a position of commonroad-io."""
+    parts = getattr(position, "shapes", [position])
+    return unary_union([part.shapely_object for part in parts])
+
+
+def _interval(value: Any) -> Interval:
+    """The least and the largest value of an interval or a number of commonroad-io."""
+    return float(getattr(value, "start", value)), float(getattr(value, "end", value))

@@ -1,0 +1,142 @@
+"""Drives planning problems of CommonRoad scenarios, without knowing what is next, and writes their solutions.
+
+At every time step the driver is told the vehicles of that step; these follow their recorded trajectories, whatever the
+ego does. The drive ends where the goal is reached, and else when it no longer can be.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from commonroad.common.solution import CommonRoadSolutionWriter, CostFunction, PlanningProblemSolution, Solution
+from commonroad.scenario.trajectory import Trajectory
+
+from coverdrive.driving.driver import Driver
+from coverdrive.driving.planning_problem import PlanningProblem
+from coverdrive.driving.recorder import Recorder
+from coverdrive.driving.single_track import BMW, VEHICLE, ModelName, SingleTrackCar
+from coverdrive.files import write_atomically
+from coverdrive.planning.plan import Planner
+from coverdrive.progress import done
+from coverdrive.simulation.outcome import Kind
+from coverdrive.simulation.predictor import Predictor
+from coverdrive.simulation.trace import Trace
+
+_LEAST_SPEED = 5.0
+"""[m/s] wanted where the ego starts more slowly"""
+
+
+@dataclass(frozen=True, eq=False)
+class Drive:
+    """How a planning problem was driven."""
+
+    problem: PlanningProblem
+    cars: tuple[SingleTrackCar, ...]
+    """the ego from the start on, at every time step"""
+    reached: bool
+    """whether the last state is in the goal"""
+    trace: Trace
+    """what was seen and planned, up to the first contact"""
+
+    @property
+    def contact(self) -> str:
+        """Which contact there was, if any."""
+        kind = self.trace.outcome.kind
+        return "" if kind is Kind.FINISHED else f"collision ({kind.value})"
+
+    @property
+    def lack(self) -> str:
+        """What is missing to the goal, if anything."""
+        return "" if self.reached else missed(self.problem, self.cars)
+
+    @property
+    def seconds(self) -> float:
+        """[s] from the start to the end."""
+        return (len(self.cars) - 1) * float(self.problem.scenario.dt)
+
+    def solution(self) -> PlanningProblemSolution:
+        """As commonroad-io takes it."""
+        first, car = self.problem.first, self.cars[0]
+        states = [each.state(first + k) for k, each in enumerate(self.cars)]
+        cost, model = CostFunction.SA1, car.vehicle_model
+        return PlanningProblemSolution(self.problem.number, model, VEHICLE, cost, Trajectory(first, states))
+
+
+def drive(
+    problem: PlanningProblem, predictor: Predictor, model: ModelName = "KS", planner: Planner | None = None
+) -> Drive:
+    """Drive one planning problem.
+
+    Args:
+        problem: where from, and where to.
+        predictor: of the other vehicles.
+        model: of the ego.
+        planner: another one than ours; it is not told of the goal.
+    """
+    dt, car = float(problem.scenario.dt), SingleTrackCar.at(problem.problem.initial_state, model)
+    if planner is None:
+        wanted = max(_LEAST_SPEED, float(problem.problem.initial_state.velocity))
+        driver = Driver(predictor, length=BMW.l, width=BMW.w, wanted_speed=wanted, period=dt)
+    else:
+        driver = Driver(predictor, planner, period=dt)
+    recorder, cars = Recorder(driver), [car]
+    for moment in range(problem.first, problem.last):
+        goal = None if planner else problem.goal_from(*problem.road.to_road(*car.pose[:2]))
+        command = recorder.step(car.pose, problem.others(moment), problem.road, goal)
+        car = car.moved(command.acceleration, command.steering, dt)
+        cars.append(car)
+        done(moment + 1 - problem.first, problem.last - problem.first)
+        if is_reached(problem, car, moment + 1):
+            break
+    last = problem.first + len(cars) - 1
+    recorder.end(car.pose, problem.others(last))
+    return Drive(problem, tuple(cars), is_reached(problem, car, last), recorder.trace())
+
+
+def is_reached(problem: PlanningProblem, car: SingleTrackCar, moment: int) -> bool:
+    """Whether the car is in the goal at a time step, as commonroad-io says."""
+    return bool(problem.problem.goal.is_reached(car.state(moment)))
+
+
+def missed(problem: PlanningProblem, cars: Sequence[SingleTrackCar]) -> str:
+    """What of the goal was missed: what the last of the states lacks that come nearest to it, while it is time."""
+    goals, lacks = problem.problem.goal.state_list, list[list[str]]()
+    for moment, car in enumerate(cars, start=problem.first):
+        lacks += [_lacking(problem, goal, car.state(moment)) for goal in goals if goal.time_step.contains(moment)]
+    return "goal missed: " + ", ".join(min(reversed(lacks), key=len, default=["time"]))
+
+
+def _lacking(problem: PlanningProblem, goal: Any, state: Any) -> list[str]:
+    """What a state lacks for a goal, besides the time."""
+    lacking = list[str]()
+    if goal.has_value("position") and not goal.position.contains_point(state.position):
+        wanted, (lon, lat) = problem.goal_of(goal), problem.road.to_road(*state.position)
+        low, high = wanted.position or (lon, lon)
+        if problem.lane_of(lon, lat) not in wanted.any_lane:
+            lacking.append("other lane")
+        if not low <= lon <= high:
+            lacking.append("not far enough" if lon < low else "too far")
+        lacking = lacking or ["beside it"]
+    if goal.has_value("velocity") and not goal.velocity.contains(state.velocity):
+        lacking.append("speed")
+    if goal.has_value("orientation") and not goal.orientation.contains(state.orientation):
+        lacking.append("heading")
+    return lacking
+
+
+def write_solution(drives: Sequence[Drive], folder: Path) -> Path:
+    """Write the solution of one scenario in the official XML format, as ``solution_<benchmark id>.xml``.
+
+    Args:
+        drives: of the planning problems of one scenario.
+        folder: that it is written to.
+    """
+    scenario = drives[0].problem.scenario
+    seconds = float(np.sum([each.trace.planning_seconds.sum() for each in drives]))
+    solution = Solution(scenario.scenario_id, [each.solution() for each in drives], computation_time=seconds)
+    path = folder / f"solution_{scenario.scenario_id}.xml"
+    text = CommonRoadSolutionWriter(solution).dump()
+    write_atomically(path, lambda file: file.write_text(text))
+    return path

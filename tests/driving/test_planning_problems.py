@@ -1,0 +1,163 @@
+"""Planning problems of a drawn scenario: what is read of them, how they are driven, and what is written."""
+
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+import pytest
+from commonroad.common.solution import CommonRoadSolutionReader
+from driving_fakes import PREDICTOR
+from recordings_fakes import RADIUS, TURN, driving, on_map, scenario, state, three_lanes
+
+from coverdrive.driving.drivability import refusal
+from coverdrive.driving.planning_problem import PlanningProblem, read_problems
+from coverdrive.driving.single_track import BMW, SingleTrackCar
+from coverdrive.driving.solved import solve, write
+from coverdrive.driving.solving import drive
+from coverdrive.errors import RecordingError
+
+TRAFFIC = driving(100, 90.0, -1.75, 14.0, 60) + driving(101, 20.0, -9.0, 10.0, 30)
+
+
+def problem(*goals: str, at: float = 20.0, left: float = -1.75, speed: float = 14.0) -> str:
+    return f'<planningProblem id="7">{state(at, left, speed, 0, "initialState")}{"".join(goals)}</planningProblem>'
+
+
+def between(name: str, low: float, high: float) -> str:
+    return f"<{name}><intervalStart>{low}</intervalStart><intervalEnd>{high}</intervalEnd></{name}>"
+
+
+def box(at: float, left: float, length: float = 6.0, width: float = 2.0) -> str:
+    x, y = on_map(np.array([at]), left)[0]
+    return (
+        f"<position><rectangle><length>{length}</length><width>{width}</width><orientation>{TURN + at / RADIUS}"
+        f"</orientation><center><x>{x}</x><y>{y}</y></center></rectangle></position>"
+    )
+
+
+def goal(*parts: str, first: int = 50, last: int = 60) -> str:
+    return f"<goalState>{between('time', first, last)}{''.join(parts)}</goalState>"
+
+
+def written(folder: Path, *goals: str, traffic: str = TRAFFIC, **start: float) -> Path:
+    path = folder / "USA_Test-1_1_T-1.xml"
+    path.write_text(scenario(three_lanes(), traffic + problem(*goals, **start)))
+    return path
+
+
+def read(path: Path) -> PlanningProblem:
+    (found,) = read_problems(path)
+    assert isinstance(found, PlanningProblem)
+    return found
+
+
+def test_a_place_is_told_by_lane_way_time_and_speed(tmp_path: Path) -> None:
+    found = read(written(tmp_path, goal(box(90.0, -5.25), between("velocity", 10.0, 16.0))))
+    wanted = found.goal
+    assert (wanted.lanes, wanted.lat) == ((1,), None)
+    assert wanted.position == pytest.approx((87.0, 93.0), abs=0.1)
+    assert (wanted.time, wanted.speed) == ((5.0, 6.0), (10.0, 16.0))
+    assert (found.number, found.first, found.last) == (7, 0, 60)
+    aside = read(written(tmp_path, goal(box(90.0, -6.2, width=1.6)))).goal
+    assert (aside.lanes, aside.lat) == (1, pytest.approx(11 - 6.2 + 0.4, abs=0.05))
+
+
+def test_lanelets_and_the_nearest_of_several_goals(tmp_path: Path) -> None:
+    far, near = goal('<position><lanelet ref="30"/></position>'), goal('<position><lanelet ref="21"/></position>')
+    wanted = read(written(tmp_path, far, near)).goal
+    assert wanted.lanes == (1,)
+    assert wanted.position == pytest.approx((110.0, 180.0), abs=1.0)
+    anywhere = read(written(tmp_path, goal())).goal
+    assert (anywhere.lanes, anywhere.position, anywhere.time) == ((), None, (5.0, 6.0))
+
+
+def test_the_recorded_ego_and_vehicles_beside_the_road_are_no_others(tmp_path: Path) -> None:
+    traffic = TRAFFIC + driving(90_007, 20.1, -1.7, 14.2, 60) + driving(102, 150.0, -15.0, 10.0, 20)
+    found = read(written(tmp_path, goal(), traffic=traffic))
+    others = found.others(10)
+    assert set(others) == {100, 101}
+    (x, y, speed, heading), size = others[100]
+    assert (x, y) == pytest.approx(tuple(on_map(np.array([104.0]), -1.75)[0]), abs=1e-3)
+    assert (speed, size) == (14.0, (4.6, 1.9))
+    assert heading == pytest.approx(TURN + 104 / RADIUS, abs=1e-3)
+    assert set(found.others(40)) == {100}
+
+
+def test_what_is_none_is_said(tmp_path: Path) -> None:
+    (found,) = read_problems(written(tmp_path, goal(), left=30.0))
+    assert isinstance(found, RecordingError) and "planning problem 7: the start is on no road" in str(found)
+    (tmp_path / "none.xml").write_text(scenario(three_lanes(), TRAFFIC))
+    with pytest.raises(RecordingError, match="no planning problem"):
+        next(read_problems(tmp_path / "none.xml"))
+    (row,) = (each.row for each in solve(tmp_path / "none.xml", PREDICTOR))
+    assert not row["solved"] and "no planning problem" in row["reason"]
+
+
+@pytest.mark.parametrize("model", ["KS", "ST"])
+def test_a_lane_change_in_time_is_driven_written_and_accepted(tmp_path: Path, model) -> None:
+    wanted = goal(box(95.0, -5.25, length=4.0), between("velocity", 10.0, 16.0), between("orientation", 0.65, 0.85))
+    path = written(tmp_path, wanted)
+    (found,) = solve(path, PREDICTOR, model)
+    assert found.drive is not None and found.drive.reached
+    assert found.row["solved"] and found.row["reason"] == "" and found.row["model"] == model
+    assert 50 <= len(found.drive.cars) - 1 <= 60
+    assert found.row["checked"] is (find_spec("commonroad_dc") is not None)
+    table = write([found], tmp_path / "out")
+    assert table.read_text().splitlines()[1].startswith(f"USA_Test-1_1_T-1,7,{model},true,")
+    solution = CommonRoadSolutionReader.open(str(tmp_path / "out" / "solution_USA_Test-1_1_T-1.xml"))
+    (only,) = solution.planning_problem_solutions
+    assert (solution.benchmark_id, only.planning_problem_id) == (f"{model}2:SA1:USA_Test-1_1_T-1:2020a", 7)
+    read_again = np.array([state.position for state in only.trajectory.state_list])
+    assert read_again == pytest.approx(np.array([car.pose[:2] for car in found.drive.cars]), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("wanted", "lack"),
+    [
+        (goal(box(150.0, -1.75)), "not far enough"),
+        (goal(box(90.0, -9.0), first=4, last=5), "other lane, not far enough"),
+        (goal(box(55.0, -1.75, length=70.0), between("velocity", 30.0, 31.0), first=20, last=21), "speed"),
+        (goal(box(55.0, -1.75, length=70.0), between("orientation", 0.0, 0.2), first=20, last=21), "heading"),
+    ],
+)
+def test_what_is_lacking_is_said(tmp_path: Path, wanted: str, lack: str) -> None:
+    found = drive(read(written(tmp_path, wanted)), PREDICTOR)
+    assert (found.reached, found.lack, found.contact) == (False, f"goal missed: {lack}", "")
+
+
+def test_a_contact_is_no_solution(tmp_path: Path) -> None:
+    standing = "".join(driving(100 + lane, 30.0, left, 0.0, 60) for lane, left in enumerate((-1.75, -5.25, -9.0)))
+    (found,) = solve(written(tmp_path, goal(), traffic=standing), PREDICTOR)
+    assert not found.row["solved"] and found.row["reason"].startswith("collision")
+
+
+def test_the_checker_refuses_what_is_wrong(tmp_path: Path) -> None:
+    found = drive(read(written(tmp_path, goal())), PREDICTOR)
+    if find_spec("commonroad_dc") is None:
+        pytest.skip("needs the extra commonroad")
+    assert refusal(found) == ""
+    jumping = [*found.cars[:20], *found.cars[22:]]
+    aside = [SingleTrackCar(car.model, car.values + np.array([0, 2.5, 0, 0, 0])) for car in found.cars[9:]]
+    for cars, problem in (
+        (jumping, "not the vehicle model"),
+        ([*found.cars[:9], *aside], "off the road"),
+        (found.cars[:9], "goal missed"),
+    ):
+        assert refusal(type(found)(found.problem, tuple(cars), True, found.trace)) == problem
+
+
+def test_models_of_the_car() -> None:
+    class Start:
+        position, orientation, velocity = np.array([3.0, -2.0]), 0.4, 12.0
+
+    kinematic, slipping = (SingleTrackCar.at(Start, model) for model in ("KS", "ST"))
+    for _ in range(30):
+        kinematic, slipping = (car.moved(0.5, 0.02, 0.1) for car in (kinematic, slipping))
+    assert kinematic.pose[2:] == pytest.approx([13.5, 0.4 + np.tan(0.02) / (BMW.a + BMW.b) * 12.75 * 3], abs=0.015)
+    assert slipping.pose == pytest.approx(kinematic.pose, abs=0.5)
+    assert slipping.pose[3] < kinematic.pose[3]
+    stopped = kinematic.moved(-8.0, 0.0, 2.0)
+    assert stopped.pose[2] == pytest.approx(0.0, abs=1e-9)
+    turned = SingleTrackCar.at(Start, "KS").moved(0.0, 1.0, 0.1)
+    assert turned.values[2] == pytest.approx(0.1 * BMW.steering.v_max, rel=1e-5)
+    assert SingleTrackCar.at(Start, "KS").pose == pytest.approx([3.0, -2.0, 12.0, 0.4])
