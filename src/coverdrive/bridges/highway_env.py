@@ -1,0 +1,126 @@
+"""Drives in highway-env (E. Leurent, *An Environment for Autonomous Driving Decision-Making*, 2018), on straight roads.
+
+Its y runs to the right of the road and its angles turn clockwise, so that a left turn is positive here and negative
+there. Its vehicles are single-track models whose centre moves at a slip angle β to their heading, steps of Euler.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from coverdrive.bridges.world import FAR, Car, Observation
+from coverdrive.driving.driver import Command
+from coverdrive.errors import DataError
+from coverdrive.extras import require
+from coverdrive.road import Road
+
+STEEPEST = 8.0
+"""[m/s²] acceleration of the action space, to both sides"""
+
+CONFIG = {
+    "observation": {"type": "AttributesObservation", "attributes": []},
+    "action": {"type": "ContinuousAction", "acceleration_range": (-STEEPEST, STEEPEST)},
+    "policy_frequency": 10,
+    "simulation_frequency": 10,
+}
+"""with which it is made: nothing is observed but through `HighwayEnv.observe`, 10 times a second"""
+
+
+class HighwayEnv:
+    """An environment of highway-env as a `coverdrive.bridges.world.World`."""
+
+    def __init__(self, name: str = "highway-v0", render_mode: str | None = None, **config: Any):
+        """Make the environment.
+
+        Args:
+            name: of an environment whose road is straight.
+            render_mode: as of gymnasium.
+            config: what is to be unlike highway-env's defaults and `CONFIG`.
+
+        Raises:
+            MissingExtraError: highway-env is not installed.
+        """
+        require("highway_env")
+        self.env = __import__("gymnasium").make(name, config=CONFIG | config, render_mode=render_mode, disable_env_checker=True)
+        self.done = True
+
+    @property
+    def _base(self) -> Any:
+        return self.env.unwrapped
+
+    @property
+    def car(self) -> Car:
+        """The ego, and how often it is driven."""
+        ego = self._base.vehicle
+        return Car(ego.LENGTH, ego.WIDTH, 1 / self._base.config["policy_frequency"])
+
+    @property
+    def crashed(self) -> bool:
+        """Whether the ego has, as highway-env sees it."""
+        return bool(self._base.vehicle.crashed)
+
+    def reset(self, seed: int) -> None:
+        """Begin the episode of a seed; a DataError if its road is not straight."""
+        self.env.reset(seed=seed)
+        self.done = False
+        beginning, end, _ = self._base.vehicle.lane_index
+        self._road = _road(self._base.road.network.graph[beginning][end])
+
+    def observe(self) -> Observation:
+        """Everybody and everything solid nearby, mirrored."""
+        base, others = self._base, dict[Any, Any]()
+        ego = base.vehicle
+        for each in (*base.road.vehicles, *base.road.objects):
+            if each is not ego and each.solid and abs(each.position[0] - ego.position[0]) < FAR:
+                others[id(each)] = _mirrored(each, _slip(each)), (each.LENGTH, each.WIDTH)
+        return Observation(_mirrored(ego), others, self._road)
+
+    def apply(self, command: Command | None) -> None:
+        """Go on by one period; without a command IDM and MOBIL drive, which want the speed limit."""
+        if command is None:
+            self._hand_over()
+            action = np.zeros(2)
+        else:
+            wanted = command.acceleration, self._steering(command)
+            ranges = self._base.action_type.acceleration_range, self._base.action_type.steering_range
+            action = np.array([np.interp(value, of, (-1, 1)) for value, of in zip(wanted, ranges, strict=True)])
+        *_, ended, cut, _ = self.env.step(action)
+        self.done = bool(ended or cut)
+
+    def _steering(self, command: Command) -> float:
+        """[rad] of the wheels that gives the yaw rate on average over the frames of the period."""
+        config, ego = self._base.config, self._base.vehicle
+        frames = config["simulation_frequency"] // config["policy_frequency"]
+        speed = ego.speed + command.acceleration * (frames - 1) / 2 / config["simulation_frequency"]
+        slip = math.asin(max(-1.0, min(1.0, -command.yaw_rate * ego.LENGTH / 2 / max(speed, 1e-9))))
+        return math.atan(2 * math.tan(slip))
+
+    def _hand_over(self) -> None:
+        """Let the environment's own driver drive the ego."""
+        base, kind = self._base, __import__("highway_env.vehicle.behavior",fromlist=["x"]).IDMVehicle
+        ego = base.vehicle
+        if not isinstance(ego, kind):
+            own = kind(base.road, ego.position, ego.heading, ego.speed, target_speed=ego.lane.speed_limit)
+            base.road.vehicles[base.road.vehicles.index(ego)] = base.vehicle = own
+
+
+def _mirrored(vehicle: Any, slip: float = 0.0) -> tuple[float, float, float, float]:
+    """Its state in a map whose y is to the left; the heading is that of its motion where the slip angle is given."""
+    x, y = vehicle.position
+    return float(x), -float(y), float(vehicle.speed), -float(vehicle.heading + slip)
+
+
+def _slip(vehicle: Any) -> float:
+    """[rad] of its motion against its heading."""
+    return math.atan(math.tan(getattr(vehicle, "action", {}).get("steering", 0.0)) / 2)
+
+
+def _road(lanes: list[Any]) -> Road:
+    """The road of parallel lanes, named from left to right, along highway-env's x."""
+    starts = np.array([lane.position(0.0, 0.0) for lane in lanes])
+    widths = np.array([lane.width_at(0.0) for lane in lanes])
+    if any(getattr(lane, "heading", None) != 0 for lane in lanes):
+        raise DataError("the road is not straight along x; choose an environment whose road is, as highway-v0")
+    edges = np.append(-starts[:, 1] + widths / 2, -starts[-1, 1] - widths[-1] / 2)[::-1]
+    return Road(edges=edges, length=float(lanes[0].length), speed_limit=lanes[0].speed_limit)
