@@ -1,14 +1,14 @@
 """How the driver fares in worlds of others: `python benchmarks/bridges.py --predictor results/predictor.safetensors`.
 
 - *highway-env*: its motorway of 3 lanes with 30 vehicles, at three densities. Its own driver is IDM and MOBIL.
-- *SUMO*: a motorway of 3 lanes and 4 km, with 15 % of trucks, 1500 or 2000 vehicles an hour on each lane. Its own driver
-  is Krauss' model with LC2013. The ego departs after 150 s.
+- *SUMO*: a motorway of 3 lanes and 4 km, 15 % trucks, 1500 or 2000 vehicles an hour on each lane; the ego departs after
+  150 s. Its own driver is Krauss' model with LC2013.
 
 The ego begins the same drives with each driver and wants the same speed, the world's limit: *own* is the world's,
 *default* ours, *keen* ours to whom every m/s below the wanted speed is worth more.
 
-Every drive is a file in a folder named like the output; what was stopped goes on where it was. Intervals are of 95 %, of
-the ratio of mean speeds by pairs of drives of one seed (linearised, Student's).
+Every drive is a file in a folder named like the output; what was stopped goes on where it was. Intervals are of 95 %;
+that of a ratio of mean speeds is of pairs of drives of one seed (linearised, Student's).
 """
 
 import argparse
@@ -28,6 +28,7 @@ from coverdrive.certificates.bounds import clopper_pearson
 from coverdrive.files import write_json
 from coverdrive.planning.planner import PlannerSettings
 from coverdrive.simulation.comparison import paired_t
+from coverdrive.simulation.outcome import Kind
 from coverdrive.simulation.statistics import miss_rate
 from coverdrive.simulation.trial import measure
 
@@ -117,7 +118,7 @@ def main() -> None:
                 file.parent.mkdir(parents=True, exist_ok=True)
                 values = driven(world, drivers[name, row], seed)
                 write_json(file, values)
-                print(name, row, seed, f"{values['mean_speed']:.2f} m/s", values["kind"], flush=True)
+                print(name, row, seed, f"{values['mean_speed']:.2f} m/s", "crashed" * values["crashed"], flush=True)
     result = {name: table(folder / name, chosen.drivers, chosen.seeds) for name in chosen.worlds}
     write_json(chosen.out, result)
     for name, rows in result.items():
@@ -129,56 +130,54 @@ def driven(world: World, driver: cd.Driver | None, seed: int) -> dict[str, Any]:
     """One drive; of the world's own driver there is only what the world tells."""
     if driver is not None:
         trace = drive(world, driver, seed)
-        return measure(trace, seed, seed) | {"crashed": world.crashed}
+        crashed = world.crashed or trace.outcome.kind is not Kind.FINISHED
+        return measure(trace, seed, seed) | {"crashed": crashed}
     world.reset(seed)
     speeds = [world.observe().own[2]]
     while not world.done:
         world.apply(None)
         speeds.append(world.observe().own[2])
-    return {"mean_speed": float(np.mean(speeds)), "crashed": world.crashed, "kind": "crashed" if world.crashed else ""}
+    return {"mean_speed": float(np.mean(speeds)), "crashed": world.crashed}
 
 
 def table(folder: Path, drivers: list[str], seeds: int) -> dict[str, Any]:
-    """What every driver did, on the seeds that all of them drove."""
-    found = {
-        row: [json.loads((folder / row / f"{seed:03}.json").read_text(encoding="utf-8")) for seed in range(seeds)]
-        for row in drivers
-    }
-    rows: dict[str, Any] = {}
-    for row, drives in found.items():
-        crashes = sum(each["crashed"] or each["kind"] in ("frontal", "side", "rear-end") for each in drives)
-        speeds = np.array([each["mean_speed"] for each in drives])
-        rows[row] = {
-            "drives": seeds,
-            "crashes": crashes,
-            "crashes, 95 %": clopper_pearson(crashes, seeds, 0.95),
-            "mean speed [m/s]": float(speeds.mean()),
-        }
-        if "own" in found and row != "own":
-            own = np.array([each["mean_speed"] for each in found["own"]])
+    """What every driver did, beside the world's own if that drove as well."""
+    found: dict[str, dict[str, Any]] = {}
+    for row in drivers:
+        files = [folder / row / f"{seed:03}.json" for seed in range(seeds)]
+        trials = pl.DataFrame(
+            [json.loads(each.read_text(encoding="utf-8")) for each in files], infer_schema_length=None
+        )
+        crashes, speeds = int(trials["crashed"].sum()), trials["mean_speed"].to_numpy()
+        found[row] = {"drives": seeds, "crashes": crashes, "bounds": clopper_pearson(crashes, seeds, 0.95)}
+        found[row]["mean_speed"] = float(speeds.mean())
+        if row == "own":
+            own = speeds
+            continue
+        found[row] |= {name: float(trials[name].mean()) for name in MEANS}
+        found[row] |= {name: float(trials[name].min()) for name in LEAST}
+        found[row]["windows"] = miss_rate(trials, "prediction_misses", "windows")._asdict()
+        found[row]["vehicles"] = miss_rate(trials, "vehicles_missed", "vehicles_seen")._asdict()
+        if "own" in found and seeds > 1:
             ratio = speeds.mean() / own.mean()
-            low, high, _ = paired_t(speeds - ratio * own, 0.95) if seeds > 1 else (np.nan, np.nan, 1.0)
-            rows[row]["times own"] = {"ratio": ratio, "low": ratio + low / own.mean(), "high": ratio + high / own.mean()}
-        if row != "own":
-            trials = pl.DataFrame(drives, infer_schema_length=None)
-            rows[row] |= {name: float(trials[name].mean()) for name in MEANS}
-            rows[row] |= {name: float(trials[name].min()) for name in LEAST}
-            rows[row]["windows missed"] = miss_rate(trials, "prediction_misses", "windows")._asdict()
-            rows[row]["vehicles missed"] = miss_rate(trials, "vehicles_missed", "vehicles_seen")._asdict()
-    return rows
+            low, high, _ = paired_t(speeds - ratio * own, 0.95)
+            found[row]["times_own"] = [ratio, ratio + low / own.mean(), ratio + high / own.mean()]
+    return found
 
 
 def told(name: str, row: str, values: dict[str, Any]) -> str:
     """A row of the table."""
-    low, high = values["crashes, 95 %"]
-    text = f"{name:16} {row:8} {values['drives']} drives: {values['crashes']} crashes ({low:.1%}–{high:.1%}); "
-    text += f"{values['mean speed [m/s]']:.2f} m/s"
-    if (times := values.get("times own")) is not None:
-        text += f", {times['ratio']:.3f} ({times['low']:.3f}–{times['high']:.3f}) times own"
-    if (missed := values.get("windows missed")) is not None:
-        text += f"; unsafe {values['share_unsafe']:.2%}; jerk along {values['jerk_longitudinal']:.1f} m/s³; windows missed "
-        text += f"{missed['missed'] / max(1, missed['total']):.2%}; least gap {values['minimum_gap']:.1f} m"
-    return text
+    low, high = values["bounds"]
+    parts = [f"{values['crashes']} of {values['drives']} crashed ({low:.1%}–{high:.1%})"]
+    parts.append(f"{values['mean_speed']:.2f} m/s")
+    if "times_own" in values:
+        parts.append("{:.3f} ({:.3f}–{:.3f}) times own".format(*values["times_own"]))
+    if "windows" in values:
+        missed = values["windows"]
+        parts.append(f"unsafe {values['share_unsafe']:.2%}, jerk {values['jerk_longitudinal']:.1f} m/s³")
+        parts.append(f"windows missed {missed['missed'] / max(1, missed['total']):.2%}")
+        parts.append(f"least gap {values['minimum_gap']:.1f} m, {values['planning_median'] * 1e3:.1f} ms a step")
+    return f"{name:16} {row:8} {'; '.join(parts)}"
 
 
 if __name__ == "__main__":

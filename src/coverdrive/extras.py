@@ -26,8 +26,8 @@ EXTRAS = {
     "casadi": Extra("CasADi", "reference", "the reference planner"),
     "piqp": Extra("PIQP", "svm", "the method svm"),
     "distributed": Extra("Dask", "cluster", "--cluster"),
-    "highway_env": Extra("highway-env", "highway-env", "its bridge"),
-    "libsumo": Extra("libsumo", "sumo", "the bridge to SUMO"),
+    "highway_env": Extra("highway-env", "highway-env", "coverdrive.bridges.highway_env"),
+    "libsumo": Extra("libsumo", "sumo", "coverdrive.bridges.sumo"),
 }
 """by the module to import"""
 

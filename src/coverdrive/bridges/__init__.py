@@ -1,1 +1,1 @@
-"""Worlds that others wrote, in which our driver drives: each needs an extra of the installation."""
+"""Other people's worlds and interfaces, each an extra of its own."""

@@ -5,6 +5,7 @@ there. Its vehicles are single-track models whose centre moves at a slip angle Î
 """
 
 import math
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -42,7 +43,8 @@ class HighwayEnv:
             MissingExtraError: highway-env is not installed.
         """
         require("highway_env")
-        self.env = __import__("gymnasium").make(name, config=CONFIG | config, render_mode=render_mode, disable_env_checker=True)
+        make = import_module("gymnasium").make
+        self.env = make(name, config=CONFIG | config, render_mode=render_mode, disable_env_checker=True)
         self.done = True
 
     @property
@@ -64,8 +66,7 @@ class HighwayEnv:
         """Begin the episode of a seed; a DataError if its road is not straight."""
         self.env.reset(seed=seed)
         self.done = False
-        beginning, end, _ = self._base.vehicle.lane_index
-        self._road = _road(self._base.road.network.graph[beginning][end])
+        self._road = _road(self._base.road.network.graph)
 
     def observe(self) -> Observation:
         """Everybody and everything solid nearby, mirrored."""
@@ -73,7 +74,7 @@ class HighwayEnv:
         ego = base.vehicle
         for each in (*base.road.vehicles, *base.road.objects):
             if each is not ego and each.solid and abs(each.position[0] - ego.position[0]) < FAR:
-                others[id(each)] = _mirrored(each, _slip(each)), (each.LENGTH, each.WIDTH)
+                others[id(each)] = _mirrored(each), (each.LENGTH, each.WIDTH)
         return Observation(_mirrored(ego), others, self._road)
 
     def apply(self, command: Command | None) -> None:
@@ -98,29 +99,26 @@ class HighwayEnv:
 
     def _hand_over(self) -> None:
         """Let the environment's own driver drive the ego."""
-        base, kind = self._base, __import__("highway_env.vehicle.behavior",fromlist=["x"]).IDMVehicle
+        base, kind = self._base, import_module("highway_env.vehicle.behavior").IDMVehicle
         ego = base.vehicle
         if not isinstance(ego, kind):
             own = kind(base.road, ego.position, ego.heading, ego.speed, target_speed=ego.lane.speed_limit)
             base.road.vehicles[base.road.vehicles.index(ego)] = base.vehicle = own
 
 
-def _mirrored(vehicle: Any, slip: float = 0.0) -> tuple[float, float, float, float]:
-    """Its state in a map whose y is to the left; the heading is that of its motion where the slip angle is given."""
+def _mirrored(vehicle: Any) -> tuple[float, float, float, float]:
+    """Its state in a map whose y is to the left."""
     x, y = vehicle.position
-    return float(x), -float(y), float(vehicle.speed), -float(vehicle.heading + slip)
+    return float(x), -float(y), float(vehicle.speed), -float(vehicle.heading)
 
 
-def _slip(vehicle: Any) -> float:
-    """[rad] of its motion against its heading."""
-    return math.atan(math.tan(getattr(vehicle, "action", {}).get("steering", 0.0)) / 2)
-
-
-def _road(lanes: list[Any]) -> Road:
+def _road(graph: dict[str, dict[str, list[Any]]]) -> Road:
     """The road of parallel lanes, named from left to right, along highway-env's x."""
-    starts = np.array([lane.position(0.0, 0.0) for lane in lanes])
+    lanes, *more = (lanes for ends in graph.values() for lanes in ends.values())
+    along = np.linspace(0.0, lanes[0].length, 5)
+    if more or not np.allclose([lane.heading_at(each) for lane in lanes for each in along], 0.0):
+        raise DataError("the road is not one straight road along x; choose an environment that has one, as highway-v0")
+    centres = np.array([-lane.position(0.0, 0.0)[1] for lane in lanes])
     widths = np.array([lane.width_at(0.0) for lane in lanes])
-    if any(getattr(lane, "heading", None) != 0 for lane in lanes):
-        raise DataError("the road is not straight along x; choose an environment whose road is, as highway-v0")
-    edges = np.append(-starts[:, 1] + widths / 2, -starts[-1, 1] - widths[-1] / 2)[::-1]
+    edges = np.append(centres + widths / 2, centres[-1] - widths[-1] / 2)[::-1]
     return Road(edges=edges, length=float(lanes[0].length), speed_limit=lanes[0].speed_limit)

@@ -4,7 +4,7 @@ Any planner drives in any such world, and so does the world's own driver, on the
 """
 
 from collections.abc import Hashable
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
 from coverdrive.driving.driver import Command, Driver
 from coverdrive.driving.perception import Told
@@ -37,6 +37,7 @@ class Car(NamedTuple):
     """[s] between two commands"""
 
 
+@runtime_checkable
 class World(Protocol):
     """A simulator with one car that can be driven from outside."""
 
