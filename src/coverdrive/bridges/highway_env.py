@@ -1,7 +1,7 @@
 """Drives in highway-env (E. Leurent, *An Environment for Autonomous Driving Decision-Making*, 2018), on straight roads.
 
 Its y runs to the right of the road and its angles turn clockwise, so that a left turn is positive here and negative
-there. Its vehicles are single-track models whose centre moves at a slip angle β to their heading, steps of Euler.
+there. Its vehicles are single-track models whose centre moves at a slip angle to their heading, in steps of Euler.
 """
 
 import math
@@ -55,7 +55,12 @@ class HighwayEnv:
     def car(self) -> Car:
         """The ego, and how often it is driven."""
         ego = self._base.vehicle
-        return Car(ego.LENGTH, ego.WIDTH, 1 / self._base.config["policy_frequency"])
+        return Car(ego.LENGTH, ego.WIDTH, self._frames / self._base.config["simulation_frequency"])
+
+    @property
+    def _frames(self) -> int:
+        """Steps of highway-env in a period."""
+        return self._base.config["simulation_frequency"] // self._base.config["policy_frequency"]
 
     @property
     def crashed(self) -> bool:
@@ -91,9 +96,8 @@ class HighwayEnv:
 
     def _steering(self, command: Command) -> float:
         """[rad] of the wheels that gives the yaw rate on average over the frames of the period."""
-        config, ego = self._base.config, self._base.vehicle
-        frames = config["simulation_frequency"] // config["policy_frequency"]
-        speed = ego.speed + command.acceleration * (frames - 1) / 2 / config["simulation_frequency"]
+        ego = self._base.vehicle
+        speed = ego.speed + command.acceleration * (self._frames - 1) / 2 / self._base.config["simulation_frequency"]
         slip = math.asin(max(-1.0, min(1.0, -command.yaw_rate * ego.LENGTH / 2 / max(speed, 1e-9))))
         return math.atan(2 * math.tan(slip))
 

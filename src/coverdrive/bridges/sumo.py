@@ -62,14 +62,15 @@ class Sumo:
                 raise DataError(f"no vehicle {self._ego!r} has departed; expected one in the demand")
             sumo.simulationStep()
         self._road = drawn_road(self._lanes())
-        self._own, self._taken = self._state(self._ego), False
-        self.done = self.crashed = False
+        self._own, self.done, self.crashed = self._state(self._ego), False, False
 
     def observe(self) -> Observation:
-        """Everybody nearby."""
+        """Everybody nearby who does not come from the other direction."""
         others = dict[Any, Any]()
         for name in self._sumo.vehicle.getIDList():
-            if name != self._ego and math.dist((state := self._state(name))[:2], self._own[:2]) < FAR:
+            state = self._state(name)
+            near = math.dist(state[:2], self._own[:2]) < FAR and math.cos(state[3] - self._own[3]) > 0
+            if near and name != self._ego:
                 others[name] = state, self._size(name)
         return Observation(self._own, others, self._road)
 
@@ -77,10 +78,8 @@ class Sumo:
         """Go on by one period; without a command SUMO's own driver models drive."""
         vehicle, ego = self._sumo.vehicle, self._ego
         if command is not None:
-            if not self._taken:
-                vehicle.setSpeedMode(ego, _UNCHECKED)
-                vehicle.setLaneChangeMode(ego, _UNCHECKED)
-                self._taken = True
+            vehicle.setSpeedMode(ego, _UNCHECKED)
+            vehicle.setLaneChangeMode(ego, _UNCHECKED)
             x, y, speed, heading = self._own
             x, y, speed, heading = moved((x, y, speed, heading), (command.acceleration, command.yaw_rate), self._period)
             self._own, ahead = (float(x), float(y), float(speed), float(heading)), vehicle.getLength(ego) / 2
