@@ -1,6 +1,7 @@
-"""Lets the tests of this folder import `simulation_fakes`."""
+"""Lets the tests of this folder import the fakes of other folders."""
 
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "simulation"))
+TESTS = Path(__file__).parents[1]
+sys.path[:0] = [str(TESTS / "driving"), str(TESTS / "simulation")]

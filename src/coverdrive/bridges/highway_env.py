@@ -43,7 +43,7 @@ class HighwayEnv:
             MissingExtraError: highway-env is not installed.
         """
         require("highway_env")
-        make = import_module("gymnasium").make
+        make = require("gymnasium").make
         self.env = make(name, config=CONFIG | config, render_mode=render_mode, disable_env_checker=True)
         self.done = True
 
