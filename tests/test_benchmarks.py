@@ -138,3 +138,22 @@ def test_closed_loop_of_planners(quick_fit: Path, tmp_path: Path, monkeypatch: p
     assert set(table) == {"default", *planners}
     assert all(each["planning_median"] > 0 and each["mean_speed"] > 5 for each in table.values())
     assert {each["windows missed"] for each in table.values()} == {None}  # no horizon is over
+
+
+@pytest.mark.slow
+def test_bridges(quick_predictor: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for module in ("highway_env", "libsumo"):
+        pytest.importorskip(module, reason="needs the extras highway-env and sumo")
+    quick = ("--predictor", str(quick_predictor), "--seeds", "1", "--drivers", "own", "default")
+    result = ran("bridges", tmp_path / "bridges.json", monkeypatch, *quick, "--worlds", "highway-env-1", "sumo-1500")
+    kept = tmp_path / "bridges" / "sumo-1500" / "default" / "000.json"
+    written = kept.stat().st_mtime_ns
+    for rows in result.values():
+        assert set(rows) == {"own", "default"}
+        assert rows["own"]["crashes"] == 0
+        assert all(10 < row["mean_speed"] < 34 for row in rows.values())
+        assert rows["default"]["windows"]["total"] > 1000
+    assert ran("bridges", tmp_path / "bridges.json", monkeypatch, *quick, "--worlds", "sumo-1500").keys() == {
+        "sumo-1500"
+    }
+    assert kept.stat().st_mtime_ns == written

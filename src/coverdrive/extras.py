@@ -27,6 +27,8 @@ EXTRAS = {
     "piqp": Extra("PIQP", "svm", "the method svm"),
     "distributed": Extra("Dask", "cluster", "--cluster"),
     "gymnasium": Extra("Gymnasium", "gymnasium", "coverdrive.bridges.gymnasium"),
+    "highway_env": Extra("highway-env", "highway-env", "coverdrive.bridges.highway_env"),
+    "libsumo": Extra("libsumo", "sumo", "coverdrive.bridges.sumo"),
 }
 """by the module to import"""
 
