@@ -132,13 +132,13 @@ def test_wanted_speeds_fall_before_a_curve_and_hold_in_it() -> None:
     curvature = np.where(np.arange(301) >= 240, 1 / 150, 0.0)
     road = Road(np.arange(4) * 3.6, LENGTH, ReferenceLine(np.zeros(2), 0.0, curvature, LENGTH, lat=5.4))
     table = table_of(road, PROBLEM)
-    assert table.wanted[0] > PROBLEM.cost.reference_speed
+    assert table.wanted_from(0.0, 30.0, PROBLEM, None)[0] == PROBLEM.cost.reference_speed
+    assert table.wanted_from(0.0, 30.0, PROBLEM, 20.0)[0] == 20.0
     comfort = np.sqrt(PROBLEM.cost.curve_share * 4 * 150)
     assert 0.9 * comfort < table.wanted[-1] <= comfort
-    assert table.wanted_from(0.0, 30.0, 40.0, PROBLEM)[0] == 40.0
     slower = np.diff(table.wanted**2) / (2 * 2.0)
     assert slower.min() == pytest.approx(-PROBLEM.cost.curve_braking)
     assert table.wanted[-1] < table.road.rows[-1, 3] <= np.sqrt(0.9 * 4 * 150)
-    wanted = table.wanted_from(400.0, 30.0, 40.0, PROBLEM)
+    wanted = table.wanted_from(400.0, 30.0, PROBLEM, 40.0)
     assert (np.diff(wanted) < 0).all() and len(wanted) == 13
     assert table.vehicle.braking < CAR.max_deceleration == CONSTANTS.vehicle.braking

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from planning_scenes import CAR, CONSTANTS, DT, STRAIGHT, drive, rollout
 
-from coverdrive.planning.vehicle import steering_of, step, within_limits
+from coverdrive.planning.vehicle import step, within_limits
 
 LIMITS, L = CONSTANTS.vehicle, 2.579
 
@@ -24,13 +24,6 @@ def test_step_by_hand() -> None:
 def test_rollout_by_hand() -> None:
     states = rollout(np.array([0.0, 0.0, 20.0, 0.0]), np.array([[4.0, 0.0], [-8.0, 0.0]]), 0.5)
     np.testing.assert_allclose(states, [[0, 0, 20, 0], [10.5, 0, 22, 0], [20.5, 0, 18, 0]])
-
-
-def test_steering_gives_the_yaw_rate_of_a_single_track_model() -> None:
-    angle = steering_of(20.0, np.array([2.0, 0.1]), 0.1, CAR)
-    assert 20.1 * np.tan(angle) / L == pytest.approx(0.1)
-    assert steering_of(1.0, np.array([0.0, -5.0]), 0.1, CAR) == -CAR.max_steering
-    assert steering_of(0.0, np.array([-8.0, 0.3]), 0.1, CAR) == 0.0
 
 
 @pytest.mark.parametrize(

@@ -45,7 +45,7 @@ class Goal:
         Raises:
             SettingError: there is no such lane on this road.
         """
-        lanes = (self.lanes,) if isinstance(self.lanes, int) else tuple(self.lanes)
+        lanes = tuple(np.atleast_1d(np.asarray(self.lanes, dtype=int)).tolist())
         if any(not 0 <= lane < road.lanes for lane in lanes):
             raise SettingError(f"the goal names the lanes {lanes}; expected some of 0 to {road.lanes - 1}")
         speed = usual if self.speed is None else float(np.clip(usual, *self.speed))

@@ -87,11 +87,9 @@ class Perception:
         whole[:, 3] = road.heading_to_road(whole[:, 0], whole[:, 3])
         turned = np.abs(whole[:, 3]) > np.pi
         whole[turned, 3] = np.remainder(whole[turned, 3] + np.pi, 2 * np.pi) - np.pi
-        if road.line is not None:  # from here on speed and heading are those of (lon, lat)
-            along = whole[:, 2] * np.cos(whole[:, 3]) / road.stretch(whole[:, 0], whole[:, 1])
-            across = whole[:, 2] * np.sin(whole[:, 3])
-            whole[:, 2], whole[:, 3] = np.hypot(along, across), np.arctan2(across, along)
         seen = self._look(list(others), whole, measured, road)
+        speed, heading = road.rates(whole[:, 0], whole[:, 1], np.abs(whole[:, 2]), whole[:, 3])
+        whole[:, 2], whole[:, 3] = np.copysign(speed, whole[:, 2]), heading
         self._moment += 1
         return self._arranged(list(others), whole, np.array(sizes), seen)
 
@@ -118,8 +116,9 @@ class Perception:
                 known[i] = found is not None
                 if found is not None:
                     states[i, :2], rates[i] = found[:2], found[2:]
+        lon, lat = states[measured, :2].T
         along, across = rates[measured].T
-        states[measured, 2:] = np.transpose(motion(along, across, self._smoothing))
+        states[measured, 2:] = np.transpose(motion(along * road.stretch(lon, lat), across, self._smoothing))
         return known
 
     def _new(self, name: Hashable) -> _Vehicle:

@@ -19,6 +19,7 @@ from coverdrive.planning.constants import constants_of
 from coverdrive.planning.evaluate import Plans, empty_plans, evaluate, write_slack
 from coverdrive.planning.fallback import assumed_state, continued, plausible
 from coverdrive.planning.follower import FollowerSettings, with_careful_follower, without_follower
+from coverdrive.planning.leaders import LeaderSettings, with_braking_leaders
 from coverdrive.planning.merit import Surroundings
 from coverdrive.planning.obstacles import likely_paths, obstacles_of, packed
 from coverdrive.planning.path_memory import PathMemory
@@ -64,6 +65,8 @@ class PlannerSettings(Settings):
     as ``follower`` says, so that it does not push the ego into another, even where nothing is clear then either"""
     follower: FollowerSettings = FollowerSettings()
     """what that vehicle is trusted to do"""
+    leaders: LeaderSettings = LeaderSettings()
+    """what the vehicles directly ahead may do besides, as far as a plan that is clear of it exists"""
     grace: float = Field(default=0.5, ge=0, le=10)
     """[s] for which a vehicle that vanished is taken to be on one of its last predicted paths, and for which the
     ego is taken to follow its last plan where its state cannot be true, or cannot have come about since. Then it brakes
@@ -178,7 +181,10 @@ class MpcPlanner:
         """
         begun, problem = time.perf_counter(), self.settings.problem
         check_times(paths, problem)
-        self._take(wish, road)
+        self._wish = wish
+        if road is not self._road:
+            self._table, self._road = table_of(road, problem), road
+            self._constants = self._constants._replace(vehicle=self._table.vehicle)
         measured = np.ascontiguousarray(state, dtype=float)
         believed, memory = plausible(measured, problem.vehicle, road), self._memory
         known, unknown = bool(believed.all()), 0.0
@@ -194,14 +200,6 @@ class MpcPlanner:
         plan = self._plan_of(found, measured, status if known and complete else Status.INVALID_INPUT)
         self._remember(found, targets, plan, measured, unknown)
         return replace(plan, seconds=time.perf_counter() - begun)
-
-    def _take(self, wish: Wish, road: Road) -> None:
-        """Plan with this wish, and on this road, from now on."""
-        if road is not self._road:
-            self._table, self._road = table_of(road, self.settings.problem), road
-            self._constants = self._constants._replace(vehicle=self._table.vehicle)
-        speed = self.settings.problem.cost.reference_speed if wish.speed is None else float(wish.speed)
-        self._wish, self._constants = wish, self._constants._replace(reference_speed=speed)
 
     def _continued(
         self, state: Float[np.ndarray, " 4"], expected: Float[np.ndarray, " 4"], paths: PredictedPaths
@@ -219,7 +217,7 @@ class MpcPlanner:
         if self.settings.problem.obstacles.ignore_rear:
             paths = without_follower(state, paths, road)
         targets = target_lanes(state, road, self.steps * self.dt)
-        found = self._search(state, paths, targets, begun) if searching else None
+        found = self._clear_of_leaders(state, paths, road, targets, begun) if searching else None
         if found is None:
             own = TargetLanes(targets.lanes[:1], targets.lat[:1], targets.ending[:1])
             return self._braking(state, paths, own), own, Status.UNSAFE
@@ -232,6 +230,20 @@ class MpcPlanner:
         status = Status.REAR if yielded.clear else Status.UNSAFE
         evaluate(yielded.plans, yielded.chosen, yielded.chosen + 1, found.around, self._constants)
         return yielded._replace(around=found.around), targets, status
+
+    def _clear_of_leaders(
+        self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, targets: TargetLanes, begun: float
+    ) -> _Found | None:
+        """What is clear even if vehicles ahead brake hard, else what the search chooses for the paths alone."""
+        braking = with_braking_leaders(state, paths, road, self.settings.leaders)
+        found = self._search(state, braking, targets, begun)
+        if len(braking) == len(paths) or (found and found.clear):
+            return found
+        if found is None or time.perf_counter() - begun <= self._budget:
+            return self._search(state, paths, targets, begun)
+        found = found._replace(around=self._around(state, paths))
+        evaluate(found.plans, found.chosen, found.chosen + 1, found.around, self._constants)
+        return found
 
     def _with_careful_follower(
         self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, begun: float
@@ -288,9 +300,7 @@ class MpcPlanner:
     def _around(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths) -> Surroundings:
         """What the search is made for."""
         applied = self._memory.applied if self._memory else np.zeros(2)
-        return surroundings_of(
-            state, applied, paths, self._table, self.settings.problem, self._constants.reference_speed
-        )
+        return surroundings_of(state, applied, paths, self._table, self.settings.problem, self._wish.speed)
 
     def _plan_of(self, found: _Found, state: Float[np.ndarray, " 4"], status: Status) -> Plan:
         """The chosen plan, on the road."""
@@ -339,16 +349,16 @@ def check_times(paths: PredictedPaths, problem: ProblemSettings) -> None:
 
 def surroundings_of(
     state: Float[np.ndarray, " 4"], applied: Float[np.ndarray, " 2"], paths: PredictedPaths, table: RoadTable,
-    problem: ProblemSettings, speed: float,
+    problem: ProblemSettings, speed: float | None = None,
 ) -> Surroundings:  # fmt: skip
-    """What a plan is made for, seen from where the ego is: after these inputs were applied, at a wanted speed [m/s]."""
+    """What a plan is made for, along the road from where the ego is, after these inputs; at a wished speed [m/s]."""
     vehicle, shape, paths = table.reaching, problem.obstacles, on_road(paths, float(state[0]), table)
     every, likely = (obstacles_of(each, shape) for each in (paths, likely_paths(paths, problem.branches.tube)))
     return Surroundings(
         state=np.array([0.0, *state[1:]]),
         previous_input=np.array(applied),
         road=table.ahead(float(state[0])),
-        wanted=table.wanted_from(float(state[0]), float(state[2]), speed, problem),
+        wanted=table.wanted_from(float(state[0]), float(state[2]), problem, speed),
         boxes=packed(state, every, problem.dt, vehicle, shape),
         likely=packed(state, likely, problem.dt, vehicle, shape),
     )

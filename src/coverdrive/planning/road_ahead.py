@@ -61,6 +61,14 @@ def bent(state: Any, curvature: Any, change: Any, line: float) -> tuple[Any, Any
     return share, square * share / stretch, follow, gain, (1 - stretch**2) * sine * cosine / share
 
 
+def bent_on(state: Any, road: Road) -> tuple[Any, Any, Any, Any, Any]:
+    """`bent` at a state of numbers or arrays on a road."""
+    if road.line is None:
+        return *STRAIGHT, 0.0
+    change = (road.curvature(state[0] + _APART / 2) - road.curvature(state[0] - _APART / 2)) / _APART
+    return bent(state, road.curvature(state[0]), change, road.line.lat)
+
+
 class Controls(NamedTuple):
     """What a real car does, or is to do."""
 
@@ -86,9 +94,7 @@ def controls(
         wheelbase: [m] of the car.
     """
     lon, lat, speed, heading = (state[..., i] for i in range(4))
-    change = (road.curvature(lon + _APART / 2) - road.curvature(lon - _APART / 2)) / _APART
-    line = 0.0 if road.line is None else road.line.lat
-    share, ease, follow, gain, swing = bent((lon, lat, speed, heading), road.curvature(lon), change, line)
+    share, ease, follow, gain, swing = bent_on((lon, lat, speed, heading), road)
     real, turn = share * speed, share * (inputs[..., 1] / ease + speed * follow)
     acceleration = share * inputs[..., 0] + speed * swing * inputs[..., 1] + gain
     bend = np.where(real > TINY, turn / np.maximum(real, TINY), follow)

@@ -50,7 +50,7 @@ class RoadTable(NamedTuple):
     sharpest: Float[np.ndarray, " R"]
     """[1/m] largest curvature, without its sign, of all that is near"""
     wanted: Float[np.ndarray, " R"]
-    """[m/s] the most that is wanted where the road bends"""
+    """[m/s] speed at which curves are driven"""
     ends: Float[np.ndarray, "E 2"]
     """[m] centres of what stands beside the road where lanes end"""
     vehicle: Any
@@ -62,13 +62,19 @@ class RoadTable(NamedTuple):
         """The road as seen from a position [m]."""
         return self.road._replace(first=-lon)
 
-    def wanted_from(self, lon: float, speed: float, wanted: float, problem: ProblemSettings) -> Float[np.ndarray, " P"]:
-        """[m/s] the wanted speed at every moment, getting along from a position [m] and speed [m/s] as fast as that."""
+    def wanted_from(
+        self, lon: float, speed: float, problem: ProblemSettings, wished: float | None
+    ) -> Float[np.ndarray, " P"]:
+        """[m/s] the wanted speed at every moment, getting along from a position [m] and speed [m/s] as fast as that.
+
+        Where no curve asks for less it is the wished one, or the reference speed of the problem.
+        """
+        usual = problem.cost.reference_speed if wished is None else min(max(wished, 0.0), problem.vehicle.max_speed)
         if len(self.wanted) == 1:
-            return np.full(problem.steps + 1, wanted)
+            return np.full(problem.steps + 1, usual)
         result, rows = np.empty(problem.steps + 1), self.road.spacing * np.arange(len(self.wanted))
         for k in range(len(result)):
-            result[k] = min(wanted, np.interp(lon, rows, self.wanted))
+            result[k] = min(np.interp(lon, rows, self.wanted), usual)
             slower = speed - problem.dt * problem.cost.curve_braking
             speed = min(speed + problem.dt * problem.vehicle.max_acceleration, max(result[k], slower))
             lon += problem.dt * speed

@@ -32,12 +32,13 @@ def target_lanes(state: Float[np.ndarray, " 4"], road: Road, horizon: float) -> 
         lanes = [lane, *beside]
         return TargetLanes(lanes, np.array(road.centres, dtype=float)[lanes], np.zeros(len(lanes), bool))
     lon, way = float(state[0]), max(float(state[2]), 0.0)
-
-    def goes_on(seconds: float) -> Bool[np.ndarray, " L"]:
-        """Whether each lane of the road is there for as long."""
-        return np.asarray(road.has_lane(np.arange(lon, lon + seconds * way + 2 * _STEP, _STEP)).all(axis=0))
-
-    soon, later = goes_on(horizon), goes_on(_AHEAD)
+    soon = _all_along(road, lon, horizon * way)
     lanes = [lane, *(side for side in beside if soon[side])]
-    edges = road.edges_at(np.array(lon + (horizon / 2 * way if soon[lane] else 0.0)))
-    return TargetLanes(lanes, ((edges[:-1] + edges[1:]) / 2)[lanes], ~later[lanes])
+    ending = ~_all_along(road, lon, _AHEAD * way)
+    there = road.edges_at(lon + (horizon / 2 * way if soon[lane] else 0.0))
+    return TargetLanes(lanes, ((there[:-1] + there[1:]) / 2)[lanes], ending[lanes])
+
+
+def _all_along(road: Road, lon: float, way: float) -> Bool[np.ndarray, " L"]:
+    """Which lanes are there all the way [m] from a position [m] on."""
+    return np.all(road.has_lane(np.arange(lon, lon + way + 2 * _STEP, _STEP)), axis=0)

@@ -87,20 +87,6 @@ def step(state: Float[np.ndarray, "*n 4"], inputs: Float[np.ndarray, "*n 2"], dt
     return np.stack(moved((lon, lat, speed, heading), (inputs[..., 0], inputs[..., 1]), dt), axis=-1)
 
 
-def steering_of(speed: float, inputs: Float[np.ndarray, " 2"], elapsed: float, vehicle: VehicleSettings) -> float:
-    """Angle [rad] of the front wheels of the kinematic single-track model that gives a yaw rate; 0 where it stands.
-
-    Args:
-        speed: [m/s] now.
-        inputs: acceleration [m/s²] and yaw rate [rad/s], held for ``elapsed`` [s].
-        elapsed: [s].
-        vehicle: whose wheelbase and largest angle count.
-    """
-    mean = max(speed + elapsed / 2 * float(inputs[0]), 0.0)
-    angle = np.arctan2(vehicle.wheelbase * float(inputs[1]), mean) if mean > TINY else 0.0
-    return float(np.clip(angle, -vehicle.max_steering, vehicle.max_steering))
-
-
 @compiled
 def yaw_rates(
     speed: float, acceleration: float, before: tuple[float, float], elapsed: float, bend: Bend, vehicle: Any
