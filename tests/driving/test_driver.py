@@ -65,7 +65,7 @@ def test_a_car_that_steers_as_told_follows_the_bend_of_the_road(curvature: float
             heading += 0.01 * speed * np.tan(command.steering) / wheelbase
             speed += 0.01 * command.acceleration
     lon, lat = road.to_road(x, y)
-    assert (140 if abs(curvature) > 1 / 500 else 150) < lon < 162  # tight curves are driven at 17 m/s
+    assert (138 if abs(curvature) > 1 / 500 else 150) < lon < 162  # tight curves are driven at 17 m/s
     assert lat == pytest.approx(5.4, abs=0.15)
 
 
