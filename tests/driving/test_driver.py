@@ -65,7 +65,7 @@ def test_a_car_that_steers_as_told_follows_the_bend_of_the_road(curvature: float
             heading += 0.01 * speed * np.tan(command.steering) / wheelbase
             speed += 0.01 * command.acceleration
     lon, lat = road.to_road(x, y)
-    assert 150 < lon < 162
+    assert 130 < lon < 162  # in the sharper bends it slows down
     assert lat == pytest.approx(5.4, abs=0.15)
 
 
@@ -144,7 +144,7 @@ def test_wanted_speeds() -> None:
     late = Goal(position=(150.0, 160.0), time=(10.0, 11.0))
     assert 150 <= driven(late, 100)[0][0] <= 160
     soon = Goal(position=(290.0, np.inf), time=(0.0, 10.0))
-    assert driven(Goal(position=(900.0, np.inf), time=(0.0, 1.0)), 100)[0][2] > 40  # as fast as the car can be
+    assert driven(Goal(position=(900.0, np.inf), time=(0.0, 10.5)), 100)[0][2] > 40  # as fast as the car can be
     assert driven(soon, 100)[0][0] >= 288 > driven(None, 100)[0][0] + 30
 
 
