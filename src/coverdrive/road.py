@@ -154,6 +154,13 @@ class Road:
         along, across = speed * np.cos(heading) / self.stretch(lon, lat), speed * np.sin(heading)
         return np.hypot(along, across), np.arctan2(across, along)
 
+    def bodies_to_map(self, lon: Numbers, lat: Numbers, heading: Numbers) -> tuple[Numbers, Numbers]:
+        """Centres (…, 2) [m] and directions [rad] on the map of bodies with headings of the rates of lon and lat."""
+        if self.line is None:
+            return np.stack([lon, lat], axis=-1), heading
+        x, y = self.velocity_to_map(lon, lat, np.cos(heading), np.sin(heading))
+        return np.stack(self.to_map(lon, lat), axis=-1), np.arctan2(y, x)
+
     def mirrored(self) -> "Road":
         """The same road with left and right exchanged (lat → −lat)."""
         return replace(

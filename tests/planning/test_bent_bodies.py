@@ -139,6 +139,6 @@ def test_wanted_speeds_fall_before_a_curve_and_hold_in_it() -> None:
     slower = np.diff(table.wanted**2) / (2 * 2.0)
     assert slower.min() == pytest.approx(-PROBLEM.cost.curve_braking)
     assert table.wanted[-1] < table.road.rows[-1, 3] <= np.sqrt(0.9 * 4 * 150)
-    wanted = table.wanted_from(400.0, 30.0, PROBLEM)
+    wanted = table.wanted_from(400.0, 30.0, PROBLEM, 40.0)
     assert (np.diff(wanted) < 0).all() and len(wanted) == 13
     assert table.vehicle.braking < CAR.max_deceleration == CONSTANTS.vehicle.braking

@@ -18,16 +18,24 @@ SAMPLES = 12
 
 
 def others(rng: np.random.Generator, state: np.ndarray, vehicles: int) -> tuple[PredictedPaths, np.ndarray, np.ndarray]:
-    """Paths, and true states (S, T, 4) and half sizes (S, 2): anywhere in the boxes, and turned a little."""
+    """Paths, and true states (S, T, 4) and half sizes (S, 2): anywhere in the boxes, and turned a little.
+
+    Half of the vehicles drive right beside the ego.
+    """
     along = np.where(rng.random(vehicles) < 0.3, 0.0, rng.uniform(-20, 35, vehicles))
     across = np.where(rng.random(vehicles) < 0.5, 0.0, rng.uniform(-2, 2, vehicles))
     meeting, near = rng.uniform(0, 3, vehicles), rng.choice([0.3, 1.0], vehicles)
     lon = state[0] + (state[2] - along) * meeting + near * rng.uniform(-25, 25, vehicles)
     lat = state[1] - across * meeting + near * rng.uniform(-7, 7, vehicles)
-    points = np.stack([lon[:, None] + along[:, None] * TIMES, lat[:, None] + across[:, None] * TIMES], axis=-1)
-    points += rng.normal(0, 0.1, points.shape).cumsum(1)
     sizes, heading = np.concatenate([SIZES, [[9.0, 1.3]]])[rng.integers(4, size=vehicles)], rng.normal(0, 0.1, vehicles)
-    room = rng.uniform(0, 0.4) * TIMES[:, None]
+    beside = rng.random(vehicles) < 0.5
+    side = np.where(rng.random(vehicles) < 0.5, -1, 1) * (sizes[:, 1] + CAR.width / 2 + rng.uniform(0, 0.6, vehicles))
+    along, across, heading = (np.where(beside, *each) for each in ((state[2], along), (0, across), (0, heading)))
+    lon = np.where(beside, state[0] + rng.uniform(-8, 8, vehicles), lon)
+    lat = np.where(beside, state[1] + side, lat)
+    points = np.stack([lon[:, None] + along[:, None] * TIMES, lat[:, None] + across[:, None] * TIMES], axis=-1)
+    points += (rng.normal(0, 0.1, points.shape) * ~beside[:, None, None]).cumsum(1)
+    room = rng.choice([0.0, 0.1, 0.4]) * TIMES[:, None]
     half_sizes = turned_half_extents(sizes, heading)[:, None] + room
     share = rng.uniform(-1, 1, (vehicles, 1, 2))
     where = sampled(points, SAMPLES) + share * sampled(np.broadcast_to(room, points.shape[1:]), SAMPLES)
@@ -58,7 +66,7 @@ def clear_and_wrong(first: int, roads: int, scenes: int = 5, plans: int = 6) -> 
             lat = rng.uniform(1.2, 9.6)
             state = np.array([rng.uniform(150, 400), lat, rng.uniform(0, 30), rng.normal(0, 0.04)])
             paths, true, sizes = others(rng, state, 2)
-            around = surroundings_of(state, np.zeros(2), paths, table, PROBLEM)
+            around = surroundings_of(state, np.zeros(2), paths, table, PROBLEM, 40.0)
             wished = wishes(rng, plans) * [1.0, rng.choice([0.05, 0.2, 1.0])]
             got = evaluated(wished, around, constants=constants)
             found += wrong(state, fail_safe(got)[got.clear], in_map(true, road), sizes, road)
@@ -80,7 +88,7 @@ def wrong(state: np.ndarray, inputs: np.ndarray, theirs: tuple, sizes: np.ndarra
 def test_what_is_called_clear_touches_nothing_and_keeps_to_the_road() -> None:
     clear, touching, leaving = clear_and_wrong(0, 120)
     assert touching == leaving == 0
-    assert 500 < clear < 2500
+    assert 300 < clear < 3000
 
 
 @pytest.mark.slow
@@ -89,13 +97,14 @@ def test_what_is_called_clear_is_so_in_many_scenes(part: int) -> None:
     """100,000 scenes in all."""
     clear, touching, leaving = clear_and_wrong(1000 + 5000 * part, 5000)
     assert touching == leaving == 0
-    assert clear > 20_000
+    assert clear > 12_000
 
 
-def test_boxes_as_on_a_straight_road_would_not_do(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The negative control: with straight bodies and edges where the middle of the body is, some touch or leave."""
+def test_straight_bodies_and_wider_roads_would_not_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The negative control: with bodies as on a straight road some touch, with edges 0.3 m further out some leave."""
+    innermost = road_table._innermost
     monkeypatch.setattr(road_table, "bent_half_sizes", lambda half_sizes, *_: half_sizes)
-    monkeypatch.setattr(road_table, "_largest", lambda values, _: values)
+    monkeypatch.setattr(road_table, "_innermost", lambda *given: innermost(*given) - 0.3)
     _, touching, leaving = clear_and_wrong(0, 120)
     assert touching > 0
     assert leaving > 0

@@ -34,6 +34,8 @@ def test_lanes_that_begin_and_two_that_end() -> None:
     assert np.isinf(course.ends[1][:2]).all()
     assert 300 < course.ends[1][2] < 330 and course.ends[1][3] < 140
     assert course.way_out.tolist() == [0, 0, -1, -1]
+    through = course.through.edges_at(np.array([0.0, 600.0]))
+    assert through == pytest.approx(np.array([[3.6, 3.6, 7.2], [0.0, 3.6, 7.2]]))
     assert Course(road.mirrored()).way_out.tolist() == [1, 1, 0, 0]
 
 

@@ -79,7 +79,8 @@ def test_the_ego_starts_beside_the_ramp_and_nobody_beyond_its_end():
     settings = InitialSettings(ramp=60.0, position=40.0, lanes=2, ahead=100.0)
     road = settings.road()
     for seed in range(20):
-        scene = initial_scene(settings, 4, np.random.default_rng(seed))
+        assert (initial_scene(settings, 4, np.random.default_rng(seed)).lat > 3.6).all()
+        scene = initial_scene(settings, 4, np.random.default_rng(seed), on_ramp=True)
         assert (scene.lon[EGO], scene.lat[EGO]) == (40.0, pytest.approx(5.4))
         assert road.has_lane(scene.lon + scene.length / 2)[np.arange(5), road.lane_at(scene.lon, scene.lat)].all()
         assert (scene.lat[scene.lon > 130] > 3.6).all()

@@ -140,7 +140,7 @@ class Motorway(gymnasium.Env[Any, Any]):
         self._scenes.append(moved.scene)
         if self._sets:
             self._steps.append(self._recorded(before, moved))
-        self._outcome = collision_at(len(self._scenes) - 1, self._scenes, dt)
+        self._outcome = collision_at(len(self._scenes) - 1, self._scenes, dt, self.road)
         _, lat, speed, heading = moved.scene.states[EGO].tolist()
         edges = self.road.edges_at(moved.scene.lon[:1])[0]
         off_road = not edges[0] <= lat <= edges[-1]

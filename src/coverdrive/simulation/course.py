@@ -3,13 +3,13 @@
 L lanes.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float, Int
 
-from coverdrive.road import Road
+from coverdrive.road import LaneEdges, Road
 
 COMFORT = 2.0
 """[m/s²] lateral acceleration at which a usual driver takes a bend (about what AASHTO designs them for)"""
@@ -60,6 +60,17 @@ class Course:
         end = self.ends[1]
         left, right = np.append(end[1:], -np.inf), np.append(-np.inf, end[:-1])
         return np.where(np.isinf(end) | (np.maximum(left, right) <= end), 0, np.where(left >= right, 1, -1))
+
+    @property
+    def through(self) -> Road:
+        """The road without the lanes that end on its sides."""
+        first, last = np.flatnonzero(self.way_out == 0)[[0, -1]]
+        kept, changing = slice(first, last + 2), self.road.changing
+        return replace(
+            self.road,
+            edges=self.road.edges[kept],
+            changing=changing and LaneEdges(changing.lon, changing.lat[:, kept]),
+        )
 
     @cached_property
     def _speeds(self) -> Float[np.ndarray, " n"]:

@@ -101,7 +101,7 @@ class DriverTraffic:
         spread = settings.model_copy(update={"behind": own.behind, "ahead": own.ahead, "gap": gap})
         wanted = settings.desired_speed or own.drivers.desired_speed
         self._usual = own.drivers.model_copy(update={"desired_speed": wanted})
-        return Start(initial_scene(spread, vehicles, rng), spread.road(), np.inf)
+        return Start(initial_scene(spread, vehicles, rng, on_ramp=True), spread.road(), np.inf)
 
     def reset(
         self, scene: Scene, road: Road, rng: np.random.Generator, controlled: Bool[np.ndarray, " A"] | None = None

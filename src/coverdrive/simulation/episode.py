@@ -72,7 +72,7 @@ def run_episode(
         steps.append(taken)
         scenes.append(taken.scene)
         done(k, last)
-        collision = collision_at(k, scenes, settings.step)
+        collision = collision_at(k, scenes, settings.step, road)
         if collision is not None:
             outcome = collision
             break

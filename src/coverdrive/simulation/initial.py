@@ -61,26 +61,28 @@ class InitialSettings(RoadSettings):
         return self.road_of(self.road_length)
 
 
-def initial_scene(settings: InitialSettings, vehicles: int, rng: np.random.Generator) -> Scene:
+def initial_scene(settings: InitialSettings, vehicles: int, rng: np.random.Generator, on_ramp: bool = False) -> Scene:
     """Draw the ego and ``vehicles`` others by rejection: all anew until none is too close to another.
 
-    Where they are so dense that this does not succeed, those that are too close to another are drawn anew.
+    Where they are so dense that this does not succeed, those that are too close to another are drawn anew. Some are
+    ``on_ramp`` only if they know how to leave it.
 
     Raises:
         StartError: the vehicles cannot be placed.
     """
     road, slots = settings.road(), vehicles + 1
+    first = 0 if on_ramp else road.lanes - settings.lanes
     for _ in range(_ATTEMPTS if vehicles < _MANY else 0):
-        sizes, places = _draw_sizes(settings, slots, rng), _draw_places(settings, road, slots, rng)
+        sizes, places = _draw_sizes(settings, slots, rng), _draw_places(settings, road, first, slots, rng)
         if not _misplaced(settings, road, sizes, places).any():
             return _scene(settings, road, sizes, places)
     for _ in range(_ATTEMPTS // _REPAIRS):
-        sizes, places = _draw_sizes(settings, slots, rng), _draw_places(settings, road, slots, rng)
+        sizes, places = _draw_sizes(settings, slots, rng), _draw_places(settings, road, first, slots, rng)
         for _ in range(_REPAIRS):
             misplaced = _misplaced(settings, road, sizes, places)
             if not misplaced.any():
                 return _scene(settings, road, sizes, places)
-            places = np.where(misplaced, _draw_places(settings, road, slots, rng), places)
+            places = np.where(misplaced, _draw_places(settings, road, first, slots, rng), places)
     raise StartError(
         f"{vehicles} uncontrolled vehicles of {settings.length} m could not be placed on {settings.lanes} lanes "
         f"between lon {settings.behind} and {settings.ahead} m with gaps of {settings.gap} m in {2 * _ATTEMPTS} "
@@ -99,10 +101,10 @@ def _draw_sizes(settings: InitialSettings, slots: int, rng: np.random.Generator)
 
 
 def _draw_places(
-    settings: InitialSettings, road: Road, slots: int, rng: np.random.Generator
+    settings: InitialSettings, road: Road, first: int, slots: int, rng: np.random.Generator
 ) -> Float[np.ndarray, "2 A"]:
-    """Lanes, and lon [m]."""
-    lane = rng.integers(road.lanes, size=slots)
+    """Lanes, from the first one on, and lon [m]."""
+    lane = rng.integers(first, road.lanes, size=slots)
     lon = settings.position + rng.uniform(settings.behind, settings.ahead, slots)
     lane[EGO], lon[EGO] = road.lanes - settings.lanes, settings.position
     return np.stack([lane, lon])

@@ -4,7 +4,8 @@ Every 0.3 s the uncontrolled vehicles choose anew, one after the other in random
 trajectories that the predictor calls possible and that pass the collision check, over the whole horizon, against
 the other uncontrolled vehicles' chosen paths and the road's edges. Those that have not chosen yet are taken on their
 previous choice. The ego is taken into account at constant velocity, and only by a vehicle that has it directly in
-front. To the check, bodies are boxes along the road that hold the turned vehicles.
+front. To the check, bodies are boxes along the road that hold the turned vehicles, and lanes that end are none: a set
+need not lead out of them.
 
 A slots, M base trajectories or paths, B other vehicles, n times from now to the end of the horizon.
 """
@@ -21,6 +22,7 @@ from coverdrive.prediction.motion import follow
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.settings import Settings
+from coverdrive.simulation.course import Course
 from coverdrive.simulation.initial import EGO
 from coverdrive.simulation.motion import constant_velocity, with_states
 from coverdrive.simulation.predictor import Predictor
@@ -52,7 +54,7 @@ class SetSamplingTraffic:
         ``controlled`` are the slots that this model moves, if not all but the ego's; vehicles of other models are taken
         into account at constant velocity.
         """
-        self._road, self._rng = road, rng
+        self._road, self._through, self._rng = road, Course(road).through, rng
         self._controlled = np.arange(scene.vehicles) != EGO if controlled is None else controlled
         self._age = 0
         self._paths = scene.states[:, None]
@@ -86,7 +88,7 @@ class SetSamplingTraffic:
             others = scene.valid & (np.arange(scene.vehicles) != slot)
             others[EGO] &= heeds_own[slot]
             apart = clearance(paths[:, 1:], half_sizes[slot], self._paths[others, 1:], half_sizes[others])
-            clear = np.minimum(apart, road_clearance(paths, half_sizes[slot], self._road))
+            clear = np.minimum(apart, road_clearance(paths, half_sizes[slot], self._through))
             base, stuck[slot] = self._pick(possible[slot], clear, deviation[slot])
             missed[slot] = not possible[slot, base]
             self._base[slot] = base
