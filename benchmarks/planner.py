@@ -28,10 +28,12 @@ from coverdrive.paths import PredictedPaths
 from coverdrive.planning.constants import Constants, constants_of
 from coverdrive.planning.evaluate import Plans, empty_plans, evaluate
 from coverdrive.planning.follower import with_careful_follower
+from coverdrive.planning.leaders import LeaderSettings, with_braking_leaders
 from coverdrive.planning.merit import Surroundings
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.planner import MpcPlanner, surroundings_of
 from coverdrive.planning.problem import ProblemSettings
+from coverdrive.planning.road_table import table_of
 from coverdrive.planning.search import SearchSettings, write_manoeuvre
 from coverdrive.planning.solvers import SolverSettings, solve
 from coverdrive.prediction.fit import fit
@@ -131,8 +133,15 @@ def reference_costs(instance: dict, problem: ProblemSettings, period: float, roa
     A plan that is clear is not worse than one that buys its comfort with contacts; if all do, the second is infinite.
     """
     constants = constants_of(problem, period)
-    around = surroundings_of(instance["state"], instance["before"], instance["paths"], road, problem)
-    own = own_plan(instance["plan"], around, road, constants)
+    table = table_of(road, problem)
+    for paths in (
+        with_braking_leaders(instance["state"], instance["paths"], road, LeaderSettings()),
+        instance["paths"],
+    ):
+        around = surroundings_of(instance["state"], instance["before"], paths, table, problem)
+        own = own_plan(instance["plan"], around, road, constants)
+        if own.clear[0]:  # of vehicles that brake ahead, too: that is the problem that it solves
+            break
     starts = starts_of(own, around, problem, constants)
     results = [solve(start, own.targets[0], around, problem, period, EXACT) for start in starts]
     found = [each for each in results if each is not None]

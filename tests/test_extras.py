@@ -18,6 +18,7 @@ COMMANDS = {
     "casadi": 'pip install "coverdrive[reference]"',
     "piqp": 'pip install "coverdrive[svm]"',
     "distributed": 'pip install "coverdrive[cluster]"',
+    "gymnasium": 'pip install "coverdrive[gymnasium]"',
 }
 
 

@@ -9,9 +9,10 @@ import pytest
 
 from coverdrive.certificates.evaluation import evaluate
 from coverdrive.config import Experiment
-from coverdrive.errors import DataError
+from coverdrive.errors import DataError, SettingError
 from coverdrive.prediction.certify import certify
 from coverdrive.results import Results
+from coverdrive.simulation.places import PLACES, Place
 
 FILES = (
     "config.toml", "run.json", "predictor.safetensors", "scores.safetensors", "certificate.json", "learned.safetensors",
@@ -119,3 +120,23 @@ def test_a_study_with_another_predictor_is_refused(results: Results) -> None:
     assert file.exists()
     with pytest.raises(DataError, match="another predictor"):
         results.driven_study()
+
+
+def test_roads_of_studies(quick_fit: Path, tmp_path: Path) -> None:
+    """A fit remembers where it was recorded; studies on other roads have folders of their own."""
+    experiment, like = Results(quick_fit).experiment, Place(wanted_speed=19.0)
+    results = Results(shutil.copytree(quick_fit, tmp_path / "results"))
+    assert results.place() == PLACES["paper"]
+    assert results.study_name(None, "paper") == "study"
+    assert results.study_name("drivers", "curved") == "study-drivers-curved"
+    with pytest.raises(SettingError, match="was not made from recordings"):
+        results.place("recorded")
+    with pytest.raises(DataError, match="coverdrive study --road curved --out"):
+        results.driven_study(road="curved")
+    run = results.folder / "run.json"
+    run.write_text(json.dumps({**results.run, "road": "recorded", "recorded_place": like.model_dump(mode="json")}))
+    results._seal("run.json")
+    assert results.place() == results.place("recorded") == like
+    assert results.place("curved") == PLACES["curved"]
+    assert (results.study_name(None, "recorded"), results.study_name(None, "paper")) == ("study", "study-paper")
+    assert results.study(experiment.updated(like.parts)).folder.name == "study"

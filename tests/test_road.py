@@ -4,7 +4,6 @@ import jax
 import numpy as np
 import pytest
 
-from coverdrive.errors import DataError
 from coverdrive.reference_line import ReferenceLine
 from coverdrive.road import LaneEdges, Road
 
@@ -31,7 +30,7 @@ def test_a_straight_road_is_its_own_map():
     assert np.array_equal(road.stretch(lon, lat), [1, 1])
     assert np.array_equal(road.curvature(lon), [0, 0])
     assert np.array_equal(road.edges_at(lon), [road.edges, road.edges])
-    assert road.as_straight() is road
+    assert np.array_equal(road.rates(lon, lon, lat, lat), (lat, lat))
     anywhere = np.linspace(-5, 15, 201)
     assert np.array_equal(road.lane_at(0 * anywhere, anywhere), road.lane_of(anywhere))
 
@@ -53,6 +52,8 @@ def test_velocities_and_headings_are_those_of_the_motion():
     along = 25 * (1 - (lat - 2.0) / RADIUS)
     assert CURVED.heading_to_road(lon, heading) == pytest.approx(np.arctan2(2.0, along), abs=1e-6)
     assert CURVED.heading_to_map(lon, CURVED.heading_to_road(lon, heading)) == pytest.approx(heading)
+    speed, turned = CURVED.rates(lon, lat, np.hypot(*velocity), CURVED.heading_to_road(lon, heading))
+    assert np.ravel([speed * np.cos(turned), speed * np.sin(turned)]) == pytest.approx([25.0, 2.0], abs=1e-4)
 
 
 def test_lanes_begin_and_end():
@@ -72,24 +73,6 @@ def test_mirrored_roads():
     assert np.stack(CURVED.mirrored().to_map(lon, -lat)) == pytest.approx(np.stack([x, -y]), abs=1e-9)
     assert WITH_RAMP.mirrored().edges_at(lon) == pytest.approx(-WITH_RAMP.edges_at(lon)[:, ::-1])
     assert (WITH_RAMP.side, WITH_RAMP.mirrored().side) == ("right", "left")
-
-
-def test_only_roads_that_hardly_bend_are_taken_as_straight():
-    with pytest.raises(DataError, match=r"bends by 86°.*at most 15°"):
-        CURVED.as_straight()
-    slight = Road(CURVED.edges, 300.0, ReferenceLine(np.zeros(2), 0.0, np.full(301, 1 / 2000), 300.0))
-    assert slight.as_straight().line is None
-    assert np.array_equal(slight.as_straight().edges, CURVED.edges)
-
-
-def test_lanes_that_are_seldom_there_are_none_of_a_straight_road():
-    assert WITH_RAMP.as_straight().edges.tolist() == [3.5, 7.0, 10.5]
-    longer = Road(WITH_RAMP.edges, 210.0, changing=LaneEdges(RAMP.lon / 2, RAMP.lat[::-1]))
-    assert longer.as_straight().edges.tolist() == [3.5, 7.0, 10.5]
-    island = LaneEdges(RAMP.lon, np.stack([0 * RAMP.lon, RAMP.lat[:, 0], RAMP.lat[:, 1], RAMP.lat[:, 2]], axis=-1))
-    middle = Road(np.arange(4) * 3.5, 300.0, changing=island)
-    with pytest.raises(DataError, match="in the middle of the road"):
-        middle.as_straight()
 
 
 def test_roads_are_trees_of_arrays():

@@ -99,7 +99,8 @@ class Experiment(Settings):
         if name != "paper":
             return Experiment()
         free = {"max_steering": 1.57, "max_steering_rate": 1e4, "max_power": 1e4}  # a Dubins car turns at once
-        single = {"planner": {"problem": {"branches": {"fail_safe": False}, "vehicle": free}}}
+        problem = {"branches": {"fail_safe": False}, "vehicle": free}
+        single = {"planner": {"problem": problem, "leaders": {"deceleration": 0.0}}}
         return Experiment(prediction=PredictionSettings.paper()).updated(single)
 
     @staticmethod

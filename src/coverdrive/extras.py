@@ -26,6 +26,7 @@ EXTRAS = {
     "casadi": Extra("CasADi", "reference", "the reference planner"),
     "piqp": Extra("PIQP", "svm", "the method svm"),
     "distributed": Extra("Dask", "cluster", "--cluster"),
+    "gymnasium": Extra("Gymnasium", "gymnasium", "coverdrive.bridges.gymnasium"),
 }
 """by the module to import"""
 

@@ -26,6 +26,27 @@ def turned_extents(half_length: Array, half_width: Array, heading: Array) -> tup
     return half_length * cosine + half_width * sine, half_length * sine + half_width * cosine
 
 
+def bent_half_sizes(
+    half_sizes: Pairs, diagonal: Numbers | float, curvature: Numbers | float, aside: Numbers | float
+) -> Pairs:
+    """Half extents [m] in the frame of a bent road of boxes that hold bodies as if it were straight; from above.
+
+    ``docs/planner.md`` proves it. At a distance e from the reference line, 1 m of the road is 1 m / (1 − κe) of lon,
+    which makes bodies longer and turns them more; a straight side of half length l leaves the curve by κl²/2.
+
+    Args:
+        half_sizes: [m] half extents along lon and lat of boxes that hold a body wherever it may be.
+        diagonal: [m] half of that of the body.
+        curvature: [1/m] the largest, of either sign, of the reference line beside the box.
+        aside: [m] distance of the reference line from the farthest side of the box; a tenth of the radius, say.
+    """
+    bend = np.abs(curvature)
+    least = 1 - bend * (aside + bend * diagonal**2) / (1 - 2 * bend * diagonal)  # of 1 − κe
+    bow = bend * diagonal**2 / (2 * least)
+    longer = diagonal * (1 / least**2 - 1) + bow / least * (1 + bend * diagonal / (3 * least))
+    return np.stack([half_sizes[..., 0] + longer, half_sizes[..., 1] / least + bow], axis=-1)
+
+
 def axis_gap(first: Numbers, second: Numbers, first_half: Numbers | float, second_half: Numbers | float) -> Numbers:
     """Gap [m] between intervals of one axis, of their centres and half extents; negative, by how much, if they meet."""
     return np.abs(np.subtract(first, second)) - np.add(first_half, second_half)

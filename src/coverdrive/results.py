@@ -20,7 +20,7 @@ from pydantic import TypeAdapter
 import coverdrive
 from coverdrive.certificates.comparison import Compared
 from coverdrive.config import Experiment
-from coverdrive.errors import DataError
+from coverdrive.errors import DataError, SettingError
 from coverdrive.files import number_in_name, write_atomically, write_json
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.prediction.cover.basis_study import StudiedBasis, basis_record, point_table
@@ -31,6 +31,7 @@ from coverdrive.prediction.predictor import AnyPredictor, Predictor
 from coverdrive.prediction.provenance import provenance, versions
 from coverdrive.prediction.scored import ScoredSides
 from coverdrive.reporting.contents import Certified, Fitted
+from coverdrive.simulation.places import PLACES, Place
 from coverdrive.simulation.replay import Scenario, cut_scenarios
 from coverdrive.simulation.setup import Setup
 from coverdrive.simulation.study import Study
@@ -58,15 +59,19 @@ class Results:
 
     # what a fit leaves
 
-    def save_fit(self, experiment: Experiment, fit: Fit) -> None:
-        """Write a fit and the settings that it was made with; whatever the folder held of another one is void."""
+    def save_fit(self, experiment: Experiment, fit: Fit, road: str = "paper", like: Place | None = None) -> None:
+        """Write a fit and the settings that it was made with; whatever the folder held of another one is void.
+
+        ``road`` is the name of the road of its studies, ``like`` a place like that of the recordings.
+        """
         (self.folder / MANIFEST).unlink(missing_ok=True)
         experiment.save(self.folder / CONFIG)
         fit.predictor.save(self.folder / PREDICTOR)
         fit.scored.save(self.folder / SCORES)
         Learned.of(fit).save(self.folder / LEARNED)
         write_json(self.folder / CERTIFICATE, certificate_record(fit))
-        write_json(self.folder / RUN, provenance(fit))
+        about = {"road": road, "recorded_place": like and like.model_dump(mode="json")}
+        write_json(self.folder / RUN, provenance(fit) | about)
         self._seal(CONFIG, PREDICTOR, SCORES, LEARNED, CERTIFICATE, RUN)
 
     @property
@@ -103,6 +108,19 @@ class Results:
     def run(self) -> dict[str, Any]:
         """Versions, data and times."""
         return _read(self._sealed(RUN), _OBJECT.validate_json)
+
+    def place(self, road: str | None = None) -> Place:
+        """Where a study on a road of a name takes place, or on that of the fit; a SettingError if there is none."""
+        if (name := road or self._road) != "recorded":
+            return PLACES[name]
+        if not self.run.get("recorded_place"):
+            raise SettingError(f"{self.folder} was not made from recordings; choose another road than recorded")
+        return Place.model_validate(self.run["recorded_place"])
+
+    @property
+    def _road(self) -> str:
+        """That of studies, if no other is named."""
+        return self.run.get("road", "paper")
 
     @property
     def settings(self) -> PredictionSettings:
@@ -153,7 +171,7 @@ class Results:
             experiment: what to drive.
             recordings: that made the predictor, of which the test scenes are replayed, or new ones; without any, the
                 generated traffic that made it.
-            name: of its folder; else that of its traffic.
+            name: of its folder; else that of its traffic (`study_name`).
         """
 
         def scenarios() -> Sequence[Scenario]:
@@ -172,17 +190,20 @@ class Results:
         )
         return Study(setup, self.folder / (name or self.study_name(experiment.traffic.kind)))
 
-    def driven_study(self, traffic: str | None = None, recordings: Sequence[Path] = ()) -> Study:
+    def driven_study(
+        self, traffic: str | None = None, recordings: Sequence[Path] = (), road: str | None = None
+    ) -> Study:
         """A study as it was driven: with its own settings, where they are others than those of the fit.
 
         Args:
             traffic: in which it was driven; else that of the folder's settings.
+            road: on which it was driven; else that of the fit.
             recordings: that it replayed; needed if drives have to be driven again.
 
         Raises:
             DataError: it was driven with another predictor, or not at all.
         """
-        name = self.study_name(traffic)
+        name = self.study_name(traffic, road)
         folder, experiment = StudyFolder(self.folder / name), self.experiment
         if folder.exists:
             described = folder.description()
@@ -196,13 +217,14 @@ class Results:
         elif name != STUDY:
             raise DataError(
                 f"{self.folder} holds no finished study in `{name}`; drive one with "
-                f"`coverdrive study --traffic {traffic} --out {self.folder}`"
+                f"`coverdrive study{_option('traffic', traffic)}{_option('road', road)} --out {self.folder}`"
             )
         return self.study(experiment, recordings, name)
 
-    def study_name(self, traffic: str | None) -> str:
-        """Folder of the study in a traffic: that of the folder's settings is called ``study``."""
-        return STUDY if traffic in (None, self.experiment.traffic.kind) else f"{STUDY}-{traffic}"
+    def study_name(self, traffic: str | None, road: str | None = None) -> str:
+        """Folder of the study in a traffic, on a road: that of the folder's settings is called ``study``."""
+        names = (traffic, self.experiment.traffic.kind), (road, self._road)
+        return "-".join([STUDY, *(asked for asked, usual in names if asked not in (None, usual))])
 
     # what holds the folder together
 
@@ -273,6 +295,11 @@ def _row(each: Compared) -> dict[str, Any]:
         "seconds": each.seconds,
         "refusal": each.refusal,
     }
+
+
+def _option(name: str, value: str | None) -> str:
+    """An option of a command, if it has a value."""
+    return f" --{name} {value}" if value else ""
 
 
 def _digest(file: Path) -> str:

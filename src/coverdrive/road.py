@@ -5,6 +5,9 @@ counter-clockwise from the road's direction. Lanes are numbered from the right e
 
 A road is straight and its lanes are even unless it has a reference line, beside which the frame bends, or lane edges
 that change along it. Map coordinates are those of the reference line; on a straight road they are those of the road.
+
+In scenes the frame is flat: speed and heading of a vehicle are those of the rates of lon and lat (`Road.rates`). With
+these, lon' = speed · cos(heading) and lat' = speed · sin(heading) on any road, and who keeps both follows the road.
 """
 
 from dataclasses import dataclass, field, replace
@@ -15,18 +18,17 @@ import numpy as np
 from jax import Array
 from jaxtyping import Bool, Float, Int
 
-from coverdrive.errors import DataError, SettingError
+from coverdrive.errors import SettingError
 from coverdrive.reference_line import Numbers, ReferenceLine
-
-LARGEST_BEND = 15.0
-"""[degrees] between any two directions of a road that still counts as straight; the recorded scenes of US-101 bend
-by at most 8°, roads of junctions by 40° and more"""
 
 NARROWEST = 2.0
 """[m] a lane that is narrower begins or ends there: nobody drives on it"""
 
-ACCOMPANY = 0.5
-"""Share of the road's length from which on a lane that begins or ends counts as one of a straight road"""
+_ROUNDING = 1e-3
+"""[m] by which the width of a lane may be less in single precision"""
+
+_AWAY = 1e3
+"""[m] that a lane which is not there is farther away than any other"""
 
 
 @jax.tree_util.register_dataclass
@@ -93,23 +95,23 @@ class Road:
         """Whether each lane is there at positions [m]."""
         if self.changing is None:
             return np.ones((*np.shape(lon), self.lanes), dtype=bool)
-        return np.diff(self.edges_at(lon), axis=-1) >= NARROWEST
+        return lanes_there(self.edges_at(lon))
 
     def lane_at(self, lon: Numbers, lat: Numbers) -> Int[np.ndarray, "*n"]:
         """Lane index at positions [m]: of the lanes that are there, the nearest; `lane_of` if all are."""
-        edges, there, lat = self.edges_at(lon), self.has_lane(lon), np.asarray(lat)
-        outside = np.maximum(np.maximum(edges[..., :-1] - lat[..., None], 0), lat[..., None] - edges[..., 1:])
-        return self.lanes - 1 - np.argmin(np.where(there, outside, np.inf)[..., ::-1], axis=-1)
+        if self.changing is None:
+            return np.asarray(self.lane_of(np.asarray(lat)))
+        return np.asarray(nearest_lane(self.edges_at(lon), np.asarray(lat, dtype=float)))
 
     def curvature(self, lon: Numbers) -> Float[np.ndarray, "*n"]:
         """[1/m] of the reference line at positions [m], positive where it turns left."""
-        return np.zeros(np.shape(lon)) if self.line is None else self.line.curvature_at(lon)
+        return np.zeros(np.shape(lon)) if self.line is None else np.asarray(self.line.curvature_at(lon))
 
     def stretch(self, lon: Numbers, lat: Numbers) -> Float[np.ndarray, "*n"]:
         """[m] that one drives along the road for 1 m of lon, which is measured on the reference line."""
         if self.line is None:
             return np.ones(np.shape(lon))
-        return 1 - self.line.curvature_at(lon) * (np.asarray(lat) - self.line.lat)
+        return np.asarray(1 - self.line.curvature_at(lon) * (np.asarray(lat) - self.line.lat))
 
     def to_road(self, x: Numbers, y: Numbers) -> tuple[Numbers, Numbers]:
         """Road frame (lon, lat) [m] of points [m] in map coordinates."""
@@ -142,6 +144,23 @@ class Road:
         along = rate * self.stretch(lon, lat)
         return along * cosine - across * sine, along * sine + across * cosine
 
+    def rates(self, lon: Numbers, lat: Numbers, speed: Numbers, heading: Numbers) -> tuple[Numbers, Numbers]:
+        """Speed [m/s] and heading [rad] in the road frame of who drives so fast with a heading relative to the road.
+
+        They are those of the rates of lon and lat, as scenes have them.
+        """
+        if self.line is None:
+            return speed, heading
+        along, across = speed * np.cos(heading) / self.stretch(lon, lat), speed * np.sin(heading)
+        return np.hypot(along, across), np.arctan2(across, along)
+
+    def bodies_to_map(self, lon: Numbers, lat: Numbers, heading: Numbers) -> tuple[Numbers, Numbers]:
+        """Centres (…, 2) [m] and directions [rad] on the map of bodies with headings of the rates of lon and lat."""
+        if self.line is None:
+            return np.stack([lon, lat], axis=-1), heading
+        x, y = self.velocity_to_map(lon, lat, np.cos(heading), np.sin(heading))
+        return np.stack(self.to_map(lon, lat), axis=-1), np.arctan2(y, x)
+
     def mirrored(self) -> "Road":
         """The same road with left and right exchanged (lat → −lat)."""
         return replace(
@@ -152,24 +171,6 @@ class Road:
             side="left" if self.side == "right" else "right",
         )
 
-    def as_straight(self) -> "Road":
-        """The road as one that is straight and whose lanes do not change, which is what is driven and predicted on.
-
-        Lanes that are there for less than half of it, on one of its sides, are left out. A DataError if it bends by
-        more than `LARGEST_BEND`, or has such a lane between others.
-        """
-        if self.line is None and self.changing is None:
-            return self
-        bend = 0.0 if self.line is None else np.degrees(self.line.bend)
-        if bend > LARGEST_BEND:
-            found = f"the road bends by {bend:.0f}°; prediction and planning take roads as straight so far"
-            raise DataError(f"{found}: choose one that bends by at most {LARGEST_BEND:g}°")
-        along = np.linspace(0.0, float(self.length), 200)
-        kept = np.flatnonzero(self.has_lane(along).mean(axis=0) >= ACCOMPANY)
-        if len(kept) == 0 or np.any(np.diff(kept) > 1):
-            raise DataError("a lane in the middle of the road begins or ends; choose a road whose lanes go on")
-        return replace(self, edges=self.edges[kept[0] : kept[-1] + 2], line=None, changing=None)
-
     @staticmethod
     def straight(lanes: int = 3, width: float = 3.6, length: float = 1000.0) -> "Road":
         """A road of equal lanes whose right edge is at lat = 0; 3.6 m is the US freeway standard (AASHTO)."""
@@ -179,6 +180,18 @@ class Road:
                 f"{width} m, {length} m"
             )
         return Road(edges=np.arange(lanes + 1) * float(width), length=length)
+
+
+def lanes_there(edges: Float[Any, "*n E"]) -> Bool[Any, "*n L"]:
+    """Which lanes are there between their edges [m]; like `nearest_lane` for arrays of NumPy and JAX."""
+    return edges[..., 1:] - edges[..., :-1] > NARROWEST - _ROUNDING
+
+
+def nearest_lane(edges: Float[Any, "*#n E"], lat: Float[Any, "*#n"]) -> Int[Any, "*n"]:
+    """Lane index of positions [m] between edges [m]: of the lanes that are there, the nearest; of two the left one."""
+    lat = lat[..., None]
+    outside = (edges[..., :-1] - lat).clip(0) + (lat - edges[..., 1:]).clip(0) + _AWAY * ~lanes_there(edges)
+    return edges.shape[-1] - 2 - outside[..., ::-1].argmin(-1)
 
 
 def _turned(angle: Numbers) -> Numbers:

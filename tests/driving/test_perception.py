@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from driving_fakes import CAR, ROAD, line
 
+import coverdrive.recordings.formats  # noqa: F401  (the readers)
 from coverdrive.driving.perception import Perception
 from coverdrive.errors import DataError
 from coverdrive.recordings.filtering import seen
@@ -98,7 +99,7 @@ def test_measured_positions_give_the_states_that_replay_sees(tmp_path: Path) -> 
 def test_recorded_positions_of_us101_give_what_was_seen_of_them(us101: Path) -> None:
     file = us101 / "commonroad" / "USA_US101-10_1_T-1.xml"
     (reading,) = reader_of(file, None).read(file, How(None, SMOOTHING, None))
-    road, raw, table = reading.recording.road, reading.raw, reading.recording.table
+    road, raw, table = reading.recording.road, reading.raw, reading.recording.rates
     x, y = road.to_map(raw.lon, raw.lat)
     seeing, own, compared = perception(), (*(float(each) for each in road.to_map(-500.0, 1.8)), 20.0, 0.0), 0
     for moment in range(raw.moment.min(), raw.moment.max() + 1):
@@ -149,3 +150,13 @@ def test_positions_are_measured_in_the_map() -> None:
 def test_what_is_no_vehicle_is_named(others: object, message: str) -> None:
     with pytest.raises(DataError, match=message):
         perception().scene(OWN, others, ROAD)
+
+
+def test_speeds_are_those_along_the_road_beside_a_bend() -> None:
+    road = Road(ROAD.edges, 250.0, line(0.5, 1 / 100))
+    x, y = (float(each) for each in road.to_map(50.0, 9.0))
+    states = perception().scene((x, y, 18.2, 0.5 + 50 / 100 + 0.1), {}, road).states[0]
+    later = road.to_road(x + 1e-4 * 18.2 * np.cos(1.1), y + 1e-4 * 18.2 * np.sin(1.1))
+    rates = (np.array(later) - [50.0, 9.0]) / 1e-4
+    assert states[2] * np.array([np.cos(states[3]), np.sin(states[3])]) == pytest.approx(rates, abs=1e-2)
+    assert states[2] > 19.5

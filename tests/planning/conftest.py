@@ -36,6 +36,8 @@ def straight_paths() -> PathMaker:
 def crowded() -> Callable[[int], tuple[np.ndarray, Surroundings]]:
     """A function of a seed that gives the inputs of 23 nodes and surroundings of an ego among eight moving boxes."""
 
+    from planning_scenes import WANTED, between
+
     def make(seed: int) -> tuple[np.ndarray, Surroundings]:
         rng = np.random.default_rng(seed)
         state = np.array([0.0, rng.uniform(1.5, 9.3), rng.uniform(10, 30), rng.uniform(-0.05, 0.05)])
@@ -47,6 +49,6 @@ def crowded() -> Callable[[int], tuple[np.ndarray, Surroundings]]:
         likely = boxes[:, :, :5].copy()
         likely[2:4] -= 0.2
         inputs = rng.normal(0, [1.0, 0.02], (2 * STEPS - 1, 2))
-        return inputs, Surroundings(state, np.zeros(2), np.array([0.0, 10.8]), boxes, likely)
+        return inputs, Surroundings(state, np.zeros(2), between(0.0, 10.8), WANTED, boxes, likely)
 
     return make

@@ -13,7 +13,10 @@ from coverdrive.planning.evaluate import Plans, drive_step, empty_plans, evaluat
 from coverdrive.planning.merit import Surroundings
 from coverdrive.planning.obstacles import obstacles_of, packed
 from coverdrive.planning.problem import ProblemSettings
+from coverdrive.planning.road_ahead import STRAIGHT, RoadAhead
+from coverdrive.planning.road_table import table_of
 from coverdrive.planning.vehicle import VehicleSettings, step
+from coverdrive.road import Road
 
 PROBLEM, CAR = ProblemSettings(), VehicleSettings()
 STEPS, DT, PERIOD = PROBLEM.steps, PROBLEM.dt, 0.1
@@ -24,6 +27,15 @@ SIZES = np.array([[1.1, 0.4], [2.3, 0.9], [6.0, 1.3]])
 """[m] half sizes of a motorcycle, a car and a truck"""
 WAYS = ((1, 20), (5, 4), (25, 1))
 """parts of a step that a plan is driven by, and samples between their ends"""
+
+
+def between(right: float, left: float) -> RoadAhead:
+    """A straight road between two edges [m]."""
+    return table_of(Road(np.array([right, left]), 1000.0), PROBLEM).road
+
+
+WANTED = np.full(STEPS + 1, PROBLEM.cost.reference_speed)
+"""[m/s] at every moment"""
 
 
 def smallest_slack(values: Float[np.ndarray, "*m K n"], margin: float) -> Float[np.ndarray, "*m K"]:
@@ -52,7 +64,7 @@ def scene(rng: np.random.Generator, vehicles: int = 3) -> tuple[np.ndarray, Pred
 def around(state: np.ndarray, paths: PredictedPaths, edges: np.ndarray = EDGES) -> Surroundings:
     """What a plan is made for, packed as the planner does; all paths are likely."""
     boxes = packed(state, obstacles_of(paths, PROBLEM.obstacles), DT, CAR, PROBLEM.obstacles)
-    return Surroundings(np.array([0.0, *state[1:]]), np.zeros(2), edges, boxes, boxes)
+    return Surroundings(np.array([0.0, *state[1:]]), np.zeros(2), between(*edges), WANTED, boxes, boxes)
 
 
 def wishes(rng: np.random.Generator, plans: int, nodes: int = len(CONSTANTS.tree.parent)) -> np.ndarray:
@@ -78,7 +90,9 @@ def drive(state: np.ndarray, wishes: np.ndarray, before: tuple[float, float] = (
     for i, wanted in enumerate(wishes):
         states[i, 0], last, elapsed = state, before, PERIOD
         for k, wish in enumerate(wanted):
-            last, after = drive_step(tuple(states[i, k]), (float(wish[0]), float(wish[1])), last, elapsed, CONSTANTS)
+            last, after = drive_step(
+                tuple(states[i, k]), (float(wish[0]), float(wish[1])), last, elapsed, DT, STRAIGHT, CONSTANTS.vehicle
+            )
             inputs[i, k], states[i, k + 1], elapsed = last, after, DT
     return states, inputs
 

@@ -14,14 +14,17 @@ from typing import Any
 
 import numpy as np
 import pytest
+from bent_roads import bent_road, in_map
 from commonroad.common.solution import VehicleType
 from commonroad.scenario.state import KSState
 from commonroad.scenario.trajectory import Trajectory
-from planning_scenes import CAR, CONSTANTS, DT, PERIOD, drive, scene, wishes
+from planning_scenes import CAR, CONSTANTS, DT, PERIOD, PROBLEM, STRAIGHT, drive, scene, wishes
 from vehiclemodels.parameters_vehicle2 import parameters_vehicle2
 
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.planner import MpcPlanner
+from coverdrive.planning.road_ahead import bend_at, controls
+from coverdrive.planning.road_table import table_of
 from coverdrive.planning.vehicle import step, within_limits
 from coverdrive.road import Road
 
@@ -81,7 +84,7 @@ def rushed(rng: np.random.Generator, vehicle: Any, speed: float, steps: int = 25
     """A drive that follows wild wishes within the limits of a vehicle, anew in every period."""
     states, inputs = [np.array([0.0, 5.4, speed, 0.0])], [np.zeros(2)]
     for faster, turn in rng.normal(0, [4.0, 0.4], (steps, 2)).tolist():
-        applied = within_limits(tuple(states[-1]), (faster, turn), tuple(inputs[-1]), PERIOD, PERIOD, vehicle)
+        applied = within_limits(tuple(states[-1]), (faster, turn), tuple(inputs[-1]), PERIOD, PERIOD, STRAIGHT, vehicle)
         inputs.append(np.array(applied))
         states.append(step(states[-1], inputs[-1], PERIOD))
     return np.array(states), np.array(inputs[1:])
@@ -156,3 +159,24 @@ def test_emergencies_pass(straight_paths, speed: float, lanes: list[float]) -> N
 def test_simple_manoeuvres_pass() -> None:
     states, inputs = drive(np.array([0.0, 5.4, 8.0, 0.1]), wishes(np.random.default_rng(0), 4, 12))
     assert all(plan_passes(*each) for each in zip(states, inputs, strict=True))
+
+
+@pytest.mark.parametrize("speed", [2.0, 6.0, 10.0, 15.0, 20.0, 22.0])
+@pytest.mark.parametrize("seed", range(2))
+def test_rushed_drives_around_bends_pass(speed: float, seed: int) -> None:
+    """Driven in the road frame on a road of 150 m radius and more, and seen in the map."""
+    rng = np.random.default_rng(int(100 * seed + speed))
+    road = bent_road(rng, tapers=False)
+    ahead, driven, before = table_of(road, PROBLEM).road, [np.array([200.0, 5.4, speed, 0.0])], (0.0, 0.0)
+    for faster, turn in rng.normal(0, [4.0, 0.4], (25, 2)).tolist():
+        bend = bend_at(tuple(driven[-1]), PERIOD, ahead)
+        before = within_limits(tuple(driven[-1]), (faster, turn), before, PERIOD, PERIOD, bend, CONSTANTS.vehicle)
+        driven.append(step(driven[-1], np.array(before), PERIOD))
+    centre, heading = in_map(np.array(driven), road)
+    speeds = controls(np.array(driven), np.zeros((26, 2)), road, CAR.wheelbase).speed
+    states = np.column_stack([centre, speeds, np.unwrap(heading)])
+    inputs = np.diff(states[:, 2:], axis=0) / PERIOD
+    during = wheels(states, inputs)
+    assert turning(states, inputs) <= 1.02 * BMW.steering.v_max * PERIOD
+    assert np.abs(inputs[:, 1] * (states[1:, 2] + states[:-1, 2]) / 2).max() <= 1.03 * CAR.max_lateral_acceleration
+    assert checks(states, (np.append(during[0], during) + np.append(during, during[-1])) / 2, PERIOD)

@@ -9,8 +9,10 @@ from planning_scenes import (
     OPEN,
     PROBLEM,
     STEPS,
+    WANTED,
     WAYS,
     around,
+    between,
     drive,
     driven,
     evaluated,
@@ -237,7 +239,7 @@ def test_a_car_beside_another_of_its_speed_needs_no_more_room_than_its_body() ->
         box = np.zeros((7, 13, 1))
         box[0, :, 0], box[1] = 5.0 * np.arange(13), 5.4 - 1.9 - gap
         box[2], box[3], box[4], box[6] = 2.4, 0.95, FAR, 1.0
-        surroundings = Surroundings(np.array([0.0, 5.4, 20.0, 0.0]), np.zeros(2), np.array([0.0, 10.8]), box, box)
+        surroundings = Surroundings(np.array([0.0, 5.4, 20.0, 0.0]), np.zeros(2), between(0.0, 10.8), WANTED, box, box)
         assert bool(evaluated(whole(np.zeros((STEPS, 2))), surroundings).clear[0]) is clear
 
 

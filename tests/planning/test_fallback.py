@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
-from planning_scenes import CONSTANTS, PROBLEM
+from planning_scenes import CONSTANTS, PROBLEM, STRAIGHT
 
 from coverdrive.planning.fallback import assumed_state, continued, plausible
 from coverdrive.planning.vehicle import step, within_limits
@@ -53,7 +53,7 @@ def test_nothing_that_a_car_can_do_is_a_jump(period: float, speed: float) -> Non
     for wish in itertools.product((-8.0, 3.0), (-5.0, 5.0)):
         driven, before = np.array([0.0, 5.4, speed, 0.0]), (0.0, 0.0)
         for _ in range(10):
-            before = within_limits(tuple(driven), wish, before, part, part, CONSTANTS.vehicle)
+            before = within_limits(tuple(driven), wish, before, part, part, STRAIGHT, CONSTANTS.vehicle)
             driven = step(driven, np.array(before), part)
         ends.append(driven)
     assert all(continued(first, second, period) for first in ends for second in ends)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from planning_scenes import CAR, CONSTANTS, DT, PERIOD, PROBLEM
+from planning_scenes import CAR, CONSTANTS, DT, PERIOD, PROBLEM, WANTED, between
 
 from coverdrive.planning.constants import Constants, constants_of
 from coverdrive.planning.merit import Model, Surroundings, input_bounds, merit
@@ -24,7 +24,7 @@ def around() -> Surroundings:
     boxes = np.zeros((7, 13, 6))
     boxes[0], boxes[1] = rng.uniform(0, 70, (13, 6)), rng.uniform(0, 11, (13, 6))
     boxes[2], boxes[3], boxes[4], boxes[6] = rng.uniform(2, 4, (13, 6)), rng.uniform(1, 2, (13, 6)), 15.0, 1.0
-    return Surroundings(STATE, np.array([-0.5, 0.02]), np.array([0.0, 10.8]), boxes, boxes[:, :, :4].copy())
+    return Surroundings(STATE, np.array([-0.5, 0.02]), between(0.0, 10.8), WANTED, boxes, boxes[:, :, :4].copy())
 
 
 def slack_of(state: np.ndarray, box: np.ndarray) -> float:
@@ -46,7 +46,7 @@ def by_hand(inputs: np.ndarray, around: Surroundings) -> float:
         change = inputs[n] - (inputs[p] if p >= 0 else around.previous_input)
         value += tree.inputs[n] @ inputs[n] ** 2 + tree.changes[n] @ change**2
         half_width = own_half_sizes(np.hypot(heading, 0.01), CAR)[1] + PROBLEM.obstacles.edge_margin
-        off_road = lat + half_width - around.edges[1], around.edges[0] - lat + half_width
+        off_road = lat + half_width - 10.8, -lat + half_width
         value += PROBLEM.cost.off_road * np.square(np.maximum(0, off_road)).sum()
         value += 1e4 * np.square(np.maximum(0, [speed - CAR.max_speed, -speed])).sum()
         value += 1e6 * max(0.0, abs(heading) - CAR.max_heading) ** 2
@@ -83,7 +83,7 @@ def test_a_box_within_a_step_is_not_overlooked(lon: float) -> None:
     """A motorcycle in the lane of an ego at 40 m/s, which is at it between two moments."""
     box = np.zeros((7, 13, 1))
     box[:5, :, 0] = np.array([lon, 5.4, 1.1, 0.4, FAR])[:, None]
-    around = Surroundings(np.array([0.0, 5.4, 40.0, 0.0]), np.zeros(2), np.array([0.0, 10.8]), box, box)
+    around = Surroundings(np.array([0.0, 5.4, 40.0, 0.0]), np.zeros(2), between(0.0, 10.8), WANTED, box, box)
     model = merit(np.zeros((NODES, 2)), TARGETS, around, CONSTANTS)
     assert model.excess.max() > 0.3
 
@@ -128,7 +128,7 @@ def test_curvature_without_constraints_is_that_of_the_squares(around: Surroundin
 def test_bounds_of_the_inputs_by_hand() -> None:
     """From 22 m/s under full braking; the first input is near the one before, by 20 m/s³ in 0.1 s."""
     nothing = np.zeros((7, 13, 0))
-    around = Surroundings(STATE, np.array([-1.0, 0.02]), np.array([0.0, 10.8]), nothing, nothing)
+    around = Surroundings(STATE, np.array([-1.0, 0.02]), between(0.0, 10.8), WANTED, nothing, nothing)
     low, high = input_bounds(np.tile([-100.0, 0.0], (NODES, 1)), around, CONSTANTS)
     np.testing.assert_allclose([low[0], high[0]], [[-3, 0.02 - 2 / 22], [1, 0.02 + 2 / 22]])
     np.testing.assert_array_equal(low[1:, 0], -8.0)

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from planning_scenes import WANTED, between
 
 from coverdrive.planning.constants import constants_of
 from coverdrive.planning.merit import Surroundings, merit
@@ -30,7 +31,7 @@ def scene(seed: int) -> tuple[Surroundings, np.ndarray]:
     """Surroundings with slots of 8 and 4, and inputs of the longer tree."""
     rng = np.random.default_rng(seed)
     state, before = np.array([0.0, rng.uniform(0.9, 9.9), 22.0, 0.04]), np.array([-0.5, 0.02])
-    around = Surroundings(state, before, np.array([0.0, 10.8]), boxes_of(rng, 8), boxes_of(rng, 4))
+    around = Surroundings(state, before, between(0.0, 10.8), WANTED, boxes_of(rng, 8), boxes_of(rng, 4))
     inputs = rng.normal(scale=[1.5, 0.02], size=(len(constants_of(TWO, PERIOD).tree.parent), 2))
     return around, inputs
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from planning_scenes import CAR, CONSTANTS, DT, PERIOD, STEPS, around, driven, fail_safe, touches, whole
+from planning_scenes import CAR, CONSTANTS, DT, PERIOD, STEPS, STRAIGHT, around, driven, fail_safe, touches, whole
 
 import coverdrive.planning.search as search
 from coverdrive.planning.evaluate import Plans, drive_step, empty_plans, evaluate
@@ -161,7 +161,7 @@ def test_lane_seeking_reaches_the_lane(speed: float, target: float) -> None:
     state, before, elapsed, lats = (0.0, 1.8, speed, 0.0), (0.0, 0.0), PERIOD, []
     for _ in range(40):
         turn = lane_seeking(state[1], state[2], state[3], target, 1.0)
-        (before, state), elapsed = drive_step(state, (0.0, turn), before, elapsed, CONSTANTS), DT
+        (before, state), elapsed = drive_step(state, (0.0, turn), before, elapsed, DT, STRAIGHT, CONSTANTS.vehicle), DT
         lats.append(state[1])
     assert lats[-1] == pytest.approx(target, abs=0.1)
     assert max(lats) < target + 0.3

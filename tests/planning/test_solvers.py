@@ -8,6 +8,8 @@ from coverdrive.planning.evaluate import drive_step
 from coverdrive.planning.merit import Surroundings, input_at, merit
 from coverdrive.planning.planner import surroundings_of
 from coverdrive.planning.problem import ProblemSettings
+from coverdrive.planning.road_ahead import STRAIGHT
+from coverdrive.planning.road_table import table_of
 from coverdrive.planning.solvers import SolverSettings, compiled_program, compiled_solver, solve
 from coverdrive.road import Road
 
@@ -18,7 +20,8 @@ EXACT = SolverSettings(tolerance=1e-7, max_iterations=500)
 
 
 def made(paths) -> Surroundings:
-    return surroundings_of(np.array([50.0, 1.8, 20.0, 0.0]), np.zeros(2), paths, Road.straight(), PROBLEM)
+    table = table_of(Road.straight(), PROBLEM)
+    return surroundings_of(np.array([50.0, 1.8, 20.0, 0.0]), np.zeros(2), paths, table, PROBLEM, 40.0)
 
 
 @pytest.mark.parametrize("targets", [(1.8, 1.8), (5.4, 1.8)])
@@ -42,7 +45,9 @@ def feasible(inputs: np.ndarray, around: Surroundings) -> np.ndarray:
     for n, parent in enumerate(CONSTANTS.tree.parent):
         before, wish = input_at(result, parent, around.previous_input), (result[n, 0], result[n, 1])
         elapsed = CONSTANTS.dt if parent >= 0 else PERIOD
-        result[n], states[n] = drive_step(states[int(parent)], wish, before, elapsed, CONSTANTS)
+        result[n], states[n] = drive_step(
+            states[int(parent)], wish, before, elapsed, CONSTANTS.dt, STRAIGHT, CONSTANTS.vehicle
+        )
     return result
 
 

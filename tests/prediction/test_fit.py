@@ -22,7 +22,7 @@ from coverdrive.prediction.predictor import Predictor
 from coverdrive.prediction.segments import cut_segments
 from coverdrive.progress import heard_by
 from coverdrive.recordings.recording import Recording
-from coverdrive.road import Road
+from coverdrive.road import LaneEdges, Road
 from coverdrive.scene import Scene
 
 
@@ -46,10 +46,15 @@ def test_certificates_in_both_units(fitted: Fit, scenes: tuple[Recording, ...]) 
     assert [c.samples for c in fitted.certificates[1:]] in ([vehicles], [])
 
 
-def test_same_seed_same_predictor(fitted: Fit, scenes: tuple[Recording, ...]) -> None:
-    again = fit(scenes, SETTINGS, seed=1).predictor
+def test_same_seed_same_predictor_however_the_lanes_of_a_straight_road_are_given(
+    fitted: Fit, scenes: tuple[Recording, ...]
+) -> None:
+    road = scenes[0].road
+    along = replace(road, changing=LaneEdges(np.array([0.0, road.length]), np.array([road.edges, road.edges])))
+    again = fit([replace(scene, road=along) for scene in scenes], SETTINGS, seed=1).predictor
     assert np.array_equal(again.basis.points, fitted.predictor.basis.points)
     assert np.array_equal(again.rule.values, fitted.predictor.rule.values)
+    assert again.fingerprint == fitted.predictor.fingerprint
 
 
 def test_calibrating_on_training_samples_is_refused(fitted: Fit) -> None:
@@ -94,7 +99,7 @@ def test_hyperplanes_are_stored_and_predict(hyperplanes: Predictor, fitted: Fit,
     assert loaded.certificate == hyperplanes.certificate
     scene, road = three_vehicles(), Road.straight()
     possible = loaded.possible(scene, road)
-    features = affordance(scene, road)
+    features = affordance(scene, road.edges)
     expected = hyperplanes.rule.possible(np.zeros(possible.shape), np.asarray(hyperplanes.network.hidden(features)))
     assert np.array_equal(possible, expected)
     paths = loaded.predict(scene, road, ego=0, dt=0.5, steps=6)

@@ -187,6 +187,7 @@ def make_contents(traces: dict[int, Trace] | None = None, bases: int = 5) -> Con
         ],
         trials=make_trials(traces),
         traffic="set-sampling",
+        road="Driven on a road of its own.",
         period=0.1,
         constraints=ActiveConstraints(VehicleSettings(), ObstacleSettings()),
         traces=traces,

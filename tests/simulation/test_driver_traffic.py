@@ -12,6 +12,18 @@ from coverdrive.simulation.traffic import Starting, Traffic
 
 ROAD = Road.straight()
 CALM = DriverTrafficSettings(moody_share=0.0, wander=0.0)
+GOLDEN = {
+    DriverTrafficSettings(): [
+        [206.77985395111435, 5.38132596465603, 18.512437378074992],
+        [300.1178920145867, 9.103658100906548, 22.9882018762505],
+        [221.55333112442938, 8.987052939390049, 19.003920015092948],
+    ],
+    AggressiveTrafficSettings(): [
+        [167.66983933691364, 5.433833644201773, 11.103849045803138],
+        [305.65946829645145, 5.498518868180365, 23.15348270204554],
+        [172.66434842300822, 8.960192843825379, 12.405893679012474],
+    ],
+}
 
 
 def drive(traffic, scene, seed, steps, acceleration=0.0, dt=0.1):
@@ -117,3 +129,21 @@ def test_same_seed_same_traffic_and_slots_of_other_models_stay():
     moved = traffic.step(scene, 0.1).scene
     assert np.array_equal(moved.states[:4], scene.states[:4])
     assert (moved.lon[4:] != scene.lon[4:]).all()
+
+
+def test_straight_roads_have_the_traffic_that_they_always_had():
+    """Lon, lat and speed of three drivers after 10 s, as they were before roads could bend and lanes could end."""
+    for settings, expected in GOLDEN.items():
+        scene = start(settings, 6, 3)
+        after = drive(DriverTraffic(settings), scene, 3, 100)[-1].states[[1, 3, 6], :3]
+        assert after == pytest.approx(np.array(expected), rel=1e-12)
+
+
+def test_drivers_want_the_speed_of_the_road_and_start_as_near_as_it_is_slow():
+    traffic, slow = DriverTraffic(CALM), InitialSettings(traffic_speed=10.0, desired_speed=12.0)
+    begun = traffic.start(slow, 12, np.random.default_rng(0))
+    traffic.reset(begun.scene, begun.road, np.random.default_rng(0))
+    assert np.median(traffic._freeway.usual_speed) == pytest.approx(12.0, rel=0.15)
+    for lat in begun.road.centres:
+        lon = np.sort(begun.scene.lon[begun.scene.lat == lat])
+        assert np.diff(lon, prepend=-1e3).min() > 6.0 + 4.8 * 0.95

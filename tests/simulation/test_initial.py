@@ -58,3 +58,29 @@ def test_same_seed_same_scene_and_another_seed_another_scene():
 def test_too_many_vehicles_are_refused_with_a_way_out():
     with pytest.raises(StartError, match=r"20 uncontrolled vehicles.*use fewer vehicles"):
         initial_scene(InitialSettings(lanes=1), 20, np.random.default_rng(0))
+
+
+def test_dense_vehicles_are_placed_one_after_the_other():
+    settings = InitialSettings(behind=-60.0, ahead=100.0, gap=6.0)
+    scene = initial_scene(settings, 20, np.random.default_rng(0))
+    for lat in settings.road().centres:
+        lon = np.sort(scene.lon[scene.lat == lat])
+        assert np.diff(lon).min() > 6.0 + 4.8 * 0.95
+
+
+def test_sizes_are_drawn_from_those_that_are_given():
+    settings = InitialSettings(sizes=((4.0, 1.7), (12.0, 2.5)), size_variation=0.0, ahead=100.0)
+    scene = initial_scene(settings, 7, np.random.default_rng(0))
+    assert (scene.length[EGO], scene.width[EGO]) == (4.8, 1.9)
+    assert {*zip(scene.length[1:], scene.width[1:], strict=True)} == {(4.0, 1.7), (12.0, 2.5)}
+
+
+def test_the_ego_starts_beside_the_ramp_and_nobody_beyond_its_end():
+    settings = InitialSettings(ramp=60.0, position=40.0, lanes=2, ahead=100.0)
+    road = settings.road()
+    for seed in range(20):
+        assert (initial_scene(settings, 4, np.random.default_rng(seed)).lat > 3.6).all()
+        scene = initial_scene(settings, 4, np.random.default_rng(seed), on_ramp=True)
+        assert (scene.lon[EGO], scene.lat[EGO]) == (40.0, pytest.approx(5.4))
+        assert road.has_lane(scene.lon + scene.length / 2)[np.arange(5), road.lane_at(scene.lon, scene.lat)].all()
+        assert (scene.lat[scene.lon > 130] > 3.6).all()

@@ -9,7 +9,7 @@ from simulation_fakes import ConstantPlanner, make_scene
 from coverdrive.geometry import turned_half_extents
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.plan import Status
-from coverdrive.road import Road
+from coverdrive.road import LaneEdges, Road
 from coverdrive.simulation import metrics
 from coverdrive.simulation.motion import constant_velocity
 from coverdrive.simulation.outcome import Fault, Kind, Outcome
@@ -53,6 +53,17 @@ def test_a_lane_change_counts_when_the_other_lane_is_reached():
     assert changes(1.8, 3.5, 3.7, 3.5, 3.7, 1.8) == 0  # dithering on the line
     assert changes(1.8, 5.4, 9.0, 5.4) == 3
     assert changes(1.8, 1.9, 1.7) == 0
+
+
+def test_lanes_and_edges_are_those_where_the_ego_is():
+    edges = np.array([0.0, 3.6, 7.2])
+    along = LaneEdges(np.array([0.0, 40.0, 80.0]), np.array([edges, edges, [3.6, 3.6, 7.2]]))
+    road = Road(edges, 200.0, changing=along)
+    merged = trace_of([make_scene([lon], [lat]) for lon, lat in ((0, 1.8), (30, 3.0), (60, 5.4), (100, 5.4))])
+    beside = trace_of([make_scene([lon], [1.8]) for lon in (0, 30, 60, 100)])
+    assert metrics.lane_changes(replace(merged, road=road)) == 1
+    assert metrics.road_departure(replace(merged, road=road)) == 0
+    assert metrics.road_departure(replace(beside, road=road)) == pytest.approx(3.6 - (1.8 - 0.95))
 
 
 def test_overtakes_count_who_was_ahead_and_is_behind():

@@ -56,3 +56,16 @@ def test_set_sampling_vehicles_keep_clear_of_drivers():
         if base[1] >= 0 and base[2] == -1:
             chosen.add(PREDICTOR.basis.acceleration[base[1]])
     assert chosen == {-1.0, -3.0}  # 8 m/s · 3 s − 1 m/s² · (3 s)²/2 is less than the gap of 20.2 m, 8 m/s · 3 s is not
+
+
+def test_whoever_is_on_a_ramp_is_a_driver():
+    settings = InitialSettings(lanes=1, ramp=400.0)
+    on_ramp = 0
+    for seed in range(5):
+        traffic, random = MixedTraffic(PREDICTOR, MixedTrafficSettings(share=0.0)), np.random.default_rng(seed)
+        begun = traffic.start(settings, 4, random)
+        traffic.reset(begun.scene, begun.road, random)
+        ending = begun.scene.lat < 3.6
+        on_ramp += ending.sum()
+        assert np.array_equal(traffic.step(begun.scene, 0.1).base[1:] == -1, ending[1:])
+    assert on_ramp > 3

@@ -7,7 +7,7 @@ from simulation_fakes import ConstantPlanner, FakeBasis, FakePredictor
 
 from coverdrive.errors import DataError, StartError
 from coverdrive.recordings.recording import SCHEMA, Recording
-from coverdrive.road import Road
+from coverdrive.road import LaneEdges, Road
 from coverdrive.simulation.episode import EpisodeSettings, run_episode
 from coverdrive.simulation.initial import EGO, InitialSettings
 from coverdrive.simulation.outcome import Fault, Kind
@@ -62,6 +62,18 @@ def test_between_two_vehicles_is_in_the_middle_of_the_gap():
         assert own[2] == pytest.approx(17.5)
         assert (own[1], own[3]) == (1.8, 0.0)
         assert scene.lon[2] - scene.lon[1] - 4.8 * 2 >= 8.0  # 4 m to each
+
+
+def test_between_two_vehicles_is_in_the_lane_as_it_is_there():
+    plain = recording((0, 5.4, 20, 10), (40, 5.4, 20, 10))
+    along = np.array([0.0, 400.0])
+    narrower = LaneEdges(along, np.array([[0.0, 3.6, 7.2, 10.8], [2.4, 4.4, 7.2, 10.8]]))
+    road = replace(plain.road, changing=narrower)
+    for seed in range(5):
+        _, start = begin("between", seed, cut_scenarios([replace(plain, road=road)]))
+        right, left = road.edges_at(start.scene.lon[EGO])[1:3]
+        assert start.scene.lat[EGO] == pytest.approx((right + left) / 2)
+        assert start.road is road
 
 
 def test_either_gives_both():

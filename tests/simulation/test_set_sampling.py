@@ -133,3 +133,17 @@ def test_a_step_that_does_not_divide_the_interval_is_refused():
     traffic.reset(scene, ROAD, np.random.default_rng(0))
     with pytest.raises(SettingError, match=r"every 0.3 s.*step of 0.2 s"):
         traffic.step(scene, 0.2)
+
+
+def test_lanes_that_end_are_none_to_set_sampling_vehicles():
+    """Beside a ramp nobody drives a member of its set that leads onto it, though all are possible."""
+    settings = InitialSettings(ramp=300.0, lanes=2)
+    onto = FakePredictor(FakeBasis.make(accelerations=(0.0,), shifts=(0.0, -3.6)))
+    road = settings.road()
+    for seed in range(3):
+        scene = initial_scene(settings, 3, np.random.default_rng(seed))
+        traffic = SetSamplingTraffic(onto)
+        traffic.reset(scene, road, np.random.default_rng(seed))
+        for _ in range(40):
+            scene = traffic.step(scene, 0.1).scene
+            assert (scene.lat > 3.6 + 0.9).all()

@@ -6,6 +6,8 @@ import pytest
 from simulation_fakes import ConstantPlanner, FakeBasis, FakePredictor
 
 from coverdrive.errors import DataError
+from coverdrive.reference_line import ReferenceLine
+from coverdrive.road import LaneEdges, Road
 from coverdrive.simulation.episode import EpisodeSettings, run_episode
 from coverdrive.simulation.set_sampling import SetSamplingTraffic
 from coverdrive.simulation.storage import load_trace, save_trace
@@ -28,6 +30,19 @@ def test_round_trip(tmp_path, vehicles, duration):
         assert np.asarray(ours).dtype == np.asarray(theirs).dtype
     assert found.outcome == trace.outcome
     assert [path.name for path in (tmp_path / "deep").iterdir()] == ["trace.npz"]
+
+
+def test_the_whole_road_is_kept(tmp_path):
+    edges = np.arange(4) * 3.6
+    line = ReferenceLine(np.array([3.0, 4.0]), 0.2, np.full(501, 1 / 500), 500.0, lat=2.0)
+    changing = LaneEdges(np.array([0.0, 500.0]), np.array([edges, [3.6, 3.6, 7.2, 10.8]]))
+    road = Road(edges, 500.0, line, changing, speed_limit=33.3, side="left")
+    trace = replace(a_trace(1), road=road)
+    road.to_map(1.0, 2.0)  # what is cached is not kept
+    save_trace(trace, tmp_path / "trace.npz")
+    found = load_trace(tmp_path / "trace.npz").road
+    assert jax.tree.structure(found) == jax.tree.structure(road)
+    assert all(map(np.array_equal, jax.tree.leaves(found), jax.tree.leaves(road)))
 
 
 def test_paths_stay_with_their_step(tmp_path):

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 from cyclopts import Parameter
 
 from coverdrive.cli.bars import stages, waiting
-from coverdrive.cli.options import Folder, Replayed, Studied, Trial, console
+from coverdrive.cli.options import Folder, Replayed, Studied, StudiedRoad, Trial, console
 
 
 def animate(
@@ -18,6 +18,7 @@ def animate(
         Parameter(help="MP4 for players, GIF for slides and web pages; as in `--format gif`."),
     ] = "mp4",
     traffic: Studied = None,
+    road: StudiedRoad = None,
     recording: Replayed = None,
 ) -> dict[str, Any]:
     """Write one drive of a results folder as a video that plays in real time.
@@ -32,6 +33,6 @@ def animate(
         from coverdrive.results import Results
     results = Results(folder)
     with stages():
-        path = animate_drive(results.fitted, results.driven_study(traffic, recording or []), trial, format)
+        path = animate_drive(results.fitted, results.driven_study(traffic, recording or [], road), trial, format)
     console.print(f"The video is {path}", soft_wrap=True)
     return {"video": str(path)}

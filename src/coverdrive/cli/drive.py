@@ -29,6 +29,7 @@ def drive(
         ),
     ] = None,
     traffic: options.TrafficName = None,
+    road: options.RoadOfStudy = None,
     recording: options.ToReplay = None,
     seed: options.Seed = None,
     out: options.Out = Path("results"),
@@ -43,6 +44,7 @@ def drive(
     """
     with waiting():
         from coverdrive.reporting.active_constraints import ActiveConstraints
+        from coverdrive.reporting.driven_on import driven_on
         from coverdrive.reporting.figures import draw_drive
         from coverdrive.reporting.study_tables import drives_table
         from coverdrive.results import Results
@@ -51,10 +53,17 @@ def drive(
         from coverdrive.simulation.trial import measure, table_of
     results = Results(out)
     numbers = None if vehicles is None else [vehicles]
+    place = results.place(road)
     experiment = experiment_of(
-        config, base=results.experiment, seed=seed, traffic={"kind": traffic}, study={"vehicles": numbers}
+        config,
+        usual=place.parts,
+        base=results.experiment,
+        place=place if road else None,
+        seed=seed,
+        traffic={"kind": traffic},
+        study={"vehicles": numbers},
     )
-    study = results.study(experiment, recording or [])
+    study = results.study(experiment, recording or [], results.study_name(experiment.traffic.kind, road))
     setup = study.setup.loaded()
     number = setup.vehicles_of(trial)
     folder = out / f"{study.folder.name.replace('study', 'drive', 1)}_{trial}_{number}"
@@ -64,6 +73,7 @@ def drive(
         save_trace(trace, folder / "trace.npz")
         draw_drive(trace, folder, ActiveConstraints.of_study(study))
     result = measure(trace, setup.seed, trial)
+    console.print(driven_on(setup, results.run))
     console.print("{kind} at {time:.1f} s with {vehicles} vehicles".format(**result))
     if result["cause"] != Cause.NONE:
         console.print("at fault: {at_fault}; {cause}".format(**result))

@@ -4,11 +4,16 @@ from pathlib import Path
 from typing import Any
 
 from coverdrive.cli.bars import stages, waiting
-from coverdrive.cli.options import Folder, Replayed, Studied, Trial, console
+from coverdrive.cli.options import Folder, Replayed, Studied, StudiedRoad, Trial, console
 
 
 def figures(
-    folder: Folder = Path("results"), *, trial: Trial = None, traffic: Studied = None, recording: Replayed = None
+    folder: Folder = Path("results"),
+    *,
+    trial: Trial = None,
+    traffic: Studied = None,
+    road: StudiedRoad = None,
+    recording: Replayed = None,
 ) -> dict[str, Any]:
     """Draw all figures of a results folder, as PDF (vectors) and PNG.
 
@@ -22,7 +27,7 @@ def figures(
         from coverdrive.results import Results
     results = Results(folder)
     with stages():
-        files = draw_figures(results.fitted, results.driven_study(traffic, recording or []), trial)
+        files = draw_figures(results.fitted, results.driven_study(traffic, recording or [], road), trial)
     for file in files:
         console.print(str(file), soft_wrap=True)
     return {"figures": [str(file) for file in files]}

@@ -1,6 +1,6 @@
 """``coverdrive fit``: a certified predictor."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -36,6 +36,7 @@ def fit(
     out: options.Out = Path("results"),
     config: options.Config = None,
     preset: options.Preset = "default",
+    road: options.RoadName = None,
     files: options.Files = options.AS_USUAL,
     settings: options.Set = None,
 ) -> dict[str, Any]:
@@ -50,12 +51,14 @@ def fit(
     """
     with waiting():
         from coverdrive.results import Results, certificate_record
-    experiment = experiment_of(
-        config, preset, settings, seed=seed, **vars(files), prediction=certificate(epsilon, confidence, unit)
-    )
+
+    def settle(**around: Any) -> "Experiment":
+        claim = certificate(epsilon, confidence, unit)
+        return experiment_of(config, preset, settings, seed=seed, **vars(files), prediction=claim, **around)
+
     if folds is not None:
-        return _folds_and_print(experiment, recording or [], folds)
-    result = fit_and_print(experiment, recording or [], Results(out))
+        return _folds_and_print(settle(), recording or [], folds)
+    result = fit_and_print(settle, recording or [], Results(out), road, preset)
     console.print(f"The predictor is in {out}")
     return {"results": str(out), **certificate_record(result)}
 
@@ -73,14 +76,34 @@ def _folds_and_print(experiment: "Experiment", paths: Sequence[Path], folds: int
     return {"folds": [asdict(each) for each in found]}
 
 
-def fit_and_print(experiment: "Experiment", paths: Sequence[Path], results: "Results") -> "Fit":
-    """Learn, certify, test, save, and say how it went."""
+def fit_and_print(
+    settle: "Callable[..., Experiment]",
+    paths: Sequence[Path],
+    results: "Results",
+    road: options.Roads | None,
+    preset: options.Preset,
+) -> "Fit":
+    """Learn, certify, test, save, and say how it went.
+
+    ``settle`` makes the experiment as `experiment_of` does; where it drives is ``road``, or else like the recordings.
+    """
     with waiting():
+        from coverdrive.errors import SettingError
         from coverdrive.prediction.fit import fit
         from coverdrive.reporting.terminal import fit_table
+        from coverdrive.simulation.places import PLACES, recorded_place
+    if road == "recorded" and not paths:
+        raise SettingError("--road recorded needs recordings; name some with --recording, or choose another road")
+    usual = "paper" if preset == "paper" or not paths else "recorded"
     with stages():
-        result = fit(experiment.recordings(paths), experiment.prediction, experiment.seed)
-        results.save_fit(experiment, result)
+        named = PLACES.get(road or "")
+        experiment = settle(place=named, generated=named and named.road)
+        recordings = experiment.recordings(paths)
+        like = recorded_place(recordings) if paths else None
+        if like and (road or usual) == "recorded":
+            experiment = settle(usual=like.parts)
+        result = fit(recordings, experiment.prediction, experiment.seed)
+        results.save_fit(experiment, result, road or usual, like)
     console.print(fit_table(result))
     for each in result.certificates:
         console.print(f"• {each.sentence}")

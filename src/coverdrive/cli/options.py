@@ -13,6 +13,7 @@ from coverdrive.cli.terminal import Terminal
 
 if TYPE_CHECKING:
     from coverdrive.config import Experiment
+    from coverdrive.simulation.places import Place
 
 console = Terminal()
 
@@ -132,11 +133,30 @@ TrafficName = Annotated[
         show_default=usually("set-sampling"),
     ),
 ]
+Roads = Literal["recorded", "paper", "curved"]
+RoadName = Annotated[
+    Roads | None,
+    Parameter(
+        name="--road",
+        help="Road to drive on: like that of the recordings, with its lanes, bends, density and speeds (recorded); "
+        "three straight lanes on which the ego wants 40 m/s (paper); or bends of 231 m to 400 m radius and an on-ramp "
+        "whose lane ends (curved), on which generated traffic is recorded, too; as in `--road curved`.",
+        show_default=lambda _: "recorded, or paper where traffic is generated and for --preset paper",
+    ),
+]
+RoadOfStudy = Annotated[RoadName, Parameter(name="--road", show_default=lambda _: "that of the results folder")]
 Studied = Annotated[
     _TRAFFICS | None,
     Parameter(
         name="--traffic",
         help="Traffic of the study to show, as in `--traffic drivers`; else that of the results folder's settings.",
+    ),
+]
+StudiedRoad = Annotated[
+    Roads | None,
+    Parameter(
+        name="--road",
+        help="Road of the study to show, as in `--road curved`; else that of the results folder.",
     ),
 ]
 Replayed = Annotated[
@@ -218,6 +238,7 @@ def experiment_of(
     settings: Sequence[str] | None = None,
     usual: dict[str, Any] | None = None,
     base: "Experiment | None" = None,
+    place: "Place | None" = None,
     **options: Any,
 ) -> "Experiment":
     """All settings: the usual ones, over them those of a file, then the options, and last what ``--set`` says.
@@ -228,6 +249,7 @@ def experiment_of(
         settings: of ``--set``.
         usual: parts of an experiment that are usual for this command.
         base: the settings of a results folder, which hold where no file is given.
+        place: where to drive, if it was asked for.
         options: parts of an experiment by name; what is None was not asked for.
 
     Raises:
@@ -239,7 +261,8 @@ def experiment_of(
 
     preset_with = Experiment.preset(preset).updated(usual or {})
     experiment = Experiment.load(config, preset_with) if config else base or preset_with
-    return experiment.updated(merged(options, changes_of(settings or [])))
+    asked = merged(place.parts, options) if place else options
+    return experiment.updated(merged(asked, changes_of(settings or [])))
 
 
 def certificate(

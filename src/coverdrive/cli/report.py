@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from coverdrive.cli.bars import stages, waiting
-from coverdrive.cli.options import Folder, Named, Replayed, Replays, Studied, console
+from coverdrive.cli.options import Folder, Named, Replayed, Replays, Studied, StudiedRoad, console
 
 
 def report(
@@ -13,6 +13,7 @@ def report(
     trial: Named = None,
     replays: Replays = 8,
     traffic: Studied = None,
+    road: StudiedRoad = None,
     recording: Replayed = None,
 ) -> dict[str, Any]:
     """Show everything in a results folder on one HTML page that needs no network, with drives to replay.
@@ -30,7 +31,7 @@ def report(
     results = Results(folder)
     with stages():
         path = write(
-            results.fitted, results.driven_study(traffic, recording or []), trials=trial or [], replays=replays
+            results.fitted, results.driven_study(traffic, recording or [], road), trials=trial or [], replays=replays
         )
     console.print(f"The report is {path}", soft_wrap=True)
     return {"report": str(path)}

@@ -2,7 +2,7 @@
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from coverdrive.cli import options
 from coverdrive.cli.bars import stages, waiting
@@ -10,6 +10,9 @@ from coverdrive.cli.certify import compare_and_save
 from coverdrive.cli.fit import fit_and_print
 from coverdrive.cli.options import certificate, console, experiment_of
 from coverdrive.cli.study import study_and_print
+
+if TYPE_CHECKING:
+    from coverdrive.config import Experiment
 
 
 def run(
@@ -25,6 +28,7 @@ def run(
     out: options.Out = Path("results"),
     config: options.Config = None,
     preset: options.Preset = "default",
+    road: options.RoadName = None,
     workers: options.Workers = None,
     files: options.Files = options.AS_USUAL,
     settings: options.Set = None,
@@ -36,28 +40,33 @@ def run(
     For example:
 
     - in generated traffic, to `results/`: `coverdrive run`
-    - learn from recordings: `coverdrive run --recording scenarios/ --trials 100 --out us101`
+    - learn from recordings, and drive on a road like theirs: `coverdrive run --recording scenarios/ --out us101`
+    - on a road with bends and a ramp: `coverdrive run --road curved --traffic drivers --out curved`
     - a bolder certificate, in less time: `coverdrive run --epsilon 0.2 --set prediction.training.epochs=20`
     """
-    experiment = experiment_of(
-        config,
-        preset,
-        settings,
-        usual={"prediction": certificate("auto", None, None)},
-        seed=seed,
-        **vars(files),
-        prediction=certificate(epsilon, confidence, unit),
-        study={"trials": trials, "workers": workers, "vehicles": vehicles},
-        traffic={"kind": traffic},
-    )
+
+    def settle(usual: dict[str, Any] | None = None, **around: Any) -> "Experiment":
+        return experiment_of(
+            config,
+            preset,
+            settings,
+            usual={"prediction": certificate("auto", None, None), **(usual or {})},
+            seed=seed,
+            **vars(files),
+            prediction=certificate(epsilon, confidence, unit),
+            study={"trials": trials, "workers": workers, "vehicles": vehicles},
+            traffic={"kind": traffic},
+            **around,
+        )
+
     with waiting():
         from coverdrive.reporting.report import animate_drive, draw_figures, report
         from coverdrive.results import Results, certificate_record
     results = Results(out)
-    fitted = fit_and_print(experiment, recording or [], results)
+    fitted = fit_and_print(settle, recording or [], results, road, preset)
     compared = compare_and_save(results)
-    study = results.study(experiment, recording or [])
-    studied = study_and_print(study, results, experiment.study)
+    study = results.study(results.experiment, recording or [])
+    studied = study_and_print(study, results, results.experiment.study)
     with stages():
         draw_figures(results.fitted, study)
         animate_drive(results.fitted, study)

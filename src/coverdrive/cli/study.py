@@ -25,6 +25,7 @@ def study(
     trials: options.Trials = None,
     traffic: options.TrafficName = None,
     vehicles: options.Vehicles = None,
+    road: options.RoadOfStudy = None,
     recording: options.ToReplay = None,
     until_width: Annotated[
         float | None,
@@ -55,21 +56,26 @@ def study(
 
     - go on to as many as in the paper: `coverdrive study --trials 1000`
     - among vehicles that react: `coverdrive study --traffic drivers --vehicles 5 10`
+    - on another road, with bends and a ramp: `coverdrive study --traffic drivers --road curved`
     - one study for each value: `coverdrive study --set planner.problem.obstacles.order=2,4`
     """
     with waiting():
         from coverdrive.results import Results
     results = Results(out)
+    place = results.place(road)
     experiment = experiment_of(
         config,
+        usual=place.parts,
         base=results.experiment,
+        place=place if road else None,
         seed=seed,
         study={"trials": trials, "workers": workers, "vehicles": vehicles, "until_width": until_width},
         traffic={"kind": traffic},
     )
     if settings:
         return _sweep(results, experiment, settings, recording or [], cluster)
-    return study_and_print(results.study(experiment, recording or []), results, experiment.study, cluster)
+    study = results.study(experiment, recording or [], results.study_name(experiment.traffic.kind, road))
+    return study_and_print(study, results, experiment.study, cluster)
 
 
 def study_and_print(
@@ -77,8 +83,11 @@ def study_and_print(
 ) -> dict[str, Any]:
     """Drive the trials that are missing, and say how they went."""
     with waiting():
+        from coverdrive.reporting.driven_on import driven_on
         from coverdrive.reporting.study_tables import collisions_table, drives_table, safety_table
     _drive(study, size, cluster)
+    place = driven_on(study.setup, results.run)
+    console.print(place)
     trials = study.trials
     console.print(collisions_table(trials))
     console.print(safety_table(trials, results.certified.certificates))
@@ -88,6 +97,7 @@ def study_and_print(
     console.print(f"One row for each trial is in {study.folder / 'trials.parquet'}")
     return {
         "results": str(study.folder),
+        "driven_on": place,
         "collisions": study.collisions.to_dicts(),
         "trials": trials.to_dicts(),
         "unstarted": study.unstarted.to_dicts(),

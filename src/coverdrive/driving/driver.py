@@ -8,7 +8,6 @@ from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
 from pydantic import ValidationError
 
 from coverdrive.driving.goal import Goal
@@ -17,7 +16,8 @@ from coverdrive.errors import SettingError
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.plan import Plan, Planner, Status
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
-from coverdrive.planning.vehicle import VehicleSettings, steering_of
+from coverdrive.planning.road_ahead import controls
+from coverdrive.planning.vehicle import VehicleSettings, step
 from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.road import Road
 from coverdrive.scene import Scene
@@ -85,19 +85,18 @@ class Driver:
         wishes = {name: float(value) for name, value in wishes.items() if value is not None}
         if not 0 < period <= 1:
             raise SettingError(f"the period between two steps is {period} s; expected more than 0 and at most 1 s")
-        settings = PlannerSettings() if planner is None else getattr(planner, "settings", planner)
-        grace = 0.0
-        if isinstance(settings, PlannerSettings):
-            settings = _with(settings, wishes)
-            planner, grace = MpcPlanner(settings), settings.grace
-        elif not isinstance(planner, Planner):
-            raise SettingError(f"got {planner!r} for a planner; expected one, its settings, or None")
+        planner = PlannerSettings() if planner is None else planner
+        if type(planner) is MpcPlanner:
+            planner = planner.settings
+        if isinstance(planner, PlannerSettings):
+            planner = MpcPlanner(_with(planner, wishes))
         elif wishes:
             raise SettingError(f"{', '.join(wishes)} can be said of our planner only; tell yours when you make it")
         self.planner: Planner = planner
         self.period = period
-        self._predictor, self._settings = predictor, settings if isinstance(settings, PlannerSettings) else None
+        self._predictor, self._settings = predictor, planner.settings if isinstance(planner, MpcPlanner) else None
         self._vehicle = self._settings.problem.vehicle if self._settings else VehicleSettings()
+        grace = self._settings.grace if self._settings else 0.0
         forget = max(grace, planner.dt * planner.steps)
         size = self._vehicle.length, self._vehicle.width
         self._perception = Perception(size, period, forget, smoothing or SmoothingSettings())
@@ -138,11 +137,11 @@ class Driver:
         self._steps += 1
         decision = decide(self._predictor, self.planner, scene, road, **wishes)
         self._clear = decision.plan.status is not Status.UNSAFE
-        acceleration, turning = decision.plan.inputs[0].tolist()
-        along = state[2] * np.cos(state[3]) / road.stretch(state[:1], state[1:2])
-        inputs = np.array([acceleration, turning + (road.curvature(state[:1]) * along).item()])
-        steering = steering_of(float(state[2]), inputs, self.period, self._vehicle)
-        return Command(acceleration, float(inputs[1]), steering, decision.plan, decision.paths, scene, *decision[2:])
+        inputs = decision.plan.inputs[:1]
+        real = controls(step(state[None], inputs, self.period / 2), inputs, road, self._vehicle.wheelbase)
+        acceleration, yaw_rate, steering = (float(each[0]) for each in real[1:])
+        steering = min(max(steering, -self._vehicle.max_steering), self._vehicle.max_steering)
+        return Command(acceleration, yaw_rate, steering, decision.plan, decision.paths, scene, *decision[2:])
 
 
 def _with(settings: PlannerSettings, wishes: dict[str, float]) -> PlannerSettings:

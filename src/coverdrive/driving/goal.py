@@ -47,7 +47,7 @@ class Goal:
     @property
     def any_lane(self) -> tuple[int, ...]:
         """The lanes, any of which will do."""
-        return (self.lanes,) if isinstance(self.lanes, int) else tuple(self.lanes)
+        return tuple(np.atleast_1d(np.asarray(self.lanes, dtype=int)).tolist())
 
     def wish(self, state: Float[np.ndarray, " 4"], road: Road, time: float, usual: float) -> Wish:
         """What a planner is to aim at now.

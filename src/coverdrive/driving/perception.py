@@ -88,6 +88,8 @@ class Perception:
         turned = np.abs(whole[:, 3]) > np.pi
         whole[turned, 3] = np.remainder(whole[turned, 3] + np.pi, 2 * np.pi) - np.pi
         seen = self._look(list(others), whole, measured, road)
+        speed, heading = road.rates(whole[:, 0], whole[:, 1], np.abs(whole[:, 2]), whole[:, 3])
+        whole[:, 2], whole[:, 3] = np.copysign(speed, whole[:, 2]), heading
         self._moment += 1
         return self._arranged(list(others), whole, np.array(sizes), seen)
 

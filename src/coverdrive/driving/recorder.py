@@ -67,7 +67,7 @@ class Recorder:
         period, last = self.driver.period, len(scenes) - 1
         outcome = Outcome(Kind.FINISHED, last * period, None, Fault.NONE)
         for moment in range(1, len(scenes)):
-            if (collision := collision_at(moment, scenes, period)) is not None:
+            if (collision := collision_at(moment, scenes, period, self._roads[0])) is not None:
                 outcome, last = collision, moment
                 break
         nobody, nothing = np.zeros(slots, dtype=bool), np.full(slots, -1)

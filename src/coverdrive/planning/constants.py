@@ -11,8 +11,8 @@ from coverdrive.planning.problem import ProblemSettings
 from coverdrive.planning.tree import Tree, shift_of, tree_of
 from coverdrive.planning.vehicle import VehicleSettings
 
-Vehicle: Any = namedtuple("Vehicle", [*VehicleSettings.model_fields, "sharpest"])  # pyright: ignore
-"""the fields of `VehicleSettings`, and the tangent of the largest steering angle"""
+Vehicle: Any = namedtuple("Vehicle", [*VehicleSettings.model_fields, "sharpest", "braking"])  # pyright: ignore
+"""the fields of `VehicleSettings`, the tangent of the largest steering angle, and the deceleration that is sure"""
 Shape: Any = namedtuple("Shape", ObstacleSettings.model_fields)  # pyright: ignore[reportUntypedNamedTuple]
 """the fields of `ObstacleSettings`"""
 
@@ -49,7 +49,7 @@ def constants_of(problem: ProblemSettings, period: float) -> Constants:
     return Constants(
         steps=problem.steps,
         dt=problem.dt,
-        vehicle=Vehicle(**problem.vehicle.model_dump(), sharpest=np.tan(problem.vehicle.max_steering)),
+        vehicle=vehicle_of(problem.vehicle),
         shape=Shape(**problem.obstacles.model_dump()),
         inflation=problem.obstacles.inflation,
         reference_speed=problem.cost.reference_speed,
@@ -58,3 +58,9 @@ def constants_of(problem: ProblemSettings, period: float) -> Constants:
         tree=tree,
         shift=shift_of(tree, period, problem.dt),
     )
+
+
+def vehicle_of(settings: VehicleSettings) -> Any:
+    """A vehicle on a straight road, of the type `Vehicle`."""
+    sharpest = np.tan(settings.max_steering)
+    return Vehicle(**settings.model_dump(), sharpest=sharpest, braking=settings.max_deceleration)

@@ -95,13 +95,13 @@ def box_excess(
     vehicle, inflation = constants.vehicle, constants.inflation
     half_way = braking = 0.0
     if state[2] > box[4]:
-        fall = min(box[5], vehicle.max_deceleration)
-        faster, harder = state[2] - box[4], vehicle.max_deceleration - fall
+        fall = min(box[5], vehicle.braking)
+        faster, harder = state[2] - box[4], vehicle.braking - fall
         if faster * fall <= box[4] * harder:
             braking = faster / (2 * harder)
             half_way = faster * braking / 2
         else:
-            braking = state[2] / (2 * vehicle.max_deceleration)
+            braking = state[2] / (2 * vehicle.braking)
             half_way = state[2] * braking / 2 - box[4] ** 2 / (4 * fall)
     long = inflation * (box[2] + own[0][0] + half_way)
     wide = inflation * (box[3] + own[1][0])

@@ -19,6 +19,10 @@ class CostSettings(Settings):
 
     reference_speed: float = Field(default=40.0, ge=0, le=120)
     """[m/s] wanted speed (authors' scripts)"""
+    curve_share: float = Field(default=0.5, gt=0, le=0.9)
+    """of the largest lateral acceleration that following a curve may take at the wanted speed"""
+    curve_braking: float = Field(default=1.5, gt=0, le=15)
+    """[m/s²] at which it falls before a curve"""
     lane: float = Field(default=0.5, ge=0, le=1e6)
     """[1/m²] distance from the centre of the target lane"""
     speed: float = Field(default=0.05, ge=0, le=1e6)

@@ -6,7 +6,7 @@ fail-safe branch touches no member of any set at any time (`coverdrive.planning.
 ahead at its end, and keeps to the road. m plans, N nodes of `coverdrive.planning.tree`, K steps, P = K + 1 states.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -15,9 +15,10 @@ from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.contact import box_between, box_excess, box_of, half_sizes_of, parts_of
 from coverdrive.planning.merit import Surroundings, input_at, merit
+from coverdrive.planning.road_ahead import FASTEST, LEFT, RIGHT, STRAIGHT, RoadAhead, bend_at, value_at
 from coverdrive.planning.rollout import after_step, state_at
 from coverdrive.planning.sweep import NEVER, contact_at, impact, impact_beyond, write_edges
-from coverdrive.planning.vehicle import State, within_limits
+from coverdrive.planning.vehicle import Bend, State, within_limits
 
 _ANY_CONTACT = 5.0
 """[m/s] that a contact counts as at no relative speed"""
@@ -68,11 +69,12 @@ def empty_plans(plans: int, nodes: int) -> Plans:
 
 @compiled
 def drive_step(
-    state: State, wish: tuple[float, float], before: tuple[float, float], elapsed: float, constants: Constants
-) -> tuple[tuple[float, float], State]:
+    state: State, wish: tuple[float, float], before: tuple[float, float], elapsed: float, dt: float, bend: Bend,
+    vehicle: Any,
+) -> tuple[tuple[float, float], State]:  # fmt: skip
     """The inputs that `within_limits` makes of the wished ones, and the state that they lead to."""
-    applied = within_limits(state, wish, before, elapsed, constants.dt, constants.vehicle)
-    return applied, after_step(state, applied, constants.dt)
+    applied = within_limits(state, wish, before, elapsed, dt, bend, vehicle)
+    return applied, after_step(state, applied, dt)
 
 
 @compiled
@@ -86,15 +88,17 @@ def evaluate(plans: Plans, first: int, last: int, around: Surroundings, constant
         around: what the plans are made for.
         constants: of the problem.
     """
-    tree, steps = constants.tree, constants.steps
+    tree, steps, dt, vehicle = constants.tree, constants.steps, constants.dt, constants.vehicle
+    straight = len(around.road.rows) == 1
     chain, applied = np.empty((steps + 1, 4)), np.empty((steps, 2))
     for i in range(first, last):
         states, inputs = plans.states[i], plans.inputs[i]
         for n in range(len(inputs)):
             state, wish = state_at(states, tree.parent[n], around.state), (inputs[n, 0], inputs[n, 1])
             before = input_at(inputs, tree.parent[n], around.previous_input)
-            elapsed = constants.dt if tree.parent[n] >= 0 else constants.period
-            (inputs[n, 0], inputs[n, 1]), after = drive_step(state, wish, before, elapsed, constants)
+            elapsed = dt if tree.parent[n] >= 0 else constants.period
+            bend = STRAIGHT if straight else bend_at(state, dt, around.road)
+            (inputs[n, 0], inputs[n, 1]), after = drive_step(state, wish, before, elapsed, dt, bend, vehicle)
             for j in range(4):
                 states[n, j] = after[j]
         plans.cost[i] = merit(inputs, plans.targets[i], around, constants).value
@@ -115,10 +119,11 @@ def _look_at_all_times(
     write_edges(states, inputs, edges, constants)
     departure = severity = harm = 0.0
     for k in range(steps):
-        beyond = max(edges[k, 1, 3] - around.edges[1], around.edges[0] - edges[k, 1, 1])
-        if k > 0:  # where the ego is now, no plan changes
-            beyond = max(beyond, edges[k, 0, 3] - around.edges[1], around.edges[0] - edges[k, 0, 1])
+        beyond = _beyond(states[k, 0], states[k + 1, 0], edges[k], k == 0, around.road)
         departure += beyond if beyond > _ON_THE_ROAD else 0.0
+    faster = states[steps, 2] - value_at(states[steps, 0], FASTEST, around.road)[0]
+    if faster > 0:  # it would leave the road in a curve to come
+        departure += faster * states[steps, 2] / constants.vehicle.braking
     touched = False
     for slot in range(boxes.shape[2]):
         time, speed = first_contact(states, inputs, edges, slot, 1.0, boxes, constants)
@@ -131,6 +136,26 @@ def _look_at_all_times(
             harm += (1 - _AT_THE_RIM) * boxes[6, 0, slot] * _harm_of(time / steps, speed)
     plans.departure[i], plans.severity[i], plans.harm[i] = departure, severity, harm
     plans.clear[i] = not touched and departure == 0
+
+
+@compiled
+def _beyond(lon: float, then: float, edges: Float[np.ndarray, "2 4"], now: bool, road: RoadAhead) -> float:
+    """By how much [m] the body gets beyond the edges of the road during a step, below 0 if it does not.
+
+    The road's edges are looked at in places between which the road has room to spare; where the ego is now, no plan
+    changes, and if that is off the road, neither is the way to the end of the step.
+    """
+    parts, worst, off = 1 if len(road.rows) == 1 else 1 + int(abs(then - lon) / road.spacing), -np.inf, False
+    for part in range(parts + 1):
+        share, rest = part / parts, 1 - part / parts
+        place = rest * lon + share * then
+        leftmost, rightmost = rest * edges[0, 3] + share * edges[1, 3], rest * edges[0, 1] + share * edges[1, 1]
+        beyond = max(leftmost - value_at(place, LEFT, road)[0], value_at(place, RIGHT, road)[0] - rightmost)
+        if part == 0:
+            off = now and beyond > _ON_THE_ROAD
+        if part == parts or not (off or (now and part == 0)):
+            worst = max(worst, beyond)
+    return worst
 
 
 @compiled
@@ -152,7 +177,7 @@ def first_contact(
         if share < NEVER:
             applied = inputs[k, 0], inputs[k, 1]
             return k + share, impact(state_at(states, k, states[0]), applied, share, boxes, k, slot, constants.dt)
-    end, braking = state_at(states, steps, states[0]), constants.vehicle.max_deceleration
+    end, braking = state_at(states, steps, states[0]), constants.vehicle.braking
     speed = impact_beyond(end, edges[steps - 1, 1], boxes, slot, braking)
     return (float(steps) if speed >= 0 else np.inf), speed
 

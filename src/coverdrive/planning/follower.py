@@ -60,7 +60,7 @@ def with_careful_follower(
 def _of_follower(state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> Bool[np.ndarray, " S"]:
     """Which paths are those of the vehicle directly behind in the own lane."""
     now = paths.points[:, 0]
-    same_lane = np.asarray(road.lane_of(now[:, 1]) == road.lane_of(state[1:2]))
+    same_lane = np.asarray(road.lane_at(now[:, 0], now[:, 1]) == road.lane_at(state[:1], state[1:2]))
     gap = np.where(same_lane & (now[:, 0] < state[0]), state[0] - now[:, 0], np.inf)
     if not np.isfinite(gap).any():
         return np.zeros(len(paths), bool)

@@ -14,8 +14,9 @@ from jaxtyping import Float, Int
 from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.contact import MOST_PARTS, box_between, box_excess, box_of, parts_of, smooth_half_sizes
-from coverdrive.planning.rollout import Rollout, add_lat_curvature, rolled
-from coverdrive.planning.vehicle import most_throttle, yaw_rates
+from coverdrive.planning.road_ahead import FASTEST, LEFT, RIGHT, STRAIGHT, RoadAhead, bend_at, value_at
+from coverdrive.planning.rollout import Rollout, add_lat_curvature, after_step, rolled, state_at
+from coverdrive.planning.vehicle import accelerations, yaw_rates
 
 _SPEED = 1e4
 """[s²/m²] penalty beyond the limits"""
@@ -25,7 +26,7 @@ _IN_VIEW = 1.0
 """constraints that are further from being active than this are not seen by a step"""
 _HEADING_IN_VIEW = 0.2
 """[rad] the same of the limits of the heading"""
-_LIMITS = 6
+_LIMITS = 7
 """constraints of every node besides the boxes"""
 
 
@@ -36,8 +37,10 @@ class Surroundings(NamedTuple):
     """lon (0), lat [m], speed [m/s], heading [rad] now"""
     previous_input: Float[np.ndarray, " 2"]
     """acceleration [m/s²] and yaw rate [rad/s] applied before"""
-    edges: Float[np.ndarray, " 2"]
-    """[m] lat of the right and of the left edge of the road"""
+    road: RoadAhead
+    """how it bends, its edges and speeds"""
+    wanted: Float[np.ndarray, " P"]
+    """[m/s] speed at every moment"""
     boxes: Float[np.ndarray, "7 P n"]
     """lon, lat, half length, half width [m], speed [m/s], deceleration [m/s²] and likelihood of
     `coverdrive.planning.obstacles.Obstacles`: every member"""
@@ -119,7 +122,7 @@ def _smooth(
     by_state, by_input = np.zeros((len(inputs), 4)), np.zeros((len(inputs), 2))
     for n in range(len(inputs)):
         state, p = rollout.states[n], tree.parent[n]
-        error = (state[1] - targets[int(tree.safe[n])], state[2] - constants.reference_speed, state[3])
+        error = (state[1] - targets[int(tree.safe[n])], state[2] - around.wanted[tree.moment[n]], state[3])
         for i in range(3):
             by_state[n, 1 + i] = tree.errors[n, i] * error[i]
             value += by_state[n, 1 + i] * error[i]
@@ -160,19 +163,23 @@ def _append(
 def _limits(
     n: int, state: Float[np.ndarray, " 4"], around: Surroundings, constants: Constants, seen: _Constraints, count: int
 ) -> int:
-    """Append the limits of speed and heading and the road's edges; returns the number of constraints."""
+    """Append the limits of speed and heading and the road's; returns the number of constraints."""
     vehicle = constants.vehicle
     fastest, slowest = max(vehicle.max_speed, around.state[2]), min(0.0, around.state[2])
     widest = max(vehicle.max_heading, abs(around.state[3]))
     _, (half_width, widening) = smooth_half_sizes(state[3], vehicle)
     half_width += constants.shape.edge_margin
+    right, right_change = value_at(state[0], RIGHT, around.road)
+    left, left_change = value_at(state[0], LEFT, around.road)
+    held, held_change = value_at(state[0], FASTEST, around.road)
     for value, by, weight, view in (
         (state[2] - fastest, (0.0, 0.0, 1.0, 0.0), _SPEED, _IN_VIEW),
         (slowest - state[2], (0.0, 0.0, -1.0, 0.0), _SPEED, _IN_VIEW),
         (state[3] - widest, (0.0, 0.0, 0.0, 1.0), _HEADING, _HEADING_IN_VIEW),
         (-widest - state[3], (0.0, 0.0, 0.0, -1.0), _HEADING, _HEADING_IN_VIEW),
-        (state[1] + half_width - around.edges[1], (0.0, 1.0, 0.0, widening), constants.off_road, _IN_VIEW),
-        (around.edges[0] - state[1] + half_width, (0.0, -1.0, 0.0, widening), constants.off_road, _IN_VIEW),
+        (state[2] - held, (-held_change, 0.0, 1.0, 0.0), _SPEED, _IN_VIEW),
+        (state[1] + half_width - left, (-left_change, 1.0, 0.0, widening), constants.off_road, _IN_VIEW),
+        (right - state[1] + half_width, (right_change, -1.0, 0.0, widening), constants.off_road, _IN_VIEW),
     ):
         if value > -view:
             count = _append(seen, count, n, value, by, weight)
@@ -225,19 +232,25 @@ def input_bounds(
     """
     vehicle, tree, applied = constants.vehicle, constants.tree, np.empty_like(inputs)
     low, high, speed = np.empty_like(inputs), np.empty_like(inputs), np.empty(len(inputs))
+    straight, states = len(around.road.rows) == 1, np.empty((len(inputs), 4))
     for n in range(len(inputs)):
         p = tree.parent[n]
-        now = float(speed[p] if p >= 0 else around.state[2])
+        now, bend = float(speed[p] if p >= 0 else around.state[2]), STRAIGHT
+        if not straight:
+            bend = bend_at(state_at(states, p, around.state), constants.dt, around.road)
         before, elapsed = input_at(applied, p, around.previous_input), constants.dt if p >= 0 else constants.period
         for i in range(2):
             if i == 0:
-                low[n, i], high[n, i] = -vehicle.max_deceleration, most_throttle(now, vehicle)
+                low[n, i], high[n, i] = accelerations(now, bend, vehicle)
             else:
-                low[n, i], high[n, i] = yaw_rates(now, applied[n, 0], before, elapsed, vehicle)
+                low[n, i], high[n, i] = yaw_rates(now, applied[n, 0], before, elapsed, bend, vehicle)
             if p < 0:
                 most = vehicle.max_jerk * elapsed / (1.0 if i == 0 else max(now, 1.0))
                 low[n, i] = min(max(low[n, i], before[i] - most), high[n, i])
                 high[n, i] = max(min(high[n, i], before[i] + most), low[n, i])
             applied[n, i] = min(max(inputs[n, i], low[n, i]), high[n, i])
         speed[n] = now + constants.dt * applied[n, 0]
+        if not straight:
+            origin = state_at(states, p, around.state)
+            states[n] = after_step(origin, (applied[n, 0], applied[n, 1]), constants.dt)
     return low, high

@@ -22,7 +22,6 @@ from pydantic import Field
 from coverdrive.compiled import compiled
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.reach import reachable_range
-from coverdrive.planning.vehicle import VehicleSettings
 from coverdrive.settings import Settings
 
 TINY = 1e-12
@@ -73,7 +72,7 @@ class Obstacles(NamedTuple):
         return self.centres.shape[1]
 
 
-def own_half_sizes(heading: Any, vehicle: VehicleSettings) -> tuple[Any, Any]:
+def own_half_sizes(heading: Any, vehicle: Any) -> tuple[Any, Any]:
     """Half extents of the ego's turned box along lon and lat, from above and linear in the heading.
 
     A box of half length a and half width b turned by ψ ≥ 0 has the half extents a·cos ψ + b·sin ψ and
@@ -174,7 +173,7 @@ def reachable(
     state: Float[np.ndarray, " 4"],
     obstacles: Obstacles,
     dt: float,
-    vehicle: VehicleSettings,
+    vehicle: Any,
     settings: ObstacleSettings,
 ) -> Bool[np.ndarray, " n"]:
     """The paths that some motion of the ego can come near at any time; leaving out the others loses nothing.
@@ -222,7 +221,7 @@ def _mark_near(
 
 
 def packed(
-    state: Float[np.ndarray, " 4"], obstacles: Obstacles, dt: float, vehicle: VehicleSettings,
+    state: Float[np.ndarray, " 4"], obstacles: Obstacles, dt: float, vehicle: Any,
     settings: ObstacleSettings,
 ) -> Float[np.ndarray, "7 P m"]:  # fmt: skip
     """The `reachable` obstacles as `coverdrive.planning.merit.Surroundings` has them, with the same arguments."""

@@ -19,12 +19,15 @@ from coverdrive.planning.constants import constants_of
 from coverdrive.planning.evaluate import Plans, empty_plans, evaluate, write_slack
 from coverdrive.planning.fallback import assumed_state, continued, plausible
 from coverdrive.planning.follower import FollowerSettings, with_careful_follower, without_follower
+from coverdrive.planning.leaders import LeaderSettings, with_braking_leaders
 from coverdrive.planning.merit import Surroundings
 from coverdrive.planning.obstacles import likely_paths, obstacles_of, packed
 from coverdrive.planning.path_memory import PathMemory
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.problem import ProblemSettings
+from coverdrive.planning.road_table import RoadTable, on_road, table_of
 from coverdrive.planning.search import SearchSettings, Wanted, begin, choose, go_on, room_for, write_manoeuvre
+from coverdrive.planning.target_lanes import TargetLanes, target_lanes
 from coverdrive.planning.tree import held_on
 from coverdrive.planning.vehicle import step
 from coverdrive.planning.wish import NO_WISH, Wish
@@ -46,6 +49,8 @@ class PlannerSettings(Settings):
     """how plans are found"""
     lane_change: float = Field(default=10.0, ge=0, le=1e6)
     """cost of aiming at another lane than the last plan, against dithering"""
+    lane_end: float = Field(default=100.0, ge=0, le=1e6)
+    """cost of aiming at a lane that ends within 10 s"""
     wished_lane: float = Field(default=1000.0, ge=0, le=1e6)
     """cost of every lane between the one aimed at and the nearest that is wished for: more than speed is worth"""
     iterations: int = Field(default=24, ge=1, le=10_000)
@@ -60,6 +65,8 @@ class PlannerSettings(Settings):
     as ``follower`` says, so that it does not push the ego into another, even where nothing is clear then either"""
     follower: FollowerSettings = FollowerSettings()
     """what that vehicle is trusted to do"""
+    leaders: LeaderSettings = LeaderSettings()
+    """what the vehicles directly ahead may do besides, as far as a plan that is clear of it exists"""
     grace: float = Field(default=0.5, ge=0, le=10)
     """[s] for which a vehicle that vanished is taken to be on one of its last predicted paths, and for which the
     ego is taken to follow its last plan where its state cannot be true, or cannot have come about since. Then it brakes
@@ -147,6 +154,7 @@ class MpcPlanner:
         problem = self.settings.problem
         self._period = period
         self._constants = constants_of(problem, period)
+        self._road: Road | None = None
         self._held_on = held_on(problem.steps, period, problem.dt)
         self._memory: _Memory | None = None
         self._wish = NO_WISH
@@ -159,7 +167,7 @@ class MpcPlanner:
             state: lon [m], lat [m], speed [m/s], heading [rad], one period after the last one. `reset` comes first
                 where it is another car's or another drive's.
             paths: predicted paths at the times k·dt of the plan, k = 0 … K.
-            road: the lanes to drive on, taken as straight.
+            road: the lanes to drive on; the same object in every call, or it takes some milliseconds.
             wish: speed and lanes that are wanted this time.
 
         Returns:
@@ -169,12 +177,14 @@ class MpcPlanner:
 
         Raises:
             SettingError: if the paths have other times than the plan.
-            DataError: if the road cannot be taken as straight.
+            DataError: if a lane in the middle of the road begins or ends, or lanes are too near to a curve's centre.
         """
-        begun, road = time.perf_counter(), road.as_straight()
-        problem = self.settings.problem
+        begun, problem = time.perf_counter(), self.settings.problem
         check_times(paths, problem)
-        self._take(wish)
+        self._wish = wish
+        if road is not self._road:
+            self._table, self._road = table_of(road, problem), road
+            self._constants = self._constants._replace(vehicle=self._table.vehicle)
         measured = np.ascontiguousarray(state, dtype=float)
         believed, memory = plausible(measured, problem.vehicle, road), self._memory
         known, unknown = bool(believed.all()), 0.0
@@ -191,11 +201,6 @@ class MpcPlanner:
         self._remember(found, targets, plan, measured, unknown)
         return replace(plan, seconds=time.perf_counter() - begun)
 
-    def _take(self, wish: Wish) -> None:
-        """Plan with this wish from now on."""
-        speed = self.settings.problem.cost.reference_speed if wish.speed is None else float(wish.speed)
-        self._wish, self._constants = wish, self._constants._replace(reference_speed=speed)
-
     def _continued(
         self, state: Float[np.ndarray, " 4"], expected: Float[np.ndarray, " 4"], paths: PredictedPaths
     ) -> bool:
@@ -207,24 +212,38 @@ class MpcPlanner:
 
     def _decide(
         self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, searching: bool, begun: float
-    ) -> tuple[_Found, list[int], Status]:
+    ) -> tuple[_Found, TargetLanes, Status]:
         """What is chosen, full braking unless ``searching``, among which target lanes, and what it is."""
         if self.settings.problem.obstacles.ignore_rear:
             paths = without_follower(state, paths, road)
-        lane = int(road.lane_of(state[1]))
-        targets = [lane, *(side for side in (lane - 1, lane + 1) if 0 <= side < road.lanes)]
-        found = self._search(state, paths, road, targets, begun) if searching else None
+        targets = target_lanes(state, road, self.steps * self.dt)
+        found = self._clear_of_leaders(state, paths, road, targets, begun) if searching else None
         if found is None:
-            return self._braking(state, paths, road, lane), [lane], Status.UNSAFE
+            own = TargetLanes(targets.lanes[:1], targets.lat[:1], targets.ending[:1])
+            return self._braking(state, paths, own), own, Status.UNSAFE
         if found.clear:
             return found, targets, Status.SOLVED if found.optimised else Status.FALLBACK
         careful = self._with_careful_follower(state, paths, road, begun)
-        yielded = self._search(state, careful, road, targets, begun) if careful else None
+        yielded = self._search(state, careful, targets, begun) if careful else None
         if yielded is None:
             return found, targets, Status.UNSAFE
         status = Status.REAR if yielded.clear else Status.UNSAFE
         evaluate(yielded.plans, yielded.chosen, yielded.chosen + 1, found.around, self._constants)
         return yielded._replace(around=found.around), targets, status
+
+    def _clear_of_leaders(
+        self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, targets: TargetLanes, begun: float
+    ) -> _Found | None:
+        """What is clear even if vehicles ahead brake hard, else what the search chooses for the paths alone."""
+        braking = with_braking_leaders(state, paths, road, self.settings.leaders)
+        found = self._search(state, braking, targets, begun)
+        if len(braking) == len(paths) or (found and found.clear):
+            return found
+        if found is None or time.perf_counter() - begun <= self._budget:
+            return self._search(state, paths, targets, begun)
+        found = found._replace(around=self._around(state, paths))
+        evaluate(found.plans, found.chosen, found.chosen + 1, found.around, self._constants)
+        return found
 
     def _with_careful_follower(
         self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, begun: float
@@ -237,25 +256,22 @@ class MpcPlanner:
         return with_careful_follower(state, paths, road, settings.follower)
 
     def _search(
-        self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, targets: list[int], begun: float
+        self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, targets: TargetLanes, begun: float
     ) -> _Found | None:
         """What the search chooses among the target lanes, of which the first is that of the ego; None if it failed."""
         problem, settings, memory, constants = self.settings.problem, self.settings, self._memory, self._constants
-        held, nothing = memory.lane if memory else targets[0], np.zeros((len(constants.tree.parent), 2))
+        held, nothing = memory.lane if memory else targets.lanes[0], np.zeros((len(constants.tree.parent), 2))
         known = memory.inputs if memory else {}
         wanted = Wanted(
-            lanes=self._wish.places(targets, np.array(road.centres, dtype=float)[targets]),
-            extra=np.array(
-                [
-                    settings.lane_change * (target != held) + settings.wished_lane * self._wish.away(target)
-                    for target in targets
-                ]
-            ),
-            last=np.array([known.get(target, nothing) for target in targets]),
+            lanes=self._wish.places(targets.lanes, targets.lat),
+            extra=settings.lane_change * (np.array(targets.lanes) != held)
+            + settings.lane_end * targets.ending
+            + settings.wished_lane * np.array([self._wish.away(target) for target in targets.lanes]),
+            last=np.array([known.get(target, nothing) for target in targets.lanes]),
             rest=memory.rest if memory else np.zeros((problem.steps, 2)),
             accelerations=self._accelerations,
         )
-        around, plans = self._around(state, paths, road), room_for(wanted, constants)
+        around, plans = self._around(state, paths), room_for(wanted, constants)
         begin(plans, wanted, around, constants)
         self._improve(plans, wanted, around, begun)
         best = wanted.last.copy()
@@ -272,19 +288,19 @@ class MpcPlanner:
                 break
             left -= at_once
 
-    def _braking(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, lane: int) -> _Found:
-        """Full braking in the lane."""
-        around = self._around(state, paths, road)
+    def _braking(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, own: TargetLanes) -> _Found:
+        """Full braking in the own lane."""
+        around = self._around(state, paths)
         plans = empty_plans(1, len(self._constants.tree.parent))
         hardest = -self.settings.problem.vehicle.max_deceleration
-        write_manoeuvre(plans, 0, float(road.centres[lane]), 0, hardest, 1.0, around, self._constants)
+        write_manoeuvre(plans, 0, float(own.lat[0]), 0, hardest, 1.0, around, self._constants)
         evaluate(plans, 0, 1, around, self._constants)
         return _Found(plans, 0, False, plans.inputs, around)
 
-    def _around(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> Surroundings:
+    def _around(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths) -> Surroundings:
         """What the search is made for."""
         applied = self._memory.applied if self._memory else np.zeros(2)
-        return surroundings_of(state, applied, paths, road, self.settings.problem)
+        return surroundings_of(state, applied, paths, self._table, self.settings.problem, self._wish.speed)
 
     def _plan_of(self, found: _Found, state: Float[np.ndarray, " 4"], status: Status) -> Plan:
         """The chosen plan, on the road."""
@@ -298,7 +314,7 @@ class MpcPlanner:
             write_slack(safe, found.around, self._constants, slack)
         inputs = plans.inputs[i, tree.drive]
         if not plans.clear[i] and drive[1, 2] <= _ROUNDING:  # stop as early as it can, not at the end of the step
-            hardest = -min(self.settings.problem.vehicle.max_deceleration, max(0.0, state[2]) / self._period)
+            hardest = -min(self._table.vehicle.braking, max(0.0, state[2]) / self._period)
             hardest = min(inputs[0, 0], hardest)
             means = np.maximum(state[2] + self._period / 2 * np.array([inputs[0, 0], hardest]), _ROUNDING)
             inputs[0] = hardest, inputs[0, 1] * means[1] / means[0]  # the wheels stay
@@ -306,14 +322,14 @@ class MpcPlanner:
         return Plan(drive + offset, inputs, slack, status, float(plans.cost[i]), 0.0, self.dt, severity, safe + offset)
 
     def _remember(
-        self, found: _Found, targets: list[int], plan: Plan, state: Float[np.ndarray, " 4"], unknown: float
+        self, found: _Found, targets: TargetLanes, plan: Plan, state: Float[np.ndarray, " 4"], unknown: float
     ) -> None:
         """Keep what the next call needs."""
         constants, chosen = self._constants, found.plans.inputs[found.chosen]
-        inputs = {lane: constants.shift @ each for lane, each in zip(targets, found.best, strict=True)}
+        inputs = {lane: constants.shift @ each for lane, each in zip(targets.lanes, found.best, strict=True)}
         rest = self._held_on @ chosen[constants.tree.fail_safe]
         after = step(state, plan.inputs[0], self._period)
-        lane = targets[int(found.plans.lane[found.chosen])]
+        lane = targets.lanes[int(found.plans.lane[found.chosen])]
         self._memory = _Memory(lane, plan.inputs[0], after, inputs, rest, unknown)
 
 
@@ -332,16 +348,17 @@ def check_times(paths: PredictedPaths, problem: ProblemSettings) -> None:
 
 
 def surroundings_of(
-    state: Float[np.ndarray, " 4"], applied: Float[np.ndarray, " 2"], paths: PredictedPaths, road: Road,
-    problem: ProblemSettings,
+    state: Float[np.ndarray, " 4"], applied: Float[np.ndarray, " 2"], paths: PredictedPaths, table: RoadTable,
+    problem: ProblemSettings, speed: float | None = None,
 ) -> Surroundings:  # fmt: skip
-    """What a plan is made for, along the road from where the ego is, after these inputs were applied."""
-    vehicle, shape = problem.vehicle, problem.obstacles
+    """What a plan is made for, along the road from where the ego is, after these inputs; at a wished speed [m/s]."""
+    vehicle, shape, paths = table.reaching, problem.obstacles, on_road(paths, float(state[0]), table)
     every, likely = (obstacles_of(each, shape) for each in (paths, likely_paths(paths, problem.branches.tube)))
     return Surroundings(
         state=np.array([0.0, *state[1:]]),
         previous_input=np.array(applied),
-        edges=np.array([road.edges[0], road.edges[-1]], dtype=float),
+        road=table.ahead(float(state[0])),
+        wanted=table.wanted_from(float(state[0]), float(state[2]), problem, speed),
         boxes=packed(state, every, problem.dt, vehicle, shape),
         likely=packed(state, likely, problem.dt, vehicle, shape),
     )

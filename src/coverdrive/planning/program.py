@@ -21,6 +21,7 @@ from coverdrive.planning.contact import KINK
 from coverdrive.planning.merit import Surroundings, input_bounds
 from coverdrive.planning.obstacles import FAR, clearance, own_half_sizes, way_to_brake
 from coverdrive.planning.problem import ProblemSettings
+from coverdrive.planning.road_ahead import LEFT, RIGHT
 from coverdrive.planning.rollout import rolled
 from coverdrive.planning.vehicle import moved
 
@@ -110,7 +111,7 @@ def parameters(targets: Float[np.ndarray, " 2"], around: Surroundings) -> Float[
         around: what the plan is made for, with as many boxes as the program has.
     """
     boxes = (np.moveaxis(each[:6, 1:], 0, -1).ravel() for each in (around.likely, around.boxes))
-    return np.concatenate([around.state, around.previous_input, targets, around.edges, *boxes])
+    return np.concatenate([around.state, around.previous_input, targets, around.road.rows[0, [RIGHT, LEFT]], *boxes])
 
 
 def bounds(

@@ -1,14 +1,15 @@
 """How far along the road the ego can be at every step, whatever it does within its limits."""
 
+from typing import Any
+
 import numpy as np
 from jaxtyping import Float
 
 from coverdrive.compiled import compiled
-from coverdrive.planning.vehicle import VehicleSettings
 
 
 def reachable_range(
-    state: Float[np.ndarray, " 4"], steps: int, dt: float, vehicle: VehicleSettings
+    state: Float[np.ndarray, " 4"], steps: int, dt: float, vehicle: Any
 ) -> tuple[Float[np.ndarray, " P"], Float[np.ndarray, " P"]]:
     """Interval that holds every position of the ego's centre along the road at the times k·dt, k = 0 … K.
 

@@ -22,6 +22,7 @@ from coverdrive.planning.constants import Constants
 from coverdrive.planning.descent import descend
 from coverdrive.planning.evaluate import Plans, drive_step, empty_plans, evaluate
 from coverdrive.planning.merit import Surroundings, input_at, merit
+from coverdrive.planning.road_ahead import LEFT, RIGHT, STRAIGHT, bend_at, value_at
 from coverdrive.planning.rollout import state_at
 from coverdrive.planning.vehicle import VehicleSettings
 from coverdrive.settings import Settings
@@ -227,8 +228,8 @@ def _rank(plans: Plans, i: int) -> float:
 def _evade(plans: Plans, first: int, wanted: Wanted, around: Surroundings, constants: Constants) -> int:
     """Append ways to evade: to where the ego is, and across the road as far as it is near; returns their end."""
     lat, half_width = around.state[1], constants.vehicle.width / 2 + constants.shape.edge_margin
-    right = max(lat - _FARTHEST, min(lat, around.edges[0] + half_width))
-    left = min(lat + _FARTHEST, max(lat, around.edges[1] - half_width))
+    right = max(lat - _FARTHEST, min(lat, value_at(0.0, RIGHT, around.road)[0] + half_width))
+    left = min(lat + _FARTHEST, max(lat, value_at(0.0, LEFT, around.road)[0] - half_width))
     for i in range(_EVASIONS):
         place = i // len(_HARD)
         at = lat if place == _PLACES else right + (left - right) * place / (_PLACES - 1)
@@ -262,12 +263,14 @@ def write_manoeuvre(
     constants: Constants,
 ) -> None:  # fmt: skip
     """Write a plan whose branches both steer to a lat at a constant acceleration."""
-    tree, applied = constants.tree, np.empty((constants.steps, 2))
+    tree, dt, applied = constants.tree, constants.dt, np.empty((constants.steps, 2))
+    straight = len(around.road.rows) == 1
     state = state_at(plans.states[i], -1, around.state)
     for k in range(constants.steps):
-        before, elapsed = input_at(applied, k - 1, around.previous_input), constants.dt if k > 0 else constants.period
+        before, elapsed = input_at(applied, k - 1, around.previous_input), dt if k > 0 else constants.period
         wish = acceleration, lane_seeking(state[1], state[2], state[3], target, hurry)
-        (applied[k, 0], applied[k, 1]), state = drive_step(state, wish, before, elapsed, constants)
+        bend = STRAIGHT if straight else bend_at(state, dt, around.road)
+        (applied[k, 0], applied[k, 1]), state = drive_step(state, wish, before, elapsed, dt, bend, constants.vehicle)
     for n in range(len(tree.parent)):
         plans.inputs[i, n] = applied[tree.moment[n] - 1]
     plans.lane[i], plans.targets[i] = lane, target

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 from pydantic import Field
 
+from coverdrive.errors import SettingError
 from coverdrive.extras import require
 from coverdrive.planning.constants import constants_of
 from coverdrive.planning.merit import Surroundings
@@ -78,7 +79,12 @@ def solve(
         problem: horizon, ego, weights and shape of the obstacles.
         period: [s] from one plan to the next.
         settings: tolerance and limits.
+
+    Raises:
+        SettingError: if the road bends or its lanes change.
     """
+    if len(around.road.rows) > 1:
+        raise SettingError("the general solver plans on straight roads of even lanes only; take another planner")
     around = around._replace(boxes=padded(around.boxes), likely=padded(around.likely))
     size, constants = (around.boxes.shape[2], around.likely.shape[2]), constants_of(problem, period)
     program, given = compiled_program(problem, period, *size), parameters(targets, around)

@@ -16,8 +16,10 @@ from coverdrive.settings import Settings
 
 State = tuple[float, float, float, float]
 """lon [m], lat [m], speed [m/s], heading [rad]"""
-_TINY = 1e-9
+TINY = 1e-9
 """[m/s] of a speed that is divided by"""
+Bend = tuple[float, float, float, float]
+"""ρ, m, c [1/m] and D [m/s²] of `coverdrive.planning.road_ahead.bent`; on a straight road 1, 1, 0, 0"""
 
 
 class VehicleSettings(Settings):
@@ -85,23 +87,9 @@ def step(state: Float[np.ndarray, "*n 4"], inputs: Float[np.ndarray, "*n 2"], dt
     return np.stack(moved((lon, lat, speed, heading), (inputs[..., 0], inputs[..., 1]), dt), axis=-1)
 
 
-def steering_of(speed: float, inputs: Float[np.ndarray, " 2"], elapsed: float, vehicle: VehicleSettings) -> float:
-    """Angle [rad] of the front wheels of the kinematic single-track model that gives a yaw rate; 0 where it stands.
-
-    Args:
-        speed: [m/s] now.
-        inputs: acceleration [m/s²] and yaw rate [rad/s], held for ``elapsed`` [s].
-        elapsed: [s].
-        vehicle: whose wheelbase and largest angle count.
-    """
-    mean = max(speed + elapsed / 2 * float(inputs[0]), 0.0)
-    angle = np.arctan2(vehicle.wheelbase * float(inputs[1]), mean) if mean > _TINY else 0.0
-    return float(np.clip(angle, -vehicle.max_steering, vehicle.max_steering))
-
-
 @compiled
 def yaw_rates(
-    speed: float, acceleration: float, before: tuple[float, float], elapsed: float, vehicle: Any
+    speed: float, acceleration: float, before: tuple[float, float], elapsed: float, bend: Bend, vehicle: Any
 ) -> tuple[float, float]:
     """Least and largest yaw rate [rad/s] of a step that steering allows, and where it does, the lateral acceleration.
 
@@ -113,21 +101,32 @@ def yaw_rates(
         acceleration: [m/s²] during the step.
         before: acceleration [m/s²] and yaw rate [rad/s] of the step before.
         elapsed: [s] for which inputs are held.
+        bend: of the road, with which the wheels follow it.
         vehicle: limits of the ego, as `coverdrive.planning.constants.Vehicle`.
     """
-    sharpest, change = vehicle.sharpest, vehicle.max_steering_rate * elapsed
-    was = vehicle.wheelbase * before[1] / max(speed - elapsed / 2 * before[0], _TINY)
-    was = min(max(was, -sharpest), sharpest)
-    mean = max(speed + elapsed / 2 * acceleration, 0.0) / vehicle.wheelbase
-    right, left = mean * max(was - change, -sharpest), mean * min(was + change, sharpest)
-    most = vehicle.max_lateral_acceleration / max(abs(speed), _TINY)
-    return min(max(right, -most), left), max(min(left, most), right)
+    stretch, ease, follow, _ = bend
+    sharpest, change, along = vehicle.sharpest, vehicle.max_steering_rate * elapsed, vehicle.wheelbase * follow
+    was = vehicle.wheelbase * before[1] / (ease * max(speed - elapsed / 2 * before[0], TINY))
+    was = min(max(was, -sharpest - along), sharpest - along)
+    mean = ease * (max(speed + elapsed / 2 * acceleration, 0.0) / vehicle.wheelbase)
+    right, left = mean * max(was - change, -sharpest - along), mean * min(was + change, sharpest - along)
+    most, turn = vehicle.max_lateral_acceleration / (max(abs(speed), TINY) * stretch**2), speed * follow
+    return min(max(right, ease * (-most - turn)), left), max(min(left, ease * (most - turn)), right)
+
+
+@compiled
+def accelerations(speed: float, bend: Bend, vehicle: Any) -> tuple[float, float]:
+    """Least and largest acceleration [m/s²] along the road frame at a speed [m/s] there."""
+    stretch, gain = bend[0], bend[3]
+    throttle = min(vehicle.max_acceleration, vehicle.max_power / max(stretch * abs(speed), TINY))
+    return (-vehicle.max_deceleration - gain) / stretch, (throttle - gain) / stretch
 
 
 @compiled
 def within_limits(
-    state: State, wish: tuple[float, float], before: tuple[float, float], elapsed: float, dt: float, vehicle: Any
-) -> tuple[float, float]:
+    state: State, wish: tuple[float, float], before: tuple[float, float], elapsed: float, dt: float, bend: Bend,
+    vehicle: Any,
+) -> tuple[float, float]:  # fmt: skip
     """The inputs nearest to wished ones that keep the car within its limits for one step.
 
     A state outside the speed or heading bounds is not pushed further out, unless the wheels cannot be turned in time.
@@ -138,23 +137,19 @@ def within_limits(
         before: the inputs of the step before.
         elapsed: [s] from one plan to the next, for the first step of a plan; ``dt`` for others.
         dt: [s] of the step.
+        bend: of the road.
         vehicle: limits of the ego.
     """
     speed, heading = state[2], state[3]
-    lowest = max(-vehicle.max_deceleration, min(0.0, -speed / dt))
-    highest = min(most_throttle(speed, vehicle), max(0.0, (vehicle.max_speed - speed) / dt))
+    hardest, throttle = accelerations(speed, bend, vehicle)
+    lowest = max(hardest, min(0.0, -speed / dt))
+    highest = min(throttle, max(0.0, (vehicle.max_speed / bend[0] - speed) / dt))
     acceleration = min(max(wish[0], lowest), highest)
-    right, left = yaw_rates(speed, acceleration, before, elapsed, vehicle)
-    swing = vehicle.max_steering_rate / vehicle.wheelbase * max(speed + dt / 2 * acceleration, 0.0)
+    right, left = yaw_rates(speed, acceleration, before, elapsed, bend, vehicle)
+    swing = bend[1] * (vehicle.max_steering_rate / vehicle.wheelbase * max(speed + dt / 2 * acceleration, 0.0))
     least = min(max(right, -_fastest_turn(vehicle.max_heading + heading, swing, dt)), left)
     most = max(min(left, _fastest_turn(vehicle.max_heading - heading, swing, dt)), right)
     return acceleration, min(max(wish[1], least), most)
-
-
-@compiled
-def most_throttle(speed: float, vehicle: Any) -> float:
-    """[m/s²] the largest acceleration at a speed [m/s]."""
-    return min(vehicle.max_acceleration, vehicle.max_power / max(abs(speed), _TINY))
 
 
 @compiled

@@ -26,7 +26,7 @@ from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.learning.own_network import OwnNetwork
 from coverdrive.prediction.motion import add_bodies, follow
 from coverdrive.prediction.storage import fingerprint_of, load_arrays, reading
-from coverdrive.prediction.stored import SLOTS, StoredPredictor, TimeGrid, grid_of, others_of
+from coverdrive.prediction.stored import StoredPredictor, TimeGrid, grid_of, others_of, packed
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 
@@ -64,7 +64,7 @@ class Predictor(StoredPredictor):
 
     def _scored(self, scene: Scene, road: Road) -> tuple[Bool[np.ndarray, "A M"], Float[np.ndarray, "A M"]]:
         """`possible`, and the scores."""
-        values = np.asarray(self._values(scene.packed(SLOTS), road.as_straight().edges))[: scene.vehicles]
+        values = np.asarray(self._values(*packed(scene, road)))[: scene.vehicles]
         scores, hidden = values[:, : len(self.rule.tube)], values[:, len(self.rule.tube) :]
         return self.rule.possible(scores, hidden) & np.asarray(scene.valid)[:, None], scores
 
@@ -84,7 +84,7 @@ class Predictor(StoredPredictor):
 
         Args:
             scene: one scene.
-            road: its road, taken as straight.
+            road: its road.
             ego: slot of the vehicle that asks; no paths are predicted for it. None: all vehicles are predicted.
             dt: [s] between two points of the paths; that of the basis if not given.
             steps: K; the paths have K + 1 points. If not given, they reach to the end of the basis' horizon.
@@ -92,7 +92,6 @@ class Predictor(StoredPredictor):
 
         Raises:
             SettingError: ``ego`` is not the slot of a vehicle, or the paths would not end within the basis' horizon.
-            DataError: the road cannot be taken as straight.
         """
         if like is not None:
             dt, steps = like.dt, like.steps
@@ -108,21 +107,21 @@ class Predictor(StoredPredictor):
         return PredictedPaths(motion[..., :2], vehicle, half_sizes, float(times[1]), ellipses[base], weight)
 
     @cached_property
-    def _values(self) -> Callable[[Float[np.ndarray, "7 A"], Float[Array | np.ndarray, " E"]], Array | np.ndarray]:
-        """The function of a packed scene and road edges that gives M scores and then the last hidden layer.
+    def _values(self) -> Callable[[Float[np.ndarray, "7 A"], Float[np.ndarray, "A E"]], Array | np.ndarray]:
+        """The function of a packed scene and lane edges that gives M scores and then the last hidden layer.
 
         One compiled function with one result: XLA takes about as long for every array handed over as for a layer.
         """
         network = self.network
 
-        def features(rows: Float[Array, "7 A"], edges: Float[Array, " E"]) -> Float[Array, "A F"]:
-            return described(Scene.unpacked(rows), Road(edges, np.inf))
+        def features(rows: Float[Array, "7 A"], edges: Float[Array, "A E"]) -> Float[Array, "A F"]:
+            return described(Scene.unpacked(rows), edges)
 
         if isinstance(network, OwnNetwork):
             compiled = jax.jit(features)
             return lambda rows, edges: network.scores(np.asarray(compiled(rows, edges)))
 
-        def values(rows: Float[Array, "7 A"], edges: Float[Array, " E"]) -> Float[Array, "A _"]:
+        def values(rows: Float[Array, "7 A"], edges: Float[Array, "A E"]) -> Float[Array, "A _"]:
             seen = features(rows, edges)
             return jnp.concatenate([network.scores(seen), network.hidden(seen)], axis=-1)
 

@@ -113,7 +113,7 @@ def _cut(recording: Recording, index: int, settings: SegmentSettings) -> Segment
     step = _samples(settings.step, recording, "step")
     stride = _samples(settings.stride, recording, "stride")
     reach = step * (settings.points - 1)
-    table = recording.as_straight.table
+    table = recording.rates
     column = {name: table[name].to_numpy() for name in table.columns}
     vehicle = column["vehicle"]
     first = np.flatnonzero(np.r_[True, vehicle[1:] != vehicle[:-1]][: len(vehicle)])

@@ -10,11 +10,12 @@ from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
-from jaxtyping import Bool
+from jaxtyping import Bool, Float
 
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.errors import SettingError
 from coverdrive.prediction.storage import fingerprint_of, save_arrays
+from coverdrive.road import Road
 from coverdrive.scene import Scene
 
 SLOTS = 8
@@ -83,6 +84,12 @@ def grid_of(
             f"{horizon:g} s; take at most {int(horizon / dt + _ROUNDING)} steps, or fit one with a longer horizon"
         )
     return dt, int(steps)
+
+
+def packed(scene: Scene, road: Road) -> tuple[Float[np.ndarray, "7 slots"], Float[np.ndarray, "slots E"]]:
+    """A scene for JAX (`Scene.packed`), and the lane edges [m] at each of its slots."""
+    rows = scene.packed(SLOTS)
+    return rows, road.edges_at(rows[0]).astype(np.float32)
 
 
 def others_of(scene: Scene, ego: int | None) -> Bool[np.ndarray, " A"]:

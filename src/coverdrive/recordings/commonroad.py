@@ -8,7 +8,6 @@ import warnings
 from collections import Counter
 from contextlib import suppress
 from dataclasses import replace
-from itertools import islice
 from pathlib import Path
 from typing import Any
 from xml.parsers import expat
@@ -17,8 +16,8 @@ import numpy as np
 from jaxtyping import Float
 
 from coverdrive.errors import DataError, RecordingError
-from coverdrive.recordings.drawn_road import drawn_road
-from coverdrive.recordings.lanelets import carriageways
+from coverdrive.recordings.driven_road import driven_road, roads_of
+from coverdrive.recordings.kinds import NUMBER_OF, OTHERS
 from coverdrive.recordings.repair import RawTracks, on_road, tidy
 from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.recordings.tracks import MOST_BESIDE, Reading, check_time_step, make_reading, name_of
@@ -26,9 +25,6 @@ from coverdrive.road import Road
 
 LEFT = "AUS BGD CYP GBR HKG IDN IND IRL JPN KEN LKA MLT MYS NZL PAK SGP THA UGA ZAF ZMB ZWE"
 """Countries (ISO 3166) in which one drives on the left"""
-
-MOST_CARRIAGEWAYS = 4
-"""of a map that are looked at"""
 
 FARTHEST = 1e8
 """[m] coordinates of maps are smaller"""
@@ -40,11 +36,11 @@ def read_commonroad(file: Path, settings: SmoothingSettings | None = None) -> Re
     dt = float(scenario.dt)
     check_time_step(file, dt, "the attribute timeStepSize")
     _check_lanelets(file, scenario.lanelet_network)
-    rows = _rows(file, scenario.dynamic_obstacles)
-    road, raw = _busiest(file, scenario.lanelet_network.lanelets, rows)
+    repairs: Counter[str] = Counter()
+    rows = _rows(file, scenario.dynamic_obstacles, repairs)
+    road, raw = _driven(file, scenario.lanelet_network.lanelets, rows)
     side = "left" if scenario.scenario_id.country_id in LEFT else "right"
     road = replace(road, side=side, speed_limit=_speed_limit(scenario.lanelet_network))
-    repairs: Counter[str] = Counter()
     tracks, how = tidy(raw, dt, repairs), settings or SmoothingSettings()
     return make_reading(file, name_of(file), tracks, dt, road, how, repairs, {"lanes": "map"})
 
@@ -100,28 +96,18 @@ def _check_lanelets(file: Path, network: Any) -> None:
             raise RecordingError(file, f"{problem}; check the coordinates")
 
 
-def _busiest(file: Path, lanelets: list[Any], rows: Float[np.ndarray, "R 7"]) -> tuple[Road, RawTracks]:
-    """The first carriageway that most vehicles drive on, or else the one that the most do, and where they are."""
-    found: list[tuple[float, Road, RawTracks]] = []
+def _driven(file: Path, lanelets: list[Any], rows: Float[np.ndarray, "R 8"]) -> tuple[Road, RawTracks]:
+    """The road of the network that is driven on, and where vehicles are on it; refused if it may be none of those."""
     problems: list[str] = []
     try:
-        for lanes in islice(carriageways(lanelets), MOST_CARRIAGEWAYS):
-            try:
-                road = drawn_road(lanes)
-            except DataError as error:
-                problems.append(str(error))
-                continue
-            raw = _in_road_frame(rows, road)
-            found.append((float(on_road(raw, road).mean()), road, raw))
-            if found[-1][0] > MOST_BESIDE:
-                return road, raw
+        found = driven_road(roads_of(lanelets, problems), lambda road: _in_road_frame(rows, road))
     except KeyError as error:
-        problems.insert(0, f"a lanelet refers to {error}, which is not in the file; check the file")
+        raise RecordingError(file, f"a lanelet refers to {error}, which is not in the file; check the file") from error
     except DataError as error:
-        problems.insert(0, str(error))
-    if problems:
+        raise RecordingError(file, str(error)) from error
+    if found is None or (problems and on_road(found[1], found[0]).mean() <= MOST_BESIDE):
         raise RecordingError(file, problems[0])
-    return max(found, key=lambda each: each[0])[1:]
+    return found
 
 
 def _speed_limit(network: Any) -> float | None:
@@ -137,28 +123,35 @@ def _speed_limit(network: Any) -> float | None:
     return max(limits, key=lambda limit: limits[limit], default=None)
 
 
-def _in_road_frame(rows: Float[np.ndarray, "R 7"], road: Road) -> RawTracks:
-    vehicle, length, width, moment, x, y, speed = rows.T.copy()
+def _in_road_frame(rows: Float[np.ndarray, "R 8"], road: Road) -> RawTracks:
+    vehicle, length, width, moment, x, y, speed, kind = rows.T.copy()
     lon, lat = road.to_road(x, y)
     whole = vehicle.astype(np.int64)
-    return RawTracks(whole, moment.astype(np.int64), lon, lat, length, width, speed, np.zeros_like(whole))
+    group = np.zeros_like(whole)
+    return RawTracks(whole, moment.astype(np.int64), lon, lat, length, width, speed, group, kind.astype(np.int8))
 
 
-def _rows(file: Path, obstacles: list[Any]) -> Float[np.ndarray, "R 7"]:
-    """Number, length, width [m], time step, map coordinates x, y [m] and speed [m/s] of all vehicles at all times."""
+def _rows(file: Path, obstacles: list[Any], repairs: Counter[str]) -> Float[np.ndarray, "R 8"]:
+    """Number, length, width [m], time step, map coordinates x, y [m], speed [m/s] and kind of vehicles at all times.
+
+    ``repairs`` gains ``rows of other road users``, which are left out.
+    """
     rows: list[tuple[float, ...]] = []
     for obstacle in obstacles:
         shape, name = obstacle.obstacle_shape, f"obstacle {obstacle.obstacle_id}"
-        if not hasattr(shape, "width"):
-            raise RecordingError(file, f"{name} has the shape {type(shape).__name__}; expected a rectangle")
-        states = [obstacle.initial_state]
+        kind, states = obstacle.obstacle_type.value, [obstacle.initial_state]
         if obstacle.prediction is not None:  # one of sets has no trajectory
             states += getattr(getattr(obstacle.prediction, "trajectory", None), "state_list", [None])
+        if kind in OTHERS:
+            repairs["rows of other road users"] += len(states)
+            continue
+        if not hasattr(shape, "width"):
+            raise RecordingError(file, f"{name} has the shape {type(shape).__name__}; expected a rectangle")
         for state in states:
             if not _is_exact(state):
                 raise RecordingError(file, f"{name} has uncertain states; expected exact, recorded ones")
-            size = (shape.length, shape.width)
-            row = (obstacle.obstacle_id, *size, state.time_step, *state.position, state.velocity)
+            about = (shape.length, shape.width, state.time_step)
+            row = (obstacle.obstacle_id, *about, *state.position, state.velocity, NUMBER_OF.get(kind, 0))
             if not all(-FARTHEST < number < FARTHEST for number in row):
                 found = f"number, size, time step, position and speed of {name} are {row}"
                 raise RecordingError(file, f"{found}; expected numbers below {FARTHEST:g}, check the file")

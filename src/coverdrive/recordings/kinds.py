@@ -9,9 +9,10 @@ from coverdrive.recordings.repair import counted
 KINDS = ("unknown", "car", "van", "truck", "bus", "motorcycle")
 """Classes of vehicles; a recording has their numbers"""
 
-_NUMBER = {name: number for number, name in enumerate(KINDS)} | {"trailer": 3, "medium": 2, "van/truck": 2}
+NUMBER_OF = {name: number for number, name in enumerate(KINDS)} | {"trailer": 3, "medium": 2, "van/truck": 2, "taxi": 1}
+"""Number of the classes, by what the data sets call them"""
 
-OTHERS = ("pedestrian", "bicycle", "cyclist", "pedestrian/bicycle", "animal", "scooter")
+OTHERS = ("pedestrian", "bicycle", "cyclist", "pedestrian/bicycle", "animal", "scooter", "train")
 """What moves on a road without being traffic of a motorway"""
 
 
@@ -22,5 +23,5 @@ def with_kinds(table: pl.DataFrame, repairs: Counter[str]) -> pl.DataFrame:
     """
     others = table["class"].is_in(OTHERS)
     counted(repairs, "rows of other road users", int(others.sum()))
-    kind = pl.col("class").replace_strict(_NUMBER, default=0, return_dtype=pl.Int8)
+    kind = pl.col("class").replace_strict(NUMBER_OF, default=0, return_dtype=pl.Int8)
     return table.filter(~others).with_columns(kind=kind).drop("class")

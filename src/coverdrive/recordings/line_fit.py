@@ -14,7 +14,9 @@ from scipy.interpolate import make_smoothing_spline
 from coverdrive.errors import DataError
 from coverdrive.recordings.checks import LONGEST_ROAD
 from coverdrive.reference_line import ReferenceLine
-from coverdrive.road import LARGEST_BEND
+
+STRAIGHT = 15.0
+"""[degrees] between any two directions of a line that still counts as straight"""
 
 TOLERANCE = 0.3
 """[m] by which smoothing may move the line; lanes do not move with it, as their edges are measured from it"""
@@ -41,7 +43,7 @@ def fit_line(points: Float[np.ndarray, "P 2"]) -> ReferenceLine:
     grid = np.linspace(0.0, way[-1], max(6, round(way[-1] / SPACING) + 1))
     drawn = np.stack([np.interp(grid, way[apart], values[apart]) for values in points.T])
     line = _fitted(grid, drawn, BEYOND)
-    return line if np.degrees(line.bend) > LARGEST_BEND else _fitted(grid, drawn, 0.0)
+    return line if np.degrees(line.bend) > STRAIGHT else _fitted(grid, drawn, 0.0)
 
 
 def _fitted(grid: Float[np.ndarray, " G"], drawn: Float[np.ndarray, "2 G"], beyond: float) -> ReferenceLine:

@@ -5,9 +5,7 @@ Directions, lanes and the road's line are found here, for all formats alike (`co
 """
 
 from collections import Counter
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -16,14 +14,12 @@ from jaxtyping import Float
 
 from coverdrive.errors import DataError, RecordingError
 from coverdrive.recordings.carriageway import Line, centred, check_apart, line_along, split_directions
-from coverdrive.recordings.checks import LONGEST_ROAD
 from coverdrive.recordings.columns import LENGTH, WIDTH, check_whole, plausible_sizes, time_step
 from coverdrive.recordings.delimited import ROW
-from coverdrive.recordings.drawn_road import drawn_road
+from coverdrive.recordings.driven_road import driven_road, roads_of
 from coverdrive.recordings.lanelet2 import Origin, read_lanelet2
-from coverdrive.recordings.lanelets import carriageways
 from coverdrive.recordings.lanes import edges_from_centres, edges_from_lanes, edges_from_tracks
-from coverdrive.recordings.repair import RawTracks, on_road, tidy
+from coverdrive.recordings.repair import RawTracks, tidy
 from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.recordings.tracks import Reading, make_reading
 from coverdrive.reference_line import ReferenceLine
@@ -34,9 +30,6 @@ NEEDED = ("vehicle", "time", "x", "y")
 
 CENTRINGS = 2
 """How often a line that was found by the tracks is put in the middle of the lanes that it gives"""
-
-MOST_CARRIAGEWAYS = 20
-"""of a map that are looked at, those of its longest roads first"""
 
 BESIDE_LINES = 3.0
 """[m] from the median vehicle's way to the nearest known line of its carriageway, at most"""
@@ -163,14 +156,8 @@ def _mapped(file: Path, tracks: MapTracks, map: Path) -> list[Road]:
     """The roads of the carriageways of a map."""
     if tracks.origin is None:
         raise RecordingError(file, "where its tracks are on a map is not known; leave the map out")
-    roads: list[Road] = []
     try:
-        for lanes in islice(carriageways(read_lanelet2(map, tracks.origin)), MOST_CARRIAGEWAYS):
-            longest = max(float(np.sum(np.hypot(*np.diff(bound, axis=0).T))) for lane in lanes for bound in lane)
-            if longest > LONGEST_ROAD:
-                raise DataError(f"a lane is {longest:g} m long; expected up to {LONGEST_ROAD:g} m")
-            with suppress(DataError):  # a loop of a junction, on which nobody may drive
-                roads.append(drawn_road(lanes))
+        roads = list(roads_of(read_lanelet2(map, tracks.origin), []))
     except DataError as error:
         raise RecordingError(map, str(error)) from error
     if not roads:
@@ -179,15 +166,10 @@ def _mapped(file: Path, tracks: MapTracks, map: Path) -> list[Road]:
 
 
 def _on_map(side: pl.DataFrame, roads: list[Road]) -> tuple[RawTracks, Road, str]:
-    """The rows of one direction in the frame of the road on which most are in its direction."""
-    found = [(_raw(side, *road.to_road(side["x"], side["y"])), road) for road in roads]
-
-    def ahead(raw: RawTracks, road: Road) -> float:
-        goes_on = np.diff(raw.vehicle) == 0
-        return float(np.sum(np.diff(raw.lon) * goes_on * on_road(raw, road)[1:]))
-
-    raw, road = max(found, key=lambda each: ahead(*each))
-    return raw, road, "map"
+    """The rows of one direction in the frame of the road on which they are driven."""
+    found = driven_road(roads, lambda road: _raw(side, *road.to_road(side["x"], side["y"])))
+    assert found is not None  # there are roads
+    return found[1], found[0], "map"
 
 
 def _raw(side: pl.DataFrame, lon: Float[np.ndarray, " R"], lat: Float[np.ndarray, " R"]) -> RawTracks:

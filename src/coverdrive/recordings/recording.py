@@ -5,7 +5,7 @@ the largest number of vehicles seen at one moment.
 """
 
 import hashlib
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -14,7 +14,6 @@ from jaxtyping import Float, Int
 
 from coverdrive.errors import DataError
 from coverdrive.recordings.checks import check
-from coverdrive.recordings.repair import VERGE
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 
@@ -70,8 +69,9 @@ class Recording:
     """what it is called in reports, from the file's name"""
     table: pl.DataFrame
     """columns vehicle, group, time [s], lon, lat [m], speed [m/s], heading [rad], length, width [m] as in
-    `SCHEMA`, then those of `SEEN`, `IDENTITY` and `KIND`, which are added if not given; sorted by vehicle and time;
-    times are whole multiples of ``dt``; no vehicle has a gap within a group"""
+    `SCHEMA`, speeds as driven and headings relative to the road; then those of `SEEN`, `IDENTITY` and `KIND`, which are
+    added if not given; sorted by vehicle and time; times are whole multiples of ``dt``; no vehicle has a gap within a
+    group"""
     dt: float
     """[s] between two rows of a track"""
     road: Road
@@ -109,36 +109,18 @@ class Recording:
         if not first <= moment <= last:
             lasts = f"{self.name} lasts from {first * self.dt:g} s to {last * self.dt:g} s"
             raise DataError(f"{lasts}; got the time {time:g} s, choose one between them")
-        present = self.table.filter(pl.Series(self._moment == moment))
+        present = self.rates.filter(pl.Series(self._moment == moment))
         values = {name: present[column].to_numpy() for name, column in _SCENE.items()}
         return Scene(**values, valid=np.ones(len(present), dtype=bool))
 
     @cached_property
-    def as_straight(self) -> "Recording":
-        """The recording as prediction and planning take it so far: on the road of `Road.as_straight`.
-
-        Its right edge is at lat = 0, rows beside it are left out, and velocities are the rates of lon and lat.
-        """
-        try:
-            road = self.road.as_straight()
-        except DataError as error:
-            raise DataError(f"recording {self.name}: {error}") from None
-        if road is self.road:
-            return self
-        right, left = float(road.edges[0]), float(road.edges[-1])
-        table = self.table.filter(pl.col("lat").is_between(right - VERGE, left + VERGE))
-        for kind in ("", "seen_"):
-            lon, lat, speed, heading = (table[kind + name].to_numpy() for name in MEASURES[:4])
-            along, across = speed * np.cos(heading) / self.road.stretch(lon, lat), speed * np.sin(heading)
-            moved = {"lat": lat - right, "speed": np.hypot(along, across), "heading": np.arctan2(across, along)}
-            table = table.with_columns(**{kind + name: pl.Series(values) for name, values in moved.items()})
-        # a vehicle that was beside the road goes on under another number
-        gap = pl.col("time").diff().over("vehicle", "group") > 1.5 * self.dt
-        table = table.with_columns(part=gap.fill_null(False).cast(pl.Int64).cum_sum())
-        again = pl.col("part") > pl.col("part").first().over("vehicle")
-        number = pl.when(again).then(pl.col("vehicle").max() + pl.col("part")).otherwise("vehicle")
-        table = table.with_columns(vehicle=number).drop("part").sort("vehicle", "time")
-        return replace(self, table=table, road=replace(road, edges=road.edges - right))
+    def rates(self) -> pl.DataFrame:
+        """The table with speed and heading of the rates of lon and lat, in which scenes are."""
+        table = self.table
+        for kind in ("", "seen_") if self.road.line is not None else ():
+            rates = self.road.rates(*(self.table[kind + name].to_numpy() for name in MEASURES[:4]))
+            table = table.with_columns(pl.Series(kind + "speed", rates[0]), pl.Series(kind + "heading", rates[1]))
+        return table
 
     def frames(self) -> Frames:
         """All moments of the recording, as seen then, in arrays for vectorised work."""
@@ -154,6 +136,6 @@ class Recording:
         values: dict[str, np.ndarray] = {}
         for name, column in _SCENE.items():
             values[name] = np.zeros(shape, dtype=np.float32)
-            values[name][frame, slot] = self.table[column].to_numpy()
+            values[name][frame, slot] = self.rates[column].to_numpy()
         scene = Scene(**values, valid=vehicle >= 0)
         return Frames(moments * self.dt, vehicle, scene, frame, slot)

@@ -64,13 +64,21 @@ def accelerations(recording: Recording) -> Float[np.ndarray, " n"]:
 
 def gaps(recording: Recording) -> Float[np.ndarray, " n"]:
     """[m] bumper to bumper along the road, from every vehicle at every moment to the one ahead in its lane."""
+    return following(recording)["gap"].to_numpy()
+
+
+def following(recording: Recording) -> pl.DataFrame:
+    """Every vehicle at every moment that has one ahead in its lane: ``gap`` to it and ``spacing`` [m], ``speed`` [m/s].
+
+    The gap is from bumper to bumper along the road, the spacing from centre to centre.
+    """
     lon, lat = (recording.table[name].to_numpy() for name in ("lon", "lat"))
     table = recording.table.select(
-        pl.col("time", "group", "lon", "length"),
+        pl.col("time", "group", "lon", "length", "speed"),
         lane=pl.Series(recording.road.lane_at(lon, lat)),
         stretch=pl.Series(recording.road.stretch(lon, lat)),
     ).sort("group", "time", "lane", "lon")
     way, length, stretch = (pl.col("lon").diff(-1), pl.col("length"), pl.col("stretch"))
-    both = (length + length.shift(-1)) / 2
-    gap = (-way * (stretch + stretch.shift(-1)) / 2 - both).over("group", "time", "lane")
-    return table.select(gap=gap).drop_nulls()["gap"].to_numpy()
+    both, lane = (length + length.shift(-1)) / 2, ("group", "time", "lane")
+    spacing = -way * (stretch + stretch.shift(-1)) / 2
+    return table.select("speed", spacing=spacing.over(lane), gap=(spacing - both).over(lane)).drop_nulls()

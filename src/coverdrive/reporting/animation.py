@@ -28,6 +28,7 @@ from coverdrive.reporting.active_constraints import ActiveConstraints
 from coverdrive.reporting.gif import write_gif
 from coverdrive.reporting.reasons import reason_of
 from coverdrive.reporting.road_drawing import RoadDrawing, Window
+from coverdrive.reporting.road_markings import ahead_label
 from coverdrive.reporting.snapshots import add_legend
 from coverdrive.simulation.initial import EGO
 from coverdrive.simulation.metrics import gaps, times_to_collision
@@ -115,7 +116,7 @@ class _Picture:
         self._reasons = [reason_of(trace, step) for step in range(len(trace))]
         grid = figure.add_gridspec(2, 4, height_ratios=(height, _BELOW))
         road = figure.add_subplot(grid[0, :])
-        road.set_xlabel("distance ahead of the ego [m]")
+        road.set_xlabel(ahead_label(trace.road))
         road.set_title(" \n ", loc="left")
         self._drawing = RoadDrawing(road, trace.road, trace.scene.vehicles)
         self._title = road.text(0, 1.04, "", transform=road.transAxes, fontsize=8)

@@ -76,6 +76,8 @@ class Contents(Fitted):
     """one row for each trial; none before ``coverdrive study``"""
     traffic: str = ""
     """in which the trials were driven"""
+    road: str = ""
+    """on which they were driven, in a sentence"""
     period: float = 0.1
     """[s] between two plans"""
     constraints: ActiveConstraints | None = None

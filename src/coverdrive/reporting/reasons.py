@@ -54,6 +54,6 @@ def _where(trace: Trace, step: int, slot: int) -> str:
     scene = trace.scene
     ahead = float(scene.lon[step, slot] - scene.lon[step, EGO])
     long = float(scene.length[step, slot] + scene.length[step, EGO]) / 2
-    lanes = int(trace.road.lane_of(scene.lat[step, slot])) - int(trace.road.lane_of(scene.lat[step, EGO]))
+    lane, own = (int(trace.road.lane_at(scene.lon[step, each], scene.lat[step, each])) for each in (slot, EGO))
     along = "beside" if abs(ahead) <= long else "ahead" if ahead > 0 else "behind"
-    return f"{along} {'in its lane' if lanes == 0 else 'on the left' if lanes > 0 else 'on the right'}"
+    return f"{along} {'in its lane' if lane == own else 'on the left' if lane > own else 'on the right'}"

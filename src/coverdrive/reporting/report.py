@@ -10,6 +10,7 @@ from coverdrive.reporting.active_constraints import ActiveConstraints
 from coverdrive.reporting.animation import animate
 from coverdrive.reporting.contents import Contents, Fitted
 from coverdrive.reporting.drawing import save
+from coverdrive.reporting.driven_on import driven_on
 from coverdrive.reporting.figures import draw_all
 from coverdrive.reporting.page.page import write_page
 from coverdrive.reporting.risk_figure import risk_figure
@@ -72,6 +73,7 @@ def contents_of(fitted: Fit | Fitted, study: Study | None, replayed: Sequence[in
         **known | {"name": known["name"] + other},
         trials=study.files.table() if study.files.finished else None,
         traffic=study.setup.traffic_name,
+        road=driven_on(study.setup, known["run"]),
         period=study.setup.episode.step,
         constraints=ActiveConstraints.of_study(study),
         traces=study.traces(replayed),

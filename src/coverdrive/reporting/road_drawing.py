@@ -25,6 +25,7 @@ from coverdrive.planning.plan import Plan
 from coverdrive.reporting import style
 from coverdrive.reporting.active_constraints import ActiveConstraints
 from coverdrive.reporting.reasons import Reason, reason_of
+from coverdrive.reporting.road_markings import across, drawn_edges, markings
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.simulation.initial import EGO
@@ -56,7 +57,7 @@ class Window:
 
     def height(self, road: Road, width: float) -> float:
         """Height of a drawing of this width, in the same unit."""
-        return width * (float(np.ptp(road.edges)) + 2 * VERGE) / (self.behind + self.ahead)
+        return width * (float(np.ptp(across(road))) + 2 * VERGE) / (self.behind + self.ahead)
 
 
 class RoadDrawing:
@@ -65,17 +66,17 @@ class RoadDrawing:
     def __init__(self, axes: Axes, road: Road, slots: int, window: Window | None = None):
         """Prepare a drawing on axes, whose limits are set, with a text for every vehicle slot, the ego's included."""
         self._road, self._window = road, window or Window()
-        edges, limits = np.asarray(road.edges), (-self._window.behind, self._window.ahead)
-        axes.set(xlim=limits, ylim=(edges[0] - VERGE, edges[-1] + VERGE), aspect="equal")
+        (right, left), limits = across(road), (-self._window.behind, self._window.ahead)
+        axes.set(xlim=limits, ylim=(right - VERGE, left + VERGE), aspect="equal")
         axes.set(yticks=np.asarray(road.centres), yticklabels=[f"lane {lane}" for lane in range(road.lanes)])
         axes.tick_params(axis="y", length=0)
         axes.spines[["left", "bottom"]].set_visible(False)
-        axes.axhspan(edges[0], edges[-1], facecolor=style.ROAD, zorder=0)
+        self.surface = PolyCollection([], facecolor=style.ROAD, linewidths=0, zorder=0)
         # where the other vehicles may be: one union of boxes for every moment, and a line for every predicted path
         self.sets = PathCollection([], linewidths=0, rasterized=True, zorder=1)
         self.dashes = LineCollection([], colors=style.MARKING, linewidths=0.8, capstyle="butt", zorder=2)
         self.members = LineCollection([], colors=style.OTHER, linewidths=0.4, zorder=2)
-        borders = [axes.axhline(edge, color=style.MARKING, linewidth=1.0, zorder=3) for edge in edges[[0, -1]]]
+        self.borders = LineCollection([], colors=style.MARKING, linewidths=1.0, zorder=3)
         # boxes of predicted paths that are active constraints of the plan, and the ego at every full second of it
         self.active = PolyCollection([], facecolors="none", linewidths=0.8, zorder=3.5)
         self.bodies = PolyCollection([], facecolors="none", linewidths=0.9, zorder=4)
@@ -92,8 +93,8 @@ class RoadDrawing:
         text: dict[str, Any] = {"color": "white", "fontsize": 5.5, "ha": "center", "va": "center_baseline"}
         self.speeds = [axes.text(0, 0, "", clip_on=True, zorder=7, **text) for _ in range(slots)]
         self.artists: tuple[Artist, ...] = (
-            self.sets, self.dashes, self.members, *borders, self.active, self.bodies, self.met, self.plan,
-            self.fail_safe, self.frames, self.vehicles, *self.speeds,
+            self.surface, self.sets, self.dashes, self.members, self.borders, self.active, self.bodies, self.met,
+            self.plan, self.fail_safe, self.frames, self.vehicles, *self.speeds,
         )  # fmt: skip
         """all that changes, or lies on top of what changes, from back to front"""
         for artist in self.artists:
@@ -150,17 +151,21 @@ class RoadDrawing:
         for slot, text in enumerate(self.speeds):
             text.set_position(tuple(corners[slot].mean(0)))
             text.set_text(f"{scene.speed[slot]:.0f}" if valid[slot] else "")
-        self.dashes.set_segments(list(self._dashes(origin[0])))
+        self.dashes.set_segments(list(self._dashes(origin[0]) - origin))
+        window = origin[0] - self._window.behind, origin[0] + self._window.ahead
+        right, left = (line.points - origin for line in markings(self._road, *window) if line.outer)
+        self.surface.set_verts([np.concatenate([right, left[::-1]])])
+        self.borders.set_segments([right, left])
 
     def _dashes(self, own_lon: float) -> Float[np.ndarray, "n 2 2"]:
         """Lane markings, which stand still on the road."""
-        first = -own_lon % _DASH_PERIOD - _DASH_PERIOD
-        start = np.arange(-np.ceil(self._window.behind / _DASH_PERIOD), self._window.ahead / _DASH_PERIOD + 1)
-        start = first + _DASH_PERIOD * start
-        inner = np.asarray(self._road.edges)[1:-1]
+        first, last = own_lon - self._window.behind, own_lon + self._window.ahead
+        start = _DASH_PERIOD * np.arange(np.floor(first / _DASH_PERIOD), last / _DASH_PERIOD)
         lon = np.stack([start, start + _DASH], axis=-1)
-        lon, lat = np.broadcast_arrays(lon, inner[:, None, None])
-        return np.stack([lon, lat], axis=-1).reshape(-1, 2, 2)
+        drawn = np.logical_and(*(drawn_edges(self._road, each) for each in lon.T))
+        lat = self._road.edges_at(lon)
+        lines = np.stack(np.broadcast_arrays(lon[..., None], lat), axis=-1)[:, :, 1:-1].swapaxes(1, 2)
+        return lines[drawn[:, 1:-1]]
 
 
 def _first_contact(trace: Trace, step: int, reason: Reason) -> Float[np.ndarray, "_ 4 2"]:

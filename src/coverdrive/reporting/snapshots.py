@@ -16,6 +16,7 @@ from coverdrive.reporting.active_constraints import ActiveConstraints
 from coverdrive.reporting.figure import TWO_COLUMNS
 from coverdrive.reporting.reasons import reason_of
 from coverdrive.reporting.road_drawing import RoadDrawing, Window
+from coverdrive.reporting.road_markings import ahead_label
 from coverdrive.simulation.initial import EGO
 from coverdrive.simulation.misses import find_windows, left_recently
 from coverdrive.simulation.outcome import Kind
@@ -63,7 +64,7 @@ def snapshots(
             title += f":  {moment.remark}" * bool(moment.remark)
             title += f"\n{trace.plans[moment.step].status.value}: {reason.text}" * bool(reason.text)
             axes.set_title(title, loc="left")
-        panels[-1].set_xlabel("distance ahead of the ego [m]")
+        panels[-1].set_xlabel(ahead_label(trace.road))
         met = any(reason.path >= 0 for reason in reasons)
         marked = bool(left[[moment.step for moment in moments]].any())
         add_legend(figure, trace.horizon, constraints is not None, marked, met)
@@ -105,7 +106,7 @@ def interesting_moments(trace: Trace, count: int = 4) -> list[Moment]:
     part from each other.
     """
     lon, valid = np.asarray(trace.scene.lon), trace.scene.valid
-    ahead, lane = lon - lon[:, [EGO]], np.asarray(trace.road.lane_of(np.asarray(trace.scene.lat[:, EGO])))
+    ahead, lane = lon - lon[:, [EGO]], trace.road.lane_at(lon[:, EGO], trace.scene.lat[:, EGO])
     near = ((np.abs(ahead) < NEAR) & valid)[:-1].sum(1) - 1
     changes = np.asarray(lane[1:] != lane[:-1])
     passes = np.asarray(((ahead[:-1] > 0) & (ahead[1:] <= 0) & valid[1:]).any(1))

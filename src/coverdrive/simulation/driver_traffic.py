@@ -14,11 +14,15 @@ from coverdrive.geometry import turned_half_extents
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.settings import InOrder, Settings
+from coverdrive.simulation.course import Course
 from coverdrive.simulation.drivers import DriverSettings, draw_drivers
 from coverdrive.simulation.freeway import DECISION, Freeway
 from coverdrive.simulation.initial import EGO, InitialSettings, initial_scene
 from coverdrive.simulation.motion import with_states
 from coverdrive.simulation.traffic import Start, TrafficStep
+
+_USUAL_SPEED = 20.0
+"""[m/s] at the experiment's start"""
 
 _Seconds = Annotated[float, Field(ge=0.1, le=60)]
 ChangeDuration = Annotated[tuple[_Seconds, _Seconds], InOrder]
@@ -36,8 +40,8 @@ class DriverTrafficSettings(Settings):
     ahead: float = Field(default=100.0, ge=-10_000, le=10_000)
     """[m] lon of the foremost vehicle at the start, relative to the ego"""
     gap: float = Field(default=12.0, ge=0, le=1000)
-    """[m] least bumper-to-bumper distance in a lane at the start: 0.6 s at 20 m/s. At the paper's 2 m these drivers
-    would brake as hard as they can"""
+    """[m] least bumper-to-bumper distance in a lane at the start if it is at 20 m/s: 0.6 s, as at other speeds. At the
+    paper's 2 m these drivers would brake as hard as they can"""
     change_duration: ChangeDuration = (4.0, 6.0)
     """[s] shortest and longest lane change (Toledo & Zohar 2007: 4.6 s on average)"""
     pause: float = Field(default=5.0, ge=0, le=3600)
@@ -69,7 +73,7 @@ class AggressiveTrafficSettings(DriverTrafficSettings):
     )
     """selfish drivers (politeness 0, Kesting et al. 2007) who accept to be the reason for full braking"""
     gap: float = Field(default=6.0, ge=0, le=1000)
-    """[m] least bumper-to-bumper distance in a lane at the start"""
+    """[m] least bumper-to-bumper distance in a lane at the start if it is at 20 m/s"""
     change_duration: ChangeDuration = (2.0, 3.5)
     """[s] shortest and longest lane change"""
     pause: float = Field(default=1.0, ge=0, le=3600)
@@ -88,17 +92,23 @@ class DriverTraffic:
     def __init__(self, settings: DriverTrafficSettings | None = None):
         """Call `reset` before the first step."""
         self._settings = settings or DriverTrafficSettings()
+        self._usual = self._settings.drivers
 
     def start(self, settings: InitialSettings, vehicles: int, rng: np.random.Generator) -> Start:
-        """Vehicles in lanes, far enough apart for drivers."""
+        """Vehicles in lanes, far enough apart for drivers, who want the speed of the road if it has one."""
         own = self._settings
-        spread = settings.model_copy(update={"behind": own.behind, "ahead": own.ahead, "gap": own.gap})
-        return Start(initial_scene(spread, vehicles, rng), spread.road(), np.inf)
+        gap = own.gap * settings.traffic_speed / _USUAL_SPEED
+        spread = settings.model_copy(update={"behind": own.behind, "ahead": own.ahead, "gap": gap})
+        wanted = settings.desired_speed or own.drivers.desired_speed
+        self._usual = own.drivers.model_copy(update={"desired_speed": wanted})
+        return Start(initial_scene(spread, vehicles, rng, on_ramp=True), spread.road(), np.inf)
 
     def reset(
         self, scene: Scene, road: Road, rng: np.random.Generator, controlled: Bool[np.ndarray, " A"] | None = None
     ) -> None:
         """Begin with every vehicle in the middle of its lane, on a road of equal lanes whose right edge is at lat = 0.
+
+        Lanes may begin and end, and the road may bend (`coverdrive.simulation.road_settings`).
 
         ``controlled`` are the slots that this model moves, if not all but the ego's.
         """
@@ -107,10 +117,11 @@ class DriverTraffic:
         self._lane_width = float(road.edges[1] - road.edges[0])
         self._age = 0.0
         settings, shape = self._settings, (1, scene.vehicles)
-        drivers = draw_drivers(settings.drivers, rng, shape)
-        lon, lane = np.array(scene.lon)[None], np.asarray(road.lane_of(np.asarray(scene.lat)))[None]
+        drivers = draw_drivers(self._usual, rng, shape)
+        lon, lane = np.array(scene.lon)[None], road.lane_at(scene.lon, scene.lat)[None]
         wave = rng.uniform(150, 400, shape)
         self._freeway = Freeway(
+            course=Course(road),
             drivers=drivers,
             usual_speed=drivers.desired_speed.copy(),
             moody=rng.random(shape) < settings.moody_share,
@@ -132,7 +143,7 @@ class DriverTraffic:
         self._see(scene)
         freeway.change_desires(self._rng, dt, self._settings.mood_pause)
         if self._age <= 0:
-            freeway.change_lanes(self._road.lanes)
+            freeway.change_lanes()
             self._age = DECISION
         self._age -= dt
         freeway.advance(dt)
@@ -148,7 +159,7 @@ class DriverTraffic:
         aside = turned_half_extents(scene.half_sizes[others], states[:, 3])[:, 1]
         freeway.lon[0, others] = states[:, 0]
         freeway.speed[0, others] = states[:, 2] * np.cos(states[:, 3])
-        freeway.lane[0, others] = self._road.lane_of(states[:, 1] - aside)
-        freeway.target[0, others] = self._road.lane_of(states[:, 1] + aside)
+        freeway.lane[0, others] = self._road.lane_at(states[:, 0], states[:, 1] - aside)
+        freeway.target[0, others] = self._road.lane_at(states[:, 0], states[:, 1] + aside)
         freeway.progress[0, others] = 0.0
         freeway.wait[0, others] = np.inf

@@ -5,9 +5,11 @@ is planned against them and its first input applied; meanwhile the traffic moves
 """
 
 import time
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
+from jaxtyping import Float
 from pydantic import Field
 
 from coverdrive.paths import PredictedPaths
@@ -23,7 +25,7 @@ from coverdrive.simulation.motion import with_states
 from coverdrive.simulation.outcome import Fault, Kind, Outcome
 from coverdrive.simulation.predictor import Predictor
 from coverdrive.simulation.trace import Step, Trace, make_trace
-from coverdrive.simulation.traffic import Start, Starting, Traffic
+from coverdrive.simulation.traffic import Start, Starting, Traffic, TrafficStep
 
 _ROUNDING = 1e-6
 """of a number of steps"""
@@ -60,17 +62,8 @@ def run_episode(
     Planner and traffic are reset first. ``vehicles`` is the number of uncontrolled ones; ``seed`` is of the start and
     of the traffic. A StartError if they cannot be placed.
     """
-    root = seed if isinstance(seed, np.random.SeedSequence) else np.random.SeedSequence(seed)
-    root = np.random.SeedSequence(root.entropy, spawn_key=root.spawn_key)  # the same children however often it is used
-    random, traffic_random = map(np.random.default_rng, root.spawn(2))
-    if isinstance(traffic, Starting):
-        start = traffic.start(settings.initial, vehicles, random)
-    else:
-        start = Start(initial_scene(settings.initial, vehicles, random), settings.initial.road(), np.inf)
-    scene, road = start.scene, start.road
-    last = max(1, int(min(settings.steps, start.duration / settings.step + _ROUNDING)))
+    scene, road, last = begin(traffic, settings, vehicles, seed)
     planner.reset(settings.step)
-    traffic.reset(scene, road, traffic_random)
     predictor.predict(scene, road, EGO, planner.dt, planner.steps)  # compiles before time is taken
     scenes, steps = [scene], list[Step]()
     outcome = Outcome(Kind.FINISHED, last * settings.step, None, Fault.NONE)
@@ -79,11 +72,34 @@ def run_episode(
         steps.append(taken)
         scenes.append(taken.scene)
         done(k, last)
-        collision = collision_at(k, scenes, settings.step)
+        collision = collision_at(k, scenes, settings.step, road)
         if collision is not None:
             outcome = collision
             break
     return make_trace(scene, road, steps, settings.step, outcome)
+
+
+def begin(
+    traffic: Traffic, settings: EpisodeSettings, vehicles: int, seed: int | np.random.SeedSequence
+) -> tuple[Scene, Road, int]:
+    """Where an episode begins, as of `run_episode`, and how many steps it has unless it ends in a collision."""
+    root = seed if isinstance(seed, np.random.SeedSequence) else np.random.SeedSequence(seed)
+    root = np.random.SeedSequence(root.entropy, spawn_key=root.spawn_key)  # the same children however often it is used
+    random, traffic_random = map(np.random.default_rng, root.spawn(2))
+    if isinstance(traffic, Starting):
+        start = traffic.start(settings.initial, vehicles, random)
+    else:
+        start = Start(initial_scene(settings.initial, vehicles, random), settings.initial.road(), np.inf)
+    traffic.reset(start.scene, start.road, traffic_random)
+    return start.scene, start.road, max(1, int(min(settings.steps, start.duration / settings.step + _ROUNDING)))
+
+
+def move(scene: Scene, inputs: Float[np.ndarray, " 2"], traffic: Traffic, dt: float) -> TrafficStep:
+    """Everybody after ``dt`` [s] in which the ego drove these inputs."""
+    moved = traffic.step(scene, dt)
+    states = moved.scene.states
+    states[EGO] = vehicle_step(scene.states[EGO], inputs, dt)
+    return replace(moved, scene=with_states(moved.scene, states))
 
 
 def _step(
@@ -91,11 +107,9 @@ def _step(
 ) -> Step:
     """Predict, plan, and move everybody by one simulation step."""
     paths, plan, predicted, planned = decide(predictor, planner, scene, road)
-    moved = traffic.step(scene, settings.step)
-    states = moved.scene.states
-    states[EGO] = vehicle_step(scene.states[EGO], plan.inputs[0], settings.step)
+    moved = move(scene, plan.inputs[0], traffic, settings.step)
     return Step(
-        scene=with_states(moved.scene, states),
+        scene=moved.scene,
         paths=paths,
         plan=plan,
         base=moved.base,

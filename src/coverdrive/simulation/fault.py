@@ -15,6 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from coverdrive.geometry import axis_gap, turned_half_extents
+from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.simulation.initial import EGO
 from coverdrive.simulation.outcome import Fault, Kind, Outcome, judge
@@ -25,9 +26,9 @@ _DECELERATION = 3.0
 """[m/s²] that the driver behind can be asked for (UN Regulation No. 79, 5.6.4.7)"""
 
 
-def collision_at(moment: int, scenes: Sequence[Scene], dt: float) -> Outcome | None:
-    """The collision of the ego at a moment of successive scenes, ``dt`` [s] apart; None if there is none."""
-    collision = judge(scenes[moment - 1], scenes[moment])
+def collision_at(moment: int, scenes: Sequence[Scene], dt: float, road: Road) -> Outcome | None:
+    """The collision of the ego at a moment of successive scenes on a road, ``dt`` [s] apart; None if there is none."""
+    collision = judge(scenes[moment - 1], scenes[moment], road)
     if collision is None:
         return None
     kind, partner = collision

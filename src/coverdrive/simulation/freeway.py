@@ -1,15 +1,19 @@
-"""A seeded straight freeway of IDM and MOBIL drivers: the state of many scenes and how it goes on.
+"""A seeded freeway of IDM and MOBIL drivers: the state of many scenes and how it goes on.
 
 S scenes of A vehicle slots are driven at once. A vehicle that changes lanes is in both lanes until it has arrived; its
-lateral motion is a polynomial of fifth order in its progress, slowed down with the vehicle at low speed.
+lateral motion is a polynomial of fifth order in its progress, slowed down with the vehicle at low speed. Drivers leave
+lanes that end and let others in (`coverdrive.simulation.merging`), and slow down in bends
+(`coverdrive.simulation.course`). Distances are along the reference line of the road, speeds the rates of lon.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from coverdrive.simulation.drivers import Drivers, Neighbours, Values, follow, lane_change_advantage, neighbours
+from coverdrive.simulation.course import Course
+from coverdrive.simulation.drivers import FREE, Drivers, Neighbours, Values, follow, lane_change_advantage, neighbours
+from coverdrive.simulation.merging import RELAXATION, Pressure, accepts, giving_way, in_haste, pressure, stopping
 
 HARDEST, STRONGEST = -7.5, 4.0
 """[m/s²] limits of every acceleration: emergency braking on a dry road, a strong car"""
@@ -32,6 +36,9 @@ EASE, PICK_UP = 1.0, 3.0
 SLOWING = 0.7
 """Largest share by which a driver slows down; small ones are more frequent"""
 
+_FIRST = 1e3
+"""[m/s²] advantage of a lane change that has to be"""
+
 CRAWL = 1.0
 """[m/s] smallest desired speed of a driver who slows down"""
 
@@ -40,8 +47,9 @@ CRAWL = 1.0
 class Freeway:
     """The moving state of S scenes; the only mutable struct of the package's generator."""
 
+    course: Course
     drivers: Drivers
-    """their desired speed is that of the moment"""
+    """their desired speed and time gap are those of the moment"""
     usual_speed: Values
     """[m/s] desired speed when nothing slows the driver down"""
     moody: Bool[np.ndarray, "S A"]
@@ -71,6 +79,8 @@ class Freeway:
         self.wait = np.zeros_like(self.lon)  # [s] until the driver thinks of a lane change again
         self.target = self.lane.copy()  # or the lane that is being entered
         self.goal = self.usual_speed.copy()  # [m/s] that the desired speed moves to
+        self.usual_gap = self.drivers.time_gap.copy()  # [s]
+        self.boldness = self.usual_speed / np.median(self.usual_speed)
 
     def states(self, lane_width: float) -> Float[np.ndarray, "S A 4"]:
         """Lon, lat [m], speed [m/s] and heading [rad] of all vehicles."""
@@ -86,9 +96,9 @@ class Freeway:
 
     def advance(self, dt: float) -> None:
         """Drive for dt [s] behind the vehicle ahead in all lanes that are used."""
-        ahead = self._neighbours(self._shares_lane())
-        acceleration = follow(self.drivers, self.speed, ahead.gap, np.take_along_axis(self.speed, ahead.leader, 1))
-        faster = self.speed + np.clip(acceleration, HARDEST, STRONGEST) * dt
+        drivers, ahead = self._here(), self._neighbours(self._shares_lane())
+        alone = follow(drivers, self.speed, ahead.gap, self._of(ahead.leader, self.speed))
+        faster = self.speed + np.clip(np.minimum(alone, self._allowed(drivers)), HARDEST, STRONGEST) * dt
         self.progress = np.minimum(1.0, self.progress + self._progress_rate() * dt)
         arrived = self.progress >= 1
         self.lane = np.where(arrived, self.target, self.lane)
@@ -96,6 +106,28 @@ class Freeway:
         self.wait = np.where(arrived, self.pause, np.maximum(0.0, self.wait - dt))
         self.lon = self.lon + (self.speed + np.maximum(0.0, faster)) / 2 * dt
         self.speed = np.maximum(0.0, faster)
+        time_gap = self.drivers.time_gap
+        time_gap += (self.usual_gap - time_gap) * dt / RELAXATION
+
+    def _allowed(self, drivers: Drivers) -> Values:
+        """[m/s²] that the end of the own lane, and those who have to leave theirs, leave to each of the drivers."""
+        if not self.course.way_out.any():
+            return np.full_like(self.lon, np.inf)
+        pressed, step = self._pressure, self.course.way_out[self.lane]
+        hasty, leaving = in_haste(drivers, pressed.urgency), pressed.urgency > 0
+        beside = self._neighbours(self._uses(self.lane + step))
+        synchronised = giving_way(hasty, self.speed, beside.gap, self._of(beside.leader, self.speed))
+        comes = (leaving & self.valid)[:, None] & ((self.lane + step)[:, None] == self.lane[..., None])
+        let_in = self._neighbours(comes)
+        urgency = self._of(let_in.leader, pressed.urgency)
+        opened = giving_way(in_haste(drivers, urgency), self.speed, let_in.gap, self._of(let_in.leader, self.speed))
+        polite = drivers.politeness > 0
+        demands = (
+            stopping(pressed.room, self.speed, drivers),
+            np.where(leaving, synchronised, np.inf),
+            np.where(polite & (let_in.gap < FREE), opened, np.inf),
+        )
+        return np.minimum.reduce(demands)
 
     def change_desires(self, random: np.random.Generator, dt: float, pause: float) -> None:
         """Let moody drivers pick another desired speed every ``pause`` [s] on average, and move towards it."""
@@ -105,28 +137,59 @@ class Freeway:
         desired = self.drivers.desired_speed
         desired += np.clip(self.goal - desired, -self.ease * dt, PICK_UP * dt)
 
-    def change_lanes(self, lanes: int) -> None:
-        """Begin the most advantageous lane change of every scene, if there is any."""
+    def change_lanes(self) -> None:
+        """Begin the most advantageous lane change of every scene, if there is any; one that has to be comes first."""
+        drivers, (begins, ends) = self._here(), self.course.ends
         current = self._neighbours(self._shares_lane())
         free = self.valid & (self.lane == self.target) & (self.wait <= 0) & (self.speed > SLOWEST_CHANGE)
+        pressed, way_out = self._pressure, self.course.way_out[self.lane]
+        leaving, hasty = self.valid & (pressed.urgency > 0), in_haste(drivers, pressed.urgency)
+        alone = follow(drivers, self.speed, current.gap, self._of(current.leader, self.speed))
+        relief = np.where(leaving, 0.0, np.maximum(0.0, alone - self._allowed(drivers)))  # of giving way
         best = np.full(self.lon.shape, -np.inf)
         side = np.zeros_like(self.lane)
+        chosen = current
         for step in (-1, 1):
-            to = self.lane + step
-            there = (self.lane[:, None] == to[..., None]) | (self.target[:, None] == to[..., None])
-            target = self._neighbours(there)
-            advantage = lane_change_advantage(self.drivers, self.speed, self.length, current, target)
-            advantage = np.where(free & (to >= 0) & (to < lanes), advantage, -np.inf)
+            to = np.clip(self.lane + step, 0, self.course.lanes - 1)
+            there = (to != self.lane) & (begins[to] <= self.lon - self.length / 2) & (ends[to] >= ends[self.lane])
+            target = self._neighbours(self._uses(self.lane + step))
+            advantage = lane_change_advantage(drivers, self.speed, self.length, current, target) + relief
+            advantage = np.where(free & there, advantage, -np.inf)
+            must = leaving & (self.wait < np.inf) & (way_out == step) & accepts(hasty, self.speed, target)
+            advantage = np.where(must, _FIRST + pressed.urgency, advantage)
+            chosen = Neighbours(*(np.where(advantage > best, *each) for each in zip(target, chosen, strict=True)))
             side = np.where(advantage > best, step, side)
             best = np.maximum(best, advantage)
         scenes = np.flatnonzero(best.max(1) > 0)
         who = best.argmax(1)[scenes]
         self.target[scenes, who] += side[scenes, who]
+        behind = chosen.follower[scenes, who]
+        short, gaps = hasty.time_gap[scenes, who], self.drivers.time_gap
+        gaps[scenes, who] = short
+        forced = (best[scenes, who] >= _FIRST) & (chosen.rear_gap[scenes, who] < FREE)
+        gaps[scenes, behind] = np.where(forced, np.minimum(gaps[scenes, behind], short), gaps[scenes, behind])
+
+    def _here(self) -> Drivers:
+        """The drivers with the speed that they want where they are; who likes to drive fast does so in bends, too."""
+        allowed = self.course.speed_at(self.lon) * self.boldness
+        return replace(self.drivers, desired_speed=np.minimum(self.drivers.desired_speed, allowed))
+
+    @property
+    def _pressure(self) -> Pressure:
+        return pressure(self.course, self.lon, self.length, self.lane, self.lane == self.target)
 
     def _progress_rate(self) -> Values:
         """[1/s] of the lane changes that are going on."""
         pace = np.minimum(1.0, self.speed / FLUENT) / self.change_duration
         return np.where(self.lane == self.target, 0.0, pace)
+
+    @staticmethod
+    def _of(slot: Int[np.ndarray, "S A"], values: Values) -> Values:
+        return np.take_along_axis(values, slot, 1)
+
+    def _uses(self, lane: Int[np.ndarray, "S A"]) -> Bool[np.ndarray, "S A A"]:
+        """Whether vehicle j is in the lane that is given for vehicle i."""
+        return (self.lane[:, None] == lane[..., None]) | (self.target[:, None] == lane[..., None])
 
     def _shares_lane(self) -> Bool[np.ndarray, "S A A"]:
         """Whether vehicle j is in a lane that vehicle i uses."""

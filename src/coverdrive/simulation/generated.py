@@ -1,4 +1,4 @@
-"""Generated traffic on a straight freeway, for trying everything out without recorded data.
+"""Generated traffic on a freeway, for trying everything out without recorded data.
 
 Seeded scenes of IDM and MOBIL drivers (`coverdrive.simulation.drivers`): cars and trucks, free flow to stop-and-go.
 """
@@ -15,16 +15,20 @@ from coverdrive.recordings.recording import MEASURES, SCHEMA, Recording
 from coverdrive.recordings.repair import RawTracks
 from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.recordings.tracks import regular_table
-from coverdrive.road import Road
-from coverdrive.settings import InOrder, Settings
+from coverdrive.settings import InOrder
+from coverdrive.simulation.course import Course
 from coverdrive.simulation.drivers import DriverSettings, draw_drivers
 from coverdrive.simulation.freeway import DECISION, Freeway
+from coverdrive.simulation.road_settings import RoadSettings
 
 BATCH = 24
 """Scenes that are driven at once"""
 
 WARM_UP = 10.0
 """[s] that each scene is driven before it is recorded"""
+
+_FARTHEST = 1e4
+"""[m] a road that is longer than anybody drives"""
 
 _MOST_ROWS = 2e7
 """of all scenes: about 2 GB"""
@@ -33,8 +37,8 @@ _Count = Annotated[int, Field(ge=1, le=1000)]
 _Speed = Annotated[float, Field(gt=0, le=120)]
 
 
-class GeneratedSettings(Settings):
-    """How much traffic is generated, and of which kind."""
+class GeneratedSettings(RoadSettings):
+    """How much traffic is generated, of which kind, and on which road."""
 
     scenes: int = Field(default=48, ge=1, le=10_000)
     """number of independent scenes; 48 of them hold over 200,000 windows of 3 s at a stride of 0.1 s"""
@@ -42,8 +46,6 @@ class GeneratedSettings(Settings):
     """[s] of each scene"""
     dt: float = Field(default=0.1, ge=0.01, le=0.2)
     """[s] as in NGSIM"""
-    lanes: int = Field(default=3, ge=1, le=20)
-    """number of lanes"""
     lane_width: float = Field(default=3.6, ge=3, le=10)
     """[m] the US freeway standard (AASHTO)"""
     vehicles: Annotated[tuple[_Count, _Count], InOrder] = (20, 30)
@@ -103,7 +105,7 @@ def _batch(settings: GeneratedSettings, random: np.random.Generator, scenes: int
             track[:, :, step - warm_up] = np.concatenate([traffic.states(settings.lane_width), sizes], axis=-1)
         traffic.change_desires(random, dt, settings.mood_pause)
         if step % decide == 0:
-            traffic.change_lanes(settings.lanes)
+            traffic.change_lanes()
         traffic.advance(dt)
     most = settings.vehicles[1]
     return [
@@ -120,31 +122,39 @@ def _start(settings: GeneratedSettings, random: np.random.Generator, scenes: int
     truck = random.random(shape) < settings.truck_share
     length = np.where(truck, random.uniform(8, 16, shape), random.normal(4.7, 0.35, shape).clip(3.7, 5.7))
     width = np.where(truck, 2.5, random.normal(1.85, 0.08, shape).clip(1.6, 2.1))
-    lane = random.permuted(np.broadcast_to(np.arange(most) % settings.lanes, shape), axis=1)
+    road = settings.road_of(_FARTHEST)
+    ramp = road.lanes - settings.lanes
+    dealt = np.arange(most) % (2 * settings.lanes + ramp)  # half as many on a ramp as in a lane that goes on
+    lane = random.permuted(np.broadcast_to((dealt + ramp * (dealt >= road.lanes)) % road.lanes, shape), axis=1)
     drivers = draw_drivers(settings.drivers, random, shape)
     drivers.desired_speed[truck] *= 0.8
 
     pace = random.uniform(*settings.speed, (scenes, 1))
     speed = np.minimum(pace, 0.95 * drivers.desired_speed) * random.uniform(0.97, 1.0, shape)
+    speed = np.minimum(speed, settings.speed_limit)
     gap = (drivers.minimum_gap + speed * drivers.time_gap) * random.uniform(1.1, 2.2, shape)
     lon = np.zeros(shape)
     front = np.zeros(shape, dtype=bool)
-    for number in range(settings.lanes):
+    for number in range(road.lanes):
         inside = (lane == number) & valid
         room = np.where(inside, gap + length, 0.0)
         lon = np.where(inside, length / 2 - np.cumsum(room, axis=1), lon)
         front |= inside & (np.cumsum(inside, axis=1) == 1)
+    rear = np.where(valid, lon, 0.0).min(axis=1, keepdims=True)
+    on_ramp = valid & (lane < ramp)
+    lon = lon - np.where(on_ramp, np.where(on_ramp, lon, np.inf).min(axis=1, keepdims=True) - rear, 0.0)
     drivers.desired_speed[front] = (pace * random.uniform(0.85, 1.1, shape))[front]
     limits = ((0, settings.wander), (150, 400), (0, 2 * np.pi))
     wander = np.stack([random.uniform(*between, shape) for between in limits], axis=-1)
     return Freeway(
+        course=Course(road),
         drivers=drivers,
         usual_speed=drivers.desired_speed.copy(),
         moody=front | (random.random(shape) < settings.moody_share),
         length=length,
         width=width,
         valid=valid,
-        lon=lon - np.where(valid, lon, 0.0).min(axis=1, keepdims=True) + 20.0,
+        lon=lon - rear + 20.0,
         speed=speed,
         lane=lane,
         change_duration=random.uniform(4, 6, shape),
@@ -161,7 +171,12 @@ def _recording(
     vehicle = np.repeat(first_vehicle + np.arange(vehicles), steps)
     group = np.full_like(vehicle, scene)
     moment = np.tile(np.arange(steps), vehicles)
-    road = Road.straight(settings.lanes, settings.lane_width, length=float(np.ceil(values["lon"].max() + 20)))
+    road = settings.road_of(float(np.ceil(values["lon"].max() + 20)))
+    if road.line is not None:
+        speed, heading = values["speed"], values["heading"]
+        along = speed * np.cos(heading) * road.stretch(values["lon"], values["lat"])
+        across = speed * np.sin(heading)
+        values |= {"speed": np.hypot(along, across), "heading": np.arctan2(across, along)}
     if settings.noise:
         for name in ("lon", "lat"):
             values[name] += settings.noise * random.standard_normal(len(moment))

@@ -6,7 +6,7 @@ from jaxtyping import Bool, Float
 from coverdrive.geometry import body_distance, boxes_overlap, turned_half_extents
 from coverdrive.planning.plan import Status
 from coverdrive.simulation.initial import EGO
-from coverdrive.simulation.outcome import contacts
+from coverdrive.simulation.outcome import bodies_of, contacts
 from coverdrive.simulation.trace import Trace
 
 _LOOKS = 21
@@ -17,10 +17,10 @@ _SETTLED = 0.25
 
 def lane_changes(trace: Trace) -> int:
     """How often the ego reached another lane's centre, up to a quarter of the lane's width."""
-    lat = np.asarray(trace.scene.lat[:, EGO])
-    lane = np.asarray(trace.road.lane_of(lat))
-    width = np.diff(np.asarray(trace.road.edges))[lane]
-    settled = np.abs(lat - np.asarray(trace.road.centres)[lane]) < _SETTLED * width
+    lon, lat = (np.asarray(each[:, EGO]) for each in (trace.scene.lon, trace.scene.lat))
+    lane, edges = trace.road.lane_at(lon, lat), trace.road.edges_at(lon)
+    right, left = (np.take_along_axis(edges, lane[:, None] + side, 1)[:, 0] for side in (0, 1))
+    settled = np.abs(lat - (right + left) / 2) < _SETTLED * (left - right)
     return int(np.count_nonzero(np.diff(lane[settled])))
 
 
@@ -34,17 +34,16 @@ def road_departure(trace: Trace) -> float:
     """How far the ego's body got beyond the edges of the road [m]; 0 if it stayed on it."""
     lat = trace.scene.lat[:, EGO]
     extent = turned_half_extents(trace.scene.half_sizes[:, EGO], np.asarray(trace.scene.heading)[:, EGO])[:, 1]
-    beyond = np.maximum(trace.road.edges[0] - (lat - extent), lat + extent - trace.road.edges[-1])
+    edges = trace.road.edges_at(trace.scene.lon[:, EGO])
+    beyond = np.maximum(edges[:, 0] - (lat - extent), lat + extent - edges[:, -1])
     return float(max(0.0, beyond.max()))
 
 
 def gaps(trace: Trace) -> Float[np.ndarray, " m"]:
     """Distance [m] of the ego's body to the nearest other one at every moment; infinite without another."""
-    states, half_sizes = trace.scene.states, trace.scene.half_sizes
+    (centre, heading), half_sizes = bodies_of(trace.scene, trace.road), trace.scene.half_sizes
     others = np.arange(trace.scene.vehicles) != EGO
-    own, other = (
-        (states[:, slots, :2], states[:, slots, 3], half_sizes[:, slots]) for slots in (np.array([EGO]), others)
-    )
+    own, other = ((centre[:, slots], heading[:, slots], half_sizes[:, slots]) for slots in (np.array([EGO]), others))
     there = np.asarray(trace.scene.valid)[:, others]
     return body_distance(*own, *other).min(-1, initial=np.inf, where=there)
 
@@ -72,7 +71,7 @@ def times_to_collision(trace: Trace) -> Float[np.ndarray, " m"]:
 
 def traffic_collisions(trace: Trace) -> int:
     """Number of pairs of uncontrolled vehicles that overlap at any moment."""
-    touched = np.any(contacts(trace.scene), axis=0)
+    touched = np.any(contacts(trace.scene, trace.road), axis=0)
     touched[EGO] = touched[:, EGO] = False
     return int(np.triu(touched).sum())
 

@@ -12,6 +12,7 @@ from pydantic import Field
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.settings import Settings
+from coverdrive.simulation.course import Course
 from coverdrive.simulation.driver_traffic import DriverTraffic, DriverTrafficSettings
 from coverdrive.simulation.initial import EGO, InitialSettings
 from coverdrive.simulation.motion import with_states
@@ -47,9 +48,10 @@ class MixedTraffic:
         return self._drivers.start(settings, vehicles, rng)
 
     def reset(self, scene: Scene, road: Road, rng: np.random.Generator) -> None:
-        """Draw who is a driver."""
+        """Draw who is a driver; those in lanes that end are."""
         uncontrolled = np.arange(scene.vehicles) != EGO
-        self._driven = uncontrolled & (rng.random(scene.vehicles) < self._settings.share)
+        ending = Course(road).way_out[road.lane_at(scene.lon, scene.lat)] != 0
+        self._driven = uncontrolled & (ending | (rng.random(scene.vehicles) < self._settings.share))
         self._drivers.reset(scene, road, rng, self._driven)
         self._sampling.reset(scene, road, rng, uncontrolled & ~self._driven)
 

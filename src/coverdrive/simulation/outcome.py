@@ -8,11 +8,14 @@ import enum
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool
+from jaxtyping import Bool, Float
 
 from coverdrive.geometry import axis_gap, boxes_overlap
+from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.simulation.initial import EGO
+
+_STRAIGHT = Road.straight()
 
 
 class Kind(enum.StrEnum):
@@ -64,23 +67,36 @@ class Outcome:
     at_fault: Fault
 
 
-def judge(before: Scene, after: Scene) -> tuple[Kind, int] | None:
-    """The kind of the ego's collision between two successive moments, and with whom (the first slot, if several)."""
-    contact = contacts(after)[EGO]
+def judge(before: Scene, after: Scene, road: Road | None = None) -> tuple[Kind, int] | None:
+    """The kind of the ego's collision between two successive moments, and with whom (the first slot, if several).
+
+    The road is to be told where it bends.
+    """
+    reach = np.linalg.norm(after.half_sizes, axis=-1)
+    apart = np.maximum(np.abs(after.lon - after.lon[EGO]), np.abs(after.lat - after.lat[EGO]))
+    if not (apart < 2 * (reach + reach[EGO]))[EGO + 1 :].any():  # most moments, on any road
+        return None
+    contact = contacts(after, road)[EGO]
     partner = int(contact.argmax())
     return (_kind(before, partner), partner) if contact.any() else None
 
 
-def contacts(scene: Scene) -> Bool[np.ndarray, "*batch A A"]:
-    """Whether the bodies of two different valid vehicles overlap, for every pair of slots."""
-    states, half_sizes = scene.states, scene.half_sizes
-    first, second = states[..., :, None, :], states[..., None, :, :]
+def contacts(scene: Scene, road: Road | None = None) -> Bool[np.ndarray, "*batch A A"]:
+    """Whether the bodies of two different valid vehicles overlap, for every pair of slots; on the map of a road."""
+    half_sizes = scene.half_sizes
+    centre, heading = bodies_of(scene, road)
     overlap = boxes_overlap(
-        first[..., :2], first[..., 3], half_sizes[..., :, None, :], second[..., :2], second[..., 3],
-        half_sizes[..., None, :, :],
+        centre[..., :, None, :], heading[..., :, None], half_sizes[..., :, None, :],
+        centre[..., None, :, :], heading[..., None, :], half_sizes[..., None, :, :],
     )  # fmt: skip
     different = ~np.eye(scene.vehicles, dtype=bool)
     return overlap & different & scene.valid[..., :, None] & scene.valid[..., None, :]
+
+
+def bodies_of(scene: Scene, road: Road | None) -> tuple[Float[np.ndarray, "*batch A 2"], Float[np.ndarray, "*batch A"]]:
+    """Centres [m] and directions [rad] of the bodies on the map of a road, or in the frame of one that is straight."""
+    lon, lat, _, heading = np.moveaxis(scene.states, -1, 0)
+    return (road or _STRAIGHT).bodies_to_map(lon, lat, heading)
 
 
 def _kind(before: Scene, partner: int) -> Kind:

@@ -64,8 +64,8 @@ def cut_scenarios(recordings: Sequence[Recording]) -> tuple[Scenario, ...]:
     """One for each group of scenes of each recording."""
     return tuple(
         _scenario(recording, table)
-        for recording in (each.as_straight for each in recordings)
-        for table in recording.table.partition_by("group", maintain_order=True)
+        for recording in recordings
+        for table in recording.rates.partition_by("group", maintain_order=True)
     )
 
 
@@ -128,14 +128,15 @@ class ReplayTraffic:
                 return None
             own, kept[chosen] = states[chosen], False
         else:
-            lane = np.asarray(scenario.road.lane_of(states[:, 1]))
+            lane = scenario.road.lane_at(states[:, 0], states[:, 1])
             ahead = scenario.valid[first] & (lane == lane[chosen]) & (states[:, 0] > states[chosen, 0])
             if not ahead.any():
                 return None
             leader = np.flatnonzero(ahead)[states[ahead, 0].argmin()]
             own = (states[chosen] + states[leader]) / 2
             ends = states[[chosen, leader], 0] + scenario.sizes[[chosen, leader], 0] * [0.5, -0.5]
-            own[0], own[1], own[3] = ends.mean(), scenario.road.centres[lane[chosen]], 0.0
+            edges = scenario.road.edges_at(ends.mean())
+            own[0], own[1], own[3] = ends.mean(), edges[lane[chosen] : lane[chosen] + 2].mean(), 0.0
         near = scenario.valid[first] & kept
         in_the_way = self._in_the_way(own, np.array([settings.length, settings.width]), states, scenario.sizes)
         return None if (near & in_the_way).any() else (own, kept)

@@ -2,9 +2,10 @@
 
 Every 0.3 s the uncontrolled vehicles choose anew, one after the other in random order: uniformly among the base
 trajectories that the predictor calls possible and that pass the collision check, over the whole horizon, against
-the other uncontrolled vehicles' chosen paths. Those that have not chosen yet are taken on their previous choice. The
-ego is taken into account at constant velocity, and only by a vehicle that has it directly in front. To the check,
-bodies are boxes along the road that hold the turned vehicles.
+the other uncontrolled vehicles' chosen paths and the road's edges. Those that have not chosen yet are taken on their
+previous choice. The ego is taken into account at constant velocity, and only by a vehicle that has it directly in
+front. To the check, bodies are boxes along the road that hold the turned vehicles, and lanes that end are none: a set
+need not lead out of them.
 
 A slots, M base trajectories or paths, B other vehicles, n times from now to the end of the horizon.
 """
@@ -12,7 +13,7 @@ A slots, M base trajectories or paths, B other vehicles, n times from now to the
 from typing import Literal
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float
 from pydantic import Field
 
 from coverdrive.errors import SettingError
@@ -21,6 +22,7 @@ from coverdrive.prediction.motion import follow
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.settings import Settings
+from coverdrive.simulation.course import Course
 from coverdrive.simulation.initial import EGO
 from coverdrive.simulation.motion import constant_velocity, with_states
 from coverdrive.simulation.predictor import Predictor
@@ -52,7 +54,7 @@ class SetSamplingTraffic:
         ``controlled`` are the slots that this model moves, if not all but the ego's; vehicles of other models are taken
         into account at constant velocity.
         """
-        self._road, self._rng = road, rng
+        self._road, self._through, self._rng = road, Course(road).through, rng
         self._controlled = np.arange(scene.vehicles) != EGO if controlled is None else controlled
         self._age = 0
         self._paths = scene.states[:, None]
@@ -86,7 +88,7 @@ class SetSamplingTraffic:
             others = scene.valid & (np.arange(scene.vehicles) != slot)
             others[EGO] &= heeds_own[slot]
             apart = clearance(paths[:, 1:], half_sizes[slot], self._paths[others, 1:], half_sizes[others])
-            clear = np.minimum(apart, road_clearance(paths, half_sizes[slot], self._road))
+            clear = np.minimum(apart, road_clearance(paths, half_sizes[slot], self._through))
             base, stuck[slot] = self._pick(possible[slot], clear, deviation[slot])
             missed[slot] = not possible[slot, base]
             self._base[slot] = base
@@ -138,14 +140,14 @@ def road_clearance(
 ) -> Float[np.ndarray, " M"]:
     """How far every path stays on the road [m]; negative: the body leaves it, further than it is off at the start."""
     extent = turned_half_extents(half_size, paths[..., 3])[..., 1]
-    lat = paths[..., 1]
-    inside = np.minimum(lat - extent - road.edges[0], road.edges[-1] - lat - extent)
+    lat, edges = paths[..., 1], road.edges_at(paths[..., 0])
+    inside = np.minimum(lat - extent - edges[..., 0], edges[..., -1] - lat - extent)
     return inside[:, 1:].min(1) - np.minimum(inside[:, 0], 0.0)
 
 
 def directly_in_front(scene: Scene, road: Road) -> Bool[np.ndarray, " A"]:
     """Whether the ego is the nearest vehicle ahead in the same lane, for every slot."""
-    lane: Int[np.ndarray, " A"] = np.asarray(road.lane_of(np.asarray(scene.lat)))
+    lane = road.lane_at(scene.lon, scene.lat)
     ahead = np.asarray(scene.lon) - np.asarray(scene.lon)[:, None]
     candidate = (lane == lane[:, None]) & (ahead > 0) & scene.valid
     ahead = np.where(candidate, ahead, np.inf)

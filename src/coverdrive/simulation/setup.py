@@ -9,7 +9,6 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from pydantic import TypeAdapter, ValidationError
 
 from coverdrive.certificates.certificate import fingerprint
 from coverdrive.errors import SettingError, StartError
@@ -22,7 +21,7 @@ from coverdrive.simulation.predictor import Predictor
 from coverdrive.simulation.replay import ReplaySettings, Scenario
 from coverdrive.simulation.trace import Trace
 from coverdrive.simulation.traffic import Traffic
-from coverdrive.simulation.traffics import TrafficSettings, make_traffic
+from coverdrive.simulation.traffics import TrafficSettings, make_traffic, usual
 from coverdrive.simulation.trial import Row, measure, unstarted
 
 VEHICLES = (3, 4, 5, 6, 7)
@@ -60,22 +59,13 @@ class Setup:
         """Give the traffic of a name its settings; refuse what makes no trial."""
         if not self.vehicles or min(self.vehicles) < 0:
             raise SettingError(f"a study needs numbers of uncontrolled vehicles, got {list(self.vehicles)}")
-        if not isinstance(self.traffic, str):
-            return
-        try:
-            settings = TypeAdapter(TrafficSettings).validate_python({"kind": self.traffic})
-        except ValidationError as error:
-            raise SettingError(
-                f"no traffic is called {self.traffic!r}; choose set-sampling, drivers, aggressive, mixed or replay"
-            ) from error
-        object.__setattr__(self, "traffic", settings)
+        if isinstance(self.traffic, str):
+            object.__setattr__(self, "traffic", usual(self.traffic))
 
     def participants(self) -> Participants:
         """Who takes part, made for this process."""
-        traffic: Any = self.traffic
-        if isinstance(traffic, Settings):
-            traffic = make_traffic(traffic, self.predictor, self._read() if self.replays else ())  # pyright: ignore[reportArgumentType]
-        return self.predictor, _made(self.planner, Planner), _made(traffic, Traffic)
+        scenarios = self._read() if self.replays else ()
+        return self.predictor, _made(self.planner, Planner), traffic_of(self.traffic, self.predictor, scenarios)
 
     def vehicles_of(self, trial: int) -> int:
         """Number of uncontrolled vehicles of a trial."""
@@ -122,6 +112,12 @@ class Setup:
 
     def _read(self) -> Sequence[Scenario]:
         return self.scenarios() if callable(self.scenarios) else self.scenarios
+
+
+def traffic_of(traffic: AnyTraffic, predictor: Predictor | None, scenarios: Sequence[Scenario] = ()) -> Traffic:
+    """A model of one's own, or that of a name or settings, as of `make_traffic`."""
+    given: Any = usual(traffic) if isinstance(traffic, str) else traffic
+    return _made(make_traffic(given, predictor, scenarios) if isinstance(given, Settings) else given, Traffic)  # pyright: ignore[reportArgumentType]
 
 
 def _made(part: Any, kind: type) -> Any:

@@ -6,6 +6,7 @@ The predicted paths of all steps lie behind one another; ``paths.count`` says ho
 import zipfile
 import zlib
 from collections.abc import Mapping
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,8 @@ from coverdrive.errors import DataError
 from coverdrive.files import write_atomically
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.plan import Plan, Status
-from coverdrive.road import Road
+from coverdrive.reference_line import ReferenceLine
+from coverdrive.road import LaneEdges, Road
 from coverdrive.scene import Scene
 from coverdrive.simulation.outcome import Fault, Kind, Outcome
 from coverdrive.simulation.trace import Trace
@@ -54,8 +56,7 @@ def _flat(trace: Trace) -> dict[str, np.ndarray]:
     paths, plans, outcome = trace.paths, trace.plans, trace.outcome
     values: dict[str, Any] = {
         "time": trace.time,
-        "road.edges": trace.road.edges,
-        "road.length": trace.road.length,
+        **_flat_road(trace.road),
         **{f"scene.{name}": value for name, value in vars(trace.scene).items()},
         **{name: getattr(trace, name) for name in _STEPS},
         **{f"plan.{name}": [getattr(plan, name) for plan in plans] for name in vars(plans[0])},
@@ -73,6 +74,20 @@ def _flat(trace: Trace) -> dict[str, np.ndarray]:
         if all(getattr(each, name) is not None for each in paths):
             values[f"paths.{name}"] = np.concatenate([getattr(each, name) for each in paths])
     return {name: np.asarray(value) for name, value in values.items()}
+
+
+def _flat_road(road: Road) -> dict[str, Any]:
+    """The fields of a road by name, but for those that are None."""
+    parts = {"road": road, "line": road.line, "changing": road.changing}
+    values = {
+        f"{name}.{field.name}": getattr(part, field.name)
+        for name, part in parts.items()
+        if part is not None
+        for field in fields(part)
+    }
+    return {
+        name: value for name, value in values.items() if value is not None and name.removeprefix("road.") not in parts
+    }
 
 
 def _trace(arrays: Mapping[str, np.ndarray]) -> Trace:
@@ -95,7 +110,11 @@ def _trace(arrays: Mapping[str, np.ndarray]) -> Trace:
     return Trace(
         time=arrays["time"],
         scene=Scene(**part("scene")),
-        road=Road(**part("road")),
+        road=Road(
+            **part("road"),
+            line=ReferenceLine(**part("line")) if "line.start" in arrays else None,
+            changing=LaneEdges(**part("changing")) if "changing.lon" in arrays else None,
+        ),
         paths=tuple(PredictedPaths(*row) for row in zip(*columns, dts, *optional, strict=True)),
         plans=tuple(Plan(**dict(zip(plans, row, strict=True))) for row in zip(*plans.values(), strict=True)),
         **{name: arrays[name] for name in _STEPS},

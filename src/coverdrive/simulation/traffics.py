@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from typing import Annotated, Any
 
-from pydantic import Discriminator, Tag
+from pydantic import Discriminator, Tag, TypeAdapter, ValidationError
 
-from coverdrive.errors import DataError
+from coverdrive.errors import DataError, SettingError
 from coverdrive.simulation.driver_traffic import AggressiveTrafficSettings, DriverTraffic, DriverTrafficSettings
 from coverdrive.simulation.mixed import MixedTraffic, MixedTrafficSettings
 from coverdrive.simulation.predictor import Predictor
@@ -31,16 +31,29 @@ TrafficSettings = Annotated[
 """settings of one of the models, told apart by ``kind``"""
 
 
-def make_traffic(settings: TrafficSettings, predictor: Predictor, scenarios: Sequence[Scenario] = ()) -> Traffic:
-    """The traffic model of these settings; a DataError if it replays ``scenarios`` and there are none."""
+def usual(kind: str) -> TrafficSettings:
+    """The default settings of the traffic of a name; a SettingError if there is none."""
+    try:
+        return TypeAdapter(TrafficSettings).validate_python({"kind": kind})
+    except ValidationError as error:
+        names = "set-sampling, drivers, aggressive, mixed or replay"
+        raise SettingError(f"no traffic is called {kind!r}; choose {names}") from error
+
+
+def make_traffic(settings: TrafficSettings, predictor: Predictor | None, scenarios: Sequence[Scenario] = ()) -> Traffic:
+    """The traffic model of these settings; a DataError if it replays ``scenarios`` and there are none.
+
+    Traffic that drives members of predicted sets asks for a predictor, with a SettingError.
+    """
     match settings:
-        case SetSamplingSettings():
-            return SetSamplingTraffic(predictor, settings)
         case DriverTrafficSettings():
             return DriverTraffic(settings)
-        case MixedTrafficSettings():
-            return MixedTraffic(predictor, settings)
         case ReplaySettings():
             if not scenarios:
                 raise DataError("replayed traffic needs recorded scenes, got none; name some with --recording")
             return ReplayTraffic(scenarios, settings)
+        case SetSamplingSettings() | MixedTrafficSettings():
+            if predictor is None:
+                raise SettingError(f"{settings.kind} traffic drives members of predicted sets; give a predictor")
+            sampling = isinstance(settings, SetSamplingSettings)
+            return SetSamplingTraffic(predictor, settings) if sampling else MixedTraffic(predictor, settings)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from coverdrive.prediction.learning.affordance import FEATURES, MOTION, described
 from coverdrive.prediction.learning.affordance import affordance as uncompiled
-from coverdrive.road import Road
+from coverdrive.road import LaneEdges, Road
 from coverdrive.scene import Scene
 
 ROAD = Road.straight(lanes=3, width=3.6)
@@ -25,7 +25,7 @@ def scene_of(*vehicles: Vehicle) -> Scene:
 
 
 def named(scene: Scene, slot: int = 0, road: Road = ROAD) -> dict[str, float]:
-    return dict(zip(FEATURES, np.asarray(affordance(scene, road))[slot].tolist(), strict=True))
+    return dict(zip(FEATURES, np.asarray(affordance(scene, road.edges))[slot].tolist(), strict=True))
 
 
 def expect(actual: Mapping[str, float], **expected: float) -> None:
@@ -120,7 +120,7 @@ def test_permuting_the_vehicles_permutes_the_rows(scene: Scene, random) -> None:
     random.shuffle(order)
     fields = ("lon", "lat", "speed", "heading", "length", "width", "valid")
     permuted = Scene(**{name: getattr(scene, name)[order] for name in fields})
-    assert np.array_equal(affordance(permuted, ROAD), np.asarray(affordance(scene, ROAD))[order])
+    assert np.array_equal(affordance(permuted, ROAD.edges), np.asarray(affordance(scene, ROAD.edges))[order])
 
 
 @settings(deadline=None, max_examples=60)
@@ -129,7 +129,10 @@ def test_mirroring_the_road_exchanges_left_and_right(scene: Scene) -> None:
     def swapped(name: str) -> str:
         return name.replace("left", "?").replace("right", "left").replace("?", "right")
 
-    plain, mirrored = np.asarray(affordance(scene, ROAD)), np.asarray(affordance(scene.mirrored(), ROAD.mirrored()))
+    plain, mirrored = (
+        np.asarray(affordance(scene, ROAD.edges)),
+        np.asarray(affordance(scene.mirrored(), ROAD.mirrored().edges)),
+    )
     columns = [FEATURES.index(swapped(name)) for name in FEATURES]
     expected = plain[:, columns].copy()
     expected[:, FEATURES.index("distance to lane centre")] *= -1
@@ -141,11 +144,58 @@ def test_lateral_speed_by_hand_and_in_the_mirror() -> None:
     turned = Scene(
         scene.lon, scene.lat, scene.speed, np.array([np.pi / 6, 0.0]), scene.length, scene.width, scene.valid
     )
-    seen = np.asarray(described(turned, ROAD))
+    seen = np.asarray(described(turned, ROAD.edges))
     assert seen.shape == (2, len(FEATURES) + len(MOTION))
-    assert np.array_equal(seen[:, : len(FEATURES)], np.asarray(uncompiled(turned, ROAD)))
+    assert np.array_equal(seen[:, : len(FEATURES)], np.asarray(uncompiled(turned, ROAD.edges)))
     assert seen[:, -1] == pytest.approx([10.0, 0.0])
-    assert np.asarray(described(turned.mirrored(), ROAD.mirrored()))[:, -1] == pytest.approx([-10.0, 0.0])
+    assert np.asarray(described(turned.mirrored(), ROAD.mirrored().edges))[:, -1] == pytest.approx([-10.0, 0.0])
+
+
+RAMP = Road(
+    np.array([0.0, 3.5, 7.0, 10.5]),
+    300.0,
+    changing=LaneEdges(
+        np.array([0.0, 100.0, 120.0, 200.0, 240.0]),
+        np.array([[3.5, 3.5, 7, 10.5], [3.5, 3.5, 7, 10.5], [0, 3.5, 7, 10.5], [0, 3.5, 7, 10.5], [3.5, 3.5, 7, 10.5]]),
+    ),
+)
+"""A lane on the right that comes between 100 m and 120 m and goes between 200 m and 240 m"""
+
+
+def on_ramp_road(*vehicles: Vehicle) -> dict[str, float]:
+    scene = scene_of(*vehicles)
+    return dict(zip(FEATURES, np.asarray(affordance(scene, RAMP.edges_at(scene.lon)))[0].tolist(), strict=True))
+
+
+def test_a_lane_is_beside_a_vehicle_where_it_is_there() -> None:
+    on_ramp = (150, 1.5, 15, 4, 2)
+    before = on_ramp_road((108, 5.25, 20, 4, 2), on_ramp)  # the lane is 1.4 m wide there
+    beside = on_ramp_road((130, 5.25, 20, 4, 2), on_ramp)
+    expect(before, right_front_clearance=0, right_front_relative_speed=0, right_front_length=0)
+    expect(before, right_front_lateral_clearance=5.25 - 1 - 2.1)  # to the edge of the road there
+    expect(beside, right_front_clearance=16, right_front_relative_speed=-5, right_front_length=4)
+    expect(before, left_front_clearance=50, left_front_lateral_clearance=3.6)
+    mirrored = scene_of((130, 5.25, 20, 4, 2), on_ramp).mirrored()
+    seen = np.asarray(affordance(mirrored, RAMP.mirrored().edges_at(mirrored.lon)))[0]
+    assert seen[FEATURES.index("left front clearance")] == pytest.approx(16)
+
+
+def test_who_is_on_a_lane_that_has_ended_is_in_the_nearest_one_that_is_there() -> None:
+    features = on_ramp_road((235, 2.0, 20, 4, 2), (260, 5.25, 18, 4, 2))
+    expect(features, distance_to_lane_centre=2.0 - 5.25, front_clearance=21, front_relative_speed=-2)
+
+
+def test_the_next_lane_is_the_one_behind_a_lane_in_the_middle_that_has_ended() -> None:
+    edges = np.array([[0, 3.5, 3.5, 7.0], [0, 3.5, 3.5, 7.0], [0, 3.5, 7.0, 10.5]])
+    scene = scene_of((0, 1.75, 20, 4, 2), (30, 5.25, 18, 5, 2), (90, 5.25, 18, 5, 2))
+    features = dict(zip(FEATURES, np.asarray(affordance(scene, edges))[0].tolist(), strict=True))
+    expect(features, left_front_clearance=30 - 4.5, left_front_length=5)
+
+
+def test_edges_that_are_the_same_at_every_vehicle_are_those_of_the_road() -> None:
+    scene = scene_of((0, 5.5, 20, 4, 2), (30, 1.7, 18, 5, 2), (-20, 9.0, 25, 12, 2.5))
+    along = np.broadcast_to(ROAD.edges, (3, 4))
+    assert np.array_equal(affordance(scene, along), affordance(scene, ROAD.edges))
 
 
 def plain_affordance(scene: Scene, road: Road, own: int) -> list[float]:
@@ -192,4 +242,4 @@ def test_agrees_with_the_plain_loop(scene: Scene) -> None:
         **{name: getattr(scene, name)[None] for name in ("lon", "lat", "speed", "heading", "length", "width", "valid")}
     )
     expected = [plain_affordance(scene, ROAD, own) for own in range(scene.vehicles)]
-    assert np.asarray(affordance(batch, ROAD))[0] == pytest.approx(np.array(expected), abs=1e-3)
+    assert np.asarray(affordance(batch, ROAD.edges))[0] == pytest.approx(np.array(expected), abs=1e-3)

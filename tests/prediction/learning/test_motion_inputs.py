@@ -39,7 +39,7 @@ def test_a_predictor_that_sees_the_motion_is_stored_whole_and_uses_the_heading(f
     one = np.ones(2)
     scene = Scene(np.array([0.0, 30.0]), 5.4 * one, 20 * one, 0.02 * one, 4.8 * one, 1.9 * one, one > 0)
     assert loaded.possible(scene, Road.straight()).shape == (2, len(loaded.basis))
-    seen = np.asarray(loaded.network.scaled(described(scene, Road.straight())))[:, -1]
+    seen = np.asarray(loaded.network.scaled(described(scene, Road.straight().edges)))[:, -1]
     assert seen * loaded.network.scale[-1] + loaded.network.mean[-1] == pytest.approx(20 * np.sin(0.02) * one)
 
 

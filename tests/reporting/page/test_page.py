@@ -131,6 +131,7 @@ def test_the_heading_says_what_was_run() -> None:
     html = page(contents)
     assert "<h1>coverdrive on made up, 2 closed-loop trials</h1>" in html
     assert "driven in set-sampling traffic" in html
+    assert html.count("Driven on a road of its own.") == 2  # beside the drives, and in the list of facts
 
 
 def test_ends_are_counted_by_cause_and_fault() -> None:

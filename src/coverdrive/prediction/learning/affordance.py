@@ -3,6 +3,8 @@
 They do not depend on the order of the vehicles, nor on their number. The right side is the left side of the mirrored
 scene. Clearances along the road are from bumper to bumper, clearances across it from side to side; a vehicle alongside
 has a negative clearance along the road. Speeds of others are relative to the own speed.
+
+Lanes are those at each vehicle's own position: the lane beside it is the next one that is there. E edges, L lanes.
 """
 
 import operator
@@ -12,10 +14,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
-from coverdrive.road import Road
+from coverdrive.road import lanes_there, nearest_lane
 from coverdrive.scene import Scene
+
+Edges = Float[Array | np.ndarray, "... E"]
+"""lat [m] of the lane edges at every vehicle, or of all"""
 
 FEATURES = (
     *("speed", "distance to lane centre", "front clearance", "front relative speed"),
@@ -36,24 +41,23 @@ FREE_LATERAL_CLEARANCE = 3.6
 """[m] lateral clearance where there is no vehicle: one lane width (authors' scripts)"""
 
 
-def affordance(scene: Scene, road: Road) -> Float[Array, "*batch A 21"]:
+def affordance(scene: Scene, edges: Edges) -> Float[Array, "*batch A 21"]:
     """Features of every vehicle of every scene, in the order of `FEATURES`.
 
-    Those of slots without a vehicle are finite and meaningless; vehicles off the road are taken to be in the nearest
-    lane.
+    ``edges`` are the lane edges [m] at every vehicle (`Road.edges_at`), or the same for all. The features of slots
+    without a vehicle are finite and meaningless; vehicles off the road are taken to be in the nearest lane.
     """
-    centre = jnp.asarray(road.centres)[road.lane_of(scene.lat)]
+    left_side, right_side = _Side.of(scene, jnp.asarray(edges)), _Side.of(scene.mirrored(), mirrored_edges(edges))
     itself = jnp.eye(scene.vehicles, dtype=bool)
     ahead = (_between(scene.lon) >= 0) & ~itself  # exactly alongside counts as ahead, itself as behind
-    same = _lane_offset(scene, road) == 0
-    sides = (scene, road), (scene.mirrored(), road.mirrored())
-    left, right = (_lane_offset(*side) == 1 for side in sides)
+    same = _between(left_side.lane) == 0
+    left, right = (each.lane[..., None, :] == each.beside[..., None] for each in (left_side, right_side))
     nearest = _nearest(scene, jnp.stack([ahead & same, ahead & left, ~ahead & left, ahead & right, ~ahead & right]))
     front, *beside = (jax.tree.map(operator.itemgetter(index), nearest) for index in range(5))
-    left_front, left_rear = (_on_the_left(each, *sides[0]) for each in beside[:2])
-    right_front, right_rear = (_on_the_left(each, *sides[1]) for each in beside[2:])
+    left_front, left_rear = (_on_a_side(each, left_side) for each in beside[:2])
+    right_front, right_rear = (_on_a_side(each, right_side) for each in beside[2:])
     columns = (
-        *(scene.speed, scene.lat - centre, front.clearance, front.speed),
+        *(scene.speed, scene.lat - left_side.centre, front.clearance, front.speed),
         *(left_front.clearance, left_front.speed, left_front.lateral),
         *(left_rear.clearance, left_rear.lateral, left_rear.speed),
         *(right_front.clearance, right_front.speed, right_front.lateral),
@@ -63,10 +67,37 @@ def affordance(scene: Scene, road: Road) -> Float[Array, "*batch A 21"]:
     return jnp.stack([jnp.asarray(column, dtype=jnp.float32) for column in columns], axis=-1)
 
 
-def described(scene: Scene, road: Road) -> Float[Array, "*batch A F"]:
+def mirrored_edges(edges: Edges) -> Edges:
+    """The same with left and right exchanged."""
+    return -edges[..., ::-1]
+
+
+def described(scene: Scene, edges: Edges) -> Float[Array, "*batch A F"]:
     """Features of every vehicle as in `affordance`, followed by `MOTION`; a network sees of it what its inputs say."""
     lateral_speed = jnp.asarray(scene.speed * jnp.sin(scene.heading), dtype=jnp.float32)
-    return jnp.concatenate([affordance(scene, road), lateral_speed[..., None]], axis=-1)
+    return jnp.concatenate([affordance(scene, edges), lateral_speed[..., None]], axis=-1)
+
+
+class _Side(NamedTuple):
+    """What the lanes say about the left side of every vehicle."""
+
+    lane: Int[Array, "*batch A"]
+    centre: Float[Array, "*batch A"]
+    """[m] of that lane"""
+    beside: Int[Array, "*batch A"]
+    """the next lane to the left that is there, −1 where there is none"""
+    clearance: Float[Array, "*batch A"]
+    """[m] to the edge of the road"""
+
+    @staticmethod
+    def of(scene: Scene, edges: Edges) -> "_Side":
+        lat = jnp.asarray(scene.lat)
+        edges = jnp.broadcast_to(edges, (*lat.shape, edges.shape[-1]))
+        lane, number = nearest_lane(edges, lat), jnp.arange(edges.shape[-1] - 1)
+        further = lanes_there(edges) & (number > lane[..., None])
+        centre = jnp.take_along_axis((edges[..., :-1] + edges[..., 1:]) / 2, lane[..., None], axis=-1)[..., 0]
+        beside = jnp.where(further.any(-1), further.argmax(-1), -1)
+        return _Side(lane, centre, beside, edges[..., -1] - lat - scene.width / 2)
 
 
 class _Neighbour(NamedTuple):
@@ -78,12 +109,11 @@ class _Neighbour(NamedTuple):
     length: Float[Array, "*batch A"]
 
 
-def _on_the_left(found: _Neighbour, scene: Scene, road: Road) -> _Neighbour:
-    """The neighbour to the left, or what stands for it where there is no lane."""
-    edge_clearance = road.edges[-1] - scene.lat - scene.width / 2
-    no_lane = road.lane_of(scene.lat) == road.lanes - 1
+def _on_a_side(found: _Neighbour, side: _Side) -> _Neighbour:
+    """The neighbour there, or what stands for it where there is no lane."""
+    no_lane = side.beside < 0
     clearance = jnp.where(no_lane, 0.0, found.clearance)
-    lateral = jnp.where(no_lane, _limited(edge_clearance), found.lateral)
+    lateral = jnp.where(no_lane, _limited(side.clearance), found.lateral)
     return found._replace(clearance=clearance, lateral=lateral)
 
 
@@ -115,10 +145,6 @@ def _nearest(scene: Scene, mask: Bool[Array, "n *batch A A"]) -> _Neighbour:
 
 def _limited(clearance: Array | np.ndarray) -> Array:
     return jnp.clip(clearance, -CLEARANCE_LIMIT, CLEARANCE_LIMIT)
-
-
-def _lane_offset(scene: Scene, road: Road) -> Array:
-    return _between(road.lane_of(scene.lat))
 
 
 def _between(values: Array | np.ndarray) -> Array:

@@ -9,13 +9,12 @@ import numpy as np
 from jaxtyping import Bool, Float, Int, Int8
 
 from coverdrive.prediction.cover.basis import Basis
-from coverdrive.prediction.learning.affordance import FEATURES, MOTION, described
+from coverdrive.prediction.learning.affordance import FEATURES, MOTION, Edges, described, mirrored_edges
 from coverdrive.prediction.learning.bodies import body_radius
 from coverdrive.prediction.learning.collision import colliding_bases
 from coverdrive.prediction.segments import Segments
 from coverdrive.progress import done
 from coverdrive.recordings.recording import Recording
-from coverdrive.road import Road
 from coverdrive.scene import Scene
 
 POSSIBLE, OTHER, COLLIDES = 1, 0, -1
@@ -81,8 +80,8 @@ def make_samples(
     or the nearest by the atomic norm, as where none covers it. Mirrored: the mirror images of scenes and segments.
     """
 
-    def look(scene: Scene, road: Road, own: np.ndarray) -> tuple[np.ndarray, ...]:
-        return _seen(scene, road, own), np.asarray(colliding_bases(basis, scene, own))
+    def look(scene: Scene, edges: Edges, own: np.ndarray) -> tuple[np.ndarray, ...]:
+        return _seen(scene, edges, own), np.asarray(colliding_bases(basis, scene, own))
 
     empty = np.zeros((0, len(FEATURES) + len(MOTION)), dtype=np.float32), np.zeros((0, len(basis)), dtype=bool)
     features, collides = _looked(recordings, segments, mirrored, look, empty)
@@ -108,34 +107,35 @@ def _looked(
     recordings: Sequence[Recording],
     segments: Segments,
     mirrored: bool,
-    look: Callable[[Scene, Road, np.ndarray], tuple[np.ndarray, ...]],
+    look: Callable[[Scene, Edges, np.ndarray], tuple[np.ndarray, ...]],
     empty: tuple[np.ndarray, ...],
 ) -> list[np.ndarray]:
-    """What ``look`` says of the moments at which segments start and of the slots of their vehicles.
+    """What ``look`` says of the moments at which segments start, of the lane edges then, and of their vehicles' slots.
 
     In chunks of one size, so that everything is compiled once per number of slots and lanes.
     """
     found, places = [empty], [np.arange(0)]
     for index, recording in enumerate(recordings):
         chosen = np.flatnonzero(segments.recording == index)
-        frames = recording.as_straight.frames()
-        scenes, road = frames.scene.padded(_SLOTS), recording.as_straight.road
-        if mirrored:
-            scenes, road = scenes.mirrored(), road.mirrored()
+        frames = recording.frames()
+        scenes = frames.scene.padded(_SLOTS)
         for first in range(0, len(chosen), _CHUNK):
             place = chosen[first : first + _CHUNK]
             rows = np.resize(segments.row[place], _CHUNK)
             frame = frames.frame[rows]
             scene: Scene = jax.tree.map(lambda values, frame=frame: values[frame], scenes)
-            found.append(tuple(values[: len(place)] for values in look(scene, road, frames.slot[rows])))
+            edges = recording.road.edges_at(scene.lon).astype(np.float32)
+            if mirrored:
+                scene, edges = scene.mirrored(), mirrored_edges(edges)
+            found.append(tuple(values[: len(place)] for values in look(scene, edges, frames.slot[rows])))
             places.append(place)
         done(index + 1, len(recordings))
     order = np.argsort(np.concatenate(places), kind="stable")
     return [np.concatenate(parts)[order] for parts in zip(*found, strict=True)]
 
 
-def _seen(scene: Scene, road: Road, own: np.ndarray) -> np.ndarray:
-    return np.asarray(_described(scene, road))[np.arange(_CHUNK), own]
+def _seen(scene: Scene, edges: Edges, own: np.ndarray) -> np.ndarray:
+    return np.asarray(_described(scene, edges))[np.arange(_CHUNK), own]
 
 
 _described = jax.jit(described)

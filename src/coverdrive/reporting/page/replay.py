@@ -16,6 +16,7 @@ from jaxtyping import Bool, Float, Int
 from coverdrive.planning.plan import Status
 from coverdrive.reporting.active_constraints import ActiveConstraints
 from coverdrive.reporting.reasons import reason_of
+from coverdrive.reporting.road_markings import across, bends, markings
 from coverdrive.simulation.initial import EGO
 from coverdrive.simulation.metrics import gaps, times_to_collision
 from coverdrive.simulation.misses import cause_of, find_windows, left_recently
@@ -24,6 +25,8 @@ from coverdrive.simulation.outcome import Kind
 from coverdrive.simulation.trace import Trace
 
 _COARSE, _CENTIMETRE, _FINE = 0.02, 0.01, 0.001
+_SEEN = 200.0
+"""[m] beyond the way of the ego that a page shows at the most"""
 _FAR = 100.0
 """[m], [s] that a gap, or a time to collision, is at the most"""
 
@@ -79,7 +82,7 @@ def replay_data(trial: int, trace: Trace, constraints: ActiveConstraints | None)
         "cause": cause_of(trace).value,
         "dt": float(trace.time[1] - trace.time[0]),
         "planDt": plans[0].dt,
-        "edges": np.asarray(trace.road.edges).round(3).tolist(),
+        "road": _road(trace),
         "sizes": np.stack([scene.length[0], scene.width[0]], axis=-1).round(2).tolist(),
         "own": EGO,
         "nearly": [NEAR_GAP, NEAR_TIME],
@@ -91,6 +94,17 @@ def replay_data(trial: int, trace: Trace, constraints: ActiveConstraints | None)
         "events": _events(trace, left, [reason.text for reason in reasons]),
         "arrays": arrays,
         "data": data,
+    }
+
+
+def _road(trace: Trace) -> dict[str, Any]:
+    """Where the road lies and its lines are [m], as far as anybody sees it, and what is to be said of it."""
+    first, last = (float(limit) for limit in (trace.scene.lon[:, EGO].min(), trace.scene.lon[:, EGO].max()))
+    lines = markings(trace.road, first - _SEEN, last + _SEEN)
+    return {
+        "across": np.round(across(trace.road), 3).tolist(),
+        "lines": [{"outer": line.outer, "points": line.points.round(2).tolist()} for line in lines],
+        "bends": bends(trace.road),
     }
 
 
@@ -109,7 +123,7 @@ def _active(trace: Trace, constraints: ActiveConstraints | None) -> Int[np.ndarr
 
 def _events(trace: Trace, left: Bool[np.ndarray, "m A"], reasons: list[str]) -> list[tuple[int, str, str]]:
     """Moments that the ruler of the replay marks: when, which colour of the page, and what happened."""
-    lane = np.asarray(trace.road.lane_of(np.asarray(trace.scene.lat[:, EGO])))
+    lane = trace.road.lane_at(trace.scene.lon[:, EGO], trace.scene.lat[:, EGO])
     changed = [(int(step) + 1, "own", "the ego changes lane") for step in np.flatnonzero(lane[1:] != lane[:-1])]
     begins = np.flatnonzero(np.diff(left.sum(1), prepend=0) > 0)
     gone = [(int(step), "ink", "a vehicle has left its predicted set") for step in begins]

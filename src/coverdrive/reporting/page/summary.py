@@ -156,6 +156,7 @@ def facts(contents: Contents) -> list[tuple[str, str]]:
         *set_facts(basis, evaluation, certified.occupied, certified.uncovered),
         *([("prediction and plan", f"{median:.3g} ms (median step of the median trial); due every "
             f"{1e3 * contents.period:g} ms")] if median is not None else []),
+        *([("drives", contents.road)] if contents.road else []),
         ("time", ", ".join(f"{stage} {seconds:.1f} s" for stage, seconds in run["seconds"].items())),
         ("software", f"coverdrive {run['coverdrive']}, Python {run['python']}, "
          + ", ".join(f"{name} {version}" for name, version in run["packages"].items())),

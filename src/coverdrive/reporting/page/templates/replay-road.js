@@ -23,9 +23,9 @@ class RoadView {
 
   /* At a moment of the drive; the sets and the plan at one time [s] within the horizon, or at all of them (null). */
   show(drive, moment, within) {
-    const context = this.context, width = this.canvas.clientWidth, edges = drive.edges;
+    const context = this.context, width = this.canvas.clientWidth, lines = drive.road.lines;
     const [behind, ahead] = this.window(), verge = 2, ruler = 22;
-    const right = edges[0] - verge, left = edges[edges.length - 1] + verge;
+    const right = drive.road.across[0] - verge, left = drive.road.across[1] + verge;
     this.along = width / (behind + ahead);
     this.across = width > 520 ? this.along : Math.max(this.along, 160 / (left - right));  // a narrow page stretches the road
     const road = Math.round((left - right) * this.across), height = road + ruler, ratio = devicePixelRatio || 1;
@@ -36,14 +36,14 @@ class RoadView {
     const step = Math.min(Math.floor(moment), drive.steps), part = moment - step;
     const now = this.vehicles(drive, step, part), origin = now[drive.own].lon - behind;
     this.place = (lon, lat) => [(lon - origin) * this.along, (left - lat) * this.across];
-    this.surface(edges, height);
+    this.surface(lines, height);
     context.save();
     context.beginPath();
     context.rect(0, 0, width, road);
     context.clip();
     const planned = Math.min(step, drive.steps - 1);  // the last moment has no plan of its own
     this.sets(drive, planned, within);
-    this.markings(edges, origin);
+    this.markings(lines);
     this.members(drive, planned, within);
     this.plan(drive, planned, within);
     this.met(drive, planned, within);
@@ -51,7 +51,7 @@ class RoadView {
     now.forEach((vehicle, slot) => vehicle && drive.left[step * drive.slots + slot] && this.frame(vehicle));
     now.forEach((vehicle, slot) => vehicle && this.body(vehicle, slot === drive.own, step === drive.steps && slot === drive.partner));
     context.restore();
-    this.ruler(behind, ahead, height);
+    this.ruler(behind, ahead, height, drive.road.bends);
   }
 
   vehicles(drive, step, part) {
@@ -64,29 +64,28 @@ class RoadView {
     });
   }
 
-  surface(edges, height) {
-    const context = this.context, width = this.canvas.clientWidth;
-    const left = this.place(0, edges[edges.length - 1])[1], right = this.place(0, edges[0])[1];
+  /* The road lies between its first two lines, its borders. */
+  surface(lines, height) {
+    const context = this.context, [right, left] = lines;
     context.fillStyle = Theme.colour("paper");
-    context.fillRect(0, 0, width, height);
+    context.fillRect(0, 0, this.canvas.clientWidth, height);
     context.fillStyle = Theme.colour("road");
-    context.fillRect(0, left, width, right - left);
+    context.beginPath();
+    for (const point of right.points.concat(left.points.slice().reverse())) context.lineTo(...this.place(...point));
+    context.fill();
   }
 
-  markings(edges, origin) {
-    const context = this.context, width = this.canvas.clientWidth;
-    const lines = edges.map((lat) => this.place(0, lat)[1]);
+  markings(lines) {
+    const context = this.context;
     context.strokeStyle = Theme.colour("marking");
-    lines.forEach((y, number) => {
-      const outer = number === 0 || number === lines.length - 1;
+    for (const { outer, points } of lines) {
       context.lineWidth = outer ? 1.8 : 1.3;
       context.setLineDash(outer ? [] : [3 * this.along, 9 * this.along]);
-      context.lineDashOffset = outer ? 0 : (origin % 12) * this.along;
+      context.lineDashOffset = outer ? 0 : points[0][0] * this.along;  // so that the dashes of all lines lie side by side
       context.beginPath();
-      context.moveTo(0, y);
-      context.lineTo(width, y);
+      for (const point of points) context.lineTo(...this.place(...point));
       context.stroke();
-    });
+    }
     context.setLineDash([]);
   }
 
@@ -235,7 +234,7 @@ class RoadView {
     context.fillText(vehicle.speed.toFixed(0), ...this.place(vehicle.lon, vehicle.lat));
   }
 
-  ruler(behind, ahead, height) {
+  ruler(behind, ahead, height, bends) {
     const context = this.context;
     context.fillStyle = Theme.colour("soft");
     context.font = "11px system-ui, sans-serif";
@@ -244,5 +243,8 @@ class RoadView {
     for (let metre = -20; metre < ahead - 5; metre += 20) {
       if (metre > -behind + 2) context.fillText(metre === 0 ? "ego" : `${metre > 0 ? "+" : "−"}${Math.abs(metre)} m`, (metre + behind) * this.along, height - 7);
     }
+    if (!bends) return;
+    context.textAlign = "left";
+    context.fillText("unrolled", 4, height - 7);
   }
 }

@@ -1,0 +1,1 @@
+"""Other people's worlds and interfaces, each an extra of its own."""

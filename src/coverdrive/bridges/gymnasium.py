@@ -1,0 +1,225 @@
+"""The closed loop as an environment of Gymnasium, ``coverdrive/Motorway-v0``, for agents learned or written by hand.
+
+An episode is that of `coverdrive.simulation.episode` with the same seed: traffics, starts, motion of the ego,
+collisions and fault are the same code. Importing this module registers the environment.
+"""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from jaxtyping import Float
+from pydantic import Field
+
+from coverdrive.bridges.observations import Shown, observation_of
+from coverdrive.errors import SettingError
+from coverdrive.extras import require
+from coverdrive.planning.constants import vehicle_of
+from coverdrive.planning.plan import Plan, Status
+from coverdrive.planning.road_ahead import bent_on
+from coverdrive.planning.search import lane_seeking
+from coverdrive.planning.vehicle import VehicleSettings, within_limits
+from coverdrive.recordings.recording import Recording
+from coverdrive.scene import Scene
+from coverdrive.settings import Settings
+from coverdrive.simulation.episode import EpisodeSettings, begin, move
+from coverdrive.simulation.fault import collision_at
+from coverdrive.simulation.initial import EGO
+from coverdrive.simulation.misses import find_windows
+from coverdrive.simulation.outcome import Fault, Kind, Outcome
+from coverdrive.simulation.predictor import Predictor
+from coverdrive.simulation.replay import cut_scenarios
+from coverdrive.simulation.setup import AnyTraffic, traffic_of
+from coverdrive.simulation.trace import Step, Trace, make_trace
+from coverdrive.simulation.traffic import TrafficStep
+
+if TYPE_CHECKING:
+    import gymnasium
+else:
+    gymnasium = require("gymnasium")
+
+NAME = "coverdrive/Motorway-v0"
+
+ACTION = np.array([8.0, 0.5])
+"""acceleration [m/s²] and yaw rate [rad/s] of the continuous action (1, 1)"""
+_ACCELERATIONS = (-3.0, 0.0, 2.0)
+"""[m/s²] of the discrete actions"""
+_PATH_STEP = 0.25
+"""[s] between two points of predicted paths"""
+
+
+class RewardSettings(Settings):
+    """What an agent is rewarded for: at most 1 for every second, and less for what it should not do."""
+
+    wanted_speed: float = Field(default=30.0, gt=0, le=120)
+    """[m/s] along the road, at which progress is 1 a second; it is 0 at no and at twice this speed"""
+    discomfort: float = Field(default=0.02, ge=0, le=10)
+    """[s⁴/m²] of the squared acceleration along and across, a second"""
+    contact: float = Field(default=20.0, ge=0, le=1e6)
+    """of touching another vehicle, whoever is at fault, and of leaving the road; both end the episode"""
+
+
+class Motorway(gymnasium.Env[Any, Any]):
+    """One car on a motorway; everything else is our simulation."""
+
+    metadata = {"render_modes": []}  # noqa: RUF012
+
+    def __init__(
+        self,
+        traffic: AnyTraffic = "drivers",
+        vehicles: int | Sequence[int] = 5,
+        observation: Shown = "affordance",
+        action: Literal["continuous", "discrete"] = "continuous",
+        *,
+        slots: int = 16,
+        predictor: Predictor | None = None,
+        sets: bool = False,
+        recordings: Sequence[Recording] = (),
+        episode: EpisodeSettings | None = None,
+        reward: RewardSettings | None = None,
+        car: VehicleSettings | None = None,
+        render_mode: None = None,
+    ):
+        """Make an environment.
+
+        Args:
+            traffic: as of `coverdrive.study`.
+            vehicles: number of uncontrolled vehicles, or several numbers of which each episode has one.
+            observation: see `coverdrive.bridges.observations.observation_of`.
+            action: ``continuous``: shares of `ACTION`, from −1 to 1. ``discrete``: 3 · lane + speed, where lane is to
+                steer to the centre of the lane to the right of the one that the ego is in (0), of this one (1), or of
+                the one to the left (2), and speed is to brake at 3 m/s² (0), to keep it (1), or to accelerate at
+                2 m/s² (2). What is applied is the nearest that the limits of the car allow.
+            slots: how many vehicles the observation ``scene`` holds, the ego's included.
+            predictor: for traffics that drive members of predicted sets, and for ``sets``.
+            sets: whether ``info`` has the predicted paths of the scene that is shown as ``sets``, and, at the end of an
+                episode, how many ``windows`` were seen and how many of them were ``misses``. This takes time.
+            recordings: to replay.
+            episode: start, length and time steps.
+            reward: what is rewarded.
+            car: limits of the ego.
+            render_mode: there is none; `trace` is what can be drawn.
+
+        Raises:
+            SettingError: there is no such traffic, or no predictor where one is needed.
+        """
+        if sets and predictor is None:
+            raise SettingError("predicted sets need a predictor; give one, or leave out sets")
+        self._traffic = traffic_of(traffic, predictor, cut_scenarios(recordings))
+        self._vehicles = (vehicles,) if isinstance(vehicles, int) else tuple(vehicles)
+        self._predictor, self._sets = predictor, sets
+        self._settings, self._reward = episode or EpisodeSettings(), reward or RewardSettings()
+        self._limits, self.render_mode = vehicle_of(car or VehicleSettings()), render_mode
+        self.observation_space, self._shown = observation_of(observation, slots)
+        self._discrete = action == "discrete"
+        box = gymnasium.spaces.Box(-1.0, 1.0, (2,))
+        self.action_space = gymnasium.spaces.Discrete(9) if self._discrete else box
+        self._outcome: Outcome | None = None
+        self._scenes, self._steps, self._open = list[Scene](), list[Step](), False
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        """Begin an episode: that of `coverdrive.simulation.episode.run_episode` with the same seed, where one is given.
+
+        There are no options.
+        """
+        super().reset(seed=seed)
+        root = np.random.SeedSequence(int(self.np_random.integers(2**63)) if seed is None else seed)
+        vehicles = self._vehicles[int(root.generate_state(1)[0]) % len(self._vehicles)]
+        scene, self.road, self._last = begin(self._traffic, self._settings, vehicles, root)
+        self._scenes, self._steps, self._outcome = [scene], [], None
+        self._applied, self._open = (0.0, 0.0), True
+        return self._shown(scene, self.road), self._info()
+
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """Drive for one time step; it ends with a contact, off the road, or when its time is over."""
+        if not self._open:
+            raise gymnasium.error.ResetNeeded("the episode is over, or has not begun; reset the environment")
+        before, dt = self.scene, self._settings.step
+        self._applied = self._allowed(self._wish(action), before.states[EGO])
+        moved = move(before, np.array(self._applied), self._traffic, dt)
+        self._scenes.append(moved.scene)
+        if self._sets:
+            self._steps.append(self._recorded(before, moved))
+        self._outcome = collision_at(len(self._scenes) - 1, self._scenes, dt, self.road)
+        _, lat, speed, heading = moved.scene.states[EGO].tolist()
+        edges = self.road.edges_at(moved.scene.lon[:1])[0]
+        off_road = not edges[0] <= lat <= edges[-1]
+        ended = self._outcome is not None or off_road
+        late = not ended and len(self._scenes) > self._last
+        self._open = not (ended or late)
+        reward, across = self._reward, speed * self._applied[1]
+        missing = abs(speed * np.cos(heading) / reward.wanted_speed - 1)
+        gained = 1 - missing - reward.discomfort * (self._applied[0] ** 2 + across**2)
+        info = self._info() | {"off_road": off_road}
+        return self._shown(moved.scene, self.road), dt * gained - reward.contact * ended, ended, late, info
+
+    @property
+    def scene(self) -> Scene:
+        """All vehicles as they are now, the ego in slot 0."""
+        return self._scenes[-1]
+
+    def trace(self) -> Trace:
+        """The episode up to now, at least one step, for all that measures and draws drives; of an env with ``sets``.
+
+        Its plans are the single steps that were driven, which nobody has shown to be clear of anything.
+
+        Raises:
+            SettingError: there are no sets.
+        """
+        if not self._sets:
+            raise SettingError("a trace has the predicted sets of every step; make the environment with sets=True")
+        dt = self._settings.step
+        outcome = self._outcome or Outcome(Kind.FINISHED, len(self._steps) * dt, None, Fault.NONE)
+        return make_trace(self._scenes[0], self.road, self._steps, dt, outcome)
+
+    def _wish(self, action: Any) -> tuple[float, float]:
+        """Acceleration [m/s²] and yaw rate [rad/s] that an action asks for."""
+        if not self._discrete:
+            acceleration, yaw_rate = (np.asarray(action, dtype=float) * ACTION).tolist()
+            return acceleration, yaw_rate
+        side, faster = divmod(int(action), 3)
+        _, lat, speed, heading = self.scene.states[EGO].tolist()
+        place = self.scene.lon[:1], self.scene.lat[:1]
+        edges, there, own = (
+            self.road.edges_at(place[0])[0],
+            self.road.has_lane(place[0])[0],
+            self.road.lane_at(*place)[0],
+        )
+        lane = min(max(own + side - 1, 0), self.road.lanes - 1)
+        lane = lane if there[lane] else own
+        return _ACCELERATIONS[faster], lane_seeking(lat, speed, heading, float(edges[lane : lane + 2].mean()), 1.0)
+
+    def _allowed(self, wish: tuple[float, float], state: Float[np.ndarray, " 4"]) -> tuple[float, float]:
+        """The nearest inputs that the limits of the car allow."""
+        lon, lat, speed, heading = state.tolist()
+        here, dt = (lon, lat, speed, heading), self._settings.step
+        stretch, ease, follow, gain = (float(np.ravel(each)[0]) for each in bent_on(state[:, None], self.road)[:4])
+        return within_limits(here, wish, self._applied, dt, dt, (stretch, ease, follow, gain), self._limits)
+
+    def _recorded(self, before: Scene, moved: TrafficStep) -> Step:
+        """A step of the trace."""
+        states, inputs = np.stack([before.states[EGO], moved.scene.states[EGO]]), np.array([self._applied])
+        plan = Plan(states, inputs, np.zeros(1), Status.UNSAFE, 0.0, 0.0, self._settings.step)
+        return Step(moved.scene, self._paths, plan, moved.base, moved.stuck, moved.missed, 0.0, 0.0)
+
+    def _info(self) -> dict[str, Any]:
+        """How it went, and what is predicted if it is asked for."""
+        found = self._outcome
+        info: dict[str, Any] = {
+            "collision": found.kind.value if found else "",
+            "at_fault": found.at_fault.value if found else "",
+            "partner": found.partner if found and found.partner is not None else -1,
+            "off_road": False,
+        }
+        if self._predictor is not None and self._sets:
+            steps = int(self._predictor.horizon / _PATH_STEP + 1e-9)
+            self._paths = self._predictor.predict(self.scene, self.road, EGO, _PATH_STEP, steps)
+            info["sets"] = self._paths
+            if not self._open:
+                windows = find_windows(self.trace())
+                info |= {"windows": int(windows.seen.sum()), "misses": int(windows.missed.sum())}
+        return info
+
+
+if NAME not in gymnasium.registry:
+    gymnasium.register(NAME, entry_point=f"{__name__}:Motorway")

@@ -1,0 +1,58 @@
+"""The vehicles directly ahead in every lane, which may brake hard whatever their sets say.
+
+A set that is learned from what usually happens may leave out what seldom does, and it does not know who is braking
+already. Responsibility-sensitive safety (Shalev-Shwartz, Shammah, Shashua 2017) asks a car to keep clear of vehicles
+ahead that brake; so do plans here, wherever there is one that does, as if that were a member of their sets.
+"""
+
+import numpy as np
+from jaxtyping import Float
+from pydantic import Field
+
+from coverdrive.paths import PredictedPaths
+from coverdrive.road import Road
+from coverdrive.settings import Settings
+
+_LIKELIHOOD = 0.1
+"""of braking, over that of the least likely member"""
+
+
+class LeaderSettings(Settings):
+    """What vehicles ahead may do besides what is predicted of them."""
+
+    deceleration: float = Field(default=4.0, ge=0, le=15)
+    """[m/s²] at which they may brake to a stop from now on, beyond which hardly anybody does in normal traffic; 0: no
+    such thing is assumed"""
+
+
+def with_braking_leaders(
+    state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, settings: LeaderSettings
+) -> PredictedPaths:
+    """The paths, and one more for the vehicle directly ahead in every lane, on which it brakes to a stop.
+
+    Args:
+        state: lon [m], lat [m], speed [m/s], heading [rad] of the ego.
+        paths: predicted paths; all of a vehicle begin at the same point and speed.
+        road: its lanes.
+        settings: how hard they brake.
+    """
+    now = paths.points[:, 0]
+    ahead = np.flatnonzero(now[:, 0] > state[0])
+    if settings.deceleration == 0 or len(ahead) == 0:
+        return paths
+    nearest_first = ahead[np.argsort(now[ahead, 0], kind="stable")]
+    leaders = nearest_first[np.unique(road.lane_at(*now[nearest_first].T), return_index=True)[1]]
+    speed = np.maximum(0.0, np.diff(paths.points[leaders, :2, 0])) / paths.dt
+    braking = np.minimum(paths.dt * np.arange(paths.points.shape[1]), speed / settings.deceleration)
+    points, half_sizes = paths.points[leaders], paths.half_sizes[leaders]
+    points[..., 0] = points[:, :1, 0] + (speed - settings.deceleration / 2 * braking) * braking
+    points[..., 1] = points[:, :1, 1]
+    half_sizes[:] = half_sizes[:, :1]
+    weight = np.ones(len(paths)) if paths.weight is None else paths.weight
+    return PredictedPaths(
+        points=np.concatenate([paths.points, points]),
+        vehicle=np.concatenate([paths.vehicle, paths.vehicle[leaders]]),
+        half_sizes=np.concatenate([paths.half_sizes, half_sizes]),
+        dt=paths.dt,
+        weight=np.concatenate([weight, np.full(len(leaders), _LIKELIHOOD * weight.min())]),
+    )

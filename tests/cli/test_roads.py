@@ -1,0 +1,86 @@
+"""Where studies drive: a road like the recorded one, the paper's, or one with a name."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from coverdrive.cli.fit import fit
+from coverdrive.cli.options import experiment_of
+from coverdrive.config import Experiment
+from coverdrive.errors import SettingError
+from coverdrive.prediction import fit as fitting
+from coverdrive.recordings.parquet import write_parquet
+from coverdrive.results import Results
+from coverdrive.simulation.generated import GeneratedSettings, generate
+from coverdrive.simulation.places import PLACES, Place
+
+
+class SavedError(Exception):
+    """What was to be saved."""
+
+    def __init__(self, experiment: Experiment, road: str, like: Place | None):
+        self.experiment, self.road, self.like = experiment, road, like
+
+
+@pytest.fixture
+def recording(tmp_path: Path) -> Path:
+    (recorded,) = generate(GeneratedSettings(scenes=1, duration=3.0, lanes=2, lane_width=3.4, speed=(15.0, 16.0)))
+    write_parquet([recorded], tmp_path / "tracks.parquet")
+    return tmp_path / "tracks.parquet"
+
+
+def saved(monkeypatch: pytest.MonkeyPatch, **options: Any) -> SavedError:
+    """What a fit with these options would save; nothing is learned."""
+
+    def save_fit(results: Results, experiment: Experiment, found: None, road: str, like: Place | None) -> None:
+        raise SavedError(experiment, road, like)
+
+    monkeypatch.setattr(fitting, "fit", lambda *_: None)
+    monkeypatch.setattr(Results, "save_fit", save_fit)
+    with pytest.raises(SavedError) as kept:
+        fit(**options)
+    return kept.value
+
+
+def test_after_recordings_it_is_a_road_like_theirs(monkeypatch: pytest.MonkeyPatch, recording: Path) -> None:
+    found = saved(monkeypatch, recording=[recording], settings=["episode.initial.ego_speed=11"])
+    assert found.road == "recorded" and found.like is not None
+    start = found.experiment.episode.initial
+    assert (start.lanes, start.lane_width) == (2, 3.4)
+    assert start.ego_speed == 11.0  # what is asked for holds over what is estimated
+    assert 10.0 < start.traffic_speed == found.like.initial.traffic_speed < 20.0
+    assert found.experiment.planner.problem.cost.reference_speed == found.like.wanted_speed < 25.0
+    assert found.experiment.study.vehicles == found.like.vehicles
+
+
+@pytest.mark.parametrize("options", [{"road": "paper"}, {"preset": "paper"}], ids=["road", "preset"])
+def test_the_paper_has_its_own_road(monkeypatch: pytest.MonkeyPatch, recording: Path, options: dict[str, Any]) -> None:
+    found = saved(monkeypatch, recording=[recording], **options)
+    assert found.road == "paper" and found.like is not None  # a later study may ask for it
+    assert found.experiment.episode == Experiment().episode
+    assert found.experiment.planner.problem.cost.reference_speed == 40.0
+
+
+def test_traffic_is_generated_on_the_road_that_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    few = ["generated.scenes=1", "generated.duration=1"]
+    found = saved(monkeypatch, road="curved", settings=few)
+    assert found.road == "curved" and found.like is None
+    curved = PLACES["curved"].initial
+    assert found.experiment.episode.initial == curved
+    assert (found.experiment.generated.ramp, found.experiment.generated.curvature) == (curved.ramp, curved.curvature)
+    usual = saved(monkeypatch, settings=few)
+    assert usual.road == "paper" and usual.experiment.episode == Experiment().episode
+
+
+def test_what_was_not_recorded_is_no_road() -> None:
+    with pytest.raises(SettingError, match="--road recorded needs recordings"):
+        fit(road="recorded")
+
+
+def test_a_study_takes_the_numbers_of_vehicles_of_its_road_unless_others_are_asked_for() -> None:
+    base = Experiment().updated({"study": {"vehicles": (20, 30)}})
+    paper = experiment_of(base=base, place=PLACES["paper"])
+    assert paper == Experiment()
+    asked = experiment_of(base=base, place=PLACES["paper"], study={"vehicles": (9,)})
+    assert asked.study.vehicles == (9,)

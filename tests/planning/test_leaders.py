@@ -1,0 +1,65 @@
+"""Vehicles ahead that may brake hard: one more member for the nearest of every lane, as far as it can be heeded."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from coverdrive.paths import PredictedPaths
+from coverdrive.planning.leaders import LeaderSettings, with_braking_leaders
+from coverdrive.planning.plan import Plan, Status
+from coverdrive.planning.planner import MpcPlanner, PlannerSettings
+from coverdrive.road import Road
+
+STATE = np.array([0.0, 5.4, 30.0, 0.0])
+TIMES = 0.25 * np.arange(13)
+
+
+def test_the_nearest_ahead_in_every_lane_brakes_to_a_stop(straight_paths) -> None:
+    paths = straight_paths((20, 5.4, 6), (60, 5.8, 20), (15, 1.8, 30), (-10, 9.0, 20), (-20, 5.4, 20))
+    paths.half_sizes[:, 1:] += 1.0
+    paths = replace(paths, weight=np.array([0.7, 1.0, 1.0, 1.0, 0.5]))
+    got = with_braking_leaders(STATE, paths, Road.straight(), LeaderSettings(deceleration=4.0))
+    assert got.vehicle.tolist() == [0, 1, 2, 3, 4, 2, 0]
+    np.testing.assert_array_equal(got.points[:5], paths.points)
+    standing = np.minimum(TIMES, 6 / 4)
+    np.testing.assert_allclose(got.points[6, :, 0], 20 + 6 * standing - 2 * standing**2)
+    np.testing.assert_allclose(got.points[5, :, 0], 15 + 30 * TIMES - 2 * TIMES**2)
+    np.testing.assert_array_equal(got.half_sizes[6], np.tile([2.4, 0.95], (13, 1)))
+    assert got.weight is not None and got.weight[5:].max() < got.weight[:5].min()
+
+
+def test_nobody_ahead_or_nothing_assumed_changes_nothing(straight_paths) -> None:
+    behind, ahead = straight_paths((-10, 5.4, 20)), straight_paths((30, 5.4, 20))
+    assert with_braking_leaders(STATE, behind, Road.straight(), LeaderSettings()) is behind
+    nobody = straight_paths()
+    assert with_braking_leaders(STATE, nobody, Road.straight(), LeaderSettings()) is nobody
+    assert with_braking_leaders(STATE, ahead, Road.straight(), LeaderSettings(deceleration=0.0)) is ahead
+
+
+def planned(paths: PredictedPaths, road: Road, deceleration: float, **planner: float) -> Plan:
+    settings = PlannerSettings(leaders=LeaderSettings(deceleration=deceleration), **planner)
+    driver = MpcPlanner(settings)
+    driver.reset(0.1)
+    return driver.plan(np.array([0.0, 1.8, 30.0, 0.0]), paths, road)
+
+
+def nearest_to_a_braking_leader(plan: Plan, lon: float, speed: float) -> float:
+    """Least gap [m] of the fail-safe branch to a car that brakes at 4 m/s² from now on, where there is one lane."""
+    return float((lon + speed * TIMES - 2 * TIMES**2 - plan.fail_safe[:, 0]).min()) - 4.8
+
+
+@pytest.mark.parametrize(("deceleration", "heeded"), [(4.0, True), (0.0, False)])
+def test_the_fail_safe_branch_keeps_clear_of_a_leader_that_brakes(straight_paths, deceleration, heeded) -> None:
+    road = Road.straight(lanes=1)
+    plan = planned(straight_paths((24.0, 1.8, 22.0)), road, deceleration)
+    assert plan.status is Status.SOLVED
+    assert (nearest_to_a_braking_leader(plan, 24.0, 22.0) >= 0) == heeded
+
+
+@pytest.mark.parametrize("budget", [None, 1e-9])
+def test_who_cannot_keep_clear_of_it_plans_for_the_sets_alone(straight_paths, budget) -> None:
+    road, paths = Road.straight(lanes=1), straight_paths((11.5, 1.8, 22.0))
+    plan = planned(paths, road, 4.0, budget=budget)
+    assert plan.status in (Status.SOLVED, Status.FALLBACK)
+    assert nearest_to_a_braking_leader(plan, 11.5, 22.0) < 0
