@@ -18,6 +18,8 @@ _INSIDE = 0.7
 """[m/s] by which one aims at the inside of a speed"""
 _MIDDLE = 0.05
 """[m²/s⁵] cost of an arrival away from the middle of the time that is allowed"""
+_HARDEST = 40.0
+"""[m/s²] to accelerate or brake harder makes no difference to a car"""
 _RESPONSE = 2.5
 """[s] a planner of usual weights accelerates by the difference to a wanted speed over this time"""
 
@@ -47,7 +49,7 @@ class Goal:
     @property
     def any_lane(self) -> tuple[int, ...]:
         """The lanes, any of which will do."""
-        return (self.lanes,) if isinstance(self.lanes, int) else tuple(self.lanes)
+        return tuple(np.atleast_1d(np.asarray(self.lanes, dtype=int)).tolist())
 
     def wish(self, state: Float[np.ndarray, " 4"], road: Road, time: float, usual: float) -> Wish:
         """What a planner is to aim at now.
@@ -65,7 +67,7 @@ class Goal:
         if any(not 0 <= lane < road.lanes for lane in lanes):
             raise SettingError(f"the goal names the lanes {lanes}; expected some of 0 to {road.lanes - 1}")
         speed = usual if self.speed is None else float(np.clip(usual, *self.speed))
-        if self.position is not None and self.time is not None and time < self.time[1]:
+        if self.position is not None and self.time is not None and (time < self.time[1] or state[0] < self.position[0]):
             speed = self._on_the_way(state, time, speed)
         return Wish(speed, lanes, self.lat)
 
@@ -93,4 +95,4 @@ class Goal:
         change = 2 * (last - speed) / arrival - 2 * first
         cost = arrival * (first**2 + first * change + change**2 / 3) + _MIDDLE * (arrival - arrival.mean()) ** 2
         best = int(np.argmin(cost))
-        return float(speed + _RESPONSE * first[best])
+        return float(speed + _RESPONSE * np.clip(first[best], -_HARDEST, _HARDEST))

@@ -175,11 +175,10 @@ def _without_ego(file: Path, start: Any) -> Any:
 
 def _road_of(lanelets: list[Any], problem: Any) -> Road:
     """The first carriageway on which the start is, ahead of it the goal if there is such a one."""
-    start, found = problem.initial_state, list[Road]()
+    start, found, problems = problem.initial_state, list[Road](), list[str]()
     places = [shape_of(each.position).centroid for each in problem.goal.state_list if each.has_value("position")]
-    refused = ["the start is on no road of the map"]
     try:
-        for road in roads_of(lanelets, refused):
+        for road in roads_of(lanelets, problems):
             if _is_on(road, start.position) and np.abs(road.heading_to_road(*_lon(road, start))) < np.pi / 4:
                 found.append(road)
                 if not places or any(_is_on(road, (place.x, place.y)) for place in places):
@@ -187,7 +186,7 @@ def _road_of(lanelets: list[Any], problem: Any) -> Road:
     except KeyError as error:
         raise DataError(f"a lanelet refers to {error}, which is not in the file; check the file") from error
     if not found:
-        raise DataError(refused[-1])
+        raise DataError("; ".join(["the start is on no road of the map", *problems[:1]]))
     return found[0]
 
 
