@@ -39,3 +39,14 @@ class PredictedPaths:
         """The paths selected by an index or boolean array over S."""
         ellipses, weight = (None if each is None else each[keep] for each in (self.ellipses, self.weight))
         return PredictedPaths(self.points[keep], self.vehicle[keep], self.half_sizes[keep], self.dt, ellipses, weight)
+
+    def joined(self, other: "PredictedPaths") -> "PredictedPaths":
+        """These paths and more of the same times; boxes count, ellipses are forgotten."""
+        weights = [np.ones(len(each)) if each.weight is None else each.weight for each in (self, other)]
+        return PredictedPaths(
+            np.concatenate([self.points, other.points]),
+            np.concatenate([self.vehicle, other.vehicle]),
+            np.concatenate([self.half_sizes, other.half_sizes]),
+            self.dt,
+            weight=np.concatenate(weights),
+        )

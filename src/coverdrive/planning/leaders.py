@@ -48,11 +48,6 @@ def with_braking_leaders(
     points[..., 0] = points[:, :1, 0] + (speed - settings.deceleration / 2 * braking) * braking
     points[..., 1] = points[:, :1, 1]
     half_sizes[:] = half_sizes[:, :1]
-    weight = np.ones(len(paths)) if paths.weight is None else paths.weight
-    return PredictedPaths(
-        points=np.concatenate([paths.points, points]),
-        vehicle=np.concatenate([paths.vehicle, paths.vehicle[leaders]]),
-        half_sizes=np.concatenate([paths.half_sizes, half_sizes]),
-        dt=paths.dt,
-        weight=np.concatenate([weight, np.full(len(leaders), _LIKELIHOOD * weight.min())]),
-    )
+    least = 1.0 if paths.weight is None else float(paths.weight.min())
+    weight = np.full(len(leaders), _LIKELIHOOD * least)
+    return paths.joined(PredictedPaths(points, paths.vehicle[leaders], half_sizes, paths.dt, weight=weight))

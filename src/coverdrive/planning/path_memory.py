@@ -41,7 +41,7 @@ class PathMemory:
         ages = {vehicle: age + elapsed for vehicle, age in self._ages.items() if vehicle not in seen}
         kept = [vehicle for vehicle, age in ages.items() if age <= self._grace + 1e-9]
         if kept and self._last is not None:
-            paths = joined(paths, later(self._last.of(np.isin(self._last.vehicle, kept)), elapsed))
+            paths = paths.joined(later(self._last.of(np.isin(self._last.vehicle, kept)), elapsed))
         self._last = paths
         self._ages = dict.fromkeys(seen, 0.0) | {vehicle: ages[vehicle] for vehicle in kept}
         return paths, broken <= self._ages.keys()
@@ -105,15 +105,3 @@ def later(paths: PredictedPaths, elapsed: float) -> PredictedPaths:
     )
     sizes = np.maximum(sizes, np.minimum(paths.half_sizes[:, before], paths.half_sizes[:, before + 1]))
     return PredictedPaths(points, paths.vehicle, sizes, paths.dt, weight=paths.weight)
-
-
-def joined(first: PredictedPaths, second: PredictedPaths) -> PredictedPaths:
-    """The paths of both, of different vehicles."""
-    weights = [np.ones(len(each)) if each.weight is None else each.weight for each in (first, second)]
-    return PredictedPaths(
-        np.concatenate([first.points, second.points]),
-        np.concatenate([first.vehicle, second.vehicle]),
-        np.concatenate([first.half_sizes, second.half_sizes]),
-        first.dt,
-        weight=np.concatenate(weights),
-    )

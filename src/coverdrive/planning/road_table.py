@@ -16,7 +16,6 @@ from coverdrive.errors import DataError
 from coverdrive.geometry import bent_half_sizes
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.constants import vehicle_of
-from coverdrive.planning.path_memory import joined
 from coverdrive.planning.problem import ProblemSettings
 from coverdrive.planning.road_ahead import RoadAhead
 from coverdrive.planning.vehicle import TINY
@@ -190,4 +189,4 @@ def on_road(paths: PredictedPaths, lon: float, table: RoadTable) -> PredictedPat
         return paths
     points = np.repeat(ends[:, None], paths.points.shape[1], axis=1)
     standing = PredictedPaths(points, -1 - np.arange(len(ends)), np.broadcast_to(_BODY, points.shape), paths.dt)
-    return joined(paths, standing)
+    return paths.joined(standing)

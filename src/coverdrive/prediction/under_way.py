@@ -42,10 +42,5 @@ def with_lane_changes(paths: PredictedPaths, scene: Scene) -> PredictedPaths:
     centre[..., 1] = states[leaving, 1:2] + np.sign(across[leaving, None]) * (near + far) / 2
     half_sizes = np.broadcast_to(body[leaving], centre.shape).copy()
     half_sizes[..., 1] += (far - near) / 2
-    return PredictedPaths(
-        points=np.concatenate([paths.points, centre]),
-        vehicle=np.concatenate([paths.vehicle, paths.vehicle[leaving]]),
-        half_sizes=np.concatenate([paths.half_sizes, half_sizes]),
-        dt=paths.dt,
-        weight=np.concatenate([np.ones(len(paths)), np.full(len(leaving), _LIKELIHOOD)]),
-    )
+    weight = np.full(len(leaving), _LIKELIHOOD)
+    return paths.joined(PredictedPaths(centre, paths.vehicle[leaving], half_sizes, paths.dt, weight=weight))
