@@ -4,6 +4,7 @@ import importlib
 import os
 import platform
 import shutil
+import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
@@ -16,7 +17,11 @@ from packaging.requirements import Requirement
 from coverdrive.extras import EXTRAS, require
 from coverdrive.progress import done, stage
 
-_MODULES = {"commonroad-io": "commonroad.common.file_reader", "pillow": "PIL"}
+_MODULES = {
+    "commonroad-io": "commonroad.common.file_reader",
+    "commonroad-vehicle-models": "vehiclemodels",
+    "pillow": "PIL",
+}
 """what to import of packages whose modules are not called like them"""
 
 
@@ -118,7 +123,9 @@ def _package(required: Requirement) -> str:
     if not required.specifier.contains(found, prereleases=True):
         raise _Wrong(f"{found}, but coverdrive needs {required.specifier}")
     try:
-        importlib.import_module(_MODULES.get(required.name, required.name.replace("-", "_")))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # others' warnings are no fault of what is installed
+            importlib.import_module(_MODULES.get(required.name, required.name.replace("-", "_")))
     except Exception as error:
         raise _Wrong(f"{found}, but it cannot be imported ({_in_one_line(error)})") from error
     return found

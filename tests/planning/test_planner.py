@@ -210,7 +210,7 @@ def test_no_iteration_and_no_second_search_begin_when_the_time_is_spent(
     MpcPlanner(PlannerSettings(budget=1e-9)).plan(state, paths, ROAD)
     assert calls == ["begin"]
     MpcPlanner().plan(state, paths, ROAD)
-    assert calls[1:].count("begin") == 2 and "go on" in calls
+    assert calls[1:].count("begin") == 3 and "go on" in calls  # leaders that brake, the sets alone, a careful follower
 
 
 def test_the_more_paths_the_fewer_iterations_between_two_looks_at_the_clock(
@@ -218,7 +218,7 @@ def test_the_more_paths_the_fewer_iterations_between_two_looks_at_the_clock(
 ) -> None:
     iterations = []
     monkeypatch.setattr(planning, "go_on", lambda *args: iterations.append(args[2]) or True)
-    for count in (10, 250, 1500):
+    for count in (10, 249, 1500):  # and a leader that brakes
         paths = straight_paths(*[(20.0 + i / 100, 1.8, 18 + i / 1000) for i in range(count)])
         MpcPlanner(PlannerSettings(rear_last=False)).plan(np.array([0, 5.4, 20, 0.0]), paths, ROAD)
     assert iterations == [8, 4, 1]
@@ -432,7 +432,7 @@ def test_where_all_others_jump_as_well_it_is_the_origin_that_has_moved(straight_
     """Without a jump the plan brakes for the slower car ahead; with it, it does the same."""
     planner, state = MpcPlanner(), np.array([0, 5.4, 25, 0.0])
     planner.reset(PERIOD)
-    for moment in range(8):
+    for moment in range(6):
         lon, lat = np.array(jump) * (moment >= 3)
         others = [(30 + 1.2 * moment, 5.4, 12), (2.5 * moment, 1.8, 25), (2.5 * moment, 9.0, 25)]
         paths = straight_paths(*[(other[0] + lon, other[1] + lat, other[2]) for other in others])

@@ -8,7 +8,7 @@ from prediction_fakes import segments_of
 
 from coverdrive.certificates.methods import Method
 from coverdrive.certificates.rule import Thresholds, scale_of
-from coverdrive.errors import DataError, SettingError
+from coverdrive.errors import SettingError
 from coverdrive.geometry import turned_half_extents
 from coverdrive.prediction.boxes.boxes import TUBE, Boxes, constant_velocity, scored_by
 from coverdrive.prediction.boxes.predictor import BoxPredictor
@@ -164,10 +164,12 @@ def test_boxes_follow_the_vehicle_whatever_its_slot_and_begin_with_its_body(fitt
     np.testing.assert_allclose(again.half_sizes[::-1], paths.half_sizes, atol=1e-3)
 
 
-def test_a_bend_is_refused(fitted: Fit) -> None:
+def test_a_bend_changes_nothing_in_the_frame_of_the_road(fitted: Fit) -> None:
     line = ReferenceLine(np.zeros(2), 0.0, np.full(1001, 1 / 1000), 1000.0)
-    with pytest.raises(DataError, match="the road bends by 57°"):
-        fitted.predictor.predict(three_vehicles(), replace(Road.straight(), line=line))
+    bent = fitted.predictor.predict(three_vehicles(), replace(Road.straight(), line=line))
+    straight = fitted.predictor.predict(three_vehicles(), Road.straight())
+    np.testing.assert_array_equal(bent.points, straight.points)
+    np.testing.assert_array_equal(bent.half_sizes, straight.half_sizes)
 
 
 def test_asking_beyond_the_horizon_or_for_nobody_is_refused(fitted: Fit) -> None:
