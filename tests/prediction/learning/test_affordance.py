@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 
 from coverdrive.prediction.learning.affordance import FEATURES, MOTION, described
 from coverdrive.prediction.learning.affordance import affordance as uncompiled
-from coverdrive.road import LaneEdges, Road
+from coverdrive.road import Road
 from coverdrive.scene import Scene
+from ramp_road import RAMP
 
 ROAD = Road.straight(lanes=3, width=3.6)
 affordance = jax.jit(uncompiled)
@@ -149,17 +150,6 @@ def test_lateral_speed_by_hand_and_in_the_mirror() -> None:
     assert np.array_equal(seen[:, : len(FEATURES)], np.asarray(uncompiled(turned, ROAD.edges)))
     assert seen[:, -1] == pytest.approx([10.0, 0.0])
     assert np.asarray(described(turned.mirrored(), ROAD.mirrored().edges))[:, -1] == pytest.approx([-10.0, 0.0])
-
-
-RAMP = Road(
-    np.array([0.0, 3.5, 7.0, 10.5]),
-    300.0,
-    changing=LaneEdges(
-        np.array([0.0, 100.0, 120.0, 200.0, 240.0]),
-        np.array([[3.5, 3.5, 7, 10.5], [3.5, 3.5, 7, 10.5], [0, 3.5, 7, 10.5], [0, 3.5, 7, 10.5], [3.5, 3.5, 7, 10.5]]),
-    ),
-)
-"""A lane on the right that comes between 100 m and 120 m and goes between 200 m and 240 m"""
 
 
 def on_ramp_road(*vehicles: Vehicle) -> dict[str, float]:
