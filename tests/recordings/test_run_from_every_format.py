@@ -5,7 +5,9 @@ import re
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import polars as pl
 import pytest
 from published_commonroad import write_commonroad
@@ -22,10 +24,13 @@ from published_formats import (
 )
 from published_ngsim import write_ngsim
 
+import coverdrive as cd
 from command import coverdrive
 from coverdrive.recordings.formats import readers
 from coverdrive.recordings.parquet import write_parquet
 from coverdrive.reporting import report
+from coverdrive.results import Results
+from coverdrive.simulation.episode import EpisodeSettings
 from coverdrive.simulation.generated import GeneratedSettings, generate
 
 SECONDS, SCENES = 5.0, 3
@@ -92,18 +97,39 @@ def test_no_format_is_forgotten():
     assert {name.split(" ")[0] for name in FORMATS} == set(readers()) - {"CitySim"}  # which is refused
 
 
+def command(paths: Written, out: Path) -> dict[str, Any]:
+    """What the command finds with the quickest settings that drive."""
+    claim = ("--unit", "window", "--confidence", "0.9", "--trials", "1", "--vehicles", "3", "--workers", "1")
+    arguments = ("--recording", *paths, *claim, "--out", out, "--set", *QUICK, "episode.duration=0.5")
+    return json.loads(coverdrive("run", *arguments, "--json", only="stdout"))
+
+
+@pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without figures and videos, which ask nothing of the format, but take most of the time."""
+    for drawn in ("draw_figures", "animate_drive"):
+        monkeypatch.setattr(report, drawn, lambda *_: None)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", FORMATS)
-def test_one_command_drives_on_a_road_like_the_recorded_one(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    for drawn in ("draw_figures", "animate_drive"):  # which ask nothing of the format, but take most of the time
-        monkeypatch.setattr(report, drawn, lambda *_: None)
-    claim = ("--unit", "window", "--confidence", "0.9", "--trials", "1", "--vehicles", "3", "--workers", "1")
-    settings = ("--set", *QUICK, "episode.duration=0.5")
-    arguments = ("--recording", *FORMATS[name](tmp_path), *claim, "--out", tmp_path / "out", *settings)
-    found = json.loads(coverdrive("run", *arguments, "--json", only="stdout"))
+def test_one_command_drives_on_a_road_like_the_recorded_one(name: str, tmp_path: Path, undrawn: None):
+    found = command(FORMATS[name](tmp_path), tmp_path / "out")
     (certificate, *_) = found["certificates"]
     assert 0 < certificate["epsilon"] < 1 and certificate["confidence"] == 0.9
     assert found["evaluation"]["windows"]["total"] > 50
     assert pl.read_parquet(tmp_path / "out" / "study" / "trials.parquet").height == 1
     assert re.match(r"Driven on a road like the recorded one: 3 (straight )?lanes of 3\.[5-7]", found["driven_on"])
     assert found["driven_on"] in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+def test_from_python_it_is_the_same_study(tmp_path: Path, undrawn: None):
+    (path,) = own(tmp_path)
+    command([path], tmp_path / "out")
+    short = EpisodeSettings(duration=0.5)
+    predictor, recordings = cd.Predictor.load(tmp_path / "out" / "predictor.safetensors"), cd.read(path)
+    mine = cd.study(predictor, recordings=recordings, vehicles=(3,), episode=short, trials=1, folder=tmp_path / "mine")
+    commanded = Results(tmp_path / "out").driven_study()
+    assert mine.setup.description() == commanded.setup.description()
+    assert np.array_equal(mine.trace(0).scene.states, commanded.trace(0).scene.states)
