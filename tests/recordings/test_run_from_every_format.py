@@ -88,7 +88,7 @@ FORMATS: dict[str, Callable[[Path], Written]] = {
     "TGSIM": tgsim,
     "I-24": each(write_i24, 0.04),
     "CommonRoad 2018b": each(lambda folder, real: write_commonroad(folder, real, "2018b")),
-    "CommonRoad 2020a": each(write_commonroad),
+    "CommonRoad 2020a": each(write_commonroad, carriageways=2),
     "own": own,
 }
 
