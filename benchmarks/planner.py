@@ -29,13 +29,13 @@ from coverdrive.planning.constants import Constants, constants_of
 from coverdrive.planning.evaluate import Plans, empty_plans, evaluate
 from coverdrive.planning.follower import with_careful_follower
 from coverdrive.planning.leaders import LeaderSettings, with_braking_leaders
-from coverdrive.planning.merit import Surroundings
 from coverdrive.planning.plan import Plan, Status
-from coverdrive.planning.planner import MpcPlanner, surroundings_of
+from coverdrive.planning.planner import MpcPlanner
 from coverdrive.planning.problem import ProblemSettings
 from coverdrive.planning.road_table import table_of
 from coverdrive.planning.search import SearchSettings, write_manoeuvre
 from coverdrive.planning.solvers import SolverSettings, solve
+from coverdrive.planning.surroundings import Surroundings, surroundings_of
 from coverdrive.prediction.fit import fit
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.road import Road

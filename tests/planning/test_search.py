@@ -6,8 +6,9 @@ from planning_scenes import CAR, CONSTANTS, DT, PERIOD, STEPS, STRAIGHT, around,
 
 import coverdrive.planning.search as search
 from coverdrive.planning.evaluate import Plans, drive_step, empty_plans, evaluate
-from coverdrive.planning.merit import Surroundings, merit
+from coverdrive.planning.merit import merit
 from coverdrive.planning.search import SearchSettings, Wanted, begin, choose, go_on, lane_seeking, room_for
+from coverdrive.planning.surroundings import Surroundings
 
 NODES = len(CONSTANTS.tree.parent)
 STATE = np.array([0.0, 5.4, 20.0, 0.0])
