@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from coverdrive.paths import PredictedPaths
+from coverdrive.planning import planner as planning
 from coverdrive.planning.leaders import LeaderSettings, with_braking_leaders
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
@@ -63,3 +64,14 @@ def test_who_cannot_keep_clear_of_it_plans_for_the_sets_alone(straight_paths, bu
     plan = planned(paths, road, 4.0, budget=budget)
     assert plan.status in (Status.SOLVED, Status.FALLBACK)
     assert nearest_to_a_braking_leader(plan, 11.5, 22.0) < 0
+
+
+def test_a_search_that_finds_nothing_clear_of_them_soon_ends(straight_paths, monkeypatch: pytest.MonkeyPatch) -> None:
+    iterations, go_on = [], planning.go_on
+    monkeypatch.setattr(planning, "go_on", lambda *args: iterations.append(args[2]) or go_on(*args))
+    road, counts = Road.straight(lanes=1), []
+    for ahead in (11.5, 24.0):
+        assert planned(straight_paths((ahead, 1.8, 22.0)), road, 4.0).slack.max() == 0
+        counts.append(iterations.count(2))
+        iterations.clear()
+    assert counts == [2, 1]  # that of the reset is one of them

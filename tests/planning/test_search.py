@@ -141,7 +141,7 @@ def test_whoever_is_clear_is_better_than_whoever_is_not_and_leaving_the_road_is_
     plans = empty_plans(5, NODES)
     plans.cost[:], plans.harm[:], plans.departure[:] = [9e9, 1.0, 2.0, 1.0, 0.0], [0, 5, 5, 9, 0], [0, 0, 0, 0, 0.1]
     plans.clear[0] = True
-    ranks = [search._rank(plans, i) for i in range(5)]
+    ranks = [search._rank(plans, i, 0.005) for i in range(5)]
     assert ranks == sorted(ranks)
     assert len(set(ranks)) == 5
 
