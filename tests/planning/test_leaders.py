@@ -7,7 +7,7 @@ import pytest
 
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning import planner as planning
-from coverdrive.planning.leaders import LeaderSettings, with_braking_leaders
+from coverdrive.planning.leaders import LeaderSettings, braking_leaders
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.road import Road
@@ -20,7 +20,7 @@ def test_the_nearest_ahead_in_every_lane_brakes_to_a_stop(straight_paths) -> Non
     paths = straight_paths((20, 5.4, 6), (60, 5.8, 20), (15, 1.8, 30), (-10, 9.0, 20), (-20, 5.4, 20))
     paths.half_sizes[:, 1:] += 1.0
     paths = replace(paths, weight=np.array([0.7, 1.0, 1.0, 1.0, 0.5]))
-    got = with_braking_leaders(STATE, paths, Road.straight(), LeaderSettings(deceleration=4.0))
+    got = braking_leaders(STATE, paths, Road.straight(), LeaderSettings(deceleration=4.0))
     assert got.vehicle.tolist() == [0, 1, 2, 3, 4, 2, 0]
     np.testing.assert_array_equal(got.points[:5], paths.points)
     standing = np.minimum(TIMES, 6 / 4)
@@ -32,10 +32,10 @@ def test_the_nearest_ahead_in_every_lane_brakes_to_a_stop(straight_paths) -> Non
 
 def test_nobody_ahead_or_nothing_assumed_changes_nothing(straight_paths) -> None:
     behind, ahead = straight_paths((-10, 5.4, 20)), straight_paths((30, 5.4, 20))
-    assert with_braking_leaders(STATE, behind, Road.straight(), LeaderSettings()) is behind
+    assert braking_leaders(STATE, behind, Road.straight(), LeaderSettings()) is behind
     nobody = straight_paths()
-    assert with_braking_leaders(STATE, nobody, Road.straight(), LeaderSettings()) is nobody
-    assert with_braking_leaders(STATE, ahead, Road.straight(), LeaderSettings(deceleration=0.0)) is ahead
+    assert braking_leaders(STATE, nobody, Road.straight(), LeaderSettings()) is nobody
+    assert braking_leaders(STATE, ahead, Road.straight(), LeaderSettings(deceleration=0.0)) is ahead
 
 
 def planned(paths: PredictedPaths, road: Road, deceleration: float, **planner: float) -> Plan:

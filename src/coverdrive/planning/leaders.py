@@ -2,7 +2,8 @@
 
 A set that is learned from what usually happens may leave out what seldom does, and it does not know who is braking
 already. Responsibility-sensitive safety (Shalev-Shwartz, Shammah, Shashua 2017) asks a car to keep clear of vehicles
-ahead that brake; so do plans here, wherever there is one that does, as if that were a member of their sets.
+ahead that brake; so do plans here, wherever there is one that does, as if that were a member of their sets. Where there
+is none, their drive branch gets as little into the way of those that brake as it can.
 """
 
 import numpy as np
@@ -25,10 +26,10 @@ class LeaderSettings(Settings):
     such thing is assumed"""
 
 
-def with_braking_leaders(
+def braking_leaders(
     state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, settings: LeaderSettings
 ) -> PredictedPaths:
-    """The paths, and one more for the vehicle directly ahead in every lane, on which it brakes to a stop.
+    """A path for the vehicle directly ahead in every lane, on which it brakes to a stop.
 
     Args:
         state: lon [m], lat [m], speed [m/s], heading [rad] of the ego.
@@ -39,7 +40,7 @@ def with_braking_leaders(
     now = paths.points[:, 0]
     ahead = np.flatnonzero(now[:, 0] > state[0])
     if settings.deceleration == 0 or len(ahead) == 0:
-        return paths
+        return paths.of(ahead[:0])
     nearest_first = ahead[np.argsort(now[ahead, 0], kind="stable")]
     leaders = nearest_first[np.unique(road.lane_at(*now[nearest_first].T), return_index=True)[1]]
     speed = np.maximum(0.0, np.diff(paths.points[leaders, :2, 0])) / paths.dt
@@ -50,4 +51,4 @@ def with_braking_leaders(
     half_sizes[:] = half_sizes[:, :1]
     least = 1.0 if paths.weight is None else float(paths.weight.min())
     weight = np.full(len(leaders), _LIKELIHOOD * least)
-    return paths.joined(PredictedPaths(points, paths.vehicle[leaders], half_sizes, paths.dt, weight=weight))
+    return PredictedPaths(points, paths.vehicle[leaders], half_sizes, paths.dt, weight=weight)
