@@ -3,7 +3,7 @@
 A set that is learned from what usually happens may leave out what seldom does, and it does not know who is braking
 already. Responsibility-sensitive safety (Shalev-Shwartz, Shammah, Shashua 2017) asks a car to keep clear of vehicles
 ahead that brake; so do plans here, wherever there is one that does, as if that were a member of their sets. Where there
-is none, their drive branch gets as little into the way of those that brake as it can.
+is none, the ego is too near or too fast, and wants to be no faster than the vehicle ahead.
 """
 
 import numpy as np
@@ -52,3 +52,19 @@ def braking_leaders(
     least = 1.0 if paths.weight is None else float(paths.weight.min())
     weight = np.full(len(leaders), _LIKELIHOOD * least)
     return PredictedPaths(points, paths.vehicle[leaders], half_sizes, paths.dt, weight=weight)
+
+
+def speed_ahead(state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> float:
+    """The speed [m/s] of the vehicle directly ahead in the ego's lane now; infinite without one.
+
+    Args:
+        state: lon [m], lat [m], speed [m/s], heading [rad] of the ego.
+        paths: predicted paths.
+        road: its lanes.
+    """
+    lon, lat = paths.points[:, 0].T
+    ahead = np.flatnonzero((lon > state[0]) & (road.lane_at(lon, lat) == road.lane_at(state[0], state[1])))
+    if len(ahead) == 0:
+        return np.inf
+    nearest = paths.points[ahead[lon[ahead].argmin()], :2, 0]
+    return max(0.0, float(nearest[1] - nearest[0])) / paths.dt

@@ -18,7 +18,7 @@ from coverdrive.planning.constants import constants_of
 from coverdrive.planning.evaluate import Plans, empty_plans, evaluate, write_slack
 from coverdrive.planning.fallback import assumed_state, continued, plausible
 from coverdrive.planning.follower import FollowerSettings, with_careful_follower, without_follower
-from coverdrive.planning.leaders import LeaderSettings, braking_leaders
+from coverdrive.planning.leaders import LeaderSettings, braking_leaders, speed_ahead
 from coverdrive.planning.path_memory import PathMemory
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.problem import ProblemSettings
@@ -157,7 +157,7 @@ class MpcPlanner:
         self._road: Road | None = None
         self._held_on = held_on(problem.steps, period, problem.dt)
         self._memory: _Memory | None = None
-        self._wish = NO_WISH
+        self._wish, self._speed = NO_WISH, problem.cost.reference_speed
         self._paths = PathMemory(self.settings.grace)
 
     def plan(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, wish: Wish = NO_WISH) -> Plan:
@@ -181,7 +181,7 @@ class MpcPlanner:
         """
         begun, problem = time.perf_counter(), self.settings.problem
         check_times(paths, problem)
-        self._wish = wish
+        self._wish, self._speed = wish, problem.cost.reference_speed if wish.speed is None else wish.speed
         if road is not self._road:
             self._table, self._road = table_of(road, problem), road
             self._constants = self._constants._replace(vehicle=self._table.vehicle)
@@ -234,15 +234,18 @@ class MpcPlanner:
     def _clear_of_leaders(
         self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, targets: TargetLanes, begun: float
     ) -> _Found | None:
-        """What is clear even if vehicles ahead brake hard, else what the search chooses for the paths."""
+        """What is clear even if vehicles ahead brake hard, else what the search chooses for the paths alone, where no
+        more speed is wanted than the vehicle ahead has.
+        """
         feared = braking_leaders(state, paths, road, self.settings.leaders)
         if len(feared) == 0:
             return self._search(state, paths, targets, begun)
         found = self._search(state, paths.joined(feared), targets, begun, giving_up=True)
         if found and found.clear:
             return found
+        self._speed = min(self._speed, speed_ahead(state, paths, road))
         if found is None or time.perf_counter() - begun <= self._budget:
-            return self._search(state, paths, targets, begun, feared)
+            return self._search(state, paths, targets, begun)
         found = found._replace(around=self._around(state, paths))
         evaluate(found.plans, found.chosen, found.chosen + 1, found.around, self._constants)
         return found
@@ -259,11 +262,11 @@ class MpcPlanner:
 
     def _search(
         self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, targets: TargetLanes, begun: float,
-        feared: PredictedPaths | None = None, giving_up: bool = False,
+        giving_up: bool = False,
     ) -> _Found | None:  # fmt: skip
         """What the search chooses among the target lanes, of which the first is that of the ego.
 
-        The drive branch heeds what is ``feared``, too. None if it failed, or is ``giving_up`` as nothing is clear soon.
+        None if it failed, or is ``giving_up`` as nothing is clear soon.
         """
         problem, settings, memory, constants = self.settings.problem, self.settings, self._memory, self._constants
         held, nothing = memory.lane if memory else targets.lanes[0], np.zeros((len(constants.tree.parent), 2))
@@ -277,7 +280,7 @@ class MpcPlanner:
             rest=memory.rest if memory else np.zeros((problem.steps, 2)),
             accelerations=self._accelerations,
         )
-        around, plans = self._around(state, paths, feared), room_for(wanted, constants)
+        around, plans = self._around(state, paths), room_for(wanted, constants)
         begin(plans, wanted, around, constants)
         if giving_up and not plans.clear.any() and time.perf_counter() - begun <= self._budget:
             go_on(plans, wanted, _GIVING_UP, settings.search.tolerance, around, constants)
@@ -307,12 +310,10 @@ class MpcPlanner:
         evaluate(plans, 0, 1, around, self._constants)
         return _Found(plans, 0, False, plans.inputs, around)
 
-    def _around(
-        self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, feared: PredictedPaths | None = None
-    ) -> Surroundings:
+    def _around(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths) -> Surroundings:
         """What the search is made for."""
         applied = self._memory.applied if self._memory else np.zeros(2)
-        return surroundings_of(state, applied, paths, self._table, self.settings.problem, self._wish.speed, feared)
+        return surroundings_of(state, applied, paths, self._table, self.settings.problem, self._speed)
 
     def _plan_of(self, found: _Found, state: Float[np.ndarray, " 4"], status: Status) -> Plan:
         """The chosen plan, on the road."""

@@ -36,23 +36,16 @@ class Surroundings(NamedTuple):
 
 def surroundings_of(
     state: Float[np.ndarray, " 4"], applied: Float[np.ndarray, " 2"], paths: PredictedPaths, table: RoadTable,
-    problem: ProblemSettings, speed: float | None = None, feared: PredictedPaths | None = None,
+    problem: ProblemSettings, speed: float | None = None,
 ) -> Surroundings:  # fmt: skip
-    """What a plan is made for, along the road from where the ego is, after these inputs; at a wished speed [m/s].
-
-    What is ``feared`` counts as likely.
-    """
-    vehicle, shape, lon = table.reaching, problem.obstacles, float(state[0])
-    paths = on_road(paths, lon, table)
-    expected = likely_paths(paths, problem.branches.tube)
-    if feared is not None:
-        expected = expected.joined(on_road(feared, lon, table))
-    every, likely = (obstacles_of(each, shape) for each in (paths, expected))
+    """What a plan is made for, along the road from where the ego is, after these inputs; at a wished speed [m/s]."""
+    vehicle, shape, paths = table.reaching, problem.obstacles, on_road(paths, float(state[0]), table)
+    every, likely = (obstacles_of(each, shape) for each in (paths, likely_paths(paths, problem.branches.tube)))
     return Surroundings(
         state=np.array([0.0, *state[1:]]),
         previous_input=np.array(applied),
-        road=table.ahead(lon),
-        wanted=table.wanted_from(lon, float(state[2]), problem, speed),
+        road=table.ahead(float(state[0])),
+        wanted=table.wanted_from(float(state[0]), float(state[2]), problem, speed),
         boxes=packed(state, every, problem.dt, vehicle, shape),
         likely=packed(state, likely, problem.dt, vehicle, shape),
     )
