@@ -81,7 +81,7 @@ def test_a_search_that_finds_nothing_clear_of_them_soon_ends(straight_paths, mon
     assert counts == [2, 1]  # that of the reset is one of them
 
 
-def test_who_cannot_keep_clear_of_it_wants_no_more_speed_than_it_has(straight_paths) -> None:
+def test_who_cannot_keep_clear_of_it_and_is_much_faster_wants_its_speed(straight_paths) -> None:
     road, paths = Road.straight(lanes=1), straight_paths((11.5, 1.8, 22.0))
     heeding, other = (planned(paths, road, deceleration) for deceleration in (4.0, 0.0))
     assert heeding.status is other.status is Status.SOLVED

@@ -3,7 +3,7 @@
 A set that is learned from what usually happens may leave out what seldom does, and it does not know who is braking
 already. Responsibility-sensitive safety (Shalev-Shwartz, Shammah, Shashua 2017) asks a car to keep clear of vehicles
 ahead that brake; so do plans here, wherever there is one that does, as if that were a member of their sets. Where there
-is none, the ego is too near or too fast, and wants to be no faster than the vehicle ahead.
+is none and the ego is much faster than the vehicle ahead, it wants to be no faster than that.
 """
 
 import numpy as np
@@ -24,6 +24,9 @@ class LeaderSettings(Settings):
     deceleration: float = Field(default=4.0, ge=0, le=15)
     """[m/s²] at which they may brake to a stop from now on, beyond which hardly anybody does in normal traffic; 0: no
     such thing is assumed"""
+    closing: float = Field(default=5.0, ge=0, le=120)
+    """[m/s] by which the ego may be faster than the vehicle directly ahead where no plan is clear of those that brake, and
+    still want more speed; beyond, it wants that of the vehicle"""
 
 
 def braking_leaders(

@@ -234,16 +234,16 @@ class MpcPlanner:
     def _clear_of_leaders(
         self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, targets: TargetLanes, begun: float
     ) -> _Found | None:
-        """What is clear even if vehicles ahead brake hard, else what the search chooses for the paths alone, where no
-        more speed is wanted than the vehicle ahead has.
-        """
+        """What is clear even if vehicles ahead brake hard, else what the search chooses for the paths alone."""
         feared = braking_leaders(state, paths, road, self.settings.leaders)
         if len(feared) == 0:
             return self._search(state, paths, targets, begun)
         found = self._search(state, paths.joined(feared), targets, begun, giving_up=True)
         if found and found.clear:
             return found
-        self._speed = min(self._speed, speed_ahead(state, paths, road))
+        ahead = speed_ahead(state, paths, road)
+        if state[2] > ahead + self.settings.leaders.closing:
+            self._speed = min(self._speed, ahead)
         if found is None or time.perf_counter() - begun <= self._budget:
             return self._search(state, paths, targets, begun)
         found = found._replace(around=self._around(state, paths))
