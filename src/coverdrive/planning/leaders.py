@@ -25,8 +25,8 @@ class LeaderSettings(Settings):
     """[m/s²] at which they may brake to a stop from now on, beyond which hardly anybody does in normal traffic; 0: no
     such thing is assumed"""
     closing: float = Field(default=5.0, ge=0, le=120)
-    """[m/s] by which the ego may be faster than the vehicle directly ahead where no plan is clear of those that brake, and
-    still want more speed; beyond, it wants that of the vehicle"""
+    """[m/s] by which the ego may be faster than the vehicle directly ahead, where no plan is clear of those that brake,
+    before that one's speed is all it wants"""
 
 
 def braking_leaders(
