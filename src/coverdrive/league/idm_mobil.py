@@ -39,8 +39,9 @@ class IdmMobil:
         if self._course is None or self._course.road is not road:
             self._course = Course(road)
             self._lane = self._target = int(road.lane_at(lon, lat))
-        freeway = self._freeway(scene, road, self._course)
-        if self._until_decision <= 0:
+        decides = self._until_decision <= 0
+        freeway = self._freeway(scene, road, self._course, decides)
+        if decides:
             freeway.change_lanes()
             self._target, self._until_decision = int(freeway.target[0, EGO]), DECISION
         self._until_decision -= self._period
@@ -49,11 +50,17 @@ class IdmMobil:
         edges = road.edges_at(np.array([lon]))[0]
         return acceleration, float(lane_seeking(lat, speed, heading, _centre(edges, self._target), _HURRY))
 
-    def _freeway(self, scene: Scene, road: Road, course: Course) -> Freeway:
-        """The scene as the driver sees it: alone free to change lanes, all others are in those that they touch."""
+    def _freeway(self, scene: Scene, road: Road, course: Course, decides: bool) -> Freeway:
+        """The scene as the driver sees it: alone free to change lanes, all others are in those that they touch.
+
+        A lane change that has only begun is thought over by a driver who ``decides``.
+        """
         shape, states = (1, scene.vehicles), scene.states
         usual = {field.name: np.full(shape, getattr(self._driver, field.name)) for field in fields(Drivers)}
         aside = turned_half_extents(scene.half_sizes, states[:, 3])[:, 1]
+        right, left = (road.lane_at(states[:, 0], states[:, 1] + side * aside) for side in (-1, 1))
+        if decides and right[EGO] == left[EGO] == self._lane:
+            self._target = self._lane
         freeway = Freeway(
             course=course,
             drivers=Drivers(**usual),
@@ -64,11 +71,11 @@ class IdmMobil:
             valid=np.array(scene.valid)[None],
             lon=states[None, :, 0],
             speed=(states[:, 2] * np.cos(states[:, 3]))[None],
-            lane=road.lane_at(scene.lon, states[:, 1] - aside)[None],
+            lane=right[None],
             change_duration=np.ones(shape),  # of no account: it begins anew in every step
             wander=np.tile([0.0, 1.0, 0.0], (*shape, 1)),
         )
-        freeway.target[0] = road.lane_at(scene.lon, states[:, 1] + aside)
+        freeway.target[0] = left
         freeway.wait[:] = np.inf
         self._arrive(float(states[EGO, 0]), float(states[EGO, 1]), road)
         freeway.lane[0, EGO], freeway.target[0, EGO] = self._lane, self._target
