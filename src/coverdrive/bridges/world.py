@@ -128,12 +128,12 @@ def _watched(world: World, steps: float) -> Trace:
 
 
 def _done(before: Scene, after: Scene, period: float) -> Decision:
-    """What the ego did in a step, as its plan; nothing was predicted, and nobody has shown that it is clear."""
+    """What the ego did in a step, as its plan; nothing was predicted, so that nothing is promised."""
     states = np.stack([before.states[EGO], after.states[EGO]])
     faster, turned = (states[1] - states[0])[2:]
     inputs = np.array([[faster, np.remainder(turned + np.pi, 2 * np.pi) - np.pi]]) / period
     paths = PredictedPaths(np.empty((0, 2, 2)), np.empty(0, dtype=int), np.empty((0, 2, 2)), period)
-    return Decision(paths, Plan(states, inputs, np.zeros(1), Status.UNSAFE, 0.0, 0.0, period), 0.0, 0.0)
+    return Decision(paths, Plan(states, inputs, np.zeros(1), Status.INVALID_INPUT, 0.0, 0.0, period), 0.0, 0.0)
 
 
 def _imminent(trace: Trace) -> Trace:

@@ -38,7 +38,7 @@ class Witness:
 
 
 class AgentPlanner:
-    """An agent as a planner: what it does now, held for the whole horizon, which nobody has shown to be clear."""
+    """An agent as a planner: what it does now, held for the whole horizon, without knowing of any path."""
 
     dt, steps = 0.25, 12
 
@@ -56,4 +56,4 @@ class AgentPlanner:
         states = [state]
         for each in inputs:
             states.append(step(states[-1], each, self.dt))
-        return Plan(np.array(states), inputs, np.zeros(self.steps), Status.UNSAFE, 0.0, 0.0, self.dt)
+        return Plan(np.array(states), inputs, np.zeros(self.steps), Status.INVALID_INPUT, 0.0, 0.0, self.dt)

@@ -55,9 +55,11 @@ def league(
         The table of `coverdrive.league.table.league_table`.
 
     Raises:
-        SettingError: nobody, or no world, has such a name.
+        SettingError: nobody, or no world, has such a name, or a number makes no sense.
         DataError: the folder holds drives of another configuration.
     """
+    if min(trials, workers) < 1:
+        raise SettingError(f"a league needs at least one trial and one worker; got {trials} and {workers}")
     for name in planners:
         entrant(name)
     if unknown := [name for name in worlds if name not in (*setups, *OTHERS)]:

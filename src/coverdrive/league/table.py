@@ -68,10 +68,14 @@ def _collided(table: pl.DataFrame) -> dict[str, Bool[np.ndarray, " n"]]:
 
 
 def _values(table: pl.DataFrame, name: str) -> Float[np.ndarray, " n"]:
-    """A measure of all drives, not a number where it is unknown: nobody called a plan safe, or nobody planned."""
+    """A measure of all drives, not a number where it is unknown: of plans without paths, and if nobody planned."""
     values = table[name].to_numpy().astype(float)
-    nothing = (name == "share_unsafe" and values.min() >= 1) or (name == "planning_median" and values.max() <= 0)
-    return np.where(nothing | ~np.isfinite(values), np.nan, values)
+    unknown = ~np.isfinite(values)
+    if name == "share_unsafe":
+        unknown |= table["share_invalid_input"].to_numpy() >= 1
+    if name == "planning_median":
+        unknown |= values <= 0
+    return np.where(unknown, np.nan, values)
 
 
 def _line(table: pl.DataFrame) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from collections.abc import Generator, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from functools import partial
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from joblib import Parallel, delayed, parallel_config
 
@@ -24,6 +24,7 @@ _CONNECT = "10s"
 """time that a cluster has to answer"""
 
 
+@runtime_checkable
 class Drives(Protocol):
     """Trials of one kind that any process can drive, as `coverdrive.simulation.setup.Setup` does."""
 
