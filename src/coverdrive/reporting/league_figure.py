@@ -44,12 +44,12 @@ def _risk(row: dict[str, Any]) -> float:
 
 def _frontier(rows: list[dict[str, Any]]) -> Line:
     """Those than whom nobody is both safer and faster."""
-    best, places = float("-inf"), list[tuple[float, float]]()
+    best, x, y = float("-inf"), list[float](), list[float]()
     for row in sorted(rows, key=lambda row: (_risk(row), -row["mean_speed"])):
         if row["mean_speed"] > best:
             best = row["mean_speed"]
-            places.append((_risk(row), best))
-    x, y = zip(*places, strict=True)
+            x.append(_risk(row))
+            y.append(best)
     return Line(x=x, y=y, colour=style.GREY, width=0.8, dashed=True)
 
 
