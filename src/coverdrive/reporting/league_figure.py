@@ -33,7 +33,7 @@ def _panel(world: pl.DataFrame, planners: list[str]) -> Panel:
     marks: list[Mark] = [_frontier(rows)]
     for row in rows:
         marks += _marks(row, planners.index(row["planner"]))
-    x = Axis("collisions at fault [%]", low=0)
+    x = Axis("collisions at fault [%]")
     return Panel(marks, x, Axis("mean speed [m/s]"), title=f"{rows[0]['world']} ({rows[0]['drives']} drives)")
 
 
