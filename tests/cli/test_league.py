@@ -6,6 +6,7 @@ from pathlib import Path
 
 import polars as pl
 import pytest
+
 from command import coverdrive
 
 PAGE = Path(__file__).parents[2] / "docs" / "league.md"

@@ -96,7 +96,7 @@ def league(
         from coverdrive.league.league import league as drive
         from coverdrive.reporting.league import write_league
         from coverdrive.reporting.league_table import league_tables
-        from coverdrive.results import Results
+        from coverdrive.results import LEAGUE, Results
     results, planners = Results(fit), planners or list(ENTRANTS)
     for name in planners:
         entrant(name)
@@ -109,7 +109,7 @@ def league(
         study={"workers": workers, "vehicles": vehicles},
         episode={"duration": duration},
     )
-    folder = out or fit / "league"
+    folder = out or fit / LEAGUE
     try:
         with stages():
             recordings = _recordings(results, recording or [])

@@ -7,7 +7,7 @@ import polars as pl
 from coverdrive.files import write_atomically
 from coverdrive.reporting.drawing import save
 from coverdrive.reporting.league_figure import league_figure
-from coverdrive.reporting.league_table import COLUMNS, NOTE, worlds_of
+from coverdrive.reporting.league_table import league_of
 from coverdrive.reporting.page.page import rendered
 
 
@@ -17,5 +17,5 @@ def write_league(table: pl.DataFrame, folder: Path) -> None:
     if figure:
         save(figure, folder / "league")
     figures = {"league": figure} if figure else {}
-    text = rendered("league-page", figures, columns=COLUMNS, worlds=worlds_of(table), note=NOTE)
+    text = rendered("league-page", figures, league=league_of(table))
     write_atomically(folder / "league.html", lambda file: file.write_text(text, encoding="utf-8"))

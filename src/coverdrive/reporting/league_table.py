@@ -40,6 +40,11 @@ def worlds_of(table: pl.DataFrame) -> list[World]:
     return found
 
 
+def league_of(table: pl.DataFrame) -> dict[str, Any]:
+    """What a page shows of a table."""
+    return {"columns": COLUMNS, "worlds": worlds_of(table), "note": NOTE}
+
+
 def league_tables(table: pl.DataFrame) -> list[Table | str]:
     """A table for every world, and who did not drive there."""
     shown: list[Table | str] = []

@@ -16,6 +16,7 @@ from coverdrive.reporting.contents import Contents
 from coverdrive.reporting.drawing import inline_svg
 from coverdrive.reporting.figure import Figure, to_json
 from coverdrive.reporting.figures import figures_of
+from coverdrive.reporting.league_table import league_of
 from coverdrive.reporting.page.replay import SEVERITY, SLACK, STATUSES, replay_data
 from coverdrive.reporting.page.summary import ends, facts, heading, tiles, verdict
 from coverdrive.reporting.page.trials import COLUMNS, LEAST_FIRST, trial_rows
@@ -39,6 +40,7 @@ def page(contents: Contents) -> str:
             "page",
             figures_of(contents),
             contents=contents,
+            league=None if contents.league is None else league_of(contents.league),
             certificates=contents.certified.certificates,
             heading=heading(contents),
             verdict=verdict(contents),
