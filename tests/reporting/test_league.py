@@ -1,17 +1,20 @@
 """The league as tables, figure and page."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import polars as pl
 import pytest
+from report_fakes import make_contents
 
 from coverdrive.league.table import SCHEMA
 from coverdrive.reporting.figure import Line, Points
 from coverdrive.reporting.league import write_league
 from coverdrive.reporting.league_figure import league_figure
 from coverdrive.reporting.league_table import COLUMNS, worlds_of
+from coverdrive.reporting.page.page import page
 
 
 def line(world: str, planner: str, at_fault: int, speed: float, minus: float | None = None, drives: int = 40) -> dict:
@@ -75,3 +78,10 @@ def test_the_page_stands_alone(tmp_path: Path) -> None:
     assert not re.findall(r"(?:src|href)=\"(?!#|data:)", page)
     write_league(TABLE.filter(pl.col("drives") == 0), tmp_path)
     assert "own&lt;er&gt;" in (tmp_path / "league.html").read_text(encoding="utf-8")
+
+
+def test_the_report_has_a_section_for_it() -> None:
+    contents = make_contents()
+    assert 'id="league"' not in page(contents)
+    text = page(replace(contents, league=TABLE))
+    assert '<a href="#league">' in text and 'id="figure-league"' in text and "28.00 (+2.50 … +3.75)" in text
