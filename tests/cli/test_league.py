@@ -39,8 +39,8 @@ def test_planners_are_driven_in_worlds(quick_fit: Path, tmp_path: Path, monkeypa
 
 
 @pytest.mark.slow
-def test_recorded_traffic_needs_its_recordings(quick_fit: Path, tmp_path: Path) -> None:
+def test_names_of_nobody_are_refused(quick_fit: Path, tmp_path: Path) -> None:
     called = "league", quick_fit, "--planners", "best", "--out", tmp_path / "league"
     assert "no planner is called 'best'; choose default" in coverdrive(*called, status=2)
     called = "league", quick_fit, "--planners", "default", "--worlds", "moon", "--out", tmp_path / "league"
-    assert "no world is called 'moon'; choose highway-env-1" in coverdrive(*called, status=2)
+    assert "no world is called 'moon'; choose drivers, aggressive" in coverdrive(*called, status=2)

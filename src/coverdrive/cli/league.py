@@ -15,11 +15,9 @@ from coverdrive.cli.study import Cluster
 if TYPE_CHECKING:
     from coverdrive.config import Experiment
     from coverdrive.league.entrants import Known
-    from coverdrive.recordings.recording import Recording
     from coverdrive.results import Results
     from coverdrive.simulation.setup import Setup
 
-_OWN = ("drivers", "aggressive", "set-sampling", "mixed", "replay")
 _DENSE = (8, 10, 12)
 """numbers of aggressive drivers on the paper's road"""
 
@@ -92,14 +90,16 @@ def league(
     - with a planner of your own: `coverdrive league us101 --planners default my_module:factory --worlds drivers`
     """
     with waiting():
-        from coverdrive.league.entrants import ENTRANTS, entrant
+        from coverdrive.league.entrants import ENTRANTS
+        from coverdrive.league.league import OURS, check_names
         from coverdrive.league.league import league as drive
         from coverdrive.reporting.league import write_league
         from coverdrive.reporting.league_table import league_tables
         from coverdrive.results import LEAGUE, Results
     results, planners = Results(fit), planners or list(ENTRANTS)
-    for name in planners:
-        entrant(name)
+    recorded = recording or not results.run.get("recorded_place")  # else of generated traffic, which is made again
+    worlds = worlds or [name for name in OURS if recorded or name != "replay"]
+    check_names(planners, worlds)
     place = results.place(road)
     experiment = experiment_of(
         usual=place.parts,
@@ -112,14 +112,12 @@ def league(
     folder = out or fit / LEAGUE
     try:
         with stages():
-            recordings = _recordings(results, recording or [])
-            chosen = worlds or [name for name in _OWN if recordings or name != "replay"]
             table = drive(
-                _setups(results, experiment, [name for name in chosen if name in _OWN], recording or []),
-                _known(results, experiment, recordings, planners, paper, folder),
+                _setups(results, experiment, [name for name in worlds if name in OURS], recording or []),
+                _known(results, experiment, recording or [] if recorded else None, planners, paper, folder),
                 folder,
                 planners=planners,
-                worlds=chosen,
+                worlds=worlds,
                 trials=trials,
                 seed=experiment.seed,
                 duration=duration,
@@ -134,12 +132,6 @@ def league(
         console.print(each)
     console.print(f"The table is {folder / 'league.csv'}, every drive is in drives.csv, and the page is league.html")
     return {"league": str(folder), "table": table.to_dicts()}
-
-
-def _recordings(results: "Results", paths: list[Path]) -> "list[Recording]":
-    """Those that the fit was made from; none if they are not named."""
-    generated = not results.run.get("recorded_place")
-    return list(results.experiment.recordings(paths)) if paths or generated else []
 
 
 def _setups(
@@ -159,18 +151,21 @@ def _setups(
 def _known(
     results: "Results",
     experiment: "Experiment",
-    recordings: "list[Recording]",
+    recording: list[Path] | None,
     planners: list[str],
     paper: Path | None,
     folder: Path,
 ) -> "Known":
-    """What entrants may be made of; a fit of the paper's preset is made if it is needed."""
+    """What entrants may be made of; recordings are read, and the paper's preset is fitted, where they are needed."""
     from coverdrive.league.known import known_of, paper_settings_like
     from coverdrive.prediction.fit import fit
     from coverdrive.results import Results as Folder
 
     theirs, usual = Folder(paper or folder / "paper-fit"), results.experiment
-    if paper is None and recordings and not theirs.holds_fit and {"paper", "paper-sets"} & set(planners):
+    by_paper = paper is None and not theirs.holds_fit and not {"paper", "paper-sets"}.isdisjoint(planners)
+    read = recording is not None and (by_paper or "constant-velocity-box" in planners)
+    recordings = usual.recordings(recording or []) if read else ()
+    if by_paper and recordings:
         changed = usual.model_copy(update={"prediction": paper_settings_like(usual.prediction)})
         theirs.save_fit(changed, fit(recordings, changed.prediction, changed.seed))
     named = theirs.predictor if paper or theirs.holds_fit else None

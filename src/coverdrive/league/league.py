@@ -5,7 +5,7 @@ The folder of the league has one folder for every world, and in it one for every
 (`coverdrive.league.table`), and ``drives.csv`` with every drive.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 import polars as pl
@@ -22,6 +22,17 @@ from coverdrive.simulation.study import drive_missing
 from coverdrive.simulation.study_folder import StudyFolder
 from coverdrive.simulation.trial import table_of
 from coverdrive.simulation.workers import Drives
+
+OURS = "drivers", "aggressive", "set-sampling", "mixed", "replay"
+"""worlds of our own: the traffics of studies"""
+
+
+def check_names(planners: Sequence[str], worlds: Sequence[str], ours: Collection[str] = OURS) -> None:
+    """Refuse, with a SettingError, names of nobody and of no world."""
+    for name in planners:
+        entrant(name)
+    if unknown := [name for name in worlds if name not in (*ours, *OTHERS)]:
+        raise SettingError(f"no world is called {unknown[0]!r}; choose {', '.join((*ours, *OTHERS))}")
 
 
 def league(
@@ -60,10 +71,7 @@ def league(
     """
     if min(trials, workers) < 1:
         raise SettingError(f"a league needs at least one trial and one worker; got {trials} and {workers}")
-    for name in planners:
-        entrant(name)
-    if unknown := [name for name in worlds if name not in (*setups, *OTHERS)]:
-        raise SettingError(f"no world is called {unknown[0]!r}; choose {', '.join((*setups, *OTHERS))}")
+    check_names(planners, worlds, setups)
     driven: dict[tuple[str, str], pl.DataFrame | str] = {}
     for world in worlds:
         for name in planners:
