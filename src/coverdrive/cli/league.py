@@ -32,7 +32,7 @@ def league(
             help="Who drives, as in `--planners default idm-mobil my_module:factory`; all others are compared with the "
             "first. There are default, paper, paper-sets, constant-velocity-box, constant-velocity, known-future, "
             "idm-mobil, own (that of a world of others), and your own as module:factory.",
-            show_default=lambda _: "all that have a name",
+            show_default=lambda _: "all that have a name but paper, which takes seconds for every step",
         ),
     ] = None,
     worlds: Annotated[
@@ -85,7 +85,7 @@ def league(
 
     For example:
 
-    - all planners in all traffics: `coverdrive league us101 --recording scenarios/ --trials 100`
+    - everybody in all traffics: `coverdrive league us101 --recording scenarios/ --trials 100`
     - against the driver of another simulator: `coverdrive league us101 --planners default own --worlds sumo-1500`
     - with a planner of your own: `coverdrive league us101 --planners default my_module:factory --worlds drivers`
     """
@@ -96,7 +96,7 @@ def league(
         from coverdrive.reporting.league import write_league
         from coverdrive.reporting.league_table import league_tables
         from coverdrive.results import LEAGUE, Results
-    results, planners = Results(fit), planners or list(ENTRANTS)
+    results, planners = Results(fit), planners or [name for name in ENTRANTS if name != "paper"]
     recorded = recording or not results.run.get("recorded_place")  # else of generated traffic, which is made again
     worlds = worlds or [name for name in OURS if recorded or name != "replay"]
     check_names(planners, worlds)
