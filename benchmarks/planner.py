@@ -28,15 +28,15 @@ from coverdrive.paths import PredictedPaths
 from coverdrive.planning.constants import Constants, constants_of
 from coverdrive.planning.evaluate import Plans, empty_plans, evaluate
 from coverdrive.planning.follower import with_careful_follower
-from coverdrive.planning.leaders import LeaderSettings, with_braking_leaders
-from coverdrive.planning.merit import Surroundings
+from coverdrive.planning.leaders import LeaderSettings, braking_leaders, speed_ahead
 from coverdrive.planning.paper_way import situation_for, solve_paper_program
 from coverdrive.planning.plan import Plan, Status
-from coverdrive.planning.planner import MpcPlanner, surroundings_of
+from coverdrive.planning.planner import MpcPlanner
 from coverdrive.planning.problem import ProblemSettings
 from coverdrive.planning.road_table import table_of
 from coverdrive.planning.search import SearchSettings, write_manoeuvre
 from coverdrive.planning.solvers import SolverSettings, solve
+from coverdrive.planning.surroundings import Surroundings, surroundings_of
 from coverdrive.prediction.fit import fit
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.road import Road
@@ -134,11 +134,12 @@ def reference_costs(instance: dict, problem: ProblemSettings, period: float, roa
     """
     constants = constants_of(problem, period)
     table = table_of(road, problem)
-    for paths in (
-        with_braking_leaders(instance["state"], instance["paths"], road, LeaderSettings()),
-        instance["paths"],
-    ):
-        around = surroundings_of(instance["state"], instance["before"], paths, table, problem)
+    state, paths, leaders = instance["state"], instance["paths"], LeaderSettings()
+    ahead = speed_ahead(state, paths, road)
+    slowed = min(problem.cost.reference_speed, ahead) if state[2] > ahead + leaders.closing else None
+    feared = paths.joined(braking_leaders(state, paths, road, leaders))
+    for against, speed in ((feared, None), (paths, slowed)):
+        around = surroundings_of(state, instance["before"], against, table, problem, speed)
         own = own_plan(instance["plan"], around, road, constants)
         if own.clear[0]:  # of vehicles that brake ahead, too: that is the problem that it solves
             break

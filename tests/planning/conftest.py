@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.merit import Surroundings
+from coverdrive.planning.surroundings import Surroundings
 
 sys.path.insert(0, str(Path(__file__).parent))
 

@@ -10,11 +10,11 @@ from coverdrive.geometry import boxes_overlap
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.constants import Constants, constants_of
 from coverdrive.planning.evaluate import Plans, drive_step, empty_plans, evaluate
-from coverdrive.planning.merit import Surroundings
 from coverdrive.planning.obstacles import obstacles_of, packed
 from coverdrive.planning.problem import ProblemSettings
 from coverdrive.planning.road_ahead import STRAIGHT, RoadAhead
 from coverdrive.planning.road_table import table_of
+from coverdrive.planning.surroundings import Surroundings
 from coverdrive.planning.vehicle import VehicleSettings, step
 from coverdrive.road import Road
 

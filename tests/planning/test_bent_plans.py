@@ -8,8 +8,8 @@ from planning_scenes import CAR, CONSTANTS, DT, PROBLEM, SIZES, STEPS, driven, e
 import coverdrive.planning.road_table as road_table
 from coverdrive.geometry import boxes_overlap, turned_half_extents
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.planner import surroundings_of
 from coverdrive.planning.road_table import table_of
+from coverdrive.planning.surroundings import surroundings_of
 from coverdrive.road import Road
 
 TIMES = DT * np.arange(STEPS + 1)

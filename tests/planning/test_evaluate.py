@@ -29,8 +29,9 @@ from planning_scenes import (
 from coverdrive.geometry import boxes_overlap, turned_half_extents
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.evaluate import write_slack
-from coverdrive.planning.merit import Surroundings, merit
+from coverdrive.planning.merit import merit
 from coverdrive.planning.obstacles import FAR, obstacles_of
+from coverdrive.planning.surroundings import Surroundings
 from coverdrive.planning.vehicle import step
 from coverdrive.reporting.active_constraints import clearances
 

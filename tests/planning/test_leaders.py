@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.leaders import LeaderSettings, with_braking_leaders
+from coverdrive.planning import planner as planning
+from coverdrive.planning.leaders import LeaderSettings, braking_leaders, speed_ahead
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.road import Road
@@ -19,22 +20,26 @@ def test_the_nearest_ahead_in_every_lane_brakes_to_a_stop(straight_paths) -> Non
     paths = straight_paths((20, 5.4, 6), (60, 5.8, 20), (15, 1.8, 30), (-10, 9.0, 20), (-20, 5.4, 20))
     paths.half_sizes[:, 1:] += 1.0
     paths = replace(paths, weight=np.array([0.7, 1.0, 1.0, 1.0, 0.5]))
-    got = with_braking_leaders(STATE, paths, Road.straight(), LeaderSettings(deceleration=4.0))
-    assert got.vehicle.tolist() == [0, 1, 2, 3, 4, 2, 0]
-    np.testing.assert_array_equal(got.points[:5], paths.points)
+    got = braking_leaders(STATE, paths, Road.straight(), LeaderSettings(deceleration=4.0))
+    assert got.vehicle.tolist() == [2, 0]
     standing = np.minimum(TIMES, 6 / 4)
-    np.testing.assert_allclose(got.points[6, :, 0], 20 + 6 * standing - 2 * standing**2)
-    np.testing.assert_allclose(got.points[5, :, 0], 15 + 30 * TIMES - 2 * TIMES**2)
-    np.testing.assert_array_equal(got.half_sizes[6], np.tile([2.4, 0.95], (13, 1)))
-    assert got.weight is not None and got.weight[5:].max() < got.weight[:5].min()
+    np.testing.assert_allclose(got.points[1, :, 0], 20 + 6 * standing - 2 * standing**2)
+    np.testing.assert_allclose(got.points[0, :, 0], 15 + 30 * TIMES - 2 * TIMES**2)
+    np.testing.assert_array_equal(got.half_sizes[1], np.tile([2.4, 0.95], (13, 1)))
+    assert got.weight is not None and got.weight.max() < 0.5
 
 
-def test_nobody_ahead_or_nothing_assumed_changes_nothing(straight_paths) -> None:
+def test_nobody_brakes_where_nobody_is_ahead_or_nothing_is_assumed(straight_paths) -> None:
     behind, ahead = straight_paths((-10, 5.4, 20)), straight_paths((30, 5.4, 20))
-    assert with_braking_leaders(STATE, behind, Road.straight(), LeaderSettings()) is behind
-    nobody = straight_paths()
-    assert with_braking_leaders(STATE, nobody, Road.straight(), LeaderSettings()) is nobody
-    assert with_braking_leaders(STATE, ahead, Road.straight(), LeaderSettings(deceleration=0.0)) is ahead
+    for paths, deceleration in ((behind, 4.0), (straight_paths(), 4.0), (ahead, 0.0)):
+        assert len(braking_leaders(STATE, paths, Road.straight(), LeaderSettings(deceleration=deceleration))) == 0
+
+
+def test_the_speed_ahead_is_that_of_the_nearest_in_the_own_lane(straight_paths) -> None:
+    paths = straight_paths((60, 5.4, 11), (30, 5.8, 22), (10, 1.8, 5), (-10, 5.4, 7))
+    assert speed_ahead(STATE, paths, Road.straight()) == pytest.approx(22)
+    assert speed_ahead(STATE, paths.of(np.array([2, 3])), Road.straight()) == np.inf
+    assert speed_ahead(STATE, straight_paths((20, 5.4, -1)), Road.straight()) == 0
 
 
 def planned(paths: PredictedPaths, road: Road, deceleration: float, **planner: float) -> Plan:
@@ -63,3 +68,21 @@ def test_who_cannot_keep_clear_of_it_plans_for_the_sets_alone(straight_paths, bu
     plan = planned(paths, road, 4.0, budget=budget)
     assert plan.status in (Status.SOLVED, Status.FALLBACK)
     assert nearest_to_a_braking_leader(plan, 11.5, 22.0) < 0
+
+
+def test_a_search_that_finds_nothing_clear_of_them_soon_ends(straight_paths, monkeypatch: pytest.MonkeyPatch) -> None:
+    iterations, go_on = [], planning.go_on
+    monkeypatch.setattr(planning, "go_on", lambda *args: iterations.append(args[2]) or go_on(*args))
+    road, counts = Road.straight(lanes=1), []
+    for ahead in (11.5, 24.0):
+        assert planned(straight_paths((ahead, 1.8, 22.0)), road, 4.0).slack.max() == 0
+        counts.append(iterations.count(2))
+        iterations.clear()
+    assert counts == [2, 1]  # that of the reset is one of them
+
+
+def test_who_cannot_keep_clear_of_it_and_is_much_faster_wants_its_speed(straight_paths) -> None:
+    road, paths = Road.straight(lanes=1), straight_paths((11.5, 1.8, 22.0))
+    heeding, other = (planned(paths, road, deceleration) for deceleration in (4.0, 0.0))
+    assert heeding.status is other.status is Status.SOLVED
+    assert heeding.states[-1, 2] < 22.0 < other.states[-1, 2] - 0.5

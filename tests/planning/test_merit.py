@@ -5,10 +5,11 @@ import pytest
 from planning_scenes import CAR, CONSTANTS, DT, PERIOD, PROBLEM, WANTED, between
 
 from coverdrive.planning.constants import Constants, constants_of
-from coverdrive.planning.merit import Model, Surroundings, input_bounds, merit
+from coverdrive.planning.merit import Model, input_bounds, merit
 from coverdrive.planning.obstacles import FAR, ObstacleSettings, clearance, own_half_sizes, way_to_brake
 from coverdrive.planning.problem import ProblemSettings
 from coverdrive.planning.rollout import add_pulled_back
+from coverdrive.planning.surroundings import Surroundings
 from coverdrive.planning.vehicle import step
 
 STATE = np.array([0.0, 2.0, 22.0, 0.04])

@@ -150,3 +150,15 @@ def test_a_drive_around_half_a_circle_ends_where_it_leads() -> None:
     assert np.hypot(*(centre - left).T) == pytest.approx(np.full(len(centre), 200.0), abs=0.05)
     assert PROBLEM.cost.curve_share * CAR.max_lateral_acceleration * 200 > states[-1, 2] ** 2 > 300
     assert np.unwrap(heading)[-1] > 1.5
+
+
+def test_at_an_edge_that_comes_inwards_it_turns_away_instead_of_stopping() -> None:
+    """5 mm from it, any way away first moves the rear corner out; the road narrows by 1 %."""
+    lat = np.tile(EDGES, (2, 1))
+    lat[1, 0] = 3.0
+    road = Road(EDGES, LENGTH, changing=LaneEdges(np.array([0.0, 300.0]), lat))
+    start = np.array([50.0, road.edges_at(np.array([50.0]))[0, 0] + CAR.width / 2 + 0.005, 10.0, 0.0])
+    states, plans = drive(start, road, 30)
+    assert plans[0].status is Status.UNSAFE and plans[-1].status is Status.SOLVED
+    assert states[:, 2].min() > 8.0 and states[-1, 2] > 12.0
+    assert beyond(states, road) < 0.05

@@ -5,9 +5,10 @@ import piqp
 import pytest
 from planning_scenes import CONSTANTS
 
-from coverdrive.planning.merit import Model, Surroundings, input_bounds, merit
+from coverdrive.planning.merit import Model, input_bounds, merit
 from coverdrive.planning.quadratic import best_step
 from coverdrive.planning.rollout import changes_of
+from coverdrive.planning.surroundings import Surroundings
 
 TREE = CONSTANTS.tree
 NODES = len(TREE.parent)

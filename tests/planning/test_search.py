@@ -6,8 +6,9 @@ from planning_scenes import CAR, CONSTANTS, DT, PERIOD, STEPS, STRAIGHT, around,
 
 import coverdrive.planning.search as search
 from coverdrive.planning.evaluate import Plans, drive_step, empty_plans, evaluate
-from coverdrive.planning.merit import Surroundings, merit
+from coverdrive.planning.merit import merit
 from coverdrive.planning.search import SearchSettings, Wanted, begin, choose, go_on, lane_seeking, room_for
+from coverdrive.planning.surroundings import Surroundings
 
 NODES = len(CONSTANTS.tree.parent)
 STATE = np.array([0.0, 5.4, 20.0, 0.0])
@@ -140,7 +141,7 @@ def test_whoever_is_clear_is_better_than_whoever_is_not_and_leaving_the_road_is_
     plans = empty_plans(5, NODES)
     plans.cost[:], plans.harm[:], plans.departure[:] = [9e9, 1.0, 2.0, 1.0, 0.0], [0, 5, 5, 9, 0], [0, 0, 0, 0, 0.1]
     plans.clear[0] = True
-    ranks = [search._rank(plans, i) for i in range(5)]
+    ranks = [search._rank(plans, i, 0.005) for i in range(5)]
     assert ranks == sorted(ranks)
     assert len(set(ranks)) == 5
 

@@ -25,7 +25,7 @@ class CostSettings(Settings):
     """[m/s²] at which it falls before a curve"""
     lane: float = Field(default=0.5, ge=0, le=1e6)
     """[1/m²] distance from the centre of the target lane"""
-    speed: float = Field(default=0.05, ge=0, le=1e6)
+    speed: float = Field(default=0.1, ge=0, le=1e6)
     """[s²/m²] difference from the reference speed"""
     heading: float = Field(default=20.0, ge=0, le=1e6)
     """[1/rad²] angle between car and road"""

@@ -11,8 +11,9 @@ from jaxtyping import Bool, Float
 
 from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
-from coverdrive.planning.merit import Surroundings, input_bounds, merit
+from coverdrive.planning.merit import input_bounds, merit
 from coverdrive.planning.quadratic import best_step
+from coverdrive.planning.surroundings import Surroundings
 
 _FIRST_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 0.1, 1e-4, 1e3
 """times the curvature of the merit"""

@@ -14,9 +14,10 @@ from jaxtyping import Bool, Float, Int
 from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.contact import box_between, box_excess, box_of, half_sizes_of, parts_of
-from coverdrive.planning.merit import Surroundings, input_at, merit
+from coverdrive.planning.merit import input_at, merit
 from coverdrive.planning.road_ahead import FASTEST, LEFT, RIGHT, STRAIGHT, RoadAhead, bend_at, value_at
 from coverdrive.planning.rollout import after_step, state_at
+from coverdrive.planning.surroundings import Surroundings
 from coverdrive.planning.sweep import NEVER, contact_at, impact, impact_beyond, write_edges
 from coverdrive.planning.vehicle import Bend, State, within_limits
 

@@ -2,7 +2,8 @@
 
 A set that is learned from what usually happens may leave out what seldom does, and it does not know who is braking
 already. Responsibility-sensitive safety (Shalev-Shwartz, Shammah, Shashua 2017) asks a car to keep clear of vehicles
-ahead that brake; so do plans here, wherever there is one that does, as if that were a member of their sets.
+ahead that brake; so do plans here, wherever there is one that does, as if that were a member of their sets. Where there
+is none and the ego is much faster than the vehicle ahead, it wants to be no faster than that.
 """
 
 import numpy as np
@@ -23,12 +24,15 @@ class LeaderSettings(Settings):
     deceleration: float = Field(default=4.0, ge=0, le=15)
     """[m/s²] at which they may brake to a stop from now on, beyond which hardly anybody does in normal traffic; 0: no
     such thing is assumed"""
+    closing: float = Field(default=5.0, ge=0, le=120)
+    """[m/s] by which the ego may be faster than the vehicle directly ahead, where no plan is clear of those that brake,
+    before that one's speed is all it wants"""
 
 
-def with_braking_leaders(
+def braking_leaders(
     state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, settings: LeaderSettings
 ) -> PredictedPaths:
-    """The paths, and one more for the vehicle directly ahead in every lane, on which it brakes to a stop.
+    """A path for the vehicle directly ahead in every lane, on which it brakes to a stop.
 
     Args:
         state: lon [m], lat [m], speed [m/s], heading [rad] of the ego.
@@ -39,7 +43,7 @@ def with_braking_leaders(
     now = paths.points[:, 0]
     ahead = np.flatnonzero(now[:, 0] > state[0])
     if settings.deceleration == 0 or len(ahead) == 0:
-        return paths
+        return paths.of(ahead[:0])
     nearest_first = ahead[np.argsort(now[ahead, 0], kind="stable")]
     leaders = nearest_first[np.unique(road.lane_at(*now[nearest_first].T), return_index=True)[1]]
     speed = np.maximum(0.0, np.diff(paths.points[leaders, :2, 0])) / paths.dt
@@ -50,4 +54,20 @@ def with_braking_leaders(
     half_sizes[:] = half_sizes[:, :1]
     least = 1.0 if paths.weight is None else float(paths.weight.min())
     weight = np.full(len(leaders), _LIKELIHOOD * least)
-    return paths.joined(PredictedPaths(points, paths.vehicle[leaders], half_sizes, paths.dt, weight=weight))
+    return PredictedPaths(points, paths.vehicle[leaders], half_sizes, paths.dt, weight=weight)
+
+
+def speed_ahead(state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> float:
+    """The speed [m/s] of the vehicle directly ahead in the ego's lane now; infinite without one.
+
+    Args:
+        state: lon [m], lat [m], speed [m/s], heading [rad] of the ego.
+        paths: predicted paths.
+        road: its lanes.
+    """
+    lon, lat = paths.points[:, 0].T
+    ahead = np.flatnonzero((lon > state[0]) & (road.lane_at(lon, lat) == road.lane_at(state[0], state[1])))
+    if len(ahead) == 0:
+        return np.inf
+    nearest = paths.points[ahead[lon[ahead].argmin()], :2, 0]
+    return max(0.0, float(nearest[1] - nearest[0])) / paths.dt

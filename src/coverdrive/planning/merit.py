@@ -14,8 +14,9 @@ from jaxtyping import Float, Int
 from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.contact import MOST_PARTS, box_between, box_excess, box_of, parts_of, smooth_half_sizes
-from coverdrive.planning.road_ahead import FASTEST, LEFT, RIGHT, STRAIGHT, RoadAhead, bend_at, value_at
+from coverdrive.planning.road_ahead import FASTEST, LEFT, RIGHT, STRAIGHT, bend_at, value_at
 from coverdrive.planning.rollout import Rollout, add_lat_curvature, after_step, rolled, state_at
+from coverdrive.planning.surroundings import Surroundings
 from coverdrive.planning.vehicle import accelerations, yaw_rates
 
 _SPEED = 1e4
@@ -28,24 +29,6 @@ _HEADING_IN_VIEW = 0.2
 """[rad] the same of the limits of the heading"""
 _LIMITS = 7
 """constraints of every node besides the boxes"""
-
-
-class Surroundings(NamedTuple):
-    """What a plan is made for."""
-
-    state: Float[np.ndarray, " 4"]
-    """lon (0), lat [m], speed [m/s], heading [rad] now"""
-    previous_input: Float[np.ndarray, " 2"]
-    """acceleration [m/s²] and yaw rate [rad/s] applied before"""
-    road: RoadAhead
-    """how it bends, its edges and speeds"""
-    wanted: Float[np.ndarray, " P"]
-    """[m/s] speed at every moment"""
-    boxes: Float[np.ndarray, "7 P n"]
-    """lon, lat, half length, half width [m], speed [m/s], deceleration [m/s²] and likelihood of
-    `coverdrive.planning.obstacles.Obstacles`: every member"""
-    likely: Float[np.ndarray, "7 P m"]
-    """the same of what is likely"""
 
 
 class Model(NamedTuple):

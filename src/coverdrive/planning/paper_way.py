@@ -40,8 +40,8 @@ from coverdrive.planning.cost import CostSettings
 from coverdrive.planning.follower import without_follower
 from coverdrive.planning.obstacles import Obstacles, obstacles_of
 from coverdrive.planning.plan import Plan, Status
-from coverdrive.planning.planner import check_times
 from coverdrive.planning.problem import ProblemSettings
+from coverdrive.planning.surroundings import check_times
 from coverdrive.planning.tree import held_on
 from coverdrive.road import Road
 

@@ -13,20 +13,18 @@ import numpy as np
 from jaxtyping import Float
 from pydantic import Field
 
-from coverdrive.errors import SettingError
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.constants import constants_of
 from coverdrive.planning.evaluate import Plans, empty_plans, evaluate, write_slack
 from coverdrive.planning.fallback import assumed_state, continued, plausible
 from coverdrive.planning.follower import FollowerSettings, with_careful_follower, without_follower
-from coverdrive.planning.leaders import LeaderSettings, with_braking_leaders
-from coverdrive.planning.merit import Surroundings
-from coverdrive.planning.obstacles import likely_paths, obstacles_of, packed
+from coverdrive.planning.leaders import LeaderSettings, braking_leaders, speed_ahead
 from coverdrive.planning.path_memory import PathMemory
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.problem import ProblemSettings
-from coverdrive.planning.road_table import RoadTable, on_road, table_of
-from coverdrive.planning.search import SearchSettings, Wanted, begin, choose, go_on, room_for, write_manoeuvre
+from coverdrive.planning.road_table import table_of
+from coverdrive.planning.search import SearchSettings, Wanted, begin, choose, go_on, hopeless, room_for, write_manoeuvre
+from coverdrive.planning.surroundings import Surroundings, check_times, surroundings_of
 from coverdrive.planning.target_lanes import TargetLanes, target_lanes
 from coverdrive.planning.tree import held_on
 from coverdrive.planning.vehicle import step
@@ -38,6 +36,8 @@ _ROUNDING = 1e-9
 """[s] of a time"""
 _PATHS_BETWEEN_LOOKS = 1000
 """paths times iterations of the search between two looks at the clock"""
+_GIVING_UP = 2
+"""iterations after which a search ends that found nothing clear of braking leaders: what is found later is very rare"""
 
 
 class PlannerSettings(Settings):
@@ -157,7 +157,7 @@ class MpcPlanner:
         self._road: Road | None = None
         self._held_on = held_on(problem.steps, period, problem.dt)
         self._memory: _Memory | None = None
-        self._wish = NO_WISH
+        self._wish, self._speed = NO_WISH, problem.cost.reference_speed
         self._paths = PathMemory(self.settings.grace)
 
     def plan(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, wish: Wish = NO_WISH) -> Plan:
@@ -181,7 +181,7 @@ class MpcPlanner:
         """
         begun, problem = time.perf_counter(), self.settings.problem
         check_times(paths, problem)
-        self._wish = wish
+        self._wish, self._speed = wish, problem.cost.reference_speed if wish.speed is None else wish.speed
         if road is not self._road:
             self._table, self._road = table_of(road, problem), road
             self._constants = self._constants._replace(vehicle=self._table.vehicle)
@@ -235,10 +235,15 @@ class MpcPlanner:
         self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, targets: TargetLanes, begun: float
     ) -> _Found | None:
         """What is clear even if vehicles ahead brake hard, else what the search chooses for the paths alone."""
-        braking = with_braking_leaders(state, paths, road, self.settings.leaders)
-        found = self._search(state, braking, targets, begun)
-        if len(braking) == len(paths) or (found and found.clear):
+        feared = braking_leaders(state, paths, road, self.settings.leaders)
+        if len(feared) == 0:
+            return self._search(state, paths, targets, begun)
+        found = self._search(state, paths.joined(feared), targets, begun, giving_up=True)
+        if found and found.clear:
             return found
+        ahead = speed_ahead(state, paths, road)
+        if state[2] > ahead + self.settings.leaders.closing:
+            self._speed = min(self._speed, ahead)
         if found is None or time.perf_counter() - begun <= self._budget:
             return self._search(state, paths, targets, begun)
         found = found._replace(around=self._around(state, paths))
@@ -256,9 +261,13 @@ class MpcPlanner:
         return with_careful_follower(state, paths, road, settings.follower)
 
     def _search(
-        self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, targets: TargetLanes, begun: float
-    ) -> _Found | None:
-        """What the search chooses among the target lanes, of which the first is that of the ego; None if it failed."""
+        self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, targets: TargetLanes, begun: float,
+        giving_up: bool = False,
+    ) -> _Found | None:  # fmt: skip
+        """What the search chooses among the target lanes, of which the first is that of the ego.
+
+        None if it failed, or is ``giving_up`` as nothing is clear soon.
+        """
         problem, settings, memory, constants = self.settings.problem, self.settings, self._memory, self._constants
         held, nothing = memory.lane if memory else targets.lanes[0], np.zeros((len(constants.tree.parent), 2))
         known = memory.inputs if memory else {}
@@ -273,6 +282,10 @@ class MpcPlanner:
         )
         around, plans = self._around(state, paths), room_for(wanted, constants)
         begin(plans, wanted, around, constants)
+        if giving_up and not plans.clear.any() and time.perf_counter() - begun <= self._budget:
+            go_on(plans, wanted, _GIVING_UP, settings.search.tolerance, around, constants)
+            if hopeless(plans, wanted, around, constants):
+                return None
         self._improve(plans, wanted, around, begun)
         best = wanted.last.copy()
         chosen, optimised = choose(plans, wanted, around, constants, best)
@@ -300,7 +313,7 @@ class MpcPlanner:
     def _around(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths) -> Surroundings:
         """What the search is made for."""
         applied = self._memory.applied if self._memory else np.zeros(2)
-        return surroundings_of(state, applied, paths, self._table, self.settings.problem, self._wish.speed)
+        return surroundings_of(state, applied, paths, self._table, self.settings.problem, self._speed)
 
     def _plan_of(self, found: _Found, state: Float[np.ndarray, " 4"], status: Status) -> Plan:
         """The chosen plan, on the road."""
@@ -331,34 +344,3 @@ class MpcPlanner:
         after = step(state, plan.inputs[0], self._period)
         lane = targets.lanes[int(found.plans.lane[found.chosen])]
         self._memory = _Memory(lane, plan.inputs[0], after, inputs, rest, unknown)
-
-
-def check_times(paths: PredictedPaths, problem: ProblemSettings) -> None:
-    """Refuse paths whose points are not at the times of the plan.
-
-    Raises:
-        SettingError: if so.
-    """
-    points = paths.points.shape[1]
-    if points != problem.steps + 1 or abs(paths.dt - problem.dt) > 1e-9:
-        raise SettingError(
-            f"the predicted paths have {points} points every {paths.dt} s, the plan needs {problem.steps + 1} every "
-            f"{problem.dt} s; predict with the planner's steps and dt"
-        )
-
-
-def surroundings_of(
-    state: Float[np.ndarray, " 4"], applied: Float[np.ndarray, " 2"], paths: PredictedPaths, table: RoadTable,
-    problem: ProblemSettings, speed: float | None = None,
-) -> Surroundings:  # fmt: skip
-    """What a plan is made for, along the road from where the ego is, after these inputs; at a wished speed [m/s]."""
-    vehicle, shape, paths = table.reaching, problem.obstacles, on_road(paths, float(state[0]), table)
-    every, likely = (obstacles_of(each, shape) for each in (paths, likely_paths(paths, problem.branches.tube)))
-    return Surroundings(
-        state=np.array([0.0, *state[1:]]),
-        previous_input=np.array(applied),
-        road=table.ahead(float(state[0])),
-        wanted=table.wanted_from(float(state[0]), float(state[2]), problem, speed),
-        boxes=packed(state, every, problem.dt, vehicle, shape),
-        likely=packed(state, likely, problem.dt, vehicle, shape),
-    )

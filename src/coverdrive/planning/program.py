@@ -18,11 +18,12 @@ from jaxtyping import Float
 from coverdrive.extras import require
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.contact import KINK
-from coverdrive.planning.merit import Surroundings, input_bounds
+from coverdrive.planning.merit import input_bounds
 from coverdrive.planning.obstacles import FAR, clearance, own_half_sizes, way_to_brake
 from coverdrive.planning.problem import ProblemSettings
 from coverdrive.planning.road_ahead import LEFT, RIGHT
 from coverdrive.planning.rollout import rolled
+from coverdrive.planning.surroundings import Surroundings
 from coverdrive.planning.vehicle import moved
 
 ca: Any = require("casadi")

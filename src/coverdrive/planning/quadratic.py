@@ -13,9 +13,10 @@ from jaxtyping import Bool, Float
 
 from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
-from coverdrive.planning.merit import Model, Surroundings, input_bounds, penalty
+from coverdrive.planning.merit import Model, input_bounds, penalty
 from coverdrive.planning.riccati import Stages, minimiser
 from coverdrive.planning.rollout import add_pulled_back, changes_of
+from coverdrive.planning.surroundings import Surroundings
 
 _INNER = 20
 """Newton steps of a quadratic problem at the most"""

@@ -5,10 +5,10 @@ against, and as a baseline in closed loop.
 """
 
 from coverdrive.planning.evaluate import Plans
-from coverdrive.planning.merit import Surroundings
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.planning.search import Wanted
 from coverdrive.planning.solvers import SolverSettings, solve
+from coverdrive.planning.surroundings import Surroundings
 
 
 class ReferencePlanner(MpcPlanner):

@@ -21,9 +21,10 @@ from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.descent import descend
 from coverdrive.planning.evaluate import Plans, drive_step, empty_plans, evaluate
-from coverdrive.planning.merit import Surroundings, input_at, merit
+from coverdrive.planning.merit import input_at, merit
 from coverdrive.planning.road_ahead import LEFT, RIGHT, STRAIGHT, bend_at, value_at
 from coverdrive.planning.rollout import state_at
+from coverdrive.planning.surroundings import Surroundings
 from coverdrive.planning.vehicle import VehicleSettings
 from coverdrive.settings import Settings
 
@@ -35,6 +36,9 @@ _PER_DEPARTURE = 1e15
 """[1/m] price of leaving the road: more than any contact"""
 _NO_DEPARTURE = 0.005
 """[m] of leaving the road that count for nothing where nothing is clear"""
+_MORE_DEPARTURE = 0.05
+"""[m] beyond the least that any plan leaves the road that count for nothing where all do: the rear corner of a car at
+the edge moves out as it turns away"""
 _ABRUPT = 1e6
 """more than an optimised plan that is clear costs; added to what may change its inputs at once"""
 _PLACES = 9
@@ -108,9 +112,10 @@ def begin(plans: Plans, wanted: Wanted, around: Surroundings, constants: Constan
     plans.lane[guesses] = np.argmin(wanted.extra)
     plans.targets[guesses] = lanes[plans.lane[guesses]]
     evaluate(plans, 0, guesses + 1, around, constants)
+    allowed = _allowed_departure(plans, guesses + 1)
     safest, least = 0, np.inf
     for i in range(guesses + 1):
-        rank = _rank(plans, i)
+        rank = _rank(plans, i, allowed)
         if rank < least:
             safest, least = i, rank
     held = np.argmin(wanted.extra)
@@ -154,6 +159,15 @@ def go_on(
 
 
 @compiled
+def hopeless(plans: Plans, wanted: Wanted, around: Surroundings, constants: Constants) -> bool:
+    """Whether neither a guess is clear nor what the starts have become."""
+    first = len(wanted.lanes) * len(wanted.accelerations) + 1
+    last = first + 1 + len(wanted.lanes)
+    evaluate(plans, first, last, around, constants)
+    return not plans.clear[:last].any()
+
+
+@compiled
 def choose(
     plans: Plans, wanted: Wanted, around: Surroundings, constants: Constants, best: Float[np.ndarray, "L N 2"]
 ) -> tuple[int, bool]:
@@ -183,9 +197,10 @@ def choose(
                 _draw_back(plans, i, base, around, constants)
     else:
         last = _evade(plans, last, wanted, around, constants)
+    allowed = _allowed_departure(plans, last)
     standing, chosen, least = np.full(lanes, np.inf), -1, np.inf
     for i in range(last):
-        lane, rank = plans.lane[i], _rank(plans, i)
+        lane, rank = plans.lane[i], _rank(plans, i, allowed)
         if i < first and plans.clear[i]:
             rank += _ABRUPT
         if rank < standing[lane]:
@@ -214,13 +229,22 @@ def _draw_back(
 
 
 @compiled
-def _rank(plans: Plans, i: int) -> float:
+def _allowed_departure(plans: Plans, last: int) -> float:
+    """[m] of leaving the road that count for nothing where nothing is clear."""
+    least = np.inf
+    for i in range(last):
+        least = min(least, plans.departure[i])
+    return _NO_DEPARTURE if least <= _NO_DEPARTURE else least + _MORE_DEPARTURE
+
+
+@compiled
+def _rank(plans: Plans, i: int, allowed: float) -> float:
     """The lower, the better: clear plans by their cost; others by leaving the road, by the harm that they do, and by
     their cost, which counts how deep and how early they get into boxes.
     """
     if plans.clear[i]:
         return plans.cost[i]
-    leaving = max(0.0, plans.departure[i] - _NO_DEPARTURE)
+    leaving = max(0.0, plans.departure[i] - allowed)
     return _UNCLEAR + _PER_DEPARTURE * leaving + _PER_HARM * plans.harm[i] + plans.cost[i]
 
 

@@ -1,0 +1,65 @@
+"""What a plan is made for: where the ego is, the road ahead of it, and the boxes of those around it.
+
+P moments, n boxes of every member, m of what is likely.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from coverdrive.errors import SettingError
+from coverdrive.paths import PredictedPaths
+from coverdrive.planning.obstacles import likely_paths, obstacles_of, packed
+from coverdrive.planning.problem import ProblemSettings
+from coverdrive.planning.road_ahead import RoadAhead
+from coverdrive.planning.road_table import RoadTable, on_road
+
+
+class Surroundings(NamedTuple):
+    """What a plan is made for."""
+
+    state: Float[np.ndarray, " 4"]
+    """lon (0), lat [m], speed [m/s], heading [rad] now"""
+    previous_input: Float[np.ndarray, " 2"]
+    """acceleration [m/s²] and yaw rate [rad/s] applied before"""
+    road: RoadAhead
+    """how it bends, its edges and speeds"""
+    wanted: Float[np.ndarray, " P"]
+    """[m/s] speed at every moment"""
+    boxes: Float[np.ndarray, "7 P n"]
+    """lon, lat, half length, half width [m], speed [m/s], deceleration [m/s²] and likelihood of
+    `coverdrive.planning.obstacles.Obstacles`: every member"""
+    likely: Float[np.ndarray, "7 P m"]
+    """the same of what is likely"""
+
+
+def surroundings_of(
+    state: Float[np.ndarray, " 4"], applied: Float[np.ndarray, " 2"], paths: PredictedPaths, table: RoadTable,
+    problem: ProblemSettings, speed: float | None = None,
+) -> Surroundings:  # fmt: skip
+    """What a plan is made for, along the road from where the ego is, after these inputs; at a wished speed [m/s]."""
+    vehicle, shape, paths = table.reaching, problem.obstacles, on_road(paths, float(state[0]), table)
+    every, likely = (obstacles_of(each, shape) for each in (paths, likely_paths(paths, problem.branches.tube)))
+    return Surroundings(
+        state=np.array([0.0, *state[1:]]),
+        previous_input=np.array(applied),
+        road=table.ahead(float(state[0])),
+        wanted=table.wanted_from(float(state[0]), float(state[2]), problem, speed),
+        boxes=packed(state, every, problem.dt, vehicle, shape),
+        likely=packed(state, likely, problem.dt, vehicle, shape),
+    )
+
+
+def check_times(paths: PredictedPaths, problem: ProblemSettings) -> None:
+    """Refuse paths whose points are not at the times of the plan.
+
+    Raises:
+        SettingError: if so.
+    """
+    points = paths.points.shape[1]
+    if points != problem.steps + 1 or abs(paths.dt - problem.dt) > 1e-9:
+        raise SettingError(
+            f"the predicted paths have {points} points every {paths.dt} s, the plan needs {problem.steps + 1} every "
+            f"{problem.dt} s; predict with the planner's steps and dt"
+        )
