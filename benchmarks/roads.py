@@ -36,7 +36,7 @@ COLUMNS = (*READ, *TRIED)
 def read_cells(file: Path) -> tuple[str, ...]:
     """What is read of a file, in the columns `READ`; of one that is refused its name and why."""
     try:
-        recording = read_commonroad(file).recording
+        recording = read_commonroad(file)[0].recording
     except RecordingError as error:
         return file.stem, f"refused: {str(error).removeprefix(f'{file}: ')}"
     road, line = recording.road, recording.road.line

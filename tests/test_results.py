@@ -129,7 +129,7 @@ def test_roads_of_studies(quick_fit: Path, tmp_path: Path) -> None:
     assert results.place() == PLACES["paper"]
     assert results.study_name(None, "paper") == "study"
     assert results.study_name("drivers", "curved") == "study-drivers-curved"
-    with pytest.raises(SettingError, match="was not made from recordings"):
+    with pytest.raises(SettingError, match="a road like the recorded one needs recordings"):
         results.place("recorded")
     with pytest.raises(DataError, match="coverdrive study --road curved --out"):
         results.driven_study(road="curved")
@@ -139,4 +139,5 @@ def test_roads_of_studies(quick_fit: Path, tmp_path: Path) -> None:
     assert results.place() == results.place("recorded") == like
     assert results.place("curved") == PLACES["curved"]
     assert (results.study_name(None, "recorded"), results.study_name(None, "paper")) == ("study", "study-paper")
-    assert results.study(experiment.updated(like.parts)).folder.name == "study"
+    study = results.study(experiment.updated(like.parts))
+    assert study.folder.name == "study" and study.setup.recorded == like.initial

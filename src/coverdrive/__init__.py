@@ -6,7 +6,7 @@ A dozen names are all that most work needs; each is loaded when it is first used
 
     recordings = cd.read("us-101.csv", location="us-101")       # or cd.generate()
     result = cd.fit(recordings, epsilon=0.1, confidence=0.99)   # learn, certify, test
-    study = cd.study(result.predictor, cd.Planner(), trials=100, folder="study")
+    study = cd.study(result.predictor, trials=100, folder="study", recordings=recordings)  # on a road like theirs
     cd.report(result, study, path="report.html")
 
 The sub-packages read from top to bottom as the data flow: ``recordings`` → ``prediction`` and ``certificates`` →

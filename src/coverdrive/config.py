@@ -8,7 +8,7 @@ import textwrap
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal, cast
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationError, model_validator
 
@@ -22,7 +22,7 @@ from coverdrive.recordings.read import read
 from coverdrive.recordings.recording import Recording
 from coverdrive.recordings.resampling import STEP
 from coverdrive.recordings.smoothing import SmoothingSettings
-from coverdrive.settings import Settings, to_toml
+from coverdrive.settings import Settings, merged, to_toml
 from coverdrive.simulation.episode import EpisodeSettings
 from coverdrive.simulation.generated import GeneratedSettings, generate
 from coverdrive.simulation.set_sampling import SetSamplingSettings
@@ -158,17 +158,3 @@ def _first_problem(error: ValidationError) -> str:
     place, got = ".".join(names) or "the settings as a whole", repr(first["input"])
     shown = "" if isinstance(first["input"], (dict, Settings)) else f", got {textwrap.shorten(got, 60)}"
     return f"{place}: {first['msg']}{shown}"
-
-
-def merged(values: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
-    """Nested tables with others put over them; None changes nothing, and another ``kind`` begins a table anew."""
-    result = dict(values)
-    for name, change in changes.items():
-        if isinstance(change, dict):
-            part, new = values.get(name), cast(dict[str, Any], change)
-            if not isinstance(part, dict) or new.get("kind") not in (None, part.get("kind")):
-                part = {}  # settings of another kind
-            result[name] = merged(cast(dict[str, Any], part), new)
-        elif change is not None:
-            result[name] = change
-    return result

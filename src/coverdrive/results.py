@@ -21,7 +21,7 @@ from pydantic import TypeAdapter
 import coverdrive
 from coverdrive.certificates.comparison import Compared
 from coverdrive.config import Experiment
-from coverdrive.errors import DataError, SettingError
+from coverdrive.errors import DataError
 from coverdrive.files import number_in_name, write_atomically, write_json
 from coverdrive.league.table import SCHEMA
 from coverdrive.planning.planner import MpcPlanner
@@ -33,7 +33,7 @@ from coverdrive.prediction.predictor import AnyPredictor, Predictor
 from coverdrive.prediction.provenance import provenance, versions
 from coverdrive.prediction.scored import ScoredSides
 from coverdrive.reporting.contents import Certified, Fitted
-from coverdrive.simulation.places import PLACES, Place
+from coverdrive.simulation.places import Place, place_of
 from coverdrive.simulation.replay import Scenario, cut_scenarios
 from coverdrive.simulation.setup import Setup
 from coverdrive.simulation.study import Study
@@ -115,11 +115,13 @@ class Results:
 
     def place(self, road: str | None = None) -> Place:
         """Where a study on a road of a name takes place, or on that of the fit; a SettingError if there is none."""
-        if (name := road or self._road) != "recorded":
-            return PLACES[name]
-        if not self.run.get("recorded_place"):
-            raise SettingError(f"{self.folder} was not made from recordings; choose another road than recorded")
-        return Place.model_validate(self.run["recorded_place"])
+        return place_of(road or self._road, self._like)[1]
+
+    @property
+    def _like(self) -> Place | None:
+        """Like that of the recordings, if the fit was to any."""
+        like = self.run.get("recorded_place")
+        return like and Place.model_validate(like)
 
     @property
     def _road(self) -> str:
@@ -198,6 +200,7 @@ class Results:
             experiment.study.vehicles,
             experiment.seed,
             scenarios,
+            self._like and self._like.initial,
         )
         return Study(setup, self.folder / (name or self.study_name(experiment.traffic.kind)))
 

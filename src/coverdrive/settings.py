@@ -31,6 +31,20 @@ InOrder = AfterValidator(_in_order)
 """of a pair of settings, the smaller one first"""
 
 
+def merged(values: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
+    """Nested tables with others put over them; None changes nothing, and another ``kind`` begins a table anew."""
+    result = dict(values)
+    for name, change in changes.items():
+        if isinstance(change, dict):
+            part, new = values.get(name), cast(dict[str, Any], change)
+            if not isinstance(part, dict) or new.get("kind") not in (None, part.get("kind")):
+                part = {}  # settings of another kind
+            result[name] = merged(cast(dict[str, Any], part), new)
+        elif change is not None:
+            result[name] = change
+    return result
+
+
 def to_toml(settings: Settings) -> str:
     """Settings as TOML: one table for each part, above every key what it means and its unit."""
     return "\n".join(_table(settings, "")).lstrip("\n") + "\n"

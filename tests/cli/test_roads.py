@@ -74,7 +74,7 @@ def test_traffic_is_generated_on_the_road_that_is_asked_for(monkeypatch: pytest.
 
 
 def test_what_was_not_recorded_is_no_road() -> None:
-    with pytest.raises(SettingError, match="--road recorded needs recordings"):
+    with pytest.raises(SettingError, match="a road like the recorded one needs recordings"):
         fit(road="recorded")
 
 

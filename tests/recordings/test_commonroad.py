@@ -6,12 +6,15 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
+from published_commonroad import write_commonroad
+from published_formats import EDGES, Truth, found_again, truth
 from recordings_fakes import bent, driving, scenario, three_lanes
 
 from coverdrive.errors import RecordingError
 from coverdrive.prediction.segments import SegmentSettings, cut_segments
 from coverdrive.recordings.commonroad import read_commonroad
 from coverdrive.recordings.kinds import KINDS
+from coverdrive.recordings.read import read
 
 
 @pytest.fixture
@@ -25,7 +28,7 @@ def bend(tmp_path: Path) -> Path:
 
 
 def test_a_bend_becomes_a_straight_road(bend: Path):
-    recording = read_commonroad(bend).recording
+    recording = read_commonroad(bend)[0].recording
     assert recording.name == "bend"
     assert recording.dt == pytest.approx(0.1)
     assert recording.road.edges == pytest.approx([0, 4.0, 7.5, 11.0], abs=0.05)
@@ -45,7 +48,7 @@ def test_a_bend_becomes_a_straight_road(bend: Path):
 def test_bends_stay_bends(tmp_path: Path, degrees: float):
     path = tmp_path / "bent.xml"
     path.write_text(bent(degrees))
-    recording = read_commonroad(path).recording
+    recording = read_commonroad(path)[0].recording
     table, radius = recording.table, 200 / np.radians(degrees)
     assert np.degrees(recording.road.line.bend) == pytest.approx(degrees, rel=0.02)
     middle = table.filter(pl.col("lon").is_between(15, 185))
@@ -57,7 +60,7 @@ def test_bends_stay_bends(tmp_path: Path, degrees: float):
 
 
 def test_ramps_and_single_states_are_left_out_and_counted(bend: Path):
-    recording = read_commonroad(bend).recording
+    recording = read_commonroad(bend)[0].recording
     assert recording.repairs == {"rows off the road": 20, "dropped tracks": 1}
     assert set(recording.table["vehicle"]) == {100, 101}
 
@@ -70,7 +73,7 @@ def test_kinds_are_kept_and_who_is_no_traffic_of_motorways_is_counted(tmp_path: 
     )
     path = tmp_path / "mixed.xml"
     path.write_text(scenario(three_lanes(), vehicles))
-    recording = read_commonroad(path).recording
+    recording = read_commonroad(path)[0].recording
     found = dict(recording.table.select("vehicle", "kind").unique().iter_rows())
     assert {number: KINDS[kind] for number, kind in found.items()} == {
         100: "truck", 101: "motorcycle", 102: "car", 104: "unknown",
@@ -78,8 +81,27 @@ def test_kinds_are_kept_and_who_is_no_traffic_of_motorways_is_counted(tmp_path: 
     assert recording.repairs == {"rows of other road users": 20}
 
 
+def test_both_carriageways_of_one_file_are_recordings(tmp_path: Path):
+    real = truth(0.1, seconds=5.0)
+    recordings = [reading.recording for reading in read_commonroad(write_commonroad(tmp_path, real))]
+    name = "DEU_Generated-1_1_T-1"
+    assert {each.name for each in recordings} == {name, f"{name} carriageway 2"} and recordings[0].name == name
+    for table in real.tables:
+        (recording,) = (each for each in recordings if each.table["vehicle"].min() == 1000 + table["vehicle"].min())
+        assert recording.repairs == {} and recording.road.edges == pytest.approx(EDGES, abs=0.01)
+        assert found_again(recording, table, shift=-0.0, first=1000)["lat"] < 0.05
+    assert {group for each in read([tmp_path]) for group in each.table["group"]} == {0}
+
+
+def test_too_little_for_a_carriageway_of_its_own_is_counted(tmp_path: Path):
+    east, west = truth(0.1, seconds=5.0).tables
+    blink = west.filter(pl.col("vehicle") == west["vehicle"][0], pl.col("frame") < 3)
+    (reading,) = read_commonroad(write_commonroad(tmp_path, Truth((east, blink), 0.1)))
+    assert reading.recording.repairs == {"rows off the road": 2}
+
+
 def test_stated_speeds_are_kept_to_find_the_same_vehicles(bend: Path):
-    raw = read_commonroad(bend).raw
+    raw = read_commonroad(bend)[0].raw
     assert set(raw.speed[raw.vehicle == 100]) == {20.0}
 
 
@@ -123,7 +145,7 @@ def test_recorded_scenarios_are_plausible(us101: Path):
     assert len(files) == 25
     rows = 0
     for file in files:
-        reading = read_commonroad(file)
+        (reading,) = read_commonroad(file)
         table, road = reading.recording.table, reading.recording.road
         rows += len(table)
         assert np.all((np.diff(road.edges) > 3.2) & (np.diff(road.edges) < 4.0)), file

@@ -56,7 +56,7 @@ def test_maps_of_other_places_are_refused(tmp_path: Path):
     ("old", "new", "problem"),
     [
         ("</osm>", "", r"lanelets\.osm: not a Lanelet2 map, or damaged"),
-        ("osm", "OpenDRIVE", "an OpenDRIVE map, which is not read; convert it to Lanelet2"),
+        ("osm", "OpenDRIVE", r"an OpenDRIVE map, which is not read; name the Lanelet2 map \(\.osm\) beside it"),
         ('lat="', 'latitude="', "KeyError: 'lat'"),
         ('lon="9', 'lon="999', "ValueError: a node has no geographic coordinates"),
         ('lat="0.000', 'lat="3.000', "a lane is .* m long; expected up to"),

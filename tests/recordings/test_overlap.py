@@ -74,6 +74,25 @@ def test_constant_speeds_are_no_proof():
     assert pairs_of(raw_of(np.full((5, 100), 15.0)), raw_of(np.full((5, 100), 15.0))) == []
 
 
+def test_vehicles_that_roll_out_alike_are_no_proof():
+    """Of two drivers who come off the throttle at the same speed, none fluctuates."""
+    time = 0.1 * np.arange(60)
+    slow_down = 20 - 0.8 * time - 0.05 * time**2
+    assert pairs_of(raw_of(slow_down[None]), raw_of(slow_down[None] + 0.005)) == []
+    uneven = slow_down + 0.1 * np.sin(2 * time)
+    assert pairs_of(raw_of(uneven[None]), raw_of(uneven[None] + 0.005)) == [(0, 1)]
+
+
+def test_frames_of_25_hz_prove_no_more_than_those_of_10_hz():
+    """1.6 s of one vehicle are 40 rows, which are too few at any rate; 4 s are enough."""
+    uneven = 20 + 2 * np.sin(np.arange(100) * 0.04 * 4)[None]
+    for rows, found in ((40, 0), (100, 1)):
+        short = raw_of(uneven[:, :rows])
+        groups = [0 * short.vehicle, 0 * short.vehicle + 1]
+        assert len(shared_vehicles([short, short], groups, [0, 1], [0.04, 0.04])) == found
+        assert len(shared_vehicles([short, short], groups, [0, 1], [0.1, 0.04])) == 0
+
+
 def test_recordings_of_one_file_are_not_compared():
     original = raw_of(speeds(0))
     assert pairs_of(original, original, files=[0, 0]) == []

@@ -41,6 +41,18 @@ def test_the_same_file_twice_is_one_group(make_ngsim, write_csv):
     assert [recording.table["group"].unique().to_list() for recording in recordings] == [[0], [0]]
 
 
+def test_ids_that_repeat_in_files_of_one_name_are_different_vehicles(make_ngsim, write_csv):
+    """As in INTERACTION, where every site has its vehicle_tracks_000.csv."""
+    first = write_csv(make_ngsim(speed=10.0), "one/tracks.csv")
+    other = write_csv(make_ngsim(speed=20.0), "other/tracks.csv")
+    one, two = read([first, other])
+    assert one.name == two.name == "tracks"
+    assert set(one.table["identity"]).isdisjoint(two.table["identity"])
+    assert read([first])[0].table.equals(one.table)
+    again = read([first, other, first])
+    assert set(again[2].table["identity"]) == set(one.table["identity"])
+
+
 def test_own_files_keep_their_groups(tmp_path: Path):
     recordings = generate(GeneratedSettings(scenes=3, duration=3.0))
     write_parquet(recordings, tmp_path / "own.parquet")

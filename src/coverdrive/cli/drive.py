@@ -73,7 +73,7 @@ def drive(
         save_trace(trace, folder / "trace.npz")
         draw_drive(trace, folder, ActiveConstraints.of_study(study))
     result = measure(trace, setup.seed, trial)
-    console.print(driven_on(setup, results.run))
+    console.print(driven_on(setup))
     console.print("{kind} at {time:.1f} s with {vehicles} vehicles".format(**result))
     if result["cause"] != Cause.NONE:
         console.print("at fault: {at_fault}; {cause}".format(**result))

@@ -88,22 +88,22 @@ def fit_and_print(
     ``settle`` makes the experiment as `experiment_of` does; where it drives is ``road``, or else like the recordings.
     """
     with waiting():
-        from coverdrive.errors import SettingError
         from coverdrive.prediction.fit import fit
         from coverdrive.reporting.terminal import fit_table
-        from coverdrive.simulation.places import PLACES, recorded_place
-    if road == "recorded" and not paths:
-        raise SettingError("--road recorded needs recordings; name some with --recording, or choose another road")
-    usual = "paper" if preset == "paper" or not paths else "recorded"
+        from coverdrive.simulation.places import PLACES, place_of, recorded_place
+    asked = road or ("paper" if preset == "paper" else None)
+    if not paths:
+        place_of(asked, None)  # refuses a recorded one before traffic is generated
     with stages():
         named = PLACES.get(road or "")
         experiment = settle(place=named, generated=named and named.road)
         recordings = experiment.recordings(paths)
         like = recorded_place(recordings) if paths else None
-        if like and (road or usual) == "recorded":
-            experiment = settle(usual=like.parts)
+        name, place = place_of(asked, like)
+        if name == "recorded":
+            experiment = settle(usual=place.parts)
         result = fit(recordings, experiment.prediction, experiment.seed)
-        results.save_fit(experiment, result, road or usual, like)
+        results.save_fit(experiment, result, name, like)
     console.print(fit_table(result))
     for each in result.certificates:
         console.print(f"• {each.sentence}")

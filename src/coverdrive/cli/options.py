@@ -256,7 +256,8 @@ def experiment_of(
         SettingError: a setting is unknown, or has a value that makes no sense.
     """
     with waiting():
-        from coverdrive.config import Experiment, merged
+        from coverdrive.config import Experiment
+        from coverdrive.settings import merged
         from coverdrive.sweep import changes_of
 
     preset_with = Experiment.preset(preset).updated(usual or {})

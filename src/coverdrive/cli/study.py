@@ -86,7 +86,7 @@ def study_and_print(
         from coverdrive.reporting.driven_on import driven_on
         from coverdrive.reporting.study_tables import collisions_table, drives_table, safety_table
     _drive(study, size, cluster)
-    place = driven_on(study.setup, results.run)
+    place = driven_on(study.setup)
     console.print(place)
     trials = study.trials
     console.print(collisions_table(trials))

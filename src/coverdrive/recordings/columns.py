@@ -95,6 +95,12 @@ def plausible_sizes(file: Path, table: pl.DataFrame, repairs: Counter[str]) -> p
 
     ``repairs`` gains ``odd lengths`` and ``odd widths``.
     """
+    length, width = (float(np.median(table[name].to_numpy())) for name in ("length", "width"))
+    if width > length:
+        problem = (
+            f"most vehicles are wider than long, {width:g} m and {length:g} m in the median; expected length along"
+        )
+        raise RecordingError(file, f"{problem} the heading: swap the columns length and width", None, "width")
     for name, (least, most), usual in (("length", LENGTHS, LENGTH), ("width", WIDTHS, WIDTH)):
         good = pl.col(name).is_between(least, most)
         odd = table.select(ROW, name).filter(~good)

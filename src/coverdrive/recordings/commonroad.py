@@ -1,13 +1,16 @@
-"""CommonRoad scenarios (XML, 2018b and 2020a): recorded vehicles on the main carriageway of a lanelet network.
+"""CommonRoad scenarios (XML, 2018b and 2020a): recorded vehicles on the carriageways of a lanelet network.
 
-The road comes from the bounds of the lanelets (`coverdrive.recordings.lanelets`, `coverdrive.recordings.drawn_road`).
+Each carriageway that vehicles have for themselves becomes a recording, the one that is driven farthest first. The road
+comes from the bounds of the lanelets (`coverdrive.recordings.lanelets`, `coverdrive.recordings.drawn_road`).
 """
 
 import logging
 import warnings
 from collections import Counter
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import replace
+from itertools import tee
 from pathlib import Path
 from typing import Any
 from xml.parsers import expat
@@ -26,11 +29,14 @@ from coverdrive.road import Road
 LEFT = "AUS BGD CYP GBR HKG IDN IND IRL JPN KEN LKA MLT MYS NZL PAK SGP THA UGA ZAF ZMB ZWE"
 """Countries (ISO 3166) in which one drives on the left"""
 
+STEP = 5.0
+"""[m] between two places at which two roads are compared"""
+
 FARTHEST = 1e8
 """[m] coordinates of maps are smaller"""
 
 
-def read_commonroad(file: Path, settings: SmoothingSettings | None = None) -> Reading:
+def read_commonroad(file: Path, settings: SmoothingSettings | None = None) -> tuple[Reading, ...]:
     """Read the recorded vehicles of one scenario; obstacles of a single state have no track and are dropped."""
     scenario = open_scenario(file)[0]
     dt = float(scenario.dt)
@@ -38,11 +44,24 @@ def read_commonroad(file: Path, settings: SmoothingSettings | None = None) -> Re
     _check_lanelets(file, scenario.lanelet_network)
     repairs: Counter[str] = Counter()
     rows = _rows(file, scenario.dynamic_obstacles, repairs)
-    road, raw = _driven(file, scenario.lanelet_network.lanelets, rows)
     side = "left" if scenario.scenario_id.country_id in LEFT else "right"
-    road = replace(road, side=side, speed_limit=_speed_limit(scenario.lanelet_network))
-    tracks, how = tidy(raw, dt, repairs), settings or SmoothingSettings()
-    return make_reading(file, name_of(file), tracks, dt, road, how, repairs, {"lanes": "map"})
+    limit, how = _speed_limit(scenario.lanelet_network), settings or SmoothingSettings()
+
+    def reading(name: str, road: Road, raw: RawTracks, repairs: Counter[str]) -> Reading:
+        road, tracks = replace(road, side=side, speed_limit=limit), tidy(raw, dt, repairs)
+        return make_reading(file, name, tracks, dt, road, how, repairs, {"lanes": "map"})
+
+    problems: list[str] = []
+    (road, raw), *others = _driven(file, scenario.lanelet_network.lanelets, rows, problems)
+    name, apart = name_of(file), list[Reading]()
+    for other, own in others:
+        with suppress(RecordingError):  # too little for a recording: left with the rows off the road
+            apart.append(reading(f"{name} carriageway {len(apart) + 2}", other, own, Counter()))
+    for each in apart:
+        raw = raw.take(~np.isin(raw.vehicle, each.raw.vehicle))
+    if problems and on_road(raw, road).mean() <= MOST_BESIDE:
+        raise RecordingError(file, problems[0])
+    return (reading(name, road, raw, repairs), *apart)
 
 
 def open_scenario(file: Path) -> tuple[Any, Any]:
@@ -96,18 +115,54 @@ def _check_lanelets(file: Path, network: Any) -> None:
             raise RecordingError(file, f"{problem}; check the coordinates")
 
 
-def _driven(file: Path, lanelets: list[Any], rows: Float[np.ndarray, "R 8"]) -> tuple[Road, RawTracks]:
-    """The road of the network that is driven on, and where vehicles are on it; refused if it may be none of those."""
-    problems: list[str] = []
+def _driven(
+    file: Path, lanelets: list[Any], rows: Float[np.ndarray, "R 8"], problems: list[str]
+) -> list[tuple[Road, RawTracks]]:
+    """The roads of the network that are driven on, with all vehicles on the main one and their own on the others.
+
+    ``problems`` gains why parts of the network are no road; it is refused if none is.
+    """
     try:
-        found = driven_road(roads_of(lanelets, problems), lambda road: _in_road_frame(rows, road))
+        first, others = tee(roads_of(lanelets, problems))
+        found = driven_road(first, lambda road: _in_road_frame(rows, road))
+        if found is None:
+            raise RecordingError(file, problems[0])
+        return [found, *_apart(others, rows, *found)]
     except KeyError as error:
         raise RecordingError(file, f"a lanelet refers to {error}, which is not in the file; check the file") from error
+    except RecordingError:
+        raise
     except DataError as error:
         raise RecordingError(file, str(error)) from error
-    if found is None or (problems and on_road(found[1], found[0]).mean() <= MOST_BESIDE):
-        raise RecordingError(file, problems[0])
-    return found
+
+
+def _apart(
+    roads: Iterable[Road], rows: Float[np.ndarray, "R 8"], road: Road, raw: RawTracks
+) -> Iterator[tuple[Road, RawTracks]]:
+    """Other carriageways, with the vehicles that are on none before: long ones that touch none before, as ramps do."""
+    roads = (other for other in roads if other.length > road.length / 2)
+    left = rows[~np.isin(raw.vehicle, raw.vehicle[on_road(raw, road)])]
+    while len(left):
+        roads = [other for other in roads if not _touch(other, road)]
+        found = driven_road(roads, lambda other, left=left: _in_road_frame(left, other))
+        if found is None or not (there := on_road(found[1], found[0])).any():
+            return
+        road, raw = found
+        own = np.isin(raw.vehicle, raw.vehicle[there])
+        yield road, raw.take(own)
+        left = left[~own]
+
+
+def _touch(one: Road, other: Road) -> bool:
+    """Whether a lane of one road runs on the other, somewhere."""
+    lon = np.arange(0.0, float(one.length), STEP)[:, None]
+    edges = one.edges_at(lon[:, 0])
+    there = one.has_lane(lon[:, 0])
+    at, lat = other.to_road(
+        *one.to_map(np.broadcast_to(lon, there.shape)[there], ((edges[:, 1:] + edges[:, :-1]) / 2)[there])
+    )
+    inside, limits = (at >= 0) & (at <= other.length), other.edges_at(at)
+    return bool(np.any(inside & (lat > limits[:, 0]) & (lat < limits[:, -1])))
 
 
 def _speed_limit(network: Any) -> float | None:

@@ -35,7 +35,7 @@ register_reader("MONA", read_mona, having(MONA))
 register_reader("I-24", read_i24, having(I24))
 register_reader(
     "CommonRoad",
-    lambda file, how: (read_commonroad(file, how.smoothing),),
+    lambda file, how: read_commonroad(file, how.smoothing),
     lambda head: head.suffix == ".xml",
 )
 register_reader("own", lambda file, how: read_parquet(file), lambda head: head.own)

@@ -58,7 +58,9 @@ def read_lanelet2(file: Path, origin: Origin) -> list[Lanelet]:
     try:
         root = ElementTree.fromstring(file.read_bytes())
         if root.tag == "OpenDRIVE":
-            raise RecordingError(file, "an OpenDRIVE map, which is not read; convert it to Lanelet2, or leave it out")
+            raise RecordingError(
+                file, "an OpenDRIVE map, which is not read; name the Lanelet2 map (.osm) beside it, or none"
+            )
         places = _places(root, origin)
         ways = {int(way.attrib["id"]): [int(nd.attrib["ref"]) for nd in way.iter("nd")] for way in root.iter("way")}
         bounds = {

@@ -19,7 +19,7 @@ from coverdrive.recordings.delimited import ROW
 from coverdrive.recordings.driven_road import driven_road, roads_of
 from coverdrive.recordings.lanelet2 import Origin, read_lanelet2
 from coverdrive.recordings.lanes import edges_from_centres, edges_from_lanes, edges_from_tracks
-from coverdrive.recordings.repair import RawTracks, tidy
+from coverdrive.recordings.repair import RawTracks, counted, tidy
 from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.recordings.tracks import Reading, make_reading
 from coverdrive.reference_line import ReferenceLine
@@ -33,6 +33,9 @@ CENTRINGS = 2
 
 BESIDE_LINES = 3.0
 """[m] from the median vehicle's way to the nearest known line of its carriageway, at most"""
+
+PAUSE, ELSEWHERE = 60.0, 5.0
+"""[s] after which a number is that of another vehicle, and [m] between two places that are not the same"""
 
 STEPS, OPPOSED = 10, -0.5
 """Rows over which motion and stated velocity are compared, and the share of agreement below which they are opposed"""
@@ -119,12 +122,32 @@ def _regular(file: Path, tracks: MapTracks, repairs: Counter[str]) -> tuple[pl.D
         problem = f"the times of the rows are not multiples of {dt:g} s apart; expected one frame rate for all vehicles"
         raise RecordingError(file, f"{problem}: resample the tracks")
     table = table.with_columns(pl.col("vehicle").cast(pl.Int64), moment=moment)
-    table = table.sort("vehicle", "moment", maintain_order=True)
+    table = _numbered_anew(file, table.sort("vehicle", "moment", maintain_order=True), round(PAUSE / dt), repairs)
     _check_directions(file, table)
     if "speed" not in table.columns:
         way = (pl.col("x").diff() ** 2 + pl.col("y").diff() ** 2).sqrt() / (pl.col("moment").diff() * dt)
         table = table.with_columns(speed=way.fill_null(strategy="backward").over("vehicle").fill_null(0.0))
     return table, dt
+
+
+def _numbered_anew(file: Path, table: pl.DataFrame, pause: int, repairs: Counter[str]) -> pl.DataFrame:
+    """Vehicles that come back after so many moments get another number, as where runs follow one another.
+
+    Refused are numbers that repeat at the same time. ``repairs`` gains ``split tracks``.
+    """
+    steps = table.select(pl.col("moment", "x", "y").diff().over("vehicle"))
+    twice = (steps["moment"] == 0) & ((steps["x"] ** 2 + steps["y"] ** 2).sqrt() > ELSEWHERE)
+    if twice.sum() > MOST_UNEVEN * len(table):
+        row = int(twice.arg_max() or 0)
+        found = f"the number {table['vehicle'][row]} of a vehicle is at two places at {table['clock'][row]:g} s"
+        hint = "number the vehicles of different runs apart, or give each run a file of its own"
+        raise RecordingError(file, f"{found}, and so are others; expected each once: {hint}", table[ROW][row])
+    back = (steps["moment"] > pause).fill_null(False)
+    if not back.any():
+        return table
+    counted(repairs, "split tracks", int(back.sum()))
+    part = pl.struct("vehicle", pl.Series("part", back.cum_sum()))
+    return table.with_columns(vehicle=part.rank("dense").cast(pl.Int64))
 
 
 def _check_directions(file: Path, table: pl.DataFrame) -> None:

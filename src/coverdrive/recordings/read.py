@@ -16,7 +16,7 @@ from coverdrive.progress import part
 from coverdrive.recordings import formats as formats
 from coverdrive.recordings.map_tracks import MapTracks, readings_from_map
 from coverdrive.recordings.overlap import shared_vehicles
-from coverdrive.recordings.recording import Recording
+from coverdrive.recordings.recording import Recording, vehicle_keys
 from coverdrive.recordings.registry import SUFFIXES, How, belongs_to_another, reader_of
 from coverdrive.recordings.resampling import STEP, resampled
 from coverdrive.recordings.smoothing import SmoothingSettings
@@ -63,9 +63,10 @@ def read(
     files = [file for path in named for file in _files(Path(path))]
     if not files:
         raise RecordingError("no file", "there is nothing to read; name at least one file or folder")
+    namesakes = dict[str, list[Path]]()
     for number, file in enumerate(files):
         with part(number, len(files)):
-            found = _read_file(file, how, format)
+            found = _read_file(file, how, format, namesakes)
         readings += found
         origin += [number] * len(found)
     return tuple(resampled(recording, dt, how.smoothing) for recording in _grouped(readings, origin))
@@ -88,8 +89,8 @@ def _files(path: Path) -> list[Path]:
     return sorted(files, key=lambda file: [(int(part or -1), text) for text, part in pairs.findall(file.name.lower())])
 
 
-def _read_file(file: Path, how: How, name: str | None) -> tuple[Reading, ...]:
-    """The recordings of one file, with groups from 0 on."""
+def _read_file(file: Path, how: How, name: str | None, namesakes: dict[str, list[Path]]) -> tuple[Reading, ...]:
+    """The recordings of one file, with groups from 0 on; ``namesakes`` gains the file under their names."""
     try:
         reader = reader_of(file, name)
         found = list(reader.read(file, how))
@@ -107,7 +108,20 @@ def _read_file(file: Path, how: How, name: str | None) -> tuple[Reading, ...]:
         raise RecordingError(file, "it holds no recording; check that it was copied whole")
     for reading in readings:
         reading.recording.notes.setdefault("format", reader.name)
+    readings = [_told_apart(reading, file.resolve(), namesakes) for reading in readings]
     return (*finished, *(_cut(tuple(readings)) if readings else ()))
+
+
+def _told_apart(reading: Reading, file: Path, namesakes: dict[str, list[Path]]) -> Reading:
+    """With other keys of its vehicles if another file, in another folder, gave a recording of the same name."""
+    files = namesakes.setdefault(reading.recording.name, [])
+    if file not in files:
+        files.append(file)
+    if not (number := files.index(file)):
+        return reading
+    recording = reading.recording
+    keys = vehicle_keys(f"{recording.name} ({number})", recording.table["vehicle"].to_numpy())
+    return reading._replace(recording=replace(recording, table=recording.table.with_columns(identity=pl.Series(keys))))
 
 
 def _cut(readings: tuple[Reading, ...]) -> tuple[Reading, ...]:
@@ -127,7 +141,8 @@ def _cut(readings: tuple[Reading, ...]) -> tuple[Reading, ...]:
 def _grouped(readings: list[Reading], origin: list[int]) -> tuple[Recording, ...]:
     """The recordings with groups numbered through all files; those that share vehicles become one, and so do these."""
     raw, tables = _numbered(readings, origin)
-    shared = shared_vehicles([reading.raw for reading in readings], raw, origin)
+    steps = [reading.recording.dt for reading in readings]
+    shared = shared_vehicles([reading.raw for reading in readings], raw, origin, steps)
     count = max(int(numbers.max()) for numbers in (*raw, *tables)) + 1
     component = _linked(shared["group"].to_numpy(), shared["group_b"].to_numpy(), count)
     used = np.unique(np.concatenate([component[numbers] for numbers in tables]))

@@ -139,6 +139,17 @@ def belongs_to_another(file: Path) -> bool:
     return beside or (suffix == ".json" and not any(reader.recognise(head) for reader in known))
 
 
+def _check_named(file: Path, chosen: Reader, known: Iterable[Reader]) -> None:
+    """Refuse the reader of a name for a file that shows another format, unless it recognises none itself."""
+    if chosen.recognise is _never:
+        return
+    head = head_of(file)
+    shown = None if chosen.recognise(head) else next((each for each in known if each.recognise(head)), None)
+    if shown is not None:
+        problem = f"it is of the format {shown.name}, not {chosen.name}"
+        raise RecordingError(file, f"{problem}: leave the name of the format out (--format), or give another file")
+
+
 def reader_of(file: Path, name: str | None = None) -> Reader:
     """The reader of this name, or the one that recognises the file.
 
@@ -150,6 +161,7 @@ def reader_of(file: Path, name: str | None = None) -> Reader:
         chosen = {each.lower(): reader for each, reader in known.items()}.get(name.lower())
         if chosen is None:
             raise RecordingError(file, f"there is no format {name!r}; choose one of {', '.join(known)}")
+        _check_named(file, chosen, known.values())
         return chosen
     if file.suffix.lower() not in SUFFIXES:
         problem = f"unknown kind of file {file.suffix!r}; expected {', '.join(SUFFIXES)}, or the name of its format"

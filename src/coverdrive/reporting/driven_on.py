@@ -1,6 +1,5 @@
 """On which road, among how much traffic, and how fast at best the trials of a study were driven, in one sentence."""
 
-from collections.abc import Mapping
 from typing import Any
 
 from coverdrive.planning.planner import MpcPlanner
@@ -13,8 +12,8 @@ _STRAIGHT = 5000.0
 """[m] a road of larger radii is straight to the eye"""
 
 
-def driven_on(setup: Setup, run: Mapping[str, Any]) -> str:
-    """The sentence, for a study with a predictor of whose fit ``run`` tells where it is from."""
+def driven_on(setup: Setup) -> str:
+    """The sentence, for a study."""
     planner = setup.planner
     speed = planner.settings.problem.cost.reference_speed if isinstance(planner, MpcPlanner) else None
     wants = "" if speed is None else f"; the ego wants {speed:g} m/s"
@@ -26,18 +25,18 @@ def driven_on(setup: Setup, run: Mapping[str, Any]) -> str:
     fewest, most = min(setup.vehicles), max(setup.vehicles)
     number = f"{fewest} to {most}" if fewest < most else str(most)
     among = f"{number} vehicles within {spread.ahead - spread.behind:g} m, at {start.traffic_speed:g} m/s at the start"
-    return f"Driven on {_which(start, run)}: {_looks(start)}; among {among}{wants}."
+    return f"Driven on {_which(start, setup.recorded)}: {_looks(start)}; among {among}{wants}."
 
 
-def _which(start: InitialSettings, run: Mapping[str, Any]) -> str:
+def _which(start: InitialSettings, recorded: InitialSettings | None) -> str:
     """Whose road it is."""
-    if (like := run.get("recorded_place")) and Place.model_validate(like).parts["episode"] == _comparable(start):
+    if recorded and _comparable(recorded) == _comparable(start):
         return "a road like the recorded one"
     names = [name for name, place in PLACES.items() if place.parts["episode"] == _comparable(start)]
     return {"paper": "the paper's road", "curved": "the road “curved”"}[names[0]] if names else "an own road"
 
 
-def _comparable(start: InitialSettings) -> Mapping[str, Any]:
+def _comparable(start: InitialSettings) -> dict[str, Any]:
     return Place(initial=start).parts["episode"]
 
 

@@ -73,7 +73,7 @@ def contents_of(fitted: Fit | Fitted, study: Study | None, replayed: Sequence[in
         **known | {"name": known["name"] + other},
         trials=study.files.table() if study.files.finished else None,
         traffic=study.setup.traffic_name,
-        road=driven_on(study.setup, known["run"]),
+        road=driven_on(study.setup),
         period=study.setup.episode.step,
         constraints=ActiveConstraints.of_study(study),
         traces=study.traces(replayed),

@@ -11,6 +11,7 @@ import polars as pl
 from jaxtyping import Int
 from pydantic import Field
 
+from coverdrive.errors import SettingError
 from coverdrive.recordings.recording import Recording
 from coverdrive.recordings.summary import following
 from coverdrive.road import Road
@@ -76,6 +77,20 @@ PLACES = {
     ),
 }
 """by name: that of the paper (§5), and a road that bends and has an on-ramp (`CURVED`)"""
+
+
+def place_of(road: str | None, like: Place | None) -> tuple[str, Place]:
+    """The name of a road, and the place: what was recorded is what is driven, if no other road is named.
+
+    ``like`` is a place like that of the recordings, if there are any. A SettingError if there is no such road.
+    """
+    places = {**PLACES, "recorded": like}
+    name = road or ("recorded" if like else "paper")
+    if name not in places:
+        raise SettingError(f"there is no road {name!r}; choose one of {', '.join(places)}")
+    if (place := places[name]) is None:
+        raise SettingError("a road like the recorded one needs recordings; name some, or choose another road")
+    return name, place
 
 
 def recorded_place(recordings: Sequence[Recording]) -> Place:

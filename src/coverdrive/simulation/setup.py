@@ -17,6 +17,7 @@ from coverdrive.planning.planner import MpcPlanner
 from coverdrive.progress import heard_by
 from coverdrive.settings import Settings
 from coverdrive.simulation.episode import EpisodeSettings, run_episode
+from coverdrive.simulation.initial import InitialSettings
 from coverdrive.simulation.predictor import Belief, Predictor
 from coverdrive.simulation.replay import ReplaySettings, Scenario
 from coverdrive.simulation.trace import Trace
@@ -54,6 +55,8 @@ class Setup:
     """trial i draws from ``SeedSequence(seed, spawn_key=(i,))``"""
     scenarios: Sequence[Scenario] | Callable[[], Sequence[Scenario]] = ()
     """recorded scenes for the traffic that replays them, or what reads them when they are needed"""
+    recorded: InitialSettings | None = None
+    """a start on a road like that of the recordings, if there are any, to tell it from others"""
     sampled: Predictor | None = None
     """whose sets traffic draws from; those of the ego's predictor if left out"""
 

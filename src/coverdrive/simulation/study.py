@@ -1,20 +1,22 @@
 """Many seeded trials, on several processes, resumable (paper §5: 1000 trials, 200 each for 3 to 7 vehicles)."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
 import polars as pl
 
 from coverdrive.errors import DataError, SettingError
-from coverdrive.planning.planner import MpcPlanner
+from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.progress import done, part, stage
 from coverdrive.recordings.recording import Recording
+from coverdrive.settings import merged
 from coverdrive.simulation.episode import EpisodeSettings
+from coverdrive.simulation.places import place_of, recorded_place
 from coverdrive.simulation.predictor import Predictor
 from coverdrive.simulation.replay import cut_scenarios
-from coverdrive.simulation.setup import VEHICLES, AnyPlanner, AnyTraffic, Setup
+from coverdrive.simulation.setup import AnyPlanner, AnyTraffic, Setup
 from coverdrive.simulation.statistics import collision_table, widest_interval
 from coverdrive.simulation.study_folder import StudyFolder
 from coverdrive.simulation.trace import Trace
@@ -142,9 +144,10 @@ def study(
     folder: Path | str,
     trials: int = 20,
     traffic: AnyTraffic = "set-sampling",
-    vehicles: Sequence[int] = VEHICLES,
+    vehicles: Sequence[int] | None = None,
     seed: int = 0,
     recordings: Sequence[Recording] = (),
+    road: str | None = None,
     episode: EpisodeSettings | None = None,
     workers: int = 1,
     cluster: str | None = None,
@@ -152,28 +155,32 @@ def study(
 ) -> Study:
     """Drive a study in a folder, or go on with it.
 
+    With recordings it takes place on a road like theirs, as after ``coverdrive run --recording``; without, on the
+    paper's.
+
     Args:
         predictor: of the ego.
-        planner: of the ego, or what makes one in every process; ours with its defaults if left out.
+        planner: of the ego, or what makes one in every process; if left out, ours, which wants the speed of the road.
         folder: of this study and no other; made as needed.
         trials: number of trials; the paper has 1000.
         traffic: ``set-sampling`` (the paper's), ``drivers``, ``aggressive``, ``mixed``, ``replay``, settings of one
             of them, or a model of your own.
-        vehicles: numbers of uncontrolled vehicles, taken in turn by the trials.
+        vehicles: numbers of uncontrolled vehicles, taken in turn by the trials; if left out, those of the road.
         seed: of the study.
-        recordings: to replay; they should neither have trained nor calibrated the predictor.
-        episode: start, length and time steps.
+        recordings: that are driven: on a road like theirs, or by ``replay`` themselves; those that are replayed should
+            neither have trained nor calibrated the predictor.
+        road: another one to drive on, ``paper`` or ``curved``.
+        episode: start, length and time steps; what it does not set is as on the road.
         workers: number of processes, each on one thread; with 1, trials run in this process.
         cluster: address of a Dask scheduler whose workers drive instead, as in ``tcp://host:8786``.
         until_width: stop early, once both 95 % intervals of `collision_table` are at most this wide. This is decided
             after whole batches in the order of trials, so that it does not depend on the workers.
 
     Raises:
-        SettingError: a number makes no sense, there is no such traffic, or no cluster there.
+        SettingError: a number makes no sense, there is no such traffic or road, or no cluster there.
         DataError: the folder holds a study of another configuration, or no trial could start.
     """
-    scenarios, episode = cut_scenarios(recordings), episode or EpisodeSettings()
-    setup = Setup(predictor, planner or MpcPlanner(), traffic, episode, tuple(vehicles), seed, scenarios)
+    setup = _setup(predictor, planner, traffic, vehicles, seed, recordings, road, episode)
     return Study(setup, Path(folder)).run(trials, workers=workers, cluster=cluster, until_width=until_width)
 
 
@@ -182,17 +189,47 @@ def simulate(
     planner: AnyPlanner | None = None,
     *,
     traffic: AnyTraffic = "set-sampling",
-    vehicles: int = 5,
+    vehicles: int | None = None,
     seed: int = 0,
     trial: int = 0,
     recordings: Sequence[Recording] = (),
+    road: str | None = None,
     episode: EpisodeSettings | None = None,
 ) -> Trace:
-    """Drive once, as trial ``trial`` of a `study` with these arguments and this one number of vehicles.
+    """Drive once, as trial ``trial`` of a `study` with these arguments and one number of vehicles.
+
+    If that is left out, it is the middle one of the road, five on the paper's.
 
     Raises:
         StartError: the vehicles cannot be placed.
-        SettingError: there is no such traffic, or the planner looks farther than the predictor.
+        SettingError: there is no such traffic or road, or the planner looks farther than the predictor.
     """
-    scenarios, episode = cut_scenarios(recordings), episode or EpisodeSettings()
-    return Setup(predictor, planner or MpcPlanner(), traffic, episode, (vehicles,), seed, scenarios).drive(trial)
+    numbers = None if vehicles is None else (vehicles,)
+    setup = _setup(predictor, planner, traffic, numbers, seed, recordings, road, episode)
+    return replace(setup, vehicles=(setup.vehicles[len(setup.vehicles) // 2],)).drive(trial)
+
+
+def _setup(
+    predictor: Predictor,
+    planner: AnyPlanner | None,
+    traffic: AnyTraffic,
+    vehicles: Sequence[int] | None,
+    seed: int,
+    recordings: Sequence[Recording],
+    road: str | None,
+    episode: EpisodeSettings | None,
+) -> Setup:
+    """On a road like that of the recordings, if there are any and no other is named."""
+    like = recorded_place(recordings) if recordings else None
+    place = place_of(road, like)[1]
+    given = episode.model_dump(exclude_unset=True) if episode else {}
+    setup = Setup(
+        predictor,
+        planner or MpcPlanner(PlannerSettings.model_validate(place.parts["planner"])),
+        traffic,
+        EpisodeSettings.model_validate(merged(place.parts["episode"], given)),
+        tuple(place.vehicles if vehicles is None else vehicles),
+        seed,
+        recorded=like and like.initial,
+    )
+    return replace(setup, scenarios=cut_scenarios(recordings)) if setup.replays else setup
