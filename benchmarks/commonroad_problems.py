@@ -22,16 +22,15 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from scipy.stats import binomtest
 
 from coverdrive.config import Experiment
 from coverdrive.driving.solved import solve, write
+from coverdrive.league.beliefs import ConstantVelocity
 from coverdrive.planning.plan import Planner
 from coverdrive.prediction.left_out import fit_without, left_out
 from coverdrive.prediction.predictor import AnyPredictor
 from lane_drivers import LaneDriver, constant, idm
-from simple_predictors import ConstantVelocity, Ego
 
 PLANNERS: dict[str, Callable[[], Planner] | None] = {
     "certified": None,
@@ -40,7 +39,6 @@ PLANNERS: dict[str, Callable[[], Planner] | None] = {
     "keep-velocity": lambda: LaneDriver(constant),
 }
 FISS = {"fiss-future": "ground_truth", "fiss-constant-velocity": "constant_velocity"}
-UNMOVED = ConstantVelocity(np.zeros((6, 2)), 0.5)
 
 
 def main() -> None:
@@ -112,7 +110,7 @@ def driven(
         kept = folder / f"{name}-{model}" / f"{file.stem}.json"
         if not kept.exists():
             predictor, make = predictor_of(file), PLANNERS[name]
-            believed = predictor if name == "certified" else Ego(UNMOVED, predictor)
+            believed = predictor if name == "certified" else ConstantVelocity()
             found = list(solve(file, believed, model, make and make()))
             write(found, kept.parent / file.stem)
             kept.write_text(json.dumps([each.row for each in found]), encoding="utf-8")

@@ -8,9 +8,9 @@ kept. On the same instances, in the same run:
 - *reference*: the same problem of two branches, with the lanes that the plan aims at, solved by IPOPT from eight
   starts, one of them the plan; the best merit of them, as the planner evaluates it. Where nothing is clear of every
   path, it is the problem with a careful follower, which the planner then solves.
-- *the paper's way*: what the paper describes (`paper_way.py`). At every step a nonlinear program is built anew in
-  CasADi and solved by IPOPT, here once for the lane of the car, from the recorded plan. It has a cost of its own (its
-  ellipses are smaller than the bodies), so that costs are compared with the reference alone.
+- *the paper's way*: what the paper describes (`coverdrive.planning.paper_way`). At every step a nonlinear program is
+  built anew in CasADi and solved by IPOPT, here once for the lane of the car, from the recorded plan. It has a cost of
+  its own (its ellipses are smaller than the bodies), so that costs are compared with the reference alone.
 """
 
 import argparse
@@ -29,6 +29,7 @@ from coverdrive.planning.constants import Constants, constants_of
 from coverdrive.planning.evaluate import Plans, empty_plans, evaluate
 from coverdrive.planning.follower import with_careful_follower
 from coverdrive.planning.leaders import LeaderSettings, braking_leaders, speed_ahead
+from coverdrive.planning.paper_way import situation_for, solve_paper_program
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.planning.problem import ProblemSettings
@@ -41,7 +42,6 @@ from coverdrive.prediction.predictor import Predictor
 from coverdrive.road import Road
 from coverdrive.simulation.generated import generate
 from coverdrive.simulation.setup import Setup
-from paper_way import situation_for, solve_paper_program
 
 MANOEUVRES = SearchSettings(braking_guesses=5)  # seven starts, and the plan
 EXACT = SolverSettings(tolerance=1e-6, max_iterations=500)

@@ -3,7 +3,8 @@
 ``manifest.json`` (format, and a digest of every other file of the fit) · ``config.toml`` (all settings) · ``run.json``
 (versions, data, times) · ``predictor.safetensors`` · ``scores.safetensors`` (of every side of the split) ·
 ``certificate.json`` · ``learned.safetensors`` (what pictures of the fit show) · ``methods.json`` (all methods of
-calibration) · ``study/`` (`coverdrive.simulation.study_folder`) · ``figures/`` · ``report.html``.
+calibration) · ``study/`` (`coverdrive.simulation.study_folder`) · ``league/`` (`coverdrive.league.league`) ·
+``figures/`` · ``report.html``.
 
 A file that is damaged, foreign, edited or older is refused by its name.
 """
@@ -22,6 +23,7 @@ from coverdrive.certificates.comparison import Compared
 from coverdrive.config import Experiment
 from coverdrive.errors import DataError
 from coverdrive.files import number_in_name, write_atomically, write_json
+from coverdrive.league.table import SCHEMA
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.prediction.cover.basis_study import StudiedBasis, basis_record, point_table
 from coverdrive.prediction.fit import Fit, PredictionSettings
@@ -40,6 +42,8 @@ from coverdrive.simulation.study_folder import StudyFolder
 MANIFEST, CONFIG, RUN = "manifest.json", "config.toml", "run.json"
 PREDICTOR, SCORES, LEARNED = "predictor.safetensors", "scores.safetensors", "learned.safetensors"
 CERTIFICATE, METHODS = "certificate.json", "methods.json"
+LEAGUE = "league"
+"""folder of the league, unless it has another one"""
 STUDY = "study"
 """the study in the traffic of the folder's settings; one in another traffic is called ``study-drivers`` or the like"""
 
@@ -146,7 +150,14 @@ class Results:
             certified=self.certified,
             learned=self.learned,
             compared=self.methods,
+            league=self.league,
         )
+
+    @property
+    def league(self) -> pl.DataFrame | None:
+        """The table of the league in this folder, if there is one."""
+        file = self.folder / LEAGUE / "league.csv"
+        return pl.read_csv(file, schema=SCHEMA) if file.exists() else None
 
     # what comparing the methods leaves
 

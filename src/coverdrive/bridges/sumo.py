@@ -44,11 +44,8 @@ class Sumo:
         self._sumo = require("libsumo")
         self._options, self._ego, self._period = list(options), ego, period
         self.done, self.crashed = True, False
-
-    @property
-    def car(self) -> Car:
-        """The ego, and how often it is driven; known from the first reset on."""
-        return Car(*self._size(self._ego), self._period)
+        self.car = Car(math.nan, math.nan, period)
+        """the ego, whose size is known from the first reset on, and how often it is driven"""
 
     def reset(self, seed: int) -> None:
         """Simulate until the ego has departed; a DataError if it does not."""
@@ -61,7 +58,7 @@ class Sumo:
             if sumo.simulation.getMinExpectedNumber() == 0:
                 raise DataError(f"no vehicle {self._ego!r} has departed; expected one in the demand")
             sumo.simulationStep()
-        self._road = drawn_road(self._lanes())
+        self._road, self.car = drawn_road(self._lanes()), Car(*self._size(self._ego), self._period)
         self._own, self.done, self.crashed = self._state(self._ego), False, False
 
     def observe(self) -> Observation:

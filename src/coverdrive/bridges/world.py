@@ -3,17 +3,35 @@
 Any planner drives in any such world, and so does the world's own driver, on the same seeds.
 """
 
+import itertools
 from collections.abc import Hashable
+from dataclasses import replace
 from typing import NamedTuple, Protocol, runtime_checkable
 
+import jax
+import numpy as np
+
 from coverdrive.driving.driver import Command, Driver
-from coverdrive.driving.perception import Told
-from coverdrive.driving.recorder import Recorder
+from coverdrive.driving.perception import Perception, Told
+from coverdrive.driving.recorder import Recorder, trace_of
+from coverdrive.paths import PredictedPaths
+from coverdrive.planning.plan import Plan, Status
+from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.road import Road
+from coverdrive.scene import Scene
+from coverdrive.simulation.episode import Decision
+from coverdrive.simulation.fault import collision_at
+from coverdrive.simulation.initial import EGO
+from coverdrive.simulation.motion import constant_velocity, with_states
+from coverdrive.simulation.outcome import Fault, Kind, Outcome
 from coverdrive.simulation.trace import Trace
 
 FAR = 200.0
 """[m] from the ego beyond which nobody matters within a plan of some seconds"""
+
+
+_FORGET = 3.0
+"""[s] after which somebody who has vanished is forgotten"""
 
 
 class Observation(NamedTuple):
@@ -69,13 +87,60 @@ class World(Protocol):
         ...
 
 
-def drive(world: World, driver: Driver, seed: int) -> Trace:
-    """One drive of a driver that was made for the world's car, to the end or the ego's first contact."""
+def drive(world: World, driver: Driver | None, seed: int, duration: float | None = None) -> Trace:
+    """One drive to the end or the ego's first contact.
+
+    Args:
+        world: where.
+        driver: that was made for the world's car; None: the world's own, whose plans are what it did, and who predicts
+            nothing.
+        seed: of the drive.
+        duration: [s] after which it ends in any case.
+    """
+    world.reset(seed)
+    steps = np.inf if duration is None else max(1, round(duration / world.car.period))
+    trace = _driven(world, driver, steps) if driver else _watched(world, steps)
+    return trace if trace.outcome.kind is not Kind.FINISHED or not world.crashed else _imminent(trace)
+
+
+def _driven(world: World, driver: Driver, steps: float) -> Trace:
     recorder = Recorder(driver)
     recorder.reset()
-    world.reset(seed)
-    while not world.done:
+    while not world.done and steps > 0:
         world.apply(recorder.step(*world.observe()))
+        steps -= 1
     own, others, _ = world.observe()
     recorder.end(own, others)
     return recorder.trace()
+
+
+def _watched(world: World, steps: float) -> Trace:
+    """What the world's own driver does."""
+    *size, period = world.car
+    sight, first = Perception((size[0], size[1]), period, _FORGET, SmoothingSettings()), world.observe()
+    scenes = [sight.scene(*first)]
+    while not world.done and len(scenes) <= steps:
+        world.apply(None)
+        own, others, _ = world.observe()
+        scenes.append(sight.scene(own, others, first.road))
+    done = [_done(before, after, period) for before, after in itertools.pairwise(scenes)]
+    return trace_of(scenes, done, first.road, period)
+
+
+def _done(before: Scene, after: Scene, period: float) -> Decision:
+    """What the ego did in a step, as its plan; nothing was predicted, so that nothing is promised."""
+    states = np.stack([before.states[EGO], after.states[EGO]])
+    faster, turned = (states[1] - states[0])[2:]
+    inputs = np.array([[faster, np.remainder(turned + np.pi, 2 * np.pi) - np.pi]]) / period
+    paths = PredictedPaths(np.empty((0, 2, 2)), np.empty(0, dtype=int), np.empty((0, 2, 2)), period)
+    return Decision(paths, Plan(states, inputs, np.zeros(1), Status.INVALID_INPUT, 0.0, 0.0, period), 0.0, 0.0)
+
+
+def _imminent(trace: Trace) -> Trace:
+    """The same with the collision that its world saw a moment before there is contact."""
+    scenes = [jax.tree.map(lambda each, k=k: each[k], trace.scene) for k in range(len(trace) + 1)]
+    dt, last = float(trace.time[1]), scenes[-1]
+    scenes.append(with_states(last, constant_velocity(last.states, np.array([dt]))[:, 0]))
+    found = collision_at(len(scenes) - 1, scenes, dt, trace.road)
+    found = found or Outcome(Kind.FRONTAL, 0.0, None, Fault.EGO)  # nobody knows
+    return replace(trace, outcome=replace(found, time=float(trace.time[-1])))

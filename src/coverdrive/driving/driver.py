@@ -17,13 +17,13 @@ from coverdrive.paths import PredictedPaths
 from coverdrive.planning.plan import Plan, Planner, Status
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.planning.road_ahead import controls
-from coverdrive.planning.vehicle import VehicleSettings, step
+from coverdrive.planning.vehicle import step
 from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.simulation.episode import decide
 from coverdrive.simulation.initial import EGO
-from coverdrive.simulation.predictor import Predictor
+from coverdrive.simulation.predictor import Belief
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,7 @@ class Driver:
 
     def __init__(
         self,
-        predictor: Predictor,
+        predictor: Belief,
         planner: Planner | PlannerSettings | None = None,
         *,
         length: float | None = None,
@@ -69,10 +69,11 @@ class Driver:
             predictor: of the other vehicles.
             planner: settings of our planner, one like which to make our own, or another planner; ours with its
                 defaults if left out.
-            length: [m] of the car; that of the planner's settings if left out. This and what follows, up to the budget,
-                can be said of our planner only.
+            length: [m] of the car; that of our planner's settings if left out. Another kind of planner, which has no
+                such settings, is to know it already.
             width: [m] of the car, as well.
-            wanted_speed: [m/s]; the reference speed of the planner's settings if left out.
+            wanted_speed: [m/s]; the reference speed of the planner's settings if left out. This and the budget can be
+                said of our planner only.
             period: [s] between two calls of `step`.
             budget: [s] wall time after which a step begins no further iterations of its search; there is no bound if
                 left out, so that a drive can be repeated exactly.
@@ -89,13 +90,14 @@ class Driver:
         if type(planner) is MpcPlanner:
             planner = planner.settings
         if isinstance(planner, PlannerSettings):
-            planner = MpcPlanner(_with(planner, wishes))
-        elif wishes:
-            raise SettingError(f"{', '.join(wishes)} can be said of our planner only; tell yours when you make it")
+            planner = MpcPlanner(adapted(planner, **wishes))
+        elif unknown := [name for name in wishes if isinstance(planner, MpcPlanner) or name not in ("length", "width")]:
+            raise SettingError(f"{', '.join(unknown)} can be said of our planner only; tell yours when you make it")
         self.planner: Planner = planner
         self.period = period
         self._predictor, self._settings = predictor, planner.settings if isinstance(planner, MpcPlanner) else None
-        self._vehicle = self._settings.problem.vehicle if self._settings else VehicleSettings()
+        settings = self._settings or adapted(PlannerSettings(), **wishes)
+        self._vehicle = settings.problem.vehicle
         grace = self._settings.grace if self._settings else 0.0
         forget = max(grace, planner.dt * planner.steps)
         size = self._vehicle.length, self._vehicle.width
@@ -144,8 +146,12 @@ class Driver:
         return Command(acceleration, yaw_rate, steering, decision.plan, decision.paths, scene, *decision[2:])
 
 
-def _with(settings: PlannerSettings, wishes: dict[str, float]) -> PlannerSettings:
-    """The settings with what is said of the car, its speed and the budget."""
+def adapted(settings: PlannerSettings, **wishes: float) -> PlannerSettings:
+    """The settings with what is said of the car (``length``, ``width``), its ``wanted_speed`` and the ``budget``.
+
+    Raises:
+        SettingError: a value is not allowed.
+    """
     values = settings.model_dump()
     problem = values["problem"]
     for name, table, key in (

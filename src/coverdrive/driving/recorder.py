@@ -1,6 +1,6 @@
 """The recorder: what a driver saw and planned, as a trace: for measures, page and replay of any simulator's drives."""
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Mapping, Sequence
 
 import jax
 import numpy as np
@@ -11,6 +11,7 @@ from coverdrive.driving.perception import Numbers, Told
 from coverdrive.errors import DataError
 from coverdrive.road import Road
 from coverdrive.scene import Scene
+from coverdrive.simulation.episode import Decision
 from coverdrive.simulation.fault import collision_at
 from coverdrive.simulation.outcome import Fault, Kind, Outcome
 from coverdrive.simulation.trace import Step, Trace, make_trace
@@ -59,21 +60,30 @@ class Recorder:
             DataError: no step has been completed.
         """
         seen = [*(command.scene for command in self._commands), *self._end]
+        made = [Decision(each.prediction, each.plan, each.prediction_seconds, each.planning_seconds)
+                for each in self._commands]  # fmt: skip
         if len(seen) < 2:
             raise DataError("there is no drive yet; a trace needs two moments at least")
-        slots = seen[-1].vehicles
-        scenes = [jax.tree.map(lambda each, more=slots - scene.vehicles: np.pad(each, (0, more)), scene)
-                  for scene in seen]  # fmt: skip
-        period, last = self.driver.period, len(scenes) - 1
-        outcome = Outcome(Kind.FINISHED, last * period, None, Fault.NONE)
-        for moment in range(1, len(scenes)):
-            if (collision := collision_at(moment, scenes, period, self._roads[0])) is not None:
-                outcome, last = collision, moment
-                break
-        nobody, nothing = np.zeros(slots, dtype=bool), np.full(slots, -1)
-        steps = [
-            Step(scenes[k + 1], each.prediction, each.plan, nothing, nobody, nobody, each.prediction_seconds,
-                 each.planning_seconds)
-            for k, each in enumerate(self._commands[:last])
-        ]  # fmt: skip
-        return make_trace(scenes[0], self._roads[0], steps, period, outcome)
+        return trace_of(seen, made, self._roads[0], self.driver.period)
+
+
+def trace_of(seen: Sequence[Scene], decisions: Sequence[Decision], road: Road, period: float) -> Trace:
+    """Two or more moments, ``period`` [s] apart, and what the ego made of all but the last, up to the first contact.
+
+    A vehicle keeps its slot; later scenes may have more of them.
+    """
+    slots = seen[-1].vehicles
+    scenes = [jax.tree.map(lambda each, more=slots - scene.vehicles: np.pad(each, (0, more)), scene) for scene in seen]
+    last = len(scenes) - 1
+    outcome = Outcome(Kind.FINISHED, last * period, None, Fault.NONE)
+    for moment in range(1, len(scenes)):
+        if (collision := collision_at(moment, scenes, period, road)) is not None:
+            outcome, last = collision, moment
+            break
+    nobody, nothing = np.zeros(slots, dtype=bool), np.full(slots, -1)
+    steps = [
+        Step(scenes[k + 1], each.paths, each.plan, nothing, nobody, nobody, each.prediction_seconds,
+             each.planning_seconds)
+        for k, each in enumerate(decisions[:last])
+    ]  # fmt: skip
+    return make_trace(scenes[0], road, steps, period, outcome)

@@ -14,7 +14,7 @@ from coverdrive.driving.solving import Drive, drive, write_solution
 from coverdrive.errors import DataError, RecordingError
 from coverdrive.files import write_atomically
 from coverdrive.planning.plan import Planner
-from coverdrive.simulation.predictor import Predictor
+from coverdrive.simulation.predictor import Belief
 from coverdrive.simulation.trial import SCHEMA as MEASURED
 from coverdrive.simulation.trial import measure
 
@@ -44,7 +44,7 @@ class Solved:
 
 
 def solve(
-    scenario: Path, predictor: Predictor, model: ModelName = "KS", planner: Planner | None = None
+    scenario: Path, predictor: Belief, model: ModelName = "KS", planner: Planner | None = None
 ) -> Iterator[Solved]:
     """Drive and judge the planning problems of a scenario; arguments are those of `drive`."""
     known = dict.fromkeys(SCHEMA) | {"scenario": scenario.stem, "model": model, "solved": False, "checked": False}
@@ -59,7 +59,7 @@ def solve(
 
 
 def _solve(
-    problem: PlanningProblem, predictor: Predictor, model: ModelName, planner: Planner | None, known: dict[str, Any]
+    problem: PlanningProblem, predictor: Belief, model: ModelName, planner: Planner | None, known: dict[str, Any]
 ) -> Solved:
     """Drive and judge one planning problem."""
     known = known | {"problem": problem.number}

@@ -21,7 +21,7 @@ from coverdrive.files import write_atomically
 from coverdrive.planning.plan import Planner
 from coverdrive.progress import done
 from coverdrive.simulation.outcome import Kind
-from coverdrive.simulation.predictor import Predictor
+from coverdrive.simulation.predictor import Belief
 from coverdrive.simulation.trace import Trace
 
 _LEAST_SPEED = 5.0
@@ -65,7 +65,7 @@ class Drive:
 
 
 def drive(
-    problem: PlanningProblem, predictor: Predictor, model: ModelName = "KS", planner: Planner | None = None
+    problem: PlanningProblem, predictor: Belief, model: ModelName = "KS", planner: Planner | None = None
 ) -> Drive:
     """Drive one planning problem.
 

@@ -60,6 +60,8 @@ class Fitted:
     learned: Learned
     compared: Sequence[Compared] = ()
     """all methods of calibration; empty before ``coverdrive certify``"""
+    league: pl.DataFrame | None = None
+    """the table of `coverdrive.league.table`; none before ``coverdrive league``"""
 
     @staticmethod
     def of(fit: Fit) -> "Fitted":

@@ -23,7 +23,7 @@ from coverdrive.simulation.fault import collision_at
 from coverdrive.simulation.initial import EGO, InitialSettings, initial_scene
 from coverdrive.simulation.motion import with_states
 from coverdrive.simulation.outcome import Fault, Kind, Outcome
-from coverdrive.simulation.predictor import Predictor
+from coverdrive.simulation.predictor import Belief
 from coverdrive.simulation.trace import Step, Trace, make_trace
 from coverdrive.simulation.traffic import Start, Starting, Traffic, TrafficStep
 
@@ -48,7 +48,7 @@ class EpisodeSettings(Settings):
 
 
 def run_episode(
-    predictor: Predictor,
+    predictor: Belief,
     planner: Planner,
     traffic: Traffic,
     settings: EpisodeSettings,
@@ -103,7 +103,7 @@ def move(scene: Scene, inputs: Float[np.ndarray, " 2"], traffic: Traffic, dt: fl
 
 
 def _step(
-    predictor: Predictor, planner: Planner, traffic: Traffic, settings: EpisodeSettings, scene: Scene, road: Road
+    predictor: Belief, planner: Planner, traffic: Traffic, settings: EpisodeSettings, scene: Scene, road: Road
 ) -> Step:
     """Predict, plan, and move everybody by one simulation step."""
     paths, plan, predicted, planned = decide(predictor, planner, scene, road)
@@ -129,7 +129,7 @@ class Decision(NamedTuple):
     planning_seconds: float
 
 
-def decide(predictor: Predictor, planner: Planner, scene: Scene, road: Road, **wishes: Any) -> Decision:
+def decide(predictor: Belief, planner: Planner, scene: Scene, road: Road, **wishes: Any) -> Decision:
     """Predict the others and plan the ego's motion; ``wishes`` are further arguments of the planner's."""
     begin = time.perf_counter()
     paths = predictor.predict(scene, road, EGO, planner.dt, planner.steps)

@@ -14,8 +14,17 @@ from coverdrive.scene import Scene
 
 
 @runtime_checkable
-class Predictor(Protocol):
-    """Anything that says what a vehicle may do next."""
+class Belief(Protocol):
+    """What an ego needs to know of the others: where they may be."""
+
+    def predict(self, scene: Scene, road: Road, ego: int, dt: float, steps: int) -> PredictedPaths:
+        """The possible paths of every valid slot but ``ego`` at the times 0, dt, …, steps·dt [s]."""
+        ...
+
+
+@runtime_checkable
+class Predictor(Belief, Protocol):
+    """Anything that says what a vehicle may do next, so that traffic can do it."""
 
     @property
     def horizon(self) -> float:
@@ -30,8 +39,4 @@ class Predictor(Protocol):
         As deviations [m] from constant velocity along lon and lat at times [s] from now, their rates [m/s], and which
         of them are in the predicted set; of slots without a vehicle anything.
         """
-        ...
-
-    def predict(self, scene: Scene, road: Road, ego: int, dt: float, steps: int) -> PredictedPaths:
-        """The possible paths of every valid slot but ``ego`` at the times 0, dt, …, steps·dt [s]."""
         ...

@@ -18,7 +18,7 @@ from coverdrive.progress import heard_by
 from coverdrive.settings import Settings
 from coverdrive.simulation.episode import EpisodeSettings, run_episode
 from coverdrive.simulation.initial import InitialSettings
-from coverdrive.simulation.predictor import Predictor
+from coverdrive.simulation.predictor import Belief, Predictor
 from coverdrive.simulation.replay import ReplaySettings, Scenario
 from coverdrive.simulation.trace import Trace
 from coverdrive.simulation.traffic import Traffic
@@ -33,7 +33,7 @@ AnyPlanner = Planner | Callable[[], Planner]
 AnyTraffic = str | TrafficSettings | Traffic | Callable[[], Traffic]
 """the name of a traffic, settings of one, a model of your own, or what makes one"""
 
-Participants = tuple[Predictor, Planner, Traffic]
+Participants = tuple[Belief, Planner, Traffic]
 """who takes part in an episode; built once per process, because solvers cannot move between processes"""
 
 
@@ -41,7 +41,7 @@ Participants = tuple[Predictor, Planner, Traffic]
 class Setup:
     """Everything that a trial depends on."""
 
-    predictor: Predictor
+    predictor: Belief
     """of the ego"""
     planner: AnyPlanner = field(default_factory=MpcPlanner)
     """of the ego"""
@@ -57,6 +57,8 @@ class Setup:
     """recorded scenes for the traffic that replays them, or what reads them when they are needed"""
     recorded: InitialSettings | None = None
     """a start on a road like that of the recordings, if there are any, to tell it from others"""
+    sampled: Predictor | None = None
+    """whose sets traffic draws from; those of the ego's predictor if left out"""
 
     def __post_init__(self) -> None:
         """Give the traffic of a name its settings; refuse what makes no trial."""
@@ -68,7 +70,9 @@ class Setup:
     def participants(self) -> Participants:
         """Who takes part, made for this process."""
         scenarios = self._read() if self.replays else ()
-        return self.predictor, _made(self.planner, Planner), traffic_of(self.traffic, self.predictor, scenarios)
+        sampled = self.sampled or self.predictor
+        sampled = sampled if isinstance(sampled, Predictor) else None
+        return self.predictor, made(self.planner, Planner), traffic_of(self.traffic, sampled, scenarios)
 
     def vehicles_of(self, trial: int) -> int:
         """Number of uncontrolled vehicles of a trial."""
@@ -95,7 +99,7 @@ class Setup:
     @property
     def traffic_name(self) -> str:
         """What the traffic is called."""
-        return getattr(self.traffic, "kind", None) or str(_described(self.traffic))
+        return getattr(self.traffic, "kind", None) or str(described(self.traffic))
 
     def loaded(self) -> "Setup":
         """The same with the recorded scenes read, so that other processes need not."""
@@ -107,9 +111,10 @@ class Setup:
             "seed": self.seed,
             "vehicles": list(self.vehicles),
             "episode": self.episode.model_dump(mode="json"),
-            "predictor": getattr(self.predictor, "fingerprint", None) or _described(self.predictor),
-            "planner": _described(self.planner),
-            "traffic": _described(self.traffic),
+            "predictor": getattr(self.predictor, "fingerprint", None) or described(self.predictor),
+            "sampled": getattr(self.sampled, "fingerprint", None),
+            "planner": described(self.planner),
+            "traffic": described(self.traffic),
             "scenarios": fingerprint(*(each.states for each in self._read())) if self.replays else None,
         }
 
@@ -120,23 +125,23 @@ class Setup:
 def traffic_of(traffic: AnyTraffic, predictor: Predictor | None, scenarios: Sequence[Scenario] = ()) -> Traffic:
     """A model of one's own, or that of a name or settings, as of `make_traffic`."""
     given: Any = usual(traffic) if isinstance(traffic, str) else traffic
-    return _made(make_traffic(given, predictor, scenarios) if isinstance(given, Settings) else given, Traffic)  # pyright: ignore[reportArgumentType]
+    return made(make_traffic(given, predictor, scenarios) if isinstance(given, Settings) else given, Traffic)  # pyright: ignore[reportArgumentType]
 
 
-def _made(part: Any, kind: type) -> Any:
+def made(part: Any, kind: type) -> Any:
     """A part as it is, or made by what makes it; a class has the methods of its objects, but makes them."""
     return part if isinstance(part, kind) and not isinstance(part, type) else part()
 
 
-def _described(part: Any) -> Any:
+def described(part: Any) -> Any:
     """Settings as JSON values; of anything else its name, with its settings if it has some."""
     if isinstance(part, Settings):
         return part.model_dump(mode="json")
     if isinstance(part, partial):
-        return {"made by": _described(part.func), "with": [_described(each) for each in part.args]}
+        return {"made by": described(part.func), "with": [described(each) for each in part.args]}
     settings = getattr(part, "settings", None)
     if isinstance(part, MpcPlanner):
-        return _described(settings)
+        return described(settings)
     made = part if hasattr(part, "__qualname__") else type(part)
     name = f"{made.__module__}.{made.__qualname__}"
-    return {"name": name, "settings": _described(settings)} if isinstance(settings, Settings) else name
+    return {"name": name, "settings": described(settings)} if isinstance(settings, Settings) else name

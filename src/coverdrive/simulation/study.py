@@ -21,7 +21,7 @@ from coverdrive.simulation.statistics import collision_table, widest_interval
 from coverdrive.simulation.study_folder import StudyFolder
 from coverdrive.simulation.trace import Trace
 from coverdrive.simulation.trial import STARTED, table_of
-from coverdrive.simulation.workers import run_trials
+from coverdrive.simulation.workers import Drives, run_trials
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,25 +100,41 @@ class Study:
             )
         setup = self._loaded
         ends = [*range(batch, trials, batch), trials] if until_width else [trials]
-        rows, table = dict[int, pl.DataFrame](), table_of([])
+        table = table_of([])
         with stage(f"{name} ({trials})"):
             for end in ends:
-                for trial in range(len(rows), end):
-                    if (kept := self.files.row_of(trial, setup.seed)) is not None:
-                        rows[trial] = kept
-                done(len(rows), trials)
-                pending = [trial for trial in range(end) if trial not in rows]
-                for row in run_trials(setup, pending, workers, cluster):
-                    self.files.save(row)
-                    rows[row["trial"]] = table_of([row])
-                    done(len(rows), trials)
-                table = pl.concat([rows[number] for number in range(end)])
+                table = drive_missing(table, end, self.files, setup, workers, cluster, trials)
                 if until_width and widest_interval(table.filter(STARTED)) <= until_width:
                     break
         self.files.save_table(table)
         if not table.select(STARTED.any()).item():
             raise DataError(f"none of the {table.height} trials could start: {table['reason'][0]}")
         return self
+
+
+def drive_missing(
+    table: pl.DataFrame,
+    end: int,
+    files: StudyFolder,
+    setup: Drives,
+    workers: int = 1,
+    cluster: str | None = None,
+    last: int | None = None,
+) -> pl.DataFrame:
+    """The table of the first trials up to ``end``, for that of fewer: those are driven that the folder does not hold.
+
+    ``last`` is the number of trials of which is told how many are done; all else as in `study`.
+    """
+    rows = dict(enumerate(table.iter_slices(1)))
+    for trial in range(len(rows), end):
+        if (kept := files.row_of(trial, setup.seed)) is not None:
+            rows[trial] = kept
+    done(len(rows), last or end)
+    for row in run_trials(setup, [trial for trial in range(end) if trial not in rows], workers, cluster):
+        files.save(row)
+        rows[row["trial"]] = table_of([row])
+        done(len(rows), last or end)
+    return pl.concat([rows[number] for number in range(end)])
 
 
 def study(

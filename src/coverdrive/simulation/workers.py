@@ -11,21 +11,42 @@ from collections.abc import Generator, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from functools import partial
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 from joblib import Parallel, delayed, parallel_config
 
 from coverdrive.errors import DataError, SettingError
 from coverdrive.extras import require
 from coverdrive.simulation.orphans import end_with_parent
-from coverdrive.simulation.setup import Participants, Setup
 from coverdrive.simulation.trial import Row
 
 _CONNECT = "10s"
 """time that a cluster has to answer"""
 
 
-def run_trials(setup: Setup, trials: Sequence[int], workers: int, cluster: str | None = None) -> Generator[Row]:
+@runtime_checkable
+class Drives(Protocol):
+    """Trials of one kind that any process can drive, as `coverdrive.simulation.setup.Setup` does."""
+
+    @property
+    def seed(self) -> int:
+        """Of all of them."""
+        ...
+
+    def description(self) -> dict[str, Any]:
+        """Everything that the result of a trial depends on, as JSON values."""
+        ...
+
+    def participants(self) -> Any:
+        """Who takes part, made for this process."""
+        ...
+
+    def row(self, trial: int, participants: Any) -> Row:
+        """Drive one trial, and keep its measures."""
+        ...
+
+
+def run_trials(setup: Drives, trials: Sequence[int], workers: int, cluster: str | None = None) -> Generator[Row]:
     """Run trials in any order, yielding the row of each when it is done; all else as in `coverdrive.study`.
 
     Raises:
@@ -54,7 +75,7 @@ def run_trials(setup: Setup, trials: Sequence[int], workers: int, cluster: str |
             yield setup.row(trial, participants)
 
 
-def _run_parallel(setup: Setup, trials: Sequence[int], workers: int) -> Generator[Row]:
+def _run_parallel(setup: Drives, trials: Sequence[int], workers: int) -> Generator[Row]:
     study = uuid.uuid4().hex
     parallel: Any = Parallel(n_jobs=workers, batch_size=1, return_as="generator_unordered")  # pyright: ignore[reportArgumentType]
     yield from parallel(delayed(_run_in_worker)(setup, study, trial) for trial in trials)
@@ -75,14 +96,14 @@ def _cluster(address: str) -> Generator[None]:
         yield
 
 
-_participants: dict[str, Participants] = {}
+_participants: dict[str, Any] = {}
 """of this process, by study; at most one entry, because processes are kept for the next study"""
 
 _driving = threading.Lock()
 """held while a trial runs in this process"""
 
 
-def _run_in_worker(setup: Setup, study: str, trial: int) -> Row:
+def _run_in_worker(setup: Drives, study: str, trial: int) -> Row:
     """Run a trial in this process, with participants that were built on its first one of the study."""
     with _driving:
         if study not in _participants:

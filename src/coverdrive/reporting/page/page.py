@@ -1,6 +1,7 @@
 """The page: its parts put into the template, with all scripts and styles inside."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +14,9 @@ from coverdrive.progress import done, stage
 from coverdrive.reporting.affordance_figure import affordance_figure
 from coverdrive.reporting.contents import Contents
 from coverdrive.reporting.drawing import inline_svg
-from coverdrive.reporting.figure import to_json
+from coverdrive.reporting.figure import Figure, to_json
 from coverdrive.reporting.figures import figures_of
+from coverdrive.reporting.league_table import league_of
 from coverdrive.reporting.page.replay import SEVERITY, SLACK, STATUSES, replay_data
 from coverdrive.reporting.page.summary import ends, facts, heading, tiles, verdict
 from coverdrive.reporting.page.trials import COLUMNS, LEAST_FIRST, trial_rows
@@ -32,16 +34,13 @@ def write_page(contents: Contents, path: Path) -> None:
 
 def page(contents: Contents) -> str:
     """The report as HTML."""
-    environment = Environment(
-        loader=FileSystemLoader(_TEMPLATES), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
-        lstrip_blocks=True,
-    )  # fmt: skip
     with stage("report"):
         replays = _replays(contents)
-        figures = figures_of(contents).items()
-        return environment.get_template("page.html.jinja").render(
-            asset=lambda name: Markup((_TEMPLATES / name).read_text(encoding="utf-8")),  # a style sheet or script
+        return rendered(
+            "page",
+            figures_of(contents),
             contents=contents,
+            league=None if contents.league is None else league_of(contents.league),
             certificates=contents.certified.certificates,
             heading=heading(contents),
             verdict=verdict(contents),
@@ -49,7 +48,6 @@ def page(contents: Contents) -> str:
             facts=facts(contents),
             sketch=Markup(inline_svg(affordance_figure())),
             features=FEATURES,
-            drawn={name: {"caption": each.caption, "json": _script_json(to_json(each))} for name, each in figures},
             refused=[each for each in contents.compared if each.refusal],
             columns=[(label, "ascending" if name in LEAST_FIRST else "descending") for name, label, _ in COLUMNS],
             rows=trial_rows(contents),
@@ -62,6 +60,19 @@ def page(contents: Contents) -> str:
             replays=replays,
             horizon=max((trace.horizon for trace in contents.traces.values()), default=0.0),
         )
+
+
+def rendered(template: str, figures: Mapping[str, Figure], **parts: Any) -> str:
+    """A page of a template with figures by their names, and whatever else is in it."""
+    environment = Environment(
+        loader=FileSystemLoader(_TEMPLATES), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
+        lstrip_blocks=True,
+    )  # fmt: skip
+    return environment.get_template(f"{template}.html.jinja").render(
+        asset=lambda name: Markup((_TEMPLATES / name).read_text(encoding="utf-8")),  # a style sheet or script
+        drawn={name: {"caption": each.caption, "json": _script_json(to_json(each))} for name, each in figures.items()},
+        **parts,
+    )
 
 
 def _replays(contents: Contents) -> list[dict[str, Any]]:

@@ -31,10 +31,10 @@ import itertools
 import time
 from typing import Any, NamedTuple
 
-import casadi as ca
 import numpy as np
 from jaxtyping import Float
 
+from coverdrive.extras import require
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.cost import CostSettings
 from coverdrive.planning.follower import without_follower
@@ -44,6 +44,8 @@ from coverdrive.planning.problem import ProblemSettings
 from coverdrive.planning.surroundings import check_times
 from coverdrive.planning.tree import held_on
 from coverdrive.road import Road
+
+ca: Any = require("casadi")
 
 _MAX_YAW_RATE = 0.5
 """[rad/s] own choice"""

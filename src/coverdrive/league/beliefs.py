@@ -1,4 +1,4 @@
-"""What the ego of `closed_loop.py` may believe instead of certified sets: baselines, and the limit of knowledge.
+"""What an ego may believe instead of certified sets: baselines, and the limit of knowledge.
 
 All look ahead from one scene, as predictors do. A body is taken as straight along the road, unless it is known how it
 turns. P points after the start, K steps.
@@ -6,19 +6,17 @@ turns. P points after the start, K steps.
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Float, Int
 from scipy.spatial import KDTree
 
 from coverdrive.certificates.certificate import fingerprint
 from coverdrive.errors import DataError
 from coverdrive.geometry import turned_half_extents
 from coverdrive.paths import PredictedPaths
-from coverdrive.prediction.predictor import AnyPredictor
 from coverdrive.prediction.stored import others_of
 from coverdrive.road import Road
 from coverdrive.scene import Scene
@@ -28,76 +26,13 @@ _SAME = 1e-6
 """[m, m/s, rad] states that differ by less are the same"""
 
 
-class Belief(Protocol):
-    """Says where the vehicles of a scene will be, but not what traffic does."""
-
-    @property
-    def fingerprint(self) -> str:
-        """A short hash of all that it depends on."""
-        ...
-
-    def predict(self, scene: Scene, road: Road, ego: int, dt: float, steps: int) -> PredictedPaths:
-        """As a predictor does."""
-        ...
-
-
-AnyBelief = Belief | AnyPredictor
-"""what an ego can predict with"""
-
-
-@dataclass(frozen=True, eq=False)
-class Ego:
-    """A predictor that believes one thing, while simulated traffic draws from the sets of another predictor."""
-
-    belief: AnyBelief
-    traffic: AnyPredictor
-
-    @property
-    def horizon(self) -> float:
-        """[s] of the sets that traffic draws from."""
-        return self.traffic.horizon
-
-    @property
-    def fingerprint(self) -> str:
-        """A short hash of both."""
-        return f"{self.belief.fingerprint} among {self.traffic.fingerprint}"
-
-    def predict(self, scene: Scene, road: Road, ego: int, dt: float, steps: int) -> PredictedPaths:
-        """As the ego believes."""
-        return self.belief.predict(scene, road, ego, dt, steps)
-
-    def choices(
-        self, scene: Scene, road: Road, times: Float[np.ndarray, " n"]
-    ) -> tuple[Float[np.ndarray, "A M n 2"], Float[np.ndarray, "A M n 2"], Bool[np.ndarray, "A M"]]:
-        """As traffic draws."""
-        return self.traffic.choices(scene, road, times)
-
-
-@dataclass(frozen=True, eq=False)
-class Members:
-    """The members of a predictor's sets without anything around them: bodies alone."""
-
-    predictor: AnyPredictor
-
-    @property
-    def fingerprint(self) -> str:
-        """A short hash."""
-        return f"members of {self.predictor.fingerprint}"
-
-    def predict(self, scene: Scene, road: Road, ego: int, dt: float, steps: int) -> PredictedPaths:
-        """The same paths; their boxes are bodies."""
-        paths = self.predictor.predict(scene, road, ego, dt, steps)
-        bodies = np.broadcast_to(scene.half_sizes[paths.vehicle][:, None], paths.half_sizes.shape)
-        return replace(paths, half_sizes=bodies.copy(), ellipses=None)
-
-
 @dataclass(frozen=True, eq=False)
 class ConstantVelocity:
     """Everybody keeps the speed along the road and the place across it, within a box of one size for all."""
 
-    beyond: Float[np.ndarray, "P 2"]
+    beyond: Float[np.ndarray, "P 2"] = field(default_factory=lambda: np.zeros((1, 2)))
     """[m] half sizes of the box beyond those of the body; zero for the body alone"""
-    step: float
+    step: float = 1.0
     """[s] between two of them"""
 
     @property

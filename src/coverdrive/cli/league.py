@@ -1,0 +1,172 @@
+"""``coverdrive league``: who drives best where, on equal seeds."""
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+from coverdrive.cli import options
+from coverdrive.cli.bars import stages, waiting
+from coverdrive.cli.options import console, experiment_of
+from coverdrive.cli.study import Cluster
+
+if TYPE_CHECKING:
+    from coverdrive.config import Experiment
+    from coverdrive.league.entrants import Known
+    from coverdrive.results import Results
+    from coverdrive.simulation.setup import Setup
+
+_DENSE = (8, 10, 12)
+"""numbers of aggressive drivers on the paper's road"""
+
+
+def league(
+    fit: options.Folder = Path("results"),
+    *,
+    planners: Annotated[
+        list[str] | None,
+        Parameter(
+            consume_multiple=True,
+            help="Who drives, as in `--planners default idm-mobil my_module:factory`; all others are compared with the "
+            "first. There are default, paper, paper-sets, constant-velocity-box, constant-velocity, known-future, "
+            "idm-mobil, own (that of a world of others), and your own as module:factory.",
+            show_default=lambda _: "all that have a name but paper, which takes seconds for every step",
+        ),
+    ] = None,
+    worlds: Annotated[
+        list[str] | None,
+        Parameter(
+            consume_multiple=True,
+            help="Where, as in `--worlds drivers replay highway-env-1 sumo-2000`. There are the traffics of "
+            "`coverdrive study`, highway-env-1, highway-env-1.5, highway-env-2 (densities), sumo-1500 and sumo-2000 "
+            "(vehicles/h on each lane).",
+            show_default=lambda _: "all traffics of `coverdrive study`",
+        ),
+    ] = None,
+    trials: Annotated[
+        int, Parameter(validator=Number(gte=1), help="Drives of each in every world, as in `--trials 100`.")
+    ] = 40,
+    duration: Annotated[
+        float | None,
+        Parameter(
+            validator=Number(gt=0),
+            help="Seconds of a drive at the most, as in `--duration 10`; else 20 s in our traffics, 40 s in "
+            "highway-env, 4 km in SUMO.",
+        ),
+    ] = None,
+    recording: Annotated[
+        options.Recordings,
+        Parameter(
+            help="The recordings that the fit was made from, as in `--recording scenarios/`, for replay and paper."
+        ),
+    ] = None,
+    paper: Annotated[
+        Path | None,
+        Parameter(
+            help="Results folder of `coverdrive fit --preset paper` on the same recordings, as in `--paper paper-fit`; "
+            "else it is made if the planners paper or paper-sets are to drive.",
+        ),
+    ] = None,
+    road: options.RoadOfStudy = None,
+    vehicles: options.Vehicles = None,
+    seed: options.Seed = None,
+    out: Annotated[
+        Path | None,
+        Parameter(
+            help="Folder of the league, as in `--out league`.", show_default=lambda _: "`league` in that of the fit"
+        ),
+    ] = None,
+    workers: options.Workers = None,
+    cluster: Cluster = None,
+) -> dict[str, Any]:
+    """Drive named planners in named worlds on equal seeds; a league that was stopped goes on where it was.
+
+    For example:
+
+    - everybody in all traffics: `coverdrive league us101 --recording scenarios/ --trials 100`
+    - against the driver of another simulator: `coverdrive league us101 --planners default own --worlds sumo-1500`
+    - with a planner of your own: `coverdrive league us101 --planners default my_module:factory --worlds drivers`
+    """
+    with waiting():
+        from coverdrive.league.entrants import ENTRANTS
+        from coverdrive.league.league import OURS, check_names
+        from coverdrive.league.league import league as drive
+        from coverdrive.reporting.league import write_league
+        from coverdrive.reporting.league_table import league_tables
+        from coverdrive.results import LEAGUE, Results
+    results, planners = Results(fit), planners or [name for name in ENTRANTS if name != "paper"]
+    recorded = recording or not results.run.get("recorded_place")  # else of generated traffic, which is made again
+    worlds = worlds or [name for name in OURS if recorded or name != "replay"]
+    check_names(planners, worlds)
+    place = results.place(road)
+    experiment = experiment_of(
+        usual=place.parts,
+        base=results.experiment,
+        place=place if road else None,
+        seed=seed,
+        study={"workers": workers, "vehicles": vehicles},
+        episode={"duration": duration},
+    )
+    folder = out or fit / LEAGUE
+    try:
+        with stages():
+            table = drive(
+                _setups(results, experiment, [name for name in worlds if name in OURS], recording or []),
+                _known(results, experiment, recording or [] if recorded else None, planners, paper, folder),
+                folder,
+                planners=planners,
+                worlds=worlds,
+                trials=trials,
+                seed=experiment.seed,
+                duration=duration,
+                workers=experiment.study.workers or os.cpu_count() or 1,
+                cluster=cluster,
+            )
+    except KeyboardInterrupt as stop:
+        stop.add_note("finished drives are kept, and the same command goes on from them")
+        raise
+    write_league(table, folder)
+    for each in league_tables(table):
+        console.print(each)
+    console.print(f"The table is {folder / 'league.csv'}, every drive is in drives.csv, and the page is league.html")
+    return {"league": str(folder), "table": table.to_dicts()}
+
+
+def _setups(
+    results: "Results", experiment: "Experiment", worlds: list[str], recording: list[Path]
+) -> "dict[str, Setup]":
+    """Studies of the default in our traffics."""
+    from coverdrive.simulation.setup import VEHICLES
+
+    setups: dict[str, Setup] = {}
+    for name in worlds:
+        dense = name == "aggressive" and tuple(experiment.study.vehicles) == VEHICLES
+        changed = experiment.updated({"traffic": {"kind": name}, "study": {"vehicles": _DENSE if dense else None}})
+        setups[name] = results.study(changed, recording).setup.loaded()
+    return setups
+
+
+def _known(
+    results: "Results",
+    experiment: "Experiment",
+    recording: list[Path] | None,
+    planners: list[str],
+    paper: Path | None,
+    folder: Path,
+) -> "Known":
+    """What entrants may be made of; recordings are read, and the paper's preset is fitted, where they are needed."""
+    from coverdrive.league.known import known_of, paper_settings_like
+    from coverdrive.prediction.fit import fit
+    from coverdrive.results import Results as Folder
+
+    theirs, usual = Folder(paper or folder / "paper-fit"), results.experiment
+    by_paper = paper is None and not theirs.holds_fit and not {"paper", "paper-sets"}.isdisjoint(planners)
+    read = recording is not None and (by_paper or "constant-velocity-box" in planners)
+    recordings = usual.recordings(recording or []) if read else ()
+    if by_paper and recordings:
+        changed = usual.model_copy(update={"prediction": paper_settings_like(usual.prediction)})
+        theirs.save_fit(changed, fit(recordings, changed.prediction, changed.seed))
+    named = theirs.predictor if paper or theirs.holds_fit else None
+    return known_of(results.predictor, usual.prediction, usual.seed, recordings, named, experiment.planner)

@@ -1,0 +1,1 @@
+"""The league: who drives best where, on equal seeds."""

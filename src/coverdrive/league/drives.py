@@ -1,0 +1,86 @@
+"""Drives of one entrant in one world, as `coverdrive.simulation.workers` has them driven; equal seeds begin alike."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from coverdrive.bridges.world import World, drive
+from coverdrive.driving.driver import Driver, adapted
+from coverdrive.league.entrants import Known, Place, Seat, entrant
+from coverdrive.league.others import OTHERS
+from coverdrive.planning.plan import Planner
+from coverdrive.planning.planner import MpcPlanner
+from coverdrive.progress import heard_by
+from coverdrive.simulation.setup import Setup, described, made
+from coverdrive.simulation.trial import Row, measure
+from coverdrive.simulation.workers import Drives
+
+
+@dataclass(frozen=True, eq=False)
+class DrivesOfOthers:
+    """Drives in a world of others; implements `coverdrive.simulation.workers.Drives`."""
+
+    world: str
+    """its name"""
+    seat: Seat
+    """what drives there, for the car of that world"""
+    seed: int
+    """of all drives"""
+    duration: float | None
+    """[s] of a drive at the most; the world's own if left out"""
+
+    def description(self) -> dict[str, Any]:
+        """Everything that a drive depends on."""
+        belief, planner = self.seat
+        return {
+            "world": self.world,
+            "seed": self.seed,
+            "duration": self.duration,
+            "predictor": getattr(belief, "fingerprint", None) or described(belief),
+            "planner": described(planner),
+        }
+
+    def participants(self) -> tuple[World, Driver | None]:
+        """The world, and who drives in it, or None for its own driver."""
+        there, (belief, planner) = OTHERS[self.world], self.seat
+        world = there.make(there.of)
+        if belief is None or planner is None:
+            return world, None
+        planner = made(planner, Planner)
+        ours = isinstance(planner, MpcPlanner)  # which knows its car
+        length, width = (None if ours else there.ego[name] for name in ("length", "width"))
+        return world, Driver(belief, planner, length=length, width=width)
+
+    def row(self, trial: int, participants: tuple[World, Driver | None]) -> Row:
+        """Drive, and keep the measures."""
+        seed = int(np.random.SeedSequence(self.seed, spawn_key=(trial,)).generate_state(1)[0] >> 1)
+        with heard_by(None):
+            return measure(drive(*participants, seed, self.duration), self.seed, trial)
+
+
+def drives_of(
+    world: str, name: str, known: Known, setups: Mapping[str, Setup], seed: int, duration: float | None
+) -> Drives | str:
+    """The drives of an entrant in a world, or why there are none.
+
+    Args:
+        world: in our traffic, one of the ``setups``; else one of `coverdrive.league.others.OTHERS`.
+        name: of the entrant.
+        known: what it may be made of.
+        setups: studies of the default in our traffics.
+        seed: of drives in worlds of others.
+        duration: [s] of these at the most.
+    """
+    usual = setups.get(world)
+    if usual is None:
+        settings = adapted(known.planner, **OTHERS[world].ego)
+        seat = entrant(name)(known, Place(settings, own_driver=True))
+        return seat if isinstance(seat, str) else DrivesOfOthers(world, seat, seed, duration)
+    assert isinstance(usual.planner, MpcPlanner)
+    future = () if callable(usual.scenarios) else usual.scenarios
+    seat = entrant(name)(known, Place(usual.planner.settings, future if usual.replays else ()))
+    if isinstance(seat, str) or seat.belief is None or seat.planner is None:
+        return seat if isinstance(seat, str) else "it drives in its own world"
+    return replace(usual, predictor=seat.belief, planner=seat.planner, sampled=known.predictor)

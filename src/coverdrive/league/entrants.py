@@ -1,0 +1,159 @@
+"""Who takes part in the league, by name: what the ego believes of the others, and how it plans.
+
+Anybody else enters as ``module:factory``: a function of the `coverdrive.planning.planner.PlannerSettings` of the world
+(size of the car, wanted speed), or of nothing, that makes a `coverdrive.planning.plan.Planner`, an
+`coverdrive.league.agents.Agent`, or a `coverdrive.simulation.predictor.Belief`, with which our planner drives.
+"""
+
+import inspect
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from coverdrive.errors import SettingError
+from coverdrive.extras import EXTRAS
+from coverdrive.league.agents import Agent, AgentPlanner, Witness
+from coverdrive.league.beliefs import ConstantVelocity, KnownFuture
+from coverdrive.league.idm_mobil import IdmMobil
+from coverdrive.planning.plan import Planner
+from coverdrive.planning.planner import MpcPlanner, PlannerSettings
+from coverdrive.simulation.predictor import Belief, Predictor
+from coverdrive.simulation.replay import Scenario
+from coverdrive.simulation.setup import AnyPlanner
+
+
+@dataclass(frozen=True, eq=False)
+class Known:
+    """What entrants may be made of."""
+
+    predictor: Predictor
+    """of the default"""
+    paper: Belief | str
+    """the predictor of the paper's preset, or why there is none"""
+    box: Belief | str
+    """constant velocity in one conformal box, or why there is none"""
+    planner: PlannerSettings
+    """of ours, but for the car and the wanted speed, where a world has others"""
+
+
+class Place(NamedTuple):
+    """What is said of a world to those who drive in it."""
+
+    settings: PlannerSettings
+    """with the size of the car and the wanted speed"""
+    future: Sequence[Scenario] = ()
+    """what recorded vehicles will do"""
+    own_driver: bool = False
+    """whether it has a driver of its own"""
+
+
+class Seat(NamedTuple):
+    """What an entrant drives with; two Nones are the world's own driver."""
+
+    belief: Belief | None
+    planner: AnyPlanner | None
+
+
+def _paper(known: Known, place: Place) -> Seat | str:
+    if isinstance(known.paper, str):
+        return known.paper
+    if find_spec("casadi") is None:
+        return f"its program needs CasADi; install it with `{EXTRAS['casadi'].command}`"
+    return Seat(known.paper, partial(_paper_planner, place.settings))
+
+
+def _paper_planner(settings: PlannerSettings) -> Planner:
+    from coverdrive.planning.paper_way import PaperPlanner  # needs CasADi
+
+    return PaperPlanner(settings.problem, settings.lane_change)
+
+
+def _with(belief: Belief | str, place: Place) -> Seat | str:
+    """Our planner with a belief, if there is one."""
+    return belief if isinstance(belief, str) else Seat(belief, MpcPlanner(place.settings))
+
+
+def _known_future(known: Known, place: Place) -> Seat | str:
+    return _with(KnownFuture(place.future) if place.future else "only recorded traffic has a known future", place)
+
+
+def _acting(make: Callable[[], Agent]) -> Seat:
+    """An agent and what shows it the scene."""
+    witness = Witness()
+    return Seat(witness, partial(_agent_planner, make, witness))
+
+
+def _agent_planner(make: Callable[[], Agent], witness: Witness) -> Planner:
+    return AgentPlanner(make(), witness)
+
+
+def _own(known: Known, place: Place) -> Seat | str:
+    return Seat(None, None) if place.own_driver else "there everybody else is the world's own driver"
+
+
+ENTRANTS: dict[str, tuple[Callable[[Known, Place], Seat | str], str]] = {
+    "default": (lambda known, place: _with(known.predictor, place), "certified sets, and our planner"),
+    "paper": (_paper, "the paper's sets, and its program solved by IPOPT"),
+    "paper-sets": (lambda known, place: _with(known.paper, place), "the paper's sets, and our planner"),
+    "constant-velocity-box": (lambda known, place: _with(known.box, place),
+                              "constant velocity in one box with the default's certificate, and our planner"),
+    "constant-velocity": (lambda known, place: _with(ConstantVelocity(), place),
+                          "bodies that keep their velocity, and our planner"),
+    "known-future": (_known_future, "what recorded vehicles will do, and our planner"),
+    "idm-mobil": (lambda known, place: _acting(partial(IdmMobil, place.settings)),
+                  "car following by IDM and lane changes by MOBIL"),
+    "own": (_own, "the world's own driver: IDM and MOBIL in highway-env, Krauss and LC2013 in SUMO"),
+}  # fmt: skip
+"""what makes an entrant for a place, or says why it does not take part, and who it is"""
+
+
+def entrant(name: str) -> Callable[[Known, Place], Seat | str]:
+    """What seats the entrant of a name or a ``module:factory``; a SettingError if there is none."""
+    if name in ENTRANTS:
+        return ENTRANTS[name][0]
+    if ":" not in name:
+        raise SettingError(
+            f"no planner is called {name!r}; choose {', '.join(ENTRANTS)}, or name your own as module:factory"
+        )
+    factory_of(name)
+    return partial(_entered, name)
+
+
+def factory_of(name: str) -> Callable[..., Any]:
+    """What ``module:factory`` names, the module in the current folder or installed; a SettingError if there is none."""
+    module, _, factory = name.partition(":")
+    if (here := str(Path.cwd())) not in sys.path:
+        sys.path.append(here)
+    try:
+        found = getattr(import_module(module), factory)
+    except (ImportError, ValueError, AttributeError) as error:
+        raise SettingError(f"{name}: {error}; expected module:factory, the module here or installed") from error
+    if not callable(found):
+        raise SettingError(f"{name} is {found!r}; expected a function that makes a planner, an agent or a belief")
+    return found
+
+
+def _made(name: str, settings: PlannerSettings) -> Any:
+    """What a factory makes of the settings, or of nothing."""
+    factory = factory_of(name)
+    return factory(settings) if inspect.signature(factory).parameters else factory()
+
+
+def _entered(name: str, known: Known, place: Place) -> Seat:
+    """Somebody's own planner, agent or belief, made anew in every process."""
+    made, again = _made(name, place.settings), partial(_made, name, place.settings)
+    if isinstance(made, Planner):
+        return Seat(known.predictor, again)
+    if isinstance(made, Agent):
+        return _acting(again)
+    if isinstance(made, Belief):
+        return Seat(made, MpcPlanner(place.settings))
+    raise SettingError(
+        f"{name} made {made!r}; expected a planner (dt, steps, reset, plan), an agent (reset, act), or a belief "
+        "(predict) for our planner"
+    )

@@ -1,0 +1,58 @@
+"""What entrants are made of, from a fit and the recordings that it was made from."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from coverdrive.errors import CertificateError, DataError
+from coverdrive.league.beliefs import ConstantVelocity
+from coverdrive.league.entrants import Known
+from coverdrive.planning.planner import PlannerSettings
+from coverdrive.prediction.fit import PredictionSettings, cut_and_split
+from coverdrive.prediction.occupied import trivial_box
+from coverdrive.prediction.predictor import AnyPredictor
+from coverdrive.recordings.recording import Recording
+
+_NAMELESS = "it needs the recordings that the fit was made from; name them with --recording"
+
+
+def known_of(
+    predictor: AnyPredictor,
+    settings: PredictionSettings,
+    seed: int,
+    recordings: Sequence[Recording],
+    paper: AnyPredictor | None,
+    planner: PlannerSettings,
+) -> Known:
+    """What there is for all entrants.
+
+    Args:
+        predictor: of the default.
+        settings: that it was made with.
+        seed: that it was made with.
+        recordings: that it was made from; without any, constant velocity has no box.
+        paper: the predictor of the paper's preset, if there is one.
+        planner: ours.
+
+    Raises:
+        DataError: the predictors were not trained on the same vehicles, those of the recordings.
+    """
+    box: ConstantVelocity | str = _NAMELESS
+    trained_on = predictor.trained_on
+    if recordings:
+        segments, sides = cut_and_split(recordings, settings, seed)
+        trained_on = np.unique(segments.vehicle[sides.train])
+        try:
+            half_sizes, _ = trivial_box(segments, sides, settings.certificate, predictor.certificate, seed)
+            box = ConstantVelocity(half_sizes, segments.step)
+        except CertificateError as error:
+            box = f"its box cannot be proved: {error}"
+    for each, whose in ((predictor, "that of the fit"), (paper, "that of the paper's preset")):
+        if each is not None and not np.array_equal(each.trained_on, trained_on):
+            raise DataError(f"the predictor, {whose}, was trained on other vehicles; name the recordings of the fit")
+    return Known(predictor, paper or _NAMELESS + ", or its fit with --paper", box, planner)
+
+
+def paper_settings_like(settings: PredictionSettings) -> PredictionSettings:
+    """The paper's preset on the windows and sides of other settings."""
+    return PredictionSettings.paper().model_copy(update={"segments": settings.segments, "split": settings.split})

@@ -1,0 +1,102 @@
+"""Many entrants in many worlds on equal seeds; what was stopped goes on where it was.
+
+The folder of the league has one folder for every world, and in it one for every entrant: a study
+(`coverdrive.simulation.study_folder`), whose trials are kept one by one. Beside them are ``league.csv``, the table
+(`coverdrive.league.table`), and ``drives.csv`` with every drive.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
+
+import polars as pl
+
+from coverdrive.errors import SettingError
+from coverdrive.files import write_atomically
+from coverdrive.league.drives import drives_of
+from coverdrive.league.entrants import Known, entrant
+from coverdrive.league.others import OTHERS
+from coverdrive.league.table import league_table
+from coverdrive.progress import stage
+from coverdrive.simulation.setup import Setup
+from coverdrive.simulation.study import drive_missing
+from coverdrive.simulation.study_folder import StudyFolder
+from coverdrive.simulation.trial import table_of
+from coverdrive.simulation.workers import Drives
+
+OURS = "drivers", "aggressive", "set-sampling", "mixed", "replay"
+"""worlds of our own: the traffics of studies"""
+
+
+def check_names(planners: Sequence[str], worlds: Sequence[str], ours: Collection[str] = OURS) -> None:
+    """Refuse, with a SettingError, names of nobody and of no world."""
+    for name in planners:
+        entrant(name)
+    if unknown := [name for name in worlds if name not in (*ours, *OTHERS)]:
+        raise SettingError(f"no world is called {unknown[0]!r}; choose {', '.join((*ours, *OTHERS))}")
+
+
+def league(
+    setups: Mapping[str, Setup],
+    known: Known,
+    folder: Path,
+    *,
+    planners: Sequence[str],
+    worlds: Sequence[str],
+    trials: int,
+    seed: int = 0,
+    duration: float | None = None,
+    workers: int = 1,
+    cluster: str | None = None,
+) -> pl.DataFrame:
+    """Drive whatever the folder does not hold yet, and write the table.
+
+    Args:
+        setups: studies of the default in our traffics, by the names of these worlds.
+        known: what entrants may be made of.
+        folder: of this league.
+        planners: names of `coverdrive.league.entrants.ENTRANTS`, or ``module:factory``, the usual one first.
+        worlds: names of setups, and of `coverdrive.league.others.OTHERS`.
+        trials: of every entrant in every world.
+        seed: of the drives in worlds of others; setups have their own.
+        duration: [s] of drives in worlds of others, at the most.
+        workers: number of processes.
+        cluster: address of a Dask scheduler whose workers drive instead.
+
+    Returns:
+        The table of `coverdrive.league.table.league_table`.
+
+    Raises:
+        SettingError: nobody, or no world, has such a name, or a number makes no sense.
+        DataError: the folder holds drives of another configuration.
+    """
+    if min(trials, workers) < 1:
+        raise SettingError(f"a league needs at least one trial and one worker; got {trials} and {workers}")
+    check_names(planners, worlds, setups)
+    driven: dict[tuple[str, str], pl.DataFrame | str] = {}
+    for world in worlds:
+        for name in planners:
+            found = drives_of(world, name, known, setups, seed, duration)
+            if not isinstance(found, str):
+                place = folder / world / name.replace(":", "_")
+                found = _driven(found, place, f"{name} in {world}", trials, workers, cluster)
+            driven[world, name] = found
+            table = league_table(driven)
+            write_atomically(folder / "league.csv", table.write_csv)
+    each = [
+        rows.select(pl.lit(world).alias("world"), pl.lit(name).alias("planner"), pl.all())
+        for (world, name), rows in driven.items()
+        if isinstance(rows, pl.DataFrame)
+    ]
+    if each:
+        write_atomically(folder / "drives.csv", pl.concat(each).write_csv)
+    return league_table(driven)
+
+
+def _driven(drives: Drives, place: Path, name: str, trials: int, workers: int, cluster: str | None) -> pl.DataFrame:
+    """The rows of all trials of an entrant in a world."""
+    files = StudyFolder(place)
+    files.claim(drives.description())
+    with stage(f"{name} ({trials})"):
+        rows = drive_missing(table_of([]), trials, files, drives, workers, cluster)
+    files.save_table(rows)
+    return rows

@@ -1,0 +1,117 @@
+"""The table of the league: one line for every entrant in every world, with 95 % intervals.
+
+Rates of collisions have Clopper–Pearson intervals, means Student's over drives. Differences are to the first entrant of
+the world, drive by drive: Student's of the paired differences, of collision rates Newcombe's
+(`coverdrive.simulation.comparison`).
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import polars as pl
+from jaxtyping import Bool, Float
+
+from coverdrive.certificates.bounds import clopper_pearson
+from coverdrive.simulation.comparison import newcombe_interval, paired_t
+from coverdrive.simulation.outcome import Fault, Kind
+from coverdrive.simulation.trial import STARTED
+
+MEASURES = ("mean_speed", "share_unsafe", "jerk_longitudinal", "minimum_gap", "planning_median")
+"""columns of `coverdrive.simulation.trial`, of which the mean over drives is compared"""
+
+COLLISIONS = ("at_fault", "not_at_fault")
+"""collisions of the ego at its own fault, and all others"""
+
+_CONFIDENCE = 0.95
+_SIGNS = ("low", "high", "minus", "minus_low", "minus_high")
+
+
+SCHEMA = pl.Schema(
+    {"world": pl.String(), "planner": pl.String(), "drives": pl.Int64()}
+    | dict.fromkeys(COLLISIONS, pl.Int64())
+    | dict.fromkeys((*MEASURES, "least_gap"), pl.Float64())
+    | {f"{name}_{sign}": pl.Float64() for name in (*COLLISIONS, *MEASURES) for sign in _SIGNS}
+    | {"left_out": pl.String()}
+)
+"""of the table: a count or a mean, ``…_low`` and ``…_high`` of the rate or mean, and ``…_minus`` with its interval, the
+difference to the first entrant; ``least_gap`` [m] of all drives; the reason where an entrant was ``left_out``"""
+
+
+def league_table(driven: Mapping[tuple[str, str], pl.DataFrame | str]) -> pl.DataFrame:
+    """The table.
+
+    Args:
+        driven: by world and entrant, the first entrant of every world first: the table of its trials, or why there is
+            none.
+    """
+    rows: list[dict[str, Any]] = []
+    first: dict[str, pl.DataFrame] = {}
+    for (world, planner), found in driven.items():
+        known = {"world": world, "planner": planner}
+        table = found if isinstance(found, str) else found.filter(STARTED)
+        if not isinstance(table, str) and table.is_empty():
+            table = str(found["reason"][0]) if isinstance(found, pl.DataFrame) else ""
+        if isinstance(table, str):
+            rows.append(known | {"drives": 0, "left_out": table})
+            continue
+        usual = first.setdefault(world, table)
+        rows.append(known | _line(table) | ({} if usual is table else _differences(usual, table)))
+    return pl.DataFrame(rows, schema=SCHEMA)
+
+
+def _collided(table: pl.DataFrame) -> dict[str, Bool[np.ndarray, " n"]]:
+    """Which drives ended in a collision, by the names of `COLLISIONS`."""
+    collided = (table["kind"] != Kind.FINISHED.value).to_numpy()
+    own = (table["at_fault"] == Fault.EGO.value).to_numpy()
+    return {"at_fault": collided & own, "not_at_fault": collided & ~own}
+
+
+def _values(table: pl.DataFrame, name: str) -> Float[np.ndarray, " n"]:
+    """A measure of all drives, not a number where it is unknown: of plans without paths, and if nobody planned."""
+    values = table[name].to_numpy().astype(float)
+    unknown = ~np.isfinite(values)
+    if name == "share_unsafe":
+        unknown |= table["share_invalid_input"].to_numpy() >= 1
+    if name == "planning_median":
+        unknown |= values <= 0
+    return np.where(unknown, np.nan, values)
+
+
+def _line(table: pl.DataFrame) -> dict[str, Any]:
+    """Counts and means with intervals."""
+    line: dict[str, Any] = {"drives": table.height, "least_gap": table["minimum_gap"].min()}
+    for name, collided in _collided(table).items():
+        count = int(collided.sum())
+        line |= {name: count} | _named(name, clopper_pearson(count, table.height, _CONFIDENCE))
+    for name in MEASURES:
+        values = _values(table, name)
+        values = values[~np.isnan(values)]
+        line |= {name: float(values.mean()) if len(values) else None} | _named(name, _interval(values))
+    return line
+
+
+def _differences(usual: pl.DataFrame, table: pl.DataFrame) -> dict[str, Any]:
+    """Differences to the usual, of the trials that both drove."""
+    trials = usual.select("trial").join(table.select("trial"), on="trial", maintain_order="left")
+    if trials.is_empty():
+        return {}
+    ours, theirs = (trials.join(each, on="trial", maintain_order="left") for each in (usual, table))
+    line: dict[str, Any] = {}
+    for (name, one), other in zip(_collided(ours).items(), _collided(theirs).values(), strict=True):
+        line |= {f"{name}_minus": float(other.mean() - one.mean())}
+        line |= _named(f"{name}_minus", newcombe_interval(one, other, _CONFIDENCE))
+    for name in MEASURES:
+        difference = _values(theirs, name) - _values(ours, name)
+        difference = difference[~np.isnan(difference)]
+        line |= {f"{name}_minus": float(difference.mean()) if len(difference) else None}
+        line |= _named(f"{name}_minus", _interval(difference))
+    return line
+
+
+def _interval(values: Float[np.ndarray, " n"]) -> tuple[float | None, float | None]:
+    return paired_t(values, _CONFIDENCE)[:2] if len(values) > 1 else (None, None)
+
+
+def _named(name: str, interval: tuple[float | None, float | None]) -> dict[str, float | None]:
+    return {f"{name}_low": interval[0], f"{name}_high": interval[1]}

@@ -1,0 +1,105 @@
+"""Who takes part, by name or as module:factory, and with what."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from simulation_fakes import ConstantPlanner, FakeBasis, FakePredictor, make_scene
+
+from coverdrive.errors import SettingError
+from coverdrive.league.agents import AgentPlanner
+from coverdrive.league.beliefs import ConstantVelocity
+from coverdrive.league.entrants import ENTRANTS, Known, Place, Seat, entrant
+from coverdrive.planning.plan import Status
+from coverdrive.planning.planner import MpcPlanner, PlannerSettings
+from coverdrive.road import Road
+from coverdrive.simulation.setup import made
+
+KNOWN = Known(FakePredictor(FakeBasis.make()), "no paper", "no box", PlannerSettings())
+PLACE = Place(PlannerSettings(lane_change=7.0))
+
+
+@pytest.fixture(autouse=True)
+def here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Modules are found in the current folder."""
+    monkeypatch.chdir(Path(__file__).parent)
+
+
+def seat(name: str, place: Place = PLACE) -> Seat:
+    found = entrant(name)(KNOWN, place)
+    assert isinstance(found, Seat)
+    return found
+
+
+def test_who_does_not_apply_says_why() -> None:
+    reasons = {name: make(KNOWN, PLACE) for name, (make, _) in ENTRANTS.items()}
+    out = {name: reason for name, reason in reasons.items() if isinstance(reason, str)}
+    assert out == {
+        "paper": "no paper",
+        "paper-sets": "no paper",
+        "constant-velocity-box": "no box",
+        "known-future": "only recorded traffic has a known future",
+        "own": "there everybody else is the world's own driver",
+    }
+    assert seat("own", PLACE._replace(own_driver=True)) == (None, None)
+
+
+def test_ours_drive_with_the_settings_of_the_place() -> None:
+    for name in ("default", "constant-velocity"):
+        planner = seat(name).planner
+        assert isinstance(planner, MpcPlanner) and planner.settings is PLACE.settings
+    assert seat("default").belief is KNOWN.predictor
+    assert isinstance(seat("constant-velocity").belief, ConstantVelocity)
+
+
+def test_a_planner_of_ones_own_plans_against_the_default_sets() -> None:
+    found = seat("entered:planner")
+    assert found.belief is KNOWN.predictor
+    assert callable(found.planner)
+    assert isinstance(found.planner(), ConstantPlanner)
+    ours = made(seat("entered:theirs").planner, MpcPlanner)
+    assert ours.settings == PLACE.settings.model_copy(update={"lane_change": 0.0})
+
+
+def test_a_belief_of_ones_own_has_our_planner() -> None:
+    found = seat("entered:belief")
+    assert isinstance(found.belief, ConstantVelocity)
+    assert np.all(found.belief.beyond == PLACE.settings.problem.vehicle.width / 2)
+    assert isinstance(found.planner, MpcPlanner) and found.planner.settings is PLACE.settings
+
+
+def test_an_agent_sees_the_scene_and_its_plan_promises_nothing() -> None:
+    found, road = seat("entered:Agent"), Road.straight()
+    assert callable(found.planner) and found.belief is not None
+    planner = found.planner()
+    assert isinstance(planner, AgentPlanner)
+    planner.reset(0.1)
+    for ahead, expected in ((30.0, -1.0), (-30.0, 0.0)):
+        scene = make_scene([0.0, ahead], [1.8, 5.4])
+        paths = found.belief.predict(scene, road, 0, planner.dt, planner.steps)
+        plan = planner.plan(scene.states[0], paths, road)
+        assert plan.inputs.tolist() == [[expected, 0.0]] * planner.steps
+        assert plan.states[-1, 2] == pytest.approx(20 + 3 * expected)
+        assert plan.status is Status.INVALID_INPUT
+    assert planner.agent.periods == [0.1]
+
+
+@pytest.mark.parametrize(
+    ("name", "complaint"),
+    [
+        ("best", "no planner is called 'best'; choose default, paper"),
+        ("nowhere:best", "No module named 'nowhere'"),
+        ("entered:best", "has no attribute 'best'"),
+        ("entered:number", "entered:number is 3; expected a function"),
+        (":best", "expected module:factory"),
+    ],
+)
+def test_mistakes_are_explained(name: str, complaint: str) -> None:
+    with pytest.raises(SettingError, match=re.escape(complaint)):
+        entrant(name)
+
+
+def test_what_cannot_drive_is_refused() -> None:
+    with pytest.raises(SettingError, match="entered:nobody made 'nobody'; expected a planner"):
+        entrant("entered:nobody")(KNOWN, PLACE)

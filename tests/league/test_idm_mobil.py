@@ -1,0 +1,85 @@
+"""IDM and MOBIL at the wheel: behind a leader, past a slow one, off a ramp, and when somebody comes."""
+
+import numpy as np
+import pytest
+from simulation_fakes import make_scene
+
+from coverdrive.league.idm_mobil import IdmMobil
+from coverdrive.planning.planner import PlannerSettings
+from coverdrive.planning.vehicle import step
+from coverdrive.road import LaneEdges, Road
+from coverdrive.scene import Scene
+
+THREE = Road.straight()
+ONE = Road.straight(lanes=1)
+
+
+def driven(others: list[tuple[float, float, float]], road: Road, seconds: float, speed: float = 25.0) -> np.ndarray:
+    """States of the ego, which wants 30 m/s, among others (lon, lat, speed) that keep their velocity."""
+    settings = PlannerSettings.model_validate({"problem": {"cost": {"reference_speed": 30.0}}})
+    agent, state = IdmMobil(settings), np.array([0.0, 1.8, speed, 0.0])
+    agent.reset(0.1)
+    states = [state]
+    for k in range(round(10 * seconds)):
+        rows = [states[-1], *(np.array([lon + 0.1 * k * other, lat, other, 0.0]) for lon, lat, other in others)]
+        lon, lat, speeds, heading = np.array(rows).T
+        inputs = agent.act(make_scene(lon, lat, speeds, heading), road)
+        assert -7.6 <= inputs[0] <= 4.0
+        states.append(step(states[-1], np.array(inputs), 0.1))
+    return np.array(states)
+
+
+def test_behind_a_leader_it_keeps_its_distance() -> None:
+    states = driven([(80.0, 1.8, 15.0)], ONE, 40.0)
+    gap = 80.0 + 40.0 * 15 - states[-1, 0] - 4.8
+    assert states[-1, 2] == pytest.approx(15.0, abs=0.2)
+    assert 15 * 1.4 < gap < 15 * 1.4 + 8
+    assert states[:, 1] == pytest.approx(1.8)
+
+
+def test_on_the_free_road_it_drives_as_fast_as_it_wants() -> None:
+    states = driven([(-200.0, 5.4, 20.0)], THREE, 60.0)
+    assert states[-1, 2] == pytest.approx(30.0, abs=0.3)
+
+
+def test_past_a_slow_vehicle_it_changes_lanes_within_some_seconds() -> None:
+    states = driven([(60.0, 1.8, 15.0)], THREE, 12.0)
+    assert states[-1, 1] == pytest.approx(5.4, abs=0.2)
+    assert states[-1, 0] > 60 + 12 * 15 or states[-1, 2] > 24
+    between = 0.1 * np.count_nonzero((states[:, 1] > 2.0) & (states[:, 1] < 5.2))
+    assert 2.5 < between < 7.0
+    assert np.abs(states[:, 3]).max() < 0.1
+
+
+def test_it_stays_where_somebody_fast_comes_from_behind() -> None:
+    states = driven([(60.0, 1.8, 15.0), (-25.0, 5.4, 40.0)], Road.straight(lanes=2), 2.0)
+    assert states[:, 1] == pytest.approx(1.8, abs=0.05)
+
+
+def test_a_lane_change_that_has_only_begun_is_given_up_for_somebody_who_appears() -> None:
+    settings = PlannerSettings.model_validate({"problem": {"cost": {"reference_speed": 30.0}}})
+    agent, road, state = IdmMobil(settings), Road.straight(lanes=2), np.array([0.0, 1.8, 25.0, 0.0])
+    agent.reset(0.1)
+    turned = []
+    for k in range(12):
+        appears = k >= 6
+        beside = state[0] - 8.0
+        scene = make_scene(
+            [state[0], 60.0 + 1.5 * k, beside], [state[1], 1.8, 5.4], [state[2], 15.0, 32.0], [state[3], 0, 0]
+        )
+        scene = Scene(*(getattr(scene, name) for name in ("lon", "lat", "speed", "heading", "length", "width")),
+                      np.array([True, True, appears]))  # fmt: skip
+        inputs = agent.act(scene, road)
+        turned.append(inputs[1])
+        state = step(state, np.array(inputs), 0.1)
+    assert max(turned[:5]) > 0.01 and turned[-1] < 0
+    assert state[1] < 2.6
+
+
+def test_it_leaves_a_lane_that_ends() -> None:
+    spots, lat = np.array([0.0, 250.0, 300.0, 1000.0]), np.tile([0.0, 3.6, 7.2], (4, 1))
+    lat[2:, 0] = 3.6
+    road = Road(edges=np.array([0.0, 3.6, 7.2]), length=1000.0, changing=LaneEdges(spots, lat))
+    states = driven([(20.0, 5.4, 25.0), (-15.0, 5.4, 25.0)], road, 15.0, speed=22.0)
+    at_the_end = states[np.searchsorted(states[:, 0], 270.0)]
+    assert at_the_end[1] > 4.5

@@ -1,0 +1,71 @@
+"""The table of the league on hand-made drives."""
+
+import numpy as np
+import polars as pl
+import pytest
+from scipy.stats import t as student
+
+from coverdrive.certificates.bounds import clopper_pearson
+from coverdrive.league.table import SCHEMA, league_table
+from coverdrive.simulation.comparison import newcombe_interval
+from coverdrive.simulation.trial import table_of, unstarted
+
+
+def drives(speeds: list[float], collided: dict[int, tuple[str, str]] | None = None, **others: float) -> pl.DataFrame:
+    """One row for each speed; collisions (kind, fault) by trial."""
+    rows = []
+    for trial, speed in enumerate(speeds):
+        kind, fault = (collided or {}).get(trial, ("finished", "none"))
+        row = unstarted(0, trial, 5, "") | {"kind": kind, "at_fault": fault, "mean_speed": speed, "share_unsafe": 0.1}
+        row |= {"minimum_gap": 1.0 + trial, "jerk_longitudinal": 2.0, "planning_median": 0.004}
+        rows.append(row | {"share_invalid_input": 0.0} | others)
+    return table_of(rows)
+
+
+def test_counts_means_and_paired_differences_are_those_by_hand() -> None:
+    one, other = [20.0, 22.0, 24.0, 26.0], [21.0, 23.5, 24.5, 28.0]
+    crashes = {1: ("frontal", "ego"), 2: ("rear-end", "other"), 3: ("side", "none")}
+    table = league_table({("here", "first"): drives(one), ("here", "second"): drives(other, crashes)})
+    assert table.schema == SCHEMA
+    first, second = table.rows(named=True)
+    assert (first["at_fault"], first["not_at_fault"], second["at_fault"], second["not_at_fault"]) == (0, 0, 1, 2)
+    assert (second["at_fault_low"], second["at_fault_high"]) == clopper_pearson(1, 4, 0.95)
+    assert (first["mean_speed"], second["mean_speed"], second["least_gap"]) == (23.0, 24.25, 1.0)
+    assert first["mean_speed_minus"] is None
+    difference = np.subtract(other, one)
+    half = student.ppf(0.975, 3) * difference.std(ddof=1) / 2
+    assert second["mean_speed_minus"] == pytest.approx(1.25)
+    assert second["mean_speed_minus_low"] == pytest.approx(1.25 - half)
+    assert second["mean_speed_minus_high"] == pytest.approx(1.25 + half)
+    collided = np.array([False, True, False, False])
+    assert second["at_fault_minus"] == 0.25
+    ends = newcombe_interval(np.zeros(4, dtype=bool), collided, 0.95)
+    assert (second["at_fault_minus_low"], second["at_fault_minus_high"]) == ends
+
+
+def test_pairs_are_of_the_trials_that_both_could_start() -> None:
+    late = pl.concat([table_of([unstarted(0, 0, 5, "no room")]), drives([9.0, 23.0, 25.0])[1:]])
+    table = league_table({("here", "first"): drives([20.0, 22.0, 24.0]), ("here", "second"): late})
+    second = table.row(1, named=True)
+    assert (second["drives"], second["mean_speed"], second["mean_speed_minus"]) == (2, 24.0, 1.0)
+
+
+def test_every_world_has_its_own_first() -> None:
+    never = table_of([unstarted(0, 0, 5, "no room")])
+    table = league_table({
+        ("here", "first"): "does not apply", ("here", "second"): drives([20.0, 22.0]),
+        ("there", "first"): drives([10.0, 12.0]), ("there", "second"): drives([11.0, 13.0]), ("there", "third"): never,
+    })  # fmt: skip
+    assert table["left_out"].to_list() == ["does not apply", None, None, None, "no room"]
+    assert table["mean_speed_minus"].to_list() == [None, None, None, 1.0, None]
+    assert table["drives"].to_list() == [0, 2, 2, 2, 0]
+
+
+def test_what_is_not_known_is_left_out() -> None:
+    agent = drives([20.0, 21.0], share_unsafe=0.0, share_invalid_input=1.0, planning_median=0.0)
+    table = league_table({("here", "first"): drives([20.0, 22.0]), ("here", "agent"): agent})
+    row = table.row(1, named=True)
+    assert row["share_unsafe"] is None and row["planning_median"] is None and row["share_unsafe_minus"] is None
+    assert row["jerk_longitudinal"] == 2.0
+    alone = drives([20.0, 22.0], minimum_gap=np.inf)
+    assert league_table({("here", "first"): alone}).row(0, named=True)["minimum_gap"] is None

@@ -1,0 +1,87 @@
+"""The league as tables, figure and page."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+from report_fakes import make_contents
+
+from coverdrive.league.table import SCHEMA
+from coverdrive.reporting.figure import Line, Points
+from coverdrive.reporting.league import write_league
+from coverdrive.reporting.league_figure import league_figure
+from coverdrive.reporting.league_table import COLUMNS, worlds_of
+from coverdrive.reporting.page.page import page
+
+
+def line(world: str, planner: str, at_fault: int, speed: float, minus: float | None = None, drives: int = 40) -> dict:
+    row = dict.fromkeys(SCHEMA) | {"world": world, "planner": planner, "drives": drives, "at_fault": at_fault}
+    row |= {"not_at_fault": 0, "mean_speed": speed, "least_gap": 0.4, "planning_median": 0.0042, "minimum_gap": 2.5}
+    for name in ("at_fault", "not_at_fault"):
+        row |= {f"{name}_low": max(0.0, at_fault / drives - 0.02), f"{name}_high": at_fault / drives + 0.08}
+    if minus is not None:
+        row |= {"mean_speed_minus": minus, "mean_speed_minus_low": minus - 0.5, "mean_speed_minus_high": minus + 0.75}
+    return row
+
+
+TABLE = pl.DataFrame(
+    [
+        line("drivers", "default", 0, 25.0),
+        line("drivers", "idm-mobil", 0, 22.0, -3.0),
+        line("drivers", "fast", 4, 28.0, 3.0),
+        line("drivers", "clumsy", 8, 26.0, 1.0),
+        dict.fromkeys(SCHEMA) | {"world": "drivers", "planner": "own<er>", "drives": 0, "left_out": "not here"},
+        line("sumo-1500", "default", 1, 30.0),
+    ],
+    schema=SCHEMA,
+)
+
+
+def test_cells_have_counts_and_differences() -> None:
+    drivers, sumo = worlds_of(TABLE)
+    cells = dict(zip(COLUMNS, drivers.rows[2], strict=True))
+    assert cells["at fault"] == "4 (8–18 %)"
+    assert cells["mean speed [m/s]"] == "28.00 (+2.50 … +3.75)"
+    assert (cells["unsafe [%]"], cells["gap [m]"], cells["least"], cells["step [ms]"]) == ("–", "2.5", "0.4", "4.2")
+    assert drivers.rows[0][4] == "25.00"
+    assert drivers.left_out == ["own<er> does not drive: not here"]
+    assert (sumo.name, len(sumo.rows), sumo.left_out) == ("sumo-1500", 1, [])
+
+
+def test_the_figure_has_a_mark_for_everybody_and_a_frontier() -> None:
+    figure = league_figure(TABLE)
+    assert figure is not None
+    first, second = figure.panels
+    assert (first.title, second.title) == ("drivers (40 drives)", "sumo-1500 (40 drives)")
+    (frontier,) = (mark for mark in first.marks if isinstance(mark, Line))
+    assert np.array([frontier.x, frontier.y]).T.tolist() == [
+        [0.0, 25.0],
+        [10.0, 28.0],
+    ]  # nobody else is safer or faster
+    assert set(figure.named) == {"default", "idm-mobil", "fast", "clumsy"}
+    fast = [mark for mark in first.marks if isinstance(mark, Points) and mark.name == "fast"]
+    across, along = fast
+    assert (across.along, across.low, across.high) == ("x", [pytest.approx(8.0)], [pytest.approx(18.0)])
+    assert (along.along, along.low, along.high) == ("y", [pytest.approx(27.5)], [pytest.approx(28.75)])
+    assert league_figure(TABLE.filter(pl.col("drives") == 0)) is None
+
+
+def test_the_page_stands_alone(tmp_path: Path) -> None:
+    write_league(TABLE, tmp_path)
+    page = (tmp_path / "league.html").read_text(encoding="utf-8")
+    assert (tmp_path / "league.png").exists() and (tmp_path / "league.pdf").exists()
+    assert "28.00 (+2.50 … +3.75)" in page and "own&lt;er&gt; does not drive: not here" in page
+    assert page.count("<table>") == 2 and '"type":"Points"' in page
+    assert not re.findall(r"(?:src|href)=\"(?!#|data:)", page)
+    write_league(TABLE.filter(pl.col("drives") == 0), tmp_path)
+    assert "own&lt;er&gt;" in (tmp_path / "league.html").read_text(encoding="utf-8")
+
+
+def test_the_report_has_a_section_for_it() -> None:
+    contents = make_contents()
+    assert 'id="league"' not in page(contents)
+    text = page(replace(contents, league=TABLE))
+    assert '<a href="#league">' in text and 'id="figure-league"' in text and "28.00 (+2.50 … +3.75)" in text
