@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from simulation_fakes import make_scene
@@ -147,3 +149,15 @@ def test_drivers_want_the_speed_of_the_road_and_start_as_near_as_it_is_slow():
     for lat in begun.road.centres:
         lon = np.sort(begun.scene.lon[begun.scene.lat == lat])
         assert np.diff(lon, prepend=-1e3).min() > 6.0 + 4.8 * 0.95
+
+
+def test_trucks_want_less_speed():
+    scene = start(CALM, 6, 0)
+    lengths = scene.length.copy()
+    lengths[[2, 4]] = 8.0, 16.0
+    wanted = []
+    for each in (scene, replace(scene, length=lengths)):
+        traffic = DriverTraffic(CALM)
+        traffic.reset(each, ROAD, np.random.default_rng(0))
+        wanted.append(traffic._freeway.usual_speed[0])
+    np.testing.assert_allclose(wanted[1] / wanted[0], [1, 1, 0.8, 1, 0.8, 1, 1])

@@ -15,7 +15,7 @@ from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.settings import InOrder, Settings
 from coverdrive.simulation.course import Course
-from coverdrive.simulation.drivers import DriverSettings, draw_drivers
+from coverdrive.simulation.drivers import TRUCK_LENGTH, TRUCK_PACE, DriverSettings, draw_drivers
 from coverdrive.simulation.freeway import DECISION, Freeway
 from coverdrive.simulation.initial import EGO, InitialSettings, initial_scene
 from coverdrive.simulation.motion import with_states
@@ -118,6 +118,7 @@ class DriverTraffic:
         self._age = 0.0
         settings, shape = self._settings, (1, scene.vehicles)
         drivers = draw_drivers(self._usual, rng, shape)
+        drivers.desired_speed[0, scene.length >= TRUCK_LENGTH] *= TRUCK_PACE
         lon, lane = np.array(scene.lon)[None], road.lane_at(scene.lon, scene.lat)[None]
         wave = rng.uniform(150, 400, shape)
         self._freeway = Freeway(

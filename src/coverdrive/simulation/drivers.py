@@ -20,6 +20,10 @@ Values = Float[np.ndarray, "*batch A"]
 
 FREE = 1e6
 """[m] gap to a leader that does not exist"""
+TRUCK_LENGTH = 8.0
+"""[m] from which a vehicle is taken for a truck or a bus"""
+TRUCK_PACE = 0.8
+"""times the speed that a car wants: 80 to 90 km/h where cars drive 100 to 110"""
 
 
 class DriverSettings(Settings):

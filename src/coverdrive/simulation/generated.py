@@ -17,7 +17,7 @@ from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.recordings.tracks import regular_table
 from coverdrive.settings import InOrder
 from coverdrive.simulation.course import Course
-from coverdrive.simulation.drivers import DriverSettings, draw_drivers
+from coverdrive.simulation.drivers import TRUCK_LENGTH, TRUCK_PACE, DriverSettings, draw_drivers
 from coverdrive.simulation.freeway import DECISION, Freeway
 from coverdrive.simulation.road_settings import RoadSettings
 
@@ -120,14 +120,14 @@ def _start(settings: GeneratedSettings, random: np.random.Generator, scenes: int
     shape = (scenes, most)
     valid = np.arange(most) < random.integers(fewest, most, scenes, endpoint=True)[:, None]
     truck = random.random(shape) < settings.truck_share
-    length = np.where(truck, random.uniform(8, 16, shape), random.normal(4.7, 0.35, shape).clip(3.7, 5.7))
+    length = np.where(truck, random.uniform(TRUCK_LENGTH, 16, shape), random.normal(4.7, 0.35, shape).clip(3.7, 5.7))
     width = np.where(truck, 2.5, random.normal(1.85, 0.08, shape).clip(1.6, 2.1))
     road = settings.road_of(_FARTHEST)
     ramp = road.lanes - settings.lanes
     dealt = np.arange(most) % (2 * settings.lanes + ramp)  # half as many on a ramp as in a lane that goes on
     lane = random.permuted(np.broadcast_to((dealt + ramp * (dealt >= road.lanes)) % road.lanes, shape), axis=1)
     drivers = draw_drivers(settings.drivers, random, shape)
-    drivers.desired_speed[truck] *= 0.8
+    drivers.desired_speed[truck] *= TRUCK_PACE
 
     pace = random.uniform(*settings.speed, (scenes, 1))
     speed = np.minimum(pace, 0.95 * drivers.desired_speed) * random.uniform(0.97, 1.0, shape)
