@@ -123,8 +123,7 @@ def main() -> None:
     for file in sorted(chosen.folder.glob("*.xml")):
         cells = read_cells(file)
         if len(cells) == len(READ):
-            (recording,) = read(file)
-            cells = (*cells, *tried_cells(recording, predictor, chosen.drives, chosen.duration))
+            cells = (*cells, *tried_cells(read(file)[0], predictor, chosen.drives, chosen.duration))
         rows.append(cells)
     print(table(rows))
     if chosen.out is not None:
