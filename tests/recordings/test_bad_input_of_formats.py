@@ -114,6 +114,26 @@ def test_a_curve_below_50_m(tmp_path: Path):
         read([tmp_path])
 
 
+@pytest.mark.parametrize(("radius", "refused"), [(150.0, False), (45.0, True)])
+def test_a_curve_below_50_m_without_a_map(radius: float, refused: bool, tmp_path: Path):
+    """By 40° in the middle of the tracks."""
+    path, turn = write_interaction(tmp_path, SLOW, degrees=0.0), np.radians(40.0)
+    table = pl.read_csv(path)
+    way, left = table["x"].to_numpy(), table["y"].to_numpy() - table["y"].to_numpy().mean()
+    way = way - (way.min() + way.max() - turn * radius) / 2
+    heading = np.clip(way, 0, turn * radius) / radius
+    rest = np.clip(way - turn * radius, 0, None)
+    velocity = (table["vx"].to_numpy() + 1j * table["vy"].to_numpy()) * np.exp(1j * heading)
+    place = np.minimum(way, 0) + 1j * radius * (1 - np.exp(1j * heading)) + (rest + 1j * left) * np.exp(1j * heading)
+    parts = {"x": place.real, "y": place.imag, "vx": velocity.real, "vy": velocity.imag, "psi_rad": np.angle(velocity)}
+    table.with_columns(**{name: pl.Series(values) for name, values in parts.items()}).write_csv(path)
+    if not refused:
+        assert read([path])
+        return
+    with pytest.raises(RecordingError, match=r"bends by \d+° more than a road .* as in curves below about 60 m radius"):
+        read([path])
+
+
 def crossing(start: float, count: int, number: int) -> str:
     """A vehicle that drives across the road of `on_two_lanes`, from its right to its left side."""
     states = [state(start, -7.0 + 0.9 * k, 9.0, k, "state" if k else "initialState") for k in range(count)]

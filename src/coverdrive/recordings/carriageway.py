@@ -43,6 +43,10 @@ FOLLOWINGS = 2
 SHORTEST_WAVE = 200.0
 """[m] wave length below which bends that only vehicles show are smoothed out: lane changes, not motorways"""
 
+SHARPLY, ENOUGH = 5.0, 5
+"""[degrees] from a line that is put along their directions, in which so many vehicles or more may drive in the median;
+in curves of 100 m radius it is 3°, of 60 m 7°"""
+
 
 def split_directions(file: Path, table: pl.DataFrame, repairs: Counter[str]) -> list[pl.DataFrame]:
     """The rows of each direction of travel, that with more vehicles first.
@@ -120,6 +124,8 @@ def line_along(file: Path, table: pl.DataFrame, known: tuple[Line, ...]) -> Refe
             line = _followed(table, line)
     except DataError as error:
         raise RecordingError(file, str(error)) from error
+    if not known:
+        _check_followed(file, table, line)
     return line
 
 
@@ -137,20 +143,40 @@ def _followed(table: pl.DataFrame, line: ReferenceLine) -> ReferenceLine:
     It drifts off lanes by little, which `centred` puts right.
     """
     lon, lat = line.to_road(table["x"], table["y"])
+    slope = _smooth(*_slopes(table["vehicle"], lon, lat))
+    grid = np.arange(lon.min(), lon.max() + STRETCH, STRETCH)
+    offset = np.concatenate([[0.0], np.cumsum(slope((grid[1:] + grid[:-1]) / 2) * STRETCH)])
+    return _moved(line, grid, offset + float(lat.mean() - offset.mean()))
+
+
+def _check_followed(file: Path, table: pl.DataFrame, line: ReferenceLine) -> None:
+    """Refuse tracks that turn more sharply than the line along them can."""
+    place, slope = _slopes(table["vehicle"], *line.to_road(table["x"], table["y"]))
+    medians = (
+        pl.DataFrame({"stretch": np.floor(place / STRETCH), "slope": slope})
+        .group_by("stretch")
+        .agg(pl.col("slope").median(), rows=pl.len())
+        .filter(pl.col("rows") >= ENOUGH)
+    )
+    turned = np.degrees(np.arctan(np.abs(medians["slope"].to_numpy()).max(initial=0.0)))
+    if turned > SHARPLY:
+        problem = f"the vehicles' way bends by {turned:.0f}° more than a road whose bends are estimated from tracks can"
+        raise RecordingError(file, f"{problem}, as in curves below about 60 m radius; name its map, or leave it out")
+
+
+def _slopes(
+    vehicle: pl.Series, lon: Float[np.ndarray, " R"], lat: Float[np.ndarray, " R"]
+) -> tuple[Float[np.ndarray, " N"], Float[np.ndarray, " N"]]:
+    """How much to the left of a line vehicles drive from one stretch to the next, and where [m]."""
     places = (
-        pl.DataFrame({"vehicle": table["vehicle"], "lon": lon, "lat": lat, "stretch": np.floor(lon / STRETCH)})
+        pl.DataFrame({"vehicle": vehicle, "lon": lon, "lat": lat, "stretch": np.floor(lon / STRETCH)})
         .group_by("vehicle", "stretch")
         .agg(pl.col("lon", "lat").mean())
         .sort("vehicle", "stretch")
     )
     change = pl.col("lon", "lat", "stretch").diff().over("vehicle").name.suffix("_step")
     steps = places.with_columns(change).filter(pl.col("stretch_step") == 1)
-    slope = _smooth(
-        (steps["lon"] - steps["lon_step"] / 2).to_numpy(), (steps["lat_step"] / steps["lon_step"]).to_numpy()
-    )
-    grid = np.arange(lon.min(), lon.max() + STRETCH, STRETCH)
-    offset = np.concatenate([[0.0], np.cumsum(slope((grid[1:] + grid[:-1]) / 2) * STRETCH)])
-    return _moved(line, grid, offset + float(lat.mean() - offset.mean()))
+    return (steps["lon"] - steps["lon_step"] / 2).to_numpy(), (steps["lat_step"] / steps["lon_step"]).to_numpy()
 
 
 def centred(line: ReferenceLine, lon: Float[np.ndarray, " R"], beside: Float[np.ndarray, " R"]) -> ReferenceLine:
