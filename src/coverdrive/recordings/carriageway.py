@@ -151,14 +151,8 @@ def _followed(table: pl.DataFrame, line: ReferenceLine) -> ReferenceLine:
 
 def _check_followed(file: Path, table: pl.DataFrame, line: ReferenceLine) -> None:
     """Refuse tracks that turn more sharply than the line along them can."""
-    place, slope = _slopes(table["vehicle"], *line.to_road(table["x"], table["y"]))
-    medians = (
-        pl.DataFrame({"stretch": np.floor(place / STRETCH), "slope": slope})
-        .group_by("stretch")
-        .agg(pl.col("slope").median(), rows=pl.len())
-        .filter(pl.col("rows") >= ENOUGH)
-    )
-    turned = np.degrees(np.arctan(np.abs(medians["slope"].to_numpy()).max(initial=0.0)))
+    _, slope, rows = _medians(*_slopes(table["vehicle"], *line.to_road(table["x"], table["y"])))
+    turned = np.degrees(np.arctan(np.abs(slope[rows >= ENOUGH]).max(initial=0.0)))
     if turned > SHARPLY:
         problem = f"the vehicles' way bends by {turned:.0f}° more than a road whose bends are estimated from tracks can"
         raise RecordingError(file, f"{problem}, as in curves below about 60 m radius; name its map, or leave it out")
@@ -196,18 +190,22 @@ def _moved(line: ReferenceLine, lon: Float[np.ndarray, " G"], left: Float[np.nda
     return ReferenceLine(np.array([x[0], y[0]]), float(np.arctan2(dy[0], dx[0])), curvature, float(way[-1]))
 
 
-def _smooth(at: Float[np.ndarray, " N"], values: Float[np.ndarray, " N"]) -> Callable[[np.ndarray], np.ndarray]:
-    """A smooth curve through the medians of values over stretches of places [m], straight on beyond its ends."""
-    stretch = pl.Series(at / STRETCH).floor()
+def _medians(at: Float[np.ndarray, " N"], values: Float[np.ndarray, " N"]) -> tuple[Float[np.ndarray, " S"], ...]:
+    """Mean place [m] of each stretch, the median of its values, and how many there are."""
     medians = (
-        pl.DataFrame({"stretch": stretch, "at": at, "value": values})
+        pl.DataFrame({"stretch": pl.Series(at / STRETCH).floor(), "at": at, "value": values})
         .group_by("stretch")
         .agg(pl.col("at").mean(), pl.col("value").median(), rows=pl.len())
         .sort("at")
     )
-    place, value, rows = (medians[name].to_numpy().astype(np.float64) for name in ("at", "value", "rows"))
-    if len(medians) < 5:  # too few for a spline
-        constant = float(np.average(value, weights=rows)) if len(medians) else 0.0
+    return tuple(medians[name].to_numpy().astype(np.float64) for name in ("at", "value", "rows"))
+
+
+def _smooth(at: Float[np.ndarray, " N"], values: Float[np.ndarray, " N"]) -> Callable[[np.ndarray], np.ndarray]:
+    """A smooth curve through the medians of values over stretches of places [m], straight on beyond its ends."""
+    place, value, rows = _medians(at, values)
+    if len(place) < 5:  # too few for a spline
+        constant = float(np.average(value, weights=rows)) if len(place) else 0.0
         return lambda places: np.full_like(places, constant)
     stiffness = (SHORTEST_WAVE / (2 * np.pi)) ** 4 / STRETCH
     curve = make_smoothing_spline(place, value, w=rows / rows.mean(), lam=stiffness)
