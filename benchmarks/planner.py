@@ -8,7 +8,7 @@ kept. On the same instances, in the same run:
 - *reference*: the same problem of two branches, with the lanes that the plan aims at, solved by IPOPT from eight
   starts, one of them the plan; the best merit of them, as the planner evaluates it. Where nothing is clear of every
   path, it is the problem with a careful follower, which the planner then solves.
-- *the paper's way*: what the paper describes (`coverdrive.planning.paper_way`). At every step a nonlinear program is
+- *the paper's way*: what the paper describes (`coverdrive.league.paper_way`). At every step a nonlinear program is
   built anew in CasADi and solved by IPOPT, here once for the lane of the car, from the recorded plan. It has a cost of
   its own (its ellipses are smaller than the bodies), so that costs are compared with the reference alone.
 """
@@ -24,12 +24,12 @@ import numpy as np
 
 from coverdrive.certificates.evaluation import Rate
 from coverdrive.config import Experiment
+from coverdrive.league.paper_way import situation_for, solve_paper_program
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.constants import Constants, constants_of
 from coverdrive.planning.evaluate import Plans, empty_plans, evaluate
 from coverdrive.planning.follower import with_careful_follower
 from coverdrive.planning.leaders import LeaderSettings, braking_leaders, speed_ahead
-from coverdrive.planning.paper_way import situation_for, solve_paper_program
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.planning.problem import ProblemSettings

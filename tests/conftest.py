@@ -5,11 +5,16 @@ import shutil
 import signal
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+import numpy as np
 import pytest
 from filelock import FileLock
 from hypothesis import HealthCheck, settings
 from jaxtyping import install_import_hook
+
+if TYPE_CHECKING:
+    from coverdrive.paths import PredictedPaths
 
 _CHECKER = "beartype.beartype(conf=beartype.BeartypeConf(is_pep484_tower=True))"
 """Shapes are types, which the tests check; an int is good for a float."""
@@ -159,6 +164,22 @@ def roads(us101: Path) -> Path:
     if not folder.is_dir():
         pytest.skip(f"there is no folder roads in {us101.parent}")
     return folder
+
+
+@pytest.fixture
+def straight_paths() -> "Callable[..., PredictedPaths]":
+    """A function of rows (lon, lat, speed) that gives one path of constant speed per row, one vehicle each."""
+    from coverdrive.paths import PredictedPaths
+
+    def make(*rows: tuple[float, float, float]) -> PredictedPaths:
+        cars = np.reshape(np.array(rows, dtype=float), (-1, 3))
+        points = np.zeros((len(cars), 13, 2))
+        points[..., 0] = cars[:, 0, None] + cars[:, 2, None] * 0.25 * np.arange(13)
+        points[..., 1] = cars[:, 1, None]
+        half_sizes = np.tile([2.4, 0.95], (len(cars), 13, 1))
+        return PredictedPaths(points, np.arange(len(cars)), half_sizes, 0.25)
+
+    return make
 
 
 @pytest.fixture

@@ -68,7 +68,7 @@ def _paper(known: Known, place: Place) -> Seat | str:
 
 
 def _paper_planner(settings: PlannerSettings) -> Planner:
-    from coverdrive.planning.paper_way import PaperPlanner  # needs CasADi
+    from coverdrive.league.paper_way import PaperPlanner  # needs CasADi
 
     return PaperPlanner(settings.problem, settings.lane_change)
 

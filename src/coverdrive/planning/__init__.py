@@ -1,1 +1,1 @@
-"""Planning the ego's motion against every predicted path (paper §4). CasADi is used only here."""
+"""Planning the ego's motion against every predicted path (paper §4)."""

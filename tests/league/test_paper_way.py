@@ -17,7 +17,7 @@ STATE = np.array([0.0, 1.8, 20.0, 0.0])
 @pytest.fixture
 def paper_way() -> ModuleType:
     pytest.importorskip("casadi", reason="needs the extra reference")
-    from coverdrive.planning import paper_way
+    from coverdrive.league import paper_way
 
     return paper_way
 
