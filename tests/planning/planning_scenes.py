@@ -10,7 +10,7 @@ from coverdrive.geometry import boxes_overlap
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.constants import Constants, constants_of
 from coverdrive.planning.evaluate import Plans, drive_step, empty_plans, evaluate
-from coverdrive.planning.obstacles import obstacles_of, packed
+from coverdrive.planning.obstacles import obstacles_of, reachable
 from coverdrive.planning.problem import ProblemSettings
 from coverdrive.planning.road_ahead import STRAIGHT, RoadAhead
 from coverdrive.planning.road_table import table_of
@@ -63,7 +63,9 @@ def scene(rng: np.random.Generator, vehicles: int = 3) -> tuple[np.ndarray, Pred
 
 def around(state: np.ndarray, paths: PredictedPaths, edges: np.ndarray = EDGES) -> Surroundings:
     """What a plan is made for, packed as the planner does; all paths are likely."""
-    boxes = packed(state, obstacles_of(paths, PROBLEM.obstacles), DT, CAR, PROBLEM.obstacles)
+    boxes = obstacles_of(paths, PROBLEM.obstacles)
+    boxes = boxes.compress(reachable(state, boxes, DT, CAR, PROBLEM.obstacles), axis=2)
+    boxes[0] -= state[0]
     return Surroundings(np.array([0.0, *state[1:]]), np.zeros(2), between(*edges), WANTED, boxes, boxes)
 
 

@@ -12,28 +12,24 @@ from planning_scenes import CAR, drive, smallest_slack
 from coverdrive.geometry import boxes_overlap
 from coverdrive.planning.obstacles import (
     FAR,
-    Obstacles,
     ObstacleSettings,
-    likely_paths,
+    likeliest,
     obstacles_of,
-    packed,
     reachable,
+    with_share_of_tube,
 )
+from coverdrive.planning.problem import ProblemSettings
+from coverdrive.planning.road_table import table_of
+from coverdrive.planning.surroundings import surroundings_of
 from coverdrive.reporting.active_constraints import clearances
+from coverdrive.road import Road
 
 ORDERS: tuple[Literal[2, 4, 8, 16, 32], ...] = (2, 4, 8, 16, 32)
 SHAPES = [ObstacleSettings(order=order) for order in ORDERS]
 
 
-def one_step(lon: float, lat: float, half_length: float, half_width: float, speed: float = FAR) -> Obstacles:
-    each = (
-        np.array([[[lon, lat]]]),
-        np.array([[[half_length, half_width]]]),
-        np.array([[speed]]),
-        np.zeros((1, 1)),
-        np.ones((1, 1)),
-    )
-    return Obstacles(*(np.repeat(values, 2, axis=0) for values in each))
+def one_step(lon: float, lat: float, half_length: float, half_width: float, speed: float = FAR) -> np.ndarray:
+    return np.tile(np.array([lon, lat, half_length, half_width, speed, 0.0, 1.0])[:, None, None], (1, 2, 1))
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -101,8 +97,8 @@ def test_culling_keeps_all_that_can_be_met(straight_paths, shape: ObstacleSettin
     rows = [(100 + d, 1.8 + 3.6 * (i % 3), 20.0 + i % 5) for i, d in enumerate(range(-300, 300, 7))]
     everything = obstacles_of(straight_paths(*rows), shape)
     near = reachable(state, everything, 0.25, CAR, shape)
-    kept = Obstacles(*(values[:, near] for values in everything))
-    assert 0 < kept.slots < everything.slots
+    kept = everything[:, :, near]
+    assert 0 < near.sum() < len(near)
     wishes = np.random.default_rng(0).choice([-8.0, -0.2, 0.0, 0.2, 3.0], size=(200, 12, 2))
     states, _ = drive(state, wishes)
     with_all = smallest_slack(clearances(states, everything, CAR, shape), 0.01)
@@ -110,16 +106,16 @@ def test_culling_keeps_all_that_can_be_met(straight_paths, shape: ObstacleSettin
     assert with_all.max() > 0.1
 
 
-def test_what_is_packed_is_what_can_be_met_seen_from_the_ego(straight_paths) -> None:
-    state, shape = np.array([50.0, 1.8, 20.0, 0.0]), ObstacleSettings()
-    obstacles = obstacles_of(straight_paths((-900, 1.8, 20), (60, 5.4, 10), (900, 5.4, 10)), shape)
-    boxes = packed(state, obstacles, 0.25, CAR, shape)
-    assert boxes.shape == (7, 13, 1)
-    np.testing.assert_allclose(boxes[:2, :, 0].T, obstacles.centres[:, 1] - [50, 0])
-    np.testing.assert_array_equal(boxes[2:4, :, 0].T, obstacles.half_sizes[:, 1])
-    np.testing.assert_array_equal(boxes[4:6, -1, 0], [10, 0])
-    np.testing.assert_array_equal(boxes[4, :-1, 0], FAR)
-    np.testing.assert_array_equal(boxes[6], 1.0)
+def test_surroundings_are_what_can_be_met_seen_from_the_ego(straight_paths) -> None:
+    state, problem = np.array([50.0, 1.8, 20.0, 0.0]), ProblemSettings()
+    paths = straight_paths((-900, 1.8, 20), (60, 5.4, 10), (900, 5.4, 10))
+    around = surroundings_of(state, np.zeros(2), paths, table_of(Road.straight(), problem), problem)
+    assert around.boxes.shape == around.likely.shape == (7, 13, 1)
+    np.testing.assert_allclose(around.boxes[:2, :, 0].T, paths.points[1] - [50, 0])
+    np.testing.assert_array_equal(around.boxes[2:4, :, 0].T, paths.half_sizes[1])
+    np.testing.assert_array_equal(around.boxes[4:6, -1, 0], [10, 0])
+    np.testing.assert_array_equal(around.boxes[4, :-1, 0], FAR)
+    np.testing.assert_array_equal(around.boxes[6], 1.0)
 
 
 def test_speed_to_brake_to_at_the_end_goes_on_as_it_fell(straight_paths) -> None:
@@ -128,24 +124,27 @@ def test_speed_to_brake_to_at_the_end_goes_on_as_it_fell(straight_paths) -> None
     time = 0.25 * np.arange(13)
     paths.points[0, :, 0] = 10 * time - time**2
     obstacles = obstacles_of(paths, ObstacleSettings())
-    np.testing.assert_allclose(obstacles.deceleration[-1], [2, 0], atol=1e-9)
-    np.testing.assert_allclose(obstacles.speed[-1], [4, 10])
-    assert (obstacles_of(paths, ObstacleSettings(terminal_braking=False)).speed == FAR).all()
+    np.testing.assert_allclose(obstacles[5, -1], [2, 0], atol=1e-9)
+    np.testing.assert_allclose(obstacles[4, -1], [4, 10])
+    assert (obstacles_of(paths, ObstacleSettings(terminal_braking=False))[4] == FAR).all()
 
 
 def test_likelihoods_add_up_to_one_for_every_vehicle(straight_paths) -> None:
     paths = replace(straight_paths(*3 * [(0, 1.8, 10)]), vehicle=np.array([7, 2, 7]))
-    np.testing.assert_allclose(obstacles_of(paths, ObstacleSettings()).likelihood, np.tile([0.5, 1, 0.5], (13, 1)))
+    np.testing.assert_allclose(obstacles_of(paths, ObstacleSettings())[6], np.tile([0.5, 1, 0.5], (13, 1)))
     paths = replace(paths, weight=np.array([3.0, 5.0, 1.0]))
-    np.testing.assert_allclose(obstacles_of(paths, ObstacleSettings()).likelihood, np.tile([0.75, 1, 0.25], (13, 1)))
+    np.testing.assert_allclose(obstacles_of(paths, ObstacleSettings())[6], np.tile([0.75, 1, 0.25], (13, 1)))
 
 
 def test_what_is_likely_is_the_likeliest_path_of_every_vehicle_in_a_part_of_its_tube(straight_paths) -> None:
     paths = straight_paths((0, 1.8, 10), (20, 5.4, 10), (0, 1.8, 12))
     paths = replace(paths, vehicle=np.array([0, 1, 0]), weight=np.array([0.4, 1.0, 0.6]))
     paths.half_sizes[:, 1:] += 1.0
-    likely = likely_paths(paths, 0.5)
-    np.testing.assert_array_equal(likely.vehicle, [0, 1])
-    np.testing.assert_array_equal(likely.points, paths.points[[2, 1]])
-    np.testing.assert_allclose(likely.half_sizes[:, 0], paths.half_sizes[:2, 0])
-    np.testing.assert_allclose(likely.half_sizes[:, 1:], paths.half_sizes[:2, 1:] - 0.5)
+    boxes = obstacles_of(paths, ObstacleSettings())
+    np.testing.assert_array_equal(likeliest(paths), [2, 1])
+    np.testing.assert_array_equal(likeliest(replace(paths, weight=None)), [0, 1])
+    likely = with_share_of_tube(boxes, 0.5)
+    np.testing.assert_array_equal(likely[[0, 1, 4, 5]], boxes[[0, 1, 4, 5]])
+    np.testing.assert_allclose(likely[2:4, 0], boxes[2:4, 0])
+    np.testing.assert_allclose(likely[2:4, 1:], boxes[2:4, 1:] - 0.5)
+    np.testing.assert_array_equal(likely[6], 1.0)

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from planning_scenes import rollout, touches
 
-import coverdrive.planning.obstacles as obstacles
 import coverdrive.planning.planner as planning
+import coverdrive.planning.surroundings as surroundings
 from coverdrive.errors import SettingError
 from coverdrive.geometry import boxes_overlap, turned_half_extents
 from coverdrive.paths import PredictedPaths
@@ -239,7 +239,7 @@ def test_what_cannot_be_reached_changes_nothing(straight_paths) -> None:
     )
     culled = MpcPlanner().plan(state, straight_paths(*rows), ROAD)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(obstacles, "reachable", lambda _, boxes, *rest: np.ones(boxes.slots, dtype=bool))
+        patch.setattr(surroundings, "reachable", lambda _, boxes, *rest: np.ones(boxes.shape[2], dtype=bool))
         everything = MpcPlanner().plan(state, straight_paths(*rows), ROAD)
     np.testing.assert_allclose(culled.states, everything.states, atol=1e-9)
 

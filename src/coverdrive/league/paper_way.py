@@ -38,7 +38,6 @@ from coverdrive.extras import require
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.cost import CostSettings
 from coverdrive.planning.follower import without_follower
-from coverdrive.planning.obstacles import Obstacles, obstacles_of
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.problem import ProblemSettings
 from coverdrive.planning.surroundings import check_times
@@ -63,7 +62,7 @@ class Situation(NamedTuple):
     """acceleration [m/s²] and yaw rate [rad/s] applied before"""
     road_edges: tuple[float, float]
     """[m] lat of the right and of the left edge of the road"""
-    obstacles: Obstacles
+    paths: PredictedPaths
     """every predicted path, however far away"""
 
 
@@ -89,7 +88,7 @@ def situation_for(
 ) -> Situation:
     """What the program is posed for."""
     edges = (float(road.edges[0]), float(road.edges[-1]))
-    return Situation(state, previous_input, edges, obstacles_of(paths, problem.obstacles))
+    return Situation(state, previous_input, edges, paths)
 
 
 def solve_paper_program(
@@ -118,14 +117,14 @@ def solve_paper_program(
 
 def _program(situation: Situation, target_lat: float, problem: ProblemSettings) -> dict[str, Any]:
     """Variables x, objective f and constraints g = 0; x holds inputs, states, slacks and what each ellipse gives."""
-    steps, obstacles, axes = problem.steps, situation.obstacles, _axes(situation.obstacles, problem)
+    steps, paths, axes = problem.steps, situation.paths, _axes(situation.paths, problem)
     inputs = [ca.SX.sym(f"u_{k}", 2) for k in range(steps)]
     states = [ca.SX(situation.state), *(ca.SX.sym(f"x_{k}", 4) for k in range(1, steps + 1))]
-    slack, levels = ca.SX.sym("slack", steps), [ca.SX.sym(f"level_{k}", obstacles.slots) for k in range(1, steps + 1)]
+    slack, levels = ca.SX.sym("slack", steps), [ca.SX.sym(f"level_{k}", len(paths)) for k in range(1, steps + 1)]
     weights, cost, constraints, last = problem.cost.slack_weights(steps), 0, [], situation.previous_input
     for k, (state, after) in enumerate(itertools.pairwise(states)):
         constraints.append(after - euler_step(state, inputs[k], problem.dt))
-        constraints.append(_ellipses(after[0], after[1], obstacles.centres[k + 1], axes[k]) + slack[k] - levels[k])
+        constraints.append(_ellipses(after[0], after[1], paths.points[:, k + 1], axes[:, k]) + slack[k] - levels[k])
         cost += step_cost(after, inputs[k], last, target_lat, k == steps - 1, problem.cost) + weights[k] * slack[k] ** 2
         last = inputs[k]
     return {"x": ca.vertcat(*inputs, *states[1:], slack, *levels), "f": cost, "g": ca.vertcat(*constraints)}
@@ -161,7 +160,7 @@ def coasting(situation: Situation, target_lat: float, problem: ProblemSettings) 
     """No input, with the slack and the cost that the program would give it."""
     inputs, steps = np.zeros((problem.steps, 2)), problem.steps
     states = euler_rollout(situation.state, inputs, problem.dt)
-    slack = _smallest_slack(_levels(states, situation.obstacles, problem))
+    slack = _smallest_slack(_levels(states, situation.paths, problem))
     befores = [situation.previous_input, *inputs]
     cost = sum(
         step_cost(states[k + 1], inputs[k], befores[k], target_lat, k == steps - 1, problem.cost) for k in range(steps)
@@ -169,9 +168,9 @@ def coasting(situation: Situation, target_lat: float, problem: ProblemSettings) 
     return Solution(states, inputs, slack, float(cost + problem.cost.slack_weights(steps) @ slack**2))
 
 
-def _axes(obstacles: Obstacles, problem: ProblemSettings) -> Float[np.ndarray, "K n 2"]:
+def _axes(paths: PredictedPaths, problem: ProblemSettings) -> Float[np.ndarray, "n K 2"]:
     """Semi-axes [m] of the ellipses."""
-    return obstacles.half_sizes[1:] + problem.vehicle.half_sizes
+    return paths.half_sizes[:, 1:] + problem.vehicle.half_sizes
 
 
 def _ellipses(lon: Any, lat: Any, centres: Float[np.ndarray, "*m n 2"], axes: Float[np.ndarray, "*m n 2"]) -> Any:
@@ -181,10 +180,10 @@ def _ellipses(lon: Any, lat: Any, centres: Float[np.ndarray, "*m n 2"], axes: Fl
 
 
 def _levels(
-    states: Float[np.ndarray, "P 4"], obstacles: Obstacles, problem: ProblemSettings
+    states: Float[np.ndarray, "P 4"], paths: PredictedPaths, problem: ProblemSettings
 ) -> Float[np.ndarray, "K n"]:
     """The left-hand sides of given states."""
-    return _ellipses(states[1:, :1], states[1:, 1:2], obstacles.centres[1:], _axes(obstacles, problem))
+    return _ellipses(states[1:, 0], states[1:, 1], paths.points[:, 1:], _axes(paths, problem)).T
 
 
 def _smallest_slack(levels: Float[np.ndarray, "K n"]) -> Float[np.ndarray, " K"]:
@@ -195,7 +194,7 @@ def _bounds(situation: Situation, problem: ProblemSettings) -> tuple[Float[np.nd
     """Lower and upper bounds of the variables in their order: inputs, states, slacks, what each ellipse gives."""
     steps, car, free = problem.steps, problem.vehicle, np.full(problem.steps, np.inf)
     right, left = situation.road_edges
-    levels = np.ones(steps * situation.obstacles.slots)
+    levels = np.ones(steps * len(situation.paths))
     low = ([-car.max_deceleration, -_MAX_YAW_RATE], [-np.inf, right + car.width / 2, -np.inf, -np.inf])
     high = ([car.max_acceleration, _MAX_YAW_RATE], [np.inf, left - car.width / 2, np.inf, np.inf])
     return (
@@ -207,7 +206,7 @@ def _bounds(situation: Situation, problem: ProblemSettings) -> tuple[Float[np.nd
 def _start(situation: Situation, inputs: Float[np.ndarray, "K 2"], problem: ProblemSettings) -> Float[np.ndarray, " V"]:
     """Values of all variables for given inputs; with them the constraints hold."""
     states = euler_rollout(situation.state, inputs, problem.dt)
-    levels = _levels(states, situation.obstacles, problem)
+    levels = _levels(states, situation.paths, problem)
     slack = _smallest_slack(levels)
     return np.concatenate([inputs.ravel(), states[1:].ravel(), slack, (levels + slack[:, None]).ravel()])
 

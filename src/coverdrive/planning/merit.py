@@ -127,7 +127,7 @@ def _constraints(rollout: Rollout, around: Surroundings, constants: Constants) -
     for n in range(nodes):
         count = _limits(n, rollout.states[n], around, constants, seen, count)
         boxes = around.boxes if constants.tree.careful[n] else around.likely
-        count = _boxes(n, rollout.states[n], boxes, constants, seen, count)
+        count = _boxes(n, rollout, boxes, constants, seen, count)
     return _Constraints(seen.excess[:count], seen.normal[:count], seen.node[:count], seen.weight[:count])
 
 
@@ -171,18 +171,17 @@ def _limits(
 
 @compiled
 def _boxes(
-    n: int, state: Float[np.ndarray, " 4"], boxes: Float[np.ndarray, "7 P n"], constants: Constants,
-    seen: _Constraints, count: int,
-) -> int:  # fmt: skip
+    n: int, rollout: Rollout, boxes: Float[np.ndarray, "7 P n"], constants: Constants, seen: _Constraints, count: int
+) -> int:
     """Append the boxes at the end of a node's step, and where they are passed in the step after, for which the car is
     taken to go straight on; returns the number of constraints.
     """
-    moment, dt = constants.tree.moment[n], constants.dt
-    at, own = (state[0], state[1], state[2], state[3]), smooth_half_sizes(state[3], constants.vehicle)
-    along, across = dt * np.cos(state[3]), dt * np.sin(state[3])
+    moment, state = constants.tree.moment[n], state_at(rollout.states, n, rollout.states[n])
+    own = smooth_half_sizes(state[3], constants.vehicle)
+    along, across = 2 * rollout.way[n, 0, 0], 2 * rollout.way[n, 1, 0]
     way = state[2] * along, state[2] * across
     for slot in range(boxes.shape[2]):
-        value, by = box_excess(at, own, box_of(boxes, moment, slot), _IN_VIEW, constants)
+        value, by = box_excess(state, own, box_of(boxes, moment, slot), _IN_VIEW, constants)
         if value > -_IN_VIEW:
             count = _append(seen, count, n, value, by, constants.tree.slack[n])
         if moment == constants.steps:

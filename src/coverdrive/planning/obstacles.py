@@ -13,10 +13,10 @@ slack can still brake behind it. P = K + 1 is the number of states.
 """
 
 from collections.abc import Callable
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 from pydantic import Field
 
 from coverdrive.compiled import compiled
@@ -50,26 +50,6 @@ class ObstacleSettings(Settings):
     def inflation(self) -> float:
         """α = β: factor on the summed half sizes."""
         return 2 ** (1 / self.order)
-
-
-class Obstacles(NamedTuple):
-    """The n boxes to stay clear of; between two moments every one of them moves and grows evenly."""
-
-    centres: Float[np.ndarray, "P n 2"]
-    """[m] (lon, lat) at the times k·dt, k = 0 … K"""
-    half_sizes: Float[np.ndarray, "P n 2"]
-    """[m] half extents along lon and lat of the predicted box"""
-    speed: Float[np.ndarray, "P n"]
-    """[m/s] that the ego must be able to brake to after this moment"""
-    deceleration: Float[np.ndarray, "P n"]
-    """[m/s²] at which that speed falls on"""
-    likelihood: Float[np.ndarray, "P n"]
-    """that the vehicle takes this path"""
-
-    @property
-    def slots(self) -> int:
-        """Number of boxes n."""
-        return self.centres.shape[1]
 
 
 def own_half_sizes(heading: Any, vehicle: Any) -> tuple[Any, Any]:
@@ -134,77 +114,72 @@ def clearance(
     return (ahead**order + aside**order + TINY) ** (1 / order)
 
 
-def obstacles_of(paths: PredictedPaths, settings: ObstacleSettings) -> Obstacles:
-    """All predicted paths as obstacles.
+def obstacles_of(paths: PredictedPaths, settings: ObstacleSettings) -> Float[np.ndarray, "7 P n"]:
+    """All n predicted paths as boxes to stay clear of; between two moments every one of them moves and grows evenly.
 
     Args:
         paths: the predicted paths at the times k·dt, k = 0 … K.
         settings: whether the end of the plan must leave the way to brake.
+
+    Returns:
+        lon, lat [m] of their centres, half length, half width [m], the speed [m/s] that the ego must be able to brake
+        to after this moment and the deceleration [m/s²] at which that falls on, and how likely the vehicle is to take
+        this path.
     """
-    by_step = (each.swapaxes(0, 1) for each in (paths.points, paths.half_sizes))
-    centres, half_sizes = map(np.ascontiguousarray, by_step)  # one layout, whatever the number of paths
-    speed, deceleration = np.full(centres.shape[:2], FAR), np.zeros(centres.shape[:2])
+    boxes = np.empty((7, paths.points.shape[1], len(paths)))
+    boxes[:2], boxes[2:4], boxes[4], boxes[5] = paths.points.T, paths.half_sizes.T, FAR, 0.0
     if settings.terminal_braking:
-        before, last = np.diff(paths.points[:, -3:, 0]).T / paths.dt
-        deceleration[-1] = np.maximum(0.0, before - last) / paths.dt
-        speed[-1] = np.maximum(0.0, last - deceleration[-1] * paths.dt / 2)
+        before, last = np.diff(boxes[0, -3:], axis=0) / paths.dt
+        fall = np.maximum(0.0, before - last)
+        boxes[4, -1], boxes[5, -1] = np.maximum(0.0, last - fall / 2), fall / paths.dt
     weight = np.ones(len(paths)) if paths.weight is None else np.maximum(paths.weight, TINY)
     _, of_vehicle = np.unique(paths.vehicle, return_inverse=True)
-    likelihood = weight / np.bincount(of_vehicle, weight, minlength=1)[of_vehicle]
-    return Obstacles(centres, half_sizes, speed, deceleration, np.tile(likelihood, (len(centres), 1)))
+    boxes[6] = weight / np.bincount(of_vehicle, weight, minlength=1)[of_vehicle]
+    return boxes
 
 
-def likely_paths(paths: PredictedPaths, tube: float) -> PredictedPaths:
-    """The likeliest path of every vehicle, with a share of the uncertainty around it.
+def likeliest(paths: PredictedPaths) -> Int[np.ndarray, " v"]:
+    """Indices of the likeliest path of every vehicle."""
+    order = np.lexsort((np.zeros(len(paths)) if paths.weight is None else -paths.weight, paths.vehicle))
+    return order[np.diff(paths.vehicle[order], prepend=-np.inf) > 0]
 
-    Args:
-        paths: predicted paths.
-        tube: share of what the boxes grow from now on.
-    """
-    weight = np.ones(len(paths)) if paths.weight is None else paths.weight
-    order = np.lexsort((-weight, paths.vehicle))
-    _, first = np.unique(paths.vehicle[order], return_index=True)
-    chosen = paths.of(order[first])
-    now = chosen.half_sizes[:, :1]
-    return PredictedPaths(chosen.points, chosen.vehicle, now + tube * (chosen.half_sizes - now), paths.dt)
+
+def with_share_of_tube(boxes: Float[np.ndarray, "7 P n"], share: float) -> Float[np.ndarray, "7 P n"]:
+    """Boxes that grow from now on by a share of what these do, and are all that is to be kept clear of."""
+    boxes = boxes.copy()
+    boxes[2:4] = boxes[2:4, :1] + share * (boxes[2:4] - boxes[2:4, :1])
+    boxes[6] = 1.0
+    return boxes
 
 
 def reachable(
-    state: Float[np.ndarray, " 4"],
-    obstacles: Obstacles,
-    dt: float,
-    vehicle: Any,
+    state: Float[np.ndarray, " 4"], boxes: Float[np.ndarray, "7 P n"], dt: float, vehicle: Any,
     settings: ObstacleSettings,
-) -> Bool[np.ndarray, " n"]:
-    """The paths that some motion of the ego can come near at any time; leaving out the others loses nothing.
+) -> Bool[np.ndarray, " n"]:  # fmt: skip
+    """The boxes that some motion of the ego can come near at any time; leaving out the others loses nothing.
 
     Args:
         state: lon [m], lat [m], speed [m/s], heading [rad] now.
-        obstacles: one slot for each path.
+        boxes: as `obstacles_of` gives them.
         dt: [s] between two steps.
         vehicle: size and limits of the ego.
         settings: shape of the obstacles.
     """
-    low, high = reachable_range(state, len(obstacles.centres) - 1, dt, vehicle)
+    low, high = reachable_range(state, boxes.shape[1] - 1, dt, vehicle)
     half_length = own_half_sizes(max(abs(state[3]), vehicle.max_heading), vehicle)[0]
     half_length += (vehicle.max_deceleration + vehicle.max_lateral_acceleration) * dt**2 / 2  # held inputs in a step
     brake = max(state[2], vehicle.max_speed) ** 2 / (2 * vehicle.max_deceleration)
-    near = np.zeros(obstacles.slots, dtype=bool)
-    _mark_near(obstacles, low, high, float(half_length), float(brake), settings.inflation, near)
+    near = np.zeros(boxes.shape[2], dtype=bool)
+    _mark_near(boxes, low, high, float(half_length), float(brake), settings.inflation, near)
     return near
 
 
 @compiled
 def _mark_near(
-    obstacles: Obstacles,
-    low: Float[np.ndarray, " P"],
-    high: Float[np.ndarray, " P"],
-    half_length: float,
-    brake: float,
-    inflation: float,
-    near: Bool[np.ndarray, " n"],
-) -> None:
-    """Tell which obstacles an ego of this half length [m] comes near between the ends.
+    boxes: Float[np.ndarray, "7 P n"], low: Float[np.ndarray, " P"], high: Float[np.ndarray, " P"], half_length: float,
+    brake: float, inflation: float, near: Bool[np.ndarray, " n"],
+) -> None:  # fmt: skip
+    """Tell which boxes an ego of this half length [m] comes near between the ends.
 
     Both move evenly in a step, but for what the half length has room for: what is ahead, or behind, at its start and at
     its end is so all the while.
@@ -212,45 +187,9 @@ def _mark_near(
     for slot in range(len(near)):
         was_ahead = was_behind = False
         for k in range(len(low)):
-            lon, reach = obstacles.centres[k, slot, 0], obstacles.half_sizes[k, slot, 0] + half_length
-            way = brake if obstacles.speed[k, slot] < FAR else 0.0
+            lon, reach = boxes[0, k, slot], boxes[2, k, slot] + half_length
+            way = brake if boxes[4, k, slot] < FAR else 0.0
             room = _MARGIN * inflation * reach + (inflation - 1) * way
             ahead, behind = lon >= high[k] + room + way, lon <= low[k] - room
             near[slot] |= not ((ahead and (was_ahead or k == 0)) or (behind and (was_behind or k == 0)))
             was_ahead, was_behind = ahead, behind
-
-
-def packed(
-    state: Float[np.ndarray, " 4"], obstacles: Obstacles, dt: float, vehicle: Any,
-    settings: ObstacleSettings,
-) -> Float[np.ndarray, "7 P m"]:  # fmt: skip
-    """The `reachable` obstacles as `coverdrive.planning.merit.Surroundings` has them, with the same arguments."""
-    near = reachable(state, obstacles, dt, vehicle, settings)
-    boxes = np.empty((7, len(obstacles.centres), int(near.sum())))
-    _pack(obstacles, near, float(state[0]), boxes)
-    return boxes
-
-
-@compiled
-def _pack(obstacles: Obstacles, near: Bool[np.ndarray, " n"], lon: float, boxes: Float[np.ndarray, "7 P m"]) -> None:
-    """Write the chosen ones as boxes.
-
-    Args:
-        obstacles: one slot for each path.
-        near: which of them; m.
-        lon: [m] where the ego is.
-        boxes: where lon (from there), lat, half length, half width [m], speed [m/s], deceleration [m/s²] and
-            likelihood are written.
-    """
-    for k in range(boxes.shape[1]):
-        count = 0
-        for slot in range(len(near)):
-            if near[slot]:
-                boxes[0, k, count] = obstacles.centres[k, slot, 0] - lon
-                boxes[1, k, count] = obstacles.centres[k, slot, 1]
-                boxes[2, k, count] = obstacles.half_sizes[k, slot, 0]
-                boxes[3, k, count] = obstacles.half_sizes[k, slot, 1]
-                boxes[4, k, count] = obstacles.speed[k, slot]
-                boxes[5, k, count] = obstacles.deceleration[k, slot]
-                boxes[6, k, count] = obstacles.likelihood[k, slot]
-                count += 1

@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from coverdrive.errors import SettingError
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.obstacles import likely_paths, obstacles_of, packed
+from coverdrive.planning.obstacles import likeliest, obstacles_of, reachable, with_share_of_tube
 from coverdrive.planning.problem import ProblemSettings
 from coverdrive.planning.road_ahead import RoadAhead
 from coverdrive.planning.road_table import RoadTable, on_road
@@ -28,8 +28,7 @@ class Surroundings(NamedTuple):
     wanted: Float[np.ndarray, " P"]
     """[m/s] speed at every moment"""
     boxes: Float[np.ndarray, "7 P n"]
-    """lon, lat, half length, half width [m], speed [m/s], deceleration [m/s²] and likelihood of
-    `coverdrive.planning.obstacles.Obstacles`: every member"""
+    """`coverdrive.planning.obstacles.obstacles_of` every member, those apart that the ego cannot come near"""
     likely: Float[np.ndarray, "7 P m"]
     """the same of what is likely"""
 
@@ -39,15 +38,18 @@ def surroundings_of(
     problem: ProblemSettings, speed: float | None = None,
 ) -> Surroundings:  # fmt: skip
     """What a plan is made for, along the road from where the ego is, after these inputs; at a wished speed [m/s]."""
-    vehicle, shape, paths = table.reaching, problem.obstacles, on_road(paths, float(state[0]), table)
-    every, likely = (obstacles_of(each, shape) for each in (paths, likely_paths(paths, problem.branches.tube)))
+    lon, shape = float(state[0]), problem.obstacles
+    paths = on_road(paths, lon, table)
+    every, likely = obstacles_of(paths, shape), np.zeros(len(paths), dtype=bool)
+    near, likely[likeliest(paths)] = reachable(state, every, problem.dt, table.reaching, shape), True
+    every[0] -= lon
     return Surroundings(
         state=np.array([0.0, *state[1:]]),
         previous_input=np.array(applied),
-        road=table.ahead(float(state[0])),
-        wanted=table.wanted_from(float(state[0]), float(state[2]), problem, speed),
-        boxes=packed(state, every, problem.dt, vehicle, shape),
-        likely=packed(state, likely, problem.dt, vehicle, shape),
+        road=table.ahead(lon),
+        wanted=table.wanted_from(lon, float(state[2]), problem, speed),
+        boxes=every.compress(near, axis=2),
+        likely=with_share_of_tube(every.compress(near & likely, axis=2), problem.branches.tube),
     )
 
 

@@ -5,14 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
-from coverdrive.planning.obstacles import (
-    Obstacles,
-    ObstacleSettings,
-    clearance,
-    obstacles_of,
-    own_half_sizes,
-    way_to_brake,
-)
+from coverdrive.planning.obstacles import ObstacleSettings, clearance, obstacles_of, own_half_sizes, way_to_brake
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.planning.vehicle import VehicleSettings
 from coverdrive.simulation.study import Study
@@ -53,7 +46,7 @@ class ActiveConstraints(NamedTuple):
 
 def clearances(
     states: Float[np.ndarray, "*m P 4"],
-    obstacles: Obstacles,
+    boxes: Float[np.ndarray, "7 P n"],
     vehicle: VehicleSettings,
     settings: ObstacleSettings,
 ) -> Float[np.ndarray, "*m K n"]:
@@ -61,13 +54,12 @@ def clearances(
 
     Args:
         states: lon [m], lat [m], speed [m/s], heading [rad].
-        obstacles: the boxes to stay clear of.
+        boxes: to stay clear of, as `coverdrive.planning.obstacles.obstacles_of` gives them.
         vehicle: size and limits of the ego.
         settings: shape of the obstacles.
     """
     lon, lat, speed, heading = (states[..., 1:, i, None] for i in range(4))
-    offset = (lon - obstacles.centres[1:, :, 0], lat - obstacles.centres[1:, :, 1])
-    half_sizes = (obstacles.half_sizes[1:, :, 0], obstacles.half_sizes[1:, :, 1])
-    other = np.minimum(speed, obstacles.speed[1:])
-    way = way_to_brake(speed, other, obstacles.deceleration[1:], vehicle.max_deceleration)
-    return clearance(offset, half_sizes, own_half_sizes(np.abs(heading), vehicle), way, settings)
+    there, half_length, half_width, other, fall = boxes[:2, 1:], *boxes[2:6, 1:]
+    way = way_to_brake(speed, np.minimum(speed, other), fall, vehicle.max_deceleration)
+    own = own_half_sizes(np.abs(heading), vehicle)
+    return clearance((lon - there[0], lat - there[1]), (half_length, half_width), own, way, settings)
