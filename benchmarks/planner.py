@@ -29,7 +29,7 @@ from coverdrive.paths import PredictedPaths
 from coverdrive.planning.constants import Constants, constants_of
 from coverdrive.planning.evaluate import Plans, empty_plans, evaluate
 from coverdrive.planning.follower import with_careful_follower
-from coverdrive.planning.leaders import LeaderSettings, braking_leaders, speed_ahead
+from coverdrive.planning.leaders import LeaderSettings, braking, leaders_of
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.planning.problem import ProblemSettings
@@ -134,10 +134,11 @@ def reference_costs(instance: dict, problem: ProblemSettings, period: float, roa
     """
     constants = constants_of(problem, period)
     table = table_of(road, problem)
-    state, paths, leaders = instance["state"], instance["paths"], LeaderSettings()
-    ahead = speed_ahead(state, paths, road)
-    slowed = min(problem.cost.reference_speed, ahead) if state[2] > ahead + leaders.closing else None
-    feared = paths.joined(braking_leaders(state, paths, road, leaders))
+    state, paths, settings = instance["state"], instance["paths"], LeaderSettings()
+    leaders = leaders_of(state, paths, road)
+    ahead = leaders.speed_in(int(road.lane_at(*state[:2])))
+    slowed = min(problem.cost.reference_speed, ahead) if state[2] > ahead + settings.closing else None
+    feared = paths.joined(braking(leaders, paths, settings))
     for against, speed in ((feared, None), (paths, slowed)):
         around = surroundings_of(state, instance["before"], against, table, problem, speed)
         own = own_plan(instance["plan"], around, road, constants)

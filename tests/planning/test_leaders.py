@@ -7,7 +7,7 @@ import pytest
 
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning import planner as planning
-from coverdrive.planning.leaders import LeaderSettings, braking_leaders, speed_ahead
+from coverdrive.planning.leaders import LeaderSettings, braking, leaders_of
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.road import Road
@@ -20,7 +20,8 @@ def test_the_nearest_ahead_in_every_lane_brakes_to_a_stop(straight_paths) -> Non
     paths = straight_paths((20, 5.4, 6), (60, 5.8, 20), (15, 1.8, 30), (-10, 9.0, 20), (-20, 5.4, 20))
     paths.half_sizes[:, 1:] += 1.0
     paths = replace(paths, weight=np.array([0.7, 1.0, 1.0, 1.0, 0.5]))
-    got = braking_leaders(STATE, paths, Road.straight(), LeaderSettings(deceleration=4.0))
+    leaders = leaders_of(STATE, paths, Road.straight())
+    got = braking(leaders, paths, LeaderSettings(deceleration=4.0))
     assert got.vehicle.tolist() == [2, 0]
     standing = np.minimum(TIMES, 6 / 4)
     np.testing.assert_allclose(got.points[1, :, 0], 20 + 6 * standing - 2 * standing**2)
@@ -32,14 +33,36 @@ def test_the_nearest_ahead_in_every_lane_brakes_to_a_stop(straight_paths) -> Non
 def test_nobody_brakes_where_nobody_is_ahead_or_nothing_is_assumed(straight_paths) -> None:
     behind, ahead = straight_paths((-10, 5.4, 20)), straight_paths((30, 5.4, 20))
     for paths, deceleration in ((behind, 4.0), (straight_paths(), 4.0), (ahead, 0.0)):
-        assert len(braking_leaders(STATE, paths, Road.straight(), LeaderSettings(deceleration=deceleration))) == 0
+        leaders = leaders_of(STATE, paths, Road.straight())
+        assert len(braking(leaders, paths, LeaderSettings(deceleration=deceleration))) == 0
+
+
+def speed_ahead(paths: PredictedPaths) -> float:
+    """[m/s] in the lane of the ego."""
+    return leaders_of(STATE, paths, Road.straight()).speed_in(1)
 
 
 def test_the_speed_ahead_is_that_of_the_nearest_in_the_own_lane(straight_paths) -> None:
     paths = straight_paths((60, 5.4, 11), (30, 5.8, 22), (10, 1.8, 5), (-10, 5.4, 7))
-    assert speed_ahead(STATE, paths, Road.straight()) == pytest.approx(22)
-    assert speed_ahead(STATE, paths.of(np.array([2, 3])), Road.straight()) == np.inf
-    assert speed_ahead(STATE, straight_paths((20, 5.4, -1)), Road.straight()) == 0
+    assert speed_ahead(paths) == pytest.approx(22)
+    assert speed_ahead(paths.of(np.array([2, 3]))) == np.inf
+    assert speed_ahead(straight_paths((20, 5.4, -1))) == 0
+
+
+def test_what_is_lost_in_a_lane_is_the_time_behind_the_one_ahead(straight_paths) -> None:
+    """At 40 m/s the one at 30 m/s, 60 m ahead, is reached after 6 s, and the one at 20 m/s, 20 m ahead, after 1 s."""
+    leaders = leaders_of(STATE, straight_paths((60, 1.8, 30), (20, 5.4, 20), (80, 5.4, 0)), Road.straight())
+    np.testing.assert_allclose(leaders.lost([1, 0, 2], 40.0, 3.0, 8.0), [20**2 * 5, 10**2 * 2, 0])
+    np.testing.assert_allclose(leaders.lost([0, 1], 40.0, 3.0, 5.0), [0, 20**2 * 2])
+    assert leaders.lost([1, 0], 20.0, 3.0, 8.0).max() < 0.1
+
+
+@pytest.mark.parametrize(("foresight", "lane"), [(0.0, 1.8), (3.0, 5.4)])
+def test_who_foresees_to_be_held_up_changes_lanes_in_time(straight_paths, foresight: float, lane: float) -> None:
+    planner = MpcPlanner(PlannerSettings(leaders=LeaderSettings(foresight=foresight)))
+    paths = straight_paths((50.0, 1.8, 28.0), (20.0, 9.0, 30.0))
+    plan = planner.plan(np.array([0.0, 1.8, 30.0, 0.0]), paths, Road.straight())
+    assert plan.states[-1, 1] == pytest.approx(lane, abs=0.6)
 
 
 def planned(paths: PredictedPaths, road: Road, deceleration: float, **planner: float) -> Plan:

@@ -17,6 +17,7 @@ STATE = np.array([0.0, 5.4, 20.0, 0.0])
 def wanted_of(lanes: list[float], last: np.ndarray | None = None, rest: np.ndarray | None = None) -> Wanted:
     return Wanted(
         lanes=np.array(lanes),
+        held=0,
         extra=np.array([0.0, 20.0, 20.0])[: len(lanes)],
         last=np.zeros((len(lanes), NODES, 2)) if last is None else last,
         rest=np.zeros((STEPS, 2)) if rest is None else rest,

@@ -4,10 +4,15 @@ A set that is learned from what usually happens may leave out what seldom does, 
 already. Responsibility-sensitive safety (Shalev-Shwartz, Shammah, Shashua 2017) asks a car to keep clear of vehicles
 ahead that brake; so do plans here, wherever there is one that does, as if that were a member of their sets. Where there
 is none and the ego is much faster than the vehicle ahead, it wants to be no faster than that.
+
+And they hold it up: a plan ends when an overtaking begins to pay. What comes after is told from their speeds.
 """
 
+from collections.abc import Sequence
+from typing import NamedTuple
+
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from pydantic import Field
 
 from coverdrive.paths import PredictedPaths
@@ -16,6 +21,8 @@ from coverdrive.settings import Settings
 
 _LIKELIHOOD = 0.1
 """of braking, over that of the least likely member"""
+_SLOW = 0.1
+"""[m/s] that is divided by"""
 
 
 class LeaderSettings(Settings):
@@ -27,47 +34,72 @@ class LeaderSettings(Settings):
     closing: float = Field(default=5.0, ge=0, le=120)
     """[m/s] by which the ego may be faster than the vehicle directly ahead, where no plan is clear of those that brake,
     before that one's speed is all it wants"""
+    foresight: float = Field(default=3.0, ge=0, le=60)
+    """[s] after the end of a plan for which lanes are compared by the speeds of those ahead"""
 
 
-def braking_leaders(
-    state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, settings: LeaderSettings
-) -> PredictedPaths:
-    """A path for the vehicle directly ahead in every lane, on which it brakes to a stop.
+class Leaders(NamedTuple):
+    """The vehicle directly ahead in every lane that has one."""
+
+    lane: Int[np.ndarray, " l"]
+    """the lane"""
+    path: Int[np.ndarray, " l"]
+    """one of its paths"""
+    gap: Float[np.ndarray, " l"]
+    """[m] from the ego's centre to its own"""
+    speed: Float[np.ndarray, " l"]
+    """[m/s]"""
+
+    def speed_in(self, lane: int) -> float:
+        """[m/s] of the one in a lane, infinite without one."""
+        return float(self.speed[self.lane == lane].min(initial=np.inf))
+
+    def lost(self, lanes: Sequence[int], wanted: float, begin: float, end: float) -> Float[np.ndarray, " L"]:
+        """What is lost of a wanted speed [m/s] in each of some lanes by being held up: squared, over a time, [m²/s].
+
+        Args:
+            lanes: which.
+            wanted: [m/s] at which the ego drives until it is behind the one ahead.
+            begin: [s] from when it counts.
+            end: [s] until when.
+        """
+        faster = np.maximum(wanted - self.speed, _SLOW)
+        held_up = faster**2 * np.maximum(end - np.maximum(self.gap / faster, begin), 0.0)
+        return np.array([held_up[self.lane == lane].sum() for lane in lanes])
+
+
+def leaders_of(state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> Leaders:
+    """The vehicles directly ahead.
 
     Args:
         state: lon [m], lat [m], speed [m/s], heading [rad] of the ego.
         paths: predicted paths; all of a vehicle begin at the same point and speed.
         road: its lanes.
-        settings: how hard they brake.
     """
     now = paths.points[:, 0]
     ahead = np.flatnonzero(now[:, 0] > state[0])
-    if settings.deceleration == 0 or len(ahead) == 0:
-        return paths.of(ahead[:0])
     nearest_first = ahead[np.argsort(now[ahead, 0], kind="stable")]
-    leaders = nearest_first[np.unique(road.lane_at(*now[nearest_first].T), return_index=True)[1]]
-    speed = np.maximum(0.0, np.diff(paths.points[leaders, :2, 0])) / paths.dt
-    braking = np.minimum(paths.dt * np.arange(paths.points.shape[1]), speed / settings.deceleration)
-    points, half_sizes = paths.points[leaders], paths.half_sizes[leaders]
-    points[..., 0] = points[:, :1, 0] + (speed - settings.deceleration / 2 * braking) * braking
-    points[..., 1] = points[:, :1, 1]
-    half_sizes[:] = half_sizes[:, :1]
-    least = 1.0 if paths.weight is None else float(paths.weight.min())
-    weight = np.full(len(leaders), _LIKELIHOOD * least)
-    return PredictedPaths(points, paths.vehicle[leaders], half_sizes, paths.dt, weight=weight)
+    lane, first = np.unique(road.lane_at(*now[nearest_first].T), return_index=True)
+    path = nearest_first[first]
+    speed = np.maximum(0.0, np.diff(paths.points[path, :2, 0])[:, 0]) / paths.dt
+    return Leaders(lane, path, now[path, 0] - state[0], speed)
 
 
-def speed_ahead(state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> float:
-    """The speed [m/s] of the vehicle directly ahead in the ego's lane now; infinite without one.
+def braking(leaders: Leaders, paths: PredictedPaths, settings: LeaderSettings) -> PredictedPaths:
+    """A path for each of them on which it brakes to a stop.
 
     Args:
-        state: lon [m], lat [m], speed [m/s], heading [rad] of the ego.
-        paths: predicted paths.
-        road: its lanes.
+        leaders: who.
+        paths: of all vehicles.
+        settings: how hard they brake.
     """
-    lon, lat = paths.points[:, 0].T
-    ahead = np.flatnonzero((lon > state[0]) & (road.lane_at(lon, lat) == road.lane_at(state[0], state[1])))
-    if len(ahead) == 0:
-        return np.inf
-    nearest = paths.points[ahead[lon[ahead].argmin()], :2, 0]
-    return max(0.0, float(nearest[1] - nearest[0])) / paths.dt
+    if settings.deceleration == 0:
+        return paths.of(leaders.path[:0])
+    speed, points, half_sizes = leaders.speed[:, None], paths.points[leaders.path], paths.half_sizes[leaders.path]
+    elapsed = np.minimum(paths.dt * np.arange(paths.points.shape[1]), speed / settings.deceleration)
+    points[..., 0] = points[:, :1, 0] + (speed - settings.deceleration / 2 * elapsed) * elapsed
+    points[..., 1] = points[:, :1, 1]
+    half_sizes[:] = half_sizes[:, :1]
+    least = 1.0 if paths.weight is None else float(paths.weight.min(initial=1.0))
+    weight = np.full(len(points), _LIKELIHOOD * least)
+    return PredictedPaths(points, paths.vehicle[leaders.path], half_sizes, paths.dt, weight=weight)

@@ -18,7 +18,7 @@ from coverdrive.planning.constants import constants_of
 from coverdrive.planning.evaluate import Plans, empty_plans, evaluate, write_slack
 from coverdrive.planning.fallback import assumed_state, continued, plausible
 from coverdrive.planning.follower import FollowerSettings, with_careful_follower, without_follower
-from coverdrive.planning.leaders import LeaderSettings, braking_leaders, speed_ahead
+from coverdrive.planning.leaders import Leaders, LeaderSettings, braking, leaders_of
 from coverdrive.planning.path_memory import PathMemory
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.problem import ProblemSettings
@@ -51,7 +51,7 @@ class PlannerSettings(Settings):
     """cost of aiming at another lane than the last plan, against dithering"""
     lane_end: float = Field(default=100.0, ge=0, le=1e6)
     """cost of aiming at a lane that ends within 10 s"""
-    wished_lane: float = Field(default=1000.0, ge=0, le=1e6)
+    wished_lane: float = Field(default=1e4, ge=0, le=1e6)
     """cost of every lane between the one aimed at and the nearest that is wished for: more than speed is worth"""
     iterations: int = Field(default=24, ge=1, le=10_000)
     """of the search, at the most"""
@@ -216,10 +216,13 @@ class MpcPlanner:
         """What is chosen, full braking unless ``searching``, among which target lanes, and what it is."""
         if self.settings.problem.obstacles.ignore_rear:
             paths = without_follower(state, paths, road)
-        targets = target_lanes(state, road, self.steps * self.dt)
-        found = self._clear_of_leaders(state, paths, road, targets, begun) if searching else None
+        horizon, leaders = self.steps * self.dt, leaders_of(state, paths, road)
+        targets = target_lanes(state, road, horizon)
+        lost = leaders.lost(targets.lanes, self._speed, horizon, horizon + self.settings.leaders.foresight)
+        targets = targets._replace(lost=lost)
+        found = self._clear_of_leaders(state, paths, leaders, targets, begun) if searching else None
         if found is None:
-            own = TargetLanes(targets.lanes[:1], targets.lat[:1], targets.ending[:1])
+            own = TargetLanes(targets.lanes[:1], targets.lat[:1], targets.ending[:1], targets.lost[:1])
             return self._braking(state, paths, own), own, Status.UNSAFE
         if found.clear:
             return found, targets, Status.SOLVED if found.optimised else Status.FALLBACK
@@ -232,16 +235,17 @@ class MpcPlanner:
         return yielded._replace(around=found.around), targets, status
 
     def _clear_of_leaders(
-        self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, targets: TargetLanes, begun: float
-    ) -> _Found | None:
+        self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, leaders: Leaders, targets: TargetLanes,
+        begun: float,
+    ) -> _Found | None:  # fmt: skip
         """What is clear even if vehicles ahead brake hard, else what the search chooses for the paths alone."""
-        feared = braking_leaders(state, paths, road, self.settings.leaders)
+        feared = braking(leaders, paths, self.settings.leaders)
         if len(feared) == 0:
             return self._search(state, paths, targets, begun)
         found = self._search(state, paths.joined(feared), targets, begun, giving_up=True)
         if found and found.clear:
             return found
-        ahead = speed_ahead(state, paths, road)
+        ahead = leaders.speed_in(targets.lanes[0])
         if state[2] > ahead + self.settings.leaders.closing:
             self._speed = min(self._speed, ahead)
         if found is None or time.perf_counter() - begun <= self._budget:
@@ -273,8 +277,10 @@ class MpcPlanner:
         known = memory.inputs if memory else {}
         wanted = Wanted(
             lanes=self._wish.places(targets.lanes, targets.lat),
+            held=targets.lanes.index(held) if held in targets.lanes else 0,
             extra=settings.lane_change * (np.array(targets.lanes) != held)
             + settings.lane_end * targets.ending
+            + problem.cost.speed / problem.dt * targets.lost
             + settings.wished_lane * np.array([self._wish.away(target) for target in targets.lanes]),
             last=np.array([known.get(target, nothing) for target in targets.lanes]),
             rest=memory.rest if memory else np.zeros((problem.steps, 2)),

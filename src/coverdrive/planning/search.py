@@ -32,6 +32,8 @@ _UNCLEAR = 1e12
 """more than any plan costs; added to the cost of those that are not clear"""
 _PER_HARM = 1e7
 """price of the harm of contacts, against what slack and comfort cost"""
+_PER_WORSE = 1e10
+"""price of more harm than full braking in the own lane does, the first guess: only leaving the road costs more"""
 _PER_DEPARTURE = 1e15
 """[1/m] price of leaving the road: more than any contact"""
 _NO_DEPARTURE = 0.005
@@ -79,6 +81,8 @@ class Wanted(NamedTuple):
 
     lanes: Float[np.ndarray, " L"]
     """[m] lat of the centres of the target lanes"""
+    held: int
+    """index of the lane that the last plan aimed at, of the own one where that is not among them"""
     extra: Float[np.ndarray, " L"]
     """cost of choosing each target lane, on top of its plan's"""
     last: Float[np.ndarray, "L N 2"]
@@ -109,7 +113,7 @@ def begin(plans: Plans, wanted: Wanted, around: Surroundings, constants: Constan
         write_manoeuvre(plans, i, lanes[lane], lane, acceleration, 1.0, around, constants)
     for n in range(len(tree.parent)):
         plans.inputs[guesses, n] = wanted.rest[tree.moment[n] - 1]
-    plans.lane[guesses] = np.argmin(wanted.extra)
+    plans.lane[guesses] = wanted.held
     plans.targets[guesses] = lanes[plans.lane[guesses]]
     evaluate(plans, 0, guesses + 1, around, constants)
     allowed = _allowed_departure(plans, guesses + 1)
@@ -118,12 +122,11 @@ def begin(plans: Plans, wanted: Wanted, around: Surroundings, constants: Constan
         rank = _rank(plans, i, allowed)
         if rank < least:
             safest, least = i, rank
-    held = np.argmin(wanted.extra)
     for lane in range(len(lanes)):
         start, pair = guesses + 1 + lane, np.empty_like(plans.inputs[0])
         plans.inputs[start], plans.lane[start], plans.targets[start] = wanted.last[lane], lane, lanes[lane]
         least = merit(plans.inputs[start], plans.targets[start], around, constants).value
-        if lane == held:
+        if lane == wanted.held:
             start, least = guesses + 1 + len(lanes), np.inf
             plans.lane[start], plans.targets[start] = lane, lanes[lane]
         for i in range(lane * tried, (lane + 1) * tried):
@@ -239,13 +242,13 @@ def _allowed_departure(plans: Plans, last: int) -> float:
 
 @compiled
 def _rank(plans: Plans, i: int, allowed: float) -> float:
-    """The lower, the better: clear plans by their cost; others by leaving the road, by the harm that they do, and by
-    their cost, which counts how deep and how early they get into boxes.
+    """The lower, the better: clear plans by their cost; others by leaving the road, by being worse than full braking,
+    by the harm that they do, and by their cost, which counts how deep and how early they get into boxes.
     """
     if plans.clear[i]:
         return plans.cost[i]
-    leaving = max(0.0, plans.departure[i] - allowed)
-    return _UNCLEAR + _PER_DEPARTURE * leaving + _PER_HARM * plans.harm[i] + plans.cost[i]
+    leaving, worse = max(0.0, plans.departure[i] - allowed), max(0.0, plans.harm[i] - plans.harm[0])
+    return _UNCLEAR + _PER_DEPARTURE * leaving + _PER_WORSE * worse + _PER_HARM * plans.harm[i] + plans.cost[i]
 
 
 @compiled

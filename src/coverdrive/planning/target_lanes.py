@@ -22,21 +22,24 @@ class TargetLanes(NamedTuple):
     """[m] of their centres, half-way through the plan"""
     ending: Bool[np.ndarray, " L"]
     """whether each ends before long"""
+    lost: Float[np.ndarray, " L"]
+    """[m²/s] speed that is lost in each after the plan, behind whoever is ahead (`Leaders.lost`)"""
 
 
 def target_lanes(state: Float[np.ndarray, " 4"], road: Road, horizon: float) -> TargetLanes:
-    """The target lanes of a plan over a horizon [s] from a state (lon, lat, speed, heading)."""
+    """The target lanes of a plan over a horizon [s] from a state (lon, lat, speed, heading); nothing lost in any."""
     lane = int(road.lane_at(state[0], state[1]))
     beside = [side for side in (lane - 1, lane + 1) if 0 <= side < road.lanes]
     if road.changing is None:
         lanes = [lane, *beside]
-        return TargetLanes(lanes, np.array(road.centres, dtype=float)[lanes], np.zeros(len(lanes), bool))
+        nothing = np.zeros(len(lanes))
+        return TargetLanes(lanes, np.array(road.centres, dtype=float)[lanes], nothing > 0, nothing)
     lon, way = float(state[0]), max(float(state[2]), 0.0)
     soon = _all_along(road, lon, horizon * way)
     lanes = [lane, *(side for side in beside if soon[side])]
     ending = ~_all_along(road, lon, _AHEAD * way)
     there = road.edges_at(lon + (horizon / 2 * way if soon[lane] else 0.0))
-    return TargetLanes(lanes, ((there[:-1] + there[1:]) / 2)[lanes], ending[lanes])
+    return TargetLanes(lanes, ((there[:-1] + there[1:]) / 2)[lanes], ending[lanes], np.zeros(len(lanes)))
 
 
 def _all_along(road: Road, lon: float, way: float) -> Bool[np.ndarray, " L"]:
