@@ -15,7 +15,7 @@ from coverdrive.road import Road
 def test_overtakes_a_slower_car_as_the_planner_does(straight_paths) -> None:
     planner, compiled = ReferencePlanner(options=SolverSettings(tolerance=1e-5)), MpcPlanner()
     assert isinstance(planner, Planner)
-    state, other = np.array([0.0, 1.8, 25.0, 0.0]), 40.0
+    state, other = np.array([0.0, 1.8, 25.0, 0.0]), 30.0
     for each in (planner, compiled):
         each.reset(0.25)
     for k in range(24):
