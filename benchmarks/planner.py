@@ -25,6 +25,7 @@ import numpy as np
 from coverdrive.certificates.evaluation import Rate
 from coverdrive.config import Experiment
 from coverdrive.league.paper_way import situation_for, solve_paper_program
+from coverdrive.oracle.solvers import SolverSettings, solve
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.constants import Constants, constants_of
 from coverdrive.planning.evaluate import Plans, empty_plans, evaluate
@@ -35,7 +36,6 @@ from coverdrive.planning.planner import MpcPlanner
 from coverdrive.planning.problem import ProblemSettings
 from coverdrive.planning.road_table import table_of
 from coverdrive.planning.search import SearchSettings, write_manoeuvre
-from coverdrive.planning.solvers import SolverSettings, solve
 from coverdrive.planning.surroundings import Surroundings, surroundings_of
 from coverdrive.prediction.fit import fit
 from coverdrive.prediction.predictor import Predictor

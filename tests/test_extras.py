@@ -45,9 +45,9 @@ def test_a_module_that_is_not_there(module: str, bare: None) -> None:
 
 def test_the_reference_planner_needs_casadi(bare: None, monkeypatch: pytest.MonkeyPatch) -> None:
     for module in ("program", "solvers", "reference"):
-        monkeypatch.delitem(sys.modules, f"coverdrive.planning.{module}", raising=False)
+        monkeypatch.delitem(sys.modules, f"coverdrive.oracle.{module}", raising=False)
     with pytest.raises(MissingExtraError, match=r"the reference planner needs CasADi"):
-        import coverdrive.planning.reference  # noqa: F401
+        import coverdrive.oracle.reference  # noqa: F401
 
 
 def test_support_vectors_need_piqp(bare: None) -> None:

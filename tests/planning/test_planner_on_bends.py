@@ -7,10 +7,10 @@ from planning_scenes import CAR, PERIOD, PROBLEM
 from test_bent_plans import beyond
 
 from coverdrive.errors import SettingError
+from coverdrive.oracle.reference import ReferencePlanner
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.planner import MpcPlanner
-from coverdrive.planning.reference import ReferencePlanner
 from coverdrive.planning.road_ahead import controls
 from coverdrive.planning.target_lanes import target_lanes
 from coverdrive.planning.vehicle import step

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from planning_scenes import WANTED, between
 
+from coverdrive.oracle.program import Program, bounds, build_program, padded, parameters, start_values
 from coverdrive.planning.constants import constants_of
 from coverdrive.planning.merit import merit
 from coverdrive.planning.problem import ProblemSettings
-from coverdrive.planning.program import Program, bounds, build_program, padded, parameters, start_values
 from coverdrive.planning.surroundings import Surroundings
 from coverdrive.planning.tree import BranchSettings
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from coverdrive.planning import reference
+from coverdrive.oracle import reference
+from coverdrive.oracle.reference import ReferencePlanner
+from coverdrive.oracle.solvers import SolverSettings
 from coverdrive.planning.plan import Planner, Status
 from coverdrive.planning.planner import MpcPlanner
-from coverdrive.planning.reference import ReferencePlanner
-from coverdrive.planning.solvers import SolverSettings
 from coverdrive.planning.vehicle import step
 from coverdrive.road import Road
 

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
+from coverdrive.oracle.solvers import SolverSettings, compiled_program, compiled_solver, solve
 from coverdrive.planning.constants import constants_of
 from coverdrive.planning.evaluate import drive_step
 from coverdrive.planning.merit import input_at, merit
 from coverdrive.planning.problem import ProblemSettings
 from coverdrive.planning.road_ahead import STRAIGHT
 from coverdrive.planning.road_table import table_of
-from coverdrive.planning.solvers import SolverSettings, compiled_program, compiled_solver, solve
 from coverdrive.planning.surroundings import Surroundings, surroundings_of
 from coverdrive.road import Road
 

@@ -4,10 +4,10 @@ It is slower than `coverdrive.planning.planner` and does not promise to be done 
 against, and as a baseline in closed loop.
 """
 
+from coverdrive.oracle.solvers import SolverSettings, solve
 from coverdrive.planning.evaluate import Plans
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.planning.search import Wanted
-from coverdrive.planning.solvers import SolverSettings, solve
 from coverdrive.planning.surroundings import Surroundings
 
 

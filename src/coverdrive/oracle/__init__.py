@@ -1,0 +1,1 @@
+"""The planner's problem for a general solver, in CasADi: what the compiled search is checked against."""
