@@ -75,7 +75,10 @@ def drives_of(
     """
     usual = setups.get(world)
     if usual is None:
-        settings = adapted(known.planner, **OTHERS[world].ego)
+        there = OTHERS[world]
+        settings = adapted(known.planner, **there.ego)
+        leaders = settings.leaders.model_copy(update={"deceleration": there.braking})
+        settings = settings.model_copy(update={"leaders": leaders})
         seat = entrant(name)(known, Place(settings, own_driver=True))
         return seat if isinstance(seat, str) else DrivesOfOthers(world, seat, seed, duration)
     assert isinstance(usual.planner, MpcPlanner)
