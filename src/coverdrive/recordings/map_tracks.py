@@ -19,6 +19,7 @@ from coverdrive.recordings.delimited import ROW
 from coverdrive.recordings.driven_road import driven_road, roads_of
 from coverdrive.recordings.lanelet2 import Origin, read_lanelet2
 from coverdrive.recordings.lanes import edges_from_centres, edges_from_lanes, edges_from_tracks
+from coverdrive.recordings.partial_lanes import with_partial_lanes
 from coverdrive.recordings.repair import RawTracks, counted, tidy
 from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.recordings.tracks import Reading, make_reading
@@ -211,8 +212,10 @@ def _on_road(file: Path, side: pl.DataFrame, tracks: MapTracks, known: tuple[Lin
         line = centred(line, lon, lat - centres[np.searchsorted(edges[1:-1], lat)])
         lon, lat = line.to_road(side["x"], side["y"])
         edges, lanes = _edges(file, side, lat, tracks, line)
-    line = replace(line, lat=-float(edges[0]))
-    return _raw(side, lon, lat - edges[0]), Road(edges=edges - edges[0], length=line.length, line=line), lanes
+    raw = _raw(side, lon, lat)
+    found = with_partial_lanes([raw], edges)
+    road = Road(found.edges, line.length, replace(line, lat=-found.right), found.changing)
+    return replace(raw, lat=lat - found.right), road, lanes + found.told
 
 
 def _edges(
