@@ -23,6 +23,9 @@ INSIDE = 50.0
 """[m] from the first or last place at which the lane beside is seen: one that is seen up to there goes on; and the
 shortest lane that is looked for"""
 
+STRAY = 0.05
+"""Share of its vehicles that may be in a lane before it begins, and after it ends"""
+
 AT_ONCE = 20.0
 """[m] within which vehicles come into view, or leave it, on a ramp that comes to the road, or leaves it"""
 
@@ -40,7 +43,7 @@ class Lanes(NamedTuple):
     changing: LaneEdges | None
     """None if all lanes go on"""
     told: str
-    """how many begin or end, for people; empty if none does"""
+    """how many begin or end on which side, for people; empty if none does"""
 
 
 class _Extent(NamedTuple):
@@ -73,9 +76,11 @@ def with_partial_lanes(parts: Sequence[RawTracks], edges: Float[np.ndarray, " E"
         if np.isinf(there[0]).all() and (found := _extent(starts, lon, ordered[0] - side * lat)) is not None:
             edges = side * np.insert(ordered, 0, ordered[0] - found.width)[::side]
             places = np.insert(there, 0, found.place, axis=0)[::side]
-    partial = len(places) - _going_on(places)
-    told = f"; {partial} of them {'begin or end' if partial > 1 else 'begins or ends'}" if partial else ""
-    return Lanes(float(edges[0]), edges - edges[0], _changing(edges - edges[0], places) if partial else None, told)
+    right, edges = float(edges[0]), edges - edges[0]
+    whole = np.flatnonzero(np.isinf(places).all(axis=1))
+    sides = {"right": int(whole[0]), "left": int(len(places) - 1 - whole[-1])}
+    told = "".join(f"; begin or end on the {side}: {count}" for side, count in sides.items() if count)
+    return Lanes(right, edges, _changing(edges, places, int(whole[0])) if told else None, told)
 
 
 def _going_on(places: Float[np.ndarray, "L 2"]) -> int:
@@ -105,7 +110,7 @@ def _extent(
     entered, left = (np.where(inside, lon, far) for far in (np.inf, -np.inf))
     entered, left = np.minimum.reduceat(entered, starts)[own], np.maximum.reduceat(left, starts)[own]
     first, last = np.minimum.reduceat(lon, starts)[own], np.maximum.reduceat(lon, starts)[own]
-    begin, end = np.quantile(entered, RARE, method="lower"), np.quantile(left, 1 - RARE, method="higher")
+    begin, end = np.quantile(entered, STRAY, method="lower"), np.quantile(left, 1 - STRAY, method="higher")
     came = (first < begin) | ((first == entered) & (first <= begin + AT_ONCE))
     went = (last > end) | ((last == left) & (last >= end - AT_ONCE))
     late, early = begin > lon[beside].min() + INSIDE, end < lon[beside].max() - INSIDE
@@ -116,13 +121,11 @@ def _extent(
     return _Extent(np.array([begin if late else -np.inf, end if early else np.inf]), min(width, WIDEST))
 
 
-def _changing(edges: Float[np.ndarray, " E"], places: Float[np.ndarray, "L 2"]) -> LaneEdges:
-    """The edges of lanes that are there in places [m] and as wide as usual; between them one lane that goes on."""
+def _changing(edges: Float[np.ndarray, " E"], places: Float[np.ndarray, "L 2"], whole: int) -> LaneEdges:
+    """The edges of lanes that are there in places [m] and as wide as usual, beside one that goes on."""
     outer = places + TAPER * np.array([-1.0, 1.0])
     lon = np.unique(np.concatenate([places, outer])[np.isfinite(np.concatenate([places, outer]))])
     share = np.minimum(lon[:, None] - outer[:, 0], outer[:, 1] - lon[:, None]) / TAPER
     widths = np.diff(edges) * share.clip(0.0, 1.0)
-    left = np.cumsum(widths, axis=1)
-    kept = int(np.argmax(np.isinf(places).all(axis=1)))
-    lat = np.insert(left, 0, 0.0, axis=1)
-    return LaneEdges(lon, lat - lat[:, [kept]] + edges[kept])
+    lat = np.insert(np.cumsum(widths, axis=1), 0, 0.0, axis=1)
+    return LaneEdges(lon, lat - lat[:, [whole]] + edges[whole])
