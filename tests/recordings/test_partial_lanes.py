@@ -88,6 +88,18 @@ def test_a_lane_that_was_taken_as_going_on_ends():
     assert there.tolist() == [[True] * 3, [False, True, True], [False, False, True]]
 
 
+def test_beside_a_lane_that_begins_or_ends_there_is_none_where_it_is_not():
+    """Else a lane would begin or end in the middle of the road: the inner one is taken as going on."""
+    outer = [([100.0, 400.0 + at, 440.0 + at, LENGTH], [-1.8, -1.8, 1.8, 1.8]) for at in range(0, 60, 10)]
+    inner = [([0.0, at + 80, at + 120, LENGTH], [5.4, 5.4, 1.8, 1.8]) for at in MERGES]
+    known = np.concatenate([[-3.6], EDGES])
+    found = with_partial_lanes([tracks(*all_along(5.4), *outer, *inner)], known)
+    there = road(found).has_lane(np.array([20.0, 120.0, 300.0, LENGTH]))
+    assert there.tolist() == [[False, True, True], [True] * 3, [True] * 3, [False, True, True]]
+    alone = with_partial_lanes([tracks(*all_along(5.4), *inner)], known[1:])
+    assert road(alone).has_lane(np.array([20.0, 300.0])).tolist() == [[False, True], [True, True]]
+
+
 def test_a_lane_beside_two_ramps_begins_and_ends():
     weaving = [([0.0, 200.0 + at, 240.0 + at, 400.0, 500.0], [1.8, 1.8, -1.8, -1.8, -12.0]) for at in range(0, 100, 20)]
     coming = [([100.0, 180.0, 250.0 + at, 290.0 + at, LENGTH], [-12.0, -1.8, -1.8, 1.8, 1.8]) for at in (0, 30, 60, 90)]

@@ -20,7 +20,7 @@ ENOUGH, MOST = 5, 0.5
 vehicles stayed in it, the chance that none of five does would be 5 %"""
 
 INSIDE = 50.0
-"""[m] from the first or last place at which the lane beside is seen: one that is seen up to there goes on; and the
+"""[m] from the first or last place at which the lanes beside are seen: one that is seen up to there goes on; and the
 shortest lane that is looked for"""
 
 STRAY = 0.05
@@ -99,9 +99,9 @@ def _extent(
     """Where the lane beyond an edge begins and ends; None if there is none, or it goes on.
 
     ``starts`` are the first rows of the vehicles, ``out`` [m] is how far each is beyond the edge. Those who were never
-    wholly across it count as in the lane beside.
+    wholly across it count as in the lanes beside.
     """
-    inside, beside = (out > 0) & (out <= WIDEST), (out > -WIDEST) & (out <= 0)
+    inside, beside = (out > 0) & (out <= WIDEST), out <= 0
     own = np.maximum.reduceat(np.where(inside, out, 0.0), starts) >= NARROWEST / 2
     if own.sum() < max(ENOUGH, RARE * len(starts)) or not beside.any():
         return None
