@@ -81,6 +81,28 @@ def test_y_down(name: str, tmp_path: Path):
         read([write(tmp_path)])
 
 
+@pytest.mark.parametrize("down", [True, False])
+def test_y_of_tgsim_that_is_not_down(down: bool, tmp_path: Path):
+    """It states no velocities or headings: with two directions their side tells, with one the order of lanes."""
+    mirror = 1 if down else -1
+    path = write_tgsim(tmp_path, [SLOW], yloc_kf=mirror * pl.col("yloc_kf"))
+    (recording,) = read([path])
+    assert recording.notes["lanes"] == f"lane numbers, growing to the {'right' if down else 'left'}"
+    unordered = pl.read_csv(path).with_columns(lane_kf=1 + (pl.col("lane_kf") + 1) % 3)
+    unordered.write_csv(path)
+    assert read([path])[0].notes["lanes"] == "lane numbers, in no order"
+    table = pl.read_csv(write_tgsim(tmp_path, [SLOW], yloc_kf=mirror * pl.col("yloc_kf")))
+    other = table.with_columns(
+        id=pl.col("id") + 1000, xloc_kf=900 - pl.col("xloc_kf"), yloc_kf=mirror * 32.4 - pl.col("yloc_kf")
+    )
+    pl.concat([table, other]).write_csv(path)
+    if down:
+        assert [each.notes["traffic"] for each in read([path])] == ["keeps right"] * 2
+        return
+    with pytest.raises(RecordingError, match=r"keep left of those that come.*to keep right: .* turn the y round"):
+        read([path])
+
+
 SIZES = {"length": pl.col("width"), "width": pl.col("length")}
 SWAPPED: dict[str, Callable[[Path], Path]] = {
     "highD": lambda folder: write_highd(folder, FAST, width=pl.col("height"), height=pl.col("width")),

@@ -73,7 +73,7 @@ def test_runs_are_told_apart(hyphens: bool, tall: bool, tmp_path: Path):
     assert [recording.name for recording in recordings] == ["TGSIM run 1", "TGSIM run 2"]
     assert [recording.table["group"].unique().to_list() for recording in recordings] == [[0], [1]]
     for run, (recording, real) in enumerate(zip(recordings, (SLOW, OTHER), strict=True), 1):
-        assert recording.notes["lanes"] == "lane numbers" and recording.repairs == {}
+        assert recording.notes["lanes"] == "lane numbers, growing to the right" and recording.repairs == {}
         assert recording.road.lanes == 3 and np.diff(recording.road.edges) == pytest.approx(3.6, abs=0.1)
         worst = found_again(recording, real.tables[0], shift=1e5 * run)
         assert worst["lon"] < 0.12 and worst["lat"] < 0.2 and worst["speed"] < 0.45 and worst["heading"] < 0.012

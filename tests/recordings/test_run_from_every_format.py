@@ -22,6 +22,7 @@ from published_formats import (
     write_mona,
     write_tgsim,
 )
+from published_i80 import i80, write_i80
 from published_ngsim import write_ngsim
 
 import coverdrive as cd
@@ -32,6 +33,7 @@ from coverdrive.reporting import report
 from coverdrive.results import Results
 from coverdrive.simulation.episode import EpisodeSettings
 from coverdrive.simulation.generated import GeneratedSettings, generate
+from coverdrive.simulation.places import recorded_place
 
 SECONDS, SCENES = 5.0, 3
 """Of a recording, and the number of them: to train, to calibrate and to test"""
@@ -97,10 +99,11 @@ def test_no_format_is_forgotten():
     assert {name.split(" ")[0] for name in FORMATS} == set(readers()) - {"CitySim"}  # which is refused
 
 
-def command(paths: Written, out: Path) -> dict[str, Any]:
+def command(paths: Written, out: Path, *others: str) -> dict[str, Any]:
     """What the command finds with the quickest settings that drive."""
-    claim = ("--unit", "window", "--confidence", "0.9", "--trials", "1", "--vehicles", "3", "--workers", "1")
-    arguments = ("--recording", *paths, *claim, "--out", out, "--set", *QUICK, "episode.duration=0.5")
+    claim = ("--unit", "window", "--confidence", "0.9", "--vehicles", "3", "--workers", "1")
+    how = ("--out", out, "--set", *QUICK, "episode.duration=0.5")
+    arguments = ("--recording", *paths, *claim, *(others or ("--trials", "1")), *how)
     return json.loads(coverdrive("run", *arguments, "--json", only="stdout"))
 
 
@@ -121,6 +124,27 @@ def test_one_command_drives_on_a_road_like_the_recorded_one(name: str, tmp_path:
     assert pl.read_parquet(tmp_path / "out" / "study" / "trials.parquet").height == 1
     assert re.match(r"Driven on a road like the recorded one: 3 (straight )?lanes of 3\.[5-7]", found["driven_on"])
     assert found["driven_on"] in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+def test_beside_and_on_a_ramp_that_ends(tmp_path: Path, undrawn: None):
+    """Among vehicles of I-80 as recorded, in lanes 5 and 6 and on the ramp; egos begin on it, too."""
+    paths = list[Path]()
+    for number in range(SCENES):
+        (tmp_path / f"{number}").mkdir()
+        table = i80(100.0, 9.0 * number).filter((pl.col("Vehicle_ID") > 500) & pl.col("Frame_ID").is_between(300, 700))
+        paths.append(write_i80(tmp_path / f"{number}", table, "txt"))
+    found = command([*paths], tmp_path / "out", "--traffic", "replay", "--trials", "8")
+    assert found["evaluation"]["windows"]["total"] > 1000
+    assert found["driven_on"].startswith("Driven on the recorded roads")
+    study, begun = Results(tmp_path / "out").driven_study(recordings=paths), list[int]()
+    for number in range(8):
+        trace = study.trace(number)
+        assert trace.road.has_lane(np.array([100.0, 300.0])).tolist() == [[True] * 3, [False, True, True]]
+        assert np.isfinite(trace.scene.states).all() and trace.scene.lon[-1, 0] > trace.scene.lon[0, 0]
+        begun.append(int(trace.road.lane_at(trace.scene.lon[0, 0], trace.scene.lat[0, 0])))
+    assert set(begun) == {0, 1, 2}
+    assert recorded_place(cd.read(paths[0])).initial.lanes == 2  # a road like it has no ramp
 
 
 @pytest.mark.slow

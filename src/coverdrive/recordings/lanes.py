@@ -10,7 +10,7 @@ LANE_WIDTH = 3.6576
 """[m] 12 ft, the lane width of US freeways (AASHTO), where the recording does not name lanes"""
 
 RARE = 0.02
-"""A lane with a smaller share of the rows is a ramp and not part of the road"""
+"""A lane with a smaller share of the rows is not taken as one that goes on; it may be a ramp"""
 
 NARROWEST, WIDEST = 2.7, 4.3
 """[m] lanes that are looked for in tracks; those of motorways are 3.25 to 3.75 m wide"""

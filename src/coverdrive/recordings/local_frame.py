@@ -5,6 +5,7 @@ NGSIM measures the front centre of a vehicle: ``Local_X`` from the left edge of 
 """
 
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from coverdrive.errors import RecordingError
 from coverdrive.recordings.checks import LONGEST_ROAD
 from coverdrive.recordings.columns import check_whole, plausible_sizes, time_step
 from coverdrive.recordings.lanes import edges_from_lanes, edges_from_width
+from coverdrive.recordings.partial_lanes import with_partial_lanes
 from coverdrive.recordings.repair import RawTracks, tidy
 from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.recordings.tracks import Reading, make_reading, name_of
@@ -52,8 +54,10 @@ def recordings_from_local(
     if not 0 < length <= LONGEST_ROAD:
         problem = f"the road is {length:.6g} m long; expected up to {LONGEST_ROAD:g} m, check the unit of the positions"
         raise RecordingError(file, problem, None, "local_y")
-    road = Road(edges=edges, length=length)
-    lanes = "lane numbers" if "lane" in table.columns else "12 ft from the left"
+    found = with_partial_lanes(parts, edges)
+    parts = [replace(part, lat=part.lat - found.right) for part in parts]
+    road = Road(edges=found.edges, length=length, changing=found.changing)
+    lanes = ("lane numbers" if "lane" in table.columns else "12 ft from the left") + found.told
     names = [name_of(file) + (f" period {number + 1}" if len(periods) > 1 else "") for number in periods]
     return tuple(
         make_reading(file, name, part, dt, road, settings, own, {"lanes": lanes})

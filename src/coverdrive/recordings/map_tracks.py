@@ -7,10 +7,11 @@ Directions, lanes and the road's line are found here, for all formats alike (`co
 from collections import Counter
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import polars as pl
-from jaxtyping import Float
+from jaxtyping import Float, Num
 
 from coverdrive.errors import DataError, RecordingError
 from coverdrive.recordings.carriageway import Line, centred, check_apart, line_along, split_directions
@@ -19,6 +20,7 @@ from coverdrive.recordings.delimited import ROW
 from coverdrive.recordings.driven_road import driven_road, roads_of
 from coverdrive.recordings.lanelet2 import Origin, read_lanelet2
 from coverdrive.recordings.lanes import edges_from_centres, edges_from_lanes, edges_from_tracks
+from coverdrive.recordings.partial_lanes import with_partial_lanes
 from coverdrive.recordings.repair import RawTracks, counted, tidy
 from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.recordings.tracks import Reading, make_reading
@@ -42,6 +44,9 @@ STEPS, OPPOSED = 10, -0.5
 
 SHORTEST_WAY, MOST_TURNED = 1.0, 30.0
 """[m] that a vehicle moves for its heading to be compared with its motion, and [degrees] between them in most rows"""
+
+ORDERED = 0.8
+"""Correlation with positions across the road above which numbers of lanes grow in one direction"""
 
 MOST_UNEVEN = 0.02
 """Share of the rows whose time may be farther than a quarter of a step from a multiple of it"""
@@ -67,6 +72,8 @@ class MapTracks:
     """of x and y in UTM coordinates, if known"""
     dt: float | None = None
     """[s] between two rows of a vehicle, if known"""
+    side: Literal["right", "left"] | None = None
+    """of the road on which one drives there, if known"""
     repairs: Counter[str] = field(default_factory=Counter[str])
     """how often each kind of repair was made so far"""
 
@@ -88,6 +95,9 @@ def readings_from_map(
     notes: dict[str, str] = {}
     if len(sides) == 2:
         way = check_apart(file, found[0][1], sides[1])
+        if tracks.side not in (None, way):
+            problem = f"vehicles keep {way} of those that come towards them; expected them to keep {tracks.side}"
+            raise RecordingError(file, f"{problem}: positions are mirrored, turn the y round")
         found = [(raw, replace(road, side=way), lanes) for raw, road, lanes in found]
         notes["traffic"] = f"keeps {way}"
     names = [tracks.name] if len(sides) == 1 else [f"{tracks.name} {_towards(side)}" for side in sides]
@@ -211,8 +221,10 @@ def _on_road(file: Path, side: pl.DataFrame, tracks: MapTracks, known: tuple[Lin
         line = centred(line, lon, lat - centres[np.searchsorted(edges[1:-1], lat)])
         lon, lat = line.to_road(side["x"], side["y"])
         edges, lanes = _edges(file, side, lat, tracks, line)
-    line = replace(line, lat=-float(edges[0]))
-    return _raw(side, lon, lat - edges[0]), Road(edges=edges - edges[0], length=line.length, line=line), lanes
+    raw = _raw(side, lon, lat)
+    found = with_partial_lanes([raw], edges)
+    road = Road(found.edges, line.length, replace(line, lat=-found.right), found.changing)
+    return replace(raw, lat=lat - found.right), road, lanes + found.told
 
 
 def _edges(
@@ -231,7 +243,13 @@ def _edges(
     if edges is None:
         problem = f"the lanes cannot be told; vehicles drive between {bounds[0]:.1f} and {bounds[1]:.1f} m beside the"
         raise RecordingError(file, f"{problem} line of the road; expected a few lanes that most vehicles are in")
-    return edges, "lane numbers" if named else "estimated (tracks)"
+    return edges, f"lane numbers, {_order(side['lane'].to_numpy(), lat)}" if named else "estimated (tracks)"
+
+
+def _order(lane: Num[np.ndarray, " R"], lat: Float[np.ndarray, " R"]) -> str:
+    """In which direction the numbers of lanes grow, in words."""
+    alike = np.mean((lane - lane.mean()) * (lat - lat.mean())) / max(float(lane.std() * lat.std()), 1e-9)
+    return "in no order" if abs(alike) < ORDERED else f"growing to the {'left' if alike > 0 else 'right'}"
 
 
 def _offsets(lines: tuple[Line, ...], line: ReferenceLine) -> Float[np.ndarray, " L"]:

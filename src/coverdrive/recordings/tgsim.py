@@ -63,12 +63,12 @@ def read_tgsim(file: Path, how: How) -> list[MapTracks]:
         kind = pl.col("type").cast(pl.Int64).replace_strict(KIND_OF_TYPE, default=0, return_dtype=pl.Int8)
         table = table.with_columns(kind=kind).filter(~others)
     if "run" not in table.columns:
-        return [MapTracks(name_of(file), table, centres=_centre_lines(file, None), repairs=repairs)]
+        return [MapTracks(name_of(file), table, centres=_centre_lines(file, None), repairs=repairs, side="right")]
     runs = table.partition_by("run", as_dict=True, maintain_order=True)
     tracks: list[MapTracks] = []
     for (run,), own in runs.items():
         name, own = f"{name_of(file)} run {run:g}", own.with_columns(pl.col("time") + APART * run)
-        tracks.append(MapTracks(name, own, centres=_centre_lines(file, int(run)), repairs=repairs))
+        tracks.append(MapTracks(name, own, centres=_centre_lines(file, int(run)), repairs=repairs, side="right"))
         repairs = Counter()
     return tracks
 
