@@ -135,12 +135,11 @@ def reference_costs(instance: dict, problem: ProblemSettings, period: float, roa
     constants = constants_of(problem, period)
     table = table_of(road, problem)
     state, paths, settings = instance["state"], instance["paths"], LeaderSettings()
-    leaders = leaders_of(state, paths, road)
-    ahead = leaders.speed_in(int(road.lane_at(*state[:2])))
-    slowed = min(problem.cost.reference_speed, ahead) if state[2] > ahead + settings.closing else None
+    leaders, lane = leaders_of(state, problem.vehicle.length / 2, paths, road), int(road.lane_at(*state[:2]))
+    wanted = min(problem.cost.reference_speed, leaders.speed_in(lane, state[2], settings.time_to_collision))
     feared = paths.joined(braking(leaders, paths, settings))
-    for against, speed in ((feared, None), (paths, slowed)):
-        around = surroundings_of(state, instance["before"], against, table, problem, speed)
+    for against in (feared, paths):
+        around = surroundings_of(state, instance["before"], against, table, problem, wanted)
         own = own_plan(instance["plan"], around, road, constants)
         if own.clear[0]:  # of vehicles that brake ahead, too: that is the problem that it solves
             break

@@ -100,7 +100,8 @@ class Experiment(Settings):
             return Experiment()
         free = {"max_steering": 1.57, "max_steering_rate": 1e4, "max_power": 1e4}  # a Dubins car turns at once
         problem = {"branches": {"fail_safe": False}, "cost": {"speed": 0.05}, "vehicle": free}
-        single = {"planner": {"problem": problem, "leaders": {"deceleration": 0.0, "foresight": 0.0}}}
+        alone = {"deceleration": 0.0, "time_to_collision": 0.0, "foresight": 0.0}
+        single = {"planner": {"problem": problem, "leaders": alone}}
         return Experiment(prediction=PredictionSettings.paper()).updated(single)
 
     @staticmethod

@@ -20,7 +20,7 @@ def test_the_nearest_ahead_in_every_lane_brakes_to_a_stop(straight_paths) -> Non
     paths = straight_paths((20, 5.4, 6), (60, 5.8, 20), (15, 1.8, 30), (-10, 9.0, 20), (-20, 5.4, 20))
     paths.half_sizes[:, 1:] += 1.0
     paths = replace(paths, weight=np.array([0.7, 1.0, 1.0, 1.0, 0.5]))
-    leaders = leaders_of(STATE, paths, Road.straight())
+    leaders = leaders_of(STATE, 2.4, paths, Road.straight())
     got = braking(leaders, paths, LeaderSettings(deceleration=4.0))
     assert got.vehicle.tolist() == [2, 0]
     standing = np.minimum(TIMES, 6 / 4)
@@ -33,13 +33,13 @@ def test_the_nearest_ahead_in_every_lane_brakes_to_a_stop(straight_paths) -> Non
 def test_nobody_brakes_where_nobody_is_ahead_or_nothing_is_assumed(straight_paths) -> None:
     behind, ahead = straight_paths((-10, 5.4, 20)), straight_paths((30, 5.4, 20))
     for paths, deceleration in ((behind, 4.0), (straight_paths(), 4.0), (ahead, 0.0)):
-        leaders = leaders_of(STATE, paths, Road.straight())
+        leaders = leaders_of(STATE, 2.4, paths, Road.straight())
         assert len(braking(leaders, paths, LeaderSettings(deceleration=deceleration))) == 0
 
 
 def speed_ahead(paths: PredictedPaths) -> float:
     """[m/s] in the lane of the ego."""
-    return leaders_of(STATE, paths, Road.straight()).speed_in(1)
+    return leaders_of(STATE, 2.4, paths, Road.straight()).speed_in(1, STATE[2], 10.0)
 
 
 def test_the_speed_ahead_is_that_of_the_nearest_in_the_own_lane(straight_paths) -> None:
@@ -49,9 +49,27 @@ def test_the_speed_ahead_is_that_of_the_nearest_in_the_own_lane(straight_paths) 
     assert speed_ahead(straight_paths((20, 5.4, -1))) == 0
 
 
+def test_who_is_reached_soon_is_told_by_the_gap_between_bumpers(straight_paths) -> None:
+    leaders = leaders_of(STATE, 2.4, straight_paths((24.7, 5.4, 20), (100, 1.8, 20)), Road.straight())
+    assert leaders.speed_in(1, 30.0, 2.0) == leaders.speed_in(0, 100.0, 2.0) == pytest.approx(20)
+    assert leaders.speed_in(1, 29.9, 2.0) == leaders.speed_in(1, 30.0, 1.9) == leaders.speed_in(0, 30.0, 2.0) == np.inf
+    assert leaders.speed_in(1, 19.0, 2.0) == np.inf
+
+
+@pytest.mark.parametrize(("time", "lane"), [(0.0, 5.4), (2.0, 1.8)])
+def test_who_is_about_to_reach_the_one_ahead_does_not_pull_out(straight_paths, time: float, lane: float) -> None:
+    """15 m behind a car that is 8 m/s slower."""
+    planner = MpcPlanner(PlannerSettings(leaders=LeaderSettings(time_to_collision=time)))
+    plan = planner.plan(np.array([0.0, 1.8, 28.0, 0.0]), straight_paths((19.8, 1.8, 20.0)), Road.straight())
+    assert plan.status is Status.SOLVED
+    assert plan.states[-1, 1] == pytest.approx(lane, abs=0.6)
+    assert (plan.states[-1, 2] < 21) == (time > 0)
+
+
 def test_what_is_lost_in_a_lane_is_the_time_behind_the_one_ahead(straight_paths) -> None:
     """At 40 m/s the one at 30 m/s, 60 m ahead, is reached after 6 s, and the one at 20 m/s, 20 m ahead, after 1 s."""
-    leaders = leaders_of(STATE, straight_paths((60, 1.8, 30), (20, 5.4, 20), (80, 5.4, 0)), Road.straight())
+    paths = straight_paths((64.8, 1.8, 30), (24.8, 5.4, 20), (80, 5.4, 0))  # cars of 4.8 m
+    leaders = leaders_of(STATE, 2.4, paths, Road.straight())
     np.testing.assert_allclose(leaders.lost([1, 0, 2], 40.0, 3.0, 8.0), [20**2 * 5, 10**2 * 2, 0])
     np.testing.assert_allclose(leaders.lost([0, 1], 40.0, 3.0, 5.0), [0, 20**2 * 2])
     assert leaders.lost([1, 0], 20.0, 3.0, 8.0).max() < 0.1
@@ -102,10 +120,3 @@ def test_a_search_that_finds_nothing_clear_of_them_soon_ends(straight_paths, mon
         counts.append(iterations.count(2))
         iterations.clear()
     assert counts == [2, 1]  # that of the reset is one of them
-
-
-def test_who_cannot_keep_clear_of_it_and_is_much_faster_wants_its_speed(straight_paths) -> None:
-    road, paths = Road.straight(lanes=1), straight_paths((11.5, 1.8, 22.0))
-    heeding, other = (planned(paths, road, deceleration) for deceleration in (4.0, 0.0))
-    assert heeding.status is other.status is Status.SOLVED
-    assert heeding.states[-1, 2] < 22.0 < other.states[-1, 2] - 0.5

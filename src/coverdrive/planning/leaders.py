@@ -2,10 +2,10 @@
 
 A set that is learned from what usually happens may leave out what seldom does, and it does not know who is braking
 already. Responsibility-sensitive safety (Shalev-Shwartz, Shammah, Shashua 2017) asks a car to keep clear of vehicles
-ahead that brake; so do plans here, wherever there is one that does, as if that were a member of their sets. Where there
-is none and the ego is much faster than the vehicle ahead, it wants to be no faster than that.
+ahead that brake; so do plans here, wherever there is one that does, as if that were a member of their sets. Who is
+about to reach the vehicle ahead wants to be no faster than that, lest it pulls out so late that nothing else is left.
 
-And they hold it up: a plan ends when an overtaking begins to pay. What comes after is told from their speeds.
+And they hold the ego up: a plan ends when an overtaking begins to pay. What comes after is told from their speeds.
 """
 
 from collections.abc import Sequence
@@ -31,9 +31,8 @@ class LeaderSettings(Settings):
     deceleration: float = Field(default=4.0, ge=0, le=15)
     """[m/s²] at which they may brake to a stop from now on, beyond which hardly anybody does in normal traffic; 0: no
     such thing is assumed"""
-    closing: float = Field(default=5.0, ge=0, le=120)
-    """[m/s] by which the ego may be faster than the vehicle directly ahead, where no plan is clear of those that brake,
-    before that one's speed is all it wants"""
+    time_to_collision: float = Field(default=2.0, ge=0, le=60)
+    """[s] within which the ego is to reach the vehicle directly ahead, if that one's speed is all it wants"""
     foresight: float = Field(default=3.0, ge=0, le=60)
     """[s] after the end of a plan for which lanes are compared by the speeds of those ahead"""
 
@@ -46,13 +45,16 @@ class Leaders(NamedTuple):
     path: Int[np.ndarray, " l"]
     """one of its paths"""
     gap: Float[np.ndarray, " l"]
-    """[m] from the ego's centre to its own"""
+    """[m] from the ego's front to its rear"""
     speed: Float[np.ndarray, " l"]
     """[m/s]"""
 
-    def speed_in(self, lane: int) -> float:
-        """[m/s] of the one in a lane, infinite without one."""
-        return float(self.speed[self.lane == lane].min(initial=np.inf))
+    def speed_in(self, lane: int, speed: float, within: float) -> float:
+        """Speed [m/s] of the one in a lane if an ego of a ``speed`` [m/s] reaches it ``within`` a time [s], else
+        infinity.
+        """
+        here = (self.lane == lane) & (self.gap < within * (speed - self.speed))
+        return float(self.speed[here].min(initial=np.inf))
 
     def lost(self, lanes: Sequence[int], wanted: float, begin: float, end: float) -> Float[np.ndarray, " L"]:
         """What is lost of a wanted speed [m/s] in each of some lanes by being held up: squared, over a time, [m²/s].
@@ -68,11 +70,12 @@ class Leaders(NamedTuple):
         return np.array([held_up[self.lane == lane].sum() for lane in lanes])
 
 
-def leaders_of(state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> Leaders:
+def leaders_of(state: Float[np.ndarray, " 4"], half_length: float, paths: PredictedPaths, road: Road) -> Leaders:
     """The vehicles directly ahead.
 
     Args:
         state: lon [m], lat [m], speed [m/s], heading [rad] of the ego.
+        half_length: [m] of the ego.
         paths: predicted paths; all of a vehicle begin at the same point and speed.
         road: its lanes.
     """
@@ -82,7 +85,8 @@ def leaders_of(state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road
     lane, first = np.unique(road.lane_at(*now[nearest_first].T), return_index=True)
     path = nearest_first[first]
     speed = np.maximum(0.0, np.diff(paths.points[path, :2, 0])[:, 0]) / paths.dt
-    return Leaders(lane, path, now[path, 0] - state[0], speed)
+    gap = now[path, 0] - paths.half_sizes[path, 0, 0] - state[0] - half_length
+    return Leaders(lane, path, gap, speed)
 
 
 def braking(leaders: Leaders, paths: PredictedPaths, settings: LeaderSettings) -> PredictedPaths:

@@ -214,11 +214,14 @@ class MpcPlanner:
         self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, searching: bool, begun: float
     ) -> tuple[_Found, TargetLanes, Status]:
         """What is chosen, full braking unless ``searching``, among which target lanes, and what it is."""
-        if self.settings.problem.obstacles.ignore_rear:
+        settings, horizon = self.settings, self.steps * self.dt
+        if settings.problem.obstacles.ignore_rear:
             paths = without_follower(state, paths, road)
-        horizon, leaders = self.steps * self.dt, leaders_of(state, paths, road)
+        leaders = leaders_of(state, settings.problem.vehicle.length / 2, paths, road)
         targets = target_lanes(state, road, horizon)
-        lost = leaders.lost(targets.lanes, self._speed, horizon, horizon + self.settings.leaders.foresight)
+        near = leaders.speed_in(targets.lanes[0], state[2], settings.leaders.time_to_collision)
+        self._speed = min(self._speed, near)
+        lost = leaders.lost(targets.lanes, self._speed, horizon, horizon + settings.leaders.foresight)
         targets = targets._replace(lost=lost)
         found = self._clear_of_leaders(state, paths, leaders, targets, begun) if searching else None
         if found is None:
@@ -245,9 +248,6 @@ class MpcPlanner:
         found = self._search(state, paths.joined(feared), targets, begun, giving_up=True)
         if found and found.clear:
             return found
-        ahead = leaders.speed_in(targets.lanes[0])
-        if state[2] > ahead + self.settings.leaders.closing:
-            self._speed = min(self._speed, ahead)
         if found is None or time.perf_counter() - begun <= self._budget:
             return self._search(state, paths, targets, begun)
         found = found._replace(around=self._around(state, paths))
