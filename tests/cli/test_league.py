@@ -22,7 +22,7 @@ def test_planners_are_driven_in_worlds(quick_fit: Path, tmp_path: Path, monkeypa
     wanted = "--trials", "1", "--duration", "1.5", "--workers", "1", "--paper", quick_fit, "--out", "league"
     called = "league", quick_fit, "--planners", *planners, "--worlds", "drivers", "replay", *wanted
     printed = coverdrive(*called, only="stdout")
-    assert "• known-future does not drive: only recorded traffic has a known future" in printed
+    assert "• known-future does not drive: only replay tells it what will be" in printed
     assert {path.name for path in Path("league").iterdir()} == {
         "drivers", "replay", "league.csv", "drives.csv", "league.html", "league.png", "league.pdf"
     }  # fmt: skip
