@@ -66,9 +66,9 @@ def drives_of(
     name: str,
     known: Known,
     setups: Mapping[str, Setup],
-    problems: Mapping[str, Problems],
     seed: int,
     duration: float | None,
+    problems: Mapping[str, Problems] | None = None,
 ) -> Drives | str:
     """The drives of an entrant in a world, or why there are none.
 
@@ -78,11 +78,11 @@ def drives_of(
         name: of the entrant.
         known: what it may be made of.
         setups: studies of the default in our traffics.
-        problems: worlds of planning problems.
         seed: of drives in worlds of others.
-        duration: [s] of these at the most, but for problems, which say how long they take.
+        duration: [s] of these at the most.
+        problems: worlds of planning problems, which say how long they take.
     """
-    if world in problems:
+    if problems and world in problems:
         return problems[world].drives(name, known, seed)
     usual = setups.get(world)
     if usual is None:

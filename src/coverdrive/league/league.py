@@ -83,7 +83,7 @@ def league(
     driven: dict[tuple[str, str], pl.DataFrame | str] = {}
     for world in worlds:
         for name in planners:
-            found = drives_of(world, name, known, setups, problems, seed, duration)
+            found = drives_of(world, name, known, setups, seed, duration, problems)
             if not isinstance(found, str):
                 files = StudyFolder(folder / _plain(world) / _plain(name), COLUMNS if world in problems else SCHEMA)
                 count = min(trials, len(problems[world].places)) if world in problems else trials
