@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from driving_fakes import PREDICTOR, SETTINGS, told
 from gymnasium.utils.env_checker import check_env
+from gymnasium.vector import AutoresetMode
 from simulation_fakes import make_scene
 
 import coverdrive.bridges.gymnasium as bridge
@@ -67,15 +68,56 @@ def test_seeds_reproduce_and_others_differ() -> None:
 
 
 @pytest.mark.parametrize("mode", ["sync", pytest.param("async", marks=pytest.mark.slow)])
-def test_many_at_once_are_as_each_alone(mode: str) -> None:
-    how = {"context": "spawn"} if mode == "async" else None  # JAX must not be forked
-    envs = gymnasium.make_vec(NAME, num_envs=2, vectorization_mode=mode, vector_kwargs=how, episode=SHORT)
+@pytest.mark.parametrize("observation", ["affordance", "scene"])
+def test_many_at_once_are_as_each_alone(mode: str, observation: str) -> None:
+    how, given = {"context": "spawn"} if mode == "async" else None, {"observation": observation, "episode": SHORT}
+    envs = gymnasium.make_vec(NAME, num_envs=2, vectorization_mode=mode, vector_kwargs=how, **given)
     actions = np.random.default_rng(0).uniform(-0.5, 0.5, (10, 2, 2)).astype(np.float32)
     seen = [envs.reset(seed=[3, 8])[0], *(envs.step(each)[0] for each in actions)]
-    for index, seed in enumerate((3, 8)):
-        alone = drive(gymnasium.make(NAME, episode=SHORT), seed, list(actions[:, index]))
-        assert all(np.array_equal(one[index], each[0]) for one, each in zip(seen, alone, strict=True))
     envs.close()
+    for index, seed in enumerate((3, 8)):
+        alone = drive(gymnasium.make(NAME, **given), seed, list(actions[:, index]))
+        assert len(alone) == len(seen)
+        assert all(equal(of(many, index), each[0]) for many, each in zip(seen, alone, strict=True))
+
+
+def of(seen: np.ndarray | dict, index: int) -> np.ndarray | dict:
+    """What one of several is shown."""
+    return {name: each[index] for name, each in seen.items()} if isinstance(seen, dict) else seen[index]
+
+
+def equal(one: np.ndarray | dict, other: np.ndarray | dict) -> bool:
+    if isinstance(one, dict):
+        return one.keys() == other.keys() and all(np.array_equal(one[name], other[name]) for name in one)
+    return np.array_equal(one, other)
+
+
+@pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
+def test_many_reset_themselves_and_go_on_as_each_would(mode: AutoresetMode) -> None:
+    given = {"observation": "scene", "vehicles": (3, 6), "slots": 5, "episode": EpisodeSettings(duration=0.3)}
+    envs, stay = gymnasium.make_vec(NAME, num_envs=3, vector_kwargs={"autoreset_mode": mode}, **given), np.zeros((3, 2))
+    assert {name: each.shape for name, each in envs.observation_space.items()} == {
+        "vehicles": (3, 5, 6), "mask": (3, 5), "road": (3, 4)
+    }  # fmt: skip
+    seen, _ = envs.reset(seed=4)  # one after another: 4, 5, 6
+    alone = [gymnasium.make(NAME, **given) for _ in range(3)]
+    ours = [env.reset(seed=4 + index)[0] for index, env in enumerate(alone)]
+    assert seen in envs.observation_space
+    assert len({tuple(each["mask"]) for each in ours}) > 1
+    for _ in range(3):
+        assert all(equal(of(seen, index), each) for index, each in enumerate(ours))
+        seen, _, ended, late, info = envs.step(stay)
+        ours = [env.step(np.zeros(2))[0] for env in alone]
+    assert late.all() and not ended.any()
+    last = info["final_obs"] if mode is AutoresetMode.SAME_STEP else [of(seen, index) for index in range(3)]
+    assert all(map(equal, last, ours))
+    if mode is AutoresetMode.NEXT_STEP:
+        seen, rewards, ended, late, _ = envs.step(stay)
+        assert not (rewards.any() or ended.any() or late.any())
+    ours = [env.reset()[0] for env in alone]
+    assert all(equal(of(seen, index), each) for index, each in enumerate(ours))
+    seen, ours = envs.step(stay)[0], [env.step(np.zeros(2))[0] for env in alone]
+    assert all(equal(of(seen, index), each) for index, each in enumerate(ours))
 
 
 @pytest.mark.parametrize("seed", [1, 4])

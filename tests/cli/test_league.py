@@ -6,8 +6,10 @@ from pathlib import Path
 
 import polars as pl
 import pytest
+from problem_fakes import box, goal, written
 
 from command import coverdrive
+from coverdrive.league import problems
 
 PAGE = Path(__file__).parents[2] / "docs" / "league.md"
 
@@ -22,7 +24,7 @@ def test_planners_are_driven_in_worlds(quick_fit: Path, tmp_path: Path, monkeypa
     wanted = "--trials", "1", "--duration", "1.5", "--workers", "1", "--paper", quick_fit, "--out", "league"
     called = "league", quick_fit, "--planners", *planners, "--worlds", "drivers", "replay", *wanted
     printed = coverdrive(*called, only="stdout")
-    assert "• known-future does not drive: only recorded traffic has a known future" in printed
+    assert "• known-future does not drive: only replay tells it what will be" in printed
     assert {path.name for path in Path("league").iterdir()} == {
         "drivers", "replay", "league.csv", "drives.csv", "league.html", "league.png", "league.pdf"
     }  # fmt: skip
@@ -36,6 +38,22 @@ def test_planners_are_driven_in_worlds(quick_fit: Path, tmp_path: Path, monkeypa
     assert {file: file.stat().st_mtime_ns for file in Path("league").rglob("trials/*.parquet")} == kept
     compared = coverdrive("compare", "league/drivers/default", "league/drivers/careful_Careful")
     assert "mean speed" in compared
+
+
+@pytest.mark.slow
+def test_planning_problems_are_a_world(quick_fit: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(problems, "find_spec", lambda _: True)
+    written(tmp_path, goal(box(92.0, -1.75, length=20.0)))
+    called = "league", quick_fit, "--worlds", f"commonroad:{tmp_path}", "--workers", "1", "--out", tmp_path / "league"
+    planners = "default", "constant-velocity-box", "keep-velocity"
+    printed = coverdrive(*called, "--planners", *planners, only="stdout")
+    assert "1 (2.5–100 %)" in printed
+    table = pl.read_csv(tmp_path / "league" / "league.csv")
+    assert table["planner"].to_list() == [*planners] and table["drives"].to_list() == [1, 1, 1]
+    assert table["solved"].to_list() == [1, 1, 1]
+    assert "off road" in (tmp_path / "league" / "league.html").read_text(encoding="utf-8")
+    monkeypatch.setattr(problems, "find_spec", lambda _: None)
+    assert 'install it with `pip install "coverdrive[commonroad]"`' in coverdrive(*called, status=2)
 
 
 @pytest.mark.slow

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from commonroad.common.solution import CommonRoadSolutionReader
 from driving_fakes import PREDICTOR
-from recordings_fakes import RADIUS, TURN, driving, on_map, scenario, state, three_lanes
+from problem_fakes import TRAFFIC, between, box, goal, written
+from recordings_fakes import RADIUS, TURN, driving, on_map, scenario, three_lanes
 
 from coverdrive.driving.drivability import refusal
 from coverdrive.driving.planning_problem import PlanningProblem, read_problems
@@ -15,34 +16,6 @@ from coverdrive.driving.single_track import BMW, SingleTrackCar
 from coverdrive.driving.solved import solve, write
 from coverdrive.driving.solving import drive
 from coverdrive.errors import RecordingError
-
-TRAFFIC = driving(100, 90.0, -1.75, 14.0, 60) + driving(101, 20.0, -9.0, 10.0, 30)
-
-
-def problem(*goals: str, at: float = 20.0, left: float = -1.75, speed: float = 14.0) -> str:
-    return f'<planningProblem id="7">{state(at, left, speed, 0, "initialState")}{"".join(goals)}</planningProblem>'
-
-
-def between(name: str, low: float, high: float) -> str:
-    return f"<{name}><intervalStart>{low}</intervalStart><intervalEnd>{high}</intervalEnd></{name}>"
-
-
-def box(at: float, left: float, length: float = 6.0, width: float = 2.0) -> str:
-    x, y = on_map(np.array([at]), left)[0]
-    return (
-        f"<position><rectangle><length>{length}</length><width>{width}</width><orientation>{TURN + at / RADIUS}"
-        f"</orientation><center><x>{x}</x><y>{y}</y></center></rectangle></position>"
-    )
-
-
-def goal(*parts: str, first: int = 50, last: int = 60) -> str:
-    return f"<goalState>{between('time', first, last)}{''.join(parts)}</goalState>"
-
-
-def written(folder: Path, *goals: str, traffic: str = TRAFFIC, **start: float) -> Path:
-    path = folder / "USA_Test-1_1_T-1.xml"
-    path.write_text(scenario(three_lanes(), traffic + problem(*goals, **start)))
-    return path
 
 
 def read(path: Path) -> PlanningProblem:

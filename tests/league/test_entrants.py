@@ -39,7 +39,9 @@ def test_who_does_not_apply_says_why() -> None:
         "paper": "no paper",
         "paper-sets": "no paper",
         "constant-velocity-box": "no box",
-        "known-future": "only recorded traffic has a known future",
+        "known-future": "only replay tells it what will be",
+        "fiss-future": "it solves planning problems of CommonRoad alone",
+        "fiss-constant-velocity": "it solves planning problems of CommonRoad alone",
         "own": "there everybody else is the world's own driver",
     }
     assert seat("own", PLACE._replace(own_driver=True)) == (None, None)

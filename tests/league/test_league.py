@@ -53,7 +53,7 @@ def test_the_table_has_a_line_for_everybody(tmp_path: Path) -> None:
     table = driven(tmp_path)
     assert table["planner"].to_list() == list(PLANNERS)
     assert table["drives"].to_list() == [2, 2, 0]
-    assert table["left_out"].to_list() == [None, None, "only recorded traffic has a known future"]
+    assert table["left_out"].to_list() == [None, None, "only replay tells it what will be"]
     assert pl.read_csv(tmp_path / "league.csv").rows() == pl.read_csv(table.write_csv().encode()).rows()
     rows = drives(tmp_path)
     for name in PLANNERS[:2]:
@@ -95,7 +95,7 @@ def test_other_drives_are_not_mixed_with_those_of_a_folder(tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("options", "complaint"),
     [
-        ({"worlds": ["moon"]}, "no world is called 'moon'; choose drivers, highway-env-1, "),
+        ({"worlds": ["moon"]}, "no world is called 'moon'; choose drivers, highway-env-1, .* or commonroad-st:PATHS"),
         ({"planners": ["best"]}, "no planner is called 'best'"),
         ({"trials": 0}, "at least one"),
     ],

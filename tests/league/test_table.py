@@ -6,6 +6,7 @@ import pytest
 from scipy.stats import t as student
 
 from coverdrive.certificates.bounds import clopper_pearson
+from coverdrive.league.problems import COLUMNS
 from coverdrive.league.table import SCHEMA, league_table
 from coverdrive.simulation.comparison import newcombe_interval
 from coverdrive.simulation.trial import table_of, unstarted
@@ -48,6 +49,37 @@ def test_pairs_are_of_the_trials_that_both_could_start() -> None:
     table = league_table({("here", "first"): drives([20.0, 22.0, 24.0]), ("here", "second"): late})
     second = table.row(1, named=True)
     assert (second["drives"], second["mean_speed"], second["mean_speed_minus"]) == (2, 24.0, 1.0)
+
+
+def problems(solved: list[bool], reasons: list[str], progress: list[float | None]) -> pl.DataFrame:
+    """One row for each problem, of which nobody drove those without progress."""
+    rows = []
+    for trial, (done, reason, way) in enumerate(zip(solved, reasons, progress, strict=True)):
+        row = unstarted(0, trial, 5, reason)
+        if way is not None:
+            kind = "frontal" if reason.startswith("collision (") else "finished"
+            row |= {"kind": kind, "at_fault": "ego" if kind == "frontal" else "none", "mean_speed": 12.0}
+        rows.append(row | {"solved": done, "off_road": reason == "off the road", "progress": way})
+    return pl.DataFrame(rows, schema=COLUMNS)
+
+
+def test_problems_that_nobody_could_drive_are_not_solved() -> None:
+    reasons = ["collision (frontal)", "collision", "off the road", "not driven: no road"]
+    one = problems([True] * 4, [""] * 4, [1.0] * 4)
+    other = problems([False] * 4, reasons, [0.25, 0.5, 0.75, None])
+    first, second = league_table({("here", "first"): one, ("here", "second"): other}).rows(named=True)
+    assert (first["drives"], first["solved"], first["at_fault"], first["off_road"]) == (4, 4, 0, 0)
+    assert (second["drives"], second["solved"], second["off_road"]) == (4, 0, 1)
+    assert (second["at_fault"], second["not_at_fault"]) == (1, 1)  # what the judge alone saw is nobody's fault
+    assert (first["solved_low"], first["solved_high"]) == clopper_pearson(4, 4, 0.95)
+    ends = newcombe_interval(np.ones(4, dtype=bool), np.zeros(4, dtype=bool), 0.95)
+    assert (second["solved_minus"], second["solved_minus_low"], second["solved_minus_high"]) == (-1.0, *ends)
+    assert (second["progress"], second["progress_minus"]) == (0.5, -0.5)
+
+
+def test_worlds_without_problems_have_none_solved() -> None:
+    table = league_table({("here", "first"): drives([20.0, 22.0])})
+    assert table.select("solved", "off_road", "progress", "solved_low").row(0) == (None,) * 4
 
 
 def test_every_world_has_its_own_first() -> None:

@@ -13,7 +13,7 @@ from coverdrive.league.table import SCHEMA
 from coverdrive.reporting.figure import Line, Points
 from coverdrive.reporting.league import write_league
 from coverdrive.reporting.league_figure import league_figure
-from coverdrive.reporting.league_table import COLUMNS, worlds_of
+from coverdrive.reporting.league_table import COLUMNS, ON_PROBLEMS, worlds_of
 from coverdrive.reporting.page.page import page
 
 
@@ -49,6 +49,30 @@ def test_cells_have_counts_and_differences() -> None:
     assert drivers.rows[0][4] == "25.00"
     assert drivers.left_out == ["own<er> does not drive: not here"]
     assert (sumo.name, len(sumo.rows), sumo.left_out) == ("sumo-1500", 1, [])
+
+
+def posed(planner: str, solved: int, minus: float | None = None) -> dict:
+    row = line("commonroad:here", planner, 1, 13.0) | {"solved": solved, "off_road": 0, "progress": 0.9}
+    row |= {"solved_low": 0.762, "solved_high": 0.944, "off_road_low": 0.0, "off_road_high": 0.07}
+    if minus is not None:
+        row |= {"solved_minus": minus, "solved_minus_low": minus - 0.1, "solved_minus_high": minus + 0.15}
+    return row
+
+
+def test_problems_have_columns_and_an_axis_of_their_own() -> None:
+    table = pl.DataFrame([line("drivers", "default", 0, 25.0), posed("default", 35), posed("idm", 14, -0.525)],
+                         schema=SCHEMA)  # fmt: skip
+    drivers, problems = worlds_of(table)
+    assert (drivers.columns, problems.columns) == (COLUMNS, ON_PROBLEMS)
+    first, second = (dict(zip(ON_PROBLEMS, row, strict=True)) for row in problems.rows)
+    assert (first["solved"], second["solved"]) == ("35 (76–94 %)", "14 (76–94 %), -62 … -38")
+    assert (first["off road"], first["progress [%]"]) == ("0 (0–7 %)", "90")
+    figure = league_figure(table)
+    assert figure is not None
+    left, right = figure.panels
+    assert (left.y.label, right.y.label) == ("mean speed [m/s]", "solved [%]")
+    (idm,) = (mark for mark in right.marks if isinstance(mark, Points) and mark.name == "idm" and mark.along == "y")
+    assert (idm.y, idm.low, idm.high) == ([35.0], [pytest.approx(25.0)], [pytest.approx(50.0)])
 
 
 def test_the_figure_has_a_mark_for_everybody_and_a_frontier() -> None:

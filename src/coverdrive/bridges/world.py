@@ -4,7 +4,7 @@ Any planner drives in any such world, and so does the world's own driver, on the
 """
 
 import itertools
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from dataclasses import replace
 from typing import NamedTuple, Protocol, runtime_checkable
 
@@ -116,24 +116,36 @@ def _driven(world: World, driver: Driver, steps: float) -> Trace:
 
 def _watched(world: World, steps: float) -> Trace:
     """What the world's own driver does."""
-    *size, period = world.car
-    sight, first = Perception((size[0], size[1]), period, _FORGET, SmoothingSettings()), world.observe()
-    scenes = [sight.scene(*first)]
-    while not world.done and len(scenes) <= steps:
+    seen = [world.observe()]
+    while not world.done and len(seen) <= steps:
         world.apply(None)
-        own, others, _ = world.observe()
-        scenes.append(sight.scene(own, others, first.road))
-    done = [_done(before, after, period) for before, after in itertools.pairwise(scenes)]
-    return trace_of(scenes, done, first.road, period)
+        seen.append(world.observe())
+    return watched(world.car, seen)
 
 
-def _done(before: Scene, after: Scene, period: float) -> Decision:
+def watched(car: Car, seen: Sequence[Observation], seconds: Sequence[float] | None = None) -> Trace:
+    """A drive of somebody who does not say what he predicts and plans.
+
+    Args:
+        car: the ego.
+        seen: every moment, one period apart, two at least.
+        seconds: [s] wall time of every plan, if it is known.
+    """
+    sight, road = Perception((car.length, car.width), car.period, _FORGET, SmoothingSettings()), seen[0].road
+    scenes = [sight.scene(own, others, road) for own, others, _ in seen]
+    times = [0.0] * (len(seen) - 1) if seconds is None else seconds
+    done = [_done(*pair, car.period, time) for pair, time in zip(itertools.pairwise(scenes), times, strict=True)]
+    return trace_of(scenes, done, road, car.period)
+
+
+def _done(before: Scene, after: Scene, period: float, seconds: float) -> Decision:
     """What the ego did in a step, as its plan; nothing was predicted, so that nothing is promised."""
     states = np.stack([before.states[EGO], after.states[EGO]])
     faster, turned = (states[1] - states[0])[2:]
     inputs = np.array([[faster, np.remainder(turned + np.pi, 2 * np.pi) - np.pi]]) / period
     paths = PredictedPaths(np.empty((0, 2, 2)), np.empty(0, dtype=int), np.empty((0, 2, 2)), period)
-    return Decision(paths, Plan(states, inputs, np.zeros(1), Status.INVALID_INPUT, 0.0, 0.0, period), 0.0, 0.0)
+    plan = Plan(states, inputs, np.zeros(1), Status.INVALID_INPUT, 0.0, seconds, period)
+    return Decision(paths, plan, 0.0, seconds)
 
 
 def _imminent(trace: Trace) -> Trace:

@@ -15,6 +15,7 @@ from coverdrive.cli.study import Cluster
 if TYPE_CHECKING:
     from coverdrive.config import Experiment
     from coverdrive.league.entrants import Known
+    from coverdrive.league.problems import Problems
     from coverdrive.results import Results
     from coverdrive.simulation.setup import Setup
 
@@ -31,8 +32,9 @@ def league(
             consume_multiple=True,
             help="Who drives, as in `--planners default idm-mobil my_module:factory`; all others are compared with the "
             "first. There are default, paper, paper-sets, constant-velocity-box, constant-velocity, known-future, "
-            "idm-mobil, own (that of a world of others), and your own as module:factory.",
-            show_default=lambda _: "all that have a name but paper, which takes seconds for every step",
+            "idm-mobil, idm, keep-velocity, own (that of a world of others), fiss-future and fiss-constant-velocity "
+            "(on planning problems), and your own as module:factory.",
+            show_default=lambda _: "all that make sense there but paper, which takes seconds for every step",
         ),
     ] = None,
     worlds: Annotated[
@@ -41,12 +43,17 @@ def league(
             consume_multiple=True,
             help="Where, as in `--worlds drivers replay highway-env-1 sumo-2000`. There are the traffics of "
             "`coverdrive study`, highway-env-1, highway-env-1.5, highway-env-2 (densities), sumo-1500 and sumo-2000 "
-            "(vehicles/h on each lane).",
+            "(vehicles/h on each lane), and planning problems as commonroad:scenarios/ (commonroad-st: for the dynamic "
+            "vehicle model), with commas between several files, folders or patterns.",
             show_default=lambda _: "all traffics of `coverdrive study`",
         ),
     ] = None,
     trials: Annotated[
-        int, Parameter(validator=Number(gte=1), help="Drives of each in every world, as in `--trials 100`.")
+        int,
+        Parameter(
+            validator=Number(gte=1),
+            help="Drives of each in every world, as in `--trials 100`; of planning problems at most all of them.",
+        ),
     ] = 40,
     duration: Annotated[
         float | None,
@@ -59,7 +66,8 @@ def league(
     recording: Annotated[
         options.Recordings,
         Parameter(
-            help="The recordings that the fit was made from, as in `--recording scenarios/`, for replay and paper."
+            help="The recordings that the fit was made from, as in `--recording scenarios/`, for replay and paper; on "
+            "planning problems, fits then leave out what shows them."
         ),
     ] = None,
     paper: Annotated[
@@ -87,19 +95,26 @@ def league(
 
     - everybody in all traffics: `coverdrive league us101 --recording scenarios/ --trials 100`
     - against the driver of another simulator: `coverdrive league us101 --planners default own --worlds sumo-1500`
+    - on CommonRoad: `coverdrive league us101 --recording scenarios/ --worlds commonroad:scenarios/`
     - with a planner of your own: `coverdrive league us101 --planners default my_module:factory --worlds drivers`
     """
     with waiting():
-        from coverdrive.league.entrants import ENTRANTS
+        from coverdrive.league.entrants import ON_PROBLEMS, USUAL
         from coverdrive.league.league import OURS, check_names
         from coverdrive.league.league import league as drive
+        from coverdrive.league.problems import is_problems, problems_of
         from coverdrive.reporting.league import write_league
         from coverdrive.reporting.league_table import league_tables
         from coverdrive.results import LEAGUE, Results
-    results, planners = Results(fit), planners or [name for name in ENTRANTS if name != "paper"]
+    results = Results(fit)
     recorded = recording or not results.run.get("recorded_place")  # else of generated traffic, which is made again
     worlds = worlds or [name for name in OURS if recorded or name != "replay"]
+    posed = [name for name in worlds if is_problems(name)]
+    planners = planners or list(
+        dict.fromkeys([*(USUAL if len(posed) < len(worlds) else []), *(ON_PROBLEMS if posed else [])])
+    )
     check_names(planners, worlds)
+    problems = {name: problems_of(name) for name in posed}
     place = results.place(road)
     experiment = experiment_of(
         usual=place.parts,
@@ -112,15 +127,19 @@ def league(
     folder = out or fit / LEAGUE
     try:
         with stages():
+            known = _known(results, experiment, recording or [] if recorded else None, planners, paper, folder)
+            if recording and posed:
+                problems = _unseen(results, known, problems, recording, planners, folder)
             table = drive(
                 _setups(results, experiment, [name for name in worlds if name in OURS], recording or []),
-                _known(results, experiment, recording or [] if recorded else None, planners, paper, folder),
+                known,
                 folder,
                 planners=planners,
                 worlds=worlds,
                 trials=trials,
                 seed=experiment.seed,
                 duration=duration,
+                problems=problems,
                 workers=experiment.study.workers or os.cpu_count() or 1,
                 cluster=cluster,
             )
@@ -146,6 +165,30 @@ def _setups(
         changed = experiment.updated({"traffic": {"kind": name}, "study": {"vehicles": _DENSE if dense else None}})
         setups[name] = results.study(changed, recording).setup.loaded()
     return setups
+
+
+def _unseen(
+    results: "Results",
+    known: "Known",
+    problems: "dict[str, Problems]",
+    recording: list[Path],
+    planners: list[str],
+    folder: Path,
+) -> "dict[str, Problems]":
+    """The same with what entrants are made of that have not seen the problems, where they are made of anything."""
+    from dataclasses import replace
+
+    from coverdrive.league.unseen import unseen_of
+
+    boxed, experiment = "constant-velocity-box" in planners, results.experiment
+    if not boxed and not any(name == "default" or ":" in name for name in planners):
+        return problems
+    recordings, fits = experiment.recordings(recording), folder / "fits"
+    made_of = recording, recordings, experiment.prediction, experiment.seed, fits
+    return {
+        name: replace(each, known=unseen_of(known, each.files, *made_of, boxed=boxed))
+        for name, each in problems.items()
+    }
 
 
 def _known(

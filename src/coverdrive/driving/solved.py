@@ -47,22 +47,26 @@ def solve(
     scenario: Path, predictor: Belief, model: ModelName = "KS", planner: Planner | None = None
 ) -> Iterator[Solved]:
     """Drive and judge the planning problems of a scenario; arguments are those of `drive`."""
-    known = dict.fromkeys(SCHEMA) | {"scenario": scenario.stem, "model": model, "solved": False, "checked": False}
+    known = _unsolved(scenario, model)
     try:
         for problem in read_problems(scenario):
             if isinstance(problem, PlanningProblem):
-                yield _solve(problem, predictor, model, planner, known)
+                yield solve_problem(problem, predictor, model, planner)
             else:
                 yield Solved(known | {"reason": f"not driven: {problem}"}, None)
     except (DataError, RecordingError) as error:
         yield Solved(known | {"reason": f"not read: {error}"}, None)
 
 
-def _solve(
-    problem: PlanningProblem, predictor: Belief, model: ModelName, planner: Planner | None, known: dict[str, Any]
+def _unsolved(scenario: Path, model: ModelName) -> dict[str, Any]:
+    return dict.fromkeys(SCHEMA) | {"scenario": scenario.stem, "model": model, "solved": False, "checked": False}
+
+
+def solve_problem(
+    problem: PlanningProblem, predictor: Belief, model: ModelName = "KS", planner: Planner | None = None
 ) -> Solved:
-    """Drive and judge one planning problem."""
-    known = known | {"problem": problem.number}
+    """Drive and judge one planning problem; arguments are those of `drive`."""
+    known = _unsolved(problem.file, model) | {"problem": problem.number}
     try:
         driven = drive(problem, predictor, model, planner)
     except DataError as error:

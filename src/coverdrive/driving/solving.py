@@ -12,13 +12,15 @@ from typing import Any
 import numpy as np
 from commonroad.common.solution import CommonRoadSolutionWriter, CostFunction, PlanningProblemSolution, Solution
 from commonroad.scenario.trajectory import Trajectory
+from shapely.geometry import Point
 
-from coverdrive.driving.driver import Driver
-from coverdrive.driving.planning_problem import PlanningProblem
+from coverdrive.driving.driver import Driver, adapted
+from coverdrive.driving.planning_problem import PlanningProblem, shape_of
 from coverdrive.driving.recorder import Recorder
 from coverdrive.driving.single_track import BMW, VEHICLE, ModelName, SingleTrackCar
 from coverdrive.files import write_atomically
 from coverdrive.planning.plan import Planner
+from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.progress import done
 from coverdrive.simulation.outcome import Kind
 from coverdrive.simulation.predictor import Belief
@@ -73,17 +75,16 @@ def drive(
         problem: where from, and where to.
         predictor: of the other vehicles.
         model: of the ego.
-        planner: another one than ours; it is not told of the goal.
+        planner: ours, with the `settings_for` the problem if left out, or another one, which is not told of the goal.
     """
     dt, car = float(problem.scenario.dt), SingleTrackCar.at(problem.problem.initial_state, model)
-    if planner is None:
-        wanted = max(_LEAST_SPEED, float(problem.problem.initial_state.velocity))
-        driver = Driver(predictor, length=BMW.l, width=BMW.w, wanted_speed=wanted, period=dt)
-    else:
-        driver = Driver(predictor, planner, period=dt)
+    planner = planner or MpcPlanner(settings_for(problem, PlannerSettings()))
+    ours = isinstance(planner, MpcPlanner)  # which knows its car
+    length, width = (None, None) if ours else (BMW.l, BMW.w)
+    driver = Driver(predictor, planner, length=length, width=width, period=dt)
     recorder, cars = Recorder(driver), [car]
     for moment in range(problem.first, problem.last):
-        goal = None if planner else problem.goal_from(*problem.road.to_road(*car.pose[:2]))
+        goal = problem.goal_from(*problem.road.to_road(*car.pose[:2])) if ours else None
         command = recorder.step(car.pose, problem.others(moment), problem.road, goal)
         car = car.moved(command.acceleration, command.steering, dt)
         cars.append(car)
@@ -93,6 +94,12 @@ def drive(
     last = problem.first + len(cars) - 1
     recorder.end(car.pose, problem.others(last))
     return Drive(problem, tuple(cars), is_reached(problem, car, last), recorder.trace())
+
+
+def settings_for(problem: PlanningProblem, settings: PlannerSettings) -> PlannerSettings:
+    """Settings of a planner for the car, which wants the speed of the start."""
+    wanted = max(_LEAST_SPEED, float(problem.problem.initial_state.velocity))
+    return adapted(settings, length=BMW.l, width=BMW.w, wanted_speed=wanted)
 
 
 def is_reached(problem: PlanningProblem, car: SingleTrackCar, moment: int) -> bool:
@@ -111,7 +118,7 @@ def missed(problem: PlanningProblem, cars: Sequence[SingleTrackCar]) -> str:
 def _lacking(problem: PlanningProblem, goal: Any, state: Any) -> list[str]:
     """What a state lacks for a goal, besides the time."""
     lacking = list[str]()
-    if goal.has_value("position") and not goal.position.contains_point(state.position):
+    if goal.has_value("position") and not shape_of(goal.position).intersects(Point(*state.position)):
         wanted, (lon, lat) = problem.goal_of(goal), problem.road.to_road(*state.position)
         low, high = wanted.position or (lon, lon)
         if problem.lane_of(lon, lat) not in wanted.any_lane:

@@ -8,8 +8,9 @@ import numpy as np
 
 from coverdrive.bridges.world import World, drive
 from coverdrive.driving.driver import Driver, adapted
-from coverdrive.league.entrants import Known, Place, Seat, entrant
+from coverdrive.league.entrants import Known, Place, Seat, entrant, identity
 from coverdrive.league.others import OTHERS
+from coverdrive.league.problems import Problems
 from coverdrive.planning.plan import Planner
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.progress import heard_by
@@ -38,7 +39,7 @@ class DrivesOfOthers:
             "world": self.world,
             "seed": self.seed,
             "duration": self.duration,
-            "predictor": getattr(belief, "fingerprint", None) or described(belief),
+            "predictor": identity(belief),
             "planner": described(planner),
         }
 
@@ -61,18 +62,28 @@ class DrivesOfOthers:
 
 
 def drives_of(
-    world: str, name: str, known: Known, setups: Mapping[str, Setup], seed: int, duration: float | None
+    world: str,
+    name: str,
+    known: Known,
+    setups: Mapping[str, Setup],
+    seed: int,
+    duration: float | None,
+    problems: Mapping[str, Problems] | None = None,
 ) -> Drives | str:
     """The drives of an entrant in a world, or why there are none.
 
     Args:
-        world: in our traffic, one of the ``setups``; else one of `coverdrive.league.others.OTHERS`.
+        world: in our traffic, one of the ``setups``; of CommonRoad, one of the ``problems``; else one of
+            `coverdrive.league.others.OTHERS`.
         name: of the entrant.
         known: what it may be made of.
         setups: studies of the default in our traffics.
         seed: of drives in worlds of others.
         duration: [s] of these at the most.
+        problems: worlds of planning problems, which say how long they take.
     """
+    if problems and world in problems:
+        return problems[world].drives(name, known, seed)
     usual = setups.get(world)
     if usual is None:
         there = OTHERS[world]

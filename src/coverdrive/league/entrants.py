@@ -19,12 +19,14 @@ from coverdrive.errors import SettingError
 from coverdrive.extras import EXTRAS
 from coverdrive.league.agents import Agent, AgentPlanner, Witness
 from coverdrive.league.beliefs import ConstantVelocity, KnownFuture
+from coverdrive.league.fiss import FISS, absent
 from coverdrive.league.idm_mobil import IdmMobil
+from coverdrive.league.lane_keeping import Idm, KeepVelocity
 from coverdrive.planning.plan import Planner
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.simulation.predictor import Belief, Predictor
 from coverdrive.simulation.replay import Scenario
-from coverdrive.simulation.setup import AnyPlanner
+from coverdrive.simulation.setup import AnyPlanner, described
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,13 +52,20 @@ class Place(NamedTuple):
     """what recorded vehicles will do"""
     own_driver: bool = False
     """whether it has a driver of its own"""
+    problems: bool = False
+    """whether planning problems are solved there"""
 
 
 class Seat(NamedTuple):
-    """What an entrant drives with; two Nones are the world's own driver."""
+    """What an entrant drives with; two Nones are the world's own driver, or FISS."""
 
     belief: Belief | None
     planner: AnyPlanner | None
+
+
+def identity(belief: Belief | None) -> Any:
+    """What tells beliefs apart: a hash, or a name."""
+    return getattr(belief, "fingerprint", None) or described(belief)
 
 
 def _paper(known: Known, place: Place) -> Seat | str:
@@ -79,7 +88,7 @@ def _with(belief: Belief | str, place: Place) -> Seat | str:
 
 
 def _known_future(known: Known, place: Place) -> Seat | str:
-    return _with(KnownFuture(place.future) if place.future else "only recorded traffic has a known future", place)
+    return _with(KnownFuture(place.future) if place.future else "only replay tells it what will be", place)
 
 
 def _acting(make: Callable[[], Agent]) -> Seat:
@@ -90,6 +99,10 @@ def _acting(make: Callable[[], Agent]) -> Seat:
 
 def _agent_planner(make: Callable[[], Agent], witness: Witness) -> Planner:
     return AgentPlanner(make(), witness)
+
+
+def _fiss(known: Known, place: Place) -> Seat | str:
+    return (absent() or Seat(None, None)) if place.problems else "it solves planning problems of CommonRoad alone"
 
 
 def _own(known: Known, place: Place) -> Seat | str:
@@ -107,9 +120,19 @@ ENTRANTS: dict[str, tuple[Callable[[Known, Place], Seat | str], str]] = {
     "known-future": (_known_future, "what recorded vehicles will do, and our planner"),
     "idm-mobil": (lambda known, place: _acting(partial(IdmMobil, place.settings)),
                   "car following by IDM and lane changes by MOBIL"),
+    "idm": (lambda known, place: _acting(Idm), "car following by IDM in the lane of the start"),
+    "keep-velocity": (lambda known, place: _acting(KeepVelocity), "the speed and the lane of the start"),
+    "fiss-future": (_fiss, "FISS+, told what recorded vehicles will do"),
+    "fiss-constant-velocity": (_fiss, "FISS+, which believes that everybody keeps the velocity"),
     "own": (_own, "the world's own driver: IDM and MOBIL in highway-env, Krauss and LC2013 in SUMO"),
 }  # fmt: skip
 """what makes an entrant for a place, or says why it does not take part, and who it is"""
+
+USUAL = [name for name in ENTRANTS if name not in ("paper", "idm", "keep-velocity", *FISS)]
+"""who drives if nobody is named; the paper's program takes seconds for every step"""
+
+ON_PROBLEMS = ["default", "constant-velocity-box", "constant-velocity", "idm", "keep-velocity", *FISS]
+"""the same for planning problems of CommonRoad"""
 
 
 def entrant(name: str) -> Callable[[Known, Place], Seat | str]:

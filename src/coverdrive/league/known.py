@@ -3,7 +3,9 @@
 from collections.abc import Sequence
 
 import numpy as np
+from jaxtyping import Int
 
+from coverdrive.certificates.certificate import Certificate
 from coverdrive.errors import CertificateError, DataError
 from coverdrive.league.beliefs import ConstantVelocity
 from coverdrive.league.entrants import Known
@@ -40,17 +42,24 @@ def known_of(
     box: ConstantVelocity | str = _NAMELESS
     trained_on = predictor.trained_on
     if recordings:
-        segments, sides = cut_and_split(recordings, settings, seed)
-        trained_on = np.unique(segments.vehicle[sides.train])
-        try:
-            half_sizes, _ = trivial_box(segments, sides, settings.certificate, predictor.certificate, seed)
-            box = ConstantVelocity(half_sizes, segments.step)
-        except CertificateError as error:
-            box = f"its box cannot be proved: {error}"
+        box, trained_on = box_of(recordings, settings, predictor.certificate, seed)
     for each, whose in ((predictor, "that of the fit"), (paper, "that of the paper's preset")):
         if each is not None and not np.array_equal(each.trained_on, trained_on):
             raise DataError(f"the predictor, {whose}, was trained on other vehicles; name the recordings of the fit")
     return Known(predictor, paper or _NAMELESS + ", or its fit with --paper", box, planner)
+
+
+def box_of(
+    recordings: Sequence[Recording], settings: PredictionSettings, certificate: Certificate, seed: int
+) -> tuple[ConstantVelocity | str, Int[np.ndarray, " n"]]:
+    """Constant velocity in one box for a certificate's claim, or why there is none; and who is trained on."""
+    segments, sides = cut_and_split(recordings, settings, seed)
+    trained_on = np.unique(segments.vehicle[sides.train])
+    try:
+        half_sizes, _ = trivial_box(segments, sides, settings.certificate, certificate, seed)
+    except CertificateError as error:
+        return f"its box cannot be proved: {error}", trained_on
+    return ConstantVelocity(half_sizes, segments.step), trained_on
 
 
 def paper_settings_like(settings: PredictionSettings) -> PredictionSettings:

@@ -5,6 +5,7 @@ The folder of the league has one folder for every world, and in it one for every
 (`coverdrive.league.table`), and ``drives.csv`` with every drive.
 """
 
+import re
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
@@ -15,12 +16,13 @@ from coverdrive.files import write_atomically
 from coverdrive.league.drives import drives_of
 from coverdrive.league.entrants import Known, entrant
 from coverdrive.league.others import OTHERS
+from coverdrive.league.problems import COLUMNS, Problems, is_problems
 from coverdrive.league.table import league_table
 from coverdrive.progress import stage
 from coverdrive.simulation.setup import Setup
 from coverdrive.simulation.study import drive_missing
 from coverdrive.simulation.study_folder import StudyFolder
-from coverdrive.simulation.trial import table_of
+from coverdrive.simulation.trial import SCHEMA
 from coverdrive.simulation.workers import Drives
 
 OURS = "drivers", "aggressive", "set-sampling", "mixed", "replay"
@@ -31,8 +33,11 @@ def check_names(planners: Sequence[str], worlds: Sequence[str], ours: Collection
     """Refuse, with a SettingError, names of nobody and of no world."""
     for name in planners:
         entrant(name)
-    if unknown := [name for name in worlds if name not in (*ours, *OTHERS)]:
-        raise SettingError(f"no world is called {unknown[0]!r}; choose {', '.join((*ours, *OTHERS))}")
+    if unknown := [name for name in worlds if name not in (*ours, *OTHERS) and not is_problems(name)]:
+        there = ", ".join((*ours, *OTHERS))
+        raise SettingError(
+            f"no world is called {unknown[0]!r}; choose {there}, commonroad:PATHS or commonroad-st:PATHS"
+        )
 
 
 def league(
@@ -45,6 +50,7 @@ def league(
     trials: int,
     seed: int = 0,
     duration: float | None = None,
+    problems: Mapping[str, Problems] | None = None,
     workers: int = 1,
     cluster: str | None = None,
 ) -> pl.DataFrame:
@@ -55,10 +61,11 @@ def league(
         known: what entrants may be made of.
         folder: of this league.
         planners: names of `coverdrive.league.entrants.ENTRANTS`, or ``module:factory``, the usual one first.
-        worlds: names of setups, and of `coverdrive.league.others.OTHERS`.
-        trials: of every entrant in every world.
+        worlds: names of setups, of ``problems``, and of `coverdrive.league.others.OTHERS`.
+        trials: of every entrant in every world; of problems the first ones, as many as there are.
         seed: of the drives in worlds of others; setups have their own.
         duration: [s] of drives in worlds of others, at the most.
+        problems: planning problems of CommonRoad, by the names of these worlds.
         workers: number of processes.
         cluster: address of a Dask scheduler whose workers drive instead.
 
@@ -72,13 +79,15 @@ def league(
     if min(trials, workers) < 1:
         raise SettingError(f"a league needs at least one trial and one worker; got {trials} and {workers}")
     check_names(planners, worlds, setups)
+    problems = problems or {}
     driven: dict[tuple[str, str], pl.DataFrame | str] = {}
     for world in worlds:
         for name in planners:
-            found = drives_of(world, name, known, setups, seed, duration)
+            found = drives_of(world, name, known, setups, seed, duration, problems)
             if not isinstance(found, str):
-                place = folder / world / name.replace(":", "_")
-                found = _driven(found, place, f"{name} in {world}", trials, workers, cluster)
+                files = StudyFolder(folder / _plain(world) / _plain(name), COLUMNS if world in problems else SCHEMA)
+                count = min(trials, len(problems[world].places)) if world in problems else trials
+                found = _driven(found, files, f"{name} in {world}", count, workers, cluster)
             driven[world, name] = found
             table = league_table(driven)
             write_atomically(folder / "league.csv", table.write_csv)
@@ -88,15 +97,21 @@ def league(
         if isinstance(rows, pl.DataFrame)
     ]
     if each:
-        write_atomically(folder / "drives.csv", pl.concat(each).write_csv)
+        write_atomically(folder / "drives.csv", pl.concat(each, how="diagonal").write_csv)
     return league_table(driven)
 
 
-def _driven(drives: Drives, place: Path, name: str, trials: int, workers: int, cluster: str | None) -> pl.DataFrame:
+def _plain(name: str) -> str:
+    """A name as that of a folder."""
+    return re.sub(r"[^\w.-]+", "_", name)
+
+
+def _driven(
+    drives: Drives, files: StudyFolder, name: str, trials: int, workers: int, cluster: str | None
+) -> pl.DataFrame:
     """The rows of all trials of an entrant in a world."""
-    files = StudyFolder(place)
     files.claim(drives.description())
     with stage(f"{name} ({trials})"):
-        rows = drive_missing(table_of([]), trials, files, drives, workers, cluster)
+        rows = drive_missing(files.table_of([]), trials, files, drives, workers, cluster)
     files.save_table(rows)
     return rows

@@ -1,8 +1,8 @@
 """The table of the league: one line for every entrant in every world, with 95 % intervals.
 
-Rates of collisions have Clopper–Pearson intervals, means Student's over drives. Differences are to the first entrant of
-the world, drive by drive: Student's of the paired differences, of collision rates Newcombe's
-(`coverdrive.simulation.comparison`).
+Rates of collisions, and of problems that are solved, have Clopper–Pearson intervals, means Student's over drives.
+Differences are to the first entrant of the world, drive by drive: Student's of the paired differences, of rates
+Newcombe's (`coverdrive.simulation.comparison`).
 """
 
 from collections.abc import Mapping
@@ -17,11 +17,12 @@ from coverdrive.simulation.comparison import newcombe_interval, paired_t
 from coverdrive.simulation.outcome import Fault, Kind
 from coverdrive.simulation.trial import STARTED
 
-MEASURES = ("mean_speed", "share_unsafe", "jerk_longitudinal", "minimum_gap", "planning_median")
-"""columns of `coverdrive.simulation.trial`, of which the mean over drives is compared"""
+MEASURES = ("mean_speed", "share_unsafe", "jerk_longitudinal", "minimum_gap", "planning_median", "progress")
+"""columns of the trials, the last of `coverdrive.league.problems` alone, of which the mean over drives is compared"""
 
-COLLISIONS = ("at_fault", "not_at_fault")
-"""collisions of the ego at its own fault, and all others"""
+COUNTS = ("at_fault", "not_at_fault", "solved", "off_road")
+"""collisions of the ego at its own fault, and all others; of planning problems also those that are solved, and those on
+which it left the road"""
 
 _CONFIDENCE = 0.95
 _SIGNS = ("low", "high", "minus", "minus_low", "minus_high")
@@ -29,9 +30,9 @@ _SIGNS = ("low", "high", "minus", "minus_low", "minus_high")
 
 SCHEMA = pl.Schema(
     {"world": pl.String(), "planner": pl.String(), "drives": pl.Int64()}
-    | dict.fromkeys(COLLISIONS, pl.Int64())
+    | dict.fromkeys(COUNTS, pl.Int64())
     | dict.fromkeys((*MEASURES, "least_gap"), pl.Float64())
-    | {f"{name}_{sign}": pl.Float64() for name in (*COLLISIONS, *MEASURES) for sign in _SIGNS}
+    | {f"{name}_{sign}": pl.Float64() for name in (*COUNTS, *MEASURES) for sign in _SIGNS}
     | {"left_out": pl.String()}
 )
 """of the table: a count or a mean, ``…_low`` and ``…_high`` of the rate or mean, and ``…_minus`` with its interval, the
@@ -49,7 +50,7 @@ def league_table(driven: Mapping[tuple[str, str], pl.DataFrame | str]) -> pl.Dat
     first: dict[str, pl.DataFrame] = {}
     for (world, planner), found in driven.items():
         known = {"world": world, "planner": planner}
-        table = found if isinstance(found, str) else found.filter(STARTED)
+        table = found if isinstance(found, str) or "solved" in found.columns else found.filter(STARTED)
         if not isinstance(table, str) and table.is_empty():
             table = str(found["reason"][0]) if isinstance(found, pl.DataFrame) else ""
         if isinstance(table, str):
@@ -60,15 +61,21 @@ def league_table(driven: Mapping[tuple[str, str], pl.DataFrame | str]) -> pl.Dat
     return pl.DataFrame(rows, schema=SCHEMA)
 
 
-def _collided(table: pl.DataFrame) -> dict[str, Bool[np.ndarray, " n"]]:
-    """Which drives ended in a collision, by the names of `COLLISIONS`."""
-    collided = (table["kind"] != Kind.FINISHED.value).to_numpy()
-    own = (table["at_fault"] == Fault.EGO.value).to_numpy()
-    return {"at_fault": collided & own, "not_at_fault": collided & ~own}
+def _counted(table: pl.DataFrame) -> dict[str, Bool[np.ndarray, " n"]]:
+    """Which drives count, by those of the `COUNTS` that are known; what a judge alone sees is nobody's fault."""
+    collided = ~table["kind"].is_in([Kind.FINISHED.value, Kind.NOT_STARTED.value]).to_numpy()
+    own = (table["at_fault"] == Fault.EGO.value).fill_null(False).to_numpy()
+    if "solved" not in table.columns:
+        return {"at_fault": collided & own, "not_at_fault": collided & ~own}
+    collided |= table["reason"].fill_null("").str.starts_with("collision").to_numpy()
+    judged = {name: table[name].to_numpy() for name in ("solved", "off_road")}
+    return {"at_fault": collided & own, "not_at_fault": collided & ~own} | judged
 
 
 def _values(table: pl.DataFrame, name: str) -> Float[np.ndarray, " n"]:
     """A measure of all drives, not a number where it is unknown: of plans without paths, and if nobody planned."""
+    if name not in table.columns:
+        return np.full(table.height, np.nan)
     values = table[name].to_numpy().astype(float)
     unknown = ~np.isfinite(values)
     if name == "share_unsafe":
@@ -81,8 +88,8 @@ def _values(table: pl.DataFrame, name: str) -> Float[np.ndarray, " n"]:
 def _line(table: pl.DataFrame) -> dict[str, Any]:
     """Counts and means with intervals."""
     line: dict[str, Any] = {"drives": table.height, "least_gap": table["minimum_gap"].min()}
-    for name, collided in _collided(table).items():
-        count = int(collided.sum())
+    for name, counted in _counted(table).items():
+        count = int(counted.sum())
         line |= {name: count} | _named(name, clopper_pearson(count, table.height, _CONFIDENCE))
     for name in MEASURES:
         values = _values(table, name)
@@ -98,7 +105,7 @@ def _differences(usual: pl.DataFrame, table: pl.DataFrame) -> dict[str, Any]:
         return {}
     ours, theirs = (trials.join(each, on="trial", maintain_order="left") for each in (usual, table))
     line: dict[str, Any] = {}
-    for (name, one), other in zip(_collided(ours).items(), _collided(theirs).values(), strict=True):
+    for (name, one), other in zip(_counted(ours).items(), _counted(theirs).values(), strict=True):
         line |= {f"{name}_minus": float(other.mean() - one.mean())}
         line |= _named(f"{name}_minus", newcombe_interval(one, other, _CONFIDENCE))
     for name in MEASURES:

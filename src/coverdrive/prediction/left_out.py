@@ -18,7 +18,6 @@ from coverdrive.recordings.read import read
 from coverdrive.recordings.recording import Recording
 
 _MAP = re.compile(r"(?:C-)?[A-Z]{3}_[A-Za-z0-9]+-[0-9]+(?=_)")
-_SPLIT = {"split": SplitSettings(train=0.6, calibration=0.35)}
 
 
 def left_out(recordings: Sequence[Path], scenarios: Sequence[Path]) -> list[frozenset[str]]:
@@ -46,8 +45,6 @@ def fit_without(
 ) -> AnyPredictor:
     """The predictor of all recordings but some, which is fitted once and kept in a folder.
 
-    What is left out is the test: of the rest, hardly anything is kept from training and calibration.
-
     Args:
         names: of the recordings that are left out.
         recordings: to fit on.
@@ -55,13 +52,18 @@ def fit_without(
         seed: of the fit.
         folder: where predictors are kept, by what they were made from.
     """
-    kept, settings = [each for each in recordings if each.name not in names], settings.model_copy(update=_SPLIT)
+    kept, settings = [each for each in recordings if each.name not in names], tested_elsewhere(settings)
     made_from = (*sorted(each.name for each in kept), settings.model_dump_json(), str(seed))
     path = folder / f"{hashlib.blake2b('/'.join(made_from).encode(), digest_size=8).hexdigest()}.safetensors"
     if not path.exists():
         path.parent.mkdir(parents=True, exist_ok=True)
         fit(kept, settings, seed).predictor.save(path)
     return Predictor.load(path)
+
+
+def tested_elsewhere(settings: PredictionSettings) -> PredictionSettings:
+    """The same where what is left out is the test: of the rest, hardly anything is kept from a fit."""
+    return settings.model_copy(update={"split": SplitSettings(train=0.6, calibration=0.35)})
 
 
 def _groups(recording: Recording) -> set[int]:

@@ -13,10 +13,18 @@ COLUMNS = (
     "least", "step [ms]",
 )  # fmt: skip
 
+ON_PROBLEMS = (
+    "planner", "problems", "solved", "at fault", "not at fault", "off road", "progress [%]", "unsafe [%]", "least",
+    "step [ms]",
+)  # fmt: skip
+"""columns where planning problems are solved"""
+
 NOTE = (
     "Collisions at the ego's fault and all others, with 95 % Clopper–Pearson intervals; means over drives, and in "
     "brackets 95 % intervals of the paired difference to the first. Unsafe: plans for which nothing clear was found. "
-    "Gap: the smallest one of a drive, on average and of all. Step: median time of prediction and plan."
+    "Gap: the smallest one of a drive, on average and of all. Step: median time of prediction and plan. Solved: goals "
+    "reached, as the judge of CommonRoad accepts, with the interval, and after a comma that of the paired difference. "
+    "Progress: share of the way to the place of the goal."
 )
 
 
@@ -24,8 +32,9 @@ class World(NamedTuple):
     """What is said of a world."""
 
     name: str
+    columns: tuple[str, ...]
     rows: list[tuple[str, ...]]
-    """cells of the `COLUMNS`"""
+    """cells of these columns"""
     left_out: list[str]
     """who did not drive, and why"""
 
@@ -36,13 +45,15 @@ def worlds_of(table: pl.DataFrame) -> list[World]:
     for part in table.partition_by("world", maintain_order=True):
         rows = list(part.iter_rows(named=True))
         left_out = [f"{row['planner']} does not drive: {row['left_out']}" for row in rows if row["left_out"]]
-        found.append(World(rows[0]["world"], [_cells(row) for row in rows if not row["left_out"]], left_out))
+        posed = any(row["solved"] is not None for row in rows)
+        cells = [(_solved if posed else _cells)(row) for row in rows if not row["left_out"]]
+        found.append(World(rows[0]["world"], ON_PROBLEMS if posed else COLUMNS, cells, left_out))
     return found
 
 
 def league_of(table: pl.DataFrame) -> dict[str, Any]:
     """What a page shows of a table."""
-    return {"columns": COLUMNS, "worlds": worlds_of(table), "note": NOTE}
+    return {"worlds": worlds_of(table), "note": NOTE}
 
 
 def league_tables(table: pl.DataFrame) -> list[Table | str]:
@@ -50,7 +61,7 @@ def league_tables(table: pl.DataFrame) -> list[Table | str]:
     shown: list[Table | str] = []
     for world in worlds_of(table):
         if world.rows:
-            shown.append(columns_table(world.name, COLUMNS, world.rows, first={}))
+            shown.append(columns_table(world.name, world.columns, world.rows, first={}))
         shown += [f"• {each}" for each in world.left_out]
     return [*shown, NOTE]
 
@@ -59,17 +70,38 @@ def _cells(row: dict[str, Any]) -> tuple[str, ...]:
     return (
         row["planner"],
         str(row["drives"]),
-        *(
-            f"{row[name]} ({interval(row[f'{name}_low'], row[f'{name}_high'])})"
-            for name in ("at_fault", "not_at_fault")
-        ),
+        *(_counted(row, name) for name in ("at_fault", "not_at_fault")),
         _compared(row, "mean_speed", 1, ".2f"),
         _compared(row, "share_unsafe", 100, ".1f"),
         _compared(row, "jerk_longitudinal", 1, ".1f"),
         _compared(row, "minimum_gap", 1, ".1f"),
+        *_last(row),
+    )
+
+
+def _solved(row: dict[str, Any]) -> tuple[str, ...]:
+    ends = [row[f"solved_minus_{end}"] for end in ("low", "high")]
+    compared = "" if None in ends else ", " + " … ".join(f"{100 * end:+.0f}" for end in ends)
+    return (
+        row["planner"],
+        str(row["drives"]),
+        _counted(row, "solved") + compared,
+        *(_counted(row, name) for name in ("at_fault", "not_at_fault", "off_road")),
+        _compared(row, "progress", 100, ".0f"),
+        _compared(row, "share_unsafe", 100, ".1f"),
+        *_last(row),
+    )
+
+
+def _last(row: dict[str, Any]) -> tuple[str, str]:
+    return (
         "–" if row["least_gap"] is None else f"{row['least_gap']:.1f}",
         "–" if row["planning_median"] is None else f"{1e3 * row['planning_median']:.1f}",
     )
+
+
+def _counted(row: dict[str, Any], name: str) -> str:
+    return f"{row[name]} ({interval(row[f'{name}_low'], row[f'{name}_high'])})"
 
 
 def _compared(row: dict[str, Any], name: str, factor: float, form: str) -> str:

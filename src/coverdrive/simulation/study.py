@@ -131,8 +131,7 @@ def drive_missing(
             rows[trial] = kept
     done(len(rows), last or end)
     for row in run_trials(setup, [trial for trial in range(end) if trial not in rows], workers, cluster):
-        files.save(row)
-        rows[row["trial"]] = table_of([row])
+        rows[row["trial"]] = files.save(row)
         done(len(rows), last or end)
     return pl.concat([rows[number] for number in range(end)])
 

@@ -5,7 +5,7 @@
 """
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,7 @@ from coverdrive.files import write_atomically, write_json
 from coverdrive.simulation.setup import Setup
 from coverdrive.simulation.storage import load_trace, save_trace
 from coverdrive.simulation.trace import Trace
-from coverdrive.simulation.trial import SCHEMA, Row, table_of
+from coverdrive.simulation.trial import SCHEMA, Row
 
 _FORMAT = 2
 
@@ -27,9 +27,9 @@ _FORMAT = 2
 class StudyFolder:
     """Reads and writes the files of one study."""
 
-    def __init__(self, path: Path):
-        """Name the folder; it is made as needed."""
-        self.path = path
+    def __init__(self, path: Path, schema: Mapping[str, Any] = SCHEMA):
+        """Name the folder, which is made as needed, and the columns of its rows: those of trials, or more."""
+        self.path, self._schema = path, schema
         self._description, self._table = path / "study.json", path / "trials.parquet"
         self.set_aside: list[Path] = []
         """damaged files that were moved out of the way"""
@@ -73,9 +73,15 @@ class StudyFolder:
         for temporary in (self.path / "trials").glob(".*.parquet"):  # of a killed study
             temporary.unlink(missing_ok=True)
 
-    def save(self, row: Row) -> None:
-        """Keep the row of a finished trial."""
-        write_atomically(self._part(row["trial"]), table_of([row]).write_parquet)
+    def save(self, row: Row) -> pl.DataFrame:
+        """Keep the row of a finished trial, and give it as a table."""
+        table = self.table_of([row])
+        write_atomically(self._part(row["trial"]), table.write_parquet)
+        return table
+
+    def table_of(self, rows: Sequence[Row]) -> pl.DataFrame:
+        """Rows as a table."""
+        return pl.DataFrame(rows, schema=self._schema)
 
     def row_of(self, trial: int, seed: int) -> pl.DataFrame | None:
         """The row of a trial of a seed, or None if it is not finished; what is no row of it is set aside."""
@@ -128,7 +134,7 @@ def _table_in(file: Path) -> pl.DataFrame | None:
         table = pl.read_parquet(file.read_bytes())
     except (OSError, pl.exceptions.PolarsError, pl.exceptions.PanicException):
         return None
-    return table if dict(table.schema) == SCHEMA else None
+    return table if SCHEMA.items() <= dict(table.schema).items() else None
 
 
 def flat(value: Any, name: str = "") -> dict[str, Any]:
