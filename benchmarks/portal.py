@@ -2,15 +2,15 @@
 
 Generated traffic, about 200 vehicles at a time on six lanes in three recording periods, is written as the portal has
 it: 25 columns, feet, front centres, rows in no order, positions measured with noise of 0.1 m. The file is kept
-(`--file`) for the next run. A process of its own then does what `coverdrive fit --recording FILE` does, and every stage
-has its wall time, processor time and largest resident memory (Linux).
+(`--file`) for the next run. Then follows what `coverdrive fit --recording FILE` does; every stage has its wall time,
+processor time and largest resident memory (Linux).
 """
 
 import argparse
 import json
 import math
-import multiprocessing
-import resource
+import subprocess
+import sys
 import tempfile
 import time
 from pathlib import Path
@@ -39,14 +39,17 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rows", type=int, default=4_800_000)
     parser.add_argument("--file", type=Path, default=Path(tempfile.gettempdir()) / "portal.csv")
+    parser.add_argument("--only-write", action="store_true", help="make the file and fit nothing")
     parser.add_argument("--out", type=Path)
     chosen = parser.parse_args()
-    context = multiprocessing.get_context("spawn")  # so that memory of one does not count for the other
-    if not chosen.file.exists():
-        with context.Pool(1) as pool:
-            pool.apply(write_portal_csv, (chosen.file, chosen.rows))
-    with context.Pool(1) as pool:
-        result = pool.apply(fitted, (chosen.file,))
+    if chosen.only_write:
+        write_portal_csv(chosen.file, chosen.rows)
+        return
+    if not chosen.file.exists():  # in a process of its own, whose memory does not count
+        sizes = ("--rows", str(chosen.rows), "--file", str(chosen.file))
+        subprocess.run([sys.executable, __file__, *sizes, "--only-write"], check=True)
+    result = fitted(chosen.file)
+    print(f"{'stage':20} {'wall':>10} {'processor':>10} {'peak':>11}")
     for name, row in result["stages"].items():
         print(f"{name:20} {row['wall s']:8.1f} s {row['processor s']:8.1f} s {row['peak GB']:8.2f} GB")
     print({name: value for name, value in result.items() if name != "stages"})
@@ -118,7 +121,7 @@ def fitted(path: Path) -> dict[str, object]:
         "stages": stages.rows,
         "wall s": sum(row["wall s"] for row in stages.rows.values()),
         "processor s": sum(row["processor s"] for row in stages.rows.values()),
-        "peak GB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / 1e9,
+        "peak GB": max(row["peak GB"] for row in stages.rows.values()),
         "rows": sum(len(recording.table) for recording in recordings),
         "windows": len(found.segments),
         "vehicles": len(np.unique(found.segments.vehicle)),

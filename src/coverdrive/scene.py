@@ -40,6 +40,11 @@ class Scene:
         return self.lon.shape[-1]
 
     @property
+    def measures(self) -> tuple[Values, Values, Values, Values, Values, Values]:
+        """All fields but ``valid``."""
+        return self.lon, self.lat, self.speed, self.heading, self.length, self.width
+
+    @property
     def states(self) -> Float[np.ndarray, "*batch A 4"]:
         """The state (lon, lat, speed, heading) of every slot."""
         return np.stack([self.lon, self.lat, self.speed, self.heading], axis=-1)

@@ -65,7 +65,7 @@ class BoxNetwork(eqx.Module):
 
     def boxes_of(self, features: Float[np.ndarray, "N F"]) -> Boxes:
         """The boxes for N moments, part by part: values of hidden layers take much memory."""
-        parts = [self.boxes(features[first : first + _PART]) for first in range(0, max(1, len(features)), _PART)]
+        parts = [self.boxes(features[first : first + _PART]) for first in range(0, len(features), _PART)]
         return Boxes(*(np.concatenate(each, dtype=float) for each in zip(*parts, strict=True)))
 
     @property

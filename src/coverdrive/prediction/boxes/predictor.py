@@ -65,10 +65,11 @@ class BoxPredictor(StoredPredictor):
         vehicle = np.flatnonzero(others_of(scene, ego))
         times = period * np.arange(count + 1)
         centre, half_sizes = self._boxes_at(scene, road, vehicle, times)
-        states = scene.states[vehicle]
-        centre[..., 0] += states[:, :1] + times * (states[:, 2] * np.cos(states[:, 3]))[:, None]
-        centre[..., 1] += states[:, 1:2]
-        half_sizes += scene.half_sizes[vehicle][:, None]
+        lon, lat, speed, heading, length, width = (np.asarray(each)[vehicle, None] for each in scene.measures)
+        centre[..., 0] += lon + times * (speed * np.cos(heading))
+        centre[..., 1] += lat
+        half_sizes[..., 0] += length / 2
+        half_sizes[..., 1] += width / 2
         return with_lane_changes(PredictedPaths(centre, vehicle, half_sizes, period), scene)
 
     def choices(

@@ -69,7 +69,9 @@ def described_at(
     scene: Scene, edges: Float[np.ndarray, "B A E"], moment: Int[np.ndarray, " N"], slot: Int[np.ndarray, " N"]
 ) -> Float32[np.ndarray, "N F"]:
     """`described` of some slots alone, in the scenes of a batch: ``slot`` at ``moment`` in 0 … B − 1."""
-    cars = np.stack([scene.lon, scene.lat, scene.speed, scene.length, scene.width], axis=1, dtype=np.float32)
+    cars = np.empty((len(scene.lon), 5, scene.vehicles), dtype=np.float32)
+    for row, values in enumerate((scene.lon, scene.lat, scene.speed, scene.length, scene.width)):
+        cars[:, row] = values
     result = np.empty((len(moment), len(FEATURES) + len(MOTION)), dtype=np.float32)
     order = np.argsort(moment, kind="stable")  # lanes are looked up once a moment
     _describe(cars, np.array(scene.valid), np.array(edges, dtype=np.float32), moment, slot, order, result)
