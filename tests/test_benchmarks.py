@@ -57,6 +57,13 @@ def test_set_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.slow
+def test_prediction(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    result = ran("prediction", tmp_path / "prediction.json", monkeypatch, "--scenes", "50")
+    assert result["scenes"] == 50 and result["vehicles"] == 8
+    assert 0 < result["lowest tenth ms"] <= result["median ms"] <= result["p99 ms"]
+
+
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="the peak memory of a process is read from Linux's /proc")
 def test_portal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     small = ("--rows", "280000", "--file", str(tmp_path / "portal.csv"))
