@@ -186,8 +186,7 @@ def _fit_boxes(task: _Task) -> _Made:
         provable(asked.vehicle, asked.group, np.zeros(len(asked), dtype=bool), 1, settings.certificate)
         features = make_features(recordings, segments)
     with _timed("training", seconds):
-        taught = settings.boxes.drawn(sides.train, _seeds(seed)[2])
-        lessons, shown = segments.of(taught), features[taught]
+        lessons, shown = segments.of(sides.train), features[sides.train]
         if settings.boxes.mirrored:
             lessons = lessons.and_also(lessons.mirrored)
             shown = np.concatenate([shown, mirrored_features(shown)])

@@ -75,17 +75,3 @@ def test_many_samples_are_trained_on_in_fewer_passes() -> None:
     assert [settings.passes(count) for count in (30, 500, 1000, 2000, 100_000)] == [10, 10, 5, 3, 1]
     _, losses = train(toy_samples(1000, seed=0), settings)
     assert len(losses) == 5
-
-
-@pytest.mark.parametrize(("mirrored", "most"), [(True, 2500), (False, 5000)])
-def test_of_more_samples_than_steps_look_at_some_are_drawn(mirrored: bool, most: int) -> None:
-    settings = TrainingSettings(batch=100, epochs=10, most_steps=50, mirrored=mirrored)
-    few, many = np.arange(3, 3 + most), np.arange(3, 9000)
-    assert settings.drawn(few, seed=0) is few
-    drawn = settings.drawn(many, seed=0)
-    assert len(drawn) == most and np.all(np.diff(drawn) > 0) and np.isin(drawn, many).all()
-    assert abs(drawn.mean() - many.mean()) < 5 * many.std() / np.sqrt(most)
-    assert np.array_equal(settings.drawn(many, seed=0), drawn)
-    assert not np.array_equal(settings.drawn(many, seed=1), drawn)
-    seen = (1 + mirrored) * most
-    assert settings.passes(seen) * settings.steps(seen) == settings.most_steps

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 import optax
 from jax import Array
-from jaxtyping import Float, Int, PRNGKeyArray, Shaped
+from jaxtyping import Float, PRNGKeyArray, Shaped
 from pydantic import Field
 
 from coverdrive.errors import DataError
@@ -56,13 +56,6 @@ class OptimiserSettings(Settings):
     def passes(self, samples: int) -> int:
         """Passes over so many samples."""
         return min(self.epochs, math.ceil(self.most_steps / self.steps(samples)))
-
-    def drawn(self, samples: Int[np.ndarray, " N"], seed: int) -> Int[np.ndarray, " n"]:
-        """As many of the samples, in their order, as training would look at with their mirror images."""
-        most = self.most_steps * self.batch // (1 + self.mirrored)
-        if len(samples) <= most:
-            return samples
-        return np.sort(np.random.default_rng(seed).choice(samples, most, replace=False))
 
     def steps(self, samples: int) -> int:
         """Steps of a pass; samples that do not fill a batch wait for another one."""
