@@ -57,6 +57,28 @@ def test_set_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.slow
+def test_prediction(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    result = ran("prediction", tmp_path / "prediction.json", monkeypatch, "--scenes", "50")
+    assert result["scenes"] == 50 and result["vehicles"] == 8
+    assert 0 < result["lowest tenth ms"] <= result["median ms"] <= result["p99 ms"]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="the peak memory of a process is read from Linux's /proc")
+def test_portal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    small = ("--rows", "280000", "--file", str(tmp_path / "portal.csv"))
+    result = ran("portal", tmp_path / "portal.json", monkeypatch, *small)
+    assert list(result["stages"]) == [
+        *("imports", "recordings", "place", "segments", "affordances", "training", "certificate", "comparison"),
+        "saving",
+    ]
+    assert 0.95 * 280_000 < result["rows"] <= 280_000  # what is seen begins 0.2 s after the first position
+    assert result["of constant velocity"] < 1
+    assert result["peak GB"] < 2
+    assert result["processor s"] > 0
+
+
+@pytest.mark.slow
 @pytest.mark.real_data
 def test_motion(us101: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     quick = ("--recording", str(us101 / "commonroad"), "--seeds", "1", "--epochs", "1")

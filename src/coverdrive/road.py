@@ -24,10 +24,10 @@ from coverdrive.reference_line import Numbers, ReferenceLine
 NARROWEST = 2.0
 """[m] a lane that is narrower begins or ends there: nobody drives on it"""
 
-_ROUNDING = 1e-3
-"""[m] by which the width of a lane may be less in single precision"""
+LEAST_WIDTH = NARROWEST - 1e-3
+"""[m] of a lane that is there: in single precision, its width may be a little less"""
 
-_AWAY = 1e3
+AWAY = 1e3
 """[m] that a lane which is not there is farther away than any other"""
 
 
@@ -183,14 +183,14 @@ class Road:
 
 
 def lanes_there(edges: Float[Any, "*n E"]) -> Bool[Any, "*n L"]:
-    """Which lanes are there between their edges [m]; like `nearest_lane` for arrays of NumPy and JAX."""
-    return edges[..., 1:] - edges[..., :-1] > NARROWEST - _ROUNDING
+    """Which lanes are there between their edges [m]."""
+    return edges[..., 1:] - edges[..., :-1] > LEAST_WIDTH
 
 
 def nearest_lane(edges: Float[Any, "*#n E"], lat: Float[Any, "*#n"]) -> Int[Any, "*n"]:
     """Lane index of positions [m] between edges [m]: of the lanes that are there, the nearest; of two the left one."""
     lat = lat[..., None]
-    outside = (edges[..., :-1] - lat).clip(0) + (lat - edges[..., 1:]).clip(0) + _AWAY * ~lanes_there(edges)
+    outside = (edges[..., :-1] - lat).clip(0) + (lat - edges[..., 1:]).clip(0) + AWAY * ~lanes_there(edges)
     return edges.shape[-1] - 2 - outside[..., ::-1].argmin(-1)
 
 

@@ -40,6 +40,11 @@ class Scene:
         return self.lon.shape[-1]
 
     @property
+    def measures(self) -> tuple[Values, Values, Values, Values, Values, Values]:
+        """All fields but ``valid``."""
+        return self.lon, self.lat, self.speed, self.heading, self.length, self.width
+
+    @property
     def states(self) -> Float[np.ndarray, "*batch A 4"]:
         """The state (lon, lat, speed, heading) of every slot."""
         return np.stack([self.lon, self.lat, self.speed, self.heading], axis=-1)
@@ -60,19 +65,3 @@ class Scene:
         """
         missing = -self.vehicles % multiple
         return jax.tree.map(lambda each: np.pad(each, [(0, 0)] * (each.ndim - 1) + [(0, missing)]), self)
-
-    def packed(self, multiple: int) -> Float[np.ndarray, "7 slots"]:
-        """The fields of one scene as the rows of one array, padded like `padded`; it is faster to hand to JAX.
-
-        A scene without slots gets some, too.
-        """
-        rows = np.zeros((7, multiple * max(1, -(-self.vehicles // multiple))), np.float32)
-        for row, values in zip(rows, vars(self).values(), strict=True):
-            row[: self.vehicles] = values
-        return rows
-
-    @staticmethod
-    def unpacked(rows: Float[Array, "7 slots"]) -> "Scene":
-        """The scene that `packed` made rows of."""
-        lon, lat, speed, heading, length, width, valid = rows
-        return Scene(lon, lat, speed, heading, length, width, valid > 0)

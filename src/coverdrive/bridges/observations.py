@@ -3,14 +3,11 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Literal
 
-import jax
 import numpy as np
-from jax import Array
-from jaxtyping import Float
 
 from coverdrive.extras import require
-from coverdrive.prediction.learning.affordance import FEATURES, MOTION, described
-from coverdrive.prediction.stored import packed
+from coverdrive.prediction.learning.affordance import FEATURES, MOTION
+from coverdrive.prediction.stored import features_of
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.simulation.initial import EGO
@@ -47,18 +44,14 @@ def observation_of(kind: Shown, slots: int) -> tuple["gymnasium.Space[Any]", Cal
         )
         low = np.where(["length" in name for name in names], 0.0, -high)
         space = box(low.astype(np.float32), high.astype(np.float32))
-        return space, lambda scene, road: np.clip(_affordance(*packed(scene, road)), space.low, space.high)
+        ego = np.array([EGO])
+        return space, lambda scene, road: np.clip(features_of(scene, road, ego)[0], space.low, space.high)
     spaces: dict[str, gymnasium.Space[Any]] = {
         "vehicles": box(np.tile(-_VEHICLE, (slots, 1)), np.tile(_VEHICLE, (slots, 1))),
         "mask": gymnasium.spaces.MultiBinary(slots),
         "road": box(-_FAR, _FAR, (4,)),
     }
     return gymnasium.spaces.Dict(spaces), lambda scene, road: _around(scene, road, slots)
-
-
-@jax.jit
-def _affordance(rows: Float[Array, "7 A"], edges: Float[Array, "A E"]) -> Float[Array, " F"]:
-    return described(Scene.unpacked(rows), edges)[EGO]
 
 
 def _around(scene: Scene, road: Road, slots: int) -> dict[str, np.ndarray]:

@@ -25,6 +25,7 @@ from coverdrive.prediction.boxes.training import BoxSettings, train_boxes
 from coverdrive.prediction.calibrate import CertificateSettings, Epsilon, calibrate, calibrated, provable
 from coverdrive.prediction.cover.basis import Basis, BasisSettings, make_basis
 from coverdrive.prediction.held_out import Source, sources_of
+from coverdrive.prediction.learning.affordance import mirrored_features
 from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.learning.own_network import Learner, OwnNetwork, seen_by
 from coverdrive.prediction.learning.samples import Assignment, Samples, make_features, make_samples
@@ -180,31 +181,30 @@ class _Made(NamedTuple):
 def _fit_boxes(task: _Task) -> _Made:
     """Boxes whose place and size are learned."""
     recordings, segments, sides, settings, seed, seconds = task
-    training = segments.of(sides.train)
     with _timed("affordances", seconds):
         asked = segments.of(sides.calibration)
         provable(asked.vehicle, asked.group, np.zeros(len(asked), dtype=bool), 1, settings.certificate)
         features = make_features(recordings, segments)
-    lessons, shown = training, features[sides.train]
-    if settings.boxes.mirrored:
-        with _timed("mirror images", seconds):
-            lessons = training.and_also(training.mirrored)
-            shown = np.concatenate([shown, make_features(recordings, training, mirrored=True)])
     with _timed("training", seconds):
+        lessons, shown = segments.of(sides.train), features[sides.train]
+        if settings.boxes.mirrored:
+            lessons = lessons.and_also(lessons.mirrored)
+            shown = np.concatenate([shown, mirrored_features(shown)])
         network, losses = train_boxes(shown, lessons, settings.boxes, _seeds(seed)[2], settings.certificate.unit)
+        del lessons, shown
     with _timed("certificate", seconds):
-        rows = (sides.train, sides.calibration, sides.test)
-        boxes = [network.boxes_of(features[side]) for side in rows]
-        train_side, calibration, test = (
-            scored_by(each, segments.of(side)) for each, side in zip(boxes, rows, strict=True)
+        train_side, calibration = (
+            scored_by(network.boxes_of(features[side]), segments.of(side)) for side in (sides.train, sides.calibration)
         )
+        boxes = network.boxes_of(features[sides.test])
+        test = scored_by(boxes, segments.of(sides.test))
 
         def make(rule: Rule, certificate: Certificate, trained_on: Int[np.ndarray, " V"]) -> BoxPredictor:
             return BoxPredictor(network, rule, certificate, trained_on, segments.step)
 
         predictor, certificates = calibrated(make, TUBE, train_side, calibration, settings.certificate, seed)
     scored = ScoredSides(train_side, calibration, test, predictor.fingerprint)
-    areas = boxes[2].areas.mean(0) * scale_of(predictor.rule) ** 2
+    areas = boxes.areas.mean(0) * scale_of(predictor.rule) ** 2
     return _Made(predictor, certificates, scored, areas, np.zeros(0), losses)
 
 

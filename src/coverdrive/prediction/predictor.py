@@ -13,7 +13,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float, Float32, Int
 
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.rule import Rule, rule_of
@@ -21,12 +21,11 @@ from coverdrive.errors import DataError, SettingError
 from coverdrive.paths import PredictedPaths
 from coverdrive.prediction.boxes.predictor import BoxPredictor
 from coverdrive.prediction.cover.basis import Basis
-from coverdrive.prediction.learning.affordance import described
 from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.learning.own_network import OwnNetwork
 from coverdrive.prediction.motion import add_bodies, follow
 from coverdrive.prediction.storage import fingerprint_of, load_arrays, reading
-from coverdrive.prediction.stored import StoredPredictor, TimeGrid, grid_of, others_of, packed
+from coverdrive.prediction.stored import StoredPredictor, TimeGrid, features_of, grid_of, others_of
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 
@@ -64,7 +63,7 @@ class Predictor(StoredPredictor):
 
     def _scored(self, scene: Scene, road: Road) -> tuple[Bool[np.ndarray, "A M"], Float[np.ndarray, "A M"]]:
         """`possible`, and the scores."""
-        values = np.asarray(self._values(*packed(scene, road)))[: scene.vehicles]
+        values = np.asarray(self._values(features_of(scene, road, np.arange(scene.vehicles))))[: scene.vehicles]
         scores, hidden = values[:, : len(self.rule.tube)], values[:, len(self.rule.tube) :]
         return self.rule.possible(scores, hidden) & np.asarray(scene.valid)[:, None], scores
 
@@ -107,23 +106,17 @@ class Predictor(StoredPredictor):
         return PredictedPaths(motion[..., :2], vehicle, half_sizes, float(times[1]), ellipses[base], weight)
 
     @cached_property
-    def _values(self) -> Callable[[Float[np.ndarray, "7 A"], Float[np.ndarray, "A E"]], Array | np.ndarray]:
-        """The function of a packed scene and lane edges that gives M scores and then the last hidden layer.
+    def _values(self) -> Callable[[Float32[np.ndarray, "n F"]], Array | np.ndarray]:
+        """The function of features that gives M scores and then the last hidden layer.
 
         One compiled function with one result: XLA takes about as long for every array handed over as for a layer.
         """
         network = self.network
-
-        def features(rows: Float[Array, "7 A"], edges: Float[Array, "A E"]) -> Float[Array, "A F"]:
-            return described(Scene.unpacked(rows), edges)
-
         if isinstance(network, OwnNetwork):
-            compiled = jax.jit(features)
-            return lambda rows, edges: network.scores(np.asarray(compiled(rows, edges)))
+            return network.scores
 
-        def values(rows: Float[Array, "7 A"], edges: Float[Array, "A E"]) -> Float[Array, "A _"]:
-            seen = features(rows, edges)
-            return jnp.concatenate([network.scores(seen), network.hidden(seen)], axis=-1)
+        def values(features: Float[Array, "n F"]) -> Float[Array, "n _"]:
+            return jnp.concatenate([network.scores(features), network.hidden(features)], axis=-1)
 
         return jax.jit(values)
 

@@ -77,8 +77,8 @@ class Segments:
         """The mirror images, left for right."""
         return replace(self, points=self.points * MIRROR, heading=-self.heading)
 
-    def of(self, keep: np.ndarray) -> "Segments":
-        """The segments selected by an index or boolean array."""
+    def of(self, keep: np.ndarray | slice) -> "Segments":
+        """The segments selected by an index or boolean array, or by a slice."""
         return replace(self, **{name: getattr(self, name)[keep] for name in _PER_SEGMENT})
 
     def and_also(self, others: "Segments") -> "Segments":

@@ -10,16 +10,17 @@ from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float32, Int
 
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.errors import SettingError
+from coverdrive.prediction.learning.affordance import FEATURES, MOTION, described_at
 from coverdrive.prediction.storage import fingerprint_of, save_arrays
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 
 SLOTS = 8
-"""Scenes are padded to a multiple of so many slots, so that little is compiled"""
+"""Features are padded to a multiple of so many vehicles, so that little is compiled"""
 
 _ROUNDING = 1e-9
 """[s] by which a horizon may be longer than that of the predictor, for rounding"""
@@ -86,10 +87,14 @@ def grid_of(
     return dt, int(steps)
 
 
-def packed(scene: Scene, road: Road) -> tuple[Float[np.ndarray, "7 slots"], Float[np.ndarray, "slots E"]]:
-    """A scene for JAX (`Scene.packed`), and the lane edges [m] at each of its slots."""
-    rows = scene.packed(SLOTS)
-    return rows, road.edges_at(rows[0]).astype(np.float32)
+def features_of(scene: Scene, road: Road, vehicle: Int[np.ndarray, " n"]) -> Float32[np.ndarray, "padded F"]:
+    """The features of some slots of a scene, followed by rows of zeros; at least one row."""
+    features = np.zeros((SLOTS * max(1, -(-len(vehicle) // SLOTS)), len(FEATURES) + len(MOTION)), dtype=np.float32)
+    if len(vehicle):
+        one = Scene(*(np.asarray(values)[None] for values in vars(scene).values()))
+        now = np.zeros_like(vehicle)
+        features[: len(vehicle)] = described_at(one, road.edges_at(one.lon), now, vehicle)
+    return features
 
 
 def others_of(scene: Scene, ego: int | None) -> Bool[np.ndarray, " A"]:

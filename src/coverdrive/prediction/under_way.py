@@ -9,7 +9,7 @@ certificate holds.
 
 import numpy as np
 
-from coverdrive.geometry import turned_half_extents
+from coverdrive.geometry import turned_extents
 from coverdrive.paths import PredictedPaths
 from coverdrive.scene import Scene
 
@@ -28,19 +28,20 @@ def with_lane_changes(paths: PredictedPaths, scene: Scene) -> PredictedPaths:
         paths: S paths, one for each vehicle.
         scene: from which they were predicted.
     """
-    states, times = scene.states[paths.vehicle], paths.dt * np.arange(paths.points.shape[1])
-    body = turned_half_extents(scene.half_sizes[paths.vehicle], states[:, 3])[:, None]
-    along, across = (states[:, 2] * turn(states[:, 3]) for turn in (np.cos, np.sin))
-    straight = states[:, None, :2] + np.stack([along, across], axis=-1)[:, None] * times[:, None]
-    reach = np.abs(straight - paths.points) + body - paths.half_sizes
-    leaving = np.flatnonzero((reach[:, 1:, 1] > 0).any(1))
+    times = paths.dt * np.arange(paths.points.shape[1])
+    lon, lat, speed, heading, length, width = (np.asarray(each)[paths.vehicle, None] for each in scene.measures)
+    half_length, half_width = turned_extents(length / 2, width / 2, heading)
+    across = speed * np.sin(heading)
+    reach = np.abs(lat + across * times - paths.points[..., 1]) + half_width - paths.half_sizes[..., 1]
+    leaving = np.flatnonzero((reach[:, 1:] > 0).any(1))
     if len(leaving) == 0:
         return paths
-    near = np.abs(across[leaving, None]) * times
+    near = np.abs(across[leaving]) * times
     near, far = (np.minimum(way, _LANE) for way in (near, near + _SWING / 2 * times**2))
-    centre = straight[leaving]
-    centre[..., 1] = states[leaving, 1:2] + np.sign(across[leaving, None]) * (near + far) / 2
-    half_sizes = np.broadcast_to(body[leaving], centre.shape).copy()
-    half_sizes[..., 1] += (far - near) / 2
+    straight = lon[leaving] + speed[leaving] * np.cos(heading[leaving]) * times
+    swung = lat[leaving] + np.sign(across[leaving]) * (near + far) / 2
+    centre = np.stack([straight, swung], axis=-1)
+    half_sizes = np.empty_like(centre)
+    half_sizes[..., 0], half_sizes[..., 1] = half_length[leaving], half_width[leaving] + (far - near) / 2
     weight = np.full(len(leaving), _LIKELIHOOD)
     return paths.joined(PredictedPaths(centre, paths.vehicle[leaving], half_sizes, paths.dt, weight=weight))

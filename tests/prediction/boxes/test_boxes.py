@@ -88,6 +88,18 @@ def test_training_finds_where_vehicles_go_and_how_sure_that_is() -> None:
     assert np.array_equal(train_boxes(features_of(segments), segments, settings)[1], losses)
 
 
+def test_boxes_are_the_same_part_by_part(monkeypatch: pytest.MonkeyPatch) -> None:
+    segments, features = straight(50), np.random.default_rng(0).normal(size=(50, 22)).astype(np.float32)
+    settings = BoxSettings(most_steps=5, batch=8, hidden=(4,), members=2)
+    network = train_boxes(features, segments, settings)[0]
+    whole = network.boxes_of(features)
+    monkeypatch.setattr("coverdrive.prediction.boxes.network._PART", 20)
+    parts = network.boxes_of(features)
+    np.testing.assert_allclose(parts.centre, whole.centre, atol=1e-6)
+    np.testing.assert_allclose(parts.half_sizes, whole.half_sizes, rtol=1e-6)
+    assert parts.centre.dtype == whole.half_sizes.dtype == np.float64
+
+
 def test_of_few_vehicles_only_the_urgency_is_seen() -> None:
     segments, features = straight(40), np.random.default_rng(0).normal(size=(40, 22)).astype(np.float32)
     vehicles = len(np.unique(segments.vehicle))

@@ -2,20 +2,24 @@
 
 from collections.abc import Mapping
 
-import jax
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from coverdrive.prediction.learning.affordance import FEATURES, MOTION, described
-from coverdrive.prediction.learning.affordance import affordance as uncompiled
+from coverdrive.prediction.learning.affordance import (
+    FEATURES,
+    MOTION,
+    affordance,
+    described,
+    described_at,
+    mirrored_features,
+)
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 from ramp_road import RAMP
 
 ROAD = Road.straight(lanes=3, width=3.6)
-affordance = jax.jit(uncompiled)
 Vehicle = tuple[float, float, float, float, float]
 
 
@@ -26,7 +30,7 @@ def scene_of(*vehicles: Vehicle) -> Scene:
 
 
 def named(scene: Scene, slot: int = 0, road: Road = ROAD) -> dict[str, float]:
-    return dict(zip(FEATURES, np.asarray(affordance(scene, road.edges))[slot].tolist(), strict=True))
+    return dict(zip(FEATURES, affordance(scene, road.edges)[slot].tolist(), strict=True))
 
 
 def expect(actual: Mapping[str, float], **expected: float) -> None:
@@ -121,7 +125,7 @@ def test_permuting_the_vehicles_permutes_the_rows(scene: Scene, random) -> None:
     random.shuffle(order)
     fields = ("lon", "lat", "speed", "heading", "length", "width", "valid")
     permuted = Scene(**{name: getattr(scene, name)[order] for name in fields})
-    assert np.array_equal(affordance(permuted, ROAD.edges), np.asarray(affordance(scene, ROAD.edges))[order])
+    assert np.array_equal(affordance(permuted, ROAD.edges), affordance(scene, ROAD.edges)[order])
 
 
 @settings(deadline=None, max_examples=60)
@@ -130,14 +134,29 @@ def test_mirroring_the_road_exchanges_left_and_right(scene: Scene) -> None:
     def swapped(name: str) -> str:
         return name.replace("left", "?").replace("right", "left").replace("?", "right")
 
-    plain, mirrored = (
-        np.asarray(affordance(scene, ROAD.edges)),
-        np.asarray(affordance(scene.mirrored(), ROAD.mirrored().edges)),
-    )
+    plain, mirrored = described(scene, ROAD.edges), described(scene.mirrored(), ROAD.mirrored().edges)
     columns = [FEATURES.index(swapped(name)) for name in FEATURES]
-    expected = plain[:, columns].copy()
+    expected = np.concatenate([plain[:, columns], -plain[:, len(FEATURES) :]], axis=1)
     expected[:, FEATURES.index("distance to lane centre")] *= -1
     assert mirrored == pytest.approx(expected, abs=1e-4)
+    assert np.array_equal(mirrored_features(plain), expected)
+    assert np.array_equal(mirrored_features(mirrored_features(plain)), plain)
+
+
+def test_some_slots_of_some_moments_have_the_features_that_all_have() -> None:
+    random = np.random.default_rng(0)
+    shape = (7, 6)
+    along, across = random.uniform(0, 80, shape), random.uniform(0, 10.8, shape)
+    scene = Scene(
+        along, across, *random.uniform((5, -0.1, 4, 1.7), (30, 0.1, 6, 2), (7, 6, 4)).transpose(2, 0, 1),
+        valid=random.random(shape) < 0.8,
+    )  # fmt: skip
+    edges = ROAD.edges_at(scene.lon)
+    every = described(scene, edges)
+    moment, slot = random.integers(0, (7, 6), (50, 2)).T  # in any order, some more than once
+    assert np.array_equal(described_at(scene, edges, moment, slot), every[moment, slot])
+    one = Scene(*(values[3] for values in vars(scene).values()))
+    assert np.array_equal(described(one, ROAD.edges), every[3])
 
 
 def test_lateral_speed_by_hand_and_in_the_mirror() -> None:
@@ -145,16 +164,16 @@ def test_lateral_speed_by_hand_and_in_the_mirror() -> None:
     turned = Scene(
         scene.lon, scene.lat, scene.speed, np.array([np.pi / 6, 0.0]), scene.length, scene.width, scene.valid
     )
-    seen = np.asarray(described(turned, ROAD.edges))
+    seen = described(turned, ROAD.edges)
     assert seen.shape == (2, len(FEATURES) + len(MOTION))
-    assert np.array_equal(seen[:, : len(FEATURES)], np.asarray(uncompiled(turned, ROAD.edges)))
+    assert np.array_equal(seen[:, : len(FEATURES)], affordance(turned, ROAD.edges))
     assert seen[:, -1] == pytest.approx([10.0, 0.0])
-    assert np.asarray(described(turned.mirrored(), ROAD.mirrored().edges))[:, -1] == pytest.approx([-10.0, 0.0])
+    assert described(turned.mirrored(), ROAD.mirrored().edges)[:, -1] == pytest.approx([-10.0, 0.0])
 
 
 def on_ramp_road(*vehicles: Vehicle) -> dict[str, float]:
     scene = scene_of(*vehicles)
-    return dict(zip(FEATURES, np.asarray(affordance(scene, RAMP.edges_at(scene.lon)))[0].tolist(), strict=True))
+    return dict(zip(FEATURES, affordance(scene, RAMP.edges_at(scene.lon))[0].tolist(), strict=True))
 
 
 def test_a_lane_is_beside_a_vehicle_where_it_is_there() -> None:
@@ -166,7 +185,7 @@ def test_a_lane_is_beside_a_vehicle_where_it_is_there() -> None:
     expect(beside, right_front_clearance=16, right_front_relative_speed=-5, right_front_length=4)
     expect(before, left_front_clearance=50, left_front_lateral_clearance=3.6)
     mirrored = scene_of((130, 5.25, 20, 4, 2), on_ramp).mirrored()
-    seen = np.asarray(affordance(mirrored, RAMP.mirrored().edges_at(mirrored.lon)))[0]
+    seen = affordance(mirrored, RAMP.mirrored().edges_at(mirrored.lon))[0]
     assert seen[FEATURES.index("left front clearance")] == pytest.approx(16)
 
 
@@ -178,7 +197,7 @@ def test_who_is_on_a_lane_that_has_ended_is_in_the_nearest_one_that_is_there() -
 def test_the_next_lane_is_the_one_behind_a_lane_in_the_middle_that_has_ended() -> None:
     edges = np.array([[0, 3.5, 3.5, 7.0], [0, 3.5, 3.5, 7.0], [0, 3.5, 7.0, 10.5]])
     scene = scene_of((0, 1.75, 20, 4, 2), (30, 5.25, 18, 5, 2), (90, 5.25, 18, 5, 2))
-    features = dict(zip(FEATURES, np.asarray(affordance(scene, edges))[0].tolist(), strict=True))
+    features = dict(zip(FEATURES, affordance(scene, edges)[0].tolist(), strict=True))
     expect(features, left_front_clearance=30 - 4.5, left_front_length=5)
 
 
@@ -232,4 +251,4 @@ def test_agrees_with_the_plain_loop(scene: Scene) -> None:
         **{name: getattr(scene, name)[None] for name in ("lon", "lat", "speed", "heading", "length", "width", "valid")}
     )
     expected = [plain_affordance(scene, ROAD, own) for own in range(scene.vehicles)]
-    assert np.asarray(affordance(batch, ROAD.edges))[0] == pytest.approx(np.array(expected), abs=1e-3)
+    assert affordance(batch, ROAD.edges)[0] == pytest.approx(np.array(expected), abs=1e-3)

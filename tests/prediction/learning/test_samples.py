@@ -5,10 +5,12 @@ import polars as pl
 import pytest
 
 from coverdrive.prediction.cover.basis import Basis
+from coverdrive.prediction.learning.affordance import described
 from coverdrive.prediction.learning.bodies import body_radius
 from coverdrive.prediction.learning.collision import colliding_bases
-from coverdrive.prediction.learning.samples import COLLIDES, OTHER, POSSIBLE, make_samples
+from coverdrive.prediction.learning.samples import COLLIDES, OTHER, POSSIBLE, make_features, make_samples
 from coverdrive.prediction.segments import SegmentSettings, cut_segments
+from coverdrive.prediction.stored import SLOTS, features_of
 from coverdrive.recordings.recording import SCHEMA, Recording
 from coverdrive.road import Road
 from coverdrive.scene import Scene
@@ -115,6 +117,21 @@ def test_labels(scenes: tuple[Recording, ...]) -> None:
         expected[samples.base[i]] = POSSIBLE
         assert samples.labels[i].tolist() == expected.tolist()
         assert samples.features[i, 0] == pytest.approx(row["speed"], rel=1e-5)
+
+
+def test_features_are_those_of_the_scene_in_which_a_segment_starts(scenes: tuple[Recording, ...]) -> None:
+    segments = cut_segments(scenes, SegmentSettings(stride=1.0))
+    order = np.random.default_rng(0).permutation(len(segments))
+    features = make_features(scenes, segments.of(order))
+    for i, place in enumerate(order[::19]):
+        recording = scenes[segments.recording[place]]
+        row = recording.table.row(int(segments.row[place]), named=True)
+        scene = recording.scene_at(row["time"])
+        own = np.flatnonzero(np.isclose(scene.lon, row["lon"]) & np.isclose(scene.lat, row["lat"]))
+        assert np.array_equal(features[19 * i], described(scene, recording.road.edges)[own[0]])
+        padded = features_of(scene, recording.road, own)
+        assert len(padded) == SLOTS and np.array_equal(padded[0], features[19 * i]) and not padded[1:].any()
+    assert not features_of(scene, recording.road, own[:0]).any()
 
 
 def test_the_first_base_that_covers_stands_for_a_segment(scenes: tuple[Recording, ...]) -> None:

@@ -20,6 +20,9 @@ from coverdrive.prediction.learning.network import Network
 _TERMS = 3
 """of the polynomials, fewer where there are fewer points"""
 
+_PART = 2**16
+"""moments that are looked at together"""
+
 _BOUND = 2.5
 """of the logarithm of a half size, from the usual"""
 
@@ -61,8 +64,9 @@ class BoxNetwork(eqx.Module):
         return centre.mean(-3), jnp.exp(size.mean(-3)) * self.usual
 
     def boxes_of(self, features: Float[np.ndarray, "N F"]) -> Boxes:
-        """The boxes for N moments."""
-        return Boxes(*(np.asarray(each, dtype=float) for each in self.boxes(features)))
+        """The boxes for N moments, part by part: values of hidden layers take much memory."""
+        parts = [self.boxes(features[first : first + _PART]) for first in range(0, len(features), _PART)]
+        return Boxes(*(np.concatenate(each, dtype=float) for each in zip(*parts, strict=True)))
 
     @property
     def arrays(self) -> dict[str, np.ndarray]:

@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float, Float32, Int
 from scipy.interpolate import CubicSpline
 
 from coverdrive.certificates.certificate import Certificate
@@ -18,8 +18,7 @@ from coverdrive.certificates.rule import Rule, rule_of, scale_of
 from coverdrive.paths import PredictedPaths
 from coverdrive.prediction.boxes.boxes import TUBE
 from coverdrive.prediction.boxes.network import BoxNetwork
-from coverdrive.prediction.learning.affordance import described
-from coverdrive.prediction.stored import StoredPredictor, TimeGrid, grid_of, others_of, packed
+from coverdrive.prediction.stored import StoredPredictor, TimeGrid, features_of, grid_of, others_of
 from coverdrive.prediction.under_way import with_lane_changes
 from coverdrive.road import Road
 from coverdrive.scene import Scene
@@ -66,10 +65,11 @@ class BoxPredictor(StoredPredictor):
         vehicle = np.flatnonzero(others_of(scene, ego))
         times = period * np.arange(count + 1)
         centre, half_sizes = self._boxes_at(scene, road, vehicle, times)
-        states = scene.states[vehicle]
-        centre[..., 0] += states[:, :1] + times * (states[:, 2] * np.cos(states[:, 3]))[:, None]
-        centre[..., 1] += states[:, 1:2]
-        half_sizes += scene.half_sizes[vehicle][:, None]
+        lon, lat, speed, heading, length, width = (np.asarray(each)[vehicle, None] for each in scene.measures)
+        centre[..., 0] += lon + times * (speed * np.cos(heading))
+        centre[..., 1] += lat
+        half_sizes[..., 0] += length / 2
+        half_sizes[..., 1] += width / 2
         return with_lane_changes(PredictedPaths(centre, vehicle, half_sizes, period), scene)
 
     def choices(
@@ -92,19 +92,15 @@ class BoxPredictor(StoredPredictor):
         self, scene: Scene, road: Road, vehicle: Int[np.ndarray, " n"], times: Float[np.ndarray, " K"]
     ) -> tuple[Float[np.ndarray, "n K 2"], Float[np.ndarray, "n K 2"]]:
         """Centres and half sizes of the boxes of some slots at ``times`` [s], which the calibrated scale is part of."""
-        values = np.asarray(self._values(*packed(scene, road)), dtype=float)[:, vehicle]
+        values = np.asarray(self._values(features_of(scene, road, vehicle)), dtype=float)[:, : len(vehicle)]
         place, size = _weights(len(self.network.usual), self.step, tuple(times.tolist()))
         return place @ values[0], scale_of(self.rule) * (size @ values[1])
 
     @cached_property
-    def _values(self) -> Callable[[Float[np.ndarray, "7 A"], Float[np.ndarray, "A E"]], Array]:
-        """The function of a packed scene and lane edges that gives centres and half sizes (2, A, P, 2)."""
+    def _values(self) -> Callable[[Float32[np.ndarray, "n F"]], Array]:
+        """The function of features that gives centres and half sizes (2, n, P, 2)."""
         network = self.network
-
-        def values(rows: Float[Array, "7 A"], edges: Float[Array, "A E"]) -> Float[Array, "2 A P 2"]:
-            return jnp.stack(network.boxes(described(Scene.unpacked(rows), edges)))
-
-        return jax.jit(values)
+        return jax.jit(lambda features: jnp.stack(network.boxes(features)))
 
     @property
     def _arrays(self) -> dict[str, np.ndarray]:

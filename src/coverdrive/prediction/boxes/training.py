@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
-from jaxtyping import Float
+from jaxtyping import Float, Float32
 from pydantic import Field
 
 from coverdrive.certificates.certificate import Unit
@@ -29,6 +29,9 @@ _CALM = 0.1
 
 _KEPT = 0.7
 """of differences in size that few vehicles taught: the worst windows of others show less of them"""
+
+_PART = 2**16
+"""segments that are looked at together"""
 
 _CLOSEST = 1e-6
 """[of the half sizes] distances below it count as this much"""
@@ -89,9 +92,18 @@ def train_boxes(
     def loss(last: Float[Array, "B O"], wanted: Float[Array, "B P 4"]) -> Float[Array, ""]:
         return box_loss(*decoder.decoded(last), wanted, decoder.usual, power)
 
-    targets = np.concatenate([deviation, body_excess(segments)], axis=-1).astype(np.float32)
-    trained, losses = optimised(network, features, targets, loss, settings, order)
+    trained, losses = optimised(network, features, _targets(segments), loss, settings, order)
     return BoxNetwork(_evened(trained, features) if few and not windows else trained, decoder.usual), losses
+
+
+def _targets(segments: Segments) -> Float32[np.ndarray, "N P 4"]:
+    """What boxes are to hold (`box_loss`), part by part: on the way there it takes much memory."""
+    targets = np.empty((len(segments), segments.points.shape[1] - 1, 4), dtype=np.float32)
+    for first in range(0, len(segments), _PART):
+        some = segments.of(np.s_[first : first + _PART])
+        targets[first : first + _PART, :, :2] = some.points[:, 1:]
+        targets[first : first + _PART, :, 2:] = body_excess(some)
+    return targets
 
 
 def _evened(network: Network, features: Float[np.ndarray, "N F"]) -> Network:

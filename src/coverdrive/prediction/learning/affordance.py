@@ -4,22 +4,18 @@ They do not depend on the order of the vehicles, nor on their number. The right 
 scene. Clearances along the road are from bumper to bumper, clearances across it from side to side; a vehicle alongside
 has a negative clearance along the road. Speeds of others are relative to the own speed.
 
-Lanes are those at each vehicle's own position: the lane beside it is the next one that is there. E edges, L lanes.
+Lanes are those at each vehicle's own position: the lane beside it is the next one that is there. E edges, L lanes. All
+is computed with numbers of 32 bits, as networks are trained on them.
 """
 
-import operator
-from typing import NamedTuple
-
-import jax
-import jax.numpy as jnp
 import numpy as np
-from jax import Array
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float, Float32, Int
 
-from coverdrive.road import lanes_there, nearest_lane
+from coverdrive.compiled import compiled
+from coverdrive.road import AWAY, LEAST_WIDTH
 from coverdrive.scene import Scene
 
-Edges = Float[Array | np.ndarray, "... E"]
+Edges = Float[np.ndarray, "... E"]
 """lat [m] of the lane edges at every vehicle, or of all"""
 
 FEATURES = (
@@ -40,117 +36,166 @@ CLEARANCE_LIMIT = 50.0
 FREE_LATERAL_CLEARANCE = 3.6
 """[m] lateral clearance where there is no vehicle: one lane width (authors' scripts)"""
 
+_MIRRORED = [0, 1, 2, 3, *range(10, 16), *range(4, 10), 18, 19, 16, 17, 20, 21]
+"""columns that the mirror image has of the features and the motion: left and right are exchanged"""
+_TO_THE_LEFT = [FEATURES.index("distance to lane centre"), len(FEATURES)]
+"""columns that are negative in it: distances and speeds that count to the left"""
+_LON, _LAT, _SPEED, _LENGTH, _WIDTH = range(5)
+"""rows of what vehicles are like"""
+_GAP, _LATERAL, _FASTER, _LONG = range(4)
+"""columns of what is found of neighbours: clearances along and across the road, relative speed, length"""
 
-def affordance(scene: Scene, edges: Edges) -> Float[Array, "*batch A 21"]:
+
+def affordance(scene: Scene, edges: Edges) -> Float32[np.ndarray, "*batch A 21"]:
     """Features of every vehicle of every scene, in the order of `FEATURES`.
 
     ``edges`` are the lane edges [m] at every vehicle (`Road.edges_at`), or the same for all. The features of slots
     without a vehicle are finite and meaningless; vehicles off the road are taken to be in the nearest lane.
     """
-    left_side, right_side = _Side.of(scene, jnp.asarray(edges)), _Side.of(scene.mirrored(), mirrored_edges(edges))
-    itself = jnp.eye(scene.vehicles, dtype=bool)
-    ahead = (_between(scene.lon) >= 0) & ~itself  # exactly alongside counts as ahead, itself as behind
-    same = _between(left_side.lane) == 0
-    left, right = (each.lane[..., None, :] == each.beside[..., None] for each in (left_side, right_side))
-    nearest = _nearest(scene, jnp.stack([ahead & same, ahead & left, ~ahead & left, ahead & right, ~ahead & right]))
-    front, *beside = (jax.tree.map(operator.itemgetter(index), nearest) for index in range(5))
-    left_front, left_rear = (_on_a_side(each, left_side) for each in beside[:2])
-    right_front, right_rear = (_on_a_side(each, right_side) for each in beside[2:])
-    columns = (
-        *(scene.speed, scene.lat - left_side.centre, front.clearance, front.speed),
-        *(left_front.clearance, left_front.speed, left_front.lateral),
-        *(left_rear.clearance, left_rear.lateral, left_rear.speed),
-        *(right_front.clearance, right_front.speed, right_front.lateral),
-        *(right_rear.clearance, right_rear.lateral, right_rear.speed),
-        *(left_front.length, left_rear.length, right_front.length, right_rear.length, scene.length),
-    )
-    return jnp.stack([jnp.asarray(column, dtype=jnp.float32) for column in columns], axis=-1)
+    return described(scene, edges)[..., : len(FEATURES)]
 
 
-def mirrored_edges(edges: Edges) -> Edges:
-    """The same with left and right exchanged."""
-    return -edges[..., ::-1]
-
-
-def described(scene: Scene, edges: Edges) -> Float[Array, "*batch A F"]:
+def described(scene: Scene, edges: Edges) -> Float32[np.ndarray, "*batch A F"]:
     """Features of every vehicle as in `affordance`, followed by `MOTION`; a network sees of it what its inputs say."""
-    lateral_speed = jnp.asarray(scene.speed * jnp.sin(scene.heading), dtype=jnp.float32)
-    return jnp.concatenate([affordance(scene, edges), lateral_speed[..., None]], axis=-1)
+    shape = np.shape(scene.lon)
+    slots = shape[-1]
+    edges = np.broadcast_to(edges, (*shape, np.shape(edges)[-1])).reshape(-1, slots, np.shape(edges)[-1])
+    flat = Scene(*(np.reshape(values, (-1, slots)) for values in vars(scene).values()))
+    moment, slot = np.divmod(np.arange(flat.lon.size), slots)
+    return described_at(flat, edges, moment, slot).reshape(*shape, -1)
 
 
-class _Side(NamedTuple):
-    """What the lanes say about the left side of every vehicle."""
-
-    lane: Int[Array, "*batch A"]
-    centre: Float[Array, "*batch A"]
-    """[m] of that lane"""
-    beside: Int[Array, "*batch A"]
-    """the next lane to the left that is there, −1 where there is none"""
-    clearance: Float[Array, "*batch A"]
-    """[m] to the edge of the road"""
-
-    @staticmethod
-    def of(scene: Scene, edges: Edges) -> "_Side":
-        lat = jnp.asarray(scene.lat)
-        edges = jnp.broadcast_to(edges, (*lat.shape, edges.shape[-1]))
-        lane, number = nearest_lane(edges, lat), jnp.arange(edges.shape[-1] - 1)
-        further = lanes_there(edges) & (number > lane[..., None])
-        centre = jnp.take_along_axis((edges[..., :-1] + edges[..., 1:]) / 2, lane[..., None], axis=-1)[..., 0]
-        beside = jnp.where(further.any(-1), further.argmax(-1), -1)
-        return _Side(lane, centre, beside, edges[..., -1] - lat - scene.width / 2)
+def described_at(
+    scene: Scene, edges: Float[np.ndarray, "B A E"], moment: Int[np.ndarray, " N"], slot: Int[np.ndarray, " N"]
+) -> Float32[np.ndarray, "N F"]:
+    """`described` of some slots alone, in the scenes of a batch: ``slot`` at ``moment`` in 0 … B − 1."""
+    cars = np.empty((len(scene.lon), 5, scene.vehicles), dtype=np.float32)
+    for row, values in enumerate((scene.lon, scene.lat, scene.speed, scene.length, scene.width)):
+        cars[:, row] = values
+    result = np.empty((len(moment), len(FEATURES) + len(MOTION)), dtype=np.float32)
+    order = np.argsort(moment, kind="stable")  # lanes are looked up once a moment
+    _describe(cars, np.array(scene.valid), np.array(edges, dtype=np.float32), moment, slot, order, result)
+    heading = np.asarray(scene.heading)[moment, slot]
+    result[:, -1] = cars[moment, _SPEED, slot] * np.sin(heading, dtype=np.float32)
+    return result
 
 
-class _Neighbour(NamedTuple):
-    """What the features say about one neighbour of every vehicle."""
-
-    clearance: Float[Array, "*batch A"]
-    lateral: Float[Array, "*batch A"]
-    speed: Float[Array, "*batch A"]
-    length: Float[Array, "*batch A"]
+def mirrored_features(features: Float32[np.ndarray, "N F"]) -> Float32[np.ndarray, "N F"]:
+    """What `described` says of the mirror images, left for right."""
+    result = features[:, _MIRRORED]
+    result[:, _TO_THE_LEFT] *= -1
+    return result
 
 
-def _on_a_side(found: _Neighbour, side: _Side) -> _Neighbour:
-    """The neighbour there, or what stands for it where there is no lane."""
-    no_lane = side.beside < 0
-    clearance = jnp.where(no_lane, 0.0, found.clearance)
-    lateral = jnp.where(no_lane, _limited(side.clearance), found.lateral)
-    return found._replace(clearance=clearance, lateral=lateral)
+@compiled
+def _describe(
+    cars: Float32[np.ndarray, "B 5 A"],
+    valid: Bool[np.ndarray, "B A"],
+    edges: Float32[np.ndarray, "B A E"],
+    moment: Int[np.ndarray, " N"],
+    slot: Int[np.ndarray, " N"],
+    order: Int[np.ndarray, " N"],
+    result: Float32[np.ndarray, "N F"],
+) -> None:
+    """Write the features of every row, in an order in which those of a moment follow one another."""
+    slots, looked_at = cars.shape[2], -1
+    lane, beside = np.empty((2, slots), np.int64), np.empty((2, slots), np.int64)
+    found = np.empty((5, 4), np.float32)
+    for row in order:
+        own = int(slot[row])
+        if moment[row] != looked_at:
+            looked_at = moment[row]
+            for each in range(slots):
+                for side in range(2):
+                    lanes = _lanes(edges[looked_at, each], cars[looked_at, _LAT, each], side)
+                    lane[side, each], beside[side, each] = lanes
+        _find(cars[looked_at], valid[looked_at], lane, beside, own, found)
+        _write(cars[looked_at], edges[looked_at, own], lane[0, own], beside[:, own], own, found, result[row])
 
 
-def _nearest(scene: Scene, mask: Bool[Array, "n *batch A A"]) -> _Neighbour:
-    """The neighbour within each ``mask`` (own vehicle × other) with the smallest clearance along the road.
+@compiled
+def _lanes(edges: Float32[np.ndarray, " E"], lat: float, side: int) -> tuple[int, int]:
+    """The lane of a position, and the next one to the left that is there, or −1; for side 1, in the mirror."""
+    lanes = len(edges) - 1
+    lane, beside, least = 0, -1, np.inf
+    for number in range(lanes):
+        right = -edges[lanes - number] if side else edges[number]
+        left = -edges[lanes - number - 1] if side else edges[number + 1]
+        there, at = left - right > LEAST_WIDTH, -lat if side else lat
+        outside = max(right - at, 0.0) + max(at - left, 0.0) + (0.0 if there else AWAY)
+        if outside <= least:
+            lane, beside, least = number, -1, outside
+        elif there and beside < 0:
+            beside = number
+    return lane, beside
 
-    Where several are equally near, each feature is the smallest of theirs, so that their order plays no role. XLA takes
-    much less time for all masks together than one after the other.
+
+@compiled
+def _find(
+    cars: Float32[np.ndarray, "5 A"],
+    valid: Bool[np.ndarray, " A"],
+    lane: Int[np.ndarray, "2 A"],
+    beside: Int[np.ndarray, "2 A"],
+    own: int,
+    found: Float32[np.ndarray, "5 4"],
+) -> None:
+    """The nearest vehicle ahead in the own lane, and ahead and behind in those on the left and on the right."""
+    for place in range(5):
+        found[place, _GAP] = np.inf
+    for other in range(len(valid)):
+        if other == own or not valid[other]:
+            continue
+        behind = int(cars[_LON, other] < cars[_LON, own])  # exactly alongside counts as ahead
+        if lane[0, other] == lane[0, own] and not behind:
+            _meet(cars, own, other, found[0])
+        for side in range(2):
+            if lane[side, other] == beside[side, own]:
+                _meet(cars, own, other, found[1 + 2 * side + behind])
+
+
+@compiled
+def _meet(cars: Float32[np.ndarray, "5 A"], own: int, other: int, found: Float32[np.ndarray, " 4"]) -> None:
+    """Keep another vehicle instead of the one that was found if it is nearer along the road.
+
+    Where several are equally near, each feature is the smallest of theirs, so that their order plays no role.
     """
-    others = mask & scene.valid[..., None, :]
-    apart = jnp.abs(_between(scene.lon))
-    clearance = apart - _mean_of(scene.length)
-    closest = jnp.where(others, clearance, jnp.inf).min(-1, keepdims=True)
-    tied = others & (clearance == closest)
-
-    def of_closest(values: Array, default: float) -> Array:
-        smallest = jnp.where(tied, values, jnp.inf).min(-1)
-        return jnp.where(jnp.isfinite(smallest), smallest, default)
-
-    lateral = jnp.abs(_between(scene.lat)) - _mean_of(scene.width)
-    length = jnp.asarray(scene.length)[..., None, :]
-    return _Neighbour(
-        clearance=_limited(of_closest(clearance, CLEARANCE_LIMIT)),
-        lateral=_limited(of_closest(lateral, FREE_LATERAL_CLEARANCE)),
-        speed=of_closest(_between(scene.speed), 0.0),
-        length=of_closest(length, 0.0),
-    )
+    gap = np.float32(abs(cars[_LON, other] - cars[_LON, own]) - (cars[_LENGTH, other] + cars[_LENGTH, own]) / 2)
+    if gap > found[_GAP]:
+        return
+    if gap < found[_GAP]:
+        found[_GAP], found[_LATERAL], found[_FASTER], found[_LONG] = gap, np.inf, np.inf, np.inf
+    lateral = abs(cars[_LAT, other] - cars[_LAT, own]) - (cars[_WIDTH, other] + cars[_WIDTH, own]) / 2
+    found[_LATERAL] = min(found[_LATERAL], lateral)
+    found[_FASTER] = min(found[_FASTER], cars[_SPEED, other] - cars[_SPEED, own])
+    found[_LONG] = min(found[_LONG], cars[_LENGTH, other])
 
 
-def _limited(clearance: Array | np.ndarray) -> Array:
-    return jnp.clip(clearance, -CLEARANCE_LIMIT, CLEARANCE_LIMIT)
-
-
-def _between(values: Array | np.ndarray) -> Array:
-    """Value of the other (last axis) minus the own one."""
-    return jnp.asarray(values)[..., None, :] - jnp.asarray(values)[..., :, None]
-
-
-def _mean_of(sizes: Array | np.ndarray) -> Array:
-    return (jnp.asarray(sizes)[..., None, :] + jnp.asarray(sizes)[..., :, None]) / 2
+@compiled
+def _write(
+    cars: Float32[np.ndarray, "5 A"],
+    edges: Float32[np.ndarray, " E"],
+    lane: int,
+    beside: Int[np.ndarray, " 2"],
+    own: int,
+    found: Float32[np.ndarray, "5 4"],
+    result: Float32[np.ndarray, " F"],
+) -> None:
+    """Put what was found into the order of the features, and what stands for it where there is nobody or no lane."""
+    lat, half_width = cars[_LAT, own], cars[_WIDTH, own] / 2
+    for place in range(5):
+        near = found[place]
+        if near[_GAP] == np.inf:
+            near[_GAP], near[_LATERAL], near[_FASTER], near[_LONG] = np.inf, FREE_LATERAL_CLEARANCE, 0.0, 0.0
+        side = (place - 1) // 2
+        if place > 0 and beside[side] < 0:
+            near[_GAP], near[_LATERAL] = 0.0, (lat - edges[0] if side else edges[-1] - lat) - half_width
+        for clearance in (_GAP, _LATERAL):
+            near[clearance] = min(max(near[clearance], -CLEARANCE_LIMIT), CLEARANCE_LIMIT)
+    result[0], result[1] = cars[_SPEED, own], lat - np.float32((edges[lane] + edges[lane + 1]) / 2)
+    result[2], result[3] = found[0, _GAP], found[0, _FASTER]
+    for side in range(2):
+        front, rear, at = found[1 + 2 * side], found[2 + 2 * side], 4 + 6 * side
+        result[at], result[at + 1], result[at + 2] = front[_GAP], front[_FASTER], front[_LATERAL]
+        result[at + 3], result[at + 4], result[at + 5] = rear[_GAP], rear[_LATERAL], rear[_FASTER]
+        result[16 + 2 * side], result[17 + 2 * side] = front[_LONG], rear[_LONG]
+    result[20] = cars[_LENGTH, own]

@@ -1,15 +1,15 @@
 """Training samples: the affordance of a moment, and a label for every base trajectory (paper §2.3)."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Literal
 
 import jax
 import numpy as np
-from jaxtyping import Bool, Float, Int, Int8
+from jaxtyping import Bool, Float, Float32, Int, Int8
 
 from coverdrive.prediction.cover.basis import Basis
-from coverdrive.prediction.learning.affordance import FEATURES, MOTION, Edges, described, mirrored_edges
+from coverdrive.prediction.learning.affordance import FEATURES, MOTION, described_at, mirrored_features
 from coverdrive.prediction.learning.bodies import body_radius
 from coverdrive.prediction.learning.collision import colliding_bases
 from coverdrive.prediction.segments import Segments
@@ -79,12 +79,8 @@ def make_samples(
     The first base in the basis' order of choice that covers a segment stands for it, so that few bases stand for most,
     or the nearest by the atomic norm, as where none covers it. Mirrored: the mirror images of scenes and segments.
     """
-
-    def look(scene: Scene, edges: Edges, own: np.ndarray) -> tuple[np.ndarray, ...]:
-        return _seen(scene, edges, own), np.asarray(colliding_bases(basis, scene, own))
-
-    empty = np.zeros((0, len(FEATURES) + len(MOTION)), dtype=np.float32), np.zeros((0, len(basis)), dtype=bool)
-    features, collides = _looked(recordings, segments, mirrored, look, empty)
+    features = make_features(recordings, segments)
+    collides = _colliding(recordings, segments, basis, mirrored)
     driven = segments.mirrored if mirrored else segments
     apart = basis.distance(driven.points)
     distance = np.maximum(apart, body_radius(basis, driven))
@@ -92,29 +88,28 @@ def make_samples(
     if assignment == "covering":
         covered = distance <= basis.radius
         base = np.where(covered.any(1), covered.argmax(1), base)
-    return Samples(features, distance, collides, base, segments.vehicle, segments.group)
+    seen = mirrored_features(features) if mirrored else features
+    return Samples(seen, distance, collides, base, segments.vehicle, segments.group)
 
 
-def make_features(
-    recordings: Sequence[Recording], segments: Segments, mirrored: bool = False
-) -> Float[np.ndarray, "N F"]:
-    """The affordance at the start of every segment, or of its mirror image, followed by the lateral speed."""
-    empty = np.zeros((0, len(FEATURES) + len(MOTION)), dtype=np.float32)
-    return _looked(recordings, segments, mirrored, lambda *moment: (_seen(*moment),), (empty,))[0]
+def make_features(recordings: Sequence[Recording], segments: Segments) -> Float32[np.ndarray, "N F"]:
+    """The affordance at the start of every segment, followed by the lateral speed."""
+    features = np.empty((len(segments), len(FEATURES) + len(MOTION)), dtype=np.float32)
+    for index, recording in enumerate(recordings):
+        chosen = np.flatnonzero(segments.recording == index)
+        if len(chosen):
+            frames, rows = recording.frames(), segments.row[chosen]
+            edges = recording.road.edges_at(frames.scene.lon)
+            features[chosen] = described_at(frames.scene, edges, frames.frame[rows], frames.slot[rows])
+        done(index + 1, len(recordings))
+    return features
 
 
-def _looked(
-    recordings: Sequence[Recording],
-    segments: Segments,
-    mirrored: bool,
-    look: Callable[[Scene, Edges, np.ndarray], tuple[np.ndarray, ...]],
-    empty: tuple[np.ndarray, ...],
-) -> list[np.ndarray]:
-    """What ``look`` says of the moments at which segments start, of the lane edges then, and of their vehicles' slots.
-
-    In chunks of one size, so that everything is compiled once per number of slots and lanes.
-    """
-    found, places = [empty], [np.arange(0)]
+def _colliding(
+    recordings: Sequence[Recording], segments: Segments, basis: Basis, mirrored: bool
+) -> Bool[np.ndarray, "N M"]:
+    """Which bases would collide, in chunks of one size, so that all is compiled once per number of slots."""
+    collides = np.zeros((len(segments), len(basis)), dtype=bool)
     for index, recording in enumerate(recordings):
         chosen = np.flatnonzero(segments.recording == index)
         frames = recording.frames()
@@ -124,18 +119,7 @@ def _looked(
             rows = np.resize(segments.row[place], _CHUNK)
             frame = frames.frame[rows]
             scene: Scene = jax.tree.map(lambda values, frame=frame: values[frame], scenes)
-            edges = recording.road.edges_at(scene.lon).astype(np.float32)
-            if mirrored:
-                scene, edges = scene.mirrored(), mirrored_edges(edges)
-            found.append(tuple(values[: len(place)] for values in look(scene, edges, frames.slot[rows])))
-            places.append(place)
+            found = colliding_bases(basis, scene.mirrored() if mirrored else scene, frames.slot[rows])
+            collides[place] = np.asarray(found)[: len(place)]
         done(index + 1, len(recordings))
-    order = np.argsort(np.concatenate(places), kind="stable")
-    return [np.concatenate(parts)[order] for parts in zip(*found, strict=True)]
-
-
-def _seen(scene: Scene, edges: Edges, own: np.ndarray) -> np.ndarray:
-    return np.asarray(_described(scene, edges))[np.arange(_CHUNK), own]
-
-
-_described = jax.jit(described)
+    return collides
