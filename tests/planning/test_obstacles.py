@@ -13,7 +13,7 @@ from coverdrive.geometry import boxes_overlap
 from coverdrive.planning.obstacles import (
     FAR,
     ObstacleSettings,
-    likeliest,
+    likelihoods,
     obstacles_of,
     reachable,
     with_share_of_tube,
@@ -141,8 +141,8 @@ def test_what_is_likely_is_the_likeliest_path_of_every_vehicle_in_a_part_of_its_
     paths = replace(paths, vehicle=np.array([0, 1, 0]), weight=np.array([0.4, 1.0, 0.6]))
     paths.half_sizes[:, 1:] += 1.0
     boxes = obstacles_of(paths, ObstacleSettings())
-    np.testing.assert_array_equal(likeliest(paths), [2, 1])
-    np.testing.assert_array_equal(likeliest(replace(paths, weight=None)), [0, 1])
+    np.testing.assert_array_equal(likelihoods(paths)[1], [False, True, True])
+    np.testing.assert_array_equal(likelihoods(replace(paths, weight=None))[1], [True, True, False])
     likely = with_share_of_tube(boxes, 0.5)
     np.testing.assert_array_equal(likely[[0, 1, 4, 5]], boxes[[0, 1, 4, 5]])
     np.testing.assert_allclose(likely[2:4, 0], boxes[2:4, 0])

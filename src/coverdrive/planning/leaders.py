@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from pydantic import Field
 
+from coverdrive.compiled import compiled
 from coverdrive.paths import PredictedPaths
 from coverdrive.road import Road
 from coverdrive.settings import Settings
@@ -79,14 +80,24 @@ def leaders_of(state: Float[np.ndarray, " 4"], half_length: float, paths: Predic
         paths: predicted paths; all of a vehicle begin at the same point and speed.
         road: its lanes.
     """
-    now = paths.points[:, 0]
-    ahead = np.flatnonzero(now[:, 0] > state[0])
-    nearest_first = ahead[np.argsort(now[ahead, 0], kind="stable")]
-    lane, first = np.unique(road.lane_at(*now[nearest_first].T), return_index=True)
-    path = nearest_first[first]
+    now, nearest = paths.points[:, 0], np.full(road.lanes, -1)
+    _mark_nearest(paths.points, road.lane_at(now[:, 0], now[:, 1]), float(state[0]), nearest)
+    lane = np.flatnonzero(nearest >= 0)
+    path = nearest[lane]
     speed = np.maximum(0.0, np.diff(paths.points[path, :2, 0])[:, 0]) / paths.dt
     gap = now[path, 0] - paths.half_sizes[path, 0, 0] - state[0] - half_length
     return Leaders(lane, path, gap, speed)
+
+
+@compiled
+def _mark_nearest(
+    points: Float[np.ndarray, "S P 2"], lane: Int[np.ndarray, " S"], lon: float, nearest: Int[np.ndarray, " L"]
+) -> None:
+    """Write which path begins as the nearest ahead of a position [m] in every lane, given the lane of each."""
+    for i in range(len(points)):
+        first = nearest[lane[i]]
+        if points[i, 0, 0] > lon and (first < 0 or points[i, 0, 0] < points[first, 0, 0]):
+            nearest[lane[i]] = i
 
 
 def braking(leaders: Leaders, paths: PredictedPaths, settings: LeaderSettings) -> PredictedPaths:

@@ -132,16 +132,38 @@ def obstacles_of(paths: PredictedPaths, settings: ObstacleSettings) -> Float[np.
         before, last = np.diff(boxes[0, -3:], axis=0) / paths.dt
         fall = np.maximum(0.0, before - last)
         boxes[4, -1], boxes[5, -1] = np.maximum(0.0, last - fall / 2), fall / paths.dt
-    weight = np.ones(len(paths)) if paths.weight is None else np.maximum(paths.weight, TINY)
-    _, of_vehicle = np.unique(paths.vehicle, return_inverse=True)
-    boxes[6] = weight / np.bincount(of_vehicle, weight, minlength=1)[of_vehicle]
+    boxes[6] = likelihoods(paths)[0]
     return boxes
 
 
-def likeliest(paths: PredictedPaths) -> Int[np.ndarray, " v"]:
-    """Indices of the likeliest path of every vehicle."""
-    order = np.lexsort((np.zeros(len(paths)) if paths.weight is None else -paths.weight, paths.vehicle))
-    return order[np.diff(paths.vehicle[order], prepend=-np.inf) > 0]
+def likelihoods(paths: PredictedPaths) -> tuple[Float[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
+    """How likely each path is among those of its vehicle, and whether it is the likeliest of them."""
+    likelihood, likeliest = np.empty(len(paths)), np.zeros(len(paths), dtype=bool)
+    weight = np.ones(len(paths)) if paths.weight is None else np.maximum(paths.weight, TINY)
+    _compare(paths.vehicle, weight, likelihood, likeliest)
+    return likelihood, likeliest
+
+
+@compiled
+def _compare(
+    vehicle: Int[np.ndarray, " n"], weight: Float[np.ndarray, " n"], likelihood: Float[np.ndarray, " n"],
+    likeliest: Bool[np.ndarray, " n"],
+) -> None:  # fmt: skip
+    """Write the shares of the weights in those of their vehicles, and which is the first of the largest."""
+    count, best, total = 0, np.empty(len(vehicle), np.int64), np.empty(len(vehicle))  # of each vehicle
+    group = np.empty(len(vehicle), np.int64)
+    for i in range(len(vehicle)):
+        g = 0
+        while g < count and vehicle[best[g]] != vehicle[i]:
+            g += 1
+        if g == count:
+            count, best[g], total[g] = count + 1, i, 0.0
+        elif weight[i] > weight[best[g]]:
+            best[g] = i
+        group[i] = g
+        total[g] += weight[i]
+    for i in range(len(vehicle)):
+        likelihood[i], likeliest[i] = weight[i] / total[group[i]], best[group[i]] == i
 
 
 def with_share_of_tube(boxes: Float[np.ndarray, "7 P n"], share: float) -> Float[np.ndarray, "7 P n"]:

@@ -66,7 +66,9 @@ class PathMemory:
 def _plain(paths: PredictedPaths) -> PredictedPaths:
     """The same in arrays of one type and layout, for which compiled functions were compiled at the planner's reset."""
     points, half_sizes = (np.ascontiguousarray(each, dtype=float) for each in (paths.points, paths.half_sizes))
-    return replace(paths, points=points, half_sizes=half_sizes)
+    weight = None if paths.weight is None else np.ascontiguousarray(paths.weight, dtype=float)
+    vehicle = np.ascontiguousarray(paths.vehicle, dtype=np.int64)
+    return replace(paths, points=points, half_sizes=half_sizes, vehicle=vehicle, weight=weight)
 
 
 def _possible(paths: PredictedPaths) -> Bool[np.ndarray, " S"]:

@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from coverdrive.errors import SettingError
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.obstacles import likeliest, obstacles_of, reachable, with_share_of_tube
+from coverdrive.planning.obstacles import likelihoods, obstacles_of, reachable, with_share_of_tube
 from coverdrive.planning.problem import ProblemSettings
 from coverdrive.planning.road_ahead import RoadAhead
 from coverdrive.planning.road_table import RoadTable, on_road
@@ -40,8 +40,8 @@ def surroundings_of(
     """What a plan is made for, along the road from where the ego is, after these inputs; at a wished speed [m/s]."""
     lon, shape = float(state[0]), problem.obstacles
     paths = on_road(paths, lon, table)
-    every, likely = obstacles_of(paths, shape), np.zeros(len(paths), dtype=bool)
-    near, likely[likeliest(paths)] = reachable(state, every, problem.dt, table.reaching, shape), True
+    every = obstacles_of(paths, shape)
+    near = reachable(state, every, problem.dt, table.reaching, shape)
     every[0] -= lon
     return Surroundings(
         state=np.array([0.0, *state[1:]]),
@@ -49,7 +49,7 @@ def surroundings_of(
         road=table.ahead(lon),
         wanted=table.wanted_from(lon, float(state[2]), problem, speed),
         boxes=every.compress(near, axis=2),
-        likely=with_share_of_tube(every.compress(near & likely, axis=2), problem.branches.tube),
+        likely=with_share_of_tube(every.compress(near & likelihoods(paths)[1], axis=2), problem.branches.tube),
     )
 
 
