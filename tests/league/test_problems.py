@@ -174,6 +174,17 @@ def test_fiss_itself_solves_a_drawn_problem(world: str, tmp_path: Path) -> None:
     assert table["solved"].to_list() == [1, 1]
 
 
+def test_worlds_of_long_names_have_folders_of_their_own(world: str, tmp_path: Path) -> None:
+    first, second = (
+        f"{world}," + ",".join(f"{tmp_path}/{name}.xml" for name in 20 * names) for names in (NAMES, NAMES[:1])
+    )
+    for each in (first, second):
+        table = solved(each, tmp_path / "league", ["keep-velocity"])
+    assert table["world"].to_list() == [second]
+    folders = [path.name for path in (tmp_path / "league").iterdir() if path.is_dir()]
+    assert len(folders) == 2 and max(map(len, folders)) < 128
+
+
 class Fitted(FakePredictor):
     """Knows what it was not fitted on."""
 

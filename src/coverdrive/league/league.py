@@ -5,6 +5,7 @@ The folder of the league has one folder for every world, and in it one for every
 (`coverdrive.league.table`), and ``drives.csv`` with every drive.
 """
 
+import hashlib
 import re
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
@@ -24,6 +25,9 @@ from coverdrive.simulation.study import drive_missing
 from coverdrive.simulation.study_folder import StudyFolder
 from coverdrive.simulation.trial import SCHEMA
 from coverdrive.simulation.workers import Drives
+
+_LONGEST = 100
+"""characters of a name that the name of a folder keeps"""
 
 OURS = "drivers", "aggressive", "set-sampling", "mixed", "replay"
 """worlds of our own: the traffics of studies"""
@@ -102,8 +106,11 @@ def league(
 
 
 def _plain(name: str) -> str:
-    """A name as that of a folder."""
-    return re.sub(r"[^\w.-]+", "_", name)
+    """A name as that of a folder; of a long one the beginning, and what tells it from others."""
+    plain = re.sub(r"[^\w.-]+", "_", name)
+    if len(plain) <= _LONGEST:
+        return plain
+    return f"{plain[:_LONGEST]}-{hashlib.sha256(name.encode()).hexdigest()[:16]}"
 
 
 def _driven(
