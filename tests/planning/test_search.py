@@ -2,7 +2,20 @@
 
 import numpy as np
 import pytest
-from planning_scenes import CAR, CONSTANTS, DT, PERIOD, STEPS, STRAIGHT, around, driven, fail_safe, touches, whole
+from planning_scenes import (
+    CAR,
+    CONSTANTS,
+    DT,
+    PERIOD,
+    STEPS,
+    STRAIGHT,
+    around,
+    driven,
+    fail_safe,
+    scene,
+    touches,
+    whole,
+)
 
 import coverdrive.planning.search as search
 from coverdrive.planning.evaluate import Plans, drive_step, empty_plans, evaluate
@@ -145,6 +158,17 @@ def test_whoever_is_clear_is_better_than_whoever_is_not_and_leaving_the_road_is_
     ranks = [search._rank(plans, i, 0.005) for i in range(5)]
     assert ranks == sorted(ranks)
     assert len(set(ranks)) == 5
+
+
+def test_where_nothing_is_clear_nothing_that_does_more_harm_than_full_braking_is_chosen() -> None:
+    rng, compared = np.random.default_rng(0), 0
+    for _ in range(300):
+        state, paths = scene(rng)
+        plans, chosen, *_ = searched(wanted_of([5.4, 1.8, 9.0]), around(state, paths))
+        if not plans.clear.any() and plans.departure[0] <= np.nanmin(plans.departure) + 0.005:
+            compared += 1
+            assert plans.harm[chosen] <= plans.harm[0] * (1 + 1e-4)
+    assert compared > 50
 
 
 def test_the_rest_of_the_last_plan_is_known(straight_paths) -> None:
