@@ -14,9 +14,9 @@ from jaxtyping import Bool, Float, Int
 from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.contact import box_between, box_excess, box_of, half_sizes_of, parts_of
-from coverdrive.planning.merit import input_at, merit
+from coverdrive.planning.merit import input_at, merit_of
 from coverdrive.planning.road_ahead import FASTEST, LEFT, RIGHT, STRAIGHT, RoadAhead, bend_at, value_at
-from coverdrive.planning.rollout import after_step, state_at
+from coverdrive.planning.rollout import after_step, rollout_of, state_at
 from coverdrive.planning.surroundings import Surroundings
 from coverdrive.planning.sweep import NEVER, contact_at, impact, impact_beyond, write_edges
 from coverdrive.planning.vehicle import Bend, State, within_limits
@@ -48,6 +48,8 @@ class Plans(NamedTuple):
     """index of the drive branch's target"""
     cost: Float[np.ndarray, " m"]
     """`coverdrive.planning.merit.merit`; no number where the plan is none"""
+    driving: Float[np.ndarray, " m"]
+    """the share of it that the drive branch has"""
     severity: Float[np.ndarray, " m"]
     """[m/s] relative speed at the first contact of the fail-safe branch with a box, of the worst box; 0 without one"""
     harm: Float[np.ndarray, " m"]
@@ -61,10 +63,10 @@ class Plans(NamedTuple):
 
 def empty_plans(plans: int, nodes: int) -> Plans:
     """Room for a number of plans; none yet."""
-    numbers = np.full((4, plans), np.nan)
+    numbers = np.full((5, plans), np.nan)
     return Plans(
         np.zeros((plans, nodes, 2)), np.zeros((plans, nodes, 4)), np.zeros((plans, 2)), np.zeros(plans, int),
-        numbers[0], numbers[1], numbers[2], numbers[3], np.zeros(plans, bool),
+        numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], np.zeros(plans, bool),
     )  # fmt: skip
 
 
@@ -102,7 +104,8 @@ def evaluate(plans: Plans, first: int, last: int, around: Surroundings, constant
             (inputs[n, 0], inputs[n, 1]), after = drive_step(state, wish, before, elapsed, dt, bend, vehicle)
             for j in range(4):
                 states[n, j] = after[j]
-        plans.cost[i] = merit(inputs, plans.targets[i], around, constants).value
+        model = merit_of(rollout_of(states, dt), inputs, plans.targets[i], around, constants)
+        plans.cost[i], plans.driving[i] = model.value, (model.shares * ~tree.safe).sum()
         chain[0] = around.state
         for k in range(steps):
             chain[k + 1], applied[k] = states[tree.fail_safe[k]], inputs[tree.fail_safe[k]]

@@ -129,7 +129,9 @@ def begin(plans: Plans, wanted: Wanted, around: Surroundings, constants: Constan
         if lane == wanted.held:
             start, least = guesses + 1 + len(lanes), np.inf
             plans.lane[start], plans.targets[start] = lane, lanes[lane]
-        for i in range(lane * tried, (lane + 1) * tried):
+        for i in lane * tried + np.argsort(plans.driving[lane * tried : (lane + 1) * tried]):
+            if plans.driving[i] >= least:  # no fail-safe branch makes it cheaper
+                break
             for n in range(len(pair)):
                 pair[n] = plans.inputs[safest if tree.safe[n] else i, n]
             targets = np.array([lanes[lane], plans.targets[safest, 0]])
