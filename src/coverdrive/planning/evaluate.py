@@ -91,9 +91,7 @@ def evaluate(plans: Plans, first: int, last: int, around: Surroundings, constant
         around: what the plans are made for.
         constants: of the problem.
     """
-    tree, steps, dt, vehicle = constants.tree, constants.steps, constants.dt, constants.vehicle
-    straight = len(around.road.rows) == 1
-    chain, applied = np.empty((steps + 1, 4)), np.empty((steps, 2))
+    tree, dt, straight = constants.tree, constants.dt, len(around.road.rows) == 1
     for i in range(first, last):
         states, inputs = plans.states[i], plans.inputs[i]
         for n in range(len(inputs)):
@@ -101,24 +99,25 @@ def evaluate(plans: Plans, first: int, last: int, around: Surroundings, constant
             before = input_at(inputs, tree.parent[n], around.previous_input)
             elapsed = dt if tree.parent[n] >= 0 else constants.period
             bend = STRAIGHT if straight else bend_at(state, dt, around.road)
-            (inputs[n, 0], inputs[n, 1]), after = drive_step(state, wish, before, elapsed, dt, bend, vehicle)
+            (inputs[n, 0], inputs[n, 1]), after = drive_step(state, wish, before, elapsed, dt, bend, constants.vehicle)
             for j in range(4):
                 states[n, j] = after[j]
-        model = merit_of(rollout_of(states, dt), inputs, plans.targets[i], around, constants)
-        plans.cost[i], plans.driving[i] = model.value, (model.shares * ~tree.safe).sum()
-        chain[0] = around.state
-        for k in range(steps):
-            chain[k + 1], applied[k] = states[tree.fail_safe[k]], inputs[tree.fail_safe[k]]
-        _look_at_all_times(i, chain, applied, plans, around, constants)
+        complete(plans, i, around, constants)
 
 
 @compiled
-def _look_at_all_times(
-    i: int, states: Float[np.ndarray, "P 4"], inputs: Float[np.ndarray, "K 2"], plans: Plans, around: Surroundings,
-    constants: Constants,
-) -> None:  # fmt: skip
-    """Tell whether a motion is clear at all times, how severe its contacts are, and how far off the road it gets."""
-    steps, boxes = constants.steps, around.boxes
+def complete(plans: Plans, i: int, around: Surroundings, constants: Constants) -> None:
+    """Complete what follows from inputs within the limits and their states: what the plan costs, whether it is clear at
+    all times, how severe its contacts are, and how far off the road it gets.
+    """
+    tree, steps, boxes = constants.tree, constants.steps, around.boxes
+    rollout = rollout_of(plans.states[i], constants.dt)
+    model = merit_of(rollout, plans.inputs[i], plans.targets[i], around, constants)
+    plans.cost[i], plans.driving[i] = model.value, (model.shares * ~tree.safe).sum()
+    states, inputs = np.empty((steps + 1, 4)), np.empty((steps, 2))
+    states[0] = around.state
+    for k in range(steps):
+        states[k + 1], inputs[k] = plans.states[i, tree.fail_safe[k]], plans.inputs[i, tree.fail_safe[k]]
     edges = np.empty((steps, 2, 4))
     write_edges(states, inputs, edges, constants)
     departure = severity = harm = 0.0

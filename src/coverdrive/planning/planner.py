@@ -311,9 +311,8 @@ class MpcPlanner:
         """Full braking in the own lane."""
         around = self._around(state, paths)
         plans = empty_plans(1, len(self._constants.tree.parent))
-        hardest = -self.settings.problem.vehicle.max_deceleration
-        write_manoeuvre(plans, 0, float(own.lat[0]), 0, hardest, 1.0, around, self._constants)
-        evaluate(plans, 0, 1, around, self._constants)
+        lat, hardest = float(own.lat[0]), -self.settings.problem.vehicle.max_deceleration
+        write_manoeuvre(plans, 0, lat, 0, lat, hardest, 1.0, around, self._constants)
         return _Found(plans, 0, False, plans.inputs, around)
 
     def _around(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths) -> Surroundings:
