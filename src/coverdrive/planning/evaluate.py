@@ -15,11 +15,11 @@ from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.contact import box_between, box_excess, box_of, half_sizes_of, parts_of
 from coverdrive.planning.merit import input_at, merit_of
-from coverdrive.planning.road_ahead import FASTEST, LEFT, RIGHT, STRAIGHT, RoadAhead, bend_at, value_at
 from coverdrive.planning.rollout import after_step, rollout_of, state_at
 from coverdrive.planning.surroundings import Surroundings
 from coverdrive.planning.sweep import NEVER, contact_at, impact, impact_beyond, write_edges
-from coverdrive.planning.vehicle import Bend, State, within_limits
+from coverdrive.planning.vehicle import within_limits
+from coverdrive.road_ahead import FASTEST, LEFT, RIGHT, STRAIGHT, Bend, RoadAhead, State, bend_at, value_at
 
 _ANY_CONTACT = 5.0
 """[m/s] that a contact counts as at no relative speed"""
@@ -63,10 +63,9 @@ class Plans(NamedTuple):
 
 def empty_plans(plans: int, nodes: int) -> Plans:
     """Room for a number of plans; none yet."""
-    numbers = np.full((5, plans), np.nan)
     return Plans(
         np.zeros((plans, nodes, 2)), np.zeros((plans, nodes, 4)), np.zeros((plans, 2)), np.zeros(plans, int),
-        numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], np.zeros(plans, bool),
+        *np.full((5, plans), np.nan), np.zeros(plans, bool),
     )  # fmt: skip
 
 

@@ -14,10 +14,10 @@ from jaxtyping import Float, Int
 from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.contact import MOST_PARTS, box_between, box_excess, box_of, parts_of, smooth_half_sizes
-from coverdrive.planning.road_ahead import FASTEST, LEFT, RIGHT, STRAIGHT, bend_at, value_at
 from coverdrive.planning.rollout import Rollout, add_lat_curvature, after_step, rolled, state_at
 from coverdrive.planning.surroundings import Surroundings
 from coverdrive.planning.vehicle import accelerations, yaw_rates
+from coverdrive.road_ahead import FASTEST, LEFT, RIGHT, STRAIGHT, bend_at, value_at
 
 _SPEED = 1e4
 """[s²/m²] penalty beyond the limits"""

@@ -12,7 +12,8 @@ from jaxtyping import Float
 
 from coverdrive.compiled import compiled
 from coverdrive.planning.tree import Tree
-from coverdrive.planning.vehicle import State, moved
+from coverdrive.planning.vehicle import moved
+from coverdrive.road_ahead import State
 
 after_step = compiled(moved)
 """the same, compiled"""

@@ -22,10 +22,10 @@ from coverdrive.planning.constants import Constants
 from coverdrive.planning.descent import descend
 from coverdrive.planning.evaluate import Plans, complete, drive_step, empty_plans, evaluate
 from coverdrive.planning.merit import input_at, merit
-from coverdrive.planning.road_ahead import LEFT, RIGHT, STRAIGHT, bend_at, value_at
 from coverdrive.planning.rollout import state_at
 from coverdrive.planning.surroundings import Surroundings
 from coverdrive.planning.vehicle import VehicleSettings
+from coverdrive.road_ahead import LEFT, RIGHT, STRAIGHT, bend_at, value_at
 from coverdrive.settings import Settings
 
 _UNCLEAR = 1e12
@@ -145,15 +145,8 @@ def begin(plans: Plans, wanted: Wanted, around: Surroundings, constants: Constan
 def go_on(
     plans: Plans, wanted: Wanted, iterations: int, tolerance: float, around: Surroundings, constants: Constants
 ) -> bool:
-    """Let the starts descend; returns whether the cheapest has arrived.
-
-    Args:
-        plans: of which the starts are replaced by where they get.
-        wanted: target lanes.
-        iterations: number of steps at the most.
-        tolerance: a step that lowers the merit by a smaller share is the last.
-        around: what the plans are made for.
-        constants: of the problem.
+    """Let the starts descend by so many steps at the most; returns whether the cheapest has arrived: whether its last
+    step has lowered the merit by a smaller share than the tolerance.
     """
     first = len(wanted.lanes) * len(wanted.accelerations) + 1
     starts = slice(first, first + 1 + len(wanted.lanes))
@@ -270,14 +263,8 @@ def _evade(plans: Plans, first: int, wanted: Wanted, around: Surroundings, const
 
 @compiled
 def lane_seeking(lat: float, speed: float, heading: float, target_lat: float, hurry: float) -> float:
-    """The yaw rate [rad/s] that steers to the centre of a lane.
-
-    Args:
-        lat: [m].
-        speed: [m/s].
-        heading: [rad].
-        target_lat: [m] centre of the lane.
-        hurry: how many times faster than in comfort.
+    """The yaw rate [rad/s] that steers from a lat [m], speed [m/s] and heading [rad] to the centre of a lane [m], so
+    many times faster than in comfort.
     """
     fastest = hurry * _LATERAL_SPEED
     sideways = min(max((target_lat - lat) * hurry / _LANE_TIME, -fastest), fastest)
