@@ -63,9 +63,10 @@ class Plans(NamedTuple):
 
 def empty_plans(plans: int, nodes: int) -> Plans:
     """Room for a number of plans; none yet."""
+    numbers = np.full((5, plans), np.nan)
     return Plans(
         np.zeros((plans, nodes, 2)), np.zeros((plans, nodes, 4)), np.zeros((plans, 2)), np.zeros(plans, int),
-        *np.full((5, plans), np.nan), np.zeros(plans, bool),
+        numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], np.zeros(plans, bool),
     )  # fmt: skip
 
 
