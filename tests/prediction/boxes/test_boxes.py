@@ -77,7 +77,7 @@ def test_training_finds_where_vehicles_go_and_how_sure_that_is() -> None:
     settings = BoxSettings(most_steps=600, batch=128, hidden=(32,), members=2, inputs="affordance", **plain)
     network, losses = train_boxes(features_of(segments), segments, settings)
     assert losses[-1] < losses[0]
-    boxes, trivial = network.boxes_of(features_of(others)), constant_velocity(segments, others)
+    boxes, trivial = network.boxes_of(features_of(others)), constant_velocity(segments)
 
     def area(each: Boxes) -> float:
         """[m²] of the sets that hold nine tenths of the other segments."""
@@ -93,7 +93,7 @@ def test_boxes_are_the_same_part_by_part(monkeypatch: pytest.MonkeyPatch) -> Non
     settings = BoxSettings(most_steps=5, batch=8, hidden=(4,), members=2)
     network = train_boxes(features, segments, settings)[0]
     whole = network.boxes_of(features)
-    monkeypatch.setattr("coverdrive.prediction.boxes.network._PART", 20)
+    monkeypatch.setattr("coverdrive.prediction.parts.PART", 20)
     parts = network.boxes_of(features)
     np.testing.assert_allclose(parts.centre, whole.centre, atol=1e-6)
     np.testing.assert_allclose(parts.half_sizes, whole.half_sizes, rtol=1e-6)
