@@ -76,8 +76,8 @@ def train_boxes(
 ) -> tuple[BoxNetwork, Float[np.ndarray, " epochs"]]:
     """A network trained on the features at the start of segments, and the mean loss of every epoch.
 
-    If the settings say so, it is trained on their mirror images as well. The unit is what the claim will count. The seed is of the initial weights, the order of the samples, dropout and
-    noise; `DataError` as of `optimised`.
+    If the settings say so, it is trained on their mirror images as well. The unit is what the claim will count. The
+    seed is of the initial weights, the order of the samples, dropout and noise; `DataError` as of `optimised`.
     """
     start, order = jax.random.split(jax.random.key(seed))
     windows = unit in ("window", "share")
@@ -85,7 +85,7 @@ def train_boxes(
     usual = np.sqrt((segments.points[:, 1:] ** 2).mean(0)).astype(np.float32)
     few = len(np.unique(segments.vehicle)) < settings.few
     targets = _targets(segments)
-    del segments  # where the caller keeps none, these, their mirror images and the rest never are in memory together
+    del segments  # where the caller does not keep them, either, they take no memory during training
     if settings.mirrored:
         features = np.concatenate([features, mirrored_features(features)])
         targets = jnp.concatenate([targets, targets * _MIRROR])

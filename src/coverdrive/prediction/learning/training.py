@@ -112,7 +112,7 @@ def train(
 def optimised(
     network: Network,
     features: Float[np.ndarray, "N F"],
-    targets: Shaped[np.ndarray, "N *target"],
+    targets: Shaped[Array | np.ndarray, "N *target"],
     loss: Callable[[Array, Array], Array],
     settings: OptimiserSettings,
     key: PRNGKeyArray,
