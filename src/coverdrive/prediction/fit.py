@@ -25,7 +25,6 @@ from coverdrive.prediction.boxes.training import BoxSettings, train_boxes
 from coverdrive.prediction.calibrate import CertificateSettings, Epsilon, calibrate, calibrated, provable
 from coverdrive.prediction.cover.basis import Basis, BasisSettings, make_basis
 from coverdrive.prediction.held_out import Source, sources_of
-from coverdrive.prediction.learning.affordance import mirrored_features
 from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.learning.own_network import Learner, OwnNetwork, seen_by
 from coverdrive.prediction.learning.samples import Assignment, Samples, make_features, make_samples
@@ -186,12 +185,10 @@ def _fit_boxes(task: _Task) -> _Made:
         provable(asked.vehicle, asked.group, np.zeros(len(asked), dtype=bool), 1, settings.certificate)
         features = make_features(recordings, segments)
     with _timed("training", seconds):
-        lessons, shown = segments.of(sides.train), features[sides.train]
-        if settings.boxes.mirrored:
-            lessons = lessons.and_also(lessons.mirrored)
-            shown = np.concatenate([shown, mirrored_features(shown)])
-        network, losses = train_boxes(shown, lessons, settings.boxes, _seeds(seed)[2], settings.certificate.unit)
-        del lessons, shown
+        unit, training_seed = settings.certificate.unit, _seeds(seed)[2]
+        network, losses = train_boxes(
+            features[sides.train], segments.of(sides.train), settings.boxes, training_seed, unit
+        )
     with _timed("certificate", seconds):
         train_side, calibration = (
             scored_by(network.boxes_of(features[side]), segments.of(side)) for side in (sides.train, sides.calibration)

@@ -74,11 +74,12 @@ def trivial_box(
     """
     method = Method.PAC_POOLED if settings.method.computes_epsilon else settings.method
     claim = settings.model_copy(update={"method": method, "epsilon": certificate.epsilon, "tube": "cover"})
-    training, *rest = (segments.of(side) for side in (sides.train, sides.calibration, sides.test))
-    boxes = [constant_velocity(training, each) for each in (training, *rest)]
-    scored = [scored_by(box, each) for box, each in zip(boxes, (training, *rest), strict=True)]
-    rule, _ = calibrated(lambda rule, *_: rule, TUBE, scored[0], scored[1], claim, seed)
-    return boxes[0].half_sizes[0] * scale_of(rule), evaluate(rule, scored[2])
+    boxes = constant_velocity(segments.of(sides.train))
+    training, calibration, test = (
+        scored_by(boxes, segments.of(side)) for side in (sides.train, sides.calibration, sides.test)
+    )
+    rule, _ = calibrated(lambda rule, *_: rule, TUBE, training, calibration, claim, seed)
+    return boxes.half_sizes[0] * scale_of(rule), evaluate(rule, test)
 
 
 def areas_of_bases(basis: Basis, rule: Rule, samples: ScoredSamples) -> Float[np.ndarray, " P"]:

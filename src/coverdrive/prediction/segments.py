@@ -81,12 +81,6 @@ class Segments:
         """The segments selected by an index or boolean array, or by a slice."""
         return replace(self, **{name: getattr(self, name)[keep] for name in _PER_SEGMENT})
 
-    def and_also(self, others: "Segments") -> "Segments":
-        """These segments followed by others with as many points."""
-        return replace(
-            self, **{name: np.concatenate([getattr(self, name), getattr(others, name)]) for name in _PER_SEGMENT}
-        )
-
 
 def cut_segments(recordings: Sequence[Recording], settings: SegmentSettings | None = None) -> Segments:
     """Cut every track of every recording, on a uniform time grid, into overlapping segments.

@@ -79,6 +79,6 @@ def following(recording: Recording) -> pl.DataFrame:
         stretch=pl.Series(recording.road.stretch(lon, lat)),
     ).sort("group", "time", "lane", "lon")
     way, length, stretch = (pl.col("lon").diff(-1), pl.col("length"), pl.col("stretch"))
-    both, lane = (length + length.shift(-1)) / 2, ("group", "time", "lane")
-    spacing = -way * (stretch + stretch.shift(-1)) / 2
-    return table.select("speed", spacing=spacing.over(lane), gap=(spacing - both).over(lane)).drop_nulls()
+    both, spacing = (length + length.shift(-1)) / 2, -way * (stretch + stretch.shift(-1)) / 2
+    leads = pl.all_horizontal(pl.col(name) == pl.col(name).shift(-1) for name in ("group", "time", "lane"))
+    return table.select("speed", spacing=spacing, gap=spacing - both, leads=leads).filter("leads").drop("leads")

@@ -16,6 +16,7 @@ from coverdrive.prediction.boxes.training import BoxSettings, train_boxes
 from coverdrive.prediction.calibrate import CertificateSettings
 from coverdrive.prediction.certify import certify
 from coverdrive.prediction.fit import Fit, PredictionSettings, fit
+from coverdrive.prediction.learning.affordance import mirrored_features
 from coverdrive.prediction.occupied import union_area
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.prediction.segments import Segments, SegmentSettings
@@ -77,7 +78,7 @@ def test_training_finds_where_vehicles_go_and_how_sure_that_is() -> None:
     settings = BoxSettings(most_steps=600, batch=128, hidden=(32,), members=2, inputs="affordance", **plain)
     network, losses = train_boxes(features_of(segments), segments, settings)
     assert losses[-1] < losses[0]
-    boxes, trivial = network.boxes_of(features_of(others)), constant_velocity(segments, others)
+    boxes, trivial = network.boxes_of(features_of(others)), constant_velocity(segments)
 
     def area(each: Boxes) -> float:
         """[m²] of the sets that hold nine tenths of the other segments."""
@@ -91,13 +92,33 @@ def test_training_finds_where_vehicles_go_and_how_sure_that_is() -> None:
 def test_boxes_are_the_same_part_by_part(monkeypatch: pytest.MonkeyPatch) -> None:
     segments, features = straight(50), np.random.default_rng(0).normal(size=(50, 22)).astype(np.float32)
     settings = BoxSettings(most_steps=5, batch=8, hidden=(4,), members=2)
-    network = train_boxes(features, segments, settings)[0]
+    network, losses = train_boxes(features, segments, settings)
     whole = network.boxes_of(features)
-    monkeypatch.setattr("coverdrive.prediction.boxes.network._PART", 20)
+    scores = scored_by(whole, segments).scores
+    monkeypatch.setattr("coverdrive.prediction.parts.PART", 20)
     parts = network.boxes_of(features)
     np.testing.assert_allclose(parts.centre, whole.centre, atol=1e-6)
     np.testing.assert_allclose(parts.half_sizes, whole.half_sizes, rtol=1e-6)
     assert parts.centre.dtype == whole.half_sizes.dtype == np.float64
+    np.testing.assert_array_equal(scored_by(whole, segments).scores, scores)
+    np.testing.assert_array_equal(train_boxes(features, segments, settings)[1], losses)
+
+
+def test_mirror_images_are_trained_on_as_if_they_had_been_recorded() -> None:
+    segments, features = straight(50), np.random.default_rng(0).normal(size=(50, 22)).astype(np.float32)
+    segments.points[:, 1:, 1] += np.linspace(0.5, 3, 6)
+    segments.heading[:, 1:] = 0.1
+    settings = BoxSettings(most_steps=5, batch=8, hidden=(4,), members=2)
+    both = {name: np.tile(values, 2) for name, values in vars(segments).items() if np.ndim(values) == 1}
+    both |= {
+        name: np.concatenate([getattr(each, name) for each in (segments, segments.mirrored)])
+        for name in ("points", "heading", "half_sizes")
+    }
+    seen = np.concatenate([features, mirrored_features(features)])
+    asked, alone = settings.model_copy(update={"mirrored": True}), settings.model_copy(update={"mirrored": False})
+    losses = train_boxes(features, segments, asked)[1]
+    np.testing.assert_array_equal(train_boxes(seen, replace(segments, **both), alone)[1], losses)
+    assert not np.array_equal(train_boxes(features, segments, alone)[1], losses)
 
 
 def test_of_few_vehicles_only_the_urgency_is_seen() -> None:

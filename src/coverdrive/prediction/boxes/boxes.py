@@ -14,6 +14,7 @@ from jaxtyping import Float
 from coverdrive.certificates.calibration import ScoredSamples
 from coverdrive.certificates.rule import LEAST
 from coverdrive.geometry import turned_half_extents
+from coverdrive.prediction.parts import parts
 from coverdrive.prediction.segments import Segments
 
 TUBE = 1.0
@@ -50,16 +51,22 @@ def body_excess(segments: Segments) -> Float[np.ndarray, "N P 2"]:
 
 
 def scored_by(boxes: Boxes, segments: Segments) -> ScoredSamples:
-    """The scores of segments; they all drove the one base that there is."""
-    ratio = (beyond_box(segments, boxes.centre) / boxes.half_sizes).max((1, 2))
+    """The scores of segments; they all drove the one base that there is. The boxes of one moment may stand for all."""
+    count, shape = len(segments), segments.points[:, 1:].shape
+    centre, half_sizes = (np.broadcast_to(each, shape) for each in (boxes.centre, boxes.half_sizes))
+    ratio = np.empty(count)
+    for part in parts(count):
+        ratio[part] = (beyond_box(segments.of(part), centre[part]) / half_sizes[part]).max((1, 2))
     score = 1 / (1 + np.maximum(ratio, 0))
     outside = np.where(score < LEAST, 2 * TUBE, 0.0)
-    nobody = np.zeros(len(segments), dtype=np.int64)
-    return ScoredSamples(score[:, None], nobody, outside, segments.vehicle, None, segments.group, boxes.areas.mean(1))
+    nobody, area = np.zeros(count, dtype=np.int64), np.broadcast_to(boxes.areas.mean(1), count)
+    return ScoredSamples(score[:, None], nobody, outside, segments.vehicle, None, segments.group, area)
 
 
-def constant_velocity(training: Segments, segments: Segments) -> Boxes:
-    """The trivial predictor: around constant velocity, by the quantiles of the training deviations at every point."""
-    common = np.quantile(np.abs(training.points[:, 1:]), _COMMON, axis=0)
-    half_sizes = np.broadcast_to(np.maximum(common, _NARROWEST), segments.points[:, 1:].shape)
-    return Boxes(np.zeros(half_sizes.shape), half_sizes)
+def constant_velocity(training: Segments) -> Boxes:
+    """The trivial predictor: around constant velocity, by the quantiles of the training deviations at every point.
+
+    The boxes of one moment, which are those of all.
+    """
+    common = np.quantile(np.abs(training.points[:, 1:]), _COMMON, axis=0, keepdims=True)
+    return Boxes(np.zeros(common.shape), np.maximum(common, _NARROWEST))

@@ -16,12 +16,10 @@ from numpy.polynomial.legendre import legvander
 
 from coverdrive.prediction.boxes.boxes import Boxes
 from coverdrive.prediction.learning.network import Network
+from coverdrive.prediction.parts import parts
 
 _TERMS = 3
 """of the polynomials, fewer where there are fewer points"""
-
-_PART = 2**16
-"""moments that are looked at together"""
 
 _BOUND = 2.5
 """of the logarithm of a half size, from the usual"""
@@ -65,8 +63,10 @@ class BoxNetwork(eqx.Module):
 
     def boxes_of(self, features: Float[np.ndarray, "N F"]) -> Boxes:
         """The boxes for N moments, part by part: values of hidden layers take much memory."""
-        parts = [self.boxes(features[first : first + _PART]) for first in range(0, len(features), _PART)]
-        return Boxes(*(np.concatenate(each, dtype=float) for each in zip(*parts, strict=True)))
+        found = np.empty((2, len(features), *self.usual.shape))
+        for part in parts(len(features)):
+            found[0, part], found[1, part] = self.boxes(features[part])
+        return Boxes(*found)
 
     @property
     def arrays(self) -> dict[str, np.ndarray]:

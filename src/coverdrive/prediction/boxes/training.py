@@ -16,9 +16,11 @@ from pydantic import Field
 from coverdrive.certificates.certificate import Unit
 from coverdrive.prediction.boxes.boxes import body_excess
 from coverdrive.prediction.boxes.network import BoxNetwork
+from coverdrive.prediction.learning.affordance import mirrored_features
 from coverdrive.prediction.learning.inputs import Inputs
 from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.learning.training import Hidden, OptimiserSettings, optimised
+from coverdrive.prediction.parts import parts
 from coverdrive.prediction.segments import Segments
 
 _SMOOTH = 12.0
@@ -30,8 +32,8 @@ _CALM = 0.1
 _KEPT = 0.7
 """of differences in size that few vehicles taught: the worst windows of others show less of them"""
 
-_PART = 2**16
-"""segments that are looked at together"""
+_MIRROR = np.array([1, -1, 1, 1], dtype=np.float32)
+"""what the mirror image, left for right, makes of what boxes are to hold"""
 
 _CLOSEST = 1e-6
 """[of the half sizes] distances below it count as this much"""
@@ -74,15 +76,19 @@ def train_boxes(
 ) -> tuple[BoxNetwork, Float[np.ndarray, " epochs"]]:
     """A network trained on the features at the start of segments, and the mean loss of every epoch.
 
-    The unit is what the claim will count. The seed is of the initial weights, the order of the samples, dropout and
-    noise; `DataError` as of `optimised`.
+    If the settings say so, it is trained on their mirror images as well. The unit is what the claim will count. The
+    seed is of the initial weights, the order of the samples, dropout and noise; `DataError` as of `optimised`.
     """
     start, order = jax.random.split(jax.random.key(seed))
     windows = unit in ("window", "share")
     power = settings.window_power if windows else settings.power
-    deviation = segments.points[:, 1:]
-    usual = np.sqrt((deviation**2).mean(0)).astype(np.float32)
+    usual = np.sqrt((segments.points[:, 1:] ** 2).mean(0)).astype(np.float32)
     few = len(np.unique(segments.vehicle)) < settings.few
+    targets = _targets(segments)
+    del segments  # where the caller does not keep them, either, they take no memory during training
+    if settings.mirrored:
+        features = np.concatenate([features, mirrored_features(features)])
+        targets = jnp.concatenate([targets, targets * _MIRROR])
     inputs = "urgency" if few else settings.inputs
     sizes = settings.hidden, BoxNetwork.outputs(len(usual))
     network = Network.create(features, *sizes, start, settings.members, inputs, "boxes")
@@ -92,17 +98,16 @@ def train_boxes(
     def loss(last: Float[Array, "B O"], wanted: Float[Array, "B P 4"]) -> Float[Array, ""]:
         return box_loss(*decoder.decoded(last), wanted, decoder.usual, power)
 
-    trained, losses = optimised(network, features, _targets(segments), loss, settings, order)
+    trained, losses = optimised(network, features, targets, loss, settings, order)
     return BoxNetwork(_evened(trained, features) if few and not windows else trained, decoder.usual), losses
 
 
 def _targets(segments: Segments) -> Float32[np.ndarray, "N P 4"]:
     """What boxes are to hold (`box_loss`), part by part: on the way there it takes much memory."""
     targets = np.empty((len(segments), segments.points.shape[1] - 1, 4), dtype=np.float32)
-    for first in range(0, len(segments), _PART):
-        some = segments.of(np.s_[first : first + _PART])
-        targets[first : first + _PART, :, :2] = some.points[:, 1:]
-        targets[first : first + _PART, :, 2:] = body_excess(some)
+    for part in parts(len(segments)):
+        targets[part, :, :2] = segments.points[part, 1:]
+        targets[part, :, 2:] = body_excess(segments.of(part))
     return targets
 
 

@@ -17,6 +17,7 @@ from jaxtyping import Float, PRNGKeyArray
 
 from coverdrive.errors import DataError
 from coverdrive.prediction.learning.inputs import Inputs, network_inputs
+from coverdrive.prediction.parts import part_by_part
 
 Output = Literal["sigmoid", "softmax", "boxes"]
 
@@ -59,16 +60,18 @@ class Network(eqx.Module):
         """
         if len(features) == 0:
             raise DataError("there are no samples to train on; give more recordings or a larger training share")
-        seen = np.asarray(network_inputs(features, inputs))
+        seen = part_by_part(lambda some: network_inputs(some, inputs), features)
         sizes = (seen.shape[1], *hidden, bases)
         keys = jax.random.split(key, len(sizes) - 1)
         weights = [
             jax.random.normal(layer, (members, after, before)) * np.sqrt(2 / before)
             for layer, before, after in zip(keys, sizes[:-1], sizes[1:], strict=True)
         ]
-        deviation = seen.std(0)
+        mean = seen.mean(0)
+        seen -= mean
+        deviation = np.sqrt(np.square(seen, out=seen).mean(0))  # as `std` does it, but where the inputs are
         return Network(
-            mean=seen.mean(0),
+            mean=mean,
             scale=np.where(deviation > 0, deviation, 1).astype(np.float32),
             weights=tuple(weights),
             biases=tuple(jnp.zeros((members, size)) for size in sizes[1:]),

@@ -112,7 +112,7 @@ def train(
 def optimised(
     network: Network,
     features: Float[np.ndarray, "N F"],
-    targets: Shaped[np.ndarray, "N *target"],
+    targets: Shaped[Array | np.ndarray, "N *target"],
     loss: Callable[[Array, Array], Array],
     settings: OptimiserSettings,
     key: PRNGKeyArray,
@@ -123,11 +123,11 @@ def optimised(
     """
     parameters = (network.weights, network.biases)
     state = _optimiser(settings, len(features)).init(parameters)
-    inputs, wanted = network.scaled(features), jnp.asarray(targets)
+    seen, wanted = jnp.asarray(features), jnp.asarray(targets)
     passes = settings.passes(len(features))
     losses: list[float] = []
     for epoch, drawn in enumerate(jax.random.split(key, passes)):
-        parameters, state, mean = _epoch(parameters, state, inputs, wanted, loss, settings, drawn)
+        parameters, state, mean = _epoch(parameters, state, network, seen, wanted, loss, settings, drawn)
         losses.append(float(mean))
         done(epoch + 1, passes)
     if not np.isfinite(losses[-1]):
@@ -146,22 +146,24 @@ def _optimiser(settings: OptimiserSettings, samples: int) -> optax.GradientTrans
 def _epoch(
     parameters: Any,
     state: Any,
-    inputs: Float[Array, "N I"],
+    network: Network,
+    features: Float[Array, "N F"],
     targets: Shaped[Array, "N *target"],
     loss: Callable[[Array, Array], Array],
     settings: OptimiserSettings,
     key: PRNGKeyArray,
 ) -> tuple[Any, Any, Float[Array, ""]]:
     """One pass over the samples; every member sees them in an order of its own."""
-    optimiser = _optimiser(settings, len(inputs))
-    steps = settings.steps(len(inputs))
-    size = min(settings.batch, len(inputs))
-    orders = [jax.random.permutation(each, len(inputs)) for each in jax.random.split(key, settings.members)]
+    samples = len(features)
+    optimiser = _optimiser(settings, samples)
+    steps = settings.steps(samples)
+    size = min(settings.batch, samples)
+    orders = [jax.random.permutation(each, samples) for each in jax.random.split(key, settings.members)]
     batches = jnp.stack(orders, axis=1)[: steps * size].reshape(steps, size, settings.members)
     loss_of_member = jax.vmap(loss, in_axes=1)
 
     def loss_of(parameters: Any, batch: Array, key: PRNGKeyArray) -> Array:
-        outputs = _outputs(parameters, inputs[batch], settings, key)
+        outputs = _outputs(parameters, network.scaled(features[batch]), settings, key)
         return loss_of_member(outputs, targets[batch]).sum()
 
     def step(carry: tuple[Any, Any], drawn: tuple[Array, PRNGKeyArray]) -> tuple[tuple[Any, Any], Array]:
