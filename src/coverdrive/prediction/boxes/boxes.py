@@ -1,12 +1,14 @@
 """Boxes that are to hold the body of a vehicle, how far segments are outside, and the family of sets that scale them.
 
 A box has a centre, as deviation from constant velocity, and half sizes by which it is larger than the body, at each of
-the P points after the start. The sets are nested in one number: all half sizes are r times as large as they were
-learned. A segment is in the set from the least r on with which its whole body is in the boxes at all points. Its score
-is 1/(1 + r), so that every method of calibration (`coverdrive.certificates`) finds a threshold as for one base.
+the P points after the start. Instead of it there may be the A arms of a cross: boxes around its centre, each of which
+has some share of its length and of its width. The sets are nested in one number: all half sizes are r times as large
+as they were learned. A segment is in the set from the least r on with which its whole body is in the boxes, of one arm,
+at all points. Its score is 1/(1 + r), so that every method of calibration (`coverdrive.certificates`) finds a threshold
+as for one base.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Float
@@ -18,6 +20,9 @@ from coverdrive.prediction.segments import Segments
 
 TUBE = 1.0
 """distance from which on a segment counts as outside every set"""
+
+WHOLE = np.ones((1, 2))
+"""arms of boxes that are no crosses"""
 
 _COMMON, _NARROWEST = 0.99, 0.05
 """quantile of the deviations from constant velocity that shapes its box, and the least half size [m] of it"""
@@ -31,11 +36,15 @@ class Boxes:
     """[m] deviation from constant velocity along lon and lat"""
     half_sizes: Float[np.ndarray, "N P 2"]
     """[m] half extents beyond those of the body"""
+    arms: Float[np.ndarray, "A 2"] = field(default_factory=lambda: WHOLE)
+    """shares of the half sizes that the arms have along lon and lat"""
 
     @property
     def areas(self) -> Float[np.ndarray, "N P"]:
-        """[m²] that the centre of the vehicle may be in."""
-        return 4 * self.half_sizes.prod(-1)
+        """[m²] that the centre of the vehicle may be in: the union of the arms."""
+        along, across = self.arms[np.argsort(-self.arms[:, 0])].T
+        taken = -np.diff(along, append=0) @ np.maximum.accumulate(across)
+        return 4 * taken * self.half_sizes.prod(-1)
 
 
 def beyond_box(segments: Segments, centre: Float[np.ndarray, "N P 2"]) -> Float[np.ndarray, "N P 2"]:
@@ -51,7 +60,8 @@ def body_excess(segments: Segments) -> Float[np.ndarray, "N P 2"]:
 
 def scored_by(boxes: Boxes, segments: Segments) -> ScoredSamples:
     """The scores of segments; they all drove the one base that there is."""
-    ratio = (beyond_box(segments, boxes.centre) / boxes.half_sizes).max((1, 2))
+    farthest = (beyond_box(segments, boxes.centre) / boxes.half_sizes).max(1)
+    ratio = (farthest[:, None] / boxes.arms).max(2).min(1)
     score = 1 / (1 + np.maximum(ratio, 0))
     outside = np.where(score < LEAST, 2 * TUBE, 0.0)
     nobody = np.zeros(len(segments), dtype=np.int64)

@@ -14,7 +14,7 @@ from jax import Array
 from jaxtyping import Float
 from numpy.polynomial.legendre import legvander
 
-from coverdrive.prediction.boxes.boxes import Boxes
+from coverdrive.prediction.boxes.boxes import WHOLE, Boxes
 from coverdrive.prediction.learning.network import Network
 
 _TERMS = 3
@@ -33,6 +33,8 @@ class BoxNetwork(eqx.Module):
     network: Network
     usual: Float[Array | np.ndarray, "P 2"]
     """[m] root mean square of the training deviations from constant velocity along lon and lat"""
+    arms: Float[Array | np.ndarray, "A 2"] = eqx.field(default_factory=lambda: WHOLE)
+    """of the boxes (`Boxes`), the widest last"""
 
     @staticmethod
     def outputs(points: int) -> int:
@@ -66,14 +68,14 @@ class BoxNetwork(eqx.Module):
     def boxes_of(self, features: Float[np.ndarray, "N F"]) -> Boxes:
         """The boxes for N moments, part by part: values of hidden layers take much memory."""
         parts = [self.boxes(features[first : first + _PART]) for first in range(0, len(features), _PART)]
-        return Boxes(*(np.concatenate(each, dtype=float) for each in zip(*parts, strict=True)))
+        return Boxes(*(np.concatenate(each, dtype=float) for each in zip(*parts, strict=True)), np.asarray(self.arms))
 
     @property
     def arrays(self) -> dict[str, np.ndarray]:
         """All parameters by name, to be stored; `of` makes the same from them and the kind of the network."""
-        return {"box_usual": np.asarray(self.usual), **self.network.arrays}
+        return {"box_usual": np.asarray(self.usual), "box_arms": np.asarray(self.arms), **self.network.arrays}
 
     @staticmethod
     def of(arrays: Mapping[str, np.ndarray], kind: Mapping[str, str]) -> "BoxNetwork":
         """The network that `arrays` and the kind came from."""
-        return BoxNetwork(Network.of(arrays, kind), arrays["box_usual"])
+        return BoxNetwork(Network.of(arrays, kind), arrays["box_usual"], arrays["box_arms"])

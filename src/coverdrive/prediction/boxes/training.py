@@ -14,7 +14,7 @@ from jaxtyping import Float, Float32
 from pydantic import Field
 
 from coverdrive.certificates.certificate import Unit
-from coverdrive.prediction.boxes.boxes import body_excess
+from coverdrive.prediction.boxes.boxes import WHOLE, body_excess
 from coverdrive.prediction.boxes.network import BoxNetwork
 from coverdrive.prediction.learning.inputs import Inputs
 from coverdrive.prediction.learning.network import Network
@@ -29,6 +29,10 @@ _CALM = 0.1
 
 _KEPT = 0.7
 """of differences in size that few vehicles taught: the worst windows of others show less of them"""
+
+_CROSS = np.array([[1.0, 0.6], [0.7, 1.0]])
+"""arms where every window of a vehicle has to stay inside: who changes lanes unforeseen neither brakes nor accelerates
+hardest at that"""
 
 _PART = 2**16
 """segments that are looked at together"""
@@ -93,7 +97,8 @@ def train_boxes(
         return box_loss(*decoder.decoded(last), wanted, decoder.usual, power)
 
     trained, losses = optimised(network, features, _targets(segments), loss, settings, order)
-    return BoxNetwork(_evened(trained, features) if few and not windows else trained, decoder.usual), losses
+    evened = _evened(trained, features) if few and not windows else trained
+    return BoxNetwork(evened, decoder.usual, WHOLE if windows else _CROSS), losses
 
 
 def _targets(segments: Segments) -> Float32[np.ndarray, "N P 4"]:
