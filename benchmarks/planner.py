@@ -27,11 +27,11 @@ from coverdrive.config import Experiment
 from coverdrive.league.paper_way import situation_for, solve_paper_program
 from coverdrive.oracle.solvers import SolverSettings, solve
 from coverdrive.paths import PredictedPaths
+from coverdrive.plan import Plan, Status
 from coverdrive.planning.constants import Constants, constants_of
 from coverdrive.planning.evaluate import Plans, empty_plans, evaluate
 from coverdrive.planning.follower import with_careful_follower
 from coverdrive.planning.leaders import LeaderSettings, braking, leaders_of
-from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.planning.problem import ProblemSettings
 from coverdrive.planning.road_table import table_of

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from coverdrive.driving.recorder import Recorder as Recorder
     from coverdrive.errors import CoverdriveError as CoverdriveError
     from coverdrive.paths import PredictedPaths as PredictedPaths
-    from coverdrive.planning.plan import Plan as Plan
+    from coverdrive.plan import Plan as Plan
     from coverdrive.planning.planner import MpcPlanner
     from coverdrive.prediction.certify import certify as certify
     from coverdrive.prediction.fit import Fit as Fit
@@ -83,7 +83,7 @@ _PLACES = {
     "Certificate": "certificates.certificate",
     "Compared": "certificates.comparison",
     "PredictedPaths": "paths",
-    "Plan": "planning.plan",
+    "Plan": "plan",
     "Trace": "simulation.trace",
     "Study": "simulation.study",
     "Comparison": "simulation.comparison",

@@ -10,6 +10,8 @@ import jax
 import numpy as np
 from jaxtyping import Float, Int
 
+from coverdrive.errors import SettingError
+
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True, eq=False)
@@ -34,6 +36,15 @@ class PredictedPaths:
     def __len__(self) -> int:
         """Number of paths S."""
         return self.points.shape[0]
+
+    def check_times(self, dt: float, steps: int) -> None:
+        """Refuse points that are not at the times k·``dt`` [s], k = 0 … K = ``steps``, of a plan, by `SettingError`."""
+        points = self.points.shape[1]
+        if points != steps + 1 or abs(self.dt - dt) > 1e-9:
+            raise SettingError(
+                f"the predicted paths have {points} points every {self.dt} s, the plan needs {steps + 1} every {dt} s; "
+                "predict with the planner's steps and dt"
+            )
 
     def of(self, keep: np.ndarray) -> "PredictedPaths":
         """The paths selected by an index or boolean array over S."""

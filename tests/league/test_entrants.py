@@ -11,7 +11,7 @@ from coverdrive.errors import SettingError
 from coverdrive.league.agents import AgentPlanner
 from coverdrive.league.beliefs import ConstantVelocity
 from coverdrive.league.entrants import ENTRANTS, Known, Place, Seat, entrant
-from coverdrive.planning.plan import Status
+from coverdrive.plan import Status
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.road import Road
 from coverdrive.simulation.setup import made

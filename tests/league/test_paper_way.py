@@ -5,9 +5,9 @@ from types import ModuleType
 import numpy as np
 import pytest
 
+from coverdrive.plan import Planner, Status
 from coverdrive.planning.cost import CostSettings
 from coverdrive.planning.obstacles import ObstacleSettings
-from coverdrive.planning.plan import Planner, Status
 from coverdrive.planning.problem import ProblemSettings
 from coverdrive.road import Road
 

@@ -12,11 +12,11 @@ from coverdrive.planning.constants import Constants, constants_of
 from coverdrive.planning.evaluate import Plans, drive_step, empty_plans, evaluate
 from coverdrive.planning.obstacles import obstacles_of, reachable
 from coverdrive.planning.problem import ProblemSettings
-from coverdrive.planning.road_ahead import STRAIGHT, RoadAhead
 from coverdrive.planning.road_table import table_of
 from coverdrive.planning.surroundings import Surroundings
 from coverdrive.planning.vehicle import VehicleSettings, step
 from coverdrive.road import Road
+from coverdrive.road_ahead import STRAIGHT, RoadAhead
 
 PROBLEM, CAR = ProblemSettings(), VehicleSettings()
 STEPS, DT, PERIOD = PROBLEM.steps, PROBLEM.dt, 0.1

@@ -23,10 +23,10 @@ from vehiclemodels.parameters_vehicle2 import parameters_vehicle2
 
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.planner import MpcPlanner
-from coverdrive.planning.road_ahead import bend_at, controls
 from coverdrive.planning.road_table import table_of
 from coverdrive.planning.vehicle import step, within_limits
 from coverdrive.road import Road
+from coverdrive.road_ahead import bend_at, controls
 
 if find_spec("commonroad.geometry.shape") is None:  # gone in commonroad-io 2026.1; the checker makes no use of it
     sys.modules["commonroad.geometry.shape"] = SimpleNamespace(Rectangle=lambda **_: None)  # pyright: ignore

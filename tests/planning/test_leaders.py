@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from coverdrive.paths import PredictedPaths
+from coverdrive.plan import Plan, Status
 from coverdrive.planning import planner as planning
 from coverdrive.planning.leaders import LeaderSettings, braking, leaders_of
-from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.road import Road
 

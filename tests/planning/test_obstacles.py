@@ -10,11 +10,13 @@ from hypothesis import strategies as st
 from planning_scenes import CAR, drive, smallest_slack
 
 from coverdrive.geometry import boxes_overlap
+from coverdrive.paths import PredictedPaths
 from coverdrive.planning.obstacles import (
     FAR,
     ObstacleSettings,
     likelihoods,
     obstacles_of,
+    own_half_sizes,
     reachable,
     with_share_of_tube,
 )
@@ -104,6 +106,25 @@ def test_culling_keeps_all_that_can_be_met(straight_paths, shape: ObstacleSettin
     with_all = smallest_slack(clearances(states, everything, CAR, shape), 0.01)
     np.testing.assert_array_equal(smallest_slack(clearances(states, kept, CAR, shape), 0.01), with_all)
     assert with_all.max() > 0.1
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(-1, 60), st.floats(-0.6, 0.6), st.sampled_from([-1.0, 1.0]))
+def test_what_some_motion_touches_is_kept(seed: int, speed: float, heading: float, side: float) -> None:
+    state, shape = np.array([7.0, 2.0, speed, heading]), ObstacleSettings(terminal_braking=False)
+    wishes = np.random.default_rng(seed).choice([-10.0, -1.0, 0.0, 1.0, 10.0], size=(20, 12, 2))
+    states, _ = drive(state, wishes)
+    touching = states[..., :2] + side * np.array([own_half_sizes(0.0, CAR)[0] + 0.01, 0.0])
+    sizes = np.full((20, 13, 2), 0.01)
+    paths = PredictedPaths(touching, np.arange(20), sizes, 0.25)
+    assert reachable(state, obstacles_of(paths, shape), 0.25, CAR, shape).all()
+
+
+def test_what_no_motion_comes_near_is_left_out(straight_paths) -> None:
+    """In 3 s a car at 20 m/s gets 20 m far at the least, braking, and 73.5 m at the most."""
+    shape = ObstacleSettings(terminal_braking=False)
+    boxes = obstacles_of(straight_paths((-8.0, 2.0, 0.0), (-5.0, 2.0, 0.0), (85.0, 2.0, 0.0), (78.0, 2.0, 0.0)), shape)
+    near = reachable(np.array([0.0, 2.0, 20.0, 0.0]), boxes, 0.25, CAR, shape)
+    assert near.tolist() == [False, True, False, True]
 
 
 def test_surroundings_are_what_can_be_met_seen_from_the_ego(straight_paths) -> None:

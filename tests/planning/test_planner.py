@@ -16,9 +16,9 @@ import coverdrive.planning.surroundings as surroundings
 from coverdrive.errors import SettingError
 from coverdrive.geometry import boxes_overlap, turned_half_extents
 from coverdrive.paths import PredictedPaths
+from coverdrive.plan import Plan, Status
 from coverdrive.planning.follower import FollowerSettings, with_careful_follower
 from coverdrive.planning.obstacles import ObstacleSettings, obstacles_of
-from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.planning.problem import ProblemSettings
 from coverdrive.planning.tree import BranchSettings, held_on

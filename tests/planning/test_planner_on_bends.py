@@ -9,13 +9,13 @@ from test_bent_plans import beyond
 from coverdrive.errors import SettingError
 from coverdrive.oracle.reference import ReferencePlanner
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.plan import Plan, Status
+from coverdrive.plan import Plan, Status
 from coverdrive.planning.planner import MpcPlanner
-from coverdrive.planning.road_ahead import controls
 from coverdrive.planning.target_lanes import target_lanes
 from coverdrive.planning.vehicle import step
 from coverdrive.reference_line import ReferenceLine
 from coverdrive.road import LaneEdges, Road
+from coverdrive.road_ahead import controls
 
 NOBODY = PredictedPaths(np.zeros((0, 13, 2)), np.zeros(0, int), np.zeros((0, 13, 2)), 0.25)
 TIMES = 0.25 * np.arange(13)

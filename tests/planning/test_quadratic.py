@@ -64,7 +64,7 @@ def test_steps_solve_their_quadratic_problems(crowded, damping: float) -> None:
         low, high = input_bounds(inputs, around, CONSTANTS)  # of the yaw rate, at the speed that follows
         inputs = np.clip(inputs, low, high)
         model = merit(inputs, TARGETS, around, CONSTANTS)
-        step, promised = best_step(inputs, model, damping, around, CONSTANTS)
+        step, promised = best_step(model, damping, low - inputs, high - inputs, CONSTANTS)
         assert (inputs + step >= low - 1e-9).all() and (inputs + step <= high + 1e-9).all()
         best = optimum(inputs, model, damping, around)
         start, got, least = (quadratic(each, model, damping) for each in (np.zeros_like(step), step, best))

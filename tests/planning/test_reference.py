@@ -6,8 +6,8 @@ import pytest
 from coverdrive.oracle import reference
 from coverdrive.oracle.reference import ReferencePlanner
 from coverdrive.oracle.solvers import SolverSettings
+from coverdrive.plan import Planner, Status
 from coverdrive.planning.leaders import LeaderSettings
-from coverdrive.planning.plan import Planner, Status
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.planning.vehicle import step
 from coverdrive.road import Road

@@ -5,11 +5,11 @@ import pytest
 from bent_roads import LENGTH, bent_road, in_map
 from planning_scenes import CAR, CONSTANTS, DT, PROBLEM
 
-from coverdrive.planning.road_ahead import STRAIGHT, bend_at, controls
 from coverdrive.planning.road_table import table_of
 from coverdrive.planning.vehicle import accelerations, step, within_limits, yaw_rates
 from coverdrive.reference_line import ReferenceLine
 from coverdrive.road import Road
+from coverdrive.road_ahead import STRAIGHT, bend_at, controls
 
 CLOTHOID = Road(
     np.arange(4) * 3.6, LENGTH, ReferenceLine(np.zeros(2), 0.3, np.linspace(1 / 150, -1 / 150, 301), LENGTH, lat=2.0)

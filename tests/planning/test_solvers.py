@@ -8,10 +8,10 @@ from coverdrive.planning.constants import constants_of
 from coverdrive.planning.evaluate import drive_step
 from coverdrive.planning.merit import input_at, merit
 from coverdrive.planning.problem import ProblemSettings
-from coverdrive.planning.road_ahead import STRAIGHT
 from coverdrive.planning.road_table import table_of
 from coverdrive.planning.surroundings import Surroundings, surroundings_of
 from coverdrive.road import Road
+from coverdrive.road_ahead import STRAIGHT
 
 PROBLEM, PERIOD = ProblemSettings(), 0.1
 CONSTANTS = constants_of(PROBLEM, PERIOD)

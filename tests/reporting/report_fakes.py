@@ -13,8 +13,8 @@ from coverdrive.certificates.evaluation import Evaluation, Rate
 from coverdrive.certificates.methods import Method
 from coverdrive.certificates.rule import Thresholds
 from coverdrive.paths import PredictedPaths
+from coverdrive.plan import Plan, Status
 from coverdrive.planning.obstacles import ObstacleSettings
-from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.vehicle import VehicleSettings
 from coverdrive.prediction.cover.basis import Basis
 from coverdrive.prediction.learned import Learned

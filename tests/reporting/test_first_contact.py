@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.plan import Plan, Status
+from coverdrive.plan import Plan, Status
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.reporting.first_contact import first_contacts
 from coverdrive.road import Road

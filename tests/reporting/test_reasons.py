@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from report_fakes import HORIZON
 
-from coverdrive.planning.plan import Status
+from coverdrive.plan import Status
 from coverdrive.reporting.reasons import Reason, reason_of
 from coverdrive.simulation.trace import Trace
 

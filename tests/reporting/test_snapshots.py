@@ -8,7 +8,7 @@ import pytest
 from report_fakes import LEAVES, make_stray, make_trace
 
 from coverdrive.errors import DataError
-from coverdrive.planning.plan import Status
+from coverdrive.plan import Status
 from coverdrive.reporting.drawing import save
 from coverdrive.reporting.road_drawing import Window
 from coverdrive.reporting.snapshots import interesting_moments, snapshots

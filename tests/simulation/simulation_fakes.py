@@ -4,7 +4,7 @@ import equinox as eqx
 import numpy as np
 
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.plan import Plan, Status
+from coverdrive.plan import Plan, Status
 from coverdrive.planning.vehicle import step
 from coverdrive.scene import Scene
 from coverdrive.simulation.episode import EpisodeSettings

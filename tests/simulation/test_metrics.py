@@ -8,7 +8,7 @@ from simulation_fakes import ConstantPlanner, make_scene
 
 from coverdrive.geometry import turned_half_extents
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.plan import Status
+from coverdrive.plan import Status
 from coverdrive.road import LaneEdges, Road
 from coverdrive.simulation import metrics
 from coverdrive.simulation.motion import constant_velocity

@@ -14,12 +14,12 @@ from pydantic import Field
 from coverdrive.bridges.observations import Shown, observation_of
 from coverdrive.errors import SettingError
 from coverdrive.extras import require
+from coverdrive.plan import Plan, Status
 from coverdrive.planning.constants import vehicle_of
-from coverdrive.planning.plan import Plan, Status
-from coverdrive.planning.road_ahead import bent_on
 from coverdrive.planning.search import lane_seeking
 from coverdrive.planning.vehicle import VehicleSettings, within_limits
 from coverdrive.recordings.recording import Recording
+from coverdrive.road_ahead import bent_on
 from coverdrive.scene import Scene
 from coverdrive.settings import Settings
 from coverdrive.simulation.episode import EpisodeSettings, begin, move

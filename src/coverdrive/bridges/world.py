@@ -15,7 +15,7 @@ from coverdrive.driving.driver import Command, Driver
 from coverdrive.driving.perception import Perception, Told
 from coverdrive.driving.recorder import Recorder, trace_of
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.plan import Plan, Status
+from coverdrive.plan import Plan, Status
 from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.road import Road
 from coverdrive.scene import Scene

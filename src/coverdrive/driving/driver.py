@@ -14,12 +14,12 @@ from coverdrive.driving.goal import Goal
 from coverdrive.driving.perception import Numbers, Perception, Told
 from coverdrive.errors import SettingError
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.plan import Plan, Planner, Status
+from coverdrive.plan import Plan, Planner, Status
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
-from coverdrive.planning.road_ahead import controls
 from coverdrive.planning.vehicle import step
 from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.road import Road
+from coverdrive.road_ahead import controls
 from coverdrive.scene import Scene
 from coverdrive.simulation.episode import decide
 from coverdrive.simulation.initial import EGO

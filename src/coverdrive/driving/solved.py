@@ -13,7 +13,7 @@ from coverdrive.driving.single_track import ModelName
 from coverdrive.driving.solving import Drive, drive, write_solution
 from coverdrive.errors import DataError, RecordingError
 from coverdrive.files import write_atomically
-from coverdrive.planning.plan import Planner
+from coverdrive.plan import Planner
 from coverdrive.simulation.predictor import Belief
 from coverdrive.simulation.trial import SCHEMA as MEASURED
 from coverdrive.simulation.trial import measure

@@ -19,7 +19,7 @@ from coverdrive.driving.planning_problem import PlanningProblem, shape_of
 from coverdrive.driving.recorder import Recorder
 from coverdrive.driving.single_track import BMW, VEHICLE, ModelName, SingleTrackCar
 from coverdrive.files import write_atomically
-from coverdrive.planning.plan import Planner
+from coverdrive.plan import Planner
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.progress import done
 from coverdrive.simulation.outcome import Kind

@@ -7,7 +7,7 @@ from jaxtyping import Float
 
 from coverdrive.league.beliefs import ConstantVelocity
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.plan import Plan, Status
+from coverdrive.plan import Plan, Status
 from coverdrive.planning.vehicle import step
 from coverdrive.road import Road
 from coverdrive.scene import Scene

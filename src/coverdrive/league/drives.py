@@ -11,7 +11,7 @@ from coverdrive.driving.driver import Driver, adapted
 from coverdrive.league.entrants import Known, Place, Seat, entrant, identity
 from coverdrive.league.others import OTHERS
 from coverdrive.league.problems import Problems
-from coverdrive.planning.plan import Planner
+from coverdrive.plan import Planner
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.progress import heard_by
 from coverdrive.simulation.setup import Setup, described, made

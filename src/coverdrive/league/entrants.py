@@ -1,7 +1,7 @@
 """Who takes part in the league, by name: what the ego believes of the others, and how it plans.
 
 Anybody else enters as ``module:factory``: a function of the `coverdrive.planning.planner.PlannerSettings` of the world
-(size of the car, wanted speed), or of nothing, that makes a `coverdrive.planning.plan.Planner`, an
+(size of the car, wanted speed), or of nothing, that makes a `coverdrive.plan.Planner`, an
 `coverdrive.league.agents.Agent`, or a `coverdrive.simulation.predictor.Belief`, with which our planner drives.
 """
 
@@ -22,7 +22,7 @@ from coverdrive.league.beliefs import ConstantVelocity, KnownFuture
 from coverdrive.league.fiss import FISS, absent
 from coverdrive.league.idm_mobil import IdmMobil
 from coverdrive.league.lane_keeping import Idm, KeepVelocity
-from coverdrive.planning.plan import Planner
+from coverdrive.plan import Planner
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.simulation.predictor import Belief, Predictor
 from coverdrive.simulation.replay import Scenario

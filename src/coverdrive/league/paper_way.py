@@ -36,11 +36,10 @@ from jaxtyping import Float
 
 from coverdrive.extras import require
 from coverdrive.paths import PredictedPaths
+from coverdrive.plan import Plan, Status
 from coverdrive.planning.cost import CostSettings
 from coverdrive.planning.follower import without_follower
-from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.problem import ProblemSettings
-from coverdrive.planning.surroundings import check_times
 from coverdrive.planning.tree import held_on
 from coverdrive.road import Road
 
@@ -223,7 +222,7 @@ class _Memory(NamedTuple):
 
 
 class PaperPlanner:
-    """Model predictive control the paper's way; implements `coverdrive.planning.plan.Planner`."""
+    """Model predictive control the paper's way; implements `coverdrive.plan.Planner`."""
 
     def __init__(self, problem: ProblemSettings, lane_change: float):
         """Make a planner.
@@ -268,7 +267,7 @@ class PaperPlanner:
         """
         begin = time.perf_counter()
         problem, memory = self.problem, self._memory
-        check_times(paths, problem)
+        paths.check_times(problem.dt, problem.steps)
         if problem.obstacles.ignore_rear:
             paths = without_follower(state, paths, road)
         situation = situation_for(state, memory.applied if memory else np.zeros(2), paths, road, problem)

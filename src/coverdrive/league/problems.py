@@ -25,7 +25,7 @@ from coverdrive.errors import DataError, MissingExtraError, RecordingError
 from coverdrive.league.entrants import Known, Place, Seat, entrant, identity
 from coverdrive.league.fiss import FISS
 from coverdrive.league.fiss import drive as drive_fiss
-from coverdrive.planning.plan import Planner
+from coverdrive.plan import Planner
 from coverdrive.progress import heard_by
 from coverdrive.simulation.setup import described, made
 from coverdrive.simulation.trace import Trace

@@ -21,10 +21,10 @@ from coverdrive.planning.contact import KINK
 from coverdrive.planning.merit import input_bounds
 from coverdrive.planning.obstacles import FAR, clearance, own_half_sizes, way_to_brake
 from coverdrive.planning.problem import ProblemSettings
-from coverdrive.planning.road_ahead import LEFT, RIGHT
 from coverdrive.planning.rollout import rolled
 from coverdrive.planning.surroundings import Surroundings
 from coverdrive.planning.vehicle import moved
+from coverdrive.road_ahead import LEFT, RIGHT
 
 ca: Any = require("casadi")
 with contextlib.suppress(AttributeError):  # CasADi before 3.8 has no other mode
@@ -64,7 +64,7 @@ def build_program(problem: ProblemSettings, constants: Constants, boxes: int, li
         gaps.append(state - ca.vertcat(*moved(tuple(ca.vertsplit(origin)), tuple(ca.vertsplit(applied)), constants.dt)))
         turn, most = origin[2] * applied[1], car.max_lateral_acceleration
         limits += [turn - most, -turn - most, applied[0] * origin[2] - car.max_power]
-        errors = ca.vertcat(state[1] - targets[int(tree.safe[n])], state[2] - constants.reference_speed, state[3])
+        errors = ca.vertcat(state[1] - targets[int(tree.safe[n])], state[2] - problem.cost.reference_speed, state[3])
         objective += ca.dot(tree.errors[n], errors**2) + ca.dot(tree.inputs[n], applied**2)
         objective += ca.dot(tree.changes[n], (applied - last) ** 2)
         own, kind = own_half_sizes(np.sqrt(state[3] ** 2 + KINK**2), car), kinds[int(tree.careful[n])]

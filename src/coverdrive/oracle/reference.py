@@ -12,7 +12,7 @@ from coverdrive.planning.surroundings import Surroundings
 
 
 class ReferencePlanner(MpcPlanner):
-    """Model predictive control with a general solver; implements `coverdrive.planning.plan.Planner`."""
+    """Model predictive control with a general solver; implements `coverdrive.plan.Planner`."""
 
     def __init__(self, settings: PlannerSettings | None = None, options: SolverSettings | None = None):
         """Make a planner.

@@ -30,8 +30,6 @@ class Constants(NamedTuple):
     """of the type `Shape`"""
     inflation: float
     """factor on the summed half sizes"""
-    reference_speed: float
-    """[m/s] wanted"""
     off_road: float
     """[1/m²] of the squared way off the road"""
     period: float
@@ -52,7 +50,6 @@ def constants_of(problem: ProblemSettings, period: float) -> Constants:
         vehicle=vehicle_of(problem.vehicle),
         shape=Shape(**problem.obstacles.model_dump()),
         inflation=problem.obstacles.inflation,
-        reference_speed=problem.cost.reference_speed,
         off_road=problem.cost.off_road,
         period=period,
         tree=tree,

@@ -12,7 +12,7 @@ from jaxtyping import Float
 from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.obstacles import FAR, TINY, own_half_sizes
-from coverdrive.planning.rollout import State
+from coverdrive.road_ahead import State
 
 KINK = 0.01
 """[rad] at which a heading is rounded off"""

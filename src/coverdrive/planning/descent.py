@@ -38,15 +38,6 @@ class Descent(NamedTuple):
 
 
 @compiled
-def _projected(
-    wanted: Float[np.ndarray, "N 2"], around: Surroundings, constants: Constants
-) -> Float[np.ndarray, "N 2"]:
-    """The wanted inputs within their bounds."""
-    low, high = input_bounds(wanted, around, constants)
-    return np.minimum(np.maximum(wanted, low), high)
-
-
-@compiled
 def _moved(
     inputs: Float[np.ndarray, "N 2"], change: Float[np.ndarray, "N 2"], around: Surroundings, constants: Constants
 ) -> Float[np.ndarray, "N 2"]:
@@ -85,9 +76,9 @@ def descend(
         tolerance: a step that lowers the merit by a smaller share is the last.
     """
     plans = len(inputs)
-    at = np.empty_like(inputs)
+    at, bounds = np.empty_like(inputs), [input_bounds(inputs[b], around, constants) for b in range(plans)]
     for b in range(plans):
-        at[b] = _projected(inputs[b], around, constants)
+        at[b] = np.minimum(np.maximum(inputs[b], bounds[b][0]), bounds[b][1])
     models = [merit(at[b], targets[b], around, constants) for b in range(plans)]
     value = np.array([model.value for model in models])
     damping, done = np.full(plans, _FIRST_DAMPING), np.zeros(plans, np.bool_)
@@ -96,13 +87,15 @@ def descend(
         for b in range(plans):
             if done[b]:
                 continue
-            change, promised = best_step(at[b], models[b], damping[b], around, constants)
-            trial = _projected(_moved(at[b], change, around, constants), around, constants)
+            change, promised = best_step(models[b], damping[b], bounds[b][0] - at[b], bounds[b][1] - at[b], constants)
+            wanted = _moved(at[b], change, around, constants)
+            low, high = input_bounds(wanted, around, constants)
+            trial = np.minimum(np.maximum(wanted, low), high)
             model = merit(trial, targets[b], around, constants)
             gain = value[b] - model.value
             done[b] = abs(gain) < tolerance * value[b]
             if gain > 0:
-                at[b], models[b], value[b] = trial, model, model.value
+                at[b], bounds[b], models[b], value[b] = trial, (low, high), model, model.value
             if gain > _GOOD * promised:
                 damping[b] = max(damping[b] / 10, _LEAST_DAMPING)
             elif not gain > _POOR * promised:

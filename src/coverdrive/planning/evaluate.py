@@ -14,12 +14,12 @@ from jaxtyping import Bool, Float, Int
 from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.contact import box_between, box_excess, box_of, half_sizes_of, parts_of
-from coverdrive.planning.merit import input_at, merit
-from coverdrive.planning.road_ahead import FASTEST, LEFT, RIGHT, STRAIGHT, RoadAhead, bend_at, value_at
-from coverdrive.planning.rollout import after_step, state_at
+from coverdrive.planning.merit import input_at, merit_of
+from coverdrive.planning.rollout import after_step, rollout_of, state_at
 from coverdrive.planning.surroundings import Surroundings
 from coverdrive.planning.sweep import NEVER, contact_at, impact, impact_beyond, write_edges
-from coverdrive.planning.vehicle import Bend, State, within_limits
+from coverdrive.planning.vehicle import within_limits
+from coverdrive.road_ahead import FASTEST, LEFT, RIGHT, STRAIGHT, Bend, RoadAhead, State, bend_at, value_at
 
 _ANY_CONTACT = 5.0
 """[m/s] that a contact counts as at no relative speed"""
@@ -48,6 +48,8 @@ class Plans(NamedTuple):
     """index of the drive branch's target"""
     cost: Float[np.ndarray, " m"]
     """`coverdrive.planning.merit.merit`; no number where the plan is none"""
+    driving: Float[np.ndarray, " m"]
+    """the share of it that the drive branch has"""
     severity: Float[np.ndarray, " m"]
     """[m/s] relative speed at the first contact of the fail-safe branch with a box, of the worst box; 0 without one"""
     harm: Float[np.ndarray, " m"]
@@ -61,10 +63,10 @@ class Plans(NamedTuple):
 
 def empty_plans(plans: int, nodes: int) -> Plans:
     """Room for a number of plans; none yet."""
-    numbers = np.full((4, plans), np.nan)
+    numbers = np.full((5, plans), np.nan)
     return Plans(
         np.zeros((plans, nodes, 2)), np.zeros((plans, nodes, 4)), np.zeros((plans, 2)), np.zeros(plans, int),
-        numbers[0], numbers[1], numbers[2], numbers[3], np.zeros(plans, bool),
+        numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], np.zeros(plans, bool),
     )  # fmt: skip
 
 
@@ -89,9 +91,7 @@ def evaluate(plans: Plans, first: int, last: int, around: Surroundings, constant
         around: what the plans are made for.
         constants: of the problem.
     """
-    tree, steps, dt, vehicle = constants.tree, constants.steps, constants.dt, constants.vehicle
-    straight = len(around.road.rows) == 1
-    chain, applied = np.empty((steps + 1, 4)), np.empty((steps, 2))
+    tree, dt, straight = constants.tree, constants.dt, len(around.road.rows) == 1
     for i in range(first, last):
         states, inputs = plans.states[i], plans.inputs[i]
         for n in range(len(inputs)):
@@ -99,23 +99,25 @@ def evaluate(plans: Plans, first: int, last: int, around: Surroundings, constant
             before = input_at(inputs, tree.parent[n], around.previous_input)
             elapsed = dt if tree.parent[n] >= 0 else constants.period
             bend = STRAIGHT if straight else bend_at(state, dt, around.road)
-            (inputs[n, 0], inputs[n, 1]), after = drive_step(state, wish, before, elapsed, dt, bend, vehicle)
+            (inputs[n, 0], inputs[n, 1]), after = drive_step(state, wish, before, elapsed, dt, bend, constants.vehicle)
             for j in range(4):
                 states[n, j] = after[j]
-        plans.cost[i] = merit(inputs, plans.targets[i], around, constants).value
-        chain[0] = around.state
-        for k in range(steps):
-            chain[k + 1], applied[k] = states[tree.fail_safe[k]], inputs[tree.fail_safe[k]]
-        _look_at_all_times(i, chain, applied, plans, around, constants)
+        complete(plans, i, around, constants)
 
 
 @compiled
-def _look_at_all_times(
-    i: int, states: Float[np.ndarray, "P 4"], inputs: Float[np.ndarray, "K 2"], plans: Plans, around: Surroundings,
-    constants: Constants,
-) -> None:  # fmt: skip
-    """Tell whether a motion is clear at all times, how severe its contacts are, and how far off the road it gets."""
-    steps, boxes = constants.steps, around.boxes
+def complete(plans: Plans, i: int, around: Surroundings, constants: Constants) -> None:
+    """Complete what follows from inputs within the limits and their states: what the plan costs, whether it is clear at
+    all times, how severe its contacts are, and how far off the road it gets.
+    """
+    tree, steps, boxes = constants.tree, constants.steps, around.boxes
+    rollout = rollout_of(plans.states[i], constants.dt)
+    model = merit_of(rollout, plans.inputs[i], plans.targets[i], around, constants)
+    plans.cost[i], plans.driving[i] = model.value, (model.shares * ~tree.safe).sum()
+    states, inputs = np.empty((steps + 1, 4)), np.empty((steps, 2))
+    states[0] = around.state
+    for k in range(steps):
+        states[k + 1], inputs[k] = plans.states[i, tree.fail_safe[k]], plans.inputs[i, tree.fail_safe[k]]
     edges = np.empty((steps, 2, 4))
     write_edges(states, inputs, edges, constants)
     departure = severity = harm = 0.0

@@ -101,13 +101,7 @@ def _mark_nearest(
 
 
 def braking(leaders: Leaders, paths: PredictedPaths, settings: LeaderSettings) -> PredictedPaths:
-    """A path for each of them on which it brakes to a stop.
-
-    Args:
-        leaders: who.
-        paths: of all vehicles.
-        settings: how hard they brake.
-    """
+    """A path for each of them, given those of all vehicles, on which it brakes to a stop."""
     if settings.deceleration == 0:
         return paths.of(leaders.path[:0])
     speed, points, half_sizes = leaders.speed[:, None], paths.points[leaders.path], paths.half_sizes[leaders.path]

@@ -14,10 +14,10 @@ from jaxtyping import Float, Int
 from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.contact import MOST_PARTS, box_between, box_excess, box_of, parts_of, smooth_half_sizes
-from coverdrive.planning.road_ahead import FASTEST, LEFT, RIGHT, STRAIGHT, bend_at, value_at
 from coverdrive.planning.rollout import Rollout, add_lat_curvature, after_step, rolled, state_at
 from coverdrive.planning.surroundings import Surroundings
 from coverdrive.planning.vehicle import accelerations, yaw_rates
+from coverdrive.road_ahead import FASTEST, LEFT, RIGHT, STRAIGHT, bend_at, value_at
 
 _SPEED = 1e4
 """[s²/m²] penalty beyond the limits"""
@@ -35,6 +35,8 @@ class Model(NamedTuple):
     """Merit of a plan, and what it is made of, linear in the changes of states and inputs."""
 
     value: float
+    shares: Float[np.ndarray, " N"]
+    """of every node in it"""
     cost: float
     """the merit without the constraints"""
     rollout: Rollout
@@ -75,46 +77,52 @@ def merit(
         around: what the plan is made for.
         constants: of the problem.
     """
-    tree = constants.tree
-    rollout = rolled(around.state, inputs, tree, constants.dt)
-    cost, by_state, by_input = _smooth(inputs, rollout, targets, around, constants)
-    curvature = tree.curvature.copy()
-    add_lat_curvature(rollout, tree, constants.dt, curvature)
-    excess, normal, node, weight = _constraints(rollout, around, constants)
-    value = cost + penalty(excess, weight)
-    return Model(value, cost, rollout, by_state, by_input, curvature, excess, normal, node, weight)
+    return merit_of(rolled(around.state, inputs, constants.tree, constants.dt), inputs, targets, around, constants)
 
 
 @compiled
-def penalty(excess: Float[np.ndarray, " C"], weight: Float[np.ndarray, " C"]) -> float:
-    """What the constraints add to the merit."""
-    result = 0.0
-    for i in range(len(excess)):
-        if excess[i] > 0:
-            result += weight[i] * excess[i] ** 2
-    return result
+def merit_of(
+    rollout: Rollout, inputs: Float[np.ndarray, "N 2"], targets: Float[np.ndarray, " 2"], around: Surroundings,
+    constants: Constants,
+) -> Model:  # fmt: skip
+    """The merit of a plan whose states are known."""
+    tree = constants.tree
+    shares, by_state, by_input = _smooth(inputs, rollout, targets, around, constants)
+    curvature = tree.curvature.copy()
+    add_lat_curvature(rollout, tree, constants.dt, curvature)
+    excess, normal, node, weight = _constraints(rollout, around, constants)
+    cost = shares.sum()
+    for c in range(len(excess)):
+        shares[node[c]] += penalty(excess[c], weight[c])
+    return Model(shares.sum(), shares, cost, rollout, by_state, by_input, curvature, excess, normal, node, weight)
+
+
+@compiled
+def penalty(excess: float, weight: float) -> float:
+    """What a constraint adds to the merit."""
+    return weight * excess**2 if excess > 0 else 0.0
 
 
 @compiled
 def _smooth(
     inputs: Float[np.ndarray, "N 2"], rollout: Rollout, targets: Float[np.ndarray, " 2"], around: Surroundings,
     constants: Constants,
-) -> tuple[float, Float[np.ndarray, "N 4"], Float[np.ndarray, "N 2"]]:  # fmt: skip
-    """Cost without constraints, and half its derivatives with respect to states and inputs."""
-    tree, value = constants.tree, 0.0
+) -> tuple[Float[np.ndarray, " N"], Float[np.ndarray, "N 4"], Float[np.ndarray, "N 2"]]:  # fmt: skip
+    """Costs of the nodes without constraints, and half their derivatives with respect to states and inputs."""
+    tree, value = constants.tree, np.zeros(len(inputs))
     by_state, by_input = np.zeros((len(inputs), 4)), np.zeros((len(inputs), 2))
     for n in range(len(inputs)):
         state, p = rollout.states[n], tree.parent[n]
         error = (state[1] - targets[int(tree.safe[n])], state[2] - around.wanted[tree.moment[n]], state[3])
         for i in range(3):
             by_state[n, 1 + i] = tree.errors[n, i] * error[i]
-            value += by_state[n, 1 + i] * error[i]
+            value[n] += by_state[n, 1 + i] * error[i]
         for i in range(2):
             change = inputs[n, i] - (inputs[p, i] if p >= 0 else around.previous_input[i])
             by_input[n, i] += tree.inputs[n, i] * inputs[n, i] + tree.changes[n, i] * change
             if p >= 0:
                 by_input[p, i] -= tree.changes[n, i] * change
-            value += tree.inputs[n, i] * inputs[n, i] ** 2 + tree.changes[n, i] * change**2
+            value[n] += tree.inputs[n, i] * inputs[n, i] ** 2 + tree.changes[n, i] * change**2
     return value, by_state, by_input
 
 

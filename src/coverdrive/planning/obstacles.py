@@ -21,7 +21,6 @@ from pydantic import Field
 
 from coverdrive.compiled import compiled
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.reach import reachable_range
 from coverdrive.settings import Settings
 
 TINY = 1e-12
@@ -129,7 +128,7 @@ def obstacles_of(paths: PredictedPaths, settings: ObstacleSettings) -> Float[np.
     boxes = np.empty((7, paths.points.shape[1], len(paths)))
     boxes[:2], boxes[2:4], boxes[4], boxes[5] = paths.points.T, paths.half_sizes.T, FAR, 0.0
     if settings.terminal_braking:
-        before, last = np.diff(boxes[0, -3:], axis=0) / paths.dt
+        before, last = (boxes[0, -2:] - boxes[0, -3:-1]) / paths.dt
         fall = np.maximum(0.0, before - last)
         boxes[4, -1], boxes[5, -1] = np.maximum(0.0, last - fall / 2), fall / paths.dt
     boxes[6] = likelihoods(paths)[0]
@@ -187,31 +186,45 @@ def reachable(
         vehicle: size and limits of the ego.
         settings: shape of the obstacles.
     """
-    low, high = reachable_range(state, boxes.shape[1] - 1, dt, vehicle)
+    cosine = np.cos(max(abs(state[3]), vehicle.max_heading))
     half_length = own_half_sizes(max(abs(state[3]), vehicle.max_heading), vehicle)[0]
     half_length += (vehicle.max_deceleration + vehicle.max_lateral_acceleration) * dt**2 / 2  # held inputs in a step
-    brake = max(state[2], vehicle.max_speed) ** 2 / (2 * vehicle.max_deceleration)
-    near = np.zeros(boxes.shape[2], dtype=bool)
-    _mark_near(boxes, low, high, float(half_length), float(brake), settings.inflation, near)
+    fastest, near = max(float(state[2]), vehicle.max_speed), np.zeros(boxes.shape[2], dtype=bool)
+    limits = -vehicle.max_deceleration, vehicle.max_acceleration, min(float(state[2]), 0.0), fastest
+    _mark_near(boxes, state, dt, limits, float(cosine), float(half_length), settings.inflation, near)
     return near
 
 
 @compiled
 def _mark_near(
-    boxes: Float[np.ndarray, "7 P n"], low: Float[np.ndarray, " P"], high: Float[np.ndarray, " P"], half_length: float,
-    brake: float, inflation: float, near: Bool[np.ndarray, " n"],
+    boxes: Float[np.ndarray, "7 P n"], state: Float[np.ndarray, " 4"], dt: float,
+    limits: tuple[float, float, float, float], cosine: float, half_length: float, inflation: float,
+    near: Bool[np.ndarray, " n"],
 ) -> None:  # fmt: skip
-    """Tell which boxes an ego of this half length [m] comes near between the ends.
+    """Tell which boxes an ego of this half length [m] comes near, given its least and largest acceleration and speed.
 
     Both move evenly in a step, but for what the half length has room for: what is ahead, or behind, at its start and at
-    its end is so all the while.
+    its end is so all the while. Speed and heading take their extremes each on its own: no motion is left out.
     """
+    hardest, throttle, slowest, fastest = limits
     for slot in range(len(near)):
         was_ahead = was_behind = False
-        for k in range(len(low)):
+        for k in range(boxes.shape[1]):
+            least = _way(state[2], hardest, slowest, k * dt)
+            low, high = (
+                state[0] + min(least, least * cosine),
+                state[0] + _way(max(state[2], 0.0), throttle, fastest, k * dt),
+            )
             lon, reach = boxes[0, k, slot], boxes[2, k, slot] + half_length
-            way = brake if boxes[4, k, slot] < FAR else 0.0
+            way = fastest**2 / (-2 * hardest) if boxes[4, k, slot] < FAR else 0.0
             room = _MARGIN * inflation * reach + (inflation - 1) * way
-            ahead, behind = lon >= high[k] + room + way, lon <= low[k] - room
+            ahead, behind = lon >= high + room + way, lon <= low - room
             near[slot] |= not ((ahead and (was_ahead or k == 0)) or (behind and (was_behind or k == 0)))
             was_ahead, was_behind = ahead, behind
+
+
+@compiled
+def _way(speed: float, acceleration: float, bound: float, time: float) -> float:
+    """[m] after a time [s] at an acceleration [m/s²] that ends at a speed [m/s]."""
+    changing = min(time, (bound - speed) / acceleration)
+    return bound * time - (bound - speed) * changing + acceleration / 2 * changing**2

@@ -33,7 +33,8 @@ class PathMemory:
         """
         broken: set[int] = set()
         paths = _plain(paths)
-        possible = _possible(paths)
+        possible = np.empty(len(paths), dtype=bool)
+        _mark_possible(paths.points, paths.half_sizes, _FASTEST * paths.dt, possible)
         if not possible.all():
             broken = set(paths.vehicle[~possible].tolist())
             paths = paths.of(~np.isin(paths.vehicle, list(broken)))
@@ -71,20 +72,11 @@ def _plain(paths: PredictedPaths) -> PredictedPaths:
     return replace(paths, points=points, half_sizes=half_sizes, vehicle=vehicle, weight=weight)
 
 
-def _possible(paths: PredictedPaths) -> Bool[np.ndarray, " S"]:
-    """Which paths can be true: finite bodies of a positive size, no faster than any car."""
-    result = np.empty(len(paths), dtype=bool)
-    _mark_possible(paths.points, paths.half_sizes, _FASTEST * paths.dt, result)
-    return result
-
-
 @compiled
 def _mark_possible(
-    points: Float[np.ndarray, "S P 2"],
-    half_sizes: Float[np.ndarray, "S P 2"],
-    most: float,
+    points: Float[np.ndarray, "S P 2"], half_sizes: Float[np.ndarray, "S P 2"], most: float,
     possible: Bool[np.ndarray, " S"],
-) -> None:
+) -> None:  # fmt: skip
     """Tell which paths have finite sizes above 0 and no step beyond a length [m]; what is not a number fails."""
     for i in range(len(points)):
         possible[i] = True

@@ -14,20 +14,20 @@ from jaxtyping import Float
 from pydantic import Field
 
 from coverdrive.paths import PredictedPaths
+from coverdrive.plan import Plan, Status
 from coverdrive.planning.constants import constants_of
 from coverdrive.planning.evaluate import Plans, empty_plans, evaluate, write_slack
 from coverdrive.planning.fallback import assumed_state, continued, plausible
 from coverdrive.planning.follower import FollowerSettings, with_careful_follower, without_follower
 from coverdrive.planning.leaders import Leaders, LeaderSettings, braking, leaders_of
 from coverdrive.planning.path_memory import PathMemory
-from coverdrive.planning.plan import Plan, Status
 from coverdrive.planning.problem import ProblemSettings
 from coverdrive.planning.road_table import table_of
+from coverdrive.planning.rollout import after_step
 from coverdrive.planning.search import SearchSettings, Wanted, begin, choose, go_on, hopeless, room_for, write_manoeuvre
-from coverdrive.planning.surroundings import Surroundings, check_times, surroundings_of
+from coverdrive.planning.surroundings import Surroundings, surroundings_of
 from coverdrive.planning.target_lanes import TargetLanes, target_lanes
 from coverdrive.planning.tree import held_on
-from coverdrive.planning.vehicle import step
 from coverdrive.planning.wish import NO_WISH, Wish
 from coverdrive.road import Road
 from coverdrive.settings import Settings
@@ -112,7 +112,7 @@ class _Found(NamedTuple):
 class MpcPlanner:
     """Model predictive control against every member of every predicted set.
 
-    It implements `coverdrive.planning.plan.Planner`. The first `reset` in a process compiles the search. A planner can
+    It implements `coverdrive.plan.Planner`. The first `reset` in a process compiles the search. A planner can
     be pickled and copied: what is compiled belongs to the process, not to the planner.
     """
 
@@ -180,7 +180,7 @@ class MpcPlanner:
             DataError: if a lane in the middle of the road begins or ends, or lanes are too near to a curve's centre.
         """
         begun, problem = time.perf_counter(), self.settings.problem
-        check_times(paths, problem)
+        paths.check_times(problem.dt, problem.steps)
         self._wish, self._speed = wish, problem.cost.reference_speed if wish.speed is None else wish.speed
         if road is not self._road:
             self._table, self._road = table_of(road, problem), road
@@ -229,7 +229,8 @@ class MpcPlanner:
             return self._braking(state, paths, own), own, Status.UNSAFE
         if found.clear:
             return found, targets, Status.SOLVED if found.optimised else Status.FALLBACK
-        careful = self._with_careful_follower(state, paths, road, begun)
+        trusting = settings.rear_last and not settings.problem.obstacles.ignore_rear and not self._spent(begun)
+        careful = with_careful_follower(state, paths, road, settings.follower) if trusting else None
         yielded = self._search(state, careful, targets, begun) if careful else None
         if yielded is None:
             return found, targets, Status.UNSAFE
@@ -248,21 +249,15 @@ class MpcPlanner:
         found = self._search(state, paths.joined(feared), targets, begun, giving_up=True)
         if found and found.clear:
             return found
-        if found is None or time.perf_counter() - begun <= self._budget:
+        if found is None or not self._spent(begun):
             return self._search(state, paths, targets, begun)
         found = found._replace(around=self._around(state, paths))
         evaluate(found.plans, found.chosen, found.chosen + 1, found.around, self._constants)
         return found
 
-    def _with_careful_follower(
-        self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, begun: float
-    ) -> PredictedPaths | None:
-        """The paths, but the vehicle directly behind keeps its distance; None if there is none that could."""
-        settings = self.settings
-        wanted = settings.rear_last and not settings.problem.obstacles.ignore_rear
-        if not wanted or time.perf_counter() - begun > self._budget:
-            return None
-        return with_careful_follower(state, paths, road, settings.follower)
+    def _spent(self, begun: float) -> bool:
+        """Whether the time is spent that a plan may take."""
+        return time.perf_counter() - begun > self._budget
 
     def _search(
         self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, targets: TargetLanes, begun: float,
@@ -288,7 +283,7 @@ class MpcPlanner:
         )
         around, plans = self._around(state, paths), room_for(wanted, constants)
         begin(plans, wanted, around, constants)
-        if giving_up and not plans.clear.any() and time.perf_counter() - begun <= self._budget:
+        if giving_up and not plans.clear.any() and not self._spent(begun):
             go_on(plans, wanted, _GIVING_UP, settings.search.tolerance, around, constants)
             if hopeless(plans, wanted, around, constants):
                 return None
@@ -300,9 +295,8 @@ class MpcPlanner:
     def _improve(self, plans: Plans, wanted: Wanted, around: Surroundings, begun: float) -> None:
         """Let the starts descend until the cheapest has arrived, or the time is spent."""
         settings, left = self.settings, self.settings.iterations
-        at_once = max(1, _PATHS_BETWEEN_LOOKS // max(1, around.boxes.shape[2]))
-        at_once = min(settings.iterations_at_once, at_once)
-        while left > 0 and time.perf_counter() - begun <= self._budget:
+        at_once = min(settings.iterations_at_once, max(1, _PATHS_BETWEEN_LOOKS // max(1, around.boxes.shape[2])))
+        while left > 0 and not self._spent(begun):
             if go_on(plans, wanted, min(at_once, left), settings.search.tolerance, around, self._constants):
                 break
             left -= at_once
@@ -311,9 +305,8 @@ class MpcPlanner:
         """Full braking in the own lane."""
         around = self._around(state, paths)
         plans = empty_plans(1, len(self._constants.tree.parent))
-        hardest = -self.settings.problem.vehicle.max_deceleration
-        write_manoeuvre(plans, 0, float(own.lat[0]), 0, hardest, 1.0, around, self._constants)
-        evaluate(plans, 0, 1, around, self._constants)
+        lat, hardest = float(own.lat[0]), -self.settings.problem.vehicle.max_deceleration
+        write_manoeuvre(plans, 0, lat, 0, lat, hardest, 1.0, around, self._constants)
         return _Found(plans, 0, False, plans.inputs, around)
 
     def _around(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths) -> Surroundings:
@@ -347,6 +340,6 @@ class MpcPlanner:
         constants, chosen = self._constants, found.plans.inputs[found.chosen]
         inputs = {lane: constants.shift @ each for lane, each in zip(targets.lanes, found.best, strict=True)}
         rest = self._held_on @ chosen[constants.tree.fail_safe]
-        after = step(state, plan.inputs[0], self._period)
+        after = np.array(after_step(tuple(state.tolist()), tuple(plan.inputs[0].tolist()), self._period))
         lane = targets.lanes[int(found.plans.lane[found.chosen])]
         self._memory = _Memory(lane, plan.inputs[0], after, inputs, rest, unknown)

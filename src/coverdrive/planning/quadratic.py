@@ -13,10 +13,9 @@ from jaxtyping import Bool, Float
 
 from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
-from coverdrive.planning.merit import Model, input_bounds, penalty
+from coverdrive.planning.merit import Model, penalty
 from coverdrive.planning.riccati import Stages, minimiser
 from coverdrive.planning.rollout import add_pulled_back, changes_of
-from coverdrive.planning.surroundings import Surroundings
 
 _INNER = 20
 """Newton steps of a quadratic problem at the most"""
@@ -45,14 +44,11 @@ class _At(NamedTuple):
 
 @compiled
 def best_step(
-    inputs: Float[np.ndarray, "N 2"], model: Model, damping: float, around: Surroundings, constants: Constants
+    model: Model, damping: float, low: Float[np.ndarray, "N 2"], high: Float[np.ndarray, "N 2"], constants: Constants
 ) -> tuple[Float[np.ndarray, "N 2"], float]:
-    """The step that minimises the damped quadratic problem, and what it gains without the damping."""
-    low, high = input_bounds(inputs, around, constants)
-    low -= inputs
-    high -= inputs
+    """The step within bounds that minimises the damped quadratic problem, and what it gains without the damping."""
     damped = damping * model.curvature
-    at = _at(np.minimum(np.maximum(np.zeros_like(inputs), low), high), model, damped, constants)
+    at = _at(np.minimum(np.maximum(np.zeros_like(low), low), high), model, damped, constants)
     start = at.value
     for _ in range(_INNER):
         enough = _INNER_TOLERANCE * at.value
@@ -73,10 +69,11 @@ def best_step(
 def _at(step: Float[np.ndarray, "N 2"], model: Model, damped: Float[np.ndarray, "N 2"], constants: Constants) -> _At:
     """What follows from a step."""
     states, excess = changes_of(model.rollout, step, constants.tree, constants.dt), model.excess.copy()
+    value = model.cost + 2 * _linear(step, states, model) + _product(step, states, step, states, damped, constants)
     for c in range(len(excess)):
         excess[c] += _along(model, c, states)
-    linear, square = _linear(step, states, model), _product(step, states, step, states, damped, constants)
-    return _At(step, states, excess, model.cost + penalty(excess, model.weight) + 2 * linear + square)
+        value += penalty(excess[c], model.weight[c])
+    return _At(step, states, excess, value)
 
 
 @compiled

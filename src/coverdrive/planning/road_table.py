@@ -1,4 +1,4 @@
-"""A whole road for one planner: the table of which `coverdrive.planning.road_ahead` is what lies ahead.
+"""A whole road for one planner: the table of which `coverdrive.road_ahead` is what lies ahead.
 
 What bends change is decided here once for every road. The ego's body is as large as it becomes anywhere on the road
 (`coverdrive.geometry.bent_half_sizes`), those of others as they become along each path; the edges are the innermost
@@ -10,16 +10,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
-from numpy.lib.stride_tricks import sliding_window_view
 
 from coverdrive.errors import DataError
 from coverdrive.geometry import bent_half_sizes
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.constants import vehicle_of
 from coverdrive.planning.problem import ProblemSettings
-from coverdrive.planning.road_ahead import RoadAhead
-from coverdrive.planning.vehicle import TINY
 from coverdrive.road import Road
+from coverdrive.road_ahead import LANE_END, TINY, RoadAhead, innermost_edges, lane_ends, largest_within
 
 _SPACING = 2.0
 """[m] between two rows at the most"""
@@ -33,8 +31,6 @@ _FREE = 1e3
 """[m/s] that no road forbids"""
 _HELD = 0.9
 """share of the lateral acceleration that following the road may take at the most"""
-_BODY = np.array([2.0, 1.5])
-"""[m] half sizes of what stands where a lane ends, beside the road"""
 _UNSURE = 0.5
 """[m] by which a body may be elsewhere along the road than evenly between the ends of a step, less than dt²·|f'|/8"""
 _LEAST = 0.25
@@ -98,13 +94,13 @@ def table_of(road: Road, problem: ProblemSettings) -> RoadTable:
     lon = spacing * np.arange(int(float(road.length) / spacing) + 2)
     curvature = road.curvature(np.minimum(lon, length))
     change = np.abs(np.diff(curvature, append=curvature[-1])) / spacing
-    edges, sharpest = _innermost(road, lon), _largest(np.abs(curvature), _NEAR / spacing)
+    edges, sharpest = innermost_edges(road, lon), largest_within(np.abs(curvature), _NEAR / spacing)
     most, aside = sharpest.max(), np.abs(np.append(edges * [1, -1], road.edges_at(lon)) - line).max()
     if most * aside > 0.5:
         tight = f"a curve of {1 / most:.0f} m radius on a road whose edge is {aside:.0f} m beside its line"
         raise DataError(f"{tight}; expected at most half of the radius, choose or cut another road")
     half_length, half_width = bent_half_sizes(car.half_sizes, np.hypot(*car.half_sizes), most, aside)
-    right, left = _largest(edges, 2 + (half_length + half_width + _UNSURE) / spacing).T
+    right, left = largest_within(edges, 2 + (half_length + half_width + _UNSURE) / spacing).T
     square = car.max_lateral_acceleration / np.maximum(np.abs(curvature) * (1 + most * aside), TINY)
     held = _allowed(lon, _HELD * square, car.max_deceleration / 2)
     wanted = _allowed(lon, cost.curve_share * square, cost.curve_braking)
@@ -121,50 +117,13 @@ def table_of(road: Road, problem: ProblemSettings) -> RoadTable:
         max_speed=car.max_speed / nearer,
     )
     ahead = RoadAhead(np.stack([curvature, right, -left, held], axis=-1), 0.0, spacing, line)
-    return RoadTable(ahead, sharpest, wanted, _ends(road, lon), vehicle, reaching)
+    return RoadTable(ahead, sharpest, wanted, lane_ends(road, lon), vehicle, reaching)
 
 
 def _allowed(lon: Float[np.ndarray, " R"], square: Float[np.ndarray, " R"], braking: float) -> Float[np.ndarray, " R"]:
     """[m/s] from which braking [m/s²] leads to speeds whose squares [m²/s²] are at most these everywhere ahead."""
     limit = np.minimum(square, _FREE**2) + 2 * braking * lon
     return np.sqrt(np.minimum.accumulate(limit[::-1])[::-1] - 2 * braking * lon)
-
-
-def _ends(road: Road, lon: Float[np.ndarray, " R"]) -> Float[np.ndarray, "E 2"]:
-    """Where [m] something stands because an outer lane ends between two of these positions [m].
-
-    Raises:
-        DataError: if a lane in the middle of the road begins or ends.
-    """
-    there = road.has_lane(lon)
-    first, last = there.argmax(axis=1), road.lanes - 1 - there[:, ::-1].argmax(axis=1)
-    gap = there.sum(axis=1) != last - first + 1
-    if gap.any():
-        where = f"{lon[np.argmax(gap)]:.0f} m after its beginning"
-        raise DataError(f"a lane in the middle of the road begins or ends {where}; choose a road whose lanes go on")
-    found = [
-        [lon[i] + _BODY[0], road.edges_at(lon[i])[side] + outwards * _BODY[1]]
-        for outermost, side, outwards in ((first, 0, -1), (-last, -1, 1))
-        for i in np.flatnonzero(np.diff(outermost) > 0) + 1
-    ]
-    return np.reshape(found, (-1, 2))
-
-
-def _largest(values: Float[np.ndarray, "R *n"], reach: float) -> Float[np.ndarray, "R *n"]:
-    """The largest values within a reach [rows] of every row."""
-    wide = int(np.ceil(reach))
-    padded = np.pad(values, [(wide, wide)] + [(0, 0)] * (values.ndim - 1), mode="edge")
-    return sliding_window_view(padded, 2 * wide + 1, axis=0).max(axis=-1)
-
-
-def _innermost(road: Road, lon: Float[np.ndarray, " R"]) -> Float[np.ndarray, "R 2"]:
-    """lat [m] of the right edge and −lat of the left one beside every row, at the most up to the rows beside it."""
-    signs, kinks = np.array([1.0, -1.0]), np.zeros(0) if road.changing is None else road.changing.lon
-    result = road.edges_at(lon)[:, [0, -1]] * signs
-    before = np.clip(np.searchsorted(lon, kinks) - 1, 0, len(lon) - 2)
-    for row in (before, before + 1):
-        np.maximum.at(result, row, road.edges_at(kinks)[:, [0, -1]] * signs)
-    return result
 
 
 def on_road(paths: PredictedPaths, lon: float, table: RoadTable) -> PredictedPaths:
@@ -188,5 +147,5 @@ def on_road(paths: PredictedPaths, lon: float, table: RoadTable) -> PredictedPat
     if not len(ends):
         return paths
     points = np.repeat(ends[:, None], paths.points.shape[1], axis=1)
-    standing = PredictedPaths(points, -1 - np.arange(len(ends)), np.broadcast_to(_BODY, points.shape), paths.dt)
+    standing = PredictedPaths(points, -1 - np.arange(len(ends)), np.broadcast_to(LANE_END, points.shape), paths.dt)
     return paths.joined(standing)

@@ -12,7 +12,8 @@ from jaxtyping import Float
 
 from coverdrive.compiled import compiled
 from coverdrive.planning.tree import Tree
-from coverdrive.planning.vehicle import State, moved
+from coverdrive.planning.vehicle import moved
+from coverdrive.road_ahead import State
 
 after_step = compiled(moved)
 """the same, compiled"""
@@ -36,17 +37,21 @@ def state_at(states: Float[np.ndarray, "N 4"], node: int, start: Float[np.ndarra
 @compiled
 def rolled(start: Float[np.ndarray, " 4"], inputs: Float[np.ndarray, "N 2"], tree: Tree, dt: float) -> Rollout:
     """Drive the inputs from the start."""
-    nodes = len(inputs)
-    result = Rollout(np.empty((nodes, 4)), np.empty((nodes, 2, 2)))
-    for n in range(nodes):
-        before = state_at(result.states, tree.parent[n], start)
-        after = after_step(before, (inputs[n, 0], inputs[n, 1]), dt)
-        for i in range(4):
-            result.states[n, i] = after[i]
-        cosine, sine = dt / 2 * np.cos(after[3]), dt / 2 * np.sin(after[3])
-        result.way[n, 0, 0], result.way[n, 0, 1] = cosine, -after[2] * sine
-        result.way[n, 1, 0], result.way[n, 1, 1] = sine, after[2] * cosine
-    return result
+    states = np.empty((len(inputs), 4))
+    for n in range(len(inputs)):
+        before = state_at(states, tree.parent[n], start)
+        states[n, 0], states[n, 1], states[n, 2], states[n, 3] = after_step(before, (inputs[n, 0], inputs[n, 1]), dt)
+    return rollout_of(states, dt)
+
+
+@compiled
+def rollout_of(states: Float[np.ndarray, "N 4"], dt: float) -> Rollout:
+    """That of states which are known."""
+    way = np.empty((len(states), 2, 2))
+    for n in range(len(states)):
+        speed, cosine, sine = states[n, 2], dt / 2 * np.cos(states[n, 3]), dt / 2 * np.sin(states[n, 3])
+        way[n, 0, 0], way[n, 0, 1], way[n, 1, 0], way[n, 1, 1] = cosine, -speed * sine, sine, speed * cosine
+    return Rollout(states, way)
 
 
 @compiled

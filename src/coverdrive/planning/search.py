@@ -20,12 +20,12 @@ from pydantic import Field
 from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.descent import descend
-from coverdrive.planning.evaluate import Plans, drive_step, empty_plans, evaluate
+from coverdrive.planning.evaluate import Plans, complete, drive_step, empty_plans, evaluate
 from coverdrive.planning.merit import input_at, merit
-from coverdrive.planning.road_ahead import LEFT, RIGHT, STRAIGHT, bend_at, value_at
 from coverdrive.planning.rollout import state_at
 from coverdrive.planning.surroundings import Surroundings
 from coverdrive.planning.vehicle import VehicleSettings
+from coverdrive.road_ahead import LEFT, RIGHT, STRAIGHT, bend_at, value_at
 from coverdrive.settings import Settings
 
 _UNCLEAR = 1e12
@@ -105,17 +105,17 @@ def room_for(wanted: Wanted, constants: Constants) -> Plans:
 
 @compiled
 def begin(plans: Plans, wanted: Wanted, around: Surroundings, constants: Constants) -> None:
-    """Write and evaluate the guesses, and write the starts."""
+    """Write the guesses with all that follows from them, and write the starts."""
     tree, lanes, tried = constants.tree, wanted.lanes, len(wanted.accelerations)
     guesses = len(lanes) * tried
     for i in range(guesses):
         lane, acceleration = i // tried, wanted.accelerations[i % tried]
-        write_manoeuvre(plans, i, lanes[lane], lane, acceleration, 1.0, around, constants)
+        write_manoeuvre(plans, i, lanes[lane], lane, lanes[lane], acceleration, 1.0, around, constants)
     for n in range(len(tree.parent)):
         plans.inputs[guesses, n] = wanted.rest[tree.moment[n] - 1]
     plans.lane[guesses] = wanted.held
     plans.targets[guesses] = lanes[plans.lane[guesses]]
-    evaluate(plans, 0, guesses + 1, around, constants)
+    evaluate(plans, guesses, guesses + 1, around, constants)
     allowed = _allowed_departure(plans, guesses + 1)
     safest, least = 0, np.inf
     for i in range(guesses + 1):
@@ -129,7 +129,9 @@ def begin(plans: Plans, wanted: Wanted, around: Surroundings, constants: Constan
         if lane == wanted.held:
             start, least = guesses + 1 + len(lanes), np.inf
             plans.lane[start], plans.targets[start] = lane, lanes[lane]
-        for i in range(lane * tried, (lane + 1) * tried):
+        for i in lane * tried + np.argsort(plans.driving[lane * tried : (lane + 1) * tried]):
+            if plans.driving[i] >= least:  # no fail-safe branch makes it cheaper
+                break
             for n in range(len(pair)):
                 pair[n] = plans.inputs[safest if tree.safe[n] else i, n]
             targets = np.array([lanes[lane], plans.targets[safest, 0]])
@@ -143,15 +145,8 @@ def begin(plans: Plans, wanted: Wanted, around: Surroundings, constants: Constan
 def go_on(
     plans: Plans, wanted: Wanted, iterations: int, tolerance: float, around: Surroundings, constants: Constants
 ) -> bool:
-    """Let the starts descend; returns whether the cheapest has arrived.
-
-    Args:
-        plans: of which the starts are replaced by where they get.
-        wanted: target lanes.
-        iterations: number of steps at the most.
-        tolerance: a step that lowers the merit by a smaller share is the last.
-        around: what the plans are made for.
-        constants: of the problem.
+    """Let the starts descend by so many steps at the most; returns whether the cheapest has arrived: whether its last
+    step has lowered the merit by a smaller share than the tolerance.
     """
     first = len(wanted.lanes) * len(wanted.accelerations) + 1
     starts = slice(first, first + 1 + len(wanted.lanes))
@@ -262,22 +257,14 @@ def _evade(plans: Plans, first: int, wanted: Wanted, around: Surroundings, const
         at = lat if place == _PLACES else right + (left - right) * place / (_PLACES - 1)
         lane = int(np.argmin(np.abs(wanted.lanes - at)))
         braking = -constants.vehicle.max_deceleration * _HARD[i % len(_HARD)]
-        write_manoeuvre(plans, first + i, at, lane, braking, _HURRY, around, constants)
-        plans.targets[first + i] = wanted.lanes[lane]
-    evaluate(plans, first, first + _EVASIONS, around, constants)
+        write_manoeuvre(plans, first + i, at, lane, wanted.lanes[lane], braking, _HURRY, around, constants)
     return first + _EVASIONS
 
 
 @compiled
 def lane_seeking(lat: float, speed: float, heading: float, target_lat: float, hurry: float) -> float:
-    """The yaw rate [rad/s] that steers to the centre of a lane.
-
-    Args:
-        lat: [m].
-        speed: [m/s].
-        heading: [rad].
-        target_lat: [m] centre of the lane.
-        hurry: how many times faster than in comfort.
+    """The yaw rate [rad/s] that steers from a lat [m], speed [m/s] and heading [rad] to the centre of a lane [m], so
+    many times faster than in comfort.
     """
     fastest = hurry * _LATERAL_SPEED
     sideways = min(max((target_lat - lat) * hurry / _LANE_TIME, -fastest), fastest)
@@ -286,18 +273,20 @@ def lane_seeking(lat: float, speed: float, heading: float, target_lat: float, hu
 
 @compiled
 def write_manoeuvre(
-    plans: Plans, i: int, target: float, lane: int, acceleration: float, hurry: float, around: Surroundings,
-    constants: Constants,
+    plans: Plans, i: int, place: float, lane: int, target: float, acceleration: float, hurry: float,
+    around: Surroundings, constants: Constants,
 ) -> None:  # fmt: skip
-    """Write a plan whose branches both steer to a lat at a constant acceleration."""
-    tree, dt, applied = constants.tree, constants.dt, np.empty((constants.steps, 2))
-    straight = len(around.road.rows) == 1
+    """Write a plan whose branches both steer to a lat at a constant acceleration, and what follows from it."""
+    tree, dt, straight = constants.tree, constants.dt, len(around.road.rows) == 1
+    applied, states = np.empty((constants.steps, 2)), np.empty((constants.steps, 4))
     state = state_at(plans.states[i], -1, around.state)
     for k in range(constants.steps):
         before, elapsed = input_at(applied, k - 1, around.previous_input), dt if k > 0 else constants.period
-        wish = acceleration, lane_seeking(state[1], state[2], state[3], target, hurry)
+        wish = acceleration, lane_seeking(state[1], state[2], state[3], place, hurry)
         bend = STRAIGHT if straight else bend_at(state, dt, around.road)
         (applied[k, 0], applied[k, 1]), state = drive_step(state, wish, before, elapsed, dt, bend, constants.vehicle)
+        states[k, 0], states[k, 1], states[k, 2], states[k, 3] = state
     for n in range(len(tree.parent)):
-        plans.inputs[i, n] = applied[tree.moment[n] - 1]
+        plans.inputs[i, n], plans.states[i, n] = applied[tree.moment[n] - 1], states[tree.moment[n] - 1]
     plans.lane[i], plans.targets[i] = lane, target
+    complete(plans, i, around, constants)

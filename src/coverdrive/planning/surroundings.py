@@ -8,12 +8,11 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from coverdrive.errors import SettingError
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.obstacles import likelihoods, obstacles_of, reachable, with_share_of_tube
 from coverdrive.planning.problem import ProblemSettings
-from coverdrive.planning.road_ahead import RoadAhead
 from coverdrive.planning.road_table import RoadTable, on_road
+from coverdrive.road_ahead import RoadAhead
 
 
 class Surroundings(NamedTuple):
@@ -51,17 +50,3 @@ def surroundings_of(
         boxes=every.compress(near, axis=2),
         likely=with_share_of_tube(every.compress(near & likelihoods(paths)[1], axis=2), problem.branches.tube),
     )
-
-
-def check_times(paths: PredictedPaths, problem: ProblemSettings) -> None:
-    """Refuse paths whose points are not at the times of the plan.
-
-    Raises:
-        SettingError: if so.
-    """
-    points = paths.points.shape[1]
-    if points != problem.steps + 1 or abs(paths.dt - problem.dt) > 1e-9:
-        raise SettingError(
-            f"the predicted paths have {points} points every {paths.dt} s, the plan needs {problem.steps + 1} every "
-            f"{problem.dt} s; predict with the planner's steps and dt"
-        )

@@ -20,7 +20,7 @@ from jaxtyping import Float
 from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.contact import half_sizes_of
-from coverdrive.planning.rollout import State
+from coverdrive.road_ahead import State
 
 NEVER = 2.0
 """a share of a step that no contact has"""

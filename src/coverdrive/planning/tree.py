@@ -29,13 +29,7 @@ class BranchSettings(Settings):
     """share of the uncertainty around the likeliest path of every vehicle that the drive branch keeps clear of"""
 
     def shared(self, period: float, steps: int, dt: float) -> int:
-        """How many steps the branches have in common.
-
-        Args:
-            period: [s] from one plan to the next.
-            steps: K.
-            dt: [s] of a step.
-        """
+        """How many of K ``steps`` of ``dt`` [s] the branches share, for a ``period`` [s] from one plan to the next."""
         common = int(np.ceil((period + self.latency) / dt - 1e-9))
         return min(max(common, 1), steps) if self.fail_safe else steps
 

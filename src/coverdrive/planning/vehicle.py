@@ -12,14 +12,8 @@ from jaxtyping import Float
 from pydantic import Field
 
 from coverdrive.compiled import compiled
+from coverdrive.road_ahead import TINY, Bend, State
 from coverdrive.settings import Settings
-
-State = tuple[float, float, float, float]
-"""lon [m], lat [m], speed [m/s], heading [rad]"""
-TINY = 1e-9
-"""[m/s] of a speed that is divided by"""
-Bend = tuple[float, float, float, float]
-"""ρ, m, c [1/m] and D [m/s²] of `coverdrive.planning.road_ahead.bent`; on a straight road 1, 1, 0, 0"""
 
 
 class VehicleSettings(Settings):

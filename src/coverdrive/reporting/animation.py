@@ -21,7 +21,7 @@ from matplotlib.ticker import MaxNLocator
 
 from coverdrive.errors import SettingError
 from coverdrive.files import write_atomically
-from coverdrive.planning.plan import Status
+from coverdrive.plan import Status
 from coverdrive.progress import done, stage
 from coverdrive.reporting import style
 from coverdrive.reporting.active_constraints import ActiveConstraints

@@ -10,10 +10,10 @@ import numpy as np
 from jaxtyping import Float
 
 from coverdrive.paths import PredictedPaths
+from coverdrive.plan import Plan
 from coverdrive.planning.constants import Constants, constants_of
 from coverdrive.planning.evaluate import first_contact
 from coverdrive.planning.obstacles import FAR
-from coverdrive.planning.plan import Plan
 from coverdrive.planning.problem import ProblemSettings
 from coverdrive.planning.road_table import RoadTable, on_road, table_of
 from coverdrive.planning.sweep import write_edges

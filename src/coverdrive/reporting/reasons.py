@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from coverdrive.planning.plan import Status
+from coverdrive.plan import Status
 from coverdrive.reporting.first_contact import first_contacts
 from coverdrive.simulation.initial import EGO
 from coverdrive.simulation.trace import Trace

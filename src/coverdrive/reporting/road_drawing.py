@@ -21,7 +21,7 @@ from matplotlib.colors import to_rgba
 from matplotlib.path import Path
 
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.plan import Plan
+from coverdrive.plan import Plan
 from coverdrive.reporting import style
 from coverdrive.reporting.active_constraints import ActiveConstraints
 from coverdrive.reporting.reasons import Reason, reason_of

@@ -13,7 +13,7 @@ from rich.text import Text
 from coverdrive.certificates.bounds import clopper_pearson
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.numbers import at_most
-from coverdrive.planning.plan import Status
+from coverdrive.plan import Status
 from coverdrive.reporting.claim import strength, whose
 from coverdrive.reporting.fitting import columns_table, facts_table
 from coverdrive.simulation.comparison import Comparison, Difference

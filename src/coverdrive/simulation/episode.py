@@ -13,7 +13,7 @@ from jaxtyping import Float
 from pydantic import Field
 
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.plan import Plan, Planner
+from coverdrive.plan import Plan, Planner
 from coverdrive.planning.vehicle import step as vehicle_step
 from coverdrive.progress import done
 from coverdrive.road import Road

@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from coverdrive.geometry import body_distance, boxes_overlap, turned_half_extents
-from coverdrive.planning.plan import Status
+from coverdrive.plan import Status
 from coverdrive.simulation.initial import EGO
 from coverdrive.simulation.outcome import bodies_of, contacts
 from coverdrive.simulation.trace import Trace

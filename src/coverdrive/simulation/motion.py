@@ -1,6 +1,6 @@
 """Motion of uncontrolled vehicles: states over time, and base trajectories put on a state.
 
-A state is (lon [m], lat [m], speed [m/s], heading [rad]), as in `coverdrive.planning.plan.Plan`. A vehicle slots,
+A state is (lon [m], lat [m], speed [m/s], heading [rad]), as in `coverdrive.plan.Plan`. A vehicle slots,
 M base trajectories, n times.
 """
 

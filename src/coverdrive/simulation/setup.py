@@ -12,7 +12,7 @@ import numpy as np
 
 from coverdrive.certificates.certificate import fingerprint
 from coverdrive.errors import SettingError, StartError
-from coverdrive.planning.plan import Planner
+from coverdrive.plan import Planner
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.progress import heard_by
 from coverdrive.settings import Settings

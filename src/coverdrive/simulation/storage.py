@@ -15,7 +15,7 @@ import numpy as np
 from coverdrive.errors import DataError
 from coverdrive.files import write_atomically
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.plan import Plan, Status
+from coverdrive.plan import Plan, Status
 from coverdrive.reference_line import ReferenceLine
 from coverdrive.road import LaneEdges, Road
 from coverdrive.scene import Scene

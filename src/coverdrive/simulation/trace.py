@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.plan import Plan
+from coverdrive.plan import Plan
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.simulation.outcome import Outcome

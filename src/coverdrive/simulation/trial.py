@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from coverdrive.planning.plan import Status
+from coverdrive.plan import Status
 from coverdrive.simulation import metrics
 from coverdrive.simulation.initial import EGO
 from coverdrive.simulation.misses import cause_of, find_windows

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from coverdrive.planning.plan import Status
+from coverdrive.plan import Status
 from coverdrive.reporting.active_constraints import ActiveConstraints
 from coverdrive.reporting.reasons import reason_of
 from coverdrive.reporting.road_markings import across, bends, markings

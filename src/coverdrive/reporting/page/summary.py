@@ -8,7 +8,7 @@ import polars as pl
 
 from coverdrive.certificates.evaluation import Rate
 from coverdrive.numbers import at_most, interval, percent
-from coverdrive.planning.plan import Status
+from coverdrive.plan import Status
 from coverdrive.reporting.claim import set_facts, strength, whose
 from coverdrive.reporting.contents import Contents
 from coverdrive.simulation.notable import COLLIDED, NEARLY

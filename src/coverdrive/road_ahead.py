@@ -8,15 +8,24 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
+from numpy.lib.stride_tricks import sliding_window_view
 
 from coverdrive.compiled import compiled
-from coverdrive.planning.vehicle import TINY, Bend, State
+from coverdrive.errors import DataError
 from coverdrive.road import Road
 
 CURVATURE, RIGHT, LEFT, FASTEST = range(4)
 """columns of `RoadAhead.rows`"""
 _APART = 0.5
 """[m] between places whose curvatures tell how it changes"""
+TINY = 1e-9
+"""[m/s] of a speed that is divided by"""
+State = tuple[float, float, float, float]
+"""lon [m], lat [m], speed [m/s], heading [rad]"""
+Bend = tuple[float, float, float, float]
+"""ρ, m, c [1/m] and D [m/s²] of `bent`"""
+LANE_END = np.array([2.0, 1.5])
+"""[m] half sizes of what stands where a lane ends, beside the road"""
 STRAIGHT: Bend = (1.0, 1.0, 0.0, 0.0)
 """`bend_at` of a straight road"""
 
@@ -124,3 +133,40 @@ def bend_at(state: State, dt: float, road: RoadAhead) -> Bend:
     curvature, change = value_at(state[0] + dt / 2 * state[2], CURVATURE, road)
     share, turning, follow, gain, _ = _bent(state, curvature, change, road.line)
     return share, turning, follow, gain
+
+
+def lane_ends(road: Road, lon: Float[np.ndarray, " R"]) -> Float[np.ndarray, "E 2"]:
+    """Where [m] something stands because an outer lane ends between two of these positions [m].
+
+    Raises:
+        DataError: if a lane in the middle of the road begins or ends.
+    """
+    there = road.has_lane(lon)
+    first, last = there.argmax(axis=1), road.lanes - 1 - there[:, ::-1].argmax(axis=1)
+    gap = there.sum(axis=1) != last - first + 1
+    if gap.any():
+        where = f"{lon[np.argmax(gap)]:.0f} m after its beginning"
+        raise DataError(f"a lane in the middle of the road begins or ends {where}; choose a road whose lanes go on")
+    found = [
+        [lon[i] + LANE_END[0], road.edges_at(lon[i])[side] + outwards * LANE_END[1]]
+        for outermost, side, outwards in ((first, 0, -1), (-last, -1, 1))
+        for i in np.flatnonzero(np.diff(outermost) > 0) + 1
+    ]
+    return np.reshape(found, (-1, 2))
+
+
+def largest_within(values: Float[np.ndarray, "R *n"], reach: float) -> Float[np.ndarray, "R *n"]:
+    """The largest values within a reach [rows] of every row."""
+    wide = int(np.ceil(reach))
+    padded = np.pad(values, [(wide, wide)] + [(0, 0)] * (values.ndim - 1), mode="edge")
+    return sliding_window_view(padded, 2 * wide + 1, axis=0).max(axis=-1)
+
+
+def innermost_edges(road: Road, lon: Float[np.ndarray, " R"]) -> Float[np.ndarray, "R 2"]:
+    """lat [m] of the right edge and −lat of the left one beside every row, at the most up to the rows beside it."""
+    signs, kinks = np.array([1.0, -1.0]), np.zeros(0) if road.changing is None else road.changing.lon
+    result = road.edges_at(lon)[:, [0, -1]] * signs
+    before = np.clip(np.searchsorted(lon, kinks) - 1, 0, len(lon) - 2)
+    for row in (before, before + 1):
+        np.maximum.at(result, row, road.edges_at(kinks)[:, [0, -1]] * signs)
+    return result
