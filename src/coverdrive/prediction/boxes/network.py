@@ -68,7 +68,8 @@ class BoxNetwork(eqx.Module):
     def boxes_of(self, features: Float[np.ndarray, "N F"]) -> Boxes:
         """The boxes for N moments, part by part: values of hidden layers take much memory."""
         parts = [self.boxes(features[first : first + _PART]) for first in range(0, len(features), _PART)]
-        return Boxes(*(np.concatenate(each, dtype=float) for each in zip(*parts, strict=True)), np.asarray(self.arms))
+        centre, half_sizes = (np.concatenate(each, dtype=float) for each in zip(*parts, strict=True))
+        return Boxes(centre, half_sizes, np.asarray(self.arms))
 
     @property
     def arrays(self) -> dict[str, np.ndarray]:
