@@ -10,7 +10,7 @@ from coverdrive.certificates.methods import Method
 from coverdrive.certificates.rule import Thresholds, scale_of
 from coverdrive.errors import SettingError
 from coverdrive.geometry import turned_half_extents
-from coverdrive.prediction.boxes.boxes import TUBE, Boxes, constant_velocity, scored_by
+from coverdrive.prediction.boxes.boxes import TUBE, WHOLE, Boxes, constant_velocity, scored_by
 from coverdrive.prediction.boxes.predictor import BoxPredictor
 from coverdrive.prediction.boxes.training import BoxSettings, train_boxes
 from coverdrive.prediction.calibrate import CertificateSettings
@@ -26,12 +26,13 @@ from coverdrive.road import Road
 from coverdrive.scene import Scene
 
 
-@pytest.fixture(scope="module")
-def fitted(scenes: tuple[Recording, ...]) -> Fit:
+@pytest.fixture(scope="module", params=["window", "vehicle"])
+def fitted(scenes: tuple[Recording, ...], request: pytest.FixtureRequest) -> Fit:
+    """Of claims about windows, and of those about vehicles, whose boxes are crosses."""
     settings = PredictionSettings(
         segments=SegmentSettings(stride=0.5),
         boxes=BoxSettings(most_steps=150, batch=64, hidden=(16,), members=2),
-        certificate=CertificateSettings(confidence=0.9, unit="window"),
+        certificate=CertificateSettings(epsilon=0.3, confidence=0.9, unit=request.param),
     )
     return fit(scenes, settings, seed=1)
 
@@ -57,6 +58,20 @@ def test_a_score_is_the_least_scale_that_holds_the_whole_body() -> None:
     assert scored.area is not None and scored.area.tolist() == [1.0, 1.0]
     assert (scored.distance <= TUBE).all()
     assert scale_of(Thresholds(scored.scores[0], np.ones(1))) == pytest.approx(2.0)
+
+
+def test_one_arm_of_a_cross_has_to_hold_a_body_at_all_times() -> None:
+    segments = segments_of(np.zeros((4, 7, 2)))
+    segments.points[0, 4] = [1.0, 0.0]  # far ahead: in the long arm
+    segments.points[1, 4] = [0.0, 1.0]  # far aside: in the wide arm
+    segments.points[2, 4] = [1.0, 1.0]  # both at once
+    segments.points[3, 2], segments.points[3, 4] = [1.0, 0.0], [0.0, 1.0]  # one after the other
+    boxes = Boxes(np.zeros((4, 6, 2)), np.ones((4, 6, 2)), np.array([[1.0, 0.5], [0.8, 1.0]]))
+    scored = scored_by(boxes, segments)
+    np.testing.assert_allclose(1 / scored.scores[:, 0] - 1, [1.0, 1.0, 1.25, 1.25])
+    union = union_area(np.zeros((2, 2)), boxes.arms)
+    np.testing.assert_allclose(boxes.areas, union)
+    assert union == pytest.approx(4 * (0.5 + 0.8 - 0.4))
 
 
 def test_what_no_box_holds_is_outside_of_every_set() -> None:
@@ -153,7 +168,7 @@ def test_claims_about_windows_leave_more_of_them_outside() -> None:
     settings = BoxSettings(most_steps=300, batch=128, hidden=(8,), members=1, noise=0.0, dropout=0.0)
     areas = {}
     for unit in ("vehicle", "share", "window"):
-        boxes = train_boxes(features, segments, settings, unit=unit)[0].boxes_of(features)
+        boxes = replace(train_boxes(features, segments, settings, unit=unit)[0].boxes_of(features), arms=WHOLE)
         scale = 1 / np.quantile(scored_by(boxes, segments).scores, [0.5, 0.002]) - 1
         areas[unit] = boxes.areas.mean() * scale**2
     assert areas["share"].tolist() == areas["window"].tolist()
@@ -166,7 +181,7 @@ def test_a_window_is_covered_exactly_if_its_body_is_in_the_predicted_boxes(
     predictor, segments, test = fitted.predictor, fitted.segments, fitted.split.test
     assert isinstance(predictor, BoxPredictor)
     covered = predictor.rule.possible(fitted.scored.test.scores)[:, 0]
-    assert 0 < fitted.evaluation.not_predicted == (~covered).sum() < len(test)
+    assert fitted.evaluation.not_predicted == (~covered).sum() < len(test)
     margins = []
     for row, expected in zip(test[::7], covered[::7], strict=True):
         recording = scenes[segments.recording[row]]
@@ -174,11 +189,13 @@ def test_a_window_is_covered_exactly_if_its_body_is_in_the_predicted_boxes(
         scene = recording.scene_at(start["time"])
         slot = int(np.flatnonzero(np.isclose(scene.lon, start["seen_lon"]))[0])
         paths = predictor.predict(scene, recording.road, None, segments.step, 6)
-        assert paths.vehicle.tolist() == list(range(scene.vehicles))
+        mine = paths.vehicle == slot
+        assert set(paths.vehicle) == set(range(scene.vehicles)) and mine.sum() >= len(predictor.network.arms)
         actual = segments.points[row] + [scene.lon[slot], scene.lat[slot]]
         actual[:, 0] += segments.speed[row] * segments.step * np.arange(7)
         body = turned_half_extents(segments.half_sizes[row], segments.heading[row])
-        margin = (paths.half_sizes[slot] - np.abs(actual - paths.points[slot]) - body)[1:].min()
+        learned = np.flatnonzero(mine)[: len(predictor.network.arms)]
+        margin = (paths.half_sizes[learned] - np.abs(actual - paths.points[learned]) - body)[:, 1:].min((1, 2)).max()
         assert (margin > 0) == expected or abs(margin) < 1e-3
         margins.append(margin)
     assert min(margins) < 0 < max(margins) or covered[::7].all()
@@ -187,14 +204,16 @@ def test_a_window_is_covered_exactly_if_its_body_is_in_the_predicted_boxes(
 def test_boxes_follow_the_vehicle_whatever_its_slot_and_begin_with_its_body(fitted: Fit) -> None:
     scene, road = three_vehicles(), Road.straight()
     paths = fitted.predictor.predict(scene, road, ego=0, dt=0.25, steps=12)
-    assert paths.vehicle.tolist() == [1, 2] and paths.points.shape == (2, 13, 2) and paths.dt == 0.25
-    np.testing.assert_allclose(paths.points[:, 0], scene.states[1:, :2], atol=1e-9)
-    np.testing.assert_allclose(paths.half_sizes[:, 0], scene.half_sizes[1:])
+    arms = arms_of(fitted)
+    assert paths.vehicle.tolist() == [1, 2] * arms and paths.points.shape == (2 * arms, 13, 2) and paths.dt == 0.25
+    np.testing.assert_allclose(paths.points[:, 0], scene.states[paths.vehicle, :2], atol=1e-9)
+    np.testing.assert_allclose(paths.half_sizes[:, 0], scene.half_sizes[paths.vehicle])
     order = np.array([2, 0, 1])
     turned = Scene(**{name: values[order] for name, values in vars(scene).items()})
     again = fitted.predictor.predict(turned, road, ego=1, dt=0.25, steps=12)
-    np.testing.assert_allclose(again.points[::-1], paths.points, atol=1e-3)
-    np.testing.assert_allclose(again.half_sizes[::-1], paths.half_sizes, atol=1e-3)
+    there = np.arange(2 * arms) ^ 1  # the slots are exchanged in every arm
+    np.testing.assert_allclose(again.points[there], paths.points, atol=1e-3)
+    np.testing.assert_allclose(again.half_sizes[there], paths.half_sizes, atol=1e-3)
 
 
 def test_a_bend_changes_nothing_in_the_frame_of_the_road(fitted: Fit) -> None:
@@ -220,8 +239,9 @@ def test_traffic_drives_within_the_boxes(fitted: Fit) -> None:
     paths = fitted.predictor.predict(scene, road, None, 0.5, 6)
     moved = scene.states[:, None, None, :2] + deviation
     moved[..., 0] += scene.states[:, None, None, 2] * times
-    apart = np.abs(moved - paths.points[:, None]) + scene.half_sizes[:, None, None]
-    assert (apart <= paths.half_sizes[:, None] + 1e-9).all()
+    centre, half_sizes = (each.reshape(arms_of(fitted), 3, 1, 7, 2) for each in (paths.points, paths.half_sizes))
+    apart = np.abs(moved - centre) + scene.half_sizes[:, None, None]
+    assert (apart <= half_sizes + 1e-9).all((3, 4)).any(0).all()
     assert deviation.shape == rate.shape == (3, 9, 7, 2) and possible.all()
     nobody = replace(scene, valid=np.zeros(3, dtype=bool))
     assert not fitted.predictor.choices(nobody, road, times)[2].any()
@@ -263,6 +283,23 @@ def test_area_of_a_union() -> None:
     centre, half_sizes = np.array([[0.0, 0.0], [1.0, 0.0], [9.0, 9.0]]), np.array([[1.0, 1.0], [1.0, 0.5], [0.5, 2.0]])
     assert union_area(centre, half_sizes) == pytest.approx(4 + 1 + 4)
     assert union_area(centre[:1], half_sizes[:1]) == pytest.approx(4)
+
+
+def test_an_unforeseen_lane_change_and_the_hardest_braking_have_an_arm_each(fitted: Fit) -> None:
+    scene, arms = three_vehicles(), arms_of(fitted)
+    paths = fitted.predictor.predict(scene, Road.straight(), None, 0.5, 6)
+    size = paths.half_sizes.reshape(arms, 3, 7, 2)[:, :, 1:] - scene.half_sizes[:, None]
+    assert arms == (2 if fitted.settings.certificate.unit == "vehicle" else 1)
+    np.testing.assert_allclose(size[0, ..., 0], size[..., 0].max(0))
+    np.testing.assert_allclose(size[-1, ..., 1], size[..., 1].max(0))
+    np.testing.assert_allclose(size[0, ..., 1] / size[-1, ..., 1], 0.6 if arms == 2 else 1)
+    np.testing.assert_allclose(size[-1, ..., 0] / size[0, ..., 0], 0.7 if arms == 2 else 1)
+
+
+def arms_of(fitted: Fit) -> int:
+    """Boxes that a vehicle has."""
+    assert isinstance(fitted.predictor, BoxPredictor)
+    return len(fitted.predictor.network.arms)
 
 
 def three_vehicles() -> Scene:

@@ -1,12 +1,14 @@
 """Boxes that are to hold the body of a vehicle, how far segments are outside, and the family of sets that scale them.
 
 A box has a centre, as deviation from constant velocity, and half sizes by which it is larger than the body, at each of
-the P points after the start. The sets are nested in one number: all half sizes are r times as large as they were
-learned. A segment is in the set from the least r on with which its whole body is in the boxes at all points. Its score
-is 1/(1 + r), so that every method of calibration (`coverdrive.certificates`) finds a threshold as for one base.
+the P points after the start. Instead of it there may be the A arms of a cross: boxes around its centre, each of which
+has some share of its length and of its width. The sets are nested in one number: all half sizes are r times as large
+as they were learned. A segment is in the set from the least r on with which its whole body is in the boxes, of one arm,
+at all points. Its score is 1/(1 + r), so that every method of calibration (`coverdrive.certificates`) finds a threshold
+as for one base.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Float
@@ -20,6 +22,9 @@ from coverdrive.prediction.segments import Segments
 TUBE = 1.0
 """distance from which on a segment counts as outside every set"""
 
+WHOLE = np.ones((1, 2))
+"""arms of boxes that are no crosses"""
+
 _COMMON, _NARROWEST = 0.99, 0.05
 """quantile of the deviations from constant velocity that shapes its box, and the least half size [m] of it"""
 
@@ -32,11 +37,15 @@ class Boxes:
     """[m] deviation from constant velocity along lon and lat"""
     half_sizes: Float[np.ndarray, "N P 2"]
     """[m] half extents beyond those of the body"""
+    arms: Float[np.ndarray, "A 2"] = field(default_factory=lambda: WHOLE)
+    """shares of the half sizes that the arms have along lon and lat"""
 
     @property
     def areas(self) -> Float[np.ndarray, "N P"]:
-        """[m²] that the centre of the vehicle may be in."""
-        return 4 * self.half_sizes.prod(-1)
+        """[m²] that the centre of the vehicle may be in: the union of the arms."""
+        along, across = self.arms[np.argsort(-self.arms[:, 0])].T
+        taken = -np.diff(along, append=0) @ np.maximum.accumulate(across)
+        return 4 * taken * self.half_sizes.prod(-1)
 
 
 def beyond_box(segments: Segments, centre: Float[np.ndarray, "N P 2"]) -> Float[np.ndarray, "N P 2"]:
@@ -56,7 +65,8 @@ def scored_by(boxes: Boxes, segments: Segments) -> ScoredSamples:
     centre, half_sizes = (np.broadcast_to(each, shape) for each in (boxes.centre, boxes.half_sizes))
     ratio = np.empty(count)
     for part in parts(count):
-        ratio[part] = (beyond_box(segments.of(part), centre[part]) / half_sizes[part]).max((1, 2))
+        farthest = (beyond_box(segments.of(part), centre[part]) / half_sizes[part]).max(1)
+        ratio[part] = (farthest[:, None] / boxes.arms).max(2).min(1)
     score = 1 / (1 + np.maximum(ratio, 0))
     outside = np.where(score < LEAST, 2 * TUBE, 0.0)
     nobody, area = np.zeros(count, dtype=np.int64), np.broadcast_to(boxes.areas.mean(1), count)

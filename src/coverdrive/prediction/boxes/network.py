@@ -14,7 +14,7 @@ from jax import Array
 from jaxtyping import Float
 from numpy.polynomial.legendre import legvander
 
-from coverdrive.prediction.boxes.boxes import Boxes
+from coverdrive.prediction.boxes.boxes import WHOLE, Boxes
 from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.parts import parts
 
@@ -31,6 +31,8 @@ class BoxNetwork(eqx.Module):
     network: Network
     usual: Float[Array | np.ndarray, "P 2"]
     """[m] root mean square of the training deviations from constant velocity along lon and lat"""
+    arms: Float[Array | np.ndarray, "A 2"] = eqx.field(default_factory=lambda: WHOLE)
+    """of the boxes (`Boxes`), the widest last"""
 
     @staticmethod
     def outputs(points: int) -> int:
@@ -66,14 +68,14 @@ class BoxNetwork(eqx.Module):
         found = np.empty((2, len(features), *self.usual.shape))
         for part in parts(len(features)):
             found[0, part], found[1, part] = self.boxes(features[part])
-        return Boxes(*found)
+        return Boxes(*found, np.asarray(self.arms))
 
     @property
     def arrays(self) -> dict[str, np.ndarray]:
         """All parameters by name, to be stored; `of` makes the same from them and the kind of the network."""
-        return {"box_usual": np.asarray(self.usual), **self.network.arrays}
+        return {"box_usual": np.asarray(self.usual), "box_arms": np.asarray(self.arms), **self.network.arrays}
 
     @staticmethod
     def of(arrays: Mapping[str, np.ndarray], kind: Mapping[str, str]) -> "BoxNetwork":
         """The network that `arrays` and the kind came from."""
-        return BoxNetwork(Network.of(arrays, kind), arrays["box_usual"])
+        return BoxNetwork(Network.of(arrays, kind), arrays["box_usual"], arrays["box_arms"])

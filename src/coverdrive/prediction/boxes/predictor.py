@@ -57,7 +57,7 @@ class BoxPredictor(StoredPredictor):
         *,
         like: TimeGrid | None = None,
     ) -> PredictedPaths:
-        """One path for each vehicle, in whose boxes it stays, and one for each lane change that is under way.
+        """One path for each arm of each vehicle's boxes, and one for each lane change that is under way.
 
         Arguments and errors as of the predictor of a basis.
         """
@@ -68,9 +68,14 @@ class BoxPredictor(StoredPredictor):
         lon, lat, speed, heading, length, width = (np.asarray(each)[vehicle, None] for each in scene.measures)
         centre[..., 0] += lon + times * (speed * np.cos(heading))
         centre[..., 1] += lat
-        half_sizes[..., 0] += length / 2
-        half_sizes[..., 1] += width / 2
-        return with_lane_changes(PredictedPaths(centre, vehicle, half_sizes, period), scene)
+        body = np.stack([length, width], axis=-1) / 2
+        *others, widest = (
+            PredictedPaths(centre, vehicle, arm * half_sizes + body, period) for arm in self.network.arms
+        )
+        paths = with_lane_changes(widest, scene)
+        for arm in reversed(others):
+            paths = arm.joined(paths)
+        return paths
 
     def choices(
         self, scene: Scene, road: Road, times: Float[np.ndarray, " n"]
@@ -83,7 +88,9 @@ class BoxPredictor(StoredPredictor):
         share = times[:, None] / times[-1]
         way = np.concatenate([share**2, share**2 * (3 - 2 * share)], axis=1)
         reach = (half_sizes[:, 1:] / way[1:]).min(1, keepdims=True)
-        deviation = centre[:, None] + _ENDS[:, None] * (reach * way)[:, None]
+        aslant = (_ENDS != 0).all(1, keepdims=True)
+        ends = np.where(aslant, self.network.arms.min(0), 1) * _ENDS
+        deviation = centre[:, None] + ends[:, None] * (reach * way)[:, None]
         rate = np.gradient(deviation, times, axis=2)
         possible = np.broadcast_to(np.asarray(scene.valid)[:, None], deviation.shape[:2]).copy()
         return deviation, rate, possible

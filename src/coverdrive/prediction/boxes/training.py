@@ -14,7 +14,7 @@ from jaxtyping import Float, Float32
 from pydantic import Field
 
 from coverdrive.certificates.certificate import Unit
-from coverdrive.prediction.boxes.boxes import body_excess
+from coverdrive.prediction.boxes.boxes import WHOLE, body_excess
 from coverdrive.prediction.boxes.network import BoxNetwork
 from coverdrive.prediction.learning.affordance import mirrored_features
 from coverdrive.prediction.learning.inputs import Inputs
@@ -31,6 +31,10 @@ _CALM = 0.1
 
 _KEPT = 0.7
 """of differences in size that few vehicles taught: the worst windows of others show less of them"""
+
+_CROSS = np.array([[1.0, 0.6], [0.7, 1.0]])
+"""arms where every window of a vehicle has to stay inside: who changes lanes unforeseen neither brakes nor accelerates
+hardest at that"""
 
 _MIRROR = np.array([1, -1, 1, 1], dtype=np.float32)
 """what the mirror image, left for right, makes of what boxes are to hold"""
@@ -99,7 +103,8 @@ def train_boxes(
         return box_loss(*decoder.decoded(last), wanted, decoder.usual, power)
 
     trained, losses = optimised(network, features, targets, loss, settings, order)
-    return BoxNetwork(_evened(trained, features) if few and not windows else trained, decoder.usual), losses
+    evened = _evened(trained, features) if few and not windows else trained
+    return BoxNetwork(evened, decoder.usual, WHOLE if windows else _CROSS), losses
 
 
 def _targets(segments: Segments) -> Float32[np.ndarray, "N P 4"]:
