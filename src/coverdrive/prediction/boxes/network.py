@@ -68,7 +68,7 @@ class BoxNetwork(eqx.Module):
         found = np.empty((2, len(features), *self.usual.shape))
         for part in parts(len(features)):
             found[0, part], found[1, part] = self.boxes(features[part])
-        return Boxes(*found, np.asarray(self.arms))
+        return Boxes(found[0], found[1], np.asarray(self.arms))
 
     @property
     def arrays(self) -> dict[str, np.ndarray]:
