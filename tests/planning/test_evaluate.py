@@ -199,6 +199,18 @@ def test_severity_beyond_the_end_of_the_plan(straight_paths) -> None:
     assert got.severity[0] == pytest.approx(np.sqrt(225 - 160))
 
 
+def test_a_contact_from_behind_does_little_harm_but_more_than_a_graze_ahead(straight_paths) -> None:
+    """Nobody behind may brake, as in replay: at 15 m/s it is worse than to graze what is ahead."""
+    state, straight = np.array([0, 1.8, 15.0, 0]), whole(np.zeros((STEPS, 2)))
+
+    def harm(lon: float, speed: float) -> float:
+        return float(evaluated(straight, around(state, straight_paths((lon, 1.8, speed)))).harm[0])
+
+    ahead, behind, graze = harm(25.0, 0.0), harm(-25.0, 30.0), harm(7.0, 14.0)
+    assert 0 < behind < 0.05 * ahead
+    assert graze < behind
+
+
 def test_harm_counts_what_is_likely_and_soon(straight_paths) -> None:
     """Two paths of a vehicle that stands in the lane, one of them with more weight."""
     state, straight, harm = np.array([0, 1.8, 20.0, 0]), whole(np.zeros((STEPS, 2))), []
