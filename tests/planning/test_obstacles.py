@@ -18,6 +18,7 @@ from coverdrive.planning.obstacles import (
     obstacles_of,
     own_half_sizes,
     reachable,
+    reachable_range,
     with_share_of_tube,
 )
 from coverdrive.planning.problem import ProblemSettings
@@ -117,6 +118,23 @@ def test_what_some_motion_touches_is_kept(seed: int, speed: float, heading: floa
     sizes = np.full((20, 13, 2), 0.01)
     paths = PredictedPaths(touching, np.arange(20), sizes, 0.25)
     assert reachable(state, obstacles_of(paths, shape), 0.25, CAR, shape).all()
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(-1, 60), st.floats(-0.6, 0.6))
+def test_every_motion_stays_in_the_reachable_range(seed: int, speed: float, heading: float) -> None:
+    state = np.array([7.0, 2.0, speed, heading])
+    wishes = np.random.default_rng(seed).choice([-10.0, -1.0, 0.0, 1.0, 10.0], size=(20, 12, 2))
+    states, _ = drive(state, wishes)
+    low, high = reachable_range(state, 13, 0.25, CAR)
+    assert (states[..., 0] >= low - 1e-9).all()
+    assert (states[..., 0] <= high + 1e-9).all()
+
+
+def test_reachable_range_by_hand() -> None:
+    low, high = reachable_range(np.array([5.0, 2.0, 44.0, 0.0]), 3, 0.5, CAR)
+    np.testing.assert_allclose(high, 5 + np.array([0, 22 + 1 / 3, 45 - 1 / 6]))
+    np.testing.assert_allclose(low, 5 + np.cos(0.35) * np.array([0, 21, 40]))
+    assert reachable_range(np.array([5.0, 2.0, 4.0, 0.0]), 3, 0.5, CAR)[0][-1] == pytest.approx(5 + np.cos(0.35))
 
 
 def test_what_no_motion_comes_near_is_left_out(straight_paths) -> None:

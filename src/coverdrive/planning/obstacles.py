@@ -186,45 +186,50 @@ def reachable(
         vehicle: size and limits of the ego.
         settings: shape of the obstacles.
     """
-    cosine = np.cos(max(abs(state[3]), vehicle.max_heading))
+    low, high = reachable_range(state, boxes.shape[1], dt, vehicle)
     half_length = own_half_sizes(max(abs(state[3]), vehicle.max_heading), vehicle)[0]
     half_length += (vehicle.max_deceleration + vehicle.max_lateral_acceleration) * dt**2 / 2  # held inputs in a step
-    fastest, near = max(float(state[2]), vehicle.max_speed), np.zeros(boxes.shape[2], dtype=bool)
-    limits = -vehicle.max_deceleration, vehicle.max_acceleration, min(float(state[2]), 0.0), fastest
-    _mark_near(boxes, state, dt, limits, float(cosine), float(half_length), settings.inflation, near)
+    brake = max(state[2], vehicle.max_speed) ** 2 / (2 * vehicle.max_deceleration)
+    near = np.zeros(boxes.shape[2], dtype=bool)
+    _mark_near(boxes, low, high, float(half_length), float(brake), settings.inflation, near)
     return near
+
+
+def reachable_range(
+    state: Float[np.ndarray, " 4"], moments: int, dt: float, vehicle: Any
+) -> tuple[Float[np.ndarray, " P"], Float[np.ndarray, " P"]]:
+    """[m] least and largest lon at the times k·dt [s]; speed and heading take their extremes each on its own."""
+    lon, speed, heading = float(state[0]), float(state[2]), max(abs(float(state[3])), vehicle.max_heading)
+    least, most = np.empty(moments), np.empty(moments)
+    _write_way(speed, -vehicle.max_deceleration, min(speed, 0.0), dt, least)
+    _write_way(max(speed, 0.0), vehicle.max_acceleration, max(speed, vehicle.max_speed), dt, most)
+    return lon + np.minimum(least, np.cos(heading) * least), lon + most
+
+
+@compiled
+def _write_way(speed: float, acceleration: float, bound: float, dt: float, way: Float[np.ndarray, " P"]) -> None:
+    """Write the way [m] by the times k·dt [s] at an acceleration [m/s²] that ends at a speed [m/s]."""
+    for k in range(len(way)):
+        changing = min(k * dt, (bound - speed) / acceleration)
+        way[k] = bound * k * dt - (bound - speed) * changing + acceleration / 2 * changing**2
 
 
 @compiled
 def _mark_near(
-    boxes: Float[np.ndarray, "7 P n"], state: Float[np.ndarray, " 4"], dt: float,
-    limits: tuple[float, float, float, float], cosine: float, half_length: float, inflation: float,
-    near: Bool[np.ndarray, " n"],
+    boxes: Float[np.ndarray, "7 P n"], low: Float[np.ndarray, " P"], high: Float[np.ndarray, " P"], half_length: float,
+    brake: float, inflation: float, near: Bool[np.ndarray, " n"],
 ) -> None:  # fmt: skip
-    """Tell which boxes an ego of this half length [m] comes near, given its least and largest acceleration and speed.
+    """Tell which boxes an ego of this half length [m] comes near between the ends.
 
     Both move evenly in a step, but for what the half length has room for: what is ahead, or behind, at its start and at
-    its end is so all the while. Speed and heading take their extremes each on its own: no motion is left out.
+    its end is so all the while.
     """
-    hardest, throttle, slowest, fastest = limits
     for slot in range(len(near)):
         was_ahead = was_behind = False
-        for k in range(boxes.shape[1]):
-            least = _way(state[2], hardest, slowest, k * dt)
-            low, high = (
-                state[0] + min(least, least * cosine),
-                state[0] + _way(max(state[2], 0.0), throttle, fastest, k * dt),
-            )
+        for k in range(len(low)):
             lon, reach = boxes[0, k, slot], boxes[2, k, slot] + half_length
-            way = fastest**2 / (-2 * hardest) if boxes[4, k, slot] < FAR else 0.0
+            way = brake if boxes[4, k, slot] < FAR else 0.0
             room = _MARGIN * inflation * reach + (inflation - 1) * way
-            ahead, behind = lon >= high + room + way, lon <= low - room
+            ahead, behind = lon >= high[k] + room + way, lon <= low[k] - room
             near[slot] |= not ((ahead and (was_ahead or k == 0)) or (behind and (was_behind or k == 0)))
             was_ahead, was_behind = ahead, behind
-
-
-@compiled
-def _way(speed: float, acceleration: float, bound: float, time: float) -> float:
-    """[m] after a time [s] at an acceleration [m/s²] that ends at a speed [m/s]."""
-    changing = min(time, (bound - speed) / acceleration)
-    return bound * time - (bound - speed) * changing + acceleration / 2 * changing**2
