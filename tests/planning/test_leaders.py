@@ -14,6 +14,7 @@ from coverdrive.road import Road
 
 STATE = np.array([0.0, 5.4, 30.0, 0.0])
 TIMES = 0.25 * np.arange(13)
+EVERY = np.array([True, True, True])
 
 
 def test_the_nearest_ahead_in_every_lane_brakes_to_a_stop(straight_paths) -> None:
@@ -70,9 +71,24 @@ def test_what_is_lost_in_a_lane_is_the_time_behind_the_one_ahead(straight_paths)
     """At 40 m/s the one at 30 m/s, 60 m ahead, is reached after 6 s, and the one at 20 m/s, 20 m ahead, after 1 s."""
     paths = straight_paths((64.8, 1.8, 30), (24.8, 5.4, 20), (80, 5.4, 0))  # cars of 4.8 m
     leaders = leaders_of(STATE, 2.4, paths, Road.straight())
-    np.testing.assert_allclose(leaders.lost([1, 0, 2], 40.0, 3.0, 8.0), [20**2 * 5, 10**2 * 2, 0])
-    np.testing.assert_allclose(leaders.lost([0, 1], 40.0, 3.0, 5.0), [0, 20**2 * 2])
-    assert leaders.lost([1, 0], 20.0, 3.0, 8.0).max() < 0.1
+    for end, lost in ((8.0, [10**2 * 2, 20**2 * 5]), (5.0, [0, 20**2 * 2]), (3.0, [0, 0])):
+        for lane in range(2):  # alone, so that there is no lane to move on to
+            alone = leaders._replace(lane=np.zeros(1, dtype=int), gap=leaders.gap[[lane]], speed=leaders.speed[[lane]])
+            np.testing.assert_allclose(alone.lost(np.array([True]), 40.0, 3.0, end), lost[lane])
+    assert leaders.lost(EVERY, 20.0, 3.0, 8.0).max() < 0.1
+
+
+def test_who_can_move_on_from_a_lane_loses_no_more_than_until_then(straight_paths) -> None:
+    """At 40 m/s the one at 20 m/s in lane 1 is reached after 1 s, and left for another lane 2 s after the plan."""
+    leaders = leaders_of(STATE, 2.4, straight_paths((24.8, 1.8, 25), (24.8, 5.4, 20), (34.8, 9.0, 30)), Road.straight())
+    left, middle, right = 15**2, 20**2, 10**2
+    for there, lost in (
+        (EVERY, [5 * left, 2 * middle + 3 * right, 5 * right]),
+        (np.array([True, True, False]), [5 * left, 2 * middle + 3 * left, 2 * right + 3 * middle]),
+        (np.array([False, True, False]), [5 * left, 5 * middle, 5 * right]),
+    ):
+        expected = np.minimum(lost, [5 * left, 5 * middle, 5 * right])
+        np.testing.assert_allclose(leaders.lost(there, 40.0, 3.0, 8.0), expected)
 
 
 @pytest.mark.parametrize(("foresight", "lane"), [(0.0, 1.8), (3.0, 5.4)])
@@ -80,6 +96,16 @@ def test_who_foresees_to_be_held_up_changes_lanes_in_time(straight_paths, foresi
     planner = MpcPlanner(PlannerSettings(leaders=LeaderSettings(foresight=foresight)))
     paths = straight_paths((50.0, 1.8, 28.0), (20.0, 9.0, 30.0))
     plan = planner.plan(np.array([0.0, 1.8, 30.0, 0.0]), paths, Road.straight())
+    assert plan.states[-1, 1] == pytest.approx(lane, abs=0.6)
+
+
+@pytest.mark.parametrize(("free", "lane"), [(True, 5.4), (False, 1.8)])
+def test_a_lane_is_worth_what_is_beyond_it(straight_paths, free: bool, lane: float) -> None:
+    """Lanes 0 and 1 are as slow as each other; whoever moves to lane 1 gets on from there if lane 2 is free."""
+    planner = MpcPlanner()
+    planner.reset(0.1)
+    slow = [(40.0, 1.8, 22.0), (40.0, 5.4, 22.0), (40.0, 9.0, 22.0)][: 2 if free else 3]
+    plan = planner.plan(np.array([0.0, 1.8, 24.0, 0.0]), straight_paths(*slow), Road.straight())
     assert plan.states[-1, 1] == pytest.approx(lane, abs=0.6)
 
 

@@ -357,7 +357,7 @@ def test_the_next_search_starts_from_the_last_plan_and_its_fail_safe_rest(
     np.testing.assert_allclose(after.rest[:, 0], shift @ speeds, atol=1e-9)
     (held,) = (i for i, each in enumerate(after.last) if np.allclose(each[drive], shift @ first.inputs, atol=1e-9))
     assert after.held == held
-    lost = 0.1 / 0.25 * (40 - 15) ** 2 * 3.0  # of the wanted speed in the first lane, in the 3 s after the plan
+    lost = 0.1 / 0.25 * (40 - 15) ** 2 * 2.0  # of the wanted speed in the first lane, until it can be in the next
     np.testing.assert_allclose(
         after.extra, np.array([lost, 0.0]) + PlannerSettings().lane_change * (np.arange(2) != held)
     )

@@ -112,14 +112,14 @@ def test_it_stops_before_its_lane_ends_where_nobody_lets_it_out(taper: float) ->
 
 def test_lanes_are_aimed_at_where_they_are() -> None:
     road = with_end()
-    for lon, speed, lanes, ending in (
-        (100.0, 20.0, [0, 1], [False, False]),
-        (250.0, 20.0, [0, 1], [True, False]),
-        (380.0, 20.0, [0, 1], [True, False]),
-        (500.0, 20.0, [1, 2], [False, False]),
+    for lon, lanes, first in (
+        (100.0, [0, 1], True),
+        (250.0, [0, 1], False),
+        (380.0, [0, 1], False),
+        (500.0, [1, 2], False),
     ):
-        got = target_lanes(np.array([lon, 1.8, speed, 0.0]), road, 3.0)
-        assert (got.lanes, got.ending.tolist()) == (lanes, ending)
+        got = target_lanes(np.array([lon, 1.8, 20.0, 0.0]), road, 3.0)
+        assert (got.lanes, got.lasting.tolist()) == (lanes, [first, True, True])
     assert target_lanes(np.array([380.0, 5.4, 20.0, 0.0]), road, 3.0).lanes == [1, 2]  # not back
     got = target_lanes(np.array([380.0, 9.0, 20.0, 0.0]), Road.straight(), 3.0)
     assert (got.lanes, got.lat.tolist()) == ([2, 1], [9.0, 5.4])

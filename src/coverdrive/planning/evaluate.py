@@ -27,7 +27,7 @@ _USUAL = 20.0
 """[m/s] of a contact that counts as much as its speed says"""
 _UNCERTAIN = 0.4
 """by how much less a contact at the end of the plan counts than one now"""
-_FROM_BEHIND = 0.02
+_FROM_BEHIND = 0.1
 """share of the harm that a contact counts where the other one runs into the ego"""
 _AT_THE_RIM = 0.2
 """share of the harm of a contact that only the rim of a box makes, and not the body in its middle"""

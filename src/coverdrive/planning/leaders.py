@@ -5,14 +5,14 @@ already. Responsibility-sensitive safety (Shalev-Shwartz, Shammah, Shashua 2017)
 ahead that brake; so do plans here, wherever there is one that does, as if that were a member of their sets. Who is
 about to reach the vehicle ahead wants to be no faster than that, lest it pulls out so late that nothing else is left.
 
-And they hold the ego up: a plan ends when an overtaking begins to pay. What comes after is told from their speeds.
+And they hold the ego up: a plan ends when an overtaking begins to pay. What comes after, in a lane and in the ones
+beside it, is told from their speeds.
 """
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from pydantic import Field
 
 from coverdrive.compiled import compiled
@@ -24,6 +24,8 @@ _LIKELIHOOD = 0.1
 """of braking, over that of the least likely member"""
 _SLOW = 0.1
 """[m/s] that is divided by"""
+_CHANGE = 2.0
+"""[s] after the end of a plan when the ego can be in the next lane"""
 
 
 class LeaderSettings(Settings):
@@ -32,9 +34,9 @@ class LeaderSettings(Settings):
     deceleration: float = Field(default=4.0, ge=0, le=15)
     """[m/s²] at which they may brake to a stop from now on, beyond which hardly anybody does in normal traffic; 0: no
     such thing is assumed"""
-    time_to_collision: float = Field(default=2.0, ge=0, le=60)
+    time_to_collision: float = Field(default=1.0, ge=0, le=60)
     """[s] within which the ego is to reach the vehicle directly ahead, if that one's speed is all it wants"""
-    foresight: float = Field(default=3.0, ge=0, le=60)
+    foresight: float = Field(default=6.0, ge=0, le=60)
     """[s] after the end of a plan for which lanes are compared by the speeds of those ahead"""
 
 
@@ -57,18 +59,25 @@ class Leaders(NamedTuple):
         here = (self.lane == lane) & (self.gap < within * (speed - self.speed))
         return float(self.speed[here].min(initial=np.inf))
 
-    def lost(self, lanes: Sequence[int], wanted: float, begin: float, end: float) -> Float[np.ndarray, " L"]:
-        """What is lost of a wanted speed [m/s] in each of some lanes by being held up: squared, over a time, [m²/s].
+    def lost(self, there: Bool[np.ndarray, " L"], wanted: float, begin: float, end: float) -> Float[np.ndarray, " L"]:
+        """What is lost of a wanted speed [m/s] in each lane by being held up: squared, over a time, [m²/s].
+
+        That is in the lane itself, or there at first and then in one beside it, if that is less.
 
         Args:
-            lanes: which.
+            there: which lanes can be moved on to.
             wanted: [m/s] at which the ego drives until it is behind the one ahead.
             begin: [s] from when it counts.
             end: [s] until when.
         """
         faster = np.maximum(wanted - self.speed, _SLOW)
-        held_up = faster**2 * np.maximum(end - np.maximum(self.gap / faster, begin), 0.0)
-        return np.array([held_up[self.lane == lane].sum() for lane in lanes])
+        until = np.array([[end], [min(begin + _CHANGE, end)]])
+        held_up = np.zeros((2, len(there)))
+        held_up[:, self.lane] = faster**2 * np.maximum(until - np.maximum(self.gap / faster, begin), 0.0)
+        staying, first = held_up
+        later = np.full(len(there) + 2, np.inf)
+        later[1:-1][there] = (staying - first)[there]
+        return np.minimum(staying, first + np.minimum(later[:-2], later[2:]))
 
 
 def leaders_of(state: Float[np.ndarray, " 4"], half_length: float, paths: PredictedPaths, road: Road) -> Leaders:

@@ -221,11 +221,11 @@ class MpcPlanner:
         targets = target_lanes(state, road, horizon)
         near = leaders.speed_in(targets.lanes[0], state[2], settings.leaders.time_to_collision)
         self._speed = min(self._speed, near)
-        lost = leaders.lost(targets.lanes, self._speed, horizon, horizon + settings.leaders.foresight)
+        lost = leaders.lost(targets.lasting, self._speed, horizon, horizon + settings.leaders.foresight)
         targets = targets._replace(lost=lost)
         found = self._clear_of_leaders(state, paths, leaders, targets, begun) if searching else None
         if found is None:
-            own = TargetLanes(targets.lanes[:1], targets.lat[:1], targets.ending[:1], targets.lost[:1])
+            own = targets._replace(lanes=targets.lanes[:1], lat=targets.lat[:1])
             return self._braking(state, paths, own), own, Status.UNSAFE
         if found.clear:
             return found, targets, Status.SOLVED if found.optimised else Status.FALLBACK
@@ -274,8 +274,8 @@ class MpcPlanner:
             lanes=self._wish.places(targets.lanes, targets.lat),
             held=targets.lanes.index(held) if held in targets.lanes else 0,
             extra=settings.lane_change * (np.array(targets.lanes) != held)
-            + settings.lane_end * targets.ending
-            + problem.cost.speed / problem.dt * targets.lost
+            + settings.lane_end * ~targets.lasting[targets.lanes]
+            + problem.cost.speed / problem.dt * targets.lost[targets.lanes]
             + settings.wished_lane * np.array([self._wish.away(target) for target in targets.lanes]),
             last=np.array([known.get(target, nothing) for target in targets.lanes]),
             rest=memory.rest if memory else np.zeros((problem.steps, 2)),

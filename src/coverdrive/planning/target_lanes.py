@@ -14,32 +14,30 @@ _AHEAD = 10.0
 
 
 class TargetLanes(NamedTuple):
-    """L lanes, the first of which is the own one."""
+    """L lanes, the first of which is the own one, of the R of the road."""
 
     lanes: list[int]
     """their indices"""
     lat: Float[np.ndarray, " L"]
     """[m] of their centres, half-way through the plan"""
-    ending: Bool[np.ndarray, " L"]
-    """whether each ends before long"""
-    lost: Float[np.ndarray, " L"]
-    """[m²/s] speed that is lost in each after the plan, behind whoever is ahead (`Leaders.lost`)"""
+    lasting: Bool[np.ndarray, " R"]
+    """which lanes of the road are there and do not end before long"""
+    lost: Float[np.ndarray, " R"]
+    """[m²/s] speed that is lost in each lane of the road after the plan, behind whoever is ahead (`Leaders.lost`)"""
 
 
 def target_lanes(state: Float[np.ndarray, " 4"], road: Road, horizon: float) -> TargetLanes:
     """The target lanes of a plan over a horizon [s] from a state (lon, lat, speed, heading); nothing lost in any."""
-    lane = int(road.lane_at(state[0], state[1]))
+    lane, nothing = int(road.lane_at(state[0], state[1])), np.zeros(road.lanes)
     beside = [side for side in (lane - 1, lane + 1) if 0 <= side < road.lanes]
     if road.changing is None:
         lanes = [lane, *beside]
-        nothing = np.zeros(len(lanes))
-        return TargetLanes(lanes, np.array(road.centres, dtype=float)[lanes], nothing > 0, nothing)
+        return TargetLanes(lanes, np.array(road.centres, dtype=float)[lanes], nothing == 0, nothing)
     lon, way = float(state[0]), max(float(state[2]), 0.0)
     soon = _all_along(road, lon, horizon * way)
     lanes = [lane, *(side for side in beside if soon[side])]
-    ending = ~_all_along(road, lon, _AHEAD * way)
     there = road.edges_at(lon + (horizon / 2 * way if soon[lane] else 0.0))
-    return TargetLanes(lanes, ((there[:-1] + there[1:]) / 2)[lanes], ending[lanes], np.zeros(len(lanes)))
+    return TargetLanes(lanes, ((there[:-1] + there[1:]) / 2)[lanes], _all_along(road, lon, _AHEAD * way), nothing)
 
 
 def _all_along(road: Road, lon: float, way: float) -> Bool[np.ndarray, " L"]:

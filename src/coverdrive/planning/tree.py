@@ -25,7 +25,7 @@ class BranchSettings(Settings):
     """[s] from the next plan until it is driven; by then the branches still have everything in common"""
     comfort: float = Field(default=0.6, gt=0, le=1)
     """factor on the costs of the fail-safe branch, which is hardly ever driven far; it has no wanted speed"""
-    tube: float = Field(default=0.6, ge=0, le=1)
+    tube: float = Field(default=0.3, ge=0, le=1)
     """share of the uncertainty around the likeliest path of every vehicle that the drive branch keeps clear of"""
 
     def shared(self, period: float, steps: int, dt: float) -> int:
