@@ -5,8 +5,7 @@ already. Responsibility-sensitive safety (Shalev-Shwartz, Shammah, Shashua 2017)
 ahead that brake; so do plans here, wherever there is one that does, as if that were a member of their sets. Who is
 about to reach the vehicle ahead wants to be no faster than that, lest it pulls out so late that nothing else is left.
 
-And they hold the ego up: a plan ends when an overtaking begins to pay. What comes after, in a lane and in the ones
-beside it, is told from their speeds.
+And they hold the ego up: a plan ends when an overtaking begins to pay. What comes after is told from their speeds.
 """
 
 from typing import NamedTuple
@@ -60,9 +59,7 @@ class Leaders(NamedTuple):
         return float(self.speed[here].min(initial=np.inf))
 
     def lost(self, there: Bool[np.ndarray, " L"], wanted: float, begin: float, end: float) -> Float[np.ndarray, " L"]:
-        """What is lost of a wanted speed [m/s] in each lane by being held up: squared, over a time, [m²/s].
-
-        That is in the lane itself, or there at first and then in one beside it, if that is less.
+        """What is lost of a wanted speed [m/s] in each lane, or there first and beside it then: squared [m²/s].
 
         Args:
             there: which lanes can be moved on to.
@@ -72,11 +69,9 @@ class Leaders(NamedTuple):
         """
         faster = np.maximum(wanted - self.speed, _SLOW)
         until = np.array([[end], [min(begin + _CHANGE, end)]])
-        held_up = np.zeros((2, len(there)))
+        staying, first = held_up = np.zeros((2, len(there)))
         held_up[:, self.lane] = faster**2 * np.maximum(until - np.maximum(self.gap / faster, begin), 0.0)
-        staying, first = held_up
-        later = np.full(len(there) + 2, np.inf)
-        later[1:-1][there] = (staying - first)[there]
+        later = np.concatenate([[np.inf], np.where(there, staying - first, np.inf), [np.inf]])
         return np.minimum(staying, first + np.minimum(later[:-2], later[2:]))
 
 
