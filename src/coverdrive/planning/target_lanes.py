@@ -31,7 +31,7 @@ def target_lanes(state: Float[np.ndarray, " 4"], road: Road, horizon: float) -> 
     lane, nothing = int(road.lane_at(state[0], state[1])), np.zeros(road.lanes)
     beside = [side for side in (lane - 1, lane + 1) if 0 <= side < road.lanes]
     if road.changing is None:
-        return TargetLanes([lane, *beside], np.array(road.centres)[[lane, *beside]], nothing == 0, nothing)
+        return TargetLanes([lane, *beside], np.array(road.centres, dtype=float)[[lane, *beside]], nothing == 0, nothing)
     lon, way = float(state[0]), max(float(state[2]), 0.0)
     soon = _all_along(road, lon, horizon * way)
     lanes = [lane, *(side for side in beside if soon[side])]
