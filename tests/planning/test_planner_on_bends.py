@@ -125,6 +125,16 @@ def test_lanes_are_aimed_at_where_they_are() -> None:
     assert (got.lanes, got.lat.tolist()) == ([2, 1], [9.0, 5.4])
 
 
+@pytest.mark.parametrize(("lon", "lane"), [(20.0, 5.4), (250.0, 9.0)])
+def test_nobody_changes_lanes_for_one_beyond_that_ends(straight_paths, lon: float, lane: float) -> None:
+    """Lanes 1 and 2 are as slow as each other; lane 0 is free, but ends 400 m from the origin."""
+    planner = MpcPlanner()
+    planner.reset(0.1)
+    paths = straight_paths((lon + 40.0, 9.0, 22.0), (lon + 40.0, 5.4, 22.0))
+    plan = planner.plan(np.array([lon, 9.0, 24.0, 0.0]), paths, with_end())
+    assert plan.states[-1, 1] == pytest.approx(lane, abs=0.6)
+
+
 def test_lanes_that_shift_are_aimed_at_where_they_will_be() -> None:
     lat = np.tile(EDGES, (4, 1))
     lat[2:] += 2.0
