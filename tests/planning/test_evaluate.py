@@ -211,6 +211,18 @@ def test_a_contact_from_behind_does_little_harm_but_more_than_a_graze_ahead(stra
     assert graze < behind
 
 
+@pytest.mark.parametrize(
+    ("gap", "share"), [(1.05, 0.0), (0.95, 0.03), (0.7, 0.07), (0.45, 0.15), (0.2, 0.35), (-0.1, 1.0)]
+)
+def test_harm_counts_how_deep_a_box_is_entered(straight_paths, gap: float, share: float) -> None:
+    """A car beside the ego, as fast: its box grows by 1 m to each side at once, towards the ego and away from it."""
+    paths = straight_paths((0, 1.8 + 1.9 + gap, 20.0))
+    paths.half_sizes[:, 1:, 1] += 1.0
+    got = evaluated(whole(np.zeros((STEPS, 2))), around(np.array([0, 1.8, 20.0, 0]), paths))
+    assert bool(got.clear[0]) is (share == 0)
+    assert got.harm[0] == pytest.approx(share * 5.0**4 / 20.0**3, rel=0.04)  # a contact later counts less
+
+
 def test_harm_counts_what_is_likely_and_soon(straight_paths) -> None:
     """Two paths of a vehicle that stands in the lane, one of them with more weight."""
     state, straight, harm = np.array([0, 1.8, 20.0, 0]), whole(np.zeros((STEPS, 2))), []

@@ -38,7 +38,7 @@ def test_edges_hold_the_body_by_whatever_finer_steps_it_is_driven(parts: int) ->
 
 @pytest.mark.parametrize("grown", [0.0, 0.5, 1.0])
 def test_first_contact_is_that_of_dense_sampling(grown: float) -> None:
-    rng, share, met = np.random.default_rng(0), np.linspace(0, 1, 2001), 0
+    rng, share, met, hit = np.random.default_rng(0), np.linspace(0, 1, 2001), 0, 0
     for _ in range(1000):
         centre, half = rng.uniform(-3, 3, (2, 2)), rng.uniform(0.1, 2, (2, 2))
         edges = np.concatenate([centre - half, centre + half], axis=1)[None]
@@ -48,15 +48,20 @@ def test_first_contact_is_that_of_dense_sampling(grown: float) -> None:
         known = np.concatenate([box - size, box + size]).T
         own, other = (np.stack([np.interp(share, [0, 1], at) for at in each.T]) for each in (edges[0], known))
         overlap = ((own[:2] < other[2:]) & (other[:2] < own[2:])).all(0)
-        got = contact_at(edges, boxes, 0, 0, grown)
+        got, behind = contact_at(edges, boxes, 0, 0, grown)
         if overlap.any():
             met += 1
             first = share[np.argmax(overlap)]
             assert first - 1 / 2000 <= got <= first
+            own, other = (np.array([np.interp(got, [0, 1], at) for at in each.T]) for each in (edges[0], known))
+            into_rear, *others = [other[2] - own[0], own[2] - other[0], other[3] - own[1], own[3] - other[1]]
+            assert behind is bool(into_rear < min(others))
+            hit += behind
         else:
             assert got == NEVER or not overlap[int(got * 2000) :: 2000].any()
             assert got == NEVER or got * 2000 % 1 > 0  # a touch that is shorter than a sample
     assert 200 < met < 900
+    assert 40 < hit < met / 2
 
 
 def test_time_of_contact_by_hand() -> None:
@@ -67,9 +72,28 @@ def test_time_of_contact_by_hand() -> None:
     write_edges(states, inputs, edges, CONSTANTS)
     boxes = np.zeros((7, 13, 2))
     boxes[0], boxes[2], boxes[3] = [6.8, 60.0], 2.4, 0.95
-    assert contact_at(edges, boxes, 0, 0, 1.0) == pytest.approx(0.4)
-    assert contact_at(edges, boxes, 0, 1, 1.0) == NEVER
-    assert contact_at(edges, boxes, 1, 0, 1.0) == 0.0
+    assert contact_at(edges, boxes, 0, 0, 1.0) == (pytest.approx(0.4), False)
+    assert contact_at(edges, boxes, 0, 1, 1.0) == (NEVER, False)
+    assert contact_at(edges, boxes, 1, 0, 1.0) == (0.0, False)
+
+
+@pytest.mark.parametrize(
+    ("box", "way", "behind"),
+    [
+        ((-10.0, 0.5), (6.0, 0.0), True),  # drives into the rear
+        ((-4.0, 2.5), (0.0, -1.0), False),  # comes over from beside, though most of it is behind
+        ((-4.0, 2.5), (0.5, -1.0), False),  # faster as well
+        ((10.0, 0.5), (-6.0, 0.0), False),  # the ego drives into it
+    ],
+)
+def test_who_comes_over_from_beside_does_not_come_from_behind(
+    box: tuple[float, float], way: tuple[float, float], behind: bool
+) -> None:
+    edges, boxes = np.tile([-2.4, -0.95, 2.4, 0.95], (1, 2, 1)), np.zeros((7, 2, 1))
+    boxes[:2, :, 0], boxes[2], boxes[3] = np.transpose([box, np.add(box, way)]), 2.4, 0.95
+    share, got = contact_at(edges, boxes, 0, 0, 1.0)
+    assert 0 < share < 1
+    assert got is behind
 
 
 @pytest.mark.parametrize("k", [0, 5, 11])

@@ -29,8 +29,8 @@ _UNCERTAIN = 0.4
 """by how much less a contact at the end of the plan counts than one now"""
 _FROM_BEHIND = 0.1
 """share of the harm that a contact counts where the other one runs into the ego"""
-_AT_THE_RIM = 0.2
-"""share of the harm of a contact that only the rim of a box makes, and not the body in its middle"""
+_LEVELS = ((1.0, 0.03), (0.75, 0.04), (0.5, 0.08), (0.25, 0.2), (0.0, 0.65))
+"""shares of what boxes have grown beyond the bodies in their middle, and of the harm that contact with these counts"""
 _ON_THE_ROAD = 1e-9
 """[m] by which a body may be beyond the edge of the road"""
 
@@ -127,18 +127,16 @@ def complete(plans: Plans, i: int, around: Surroundings, constants: Constants) -
     faster = states[steps, 2] - value_at(states[steps, 0], FASTEST, around.road)[0]
     if faster > 0:  # it would leave the road in a curve to come
         departure += faster * states[steps, 2] / constants.vehicle.braking
-    touched = False
     for slot in range(boxes.shape[2]):
-        time, speed = first_contact(states, inputs, edges, slot, 1.0, boxes, constants)
-        if time == np.inf:
-            continue
-        touched, severity = True, max(severity, abs(speed))
-        harm += _AT_THE_RIM * boxes[6, 0, slot] * _harm_of(time / steps, speed)
-        time, speed = first_contact(states, inputs, edges, slot, 0.0, boxes, constants)
-        if time < np.inf:
-            harm += (1 - _AT_THE_RIM) * boxes[6, 0, slot] * _harm_of(time / steps, speed)
+        for grown, likely in _LEVELS:
+            time, speed = first_contact(states, inputs, edges, slot, grown, boxes, constants)
+            if time == np.inf:
+                break
+            if grown == 1:
+                severity = max(severity, abs(speed))
+            harm += likely * boxes[6, 0, slot] * _harm_of(time / steps, speed)
     plans.departure[i], plans.severity[i], plans.harm[i] = departure, severity, harm
-    plans.clear[i] = not touched and departure == 0
+    plans.clear[i] = harm == departure == 0
 
 
 @compiled
@@ -173,13 +171,14 @@ def first_contact(
     states: Float[np.ndarray, "P 4"], inputs: Float[np.ndarray, "K 2"], edges: Float[np.ndarray, "K 2 4"], slot: int,
     grown: float, boxes: Float[np.ndarray, "7 P n"], constants: Constants,
 ) -> tuple[float, float]:  # fmt: skip
-    """When [steps] a motion first touches a box, infinity for never, and their relative speed [m/s] as in `impact`."""
+    """When [steps] a motion first touches a box, infinity for never, and how fast [m/s], below 0 if from behind."""
     steps = constants.steps
     for k in range(steps):
-        share = contact_at(edges, boxes, k, slot, grown)
+        share, behind = contact_at(edges, boxes, k, slot, grown)
         if share < NEVER:
             applied = inputs[k, 0], inputs[k, 1]
-            return k + share, impact(state_at(states, k, states[0]), applied, share, boxes, k, slot, constants.dt)
+            speed = impact(state_at(states, k, states[0]), applied, share, boxes, k, slot, constants.dt)
+            return k + share, -speed if behind else speed
     end, braking = state_at(states, steps, states[0]), constants.vehicle.braking
     speed = impact_beyond(end, edges[steps - 1, 1], boxes, slot, braking)
     return (float(steps) if speed >= 0 else np.inf), speed

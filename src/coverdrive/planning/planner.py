@@ -221,8 +221,8 @@ class MpcPlanner:
         targets = target_lanes(state, road, horizon)
         near = leaders.speed_in(targets.lanes[0], state[2], settings.leaders.time_to_collision)
         self._speed = min(self._speed, near)
-        lost = leaders.lost(targets.lasting, self._speed, horizon, horizon + settings.leaders.foresight)
-        targets = targets._replace(lost=lost)
+        end = horizon + settings.leaders.foresight
+        targets = targets._replace(lost=leaders.lost(targets.lasting, self._speed, horizon, end))
         found = self._clear_of_leaders(state, paths, leaders, targets, begun) if searching else None
         if found is None:
             own = targets._replace(lanes=targets.lanes[:1], lat=targets.lat[:1])
@@ -326,8 +326,7 @@ class MpcPlanner:
             write_slack(safe, found.around, self._constants, slack)
         inputs = plans.inputs[i, tree.drive]
         if not plans.clear[i] and drive[1, 2] <= _ROUNDING:  # stop as early as it can, not at the end of the step
-            hardest = -min(self._table.vehicle.braking, max(0.0, state[2]) / self._period)
-            hardest = min(inputs[0, 0], hardest)
+            hardest = min(inputs[0, 0], -min(self._table.vehicle.braking, max(0.0, state[2]) / self._period))
             means = np.maximum(state[2] + self._period / 2 * np.array([inputs[0, 0], hardest]), _ROUNDING)
             inputs[0] = hardest, inputs[0, 1] * means[1] / means[0]  # the wheels stay
         severity = 0.0 if plans.clear[i] else float(plans.severity[i])

@@ -64,8 +64,9 @@ def write_edges(
 @compiled
 def contact_at(
     edges: Float[np.ndarray, "K 2 4"], boxes: Float[np.ndarray, "7 P n"], step: int, slot: int, grown: float
-) -> float:
-    """The share of a step after which body and box first overlap; `NEVER` if they do not.
+) -> tuple[float, bool]:
+    """The share of a step after which body and box first overlap, `NEVER` if they do not, and whether the box's front
+    then meets the body's rear.
 
     Args:
         edges: of the body.
@@ -74,7 +75,7 @@ def contact_at(
         slot: index of the box.
         grown: share of what the box has grown since the start of the plan: 1 for all of it, 0 for the body alone.
     """
-    first, last = 0.0, 1.0
+    first, last, behind = -np.inf, 1.0, False
     for axis in range(2):
         body = boxes[2 + axis, 0, slot]
         half_now = body + grown * (boxes[2 + axis, step, slot] - body)
@@ -84,12 +85,13 @@ def contact_at(
             now = side * (boxes[axis, step, slot] - edges[step, 0, own]) + half_now
             then = side * (boxes[axis, step + 1, slot] - edges[step, 1, own]) + half_then
             if now <= 0 and then <= 0:
-                return NEVER
-            if now <= 0:
-                first = max(first, now / (now - then))
-            elif then <= 0:
+                return NEVER, False
+            if then <= 0:
                 last = min(last, now / (now - then))
-    return first if first < last else NEVER
+            since = now / (now - then) if now <= 0 else -now  # what overlaps least does so for the shortest time
+            if since > first:
+                first, behind = since, axis == 0 and side > 0
+    return (max(first, 0.0), behind) if first < last else (NEVER, False)
 
 
 @compiled
@@ -97,11 +99,11 @@ def impact(
     state: State, applied: tuple[float, float], share: float, boxes: Float[np.ndarray, "7 P n"], step: int, slot: int,
     dt: float,
 ) -> float:  # fmt: skip
-    """Relative speed [m/s] of ego and box after a share of a step; below 0 if the box runs into the ego from behind."""
+    """Relative speed [m/s] of ego and box after a share of a step."""
     speed, heading = state[2] + share * dt * applied[0], state[3] + share * dt * applied[1]
     along = speed * np.cos(heading) - _velocity(boxes[0, :, slot], step, share) / dt
     across = speed * np.sin(heading) - _velocity(boxes[1, :, slot], step, share) / dt
-    return np.sqrt(along**2 + across**2) * (-1.0 if along < -abs(across) else 1.0)
+    return np.sqrt(along**2 + across**2)
 
 
 @compiled
