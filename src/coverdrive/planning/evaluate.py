@@ -54,7 +54,7 @@ class Plans(NamedTuple):
     """[m/s] relative speed at the first contact of the fail-safe branch with a box, of the worst box; 0 without one"""
     harm: Float[np.ndarray, " m"]
     """of the first contacts of the fail-safe branch with every member: the fourth power of their speed, so that the
-    worst one decides, times their likelihood, less from behind, and less the later, thus less certain they are"""
+    worst one decides, times their likelihood, less from behind, at the rim of a box, and later, thus less certain"""
     departure: Float[np.ndarray, " m"]
     """[m] by which the fail-safe branch gets beyond the road's edges during each of its steps, summed"""
     clear: Bool[np.ndarray, " m"]
