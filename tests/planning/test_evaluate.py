@@ -214,13 +214,17 @@ def test_a_contact_from_behind_does_little_harm_but_more_than_a_graze_ahead(stra
 @pytest.mark.parametrize(
     ("gap", "share"), [(1.05, 0.0), (0.95, 0.03), (0.7, 0.07), (0.45, 0.15), (0.2, 0.35), (-0.1, 1.0)]
 )
-def test_harm_counts_how_deep_a_box_is_entered(straight_paths, gap: float, share: float) -> None:
-    """A car beside the ego, as fast: its box grows by 1 m to each side at once, towards the ego and away from it."""
-    paths = straight_paths((0, 1.8 + 1.9 + gap, 20.0))
+@pytest.mark.parametrize("faster", [-3.0, 0.0, 3.0])
+def test_harm_counts_how_deep_a_box_is_entered(straight_paths, gap: float, share: float, faster: float) -> None:
+    """A car beside the ego: its box grows by 1 m to each side at once, towards the ego and away from it. Also where it
+    is faster, it does not come from behind.
+    """
+    paths = straight_paths((0, 1.8 + 1.9 + gap, 20.0 + faster))
     paths.half_sizes[:, 1:, 1] += 1.0
     got = evaluated(whole(np.zeros((STEPS, 2))), around(np.array([0, 1.8, 20.0, 0]), paths))
     assert bool(got.clear[0]) is (share == 0)
-    assert got.harm[0] == pytest.approx(share * 5.0**4 / 20.0**3, rel=0.04)  # a contact later counts less
+    harm = share * (5.0 + abs(faster)) ** 4 / 20.0**3
+    assert got.harm[0] == pytest.approx(harm, rel=0.04)  # a contact later counts less
 
 
 def test_harm_counts_what_is_likely_and_soon(straight_paths) -> None:

@@ -221,8 +221,8 @@ class MpcPlanner:
         targets = target_lanes(state, road, horizon)
         near = leaders.speed_in(targets.lanes[0], state[2], settings.leaders.time_to_collision)
         self._speed = min(self._speed, near)
-        end = horizon + settings.leaders.foresight
-        targets = targets._replace(lost=leaders.lost(targets.lasting, self._speed, horizon, end))
+        lost = leaders.lost(targets.lasting, self._speed, horizon, horizon + settings.leaders.foresight)
+        targets = targets._replace(lost=lost)
         found = self._clear_of_leaders(state, paths, leaders, targets, begun) if searching else None
         if found is None:
             own = targets._replace(lanes=targets.lanes[:1], lat=targets.lat[:1])
