@@ -47,7 +47,7 @@ LEAGUE = "league"
 STUDY = "study"
 """the study in the traffic of the folder's settings; one in another traffic is called ``study-drivers`` or the like"""
 
-_FORMAT = 2
+_FORMAT = 3
 _OBJECT, _CERTIFIED = TypeAdapter(dict[str, Any]), TypeAdapter(Certified)
 _METHODS = TypeAdapter(dict[Literal["methods"], list[Compared]])
 

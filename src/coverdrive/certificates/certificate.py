@@ -66,6 +66,8 @@ class Certificate:
     """calibration vehicles"""
     scenes: int = 0
     """groups of scenes that they are from"""
+    scale: float = 1.0
+    """λ: times as large are the sets as those that were calibrated for a claim; what is proved of others is in ε"""
     design_effect: float | None = None
     """variance of missed vehicles between groups of scenes, as a multiple of that of independent vehicles; none if
     there is one group, or if nothing or everything is missed"""
@@ -78,6 +80,11 @@ class Certificate:
     @property
     def sentence(self) -> str:
         """The statement that is proved, with its assumption."""
+        if self.epsilon >= 1:
+            return (
+                f"Nothing is proved about how often vehicles leave these sets, which are {self.scale:g} times as large "
+                "as those that were calibrated."
+            )
         sure = "Over calibration and test together"
         if self.confidence is not None:
             sure = f"With {percent(self.confidence, 4)} confidence"
@@ -86,6 +93,7 @@ class Certificate:
             f"({self.method}, {self.samples} calibration {self.noun}s{self._origin}, {self.uncovered} of them "
             f"{'with uncovered windows' if self.unit in NOUNS else 'uncovered'}, "
             f"{f'{self.bases} bases' if self.bases > 1 else 'boxes'}"
+            f"{'' if self.scale == 1 else f' of {self.scale:g} times the calibrated size'}"
             f"{', each with a tube of its own' if self.tubes == 'per base' else ''}"
             f"{'' if self.support is None else f', {self.support} supporting {self.noun}s'}), if new {self.noun}s are "
             f"independent draws from the same traffic as the calibration {self.noun}s.{self._limits}"

@@ -8,7 +8,7 @@ from coverdrive.certificates.bounds import clopper_pearson
 from coverdrive.certificates.calibration import ScoredSamples
 from coverdrive.certificates.certificate import Unit
 from coverdrive.certificates.mean_loss import loss_limit
-from coverdrive.certificates.rule import Rule, scale_of
+from coverdrive.certificates.rule import Rule, Thresholds, scale_of
 from coverdrive.numbers import interval, percent
 
 
@@ -84,8 +84,12 @@ class Evaluation:
         return {"vehicle": self.vehicles, "share": self.shares, "group": self.groups}.get(unit, self.windows)
 
 
-def evaluate(rule: Rule, samples: ScoredSamples) -> Evaluation:
-    """Apply a rule to samples with a known outcome."""
+def evaluate(rule: Rule, samples: ScoredSamples, scale: float = 1.0) -> Evaluation:
+    """Apply a rule, or what is left of it in sets of another scale, to samples with a known outcome."""
+    if scale != 1 and samples.area is not None:
+        rule = Thresholds(np.array([1 / (1 + scale * scale_of(rule))]), rule.tube)
+    elif scale != 1 and isinstance(rule, Thresholds):
+        rule = Thresholds(1 - scale * (1 - rule.values), scale * rule.tube)
     possible = rule.possible(samples.scores, samples.hidden)
     sizes = possible.sum(1)
     not_predicted = ~possible[np.arange(len(samples)), samples.base]

@@ -5,7 +5,7 @@ from contextlib import suppress
 from typing import Annotated, Literal, TypeVar
 
 import numpy as np
-from jaxtyping import Bool, Int
+from jaxtyping import Bool, Float, Int
 from pydantic import Field, model_validator
 
 from coverdrive.certificates.calibration import Calibration, Claim, ScoredSamples, unit_of
@@ -13,7 +13,7 @@ from coverdrive.certificates.certificate import Certificate, Tubes, Unit
 from coverdrive.certificates.methods import Method
 from coverdrive.certificates.methods import certify as certify_scores
 from coverdrive.certificates.provable import provable_epsilon
-from coverdrive.certificates.rule import Rule
+from coverdrive.certificates.rule import Rule, scale_of
 from coverdrive.errors import CertificateError
 from coverdrive.prediction.cover.basis import Basis
 from coverdrive.prediction.learning.network import Network
@@ -22,6 +22,9 @@ from coverdrive.prediction.predictor import Predictor
 from coverdrive.settings import Settings
 
 P = TypeVar("P")
+
+_BOUNDS = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
+"""ε that are proved of boxes that are smaller than those of the claim"""
 
 Epsilon = Annotated[float, Field(gt=0, lt=1)] | Literal["auto"]
 """A bound on the miss rate, or "auto": one that can be proved"""
@@ -91,6 +94,33 @@ def calibrate(
         return Predictor(basis, network, rule, certificate, trained_on)
 
     return calibrated(make, basis.radius, training, calibration, settings, seed)
+
+
+def proved_scales(
+    rule: Rule, trained_on: Int[np.ndarray, " V"], samples: ScoredSamples, certificate: Certificate
+) -> Float[np.ndarray, "n 2"]:
+    """Bounds ε above that of a certificate, and the scale λ from which on each is proved of boxes, all at once.
+
+    Boxes grow with λ, and which λ will be taken is not known when they are calibrated: each of the bounds is proved
+    with a share of the error probability, so that whichever is read off holds with the confidence of the certificate.
+    None where there is no confidence.
+
+    Args:
+        rule: that was calibrated, whose boxes have λ = 1.
+        trained_on: keys of the vehicles that trained the network.
+        samples: that calibrated it.
+        certificate: of the rule.
+    """
+    found = list[tuple[float, float]]()
+    bounds = [bound for bound in _BOUNDS if bound > certificate.epsilon]
+    if certificate.confidence is not None and bounds:
+        units = Calibration.of(samples, certificate.tube, trained_on, certificate.unit)
+        sure = 1 - (1 - certificate.confidence) / len(bounds)
+        for bound in bounds:
+            with suppress(CertificateError):
+                wider, _ = certify_scores(Method.PAC_POOLED, units, Claim(bound, sure))
+                found.append((bound, scale_of(wider) / scale_of(rule)))
+    return np.array(found).reshape(-1, 2)
 
 
 def calibrated(

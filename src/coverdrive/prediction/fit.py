@@ -8,21 +8,29 @@ import time
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
-from pydantic import ValidationError
+from pydantic import Field, ValidationError
 
+from coverdrive.certificates.calibration import ScoredSamples
 from coverdrive.certificates.certificate import Certificate, Unit
 from coverdrive.certificates.evaluation import Evaluation, Rate, evaluate
 from coverdrive.certificates.methods import Method
-from coverdrive.certificates.rule import Rule, scale_of
+from coverdrive.certificates.rule import LEAST, Rule, scale_of
 from coverdrive.errors import SettingError
 from coverdrive.prediction.boxes.boxes import TUBE, scored_by
 from coverdrive.prediction.boxes.predictor import BoxPredictor
 from coverdrive.prediction.boxes.training import BoxSettings, train_boxes
-from coverdrive.prediction.calibrate import CertificateSettings, Epsilon, calibrate, calibrated, provable
+from coverdrive.prediction.calibrate import (
+    CertificateSettings,
+    Epsilon,
+    calibrate,
+    calibrated,
+    provable,
+    proved_scales,
+)
 from coverdrive.prediction.cover.basis import Basis, BasisSettings, make_basis
 from coverdrive.prediction.held_out import Source, sources_of
 from coverdrive.prediction.learning.network import Network
@@ -34,9 +42,14 @@ from coverdrive.prediction.predictor import AnyPredictor
 from coverdrive.prediction.scored import ScoredSides, score
 from coverdrive.prediction.segments import Segments, SegmentSettings, cut_segments
 from coverdrive.prediction.split import Split, SplitSettings, split
+from coverdrive.prediction.stored import LARGEST
 from coverdrive.progress import stage
 from coverdrive.recordings.recording import Recording
 from coverdrive.settings import Settings
+
+_USUALLY_LEFT = 0.4
+"""share of a calibration vehicle's windows in which it leaves the sets that are planned against, as long as no scale is
+set"""
 
 
 class PredictionSettings(Settings):
@@ -52,6 +65,10 @@ class PredictionSettings(Settings):
     """what counts as predicted: any possible base that covers what the vehicle did, or only the nearest (the paper)"""
     training: TrainingSettings = TrainingSettings()
     certificate: CertificateSettings = CertificateSettings()
+    scale: Annotated[float, Field(ge=0, le=LARGEST)] | Literal["auto"] = "auto"
+    """λ: times as large as they were calibrated for the claim are the sets that are planned against; 0: the likeliest
+    path alone; "auto": so large that a calibration vehicle leaves them in 4 of 10 windows on average, which does not
+    depend on how many vehicles calibrate; 1 for sets of bases. `coverdrive dial` proves of drives what one gives"""
 
     @staticmethod
     def paper() -> "PredictionSettings":
@@ -62,6 +79,7 @@ class PredictionSettings(Settings):
             assignment="nearest",
             training=TrainingSettings.paper(),
             certificate=CertificateSettings(method=Method.POST_BLOATING, unit="vehicle"),
+            scale=1.0,
         )
 
 
@@ -71,11 +89,11 @@ class Fit:
 
     predictor: AnyPredictor
     certificates: tuple[Certificate, ...]
-    """of the predictor's rule in every unit in which there is one, that of the predictor first"""
+    """that of the predictor first, of its sets as they are; then those of the calibrated ones in other units"""
     evaluation: Evaluation
-    """on the test split"""
+    """of the sets as they are on the test split"""
     occupied: Occupied
-    """how large its sets are there, and those of constant velocity with the same claim"""
+    """how large the calibrated sets are there, and those of constant velocity with the same claim"""
     uncovered: Rate
     """test windows that are outside of every set: no base covers them within the radius of the cover"""
     segments: Segments
@@ -128,19 +146,19 @@ def fit(
     settings = _with_claim(settings or PredictionSettings(), epsilon, confidence, unit)
     seconds: dict[str, float] = {}
     with _timed("segments", seconds):
-        segments, drawn = cut_and_split(recordings, settings, seed)
-        sides = sides or drawn
+        segments, sides = cut_and_split(recordings, settings, seed, sides)
     if learner is not None:
         settings = settings.model_copy(update={"sets": "bases"})
     task = _Task(recordings, segments, sides, settings, seed, seconds)
     made = _fit_boxes(task) if settings.sets == "boxes" else _fit_bases(task, learner)
-    predictor, test = made.predictor, made.scored.test
+    scale = usual_scale(made.predictor, made.scored.calibration) if settings.scale == "auto" else settings.scale
+    predictor, test = made.predictor.scaled(scale), made.scored.test
     with _timed("comparison", seconds):
-        occupied = compared(made.areas, segments, sides, settings.certificate, predictor.certificate, seed)
+        occupied = compared(made.areas, segments, sides, settings.certificate, predictor.calibrated, seed)
     return Fit(
         predictor=predictor,
-        certificates=made.certificates,
-        evaluation=evaluate(predictor.rule, test),
+        certificates=(predictor.certificate, *made.certificates[1:]),
+        evaluation=evaluate(predictor.rule, test, predictor.scale),
         occupied=occupied,
         uncovered=Rate.of(test.distance > predictor.tube),
         segments=segments,
@@ -200,6 +218,8 @@ def _fit_boxes(task: _Task) -> _Made:
             return BoxPredictor(network, rule, certificate, trained_on, segments.step)
 
         predictor, certificates = calibrated(make, TUBE, train_side, calibration, settings.certificate, seed)
+        rungs = proved_scales(predictor.rule, predictor.trained_on, calibration, certificates[0])
+        predictor = replace(predictor, rungs=rungs)
     scored = ScoredSides(train_side, calibration, test, predictor.fingerprint)
     areas = boxes.areas.mean(0) * scale_of(predictor.rule) ** 2
     return _Made(predictor, certificates, scored, areas, np.zeros(0), losses)
@@ -233,10 +253,27 @@ def _fit_bases(task: _Task, learner: Learner | None) -> _Made:
     return _Made(predictor, certificates, scored, areas, share, losses)
 
 
-def cut_and_split(recordings: Sequence[Recording], settings: PredictionSettings, seed: int) -> tuple[Segments, Split]:
-    """The segments of recordings, and which of them train, calibrate and test."""
+def usual_scale(predictor: AnyPredictor, samples: ScoredSamples) -> float:
+    """The λ with which calibration vehicles leave boxes in a usual share of their windows, on average; 1 of bases.
+
+    The share is that with which the ego drives best (docs/dial.md). It says nothing about new vehicles: the certificate
+    of the scaled predictor does.
+    """
+    if not isinstance(predictor, BoxPredictor):
+        return 1.0
+    needed = (1 / np.maximum(samples.score_of_base, LEAST) - 1) / scale_of(predictor.rule)
+    _, vehicle = np.unique(samples.vehicle, return_inverse=True)
+    order = np.argsort(needed)
+    share = np.cumsum((1 / np.bincount(vehicle)[vehicle])[order]) / (vehicle.max() + 1)
+    return float(needed[order][np.searchsorted(share, 1 - _USUALLY_LEFT)])
+
+
+def cut_and_split(
+    recordings: Sequence[Recording], settings: PredictionSettings, seed: int, sides: Split | None = None
+) -> tuple[Segments, Split]:
+    """The segments of recordings, and which of them train, calibrate and test, unless that is given."""
     segments = cut_segments(recordings, settings.segments)
-    return segments, split(segments.vehicle, segments.group, settings.split, _seeds(seed)[0])
+    return segments, sides or split(segments.vehicle, segments.group, settings.split, _seeds(seed)[0])
 
 
 def _with_claim(

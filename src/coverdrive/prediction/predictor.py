@@ -16,7 +16,7 @@ from jax import Array
 from jaxtyping import Bool, Float, Float32, Int
 
 from coverdrive.certificates.certificate import Certificate
-from coverdrive.certificates.rule import Rule, rule_of
+from coverdrive.certificates.rule import Rule, Thresholds, rule_of
 from coverdrive.errors import DataError, SettingError
 from coverdrive.paths import PredictedPaths
 from coverdrive.prediction.boxes.predictor import BoxPredictor
@@ -30,6 +30,8 @@ from coverdrive.road import Road
 from coverdrive.scene import Scene
 
 _COMMAND = "coverdrive fit"
+_LEAST = 1e-9
+"""least of what a score may lack"""
 _Asked = tuple[float | None, int | None]
 
 
@@ -40,9 +42,11 @@ class Predictor(StoredPredictor):
     basis: Basis
     network: Network | OwnNetwork
     rule: Rule
-    certificate: Certificate
+    calibrated: Certificate
     trained_on: Int[np.ndarray, " V"]
     """keys of the vehicles that trained the network"""
+    rungs: Float[np.ndarray, "n 2"] = field(default_factory=lambda: np.zeros((0, 2)))
+    scale: float = 1.0
     _rollouts: dict[_Asked, tuple[np.ndarray, ...]] = field(
         default_factory=dict[_Asked, tuple[np.ndarray, ...]], init=False, repr=False, compare=False
     )
@@ -59,13 +63,31 @@ class Predictor(StoredPredictor):
 
     def possible(self, scene: Scene, road: Road) -> Bool[np.ndarray, "A M"]:
         """The bases that the rule calls possible for every slot of one scene; none for slots without a vehicle."""
-        return self._scored(scene, road)[0]
+        return self._scored(scene, road)[0] & np.asarray(scene.valid)[:, None]
 
     def _scored(self, scene: Scene, road: Road) -> tuple[Bool[np.ndarray, "A M"], Float[np.ndarray, "A M"]]:
-        """`possible`, and the scores."""
+        """What the rule calls possible for every slot, and the scores."""
         values = np.asarray(self._values(features_of(scene, road, np.arange(scene.vehicles))))[: scene.vehicles]
         scores, hidden = values[:, : len(self.rule.tube)], values[:, len(self.rule.tube) :]
-        return self.rule.possible(scores, hidden) & np.asarray(scene.valid)[:, None], scores
+        return self.rule.possible(scores, hidden), scores
+
+    def _within_scale(
+        self, possible: Bool[np.ndarray, "A M"], scores: Float[np.ndarray, "A M"]
+    ) -> Bool[np.ndarray, "A M"]:
+        """The bases of the sets of this scale λ, given those of scale 1; everything where that is none.
+
+        Base j needs the λ = (1 − score) / (1 − c_j); the one that needs least is always there.
+        """
+        everything = possible | ~possible.any(axis=1, keepdims=True)
+        if self.scale == 1:
+            return everything
+        if not isinstance(self.rule, Thresholds):
+            raise SettingError(
+                f"sets of {self.rule.kind} have no scale but 1, got {self.scale:g}; calibrate by thresholds"
+            )
+        needed = (1 - scores) / np.maximum(1 - self.rule.values, _LEAST)
+        within = (needed <= self.scale) | (needed == needed.min(axis=1, keepdims=True))
+        return within | everything if self.scale > 1 else within & everything
 
     def predict(
         self,
@@ -97,8 +119,7 @@ class Predictor(StoredPredictor):
         times, deviation, rate, tube, ellipses = self._rollout(dt, steps)
         others = others_of(scene, ego)
         possible, scores = self._scored(scene, road)
-        possible[~possible.any(axis=1)] = True
-        vehicle, base = np.nonzero(possible & others[:, None])
+        vehicle, base = np.nonzero(self._within_scale(possible, scores) & others[:, None])
         motion = follow(scene.states[vehicle], times, deviation[base], rate[base])
         half_sizes = tube[base]
         add_bodies(half_sizes, scene.half_sizes[vehicle], motion)
@@ -135,7 +156,7 @@ class Predictor(StoredPredictor):
             period, count = grid_of(self.horizon, self.basis.step, dt, steps)
             times = period * np.arange(count + 1)
             tubes = (self.basis.tube(times), self.basis.tolerance(1.0, times))
-            tube, ellipses = (self.rule.tube[:, None, None] * each for each in tubes)
+            tube, ellipses = (self.scale * self.rule.tube[:, None, None] * each for each in tubes)
             kept = self._rollouts[dt, steps] = (times, *self.basis.rollout(times), tube, ellipses)
         return kept
 
@@ -145,6 +166,7 @@ class Predictor(StoredPredictor):
             "basis": self.basis.points,
             **self.basis.cut,
             "trained_on": self.trained_on,
+            "rungs": self.rungs,
             **self.rule.arrays,
             **self.network.arrays,
         }
@@ -155,10 +177,11 @@ class Predictor(StoredPredictor):
             "basis": self.basis.tolerances,
             "network": self.network.kind,
             "rule": self.rule.kind,
-            "certificate": asdict(self.certificate),
+            "certificate": asdict(self.calibrated),
+            "scale": self.scale,
         }
 
-    def save(self, path: Path) -> None:
+    def save(self, path: Path | str) -> None:
         """Write it to a file, or to none if interrupted; `SettingError` if the scores come from a function."""
         if isinstance(self.network, OwnNetwork):
             raise SettingError(
@@ -168,8 +191,9 @@ class Predictor(StoredPredictor):
         super().save(path)
 
     @staticmethod
-    def load(path: Path) -> "Predictor | BoxPredictor":
+    def load(path: Path | str) -> "Predictor | BoxPredictor":
         """Read what `save` wrote; else raise `DataError`."""
+        path = Path(path)
         header, arrays = load_arrays(path, "predictor", _COMMAND)
         with reading(path, "predictor", _COMMAND):
             predictor = (
@@ -179,8 +203,10 @@ class Predictor(StoredPredictor):
                     basis=Basis(arrays["basis"], reach=arrays.get("reach"), **header["basis"]),
                     network=Network.of(arrays, header["network"]),
                     rule=rule_of(header["rule"], arrays),
-                    certificate=Certificate(**header["certificate"]),
+                    calibrated=Certificate(**header["certificate"]),
                     trained_on=arrays["trained_on"],
+                    rungs=arrays["rungs"],
+                    scale=header["scale"],
                 )
             )
             if predictor.fingerprint != fingerprint_of(header, arrays):

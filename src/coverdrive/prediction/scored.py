@@ -28,7 +28,7 @@ class ScoredSides:
     calibration: ScoredSamples
     test: ScoredSamples
     predictor: str
-    """fingerprint of the predictor"""
+    """fingerprint of the predictor at scale 1"""
 
     def save(self, path: Path) -> None:
         """Write them to a file; an interrupted write leaves no file behind."""
@@ -58,10 +58,11 @@ class ScoredSides:
 
     def refuse_other(self, predictor: AnyPredictor, name: str = "the scores") -> None:
         """Raise `DataError`, with what to call the scores, unless they are by the network of a predictor."""
-        if self.predictor != predictor.fingerprint:
+        fingerprint = predictor.scaled(1).fingerprint
+        if self.predictor != fingerprint:
             raise DataError(
-                f"{name}: these are scores of the predictor {self.predictor}, expected those of "
-                f"{predictor.fingerprint}; a predictor and its scores are made together, by `coverdrive fit`"
+                f"{name}: these are scores of the predictor {self.predictor}, expected those of {fingerprint}; a "
+                "predictor and its scores are made together, by `coverdrive fit`"
             )
 
 

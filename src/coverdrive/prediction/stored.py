@@ -4,13 +4,13 @@ Nothing in the file can be executed (`coverdrive.prediction.storage`).
 """
 
 from abc import ABC, abstractmethod
-from dataclasses import fields
+from dataclasses import fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
-from jaxtyping import Bool, Float32, Int
+from jaxtyping import Bool, Float, Float32, Int
 
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.errors import SettingError
@@ -18,6 +18,11 @@ from coverdrive.prediction.learning.affordance import FEATURES, MOTION, describe
 from coverdrive.prediction.storage import fingerprint_of, save_arrays
 from coverdrive.road import Road
 from coverdrive.scene import Scene
+
+P = TypeVar("P", bound="StoredPredictor")
+
+LARGEST = 100.0
+"""scale λ beyond which sets would say nothing"""
 
 SLOTS = 8
 """Features are padded to a multiple of so many vehicles, so that little is compiled"""
@@ -42,9 +47,17 @@ class TimeGrid(Protocol):
 
 
 class StoredPredictor(ABC):
-    """What all predictors have in common: paths on any grid of times within their horizon, and one file."""
+    """What all predictors have in common: sets of any scale on any grid of times within a horizon, and one file.
 
-    certificate: Certificate
+    All sets of one are nested in its scale λ: at 0 there is the likeliest path alone, at 1 what was calibrated.
+    """
+
+    calibrated: Certificate
+    """of the sets of scale 1"""
+    rungs: Float[np.ndarray, "n 2"]
+    """bounds ε, and the scale from which on each is proved; all at once with the confidence of the certificate"""
+    scale: float
+    """λ: the sets are so many times as large as they were calibrated"""
 
     @property
     @abstractmethod
@@ -54,18 +67,40 @@ class StoredPredictor(ABC):
     @abstractmethod
     def _header(self) -> dict[str, Any]: ...
 
+    def scaled(self: P, scale: float) -> P:
+        """The same with sets of another scale λ; `SettingError` unless it is between 0 and 100."""
+        return replace(self, scale=checked_scale(scale))  # pyright: ignore[reportArgumentType]
+
+    @property
+    def certificate(self) -> Certificate:
+        """Of the sets as they are: from scale 1 on what was calibrated, below it the smallest bound that is proved."""
+        epsilon = self.calibrated.epsilon
+        if self.scale < 1:
+            epsilon = min((bound for bound, least in self.rungs.tolist() if least <= self.scale), default=1.0)
+        return replace(self.calibrated, epsilon=epsilon, scale=self.scale)
+
     @cached_property
     def fingerprint(self) -> str:
         """A short hash of everything that is stored of it, the certificate included."""
         return fingerprint_of(self._header, self._arrays)
 
-    def save(self, path: Path) -> None:
+    def save(self, path: Path | str) -> None:
         """Write it to a file, or to none if interrupted; `SettingError` if it cannot be stored."""
-        save_arrays(path, "predictor", self._header, self._arrays)
+        save_arrays(Path(path), "predictor", self._header, self._arrays)
 
     def __getstate__(self) -> dict[str, Any]:
         """The fields alone; what is cached belongs to the process."""
         return {each.name: getattr(self, each.name) for each in fields(self)}  # pyright: ignore[reportArgumentType]
+
+
+def checked_scale(scale: float) -> float:
+    """A scale λ of sets that makes sense; else a `SettingError`."""
+    if not 0 <= scale <= LARGEST:
+        raise SettingError(
+            f"sets are scaled by a number between 0, the likeliest path alone, and {LARGEST:g}, got {scale}; 1 are "
+            "those that were calibrated"
+        )
+    return float(scale)
 
 
 def grid_of(

@@ -1,7 +1,7 @@
 """The predictor of boxes: network, the scale that was calibrated, and certificate in one object and one file."""
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from functools import cache, cached_property
 from itertools import product
 from typing import Any, ClassVar
@@ -34,11 +34,13 @@ class BoxPredictor(StoredPredictor):
     network: BoxNetwork
     rule: Rule
     """thresholds, of one base"""
-    certificate: Certificate
+    calibrated: Certificate
     trained_on: Int[np.ndarray, " V"]
     """keys of the vehicles that trained the network"""
     step: float
     """[s] between two boxes that were learned"""
+    rungs: Float[np.ndarray, "n 2"] = field(default_factory=lambda: np.zeros((0, 2)))
+    scale: float = 1.0
     basis: ClassVar[None] = None
     tube: ClassVar[float] = TUBE
 
@@ -65,6 +67,7 @@ class BoxPredictor(StoredPredictor):
         vehicle = np.flatnonzero(others_of(scene, ego))
         times = period * np.arange(count + 1)
         centre, half_sizes = self._boxes_at(scene, road, vehicle, times)
+        half_sizes = self.scale * half_sizes
         lon, lat, speed, heading, length, width = (np.asarray(each)[vehicle, None] for each in scene.measures)
         centre[..., 0] += lon + times * (speed * np.cos(heading))
         centre[..., 1] += lat
@@ -82,7 +85,8 @@ class BoxPredictor(StoredPredictor):
     ) -> tuple[Float[np.ndarray, "A M n 2"], Float[np.ndarray, "A M n 2"], Bool[np.ndarray, "A M"]]:
         """M = 9 motions within the boxes of every slot, as deviations [m] from constant velocity, and their rates.
 
-        They leave the centres of the boxes with the square of time along the road, smoothly and for good across it.
+        The boxes are those of scale 1: what vehicles do does not depend on how bold the ego is. Motions leave the
+        centres of the boxes with the square of time along the road, smoothly and for good across it.
         """
         centre, half_sizes = self._boxes_at(scene, road, np.arange(scene.vehicles), times)
         share = times[:, None] / times[-1]
@@ -98,7 +102,7 @@ class BoxPredictor(StoredPredictor):
     def _boxes_at(
         self, scene: Scene, road: Road, vehicle: Int[np.ndarray, " n"], times: Float[np.ndarray, " K"]
     ) -> tuple[Float[np.ndarray, "n K 2"], Float[np.ndarray, "n K 2"]]:
-        """Centres and half sizes of the boxes of some slots at ``times`` [s], which the calibrated scale is part of."""
+        """Centres and half sizes of the calibrated boxes of some slots at ``times`` [s]."""
         values = np.asarray(self._values(features_of(scene, road, vehicle)), dtype=float)[:, : len(vehicle)]
         place, size = _weights(len(self.network.usual), self.step, tuple(times.tolist()))
         return place @ values[0], scale_of(self.rule) * (size @ values[1])
@@ -111,15 +115,15 @@ class BoxPredictor(StoredPredictor):
 
     @property
     def _arrays(self) -> dict[str, np.ndarray]:
-        return {"trained_on": self.trained_on, **self.rule.arrays, **self.network.arrays}
+        return {"trained_on": self.trained_on, "rungs": self.rungs, **self.rule.arrays, **self.network.arrays}
 
     @property
     def _header(self) -> dict[str, Any]:
         return {
-            "boxes": {"step": self.step},
+            "boxes": {"step": self.step, "scale": self.scale},
             "network": self.network.network.kind,
             "rule": self.rule.kind,
-            "certificate": asdict(self.certificate),
+            "certificate": asdict(self.calibrated),
         }
 
     @staticmethod
@@ -127,7 +131,7 @@ class BoxPredictor(StoredPredictor):
         """The predictor that was stored like this."""
         network = BoxNetwork.of(arrays, header["network"])
         rule, certificate = rule_of(header["rule"], arrays), Certificate(**header["certificate"])
-        return BoxPredictor(network, rule, certificate, arrays["trained_on"], header["boxes"]["step"])
+        return BoxPredictor(network, rule, certificate, arrays["trained_on"], rungs=arrays["rungs"], **header["boxes"])
 
 
 @cache
