@@ -7,8 +7,9 @@ first that does not reject is returned. Because of the fixed sequence, the proba
 often than ε is at most 1 − confidence, whatever the rules are: unlike in `nested_sets`, they need not be nested.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from itertools import takewhile
 
 import numpy as np
 
@@ -30,27 +31,34 @@ def learn_then_test(
     not even the first passes its test, this is a `CertificateError`.
     """
     epsilon, count = claim.bound, len(calibration)
-    passed: Thresholds | None = None
-    misses = 0
-    for rule in rules_of(nested_sets_of(calibration, claim), calibration.tube) if rules is None else rules:
-        misses = int(calibration.missed(rule).sum())
+    rules = rules_of(nested_sets_of(calibration, claim), calibration.tube) if rules is None else rules
+
+    def passes(rule: Thresholds) -> bool:
         if calibration.kind in NOUNS:
-            passes = proves(calibration.losses(rule), epsilon, claim.sure)
-        else:
-            passes = binomial_tail(epsilon, misses, count) <= 1 - claim.sure
-        if not passes:
-            break
-        passed = rule
-    if passed is None:
+            return proves(calibration.losses(rule), epsilon, claim.sure)
+        return binomial_tail(epsilon, int(calibration.missed(rule).sum()), count) <= 1 - claim.sure
+
+    number = fixed_sequence(map(passes, rules))
+    if number == 0:
+        misses = sum(int(calibration.missed(rule).sum()) for rule in rules[:1])
         raise CertificateError(
             f"{misses} misses of the first rule in {count} calibration {calibration.noun}s cannot prove ε = "
             f"{epsilon:g}; the smallest ε possible with them is {rate_limit(claim.sure, misses, count):.3g}, so allow "
             "that much or calibrate on more data"
         )
+    passed = rules[number - 1]
     tubes = "cover" if (passed.tube == calibration.tube).all() else "per base"
     unseen = int((passed.values == 0).sum())
     claim = replace(claim, tubes=tubes)
     return passed, calibration.certificate("learn then test", epsilon, claim, passed, unseen_bases=unseen)
+
+
+def fixed_sequence(proved: Iterable[bool]) -> int:
+    """How many hypotheses are proved before the first that is not, in an order fixed beforehand.
+
+    No later one is looked at, so that each may be tested at the full level.
+    """
+    return sum(1 for _ in takewhile(bool, proved))
 
 
 def rules_of(nested: NestedSets, tube: float) -> list[Thresholds]:
