@@ -3,14 +3,16 @@
 ``manifest.json`` (format, and a digest of every other file of the fit) · ``config.toml`` (all settings) · ``run.json``
 (versions, data, times) · ``predictor.safetensors`` · ``scores.safetensors`` (of every side of the split) ·
 ``certificate.json`` · ``learned.safetensors`` (what pictures of the fit show) · ``methods.json`` (all methods of
-calibration) · ``study/`` (`coverdrive.simulation.study_folder`) · ``league/`` (`coverdrive.league.league`) ·
+calibration) · ``study/`` (`coverdrive.simulation.study_folder`) · ``dialled.json`` (what drives are proved to risk) ·
+``dial/`` (`coverdrive.dial.dial`) · ``league/`` (`coverdrive.league.league`) ·
 ``figures/`` · ``report.html``.
 
 A file that is damaged, foreign, edited or older is refused by its name.
 """
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, TypeVar
@@ -20,13 +22,18 @@ from pydantic import TypeAdapter
 
 import coverdrive
 from coverdrive.certificates.comparison import Compared
+from coverdrive.certificates.evaluation import evaluate
 from coverdrive.config import Experiment
+from coverdrive.dial.dial import Dialled, Request, dialled
+from coverdrive.dial.frontier import setups_beside
 from coverdrive.errors import DataError
 from coverdrive.files import number_in_name, write_atomically, write_json
+from coverdrive.league.entrants import Known
+from coverdrive.league.known import known_of, paper_settings_like
 from coverdrive.league.table import SCHEMA
-from coverdrive.planning.planner import MpcPlanner
+from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.prediction.cover.basis_study import StudiedBasis, basis_record, point_table
-from coverdrive.prediction.fit import Fit, PredictionSettings
+from coverdrive.prediction.fit import Fit, PredictionSettings, fit
 from coverdrive.prediction.held_out import Source, held_out
 from coverdrive.prediction.learned import Learned
 from coverdrive.prediction.predictor import AnyPredictor, Predictor
@@ -44,6 +51,8 @@ PREDICTOR, SCORES, LEARNED = "predictor.safetensors", "scores.safetensors", "lea
 CERTIFICATE, METHODS = "certificate.json", "methods.json"
 LEAGUE = "league"
 """folder of the league, unless it has another one"""
+DIAL, DIALLED = "dial", "dialled.json"
+"""folder of drives, named like studies, and what they prove of the predictor"""
 STUDY = "study"
 """the study in the traffic of the folder's settings; one in another traffic is called ``study-drivers`` or the like"""
 
@@ -73,7 +82,7 @@ class Results:
         fit.predictor.save(self.folder / PREDICTOR)
         fit.scored.save(self.folder / SCORES)
         Learned.of(fit).save(self.folder / LEARNED)
-        write_json(self.folder / CERTIFICATE, certificate_record(fit))
+        write_json(self.folder / CERTIFICATE, certificate_record(Certified.of(fit)))
         about = {"road": road, "recorded_place": like and like.model_dump(mode="json")}
         write_json(self.folder / RUN, provenance(fit) | about)
         self._seal(CONFIG, PREDICTOR, SCORES, LEARNED, CERTIFICATE, RUN)
@@ -235,10 +244,99 @@ class Results:
             )
         return self.study(experiment, recordings, name)
 
-    def study_name(self, traffic: str | None, road: str | None = None) -> str:
+    def study_name(self, traffic: str | None, road: str | None = None, kind: str = STUDY) -> str:
         """Folder of the study in a traffic, on a road: that of the folder's settings is called ``study``."""
         names = (traffic, self.experiment.traffic.kind), (road, self._road)
-        return "-".join([STUDY, *(asked for asked, usual in names if asked not in (None, usual))])
+        return "-".join([kind, *(asked for asked, usual in names if asked not in (None, usual))])
+
+    def known(
+        self,
+        names: Collection[str],
+        planner: PlannerSettings,
+        recordings: Sequence[Path] | None = (),
+        paper: Path | None = None,
+        folder: Path | None = None,
+    ) -> Known:
+        """What entrants of the league may be made of.
+
+        Args:
+            names: of those who are to take part; what they need is made.
+            planner: ours.
+            recordings: that made the predictor, none for generated traffic; None if they are not there.
+            paper: results folder of the paper's preset on them.
+            folder: where that is made, if none is given.
+        """
+        theirs = Results(paper or (folder or self.folder / LEAGUE) / "paper-fit")
+        by_paper = paper is None and not theirs.holds_fit and not {"paper", "paper-sets"}.isdisjoint(names)
+        needed = recordings is not None and (by_paper or "constant-velocity-box" in names)
+        read = self.experiment.recordings(recordings or ()) if needed else ()
+        if by_paper and read:
+            changed = self.experiment.model_copy(update={"prediction": paper_settings_like(self.settings)})
+            theirs.save_fit(changed, fit(read, changed.prediction, changed.seed))
+        named = theirs.predictor if paper or theirs.holds_fit else None
+        return known_of(self.predictor, self.settings, self.seed, read, named, planner)
+
+    # the dial
+
+    @cached_property
+    def dialled(self) -> Dialled | None:
+        """What drives were proved to risk with the sets of this predictor, if anything was."""
+        return Dialled.of(_read(self._sealed(DIALLED), _OBJECT.validate_json)) if DIALLED in self._digests else None
+
+    def dial(
+        self,
+        experiment: Experiment,
+        request: Request,
+        recordings: Sequence[Path] = (),
+        road: str | None = None,
+        *,
+        workers: int = 1,
+        cluster: str | None = None,
+        beside: Sequence[str] = (),
+    ) -> Dialled:
+        """Turn the dial of an experiment, on a road of a name; what is proved is used by everything from then on.
+
+        Args:
+            experiment: in which traffic, and with which planner.
+            request: what is to be proved.
+            recordings: as of `study`; if others of the frontier need them, those that made the predictor.
+            road: on which to drive; else that of the fit.
+            workers: number of processes.
+            cluster: address of a Dask scheduler whose workers drive instead.
+            beside: names of entrants of the league whose risk and speed in the pilot stand on the frontier, too.
+
+        Raises:
+            SettingError: a number makes no sense, or there is no such entrant.
+            CertificateError: so many drives cannot prove the risk, whatever happens in them.
+            DataError: the folder holds drives of another configuration.
+        """
+        folder = self.folder / self.study_name(experiment.traffic.kind, road, DIAL)
+        setup = self.study(experiment, recordings, folder.name).setup.loaded()
+        others = {}
+        if beside:
+            recorded = recordings or not self._like  # else of generated traffic, which is made again
+            known = self.known(beside, experiment.planner, recordings if recorded else None)
+            others = setups_beside(setup, known, beside, request.scales)
+        found = dialled(setup, self.predictor, folder, request, workers, cluster, others)
+        if found.reached:
+            self.save_dialled(found)
+        return found
+
+    def save_dialled(self, dialled: Dialled) -> None:
+        """Let everything use the sets that were proved; studies with others are set aside, each beside its folder."""
+        before, predictor = self.predictor, self.predictor.scaled(dialled.scale)
+        certified, scored, experiment = self.certified, self.scored, self.experiment
+        if predictor.scale != before.scale:
+            for study in sorted(self.folder.glob(f"{STUDY}*")):
+                if "@" not in study.name:
+                    study.replace(study.with_name(f"{study.name}@{before.scale:.3g}"))
+        experiment.updated({"prediction": {"scale": predictor.scale}}).save(self.folder / CONFIG)
+        predictor.save(self.folder / PREDICTOR)
+        driven = predictor.certificate, evaluate(predictor.rule, scored.test, predictor.scale)
+        changed = replace(certified, driven=driven)
+        write_json(self.folder / CERTIFICATE, certificate_record(changed))
+        write_json(self.folder / DIALLED, dialled.record)
+        self._seal(CONFIG, PREDICTOR, CERTIFICATE, DIALLED)
 
     # what holds the folder together
 
@@ -277,10 +375,10 @@ class Results:
         return file
 
 
-def certificate_record(fit: Fit) -> dict[str, Any]:
+def certificate_record(certified: Certified) -> dict[str, Any]:
     """Certificates, and how they did on the test split, as JSON values."""
-    sentences = [certificate.sentence for certificate in fit.certificates]
-    return {"sentences": sentences} | _CERTIFIED.dump_python(Certified.of(fit), mode="json")
+    sentences = [each.sentence for each in (*certified.certificates, certified.driven[0])]
+    return {"sentences": sentences} | _CERTIFIED.dump_python(certified, mode="json")
 
 
 def save_bases(experiment: Experiment, studied: Sequence[StudiedBasis], folder: Path) -> None:

@@ -4,7 +4,7 @@ import pytest
 from report_fakes import make_contents
 
 from coverdrive.planning.planner import MpcPlanner
-from coverdrive.reporting.driven_on import driven_on
+from coverdrive.simulation.driven_on import driven_on
 from coverdrive.simulation.episode import EpisodeSettings
 from coverdrive.simulation.initial import InitialSettings
 from coverdrive.simulation.places import PLACES, Place

@@ -10,7 +10,7 @@ from coverdrive.config import Experiment
 from coverdrive.errors import SettingError
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.recordings.recording import Recording
-from coverdrive.reporting.driven_on import driven_on
+from coverdrive.simulation.driven_on import driven_on
 from coverdrive.simulation.episode import EpisodeSettings
 from coverdrive.simulation.generated import GeneratedSettings, generate
 from coverdrive.simulation.initial import InitialSettings

@@ -44,10 +44,10 @@ def drive(
     """
     with waiting():
         from coverdrive.reporting.active_constraints import ActiveConstraints
-        from coverdrive.reporting.driven_on import driven_on
         from coverdrive.reporting.figures import draw_drive
         from coverdrive.reporting.study_tables import drives_table
         from coverdrive.results import Results
+        from coverdrive.simulation.driven_on import driven_on
         from coverdrive.simulation.outcome import Cause
         from coverdrive.simulation.storage import save_trace
         from coverdrive.simulation.trial import measure, table_of

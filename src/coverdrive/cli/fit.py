@@ -50,6 +50,7 @@ def fit(
     - from generated traffic, as in the paper: `coverdrive fit --preset paper --out paper`
     """
     with waiting():
+        from coverdrive.reporting.contents import Certified
         from coverdrive.results import Results, certificate_record
 
     def settle(**around: Any) -> "Experiment":
@@ -60,7 +61,7 @@ def fit(
         return _folds_and_print(settle(), recording or [], folds)
     result = fit_and_print(settle, recording or [], Results(out), road, preset)
     console.print(f"The predictor is in {out}")
-    return {"results": str(out), **certificate_record(result)}
+    return {"results": str(out), **certificate_record(Certified.of(result))}
 
 
 def _folds_and_print(experiment: "Experiment", paths: Sequence[Path], folds: int) -> dict[str, Any]:
@@ -105,6 +106,6 @@ def fit_and_print(
         result = fit(recordings, experiment.prediction, experiment.seed)
         results.save_fit(experiment, result, name, like)
     console.print(fit_table(result))
-    for each in result.certificates:
+    for each in (*result.certificates, *([result.predictor.certificate] if result.predictor.scale != 1 else [])):
         console.print(f"• {each.sentence}")
     return result

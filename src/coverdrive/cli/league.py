@@ -127,7 +127,8 @@ def league(
     folder = out or fit / LEAGUE
     try:
         with stages():
-            known = _known(results, experiment, recording or [] if recorded else None, planners, paper, folder)
+            read = recording or [] if recorded else None
+            known = results.known(planners, experiment.planner, read, paper, folder)
             if recording and posed:
                 problems = _unseen(results, known, problems, recording, planners, folder)
             table = drive(
@@ -189,27 +190,3 @@ def _unseen(
         name: replace(each, known=unseen_of(known, each.files, *made_of, boxed=boxed))
         for name, each in problems.items()
     }
-
-
-def _known(
-    results: "Results",
-    experiment: "Experiment",
-    recording: list[Path] | None,
-    planners: list[str],
-    paper: Path | None,
-    folder: Path,
-) -> "Known":
-    """What entrants may be made of; recordings are read, and the paper's preset is fitted, where they are needed."""
-    from coverdrive.league.known import known_of, paper_settings_like
-    from coverdrive.prediction.fit import fit
-    from coverdrive.results import Results as Folder
-
-    theirs, usual = Folder(paper or folder / "paper-fit"), results.experiment
-    by_paper = paper is None and not theirs.holds_fit and not {"paper", "paper-sets"}.isdisjoint(planners)
-    read = recording is not None and (by_paper or "constant-velocity-box" in planners)
-    recordings = usual.recordings(recording or []) if read else ()
-    if by_paper and recordings:
-        changed = usual.model_copy(update={"prediction": paper_settings_like(usual.prediction)})
-        theirs.save_fit(changed, fit(recordings, changed.prediction, changed.seed))
-    named = theirs.predictor if paper or theirs.holds_fit else None
-    return known_of(results.predictor, usual.prediction, usual.seed, recordings, named, experiment.planner)

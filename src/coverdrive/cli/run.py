@@ -60,6 +60,7 @@ def run(
         )
 
     with waiting():
+        from coverdrive.reporting.contents import Certified
         from coverdrive.reporting.report import animate_drive, draw_figures, report
         from coverdrive.results import Results, certificate_record
     results = Results(out)
@@ -73,7 +74,7 @@ def run(
         page = report(results.fitted, study)
     console.print(f"Results are in {out}; look at {page}")
     return {
-        **certificate_record(fitted),
+        **certificate_record(Certified.of(fitted)),
         "methods": [asdict(each) for each in compared],
         **studied,
         "report": str(page),

@@ -83,14 +83,14 @@ def study_and_print(
 ) -> dict[str, Any]:
     """Drive the trials that are missing, and say how they went."""
     with waiting():
-        from coverdrive.reporting.driven_on import driven_on
         from coverdrive.reporting.study_tables import collisions_table, drives_table, safety_table
+        from coverdrive.simulation.driven_on import driven_on
     _drive(study, size, cluster)
     place = driven_on(study.setup)
     console.print(place)
     trials = study.trials
     console.print(collisions_table(trials))
-    console.print(safety_table(trials, results.certified.certificates))
+    console.print(safety_table(trials, results.certified.driven[0]))
     console.print(drives_table(trials))
     for number, reason in study.unstarted.select("trial", "reason").iter_rows():
         console.print(f"• Trial {number} could not start: {reason}")

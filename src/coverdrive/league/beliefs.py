@@ -6,7 +6,7 @@ turns. P points after the start, K steps.
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -39,6 +39,10 @@ class ConstantVelocity:
     def fingerprint(self) -> str:
         """A short hash."""
         return f"constant velocity {fingerprint(self.beyond, np.array(self.step))}"
+
+    def scaled(self, scale: float) -> "ConstantVelocity":
+        """The same with boxes of another size."""
+        return replace(self, beyond=scale * self.beyond)
 
     def predict(self, scene: Scene, road: Road, ego: int, dt: float, steps: int) -> PredictedPaths:
         """One path for each vehicle; boxes grow linearly between the times at which their sizes are given."""

@@ -89,9 +89,11 @@ class Fit:
 
     predictor: AnyPredictor
     certificates: tuple[Certificate, ...]
-    """that of the predictor first, of its sets as they are; then those of the calibrated ones in other units"""
+    """of the calibrated sets in every unit in which there is one, the one asked for first"""
     evaluation: Evaluation
-    """of the sets as they are on the test split"""
+    """of the calibrated sets on the test split"""
+    driven: Evaluation
+    """of the sets of the predictor's scale, which are planned against, on the test split"""
     occupied: Occupied
     """how large the calibrated sets are there, and those of constant velocity with the same claim"""
     uncovered: Rate
@@ -157,8 +159,9 @@ def fit(
         occupied = compared(made.areas, segments, sides, settings.certificate, predictor.calibrated, seed)
     return Fit(
         predictor=predictor,
-        certificates=(predictor.certificate, *made.certificates[1:]),
-        evaluation=evaluate(predictor.rule, test, predictor.scale),
+        certificates=made.certificates,
+        evaluation=evaluate(predictor.rule, test),
+        driven=evaluate(predictor.rule, test, predictor.scale),
         occupied=occupied,
         uncovered=Rate.of(test.distance > predictor.tube),
         segments=segments,

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.comparison import Compared
 from coverdrive.certificates.evaluation import Evaluation, Rate
-from coverdrive.numbers import percent
+from coverdrive.numbers import at_most, percent
 from coverdrive.prediction.cover.basis import Basis
 from coverdrive.prediction.occupied import Occupied
 
@@ -27,6 +27,13 @@ def strength(certificate: Certificate) -> str:
     if certificate.confidence is None:
         return "on average over calibrations, without confidence"
     return f"with {percent(certificate.confidence, 4)} confidence"
+
+
+def proved(certificate: Certificate) -> str:
+    """What is proved of the sets, in a few words."""
+    if certificate.epsilon >= 1:
+        return "no bound is proved"
+    return f"at most {at_most(certificate.epsilon)} of {whose(certificate)}, {strength(certificate)}"
 
 
 def whose(certificate: Certificate) -> str:

@@ -25,8 +25,11 @@ class Certified:
     """What is proved about the predictor, and how it did on scenes that it never saw."""
 
     certificates: tuple[Certificate, ...]
-    """that of the predictor first"""
+    """of the calibrated sets, the one asked for first"""
     evaluation: Evaluation
+    """of these"""
+    driven: tuple[Certificate, Evaluation]
+    """the same of the sets that are planned against"""
     occupied: Occupied
     """how large its sets are there, beside those of the trivial predictor"""
     uncovered: Rate
@@ -40,7 +43,8 @@ class Certified:
         split = fit.split
         samples = {"segments": len(fit.segments), "dropped": split.dropped}
         samples |= {side: len(getattr(split, side)) for side in ("train", "calibration", "test")}
-        return Certified(fit.certificates, fit.evaluation, fit.occupied, fit.uncovered, samples)
+        driven = fit.predictor.certificate, fit.driven
+        return Certified(fit.certificates, fit.evaluation, driven, fit.occupied, fit.uncovered, samples)
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,10 @@ from coverdrive.reporting.active_constraints import ActiveConstraints
 from coverdrive.reporting.animation import animate
 from coverdrive.reporting.contents import Contents, Fitted
 from coverdrive.reporting.drawing import save
-from coverdrive.reporting.driven_on import driven_on
 from coverdrive.reporting.figures import draw_all
 from coverdrive.reporting.page.page import write_page
 from coverdrive.reporting.risk_figure import risk_figure
+from coverdrive.simulation.driven_on import driven_on
 from coverdrive.simulation.notable import liveliest, notable
 from coverdrive.simulation.study import Study
 

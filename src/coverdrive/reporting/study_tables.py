@@ -1,7 +1,7 @@
 """Tables of closed-loop studies for the terminal."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 import polars as pl
@@ -12,9 +12,8 @@ from rich.text import Text
 
 from coverdrive.certificates.bounds import clopper_pearson
 from coverdrive.certificates.certificate import Certificate
-from coverdrive.numbers import at_most
 from coverdrive.plan import Status
-from coverdrive.reporting.claim import strength, whose
+from coverdrive.reporting.claim import proved
 from coverdrive.reporting.fitting import columns_table, facts_table
 from coverdrive.simulation.comparison import Comparison, Difference
 from coverdrive.simulation.notable import COLLIDED
@@ -51,11 +50,11 @@ def _rate(count: int, trials: int, digits: int = 1) -> str:
     return f"{count}  ({low:.{digits}%}–{high:.{digits}%})"
 
 
-def safety_table(trials: pl.DataFrame, certificates: Sequence[Certificate] = ()) -> Table:
-    """Why the ego collided, and how often vehicles left their predicted sets beside the bounds of certificates."""
+def safety_table(trials: pl.DataFrame, certificate: Certificate | None = None) -> Table:
+    """Why the ego collided, and how often vehicles left the sets that were planned against, beside their bound."""
     collided = trials.filter(COLLIDED)
     causes = {cause: _rate(int((collided["cause"] == cause.value).sum()), trials.height) for cause in Cause}
-    bounds = {certificate.unit: certificate for certificate in certificates}
+    bounds = {certificate.unit: certificate} if certificate else {}
     windows = miss_rate(trials, "prediction_misses", "windows")
     vehicles = miss_rate(trials, "vehicles_missed", "vehicles_seen")
     each = windows.total / max(vehicles.total, 1)
@@ -79,8 +78,7 @@ def _missed(rate: MissRate, bound: Certificate | None) -> str:
     )
     if bound is None:
         return observed
-    said = f"at most {at_most(bound.epsilon)} of {whose(bound)}, {strength(bound)}"
-    return f"{observed}; bound in traffic like the recorded one: {said}"
+    return f"{observed}; bound in traffic like the recorded one: {proved(bound)}"
 
 
 def drives_table(trials: pl.DataFrame) -> Table:

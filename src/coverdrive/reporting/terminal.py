@@ -70,6 +70,12 @@ def _fit_facts(result: Fit) -> Iterator[tuple[str, str]]:
                 "  of those that a base covers",
                 f"{at_most(each.prediction_epsilon)} {ours}, {at_most(each.paper_epsilon)} by the paper's theorem",
             )
+    if result.predictor.scale != 1:
+        driven, found = result.predictor.certificate, result.driven
+        yield (
+            f"sets that are planned against: scale {driven.scale:.2g}",
+            f"{proved(driven)}; observed {found.missed(driven.unit)}; {found.sized}",
+        )
     yield from set_facts(result.predictor.basis, evaluation, result.occupied, result.uncovered)
     if result.predictor.certificate.tubes == "per base":
         yield "mean radius of their tubes", f"{evaluation.mean_tube:.3f}"

@@ -1,0 +1,242 @@
+"""The dial: one number λ scales every predicted set, and what drives risk at each is measured and proved.
+
+Small sets are fast and miss more; large ones leave no clear plan in dense traffic, and who has none cannot choose. So
+the risk of drives need not be monotone in λ, and nothing here takes it to be. Pilot drives at every λ of a grid order
+them; drives of other seeds prove (`coverdrive.certificates.dial`). What a certificate says about windows of recorded
+traffic at that λ stands beside, and neither stands for the other.
+
+The folder of a dial holds ``pilot/`` and ``proof/``, with a study in each for every λ, ``frontier.csv`` with a line for
+each, and ``dial.json`` with what is proved.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import polars as pl
+
+from coverdrive.certificates.certificate import Certificate
+from coverdrive.certificates.dial import Asked, Dial, Tried
+from coverdrive.certificates.drives import Procedure, Proof, drives_needed
+from coverdrive.dial.frontier import COLLIDED, OURS, OWN_FAULT, frontier
+from coverdrive.errors import SettingError
+from coverdrive.files import write_atomically, write_json
+from coverdrive.prediction.predictor import AnyPredictor
+from coverdrive.prediction.stored import checked_scale
+from coverdrive.progress import stage
+from coverdrive.simulation.driven_on import driven_on
+from coverdrive.simulation.setup import Setup
+from coverdrive.simulation.study import drive_missing
+from coverdrive.simulation.study_folder import StudyFolder
+from coverdrive.simulation.trial import STARTED
+
+SCALES = (0.0, 0.15, 0.3, 0.45, 0.6, 0.8, 1.0)
+"""λ that are tried if nobody names others"""
+
+Event = Literal["any", "own"]
+"""Any collision of the ego, or one at its own fault"""
+
+_PILOT, _PROOF = 1, 2
+"""keys of the seeds of both, which are no study's"""
+
+_EVENTS = {"any": ("touch anybody", COLLIDED), "own": ("touch somebody at the ego's fault", OWN_FAULT)}
+
+
+@dataclass(frozen=True)
+class Dialled:
+    """What drives were proved to risk, and with which sets."""
+
+    scale: float
+    """λ of the sets"""
+    reached: bool
+    """whether the risk that was asked for is proved"""
+    proofs: tuple[Proof, ...]
+    """of collisions, and of those at the ego's fault"""
+    mean_speed: float
+    """[m/s] of the drives of the proof"""
+    windows: Certificate
+    """what is proved of recorded traffic at that λ"""
+    place: str
+    """on which road, among how many vehicles, in a sentence"""
+    driven: Mapping[str, Any]
+    """everything that the drives depended on but their seed, by name"""
+    frontier: pl.DataFrame
+    """risk and speed at every λ (`coverdrive.dial.frontier`)"""
+
+    @property
+    def sentence(self) -> str:
+        """What is proved of drives, and where."""
+        said = " ".join(f"{proof.sentence}." for proof in self.proofs)
+        return f"{said} Driven at {self.mean_speed:.1f} m/s with sets of scale {self.scale:g}. {self.place}"
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """As JSON values, the first proof's numbers by themselves."""
+        first = self.proofs[0]
+        return {
+            "scale": self.scale,
+            "reached": self.reached,
+            "risk": first.bound,
+            "confidence": first.confidence,
+            "drives": first.drives,
+            "collisions": first.events,
+            "mean_speed": self.mean_speed,
+            "sentence": self.sentence,
+            "windows": self.windows.sentence,
+            "place": self.place,
+            "proofs": [asdict(each) for each in self.proofs],
+            "certificate": asdict(self.windows),
+            "driven": dict(self.driven),
+            "frontier": self.frontier.to_dicts(),
+        }
+
+    @staticmethod
+    def of(record: Mapping[str, Any]) -> "Dialled":
+        """The one that a record is of."""
+        return Dialled(
+            scale=record["scale"],
+            reached=record["reached"],
+            proofs=tuple(Proof(**each) for each in record["proofs"]),
+            mean_speed=record["mean_speed"],
+            windows=Certificate(**record["certificate"]),
+            place=record["place"],
+            driven=record["driven"],
+            frontier=pl.DataFrame(record["frontier"], infer_schema_length=None),
+        )
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is to be proved, and how; checked when made."""
+
+    risk: float = 0.01
+    """probability of the event in a drive that is to be proved not to be exceeded"""
+    confidence: float = 0.99
+    event: Event = "any"
+    """what must not happen more often; of the other event stands what is proved, too"""
+    scales: Sequence[float] = SCALES
+    """λ to try; one alone is named beforehand, and needs no pilot"""
+    procedure: Procedure | None = None
+    """how several are kept from being tried until one passes by chance; else anytime, or named beforehand if there is
+    one"""
+    pilot: int = 100
+    """pilot drives at every λ"""
+    most: int | None = None
+    """drives to prove one λ at the most; else twice as many as are needed without an event, or, of one that is named
+    beforehand, just as many"""
+
+    def __post_init__(self) -> None:
+        """Refuse what makes no sense."""
+        if not self.scales or len(set(self.scales)) < len(self.scales):
+            raise SettingError(f"a dial needs scales that differ, got {list(self.scales)}; try 0.3 0.6 1")
+        for scale in self.scales:
+            checked_scale(scale)
+
+    def dial(self, duration: float) -> Dial:
+        """The procedure, for drives of a length [s]."""
+        events = ["any", "own"] if self.event == "any" else ["own"]
+        asked = tuple(Asked(_EVENTS[event][0], self.risk) for event in events)
+        procedure = self.procedure or ("anytime" if len(self.scales) > 1 else "named beforehand")
+        alone = 1 if procedure != "Holm" else len(self.scales)
+        needed = drives_needed(0, self.risk, 1 - (1 - self.confidence) / alone, procedure == "anytime")
+        most = self.most or (needed if procedure == "named beforehand" else 2 * needed)
+        return Dial(asked, self.confidence, procedure, self.pilot, most, unit=f"{duration:g}-s drives")
+
+
+def dialled(
+    setup: Setup,
+    predictor: AnyPredictor,
+    folder: Path,
+    request: Request,
+    workers: int = 1,
+    cluster: str | None = None,
+    beside: Mapping[tuple[str, float | None], Setup] | None = None,
+) -> Dialled:
+    """Drive the pilot and the proof, as far as the folder does not hold them yet, and say what is proved.
+
+    Args:
+        setup: of the drives; its predictor is replaced by ``predictor`` at every scale, its seed by others.
+        predictor: whose sets are scaled.
+        folder: of this dial.
+        request: what is to be proved.
+        workers: number of processes.
+        cluster: address of a Dask scheduler whose workers drive instead.
+        beside: others of the frontier, by name and scale, that pilot drives are driven of.
+
+    Raises:
+        SettingError: a number makes no sense.
+        CertificateError: so many drives cannot prove the risk, whatever happens in them.
+        DataError: the folder holds drives of another configuration, or no drive could start.
+    """
+    setup, dial = setup.loaded(), request.dial(setup.episode.duration)
+    scales, tables = list(request.scales), dict[tuple[str, str, float | None], pl.DataFrame]()
+
+    def at(scale: float, stream: int) -> Setup:
+        return replace(setup, predictor=predictor.scaled(scale), seed=_seed(setup.seed, stream))
+
+    def driver(name: str, stream: int) -> Any:
+        def drive(candidate: int, first: int, count: int) -> tuple[np.ndarray, np.ndarray]:
+            scale = scales[candidate]
+            files, told = StudyFolder(folder / name / f"{scale:g}"), f"{name} at scale {scale:g}"
+            most = dial.pilot if stream == _PILOT else dial.most
+            known = tables.get((name, OURS, scale))
+            table = _driven(at(scale, stream), files, known, first + count, told, most, workers, cluster)
+            tables[name, OURS, scale] = table
+            rows = table.filter(STARTED)[first : first + count]
+            events = [_EVENTS[event][1] for event in (["any", "own"] if request.event == "any" else ["own"])]
+            return rows.select(events).to_numpy(), rows["mean_speed"].to_numpy()
+
+        return drive
+
+    turned = dial.turn(len(scales), driver("pilot", _PILOT), driver("proof", _PROOF))
+    for (name, scale), other in (beside or {}).items():
+        files = StudyFolder(folder / "pilot" / (name if scale is None else f"{name}-{scale:g}"))
+        given = replace(other, seed=_seed(setup.seed, _PILOT))
+        told = f"pilot of {name}" + ("" if scale is None else f" at scale {scale:g}")
+        tables["pilot", name, scale] = _driven(given, files, None, dial.pilot, told, dial.pilot, workers, cluster)
+    tried: Tried = turned.chosen or turned.tried[0]
+    scale = scales[tried.candidate]
+    result = Dialled(
+        scale=scale,
+        reached=tried.reached,
+        proofs=tried.proofs,
+        mean_speed=tried.speed,
+        windows=predictor.scaled(scale).certificate,
+        place=driven_on(setup),
+        driven={name: each for name, each in at(scale, _PROOF).description().items() if name != "seed"},
+        frontier=frontier(tables, predictor),
+    )
+    write_json(folder / "dial.json", result.record)
+    write_atomically(folder / "frontier.csv", result.frontier.write_csv)
+    return result
+
+
+def _driven(
+    setup: Setup,
+    files: StudyFolder,
+    known: pl.DataFrame | None,
+    started: int,
+    told: str,
+    most: int,
+    workers: int,
+    cluster: str | None,
+) -> pl.DataFrame:
+    """The table of the first trials, of which so many have started; those that cannot start are no drives."""
+    if known is None:
+        files.claim(setup.description())
+    table = files.table_of([]) if known is None else known
+    with stage(f"{told} ({most} at most)"):
+        while (missing := started - table.select(STARTED.sum()).item()) > 0:
+            before = table.select(STARTED.sum()).item()
+            table = drive_missing(table, table.height + missing, files, setup, workers, cluster, most)
+            if table.select(STARTED.sum()).item() == before:
+                raise SettingError(f"no drive could start: {table['reason'][-1]}")
+    files.save_table(table)
+    return table
+
+
+def _seed(seed: int, stream: int) -> int:
+    """Seed of the drives of the pilot or of the proof, which no study has."""
+    return int(np.random.SeedSequence(seed, spawn_key=(2**32 - stream,)).generate_state(1, np.uint64)[0] >> 1)

@@ -1,0 +1,112 @@
+"""Risk against speed: a line for every λ, and for everybody beside, with exact intervals."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import polars as pl
+from scipy.stats import norm
+
+from coverdrive.certificates.bounds import clopper_pearson
+from coverdrive.errors import SettingError
+from coverdrive.league.entrants import Known, Place, entrant
+from coverdrive.planning.planner import MpcPlanner
+from coverdrive.prediction.predictor import AnyPredictor
+from coverdrive.simulation.comparison import paired_t
+from coverdrive.simulation.outcome import Fault, Kind
+from coverdrive.simulation.setup import Setup
+from coverdrive.simulation.trial import STARTED
+
+COLLIDED = STARTED & (pl.col("kind") != Kind.FINISHED.value)
+"""whether the ego touched anybody, as an expression on a table of trials"""
+
+OWN_FAULT = COLLIDED & (pl.col("at_fault") == Fault.EGO.value)
+"""the same at its own fault"""
+
+OURS = "default"
+"""the name of our own sets"""
+
+SCALED = "constant-velocity-box", "paper-sets"
+"""names of entrants whose sets have a scale as well"""
+
+_CONFIDENCE = 0.95
+_POWER = 0.8
+"""probability of telling two rates apart that differ as much as those that were seen"""
+
+
+def setups_beside(
+    setup: Setup, known: Known, names: Sequence[str], scales: Sequence[float]
+) -> dict[tuple[str, float | None], Setup]:
+    """The drives of entrants of the league in place of the default, by name and, where they have one, by scale.
+
+    A SettingError if there is no such entrant, or if it does not take part there.
+    """
+    assert isinstance(setup.planner, MpcPlanner)
+    future = () if callable(setup.scenarios) else setup.scenarios
+    place = Place(setup.planner.settings, future if setup.replays else ())
+    found: dict[tuple[str, float | None], Setup] = {}
+    for name in names:
+        seat = entrant(name)(known, place)
+        if isinstance(seat, str) or seat.belief is None or seat.planner is None:
+            raise SettingError(
+                f"{name} cannot stand beside: {seat if isinstance(seat, str) else 'it drives elsewhere'}"
+            )
+        other = replace(setup, predictor=seat.belief, planner=seat.planner, sampled=known.predictor)
+        scaled: Any = seat.belief
+        for scale in scales if name in SCALED else [None]:
+            belief = seat.belief if scale is None else scaled.scaled(scale)
+            found[name, scale] = replace(other, predictor=belief)
+    return found
+
+
+def frontier(tables: Mapping[tuple[str, str, float | None], pl.DataFrame], predictor: AnyPredictor) -> pl.DataFrame:
+    """A line for the drives of everybody at every λ, with 95 % intervals.
+
+    ``claim`` is the bound ε on the windows of recorded traffic at that λ, 1 if nothing is proved; of others null.
+
+    Args:
+        tables: of trials, by the kind of drive, ``pilot`` or ``proof``, who drove, and λ if there is one.
+        predictor: of our own sets.
+    """
+    lines = list[dict[str, Any]]()
+    for (kind, who, scale), trials in tables.items():
+        table = trials.filter(STARTED)
+        speeds = table["mean_speed"].to_numpy()
+        collisions, own = (int(table.select(event.sum()).item()) for event in (COLLIDED, OWN_FAULT))
+        low, high = clopper_pearson(collisions, table.height, _CONFIDENCE)
+        slow, fast = paired_t(speeds, _CONFIDENCE)[:2] if len(speeds) > 1 else (None, None)
+        lines.append(
+            {
+                "who": who,
+                "scale": scale,
+                "drives_of": kind,
+                "claim": predictor.scaled(scale or 0.0).certificate.epsilon if who == OURS else None,
+                "drives": table.height,
+                "collisions": collisions,
+                "own_fault": own,
+                "rate_low": low,
+                "rate_high": high,
+                "mean_speed": float(speeds.mean()),
+                "speed_low": slow,
+                "speed_high": fast,
+                "share_unsafe": float(table["share_unsafe"].mean() or 0.0),
+            }
+        )
+    return pl.DataFrame(lines, infer_schema_length=None)
+
+
+def drives_to_tell(first: tuple[int, int], second: tuple[int, int]) -> int | None:
+    """How many drives of each would tell two rates apart, if they are as they were seen; 0 if they are told apart.
+
+    None if they were seen to be alike. Each is given by its events and drives; they are told apart if their exact
+    intervals do not overlap.
+    """
+    (low, high), (lower, upper) = (clopper_pearson(*each, _CONFIDENCE) for each in (first, second))
+    if high < lower or upper < low:
+        return 0
+    rates = np.array([first[0] / first[1], second[0] / second[1]])
+    if rates[0] == rates[1]:
+        return None
+    spread = (norm.ppf((1 + _CONFIDENCE) / 2) + norm.ppf(_POWER)) ** 2 * (rates * (1 - rates)).sum()
+    return int(np.ceil(spread / np.diff(rates)[0] ** 2))

@@ -1,0 +1,51 @@
+"""The frontier of risk and speed as a table for the terminal."""
+
+from typing import Any
+
+import polars as pl
+from rich.table import Table
+
+from coverdrive.dial.frontier import OURS, drives_to_tell
+from coverdrive.numbers import at_most, interval, percent
+from coverdrive.reporting.fitting import columns_table
+
+
+def frontier_table(lines: pl.DataFrame) -> Table:
+    """A line for every λ and everybody beside, pilot and proof apart."""
+    return columns_table(
+        "Risk and speed (95 % intervals)",
+        ("drives", "who", "scale", "windows", "collisions", "own", "m/s", "unsafe"),
+        [_cells(line) for line in lines.iter_rows(named=True)],
+        "windows: bound on what the sets miss of recorded traffic" + untold(lines),
+        first={},
+    )
+
+
+def _cells(line: dict[str, Any]) -> tuple[str, ...]:
+    speed = f"{line['mean_speed']:.1f}"
+    if line["speed_low"] is not None:
+        speed += f" ({line['speed_low']:.1f}–{line['speed_high']:.1f})"
+    claim = line["claim"]
+    return (
+        line["drives_of"],
+        line["who"],
+        "" if line["scale"] is None else f"{line['scale']:g}",
+        "" if claim is None else "none" if claim >= 1 else f"≤ {at_most(claim)}",
+        f"{line['collisions']} of {line['drives']:,} ({interval(line['rate_low'], line['rate_high'])})",
+        str(line["own_fault"]),
+        speed,
+        percent(line["share_unsafe"], 2),
+    )
+
+
+def untold(lines: pl.DataFrame) -> str:
+    """Whether the safest and the riskiest of our scales in the pilot are told apart, and how many drives would do."""
+    ours = lines.filter(pl.col("who") == OURS, pl.col("drives_of") == "pilot").sort("collisions")
+    if ours.height < 2:
+        return ""
+    best, worst = ((each["collisions"], each["drives"]) for each in (ours.row(i, named=True) for i in (0, -1)))
+    needed = drives_to_tell(best, worst)
+    if needed == 0:
+        return ""
+    would = "" if needed is None else f"; about {needed:,} each would, if their rates are as they were seen"
+    return f"; {best[1]:,} drives each do not tell the scales apart by collisions{would}"
