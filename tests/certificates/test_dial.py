@@ -46,6 +46,13 @@ def test_anytime_stops_with_the_batch_that_proves_and_with_the_first_that_cannot
     assert dialled.sentence == "With 90 % confidence at most 10 % of 20-s drives like these touch anybody (1 of 60)."
 
 
+def test_with_the_slower_first_something_is_proved_where_the_pilot_misjudges_the_fastest() -> None:
+    pilot, prove = series(GOOD, GOOD, GOOD), series(GOOD, GOOD, BAD)
+    assert DIAL.turn(3, pilot, prove).chosen is None
+    careful = replace(DIAL, ties="slower").turn(3, pilot, prove)
+    assert careful.chosen is careful.tried[1] and len(careful.tried) == 3
+
+
 def test_a_fixed_number_is_driven_whatever_happens() -> None:
     prove = series(GOOD, BAD, GOOD)
     dialled = replace(DIAL, procedure="fixed sequence").turn(3, series(GOOD, "x" + GOOD, "xx" + GOOD), prove)
@@ -162,7 +169,6 @@ REPEATED = replace(DIAL, batch=25)
 STEPS = np.linspace(0, 1, 20)
 RATES = {
     "monotone": 0.02 + 0.2 * STEPS,
-    "falling": 0.2 - 0.18 * STEPS,
     "cliff": np.where(STEPS < 0.5, 0.02, 0.2),
     "up and down": 0.1 + 0.06 * np.sin(9 * STEPS),
     "just above": np.full(20, 0.1001),
@@ -185,7 +191,6 @@ def test_a_dial_is_wrong_no_more_often_than_it_says(name: str, procedure: Proced
         dialled = dial.turn(20, traffic.pilot, traffic.prove)
         wrong += traffic.is_wrong(dialled)
         chosen += dialled.chosen is not None
-    print(f"{name}, {procedure}: {wrong} wrong, {chosen} chosen of {REPEATS}")
     assert wrong <= most_wrong()
     if name == "just above":
         assert chosen <= wrong  # what is chosen is wrong, and so is a limit that is too small
@@ -200,7 +205,6 @@ def test_each_of_two_events_is_wrong_no_more_often_than_it_says(procedure: Proce
         traffic = Traffic(RATES["just above"], seed, kinds=2)
         dialled = dial.turn(20, traffic.pilot, traffic.prove)
         wrong += [traffic.is_wrong(dialled, kind) for kind in (0, 1)]
-    print(f"two events, {procedure}: {wrong} wrong of {REPEATS}")
     assert (wrong <= most_wrong()).all()
 
 
@@ -210,7 +214,6 @@ def test_choosing_and_proving_on_the_same_drives_is_wrong_too_often(procedure: P
     dial = replace(REPEATED, procedure=procedure, pilot=DIAL.most)
     traffics = [Traffic(RATES["just above"], seed) for seed in range(REPEATS)]
     wrong = sum(traffic.is_wrong(dial.turn(20, traffic.prove, traffic.prove)) for traffic in traffics)
-    print(f"same drives, {procedure}: {wrong} wrong of {REPEATS}")
     assert wrong > most_wrong()
 
 
@@ -228,12 +231,11 @@ def test_looking_again_and_again_at_a_limit_for_a_fixed_number_is_wrong_too_ofte
     for seed in range(REPEATS):
         traffic = Traffic(RATES["just above"], seed)
         wrong += REPEATED.turn(20, traffic.pilot, traffic.prove).chosen is not None
-    print(f"peeking: {wrong} wrong of {REPEATS}")
     assert wrong > most_wrong()
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("procedure", SEVERAL)
+@pytest.mark.parametrize("procedure", ["fixed sequence", "anytime"])
 def test_proving_one_and_driving_another_is_wrong_too_often(procedure: Procedure) -> None:
     dial = replace(REPEATED, procedure=procedure)
     wrong = 0
@@ -242,5 +244,4 @@ def test_proving_one_and_driving_another_is_wrong_too_often(procedure: Procedure
         chosen = dial.turn(20, traffic.pilot, traffic.prove).chosen
         if chosen is not None:
             wrong += traffic.rates[min(chosen.candidate + 1, 19), 0] > chosen.proofs[0].bound
-    print(f"another, {procedure}: {wrong} wrong of {REPEATS}")
     assert wrong > most_wrong()

@@ -109,6 +109,7 @@ def test_what_was_proved_remains_proved() -> None:
 def test_the_pilot_orders_from_the_safest_to_the_fastest() -> None:
     rates = np.array([[0.1], [0.0], [0.0], [0.3], [0.2], [0.1]])
     assert pilot_order(rates, np.array([22.0, 19.0, 20.0, 24.0, 21.0, 23.0])) == [2, 5, 3]
+    assert pilot_order(rates, np.array([22.0, 19.0, 20.0, 24.0, 21.0, 23.0]), "slower") == [1, 2, 0, 5, 3]
     faults = np.array([[0.1, 0.1], [0.1, 0.0], [0.1, 0.0]])
     assert pilot_order(faults, np.array([22.0, 20.0, 19.0])) == [1, 0]
     assert pilot_order(np.zeros((2, 1)), np.array([20.0, 20.0])) == [0]

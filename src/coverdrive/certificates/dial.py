@@ -20,6 +20,7 @@ from coverdrive.certificates.bounds import check_confidence
 from coverdrive.certificates.drives import (
     Procedure,
     Proof,
+    Ties,
     drives_needed,
     holm,
     limit_of,
@@ -114,6 +115,8 @@ class Dial:
     """drives to prove one candidate: so many at most at any time, else exactly so many"""
     batch: int = 100
     """drives after which, at any time, it is seen whether to go on"""
+    ties: Ties = "faster"
+    """of candidates with equally many events in the pilot, which are proved first"""
     unit: str = "20-s drives"
 
     def __post_init__(self) -> None:
@@ -134,21 +137,14 @@ class Dial:
         if self.procedure == "Holm":
             return self._holm(order, [self._drive(candidate, prove) for candidate in order])
         tried: list[Tried] = []
-
-        def passes(candidate: int) -> bool:
-            hits, speeds = self._drive(candidate, prove)
-            passed = [self._passes(kind, hits) for kind in range(len(self.asked))]
-            tried.append(self._tried(candidate, hits, speeds, passed, [self.confidence] * len(passed)))
-            return all(passed)
-
-        fixed_sequence(map(passes, order))
+        fixed_sequence(self._reaches(candidate, prove, tried) for candidate in order)
         return Dialled(tuple(tried))
 
     def order(self, candidates: int, pilot: Drives) -> list[int]:
         """The candidates that the pilot leaves to be proved, in the order of proving."""
         driven = [pilot(candidate, 0, self.pilot) for candidate in range(candidates)]
         rates = np.array([hits.mean(0) for hits, _ in driven])
-        return pilot_order(rates, np.array([speeds.mean() for _, speeds in driven]))
+        return pilot_order(rates, np.array([speeds.mean() for _, speeds in driven]), self.ties)
 
     def _check(self, candidates: int) -> None:
         if candidates < 1 or (self.procedure == "named beforehand" and candidates > 1):
@@ -166,6 +162,13 @@ class Dial:
                 f"confidence ({self.procedure}), whatever happens in them; {needed:,} without any event would do: "
                 "drive more, allow a larger risk, or ask for less confidence"
             )
+
+    def _reaches(self, candidate: int, prove: Drives, tried: list[Tried]) -> bool:
+        """Drive a candidate, add what is proved of it to those tried, and say whether it is all that was asked."""
+        hits, speeds = self._drive(candidate, prove)
+        passed = [self._passes(kind, hits) for kind in range(len(self.asked))]
+        tried.append(self._tried(candidate, hits, speeds, passed, [self.confidence] * len(passed)))
+        return all(passed)
 
     def _drive(self, candidate: int, prove: Drives) -> tuple[Hits, Float[np.ndarray, " drives"]]:
         """All drives of a candidate; at any time, until all is proved or something cannot be proved any more."""

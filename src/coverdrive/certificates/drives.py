@@ -34,6 +34,10 @@ Procedure: TypeAlias = Literal["named beforehand", "fixed sequence", "Holm", "an
 """What keeps several candidates from being tried until one passes by chance: there is one; an order fixed beforehand,
 up to the first that fails; levels that make up for their number; that order again, each driven until it is proved"""
 
+Ties: TypeAlias = Literal["faster", "slower"]
+"""Which one of candidates with equally many events in the pilot is proved first: the fastest, which takes the fewest
+drives; or the slowest, so that something is proved where a pilot without events misjudges the fastest"""
+
 _PARTS = np.array([0, 0.2, 0.4, 0.6, 0.8])
 """rates that are betted on, as parts of the risk"""
 
@@ -62,7 +66,7 @@ def moments(hits: Bool[np.ndarray, " drives"]) -> tuple[Int[np.ndarray, " moment
 
 def proved_at(hits: Bool[np.ndarray, " drives"], risk: float, confidence: float) -> bool:
     """Whether drives, in their order, prove the risk at any moment."""
-    return bool(log_evidence(*moments(hits), risk).max() >= -np.log1p(-confidence))
+    return bool(log_evidence(*moments(hits), risk).max() >= -math.log1p(-confidence))
 
 
 def anytime_limit(events: Counts, drives: Counts, confidence: float) -> float:
@@ -71,14 +75,17 @@ def anytime_limit(events: Counts, drives: Counts, confidence: float) -> float:
     It is 1 if none is.
     """
     check_confidence(confidence)
-    goal, low, high = -np.log1p(-confidence), 1e-15, 1 - 1e-15
-
-    def excess(risk: float) -> float:
-        return float(log_evidence(events, drives, risk).max() - goal)
-
-    if excess(high) < 0:
+    goal, high = -math.log1p(-confidence), 1 - 1e-15
+    if log_evidence(events, drives, high).max() < goal:
         return 1.0
-    return float(optimize.root_scalar(excess, bracket=(low, high), method="brentq", xtol=1e-15).root)
+    return float(
+        optimize.root_scalar(
+            lambda risk: log_evidence(events, drives, risk).max() - goal,
+            bracket=(1e-15, high),
+            method="brentq",
+            xtol=1e-15,
+        ).root
+    )
 
 
 def p_value(events: int, drives: int, risk: float, anytime: bool = False) -> float:
@@ -99,13 +106,16 @@ def drives_needed(events: int, risk: float, confidence: float, anytime: bool = F
     return events + bisect_left(numbers, True, key=lambda n: p_value(events, n, risk, anytime) <= level)
 
 
-def pilot_order(rates: Float[np.ndarray, "candidates kinds"], speeds: Float[np.ndarray, " candidates"]) -> list[int]:
+def pilot_order(
+    rates: Float[np.ndarray, "candidates kinds"], speeds: Float[np.ndarray, " candidates"], ties: Ties = "faster"
+) -> list[int]:
     """The order in which candidates are to be proved, from pilot drives: from the safest to the fastest.
 
     It is the Pareto front of the pilot's rate of events and mean speed [m/s]: it begins with the fewest events of the
-    first kind (among equal ones, of the next kind, and then with the fastest), and each is faster than all before it.
+    first kind (among equal ones, of the next kind), and each is faster than all before it. Of those with equally many
+    events, ``ties`` says whether only the fastest is proved, or all of them, the slower ones first.
     """
-    order = np.lexsort((-speeds, *rates.T[::-1]))
+    order = np.lexsort((speeds if ties == "slower" else -speeds, *rates.T[::-1]))
     fastest = np.maximum.accumulate(np.r_[-np.inf, speeds[order[:-1]]])
     return order[speeds[order] > fastest].tolist()
 
