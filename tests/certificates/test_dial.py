@@ -46,11 +46,18 @@ def test_anytime_stops_with_the_batch_that_proves_and_with_the_first_that_cannot
     assert dialled.sentence == "With 90 % confidence at most 10 % of 20-s drives like these touch anybody (1 of 60)."
 
 
-def test_with_the_slower_first_something_is_proved_where_the_pilot_misjudges_the_fastest() -> None:
+def test_something_is_proved_where_a_pilot_without_events_misjudges_the_fastest() -> None:
     pilot, prove = series(GOOD, GOOD, GOOD), series(GOOD, GOOD, BAD)
-    assert DIAL.turn(3, pilot, prove).chosen is None
-    careful = replace(DIAL, ties="slower").turn(3, pilot, prove)
+    careful = DIAL.turn(3, pilot, prove)
     assert careful.chosen is careful.tried[1] and len(careful.tried) == 3
+
+
+def test_the_pilot_may_say_more_of_risk_than_the_events() -> None:
+    def pilot(candidate: int, first: int, count: int):
+        return np.tile([0.0, [0.2, 0.1, 0.3][candidate]], (count, 1)), np.full(count, 20.0 + candidate)
+
+    turned = DIAL.turn(3, pilot, series(GOOD, GOOD, GOOD))
+    assert [one.candidate for one in turned.tried] == [1, 2]
 
 
 def test_a_fixed_number_is_driven_whatever_happens() -> None:

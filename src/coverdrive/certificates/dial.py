@@ -14,13 +14,12 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Num
 
 from coverdrive.certificates.bounds import check_confidence
 from coverdrive.certificates.drives import (
     Procedure,
     Proof,
-    Ties,
     drives_needed,
     holm,
     limit_of,
@@ -35,6 +34,12 @@ from coverdrive.numbers import percent
 
 Hits: TypeAlias = Bool[np.ndarray, "drives kinds"]
 """whether each kind of event happened"""
+
+Measures: TypeAlias = Num[np.ndarray, "drives measures"] | Bool[np.ndarray, "drives measures"]
+"""the events, and then whatever says more of a drive's risk than these, which are seldom seen"""
+
+Pilot: TypeAlias = Callable[[int, int, int], tuple[Measures, Float[np.ndarray, " drives"]]]
+"""The same of pilot drives, called like `Drives`."""
 
 Drives: TypeAlias = Callable[[int, int, int], tuple[Hits, Float[np.ndarray, " drives"]]]
 """Drives a candidate, from the number of its first drive, so many times: events and mean speeds [m/s], in order.
@@ -115,8 +120,8 @@ class Dial:
     """drives to prove one candidate: so many at most at any time, else exactly so many"""
     batch: int = 100
     """drives after which, at any time, it is seen whether to go on"""
-    ties: Ties = "faster"
-    """of candidates with equally many events in the pilot, which are proved first"""
+    gain: float = 0.0
+    """share by which a candidate has to be faster than those before it in the pilot to be worth a proof"""
     unit: str = "20-s drives"
 
     def __post_init__(self) -> None:
@@ -127,7 +132,7 @@ class Dial:
                 f"{len(self.asked)} events and {self.pilot}, {self.most} and {self.batch} drives"
             )
 
-    def turn(self, candidates: int, pilot: Drives, prove: Drives) -> Dialled:
+    def turn(self, candidates: int, pilot: Pilot, prove: Drives) -> Dialled:
         """Order the candidates by pilot drives and prove them by other ones, until the first that fails.
 
         By Holm, all are driven. `CertificateError` if the drives could prove nothing even without any event.
@@ -140,11 +145,11 @@ class Dial:
         fixed_sequence(self._reaches(candidate, prove, tried) for candidate in order)
         return Dialled(tuple(tried))
 
-    def order(self, candidates: int, pilot: Drives) -> list[int]:
+    def order(self, candidates: int, pilot: Pilot) -> list[int]:
         """The candidates that the pilot leaves to be proved, in the order of proving."""
         driven = [pilot(candidate, 0, self.pilot) for candidate in range(candidates)]
-        rates = np.array([hits.mean(0) for hits, _ in driven])
-        return pilot_order(rates, np.array([speeds.mean() for _, speeds in driven]), self.ties)
+        rates = np.array([measures.mean(0) for measures, _ in driven])
+        return pilot_order(rates, np.array([speeds.mean() for _, speeds in driven]), self.gain)
 
     def _check(self, candidates: int) -> None:
         if candidates < 1 or (self.procedure == "named beforehand" and candidates > 1):

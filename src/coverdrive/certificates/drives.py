@@ -34,10 +34,6 @@ Procedure: TypeAlias = Literal["named beforehand", "fixed sequence", "Holm", "an
 """What keeps several candidates from being tried until one passes by chance: there is one; an order fixed beforehand,
 up to the first that fails; levels that make up for their number; that order again, each driven until it is proved"""
 
-Ties: TypeAlias = Literal["faster", "slower"]
-"""Which one of candidates with equally many events in the pilot is proved first: the fastest, which takes the fewest
-drives; or the slowest, so that something is proved where a pilot without events misjudges the fastest"""
-
 _PARTS = np.array([0, 0.2, 0.4, 0.6, 0.8])
 """rates that are betted on, as parts of the risk"""
 
@@ -107,17 +103,21 @@ def drives_needed(events: int, risk: float, confidence: float, anytime: bool = F
 
 
 def pilot_order(
-    rates: Float[np.ndarray, "candidates kinds"], speeds: Float[np.ndarray, " candidates"], ties: Ties = "faster"
+    rates: Float[np.ndarray, "candidates measures"], speeds: Float[np.ndarray, " candidates"], gain: float = 0.0
 ) -> list[int]:
     """The order in which candidates are to be proved, from pilot drives: from the safest to the fastest.
 
-    It is the Pareto front of the pilot's rate of events and mean speed [m/s]: it begins with the fewest events of the
-    first kind (among equal ones, of the next kind), and each is faster than all before it. Of those with equally many
-    events, ``ties`` says whether only the fastest is proved, or all of them, the slower ones first.
+    It is the Pareto front of what the pilot says of risk and of its mean speed [m/s]: it begins with the least of the
+    first measure (among equal ones, of the next one, and then with the slowest), and each is faster than all before it
+    by a share ``gain`` at least. A pilot seldom sees any rare event: the fastest of those without one would fail in the
+    proof nearly always, and a walk ends with the first that fails.
     """
-    order = np.lexsort((speeds if ties == "slower" else -speeds, *rates.T[::-1]))
-    fastest = np.maximum.accumulate(np.r_[-np.inf, speeds[order[:-1]]])
-    return order[speeds[order] > fastest].tolist()
+    order, front, fastest = np.lexsort((speeds, *rates.T[::-1])).tolist(), list[int](), -np.inf
+    for candidate in order:
+        if speeds[candidate] > fastest * (1 + gain):
+            front.append(candidate)
+            fastest = speeds[candidate]
+    return front
 
 
 def holm(p_values: Float[np.ndarray, " candidates"], confidence: float) -> Bool[np.ndarray, " candidates"]:

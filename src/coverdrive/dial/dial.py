@@ -41,6 +41,9 @@ Event = Literal["any", "own"]
 _PILOT, _PROOF = 1, 2
 """keys of the seeds of both, which are no study's"""
 
+_GAIN = 0.01
+"""share by which a bolder λ has to be faster in the pilot to be worth the drives of a proof"""
+
 _EVENTS = {"any": ("touch anybody", COLLIDED), "own": ("touch somebody at the ego's fault", OWN_FAULT)}
 
 
@@ -142,7 +145,7 @@ class Request:
         alone = 1 if procedure != "Holm" else len(self.scales)
         needed = drives_needed(0, self.risk, 1 - (1 - self.confidence) / alone, procedure == "anytime")
         most = self.most or (needed if procedure == "named beforehand" else 2 * needed)
-        return Dial(asked, self.confidence, procedure, self.pilot, most, unit=f"{duration:g}-s drives")
+        return Dial(asked, self.confidence, procedure, self.pilot, most, gain=_GAIN, unit=f"{duration:g}-s drives")
 
 
 def dialled(
@@ -186,7 +189,10 @@ def dialled(
             tables[name, OURS, scale] = table
             rows = table.filter(STARTED)[first : first + count]
             events = [_EVENTS[event][1] for event in (["any", "own"] if request.event == "any" else ["own"])]
-            return rows.select(events).to_numpy(), rows["mean_speed"].to_numpy()
+            if stream == _PILOT:
+                events.append(pl.col("share_unsafe"))
+            named = [each.alias(str(number)) for number, each in enumerate(events)]
+            return rows.select(named).to_numpy(), rows["mean_speed"].to_numpy()
 
         return drive
 

@@ -49,9 +49,8 @@ def setups_beside(
     for name in names:
         seat = entrant(name)(known, place)
         if isinstance(seat, str) or seat.belief is None or seat.planner is None:
-            raise SettingError(
-                f"{name} cannot stand beside: {seat if isinstance(seat, str) else 'it drives elsewhere'}"
-            )
+            why = seat if isinstance(seat, str) else "it drives in its own world alone"
+            raise SettingError(f"{name} cannot stand beside: {why}")
         other = replace(setup, predictor=seat.belief, planner=seat.planner, sampled=known.predictor)
         scaled: Any = seat.belief
         for scale in scales if name in SCALED else [None]:
@@ -90,7 +89,7 @@ def frontier(tables: Mapping[tuple[str, str, float | None], pl.DataFrame], predi
                 "mean_speed": float(speeds.mean()),
                 "speed_low": slow,
                 "speed_high": fast,
-                "share_unsafe": float(table["share_unsafe"].mean() or 0.0),
+                "share_unsafe": float(table["share_unsafe"].to_numpy().mean()),
             }
         )
     return pl.DataFrame(lines, infer_schema_length=None)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from typing import Annotated, Literal, TypeVar
 
 import numpy as np
@@ -22,6 +23,9 @@ from coverdrive.prediction.predictor import Predictor
 from coverdrive.settings import Settings
 
 P = TypeVar("P")
+
+_STEPS = 300
+"""scales at which they are tried"""
 
 _BOUNDS = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 """ε that are proved of boxes that are smaller than those of the claim"""
@@ -114,7 +118,9 @@ def proved_scales(
     found = list[tuple[float, float]]()
     bounds = [bound for bound in _BOUNDS if bound > certificate.epsilon]
     if certificate.confidence is not None and bounds:
-        units = Calibration.of(samples, certificate.tube, trained_on, certificate.unit)
+        steps = np.quantile(samples.scores, np.linspace(0, 1, _STEPS), method="lower")
+        lower = steps[np.searchsorted(steps, samples.scores, side="right") - 1]  # scores in fewer steps miss no less
+        units = Calibration.of(replace(samples, scores=lower), certificate.tube, trained_on, certificate.unit)
         sure = 1 - (1 - certificate.confidence) / len(bounds)
         for bound in bounds:
             with suppress(CertificateError):

@@ -13,7 +13,7 @@ from coverdrive.prediction.cover.basis_study import StudiedBasis
 from coverdrive.prediction.fit import Fit
 from coverdrive.prediction.folds import Fold
 from coverdrive.recordings.summary import Summary
-from coverdrive.reporting.claim import BY_ITSELF, ON_AVERAGE, set_facts, signs, strength, whose
+from coverdrive.reporting.claim import BY_ITSELF, ON_AVERAGE, proved, set_facts, signs, strength, whose
 from coverdrive.reporting.fitting import columns_table, facts_table
 
 
