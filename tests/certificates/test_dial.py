@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy import special, stats
 
 from coverdrive.certificates import drives
-from coverdrive.certificates.dial import Asked, Dial, Dialled, Drives
+from coverdrive.certificates.dial import Asked, Dial, Turned, Drives
 from coverdrive.certificates.drives import Procedure, drives_needed
 from coverdrive.errors import CertificateError
 
@@ -166,7 +166,7 @@ class Traffic:
         hits = self.outcomes[stream, candidate, first : first + count]
         return hits, np.full(len(hits), self.speeds[candidate])
 
-    def is_wrong(self, dialled: Dialled, kind: int = 0) -> bool:
+    def is_wrong(self, dialled: Turned, kind: int = 0) -> bool:
         """Whether any risk that is proved is smaller than the true one."""
         return any(one.proofs[kind].bound < self.rates[one.candidate, kind] for one in dialled.tried)
 

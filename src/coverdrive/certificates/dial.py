@@ -89,7 +89,7 @@ class Tried:
 
 
 @dataclass(frozen=True)
-class Dialled:
+class Turned:
     """What was proved of the candidates that were tried; all of it holds together, for each event."""
 
     tried: tuple[Tried, ...]
@@ -132,7 +132,7 @@ class Dial:
                 f"{len(self.asked)} events and {self.pilot}, {self.most} and {self.batch} drives"
             )
 
-    def turn(self, candidates: int, pilot: Pilot, prove: Drives) -> Dialled:
+    def turn(self, candidates: int, pilot: Pilot, prove: Drives) -> Turned:
         """Order the candidates by pilot drives and prove them by other ones, until the first that fails.
 
         By Holm, all are driven. `CertificateError` if the drives could prove nothing even without any event.
@@ -143,7 +143,7 @@ class Dial:
             return self._holm(order, [self._drive(candidate, prove) for candidate in order])
         tried: list[Tried] = []
         fixed_sequence(self._reaches(candidate, prove, tried) for candidate in order)
-        return Dialled(tuple(tried))
+        return Turned(tuple(tried))
 
     def order(self, candidates: int, pilot: Pilot) -> list[int]:
         """The candidates that the pilot leaves to be proved, in the order of proving."""
@@ -208,7 +208,7 @@ class Dial:
             return proved_at(hits[:, kind], risk, self.confidence)
         return p_value(int(hits[:, kind].sum()), len(hits), risk) <= 1 - self.confidence
 
-    def _holm(self, order: list[int], driven: list[tuple[Hits, Float[np.ndarray, " drives"]]]) -> Dialled:
+    def _holm(self, order: list[int], driven: list[tuple[Hits, Float[np.ndarray, " drives"]]]) -> Turned:
         events = np.array([hits.sum(0) for hits, _ in driven])
         passed = np.stack(
             [
@@ -219,7 +219,7 @@ class Dial:
         )
         levels = 1 - (1 - self.confidence) / np.maximum((~passed).sum(0), 1)
         rows = zip(order, driven, passed.tolist(), strict=True)
-        return Dialled(tuple(self._tried(one, *drives, mask, levels.tolist()) for one, drives, mask in rows))
+        return Turned(tuple(self._tried(one, *drives, mask, levels.tolist()) for one, drives, mask in rows))
 
     def _tried(
         self,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from coverdrive.cli import options
 from coverdrive.cli.bars import stages, waiting
 from coverdrive.cli.certify import compare_and_save
+from coverdrive.cli.dial import Risk, dial_and_print
 from coverdrive.cli.fit import fit_and_print
 from coverdrive.cli.options import certificate, console, experiment_of
 from coverdrive.cli.study import study_and_print
@@ -21,6 +22,7 @@ def run(
     epsilon: options.EpsilonOfRun = None,
     confidence: options.Confidence = None,
     unit: options.Unit = None,
+    risk: Risk = None,
     trials: options.Trials = None,
     traffic: options.TrafficName = None,
     vehicles: options.Vehicles = None,
@@ -42,7 +44,7 @@ def run(
     - in generated traffic, to `results/`: `coverdrive run`
     - learn from recordings, and drive on a road like theirs: `coverdrive run --recording scenarios/ --out us101`
     - on a road with bends and a ramp: `coverdrive run --road curved --traffic drivers --out curved`
-    - a bolder certificate, in less time: `coverdrive run --epsilon 0.2 --set prediction.training.epochs=20`
+    - with sets as bold as drives prove to be safe: `coverdrive run --traffic drivers --risk 0.01`
     """
 
     def settle(usual: dict[str, Any] | None = None, **around: Any) -> "Experiment":
@@ -66,6 +68,10 @@ def run(
     results = Results(out)
     fitted = fit_and_print(settle, recording or [], results, road, preset)
     compared = compare_and_save(results)
+    if risk is not None:
+        from coverdrive.dial.dial import Request
+
+        dial_and_print(results, results.experiment, Request(risk), recording or [], None)
     study = results.study(results.experiment, recording or [])
     studied = study_and_print(study, results, results.experiment.study)
     with stages():

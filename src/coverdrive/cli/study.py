@@ -83,6 +83,7 @@ def study_and_print(
 ) -> dict[str, Any]:
     """Drive the trials that are missing, and say how they went."""
     with waiting():
+        from coverdrive.dial.dial import proof_of, said_of_dial
         from coverdrive.reporting.study_tables import collisions_table, drives_table, safety_table
         from coverdrive.simulation.driven_on import driven_on
     _drive(study, size, cluster)
@@ -92,12 +93,17 @@ def study_and_print(
     console.print(collisions_table(trials))
     console.print(safety_table(trials, results.certified.driven[0]))
     console.print(drives_table(trials))
+    proved = proof_of(trials, study.setup.episode.duration)
+    console.print(f"• {proved.sentence}")
+    for line in said_of_dial(results.dialled, study.setup):
+        console.print(f"• {line}")
     for number, reason in study.unstarted.select("trial", "reason").iter_rows():
         console.print(f"• Trial {number} could not start: {reason}")
     console.print(f"One row for each trial is in {study.folder / 'trials.parquet'}")
     return {
         "results": str(study.folder),
         "driven_on": place,
+        "proved": proved.sentence,
         "collisions": study.collisions.to_dicts(),
         "trials": trials.to_dicts(),
         "unstarted": study.unstarted.to_dicts(),

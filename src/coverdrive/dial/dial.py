@@ -9,6 +9,7 @@ The folder of a dial holds ``pilot/`` and ``proof/``, with a study in each for e
 each, and ``dial.json`` with what is proved.
 """
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -17,6 +18,7 @@ from typing import Any, Literal
 import numpy as np
 import polars as pl
 
+from coverdrive.certificates.bounds import rate_limit
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.dial import Asked, Dial, Tried
 from coverdrive.certificates.drives import Procedure, Proof, drives_needed
@@ -26,10 +28,12 @@ from coverdrive.files import write_atomically, write_json
 from coverdrive.prediction.predictor import AnyPredictor
 from coverdrive.prediction.stored import checked_scale
 from coverdrive.progress import stage
+from coverdrive.recordings.recording import Recording
 from coverdrive.simulation.driven_on import driven_on
-from coverdrive.simulation.setup import Setup
-from coverdrive.simulation.study import drive_missing
-from coverdrive.simulation.study_folder import StudyFolder
+from coverdrive.simulation.episode import EpisodeSettings
+from coverdrive.simulation.setup import AnyPlanner, AnyTraffic, Setup
+from coverdrive.simulation.study import drive_missing, setup_of
+from coverdrive.simulation.study_folder import StudyFolder, flat
 from coverdrive.simulation.trial import STARTED
 
 SCALES = (0.0, 0.15, 0.3, 0.45, 0.6, 0.8, 1.0)
@@ -73,6 +77,13 @@ class Dialled:
         """What is proved of drives, and where."""
         said = " ".join(f"{proof.sentence}." for proof in self.proofs)
         return f"{said} Driven at {self.mean_speed:.1f} m/s with sets of scale {self.scale:g}. {self.place}"
+
+    def unlike(self, setup: Setup) -> dict[str, tuple[Any, Any]]:
+        """What other drives depend on that is not as it was proved, by dotted names: as proved, and there."""
+        here = flat(json.loads(json.dumps(setup.description() | {"seed": None})))
+        proved = flat({**self.driven, "seed": None})
+        different = sorted(name for name in proved | here if proved.get(name) != here.get(name))
+        return {name: (proved.get(name), here.get(name)) for name in different}
 
     @property
     def record(self) -> dict[str, Any]:
@@ -145,7 +156,63 @@ class Request:
         alone = 1 if procedure != "Holm" else len(self.scales)
         needed = drives_needed(0, self.risk, 1 - (1 - self.confidence) / alone, procedure == "anytime")
         most = self.most or (needed if procedure == "named beforehand" else 2 * needed)
-        return Dial(asked, self.confidence, procedure, self.pilot, most, gain=_GAIN, unit=f"{duration:g}-s drives")
+        return Dial(asked, self.confidence, procedure, self.pilot, most, gain=_GAIN, unit=_unit(duration))
+
+
+def dial(
+    predictor: AnyPredictor,
+    planner: AnyPlanner | None = None,
+    *,
+    folder: Path | str,
+    risk: float = 0.01,
+    confidence: float = 0.99,
+    event: Event = "any",
+    scales: Sequence[float] = SCALES,
+    procedure: Procedure | None = None,
+    pilot: int = 100,
+    most: int | None = None,
+    traffic: AnyTraffic = "drivers",
+    vehicles: Sequence[int] | None = None,
+    seed: int = 0,
+    recordings: Sequence[Recording] = (),
+    road: str | None = None,
+    episode: EpisodeSettings | None = None,
+    workers: int = 1,
+    cluster: str | None = None,
+) -> Dialled:
+    """Find the boldest scale of the predictor's sets with which drives are proved to be safe enough.
+
+    What is proved drives as ``predictor.scaled(result.scale)`` and this planner; ``result.reached`` says whether it is
+    what was asked for. All else is as of `coverdrive.study`, and of `Request`.
+
+    Args:
+        predictor: whose sets are scaled.
+        planner: of the ego.
+        folder: of this dial, which goes on where it was stopped.
+        risk: probability of a collision in a drive that is to be proved not to be exceeded.
+        confidence: of the proof.
+        event: ``any`` collision, or those at the ego's ``own`` fault.
+        scales: to try; one alone is named beforehand.
+        procedure: how several are kept from being tried until one passes by chance.
+        pilot: drives at every scale that choose.
+        most: drives to prove one at the most.
+        traffic: in which is driven.
+        vehicles: numbers of uncontrolled vehicles.
+        seed: of both kinds of drives, which no study with this seed has.
+        recordings: on a road like theirs.
+        road: another one.
+        episode: start, length and time steps.
+        workers: number of processes.
+        cluster: address of a Dask scheduler.
+
+    Raises:
+        SettingError: a number makes no sense, or there is no such traffic or road.
+        CertificateError: so many drives cannot prove the risk, whatever happens in them.
+        DataError: the folder holds drives of another configuration.
+    """
+    setup = setup_of(predictor, planner, traffic, vehicles, seed, recordings, road, episode)
+    request = Request(risk, confidence, event, scales, procedure, pilot, most)
+    return dialled(setup, predictor, Path(folder), request, workers, cluster)
 
 
 def dialled(
@@ -217,6 +284,28 @@ def dialled(
     write_json(folder / "dial.json", result.record)
     write_atomically(folder / "frontier.csv", result.frontier.write_csv)
     return result
+
+
+def proof_of(trials: pl.DataFrame, duration: float, confidence: float = 0.99) -> Proof:
+    """What the drives of a study, whose number was fixed beforehand, prove of collisions; of no less than was seen."""
+    drives, events = trials.height, int(trials.select(COLLIDED.sum()).item())
+    bound = rate_limit(confidence, events, drives)
+    return Proof(_EVENTS["any"][0], events, drives, bound, bound, confidence, "named beforehand", _unit(duration))
+
+
+def said_of_dial(proved: Dialled | None, setup: Setup, most: int = 3) -> list[str]:
+    """What was proved of drives with these sets, if anything, and in what the drives of a setup are others."""
+    if proved is None:
+        return []
+    unlike = proved.unlike(setup)
+    named = "; ".join(f"{name} {was!r}, now {now!r}" for name, (was, now) in list(unlike.items())[:most])
+    more = f" ({len(unlike)} settings in all)" if len(unlike) > most else ""
+    others = [f"These drives are others than those that were proved: {named}{more}"]
+    return [proved.sentence, *(others if unlike else [])]
+
+
+def _unit(duration: float) -> str:
+    return f"{duration:g}-s drives"
 
 
 def _driven(

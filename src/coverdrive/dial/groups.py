@@ -1,4 +1,9 @@
-"""Recorded scenes that share no vehicle: what is fitted to some of them is tried on the others.
+"""Recorded traffic: sets are tried on scenes that share no vehicle with those that they were fitted to.
+
+Replays of one scene depend on each other, and so do scenes with the same vehicles: what counts is the group of scenes
+in which no vehicle of another one drives. A certificate needs many of them. A size of the sets can be chosen with two:
+each group is driven by what was fitted to all others. Sizes are compared by the share of a calibration vehicle's
+windows that leave the sets, because λ is relative to sets whose size depends on how many vehicles calibrated them.
 
 Scenes that were cut from one recording show the same vehicles, so that replays of them depend on each other. Files say
 who is who by numbers, which may begin anew in every file: two of them are taken to be of one recording if most of the
@@ -6,21 +11,46 @@ numbers that both have belong to vehicles of the same size.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import polars as pl
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from coverdrive.prediction.segments import Segments
+from coverdrive.dial.frontier import COLLIDED, OWN_FAULT
+from coverdrive.errors import DataError
+from coverdrive.files import write_atomically
+from coverdrive.league.beliefs import KnownFuture
+from coverdrive.prediction.fit import PredictionSettings, fit, scale_left
+from coverdrive.prediction.predictor import AnyPredictor, Predictor
+from coverdrive.prediction.scored import ScoredSides
+from coverdrive.prediction.segments import Segments, cut_segments
 from coverdrive.prediction.split import Split
+from coverdrive.progress import stage
 from coverdrive.recordings.recording import Recording
+from coverdrive.simulation.predictor import Belief
+from coverdrive.simulation.replay import cut_scenarios
+from coverdrive.simulation.setup import Setup
+from coverdrive.simulation.study import drive_missing
+from coverdrive.simulation.study_folder import StudyFolder
+from coverdrive.simulation.trial import STARTED
 
 _ALIKE = 0.01
 """[m] sizes of one vehicle differ by less"""
 
 _MOST = 0.5
 """share of the numbers that two groups have in common, from which on their vehicles are the same"""
+
+SHARES = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8)
+"""of a calibration vehicle's windows that leave the sets that are tried"""
+
+FUTURE = 0.0
+"""stands in the table for knowing the future"""
+
+_SIDES = 3
+"""groups that a fit by whole groups needs"""
 
 _TRAINING, _CALIBRATION = 0.65, 0.3
 """shares of the vehicles, where the scenes that are left to fit to are all of one recording"""
@@ -57,3 +87,96 @@ def sides_by_vehicle(recordings: Sequence[Recording], segments: Segments, seed: 
     place = np.random.default_rng(seed).permutation(vehicle.max() + 1) / (vehicle.max() + 1)
     side = np.searchsorted([_TRAINING, _TRAINING + _CALIBRATION], place, side="right")[vehicle]
     return Split(*(np.flatnonzero(side == each) for each in range(3)), dropped=0)
+
+
+def across_groups(
+    recordings: Sequence[Recording],
+    settings: PredictionSettings,
+    setup: Setup,
+    folder: Path,
+    drives: int = 100,
+    shares: Sequence[float] = SHARES,
+    workers: int = 1,
+    cluster: str | None = None,
+) -> pl.DataFrame:
+    """Replays of every group of scenes, driven by what was fitted to all others; a line for every group and share.
+
+    Args:
+        recordings: all of them.
+        settings: of the fits.
+        setup: of the replays; predictor and scenes are replaced.
+        folder: of fits and drives, which go on where they were stopped.
+        drives: of each group, for every share.
+        shares: of calibration windows that leave the sets (`SHARES`).
+        workers: number of processes.
+        cluster: address of a Dask scheduler whose workers drive instead.
+
+    Returns:
+        Columns ``group``, ``share`` (0: the future is known), ``scale``, ``drives``, ``collisions``, ``own_fault``,
+        ``mean_speed``, ``share_unsafe``.
+
+    Raises:
+        DataError: all scenes show vehicles of one another, or too few to be fitted to.
+    """
+    groups = independent(recordings)
+    if len(groups) < 2:
+        raise DataError(
+            f"all {len(recordings)} recordings share vehicles, so that nothing can be fitted to some and tried on "
+            "others; give recordings of another time or place as well"
+        )
+    lines = list[dict[str, object]]()
+    for number, group in enumerate(groups):
+        scenarios = tuple(cut_scenarios(group))
+        if not scenarios:
+            continue
+        others = [each for other in groups if other is not group for each in other]
+        predictor, scales = _fitted(others, settings, setup.seed, folder / "fits" / str(number), shares)
+        beliefs: dict[float, Belief] = {FUTURE: KnownFuture(scenarios)}
+        beliefs |= {share: predictor.scaled(scale) for share, scale in zip(shares, scales, strict=True)}
+        for share, belief in beliefs.items():
+            there = replace(setup, predictor=belief, scenarios=scenarios)
+            files = StudyFolder(folder / "groups" / str(number) / f"{share:g}")
+            files.claim(there.description())
+            with stage(f"replays of group {number + 1} of {len(groups)}, share {share:g} ({drives})"):
+                table = drive_missing(files.table_of([]), drives, files, there, workers, cluster).filter(STARTED)
+            if table.is_empty():
+                break
+            lines.append(
+                {
+                    "group": number,
+                    "share": share,
+                    "scale": getattr(belief, "scale", None),
+                    "drives": table.height,
+                    "collisions": int(table.select(COLLIDED.sum()).item()),
+                    "own_fault": int(table.select(OWN_FAULT.sum()).item()),
+                    "mean_speed": float(table["mean_speed"].to_numpy().mean()),
+                    "share_unsafe": float(table["share_unsafe"].to_numpy().mean()),
+                }
+            )
+    found = pl.DataFrame(lines, infer_schema_length=None)
+    write_atomically(folder / "groups.csv", found.write_csv)
+    return found
+
+
+def chosen_share(table: pl.DataFrame) -> float:
+    """The share with the fewest collisions at the ego's fault, and then the fewest unsafe plans, all groups alike."""
+    ours = table.filter(pl.col("share") != FUTURE)
+    each = ours.group_by("share").agg((pl.col("own_fault") / pl.col("drives")).mean(), pl.col("share_unsafe").mean())
+    return float(each.sort("own_fault", "share_unsafe", "share")["share"][0])
+
+
+def _fitted(
+    recordings: Sequence[Recording], settings: PredictionSettings, seed: int, folder: Path, shares: Sequence[float]
+) -> tuple[AnyPredictor, list[float]]:
+    """What was fitted to recordings, once, and the scale for each share."""
+    predictor, scores = folder / "predictor.safetensors", folder / "scores.safetensors"
+    if not scores.exists():
+        sides = None
+        if len(independent(recordings)) < _SIDES:
+            sides = sides_by_vehicle(recordings, cut_segments(recordings, settings.segments), seed)
+        result = fit(recordings, settings, seed, epsilon="auto", sides=sides)
+        result.predictor.save(predictor)
+        result.scored.save(scores)
+    found = Predictor.load(predictor)
+    calibration = ScoredSides.load(scores, found).calibration
+    return found, [scale_left(found, calibration, share) for share in shares]

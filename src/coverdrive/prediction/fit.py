@@ -47,7 +47,7 @@ from coverdrive.progress import stage
 from coverdrive.recordings.recording import Recording
 from coverdrive.settings import Settings
 
-_USUALLY_LEFT = 0.4
+USUALLY_LEFT = 0.4
 """share of a calibration vehicle's windows in which it leaves the sets that are planned against, as long as no scale is
 set"""
 
@@ -153,7 +153,7 @@ def fit(
         settings = settings.model_copy(update={"sets": "bases"})
     task = _Task(recordings, segments, sides, settings, seed, seconds)
     made = _fit_boxes(task) if settings.sets == "boxes" else _fit_bases(task, learner)
-    scale = usual_scale(made.predictor, made.scored.calibration) if settings.scale == "auto" else settings.scale
+    scale = scale_left(made.predictor, made.scored.calibration) if settings.scale == "auto" else settings.scale
     predictor, test = made.predictor.scaled(scale), made.scored.test
     with _timed("comparison", seconds):
         occupied = compared(made.areas, segments, sides, settings.certificate, predictor.calibrated, seed)
@@ -256,19 +256,19 @@ def _fit_bases(task: _Task, learner: Learner | None) -> _Made:
     return _Made(predictor, certificates, scored, areas, share, losses)
 
 
-def usual_scale(predictor: AnyPredictor, samples: ScoredSamples) -> float:
-    """The λ with which calibration vehicles leave boxes in a usual share of their windows, on average; 1 of bases.
+def scale_left(predictor: AnyPredictor, samples: ScoredSamples, share: float = USUALLY_LEFT) -> float:
+    """The λ with which vehicles leave boxes in a share of their windows, on average; 1 for sets of bases.
 
-    The share is that with which the ego drives best (docs/dial.md). It says nothing about new vehicles: the certificate
-    of the scaled predictor does.
+    Samples are those that calibrated. This says nothing about new vehicles: the certificate of the scaled predictor
+    does. But it is alike for all predictors, however many vehicles calibrated them.
     """
     if not isinstance(predictor, BoxPredictor):
         return 1.0
     needed = (1 / np.maximum(samples.score_of_base, LEAST) - 1) / scale_of(predictor.rule)
     _, vehicle = np.unique(samples.vehicle, return_inverse=True)
     order = np.argsort(needed)
-    share = np.cumsum((1 / np.bincount(vehicle)[vehicle])[order]) / (vehicle.max() + 1)
-    return float(needed[order][np.searchsorted(share, 1 - _USUALLY_LEFT)])
+    held = np.cumsum((1 / np.bincount(vehicle)[vehicle])[order]) / (vehicle.max() + 1)
+    return float(needed[order][np.searchsorted(held, 1 - share)])
 
 
 def cut_and_split(

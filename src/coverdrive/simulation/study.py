@@ -179,7 +179,7 @@ def study(
         SettingError: a number makes no sense, there is no such traffic or road, or no cluster there.
         DataError: the folder holds a study of another configuration, or no trial could start.
     """
-    setup = _setup(predictor, planner, traffic, vehicles, seed, recordings, road, episode)
+    setup = setup_of(predictor, planner, traffic, vehicles, seed, recordings, road, episode)
     return Study(setup, Path(folder)).run(trials, workers=workers, cluster=cluster, until_width=until_width)
 
 
@@ -204,11 +204,11 @@ def simulate(
         SettingError: there is no such traffic or road, or the planner looks farther than the predictor.
     """
     numbers = None if vehicles is None else (vehicles,)
-    setup = _setup(predictor, planner, traffic, numbers, seed, recordings, road, episode)
+    setup = setup_of(predictor, planner, traffic, numbers, seed, recordings, road, episode)
     return replace(setup, vehicles=(setup.vehicles[len(setup.vehicles) // 2],)).drive(trial)
 
 
-def _setup(
+def setup_of(
     predictor: Predictor,
     planner: AnyPlanner | None,
     traffic: AnyTraffic,
@@ -218,7 +218,7 @@ def _setup(
     road: str | None,
     episode: EpisodeSettings | None,
 ) -> Setup:
-    """On a road like that of the recordings, if there are any and no other is named."""
+    """The setup of `study` with these arguments: on a road like that of recordings, if no other is named."""
     like = recorded_place(recordings) if recordings else None
     place = place_of(road, like)[1]
     given = episode.model_dump(exclude_unset=True) if episode else {}
