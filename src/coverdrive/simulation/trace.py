@@ -67,6 +67,21 @@ class Trace:
         return len(self.plans)
 
     @property
+    def all_paths(self) -> tuple[Int[np.ndarray, " S"], PredictedPaths]:
+        """The paths of all steps behind one another, and the step at whose start each of them was predicted."""
+        counts, ellipses = [len(each) for each in self.paths], None
+        if any(each.ellipses is not None for each in self.paths):
+            free = (
+                np.full_like(each.points, np.inf) if each.ellipses is None else each.ellipses for each in self.paths
+            )
+            ellipses = np.concatenate(list(free))
+        points, vehicle, half_sizes = (
+            np.concatenate([getattr(each, name) for each in self.paths]) for name in ("points", "vehicle", "half_sizes")
+        )
+        paths = PredictedPaths(points, vehicle, half_sizes, self.paths[0].dt, ellipses)
+        return np.repeat(np.arange(len(counts)), counts), paths
+
+    @property
     def horizon(self) -> float:
         """[s] that is predicted at the start of each step."""
         return self.paths[0].dt * (self.paths[0].points.shape[1] - 1)
