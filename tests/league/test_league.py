@@ -20,7 +20,7 @@ from coverdrive.simulation.trial import measure
 
 KNOWN = Known(FakePredictor(FakeBasis.make()), "no paper", "no box", PlannerSettings())
 PLANNERS = ("constant-velocity", "idm-mobil", "known-future")
-WALL_TIMES = ("planning_median", "planning_p99", "planning_maximum")
+TIMES = ("planning_median", "planning_p99", "planning_maximum", "planning_wall_p99")
 
 
 def setup(kind: str = "drivers", **changes) -> Setup:
@@ -34,7 +34,7 @@ def driven(folder: Path, setups: dict[str, Setup] | None = None, trials: int = 2
 
 
 def drives(folder: Path) -> pl.DataFrame:
-    return pl.read_csv(folder / "drives.csv").drop(WALL_TIMES)
+    return pl.read_csv(folder / "drives.csv").drop(TIMES)
 
 
 def test_everybody_begins_the_same_drives_and_traffic_knows_the_default_alone() -> None:

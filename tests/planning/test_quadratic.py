@@ -7,7 +7,7 @@ from planning_scenes import CONSTANTS
 
 from coverdrive.planning.merit import Model, input_bounds, merit
 from coverdrive.planning.quadratic import best_step
-from coverdrive.planning.rollout import changes_of
+from coverdrive.planning.rollout import changes_of, curvature_of
 from coverdrive.planning.surroundings import Surroundings
 
 TREE = CONSTANTS.tree
@@ -22,7 +22,7 @@ def dense(model: Model, damping: float) -> tuple[np.ndarray, np.ndarray, np.ndar
     change = np.kron(np.eye(NODES) - (TREE.parent[:, None] == np.arange(NODES)), np.eye(2))
     matrix = np.diag(TREE.inputs.ravel()) + change.T @ (TREE.changes.ravel()[:, None] * change)
     matrix += np.einsum("nfu,nf,nfv->uv", by[:, 1:], TREE.errors, by[:, 1:])
-    matrix += damping * np.diag(model.curvature.ravel())
+    matrix += damping * np.diag(curvature_of(model.rollout, TREE, CONSTANTS.dt).ravel())
     slope = model.by_input.ravel() + np.einsum("nf,nfu->u", model.by_state, by)
     return matrix, slope, np.einsum("cf,cfu->cu", model.normal, by[model.node])
 

@@ -94,6 +94,7 @@ def make_trace(steps: int = STEPS, kind: Kind = Kind.FINISHED) -> Trace:
         missed=nothing,
         prediction_seconds=seconds / 2,
         planning_seconds=seconds,
+        wall_seconds=2 * seconds,
         outcome=Outcome(kind, 0.1 * steps, 1 if collided else None, Fault.OTHER if collided else Fault.NONE),
     )
 
@@ -135,6 +136,7 @@ def make_crowd(vehicles: int = 12, members: int = 6, points: int = 13, steps: in
         time=0.1 * moment[:, 0], scene=scene, road=Road.straight(), paths=tuple(paths), plans=tuple(plans),
         base=np.zeros(nothing.shape, dtype=int), stuck=nothing, missed=nothing,
         prediction_seconds=np.full(steps, 0.001), planning_seconds=np.full(steps, 0.002),
+        wall_seconds=np.full(steps, 0.003),
         outcome=Outcome(Kind.FINISHED, 0.1 * steps, None, Fault.NONE),
     )  # fmt: skip
 

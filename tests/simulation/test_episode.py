@@ -1,3 +1,5 @@
+import time
+
 import numpy as np
 import pytest
 from simulation_fakes import ConstantPlanner, FakeBasis, FakePredictor, make_scene
@@ -98,6 +100,20 @@ def test_planning_time_includes_the_prediction():
     trace = run(0)
     assert (trace.planning_seconds >= trace.prediction_seconds).all()
     assert (trace.prediction_seconds > 0).all()
+
+
+class WaitingPlanner(ConstantPlanner):
+    """Waits for something else than the processor."""
+
+    def plan(self, state, paths, road):
+        time.sleep(0.1)
+        return super().plan(state, paths, road)
+
+
+def test_waiting_takes_wall_time_but_no_processor_time():
+    trace = run(0, WaitingPlanner(), duration=0.3)
+    assert (trace.wall_seconds >= 0.1).all()
+    assert np.median(trace.planning_seconds) < 0.1
 
 
 def test_without_contact_the_episode_lasts_its_duration(monkeypatch):

@@ -33,7 +33,7 @@ def trace_of(scenes, statuses=None, slacks=None, seconds=None, stuck=None, misse
             Step(
                 scene, NOBODY, plan, np.full(scene.vehicles, -1),
                 stuck[k] if stuck else nobody, missed[k] if missed else nobody,
-                0.0, seconds[k] if seconds else 0.1,
+                0.0, seconds[k] if seconds else 0.1, 2 * seconds[k] if seconds else 0.2,
             )
         )  # fmt: skip
     return make_trace(scenes[0], road, steps, 0.1, Outcome(Kind.FINISHED, 1.0, None, Fault.NONE))
@@ -133,6 +133,7 @@ def test_slack_planning_time_and_status():
     assert found["maximum_slack"] == 0.3
     assert found["planning_median"] == pytest.approx(0.25)
     assert found["planning_maximum"] == pytest.approx(0.4)
+    assert found["planning_wall_p99"] == pytest.approx(np.quantile([0.2, 0.4, 0.6, 0.8], 0.99))
     shares = [found[f"share_{status}"] for status in ("solved", "fallback", "rear", "unsafe", "invalid_input")]
     assert shares == [0.5, 0.25, 0.0, 0.25, 0.0]
 

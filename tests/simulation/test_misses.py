@@ -33,7 +33,7 @@ def trace_of(lat, paths, seconds=5.0, outcome=None, valid=None) -> Trace:
         scenes.append(scene)
     plan = ConstantPlanner().plan(np.zeros(4), paths(0), Road.straight())
     nobody, none = np.zeros(2, dtype=bool), np.full(2, -1)
-    steps = [Step(scenes[k + 1], paths(k), plan, none, nobody, nobody, 0.0, 0.1) for k in range(count - 1)]
+    steps = [Step(scenes[k + 1], paths(k), plan, none, nobody, nobody, 0.0, 0.1, 0.2) for k in range(count - 1)]
     return make_trace(
         scenes[0], Road.straight(), steps, 0.1, outcome or Outcome(Kind.FINISHED, seconds, None, Fault.NONE)
     )
@@ -158,6 +158,6 @@ def test_curved_paths_have_the_certified_tube(share, cut):
             scenes = [make_scene([0.0, lon], [1.8, lat]) for lon, lat in actual]
             plan = ConstantPlanner().plan(np.zeros(4), paths, Road.straight())
             nobody, none = np.zeros(2, dtype=bool), np.full(2, -1)
-            steps = [Step(scene, paths, plan, none, nobody, nobody, 0.0, 0.1) for scene in scenes[1:]]
+            steps = [Step(scene, paths, plan, none, nobody, nobody, 0.0, 0.1, 0.2) for scene in scenes[1:]]
             trace = make_trace(scenes[0], Road.straight(), steps, 0.1, Outcome(Kind.FINISHED, 3.0, None, Fault.NONE))
             assert find_windows(trace).missed[0, 1] == (share > 1)

@@ -21,7 +21,7 @@ from coverdrive.simulation.trial import SCHEMA, measure
 
 SCRIPT = Path(__file__).with_name("run_fake_study.py")
 CLUSTER = Path(__file__).with_name("run_cluster_study.py")
-WALL_TIMES = ("planning_median", "planning_p99", "planning_maximum")
+TIMES = ("planning_median", "planning_p99", "planning_maximum", "planning_wall_p99")
 """columns that depend on the machine, not only on the seed"""
 
 
@@ -43,8 +43,8 @@ def test_trials_are_spread_evenly_and_written_one_by_one(tmp_path):
     assert pl.read_parquet(tmp_path / "trials.parquet").equals(table)
     one = measure(setup.drive(3), 1, 3)
     row = table.row(3, named=True)
-    assert {name: one[name] for name in SCHEMA if name not in WALL_TIMES} == {
-        name: row[name] for name in SCHEMA if name not in WALL_TIMES
+    assert {name: one[name] for name in SCHEMA if name not in TIMES} == {
+        name: row[name] for name in SCHEMA if name not in TIMES
     }
 
 
@@ -133,7 +133,7 @@ def test_a_damaged_row_is_set_aside_and_driven_again(tmp_path, damage):
     half = {"half": content[:50], "foreign": (tmp_path / "trials" / "000002.parquet").read_bytes()}
     part.write_bytes(half.get(damage, content.replace(b"PAR1", b"RAP1")))
     again = Study(fakes(), tmp_path).run(3)
-    assert again.trials.drop(WALL_TIMES).equals(table.drop(WALL_TIMES))
+    assert again.trials.drop(TIMES).equals(table.drop(TIMES))
     assert (tmp_path / "trials" / "000001.damaged").exists()
 
 
@@ -176,7 +176,7 @@ def test_a_failing_trial_leaves_the_finished_ones(tmp_path):
 def test_results_do_not_depend_on_the_number_of_workers(tmp_path):
     alone = run(tmp_path / "1", 12, fakes(seed=3))
     together = run(tmp_path / "4", 12, fakes(seed=3), workers=4)
-    assert together.drop(WALL_TIMES).equals(alone.drop(WALL_TIMES))
+    assert together.drop(TIMES).equals(alone.drop(TIMES))
 
 
 @pytest.mark.slow
@@ -184,7 +184,7 @@ def test_drives_of_the_planner_do_not_depend_on_the_number_of_workers(tmp_path):
     alone = run(tmp_path / "1", 8, fakes(MpcPlanner(), seed=3))
     together = run(tmp_path / "4", 8, fakes(MpcPlanner(), seed=3), workers=4)
     assert alone["share_solved"].max() > 0 and alone["mean_speed"].n_unique() == 8
-    assert together.drop(WALL_TIMES).equals(alone.drop(WALL_TIMES))
+    assert together.drop(TIMES).equals(alone.drop(TIMES))
 
 
 @pytest.mark.slow
@@ -216,7 +216,7 @@ def test_a_study_stops_after_the_batch_that_makes_its_intervals_narrow_enough(tm
     stopped = run("stopped", widths[1] + 1e-9, 8)
     expected = next(size for size, width in zip((8, 16, 24, 30), widths, strict=True) if width <= widths[1] + 1e-9)
     assert stopped.height == expected
-    assert stopped.drop(WALL_TIMES).equals(full.head(expected).drop(WALL_TIMES))
+    assert stopped.drop(TIMES).equals(full.head(expected).drop(TIMES))
     assert pl.read_parquet(tmp_path / "stopped" / "trials.parquet").height == expected
     assert run("full", widths[1] + 1e-9, 8).equals(full.head(expected))
 
@@ -237,7 +237,7 @@ def test_a_cluster_that_loses_a_worker_loses_no_trial(tmp_path):
     table = pl.read_parquet(tmp_path / "cluster" / "trials.parquet")
     assert len(list((tmp_path / "cluster" / "trials").iterdir())) == 24
     alone = run(tmp_path / "alone", 24, fakes(seed=3))
-    assert table.drop(WALL_TIMES).equals(alone.drop(WALL_TIMES))
+    assert table.drop(TIMES).equals(alone.drop(TIMES))
 
 
 def test_without_a_cluster_there_the_user_is_told_how_to_start_one(tmp_path):
@@ -268,4 +268,4 @@ def test_a_killed_study_resumes_without_loss(tmp_path):
     assert before == {path: (path.read_bytes(), path.stat().st_mtime_ns) for path in before}
     assert len(list((tmp_path / "trials").iterdir())) == trials
     untouched = run(tmp_path / "fresh", trials, fakes(seed=3))
-    assert resumed.drop(WALL_TIMES).equals(untouched.drop(WALL_TIMES))
+    assert resumed.drop(TIMES).equals(untouched.drop(TIMES))

@@ -200,7 +200,7 @@ class Motorway(gymnasium.Env[Any, Any]):
         """A step of the trace."""
         states, inputs = np.stack([before.states[EGO], moved.scene.states[EGO]]), np.array([self._applied])
         plan = Plan(states, inputs, np.zeros(1), Status.UNSAFE, 0.0, 0.0, self._settings.step)
-        return Step(moved.scene, self._paths, plan, moved.base, moved.stuck, moved.missed, 0.0, 0.0)
+        return Step(moved.scene, self._paths, plan, moved.base, moved.stuck, moved.missed, 0.0, 0.0, 0.0)
 
     def _info(self) -> dict[str, Any]:
         """How it went, and what is predicted if it is asked for."""

@@ -145,7 +145,7 @@ def _done(before: Scene, after: Scene, period: float, seconds: float) -> Decisio
     inputs = np.array([[faster, np.remainder(turned + np.pi, 2 * np.pi) - np.pi]]) / period
     paths = PredictedPaths(np.empty((0, 2, 2)), np.empty(0, dtype=int), np.empty((0, 2, 2)), period)
     plan = Plan(states, inputs, np.zeros(1), Status.INVALID_INPUT, 0.0, seconds, period)
-    return Decision(paths, plan, 0.0, seconds)
+    return Decision(paths, plan, 0.0, seconds, seconds)
 
 
 def _imminent(trace: Trace) -> Trace:

@@ -43,9 +43,11 @@ class Command:
     scene: Scene
     """what was seen, in the road frame; the ego has slot 0"""
     prediction_seconds: float
-    """[s] wall time of the prediction"""
+    """[s] processor time of the prediction"""
     planning_seconds: float
-    """[s] wall time of prediction and planning together"""
+    """[s] processor time of prediction and planning together"""
+    wall_seconds: float
+    """[s] wall time of the same"""
 
 
 class Driver:

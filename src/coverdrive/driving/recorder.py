@@ -60,8 +60,10 @@ class Recorder:
             DataError: no step has been completed.
         """
         seen = [*(command.scene for command in self._commands), *self._end]
-        made = [Decision(each.prediction, each.plan, each.prediction_seconds, each.planning_seconds)
-                for each in self._commands]  # fmt: skip
+        made = [
+            Decision(each.prediction, each.plan, each.prediction_seconds, each.planning_seconds, each.wall_seconds)
+            for each in self._commands
+        ]
         if len(seen) < 2:
             raise DataError("there is no drive yet; a trace needs two moments at least")
         return trace_of(seen, made, self._roads[0], self.driver.period)
@@ -82,8 +84,7 @@ def trace_of(seen: Sequence[Scene], decisions: Sequence[Decision], road: Road, p
             break
     nobody, nothing = np.zeros(slots, dtype=bool), np.full(slots, -1)
     steps = [
-        Step(scenes[k + 1], each.paths, each.plan, nothing, nobody, nobody, each.prediction_seconds,
-             each.planning_seconds)
+        Step(scenes[k + 1], each.paths, each.plan, nothing, nobody, nobody, *each[2:])
         for k, each in enumerate(decisions[:last])
-    ]  # fmt: skip
+    ]
     return make_trace(scenes[0], road, steps, period, outcome)

@@ -141,7 +141,7 @@ def write_solution(drives: Sequence[Drive], folder: Path) -> Path:
         folder: that it is written to.
     """
     scenario = drives[0].problem.scenario
-    seconds = float(np.sum([each.trace.planning_seconds.sum() for each in drives]))
+    seconds = float(np.sum([each.trace.wall_seconds.sum() for each in drives]))
     solution = Solution(scenario.scenario_id, [each.solution() for each in drives], computation_time=seconds)
     path = folder / f"solution_{scenario.scenario_id}.xml"
     text = CommonRoadSolutionWriter(solution).dump()

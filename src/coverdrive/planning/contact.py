@@ -34,7 +34,7 @@ def box_of(boxes: Float[np.ndarray, "7 P n"], moment: int, slot: int) -> Box:
 @compiled
 def box_between(boxes: Float[np.ndarray, "7 P n"], moment: int, slot: int, share: float) -> Box:
     """A box after a share of the step that follows a moment; nobody has to brake for it there."""
-    now, then, rest = boxes[:, moment, slot], boxes[:, moment + 1, slot], 1 - share
+    now, then, rest = box_of(boxes, moment, slot), box_of(boxes, moment + 1, slot), 1 - share
     lon, lat = rest * now[0] + share * then[0], rest * now[1] + share * then[1]
     return lon, lat, rest * now[2] + share * then[2], rest * now[3] + share * then[3], FAR, 0.0
 

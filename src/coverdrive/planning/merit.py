@@ -14,10 +14,10 @@ from jaxtyping import Float, Int
 from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.contact import MOST_PARTS, box_between, box_excess, box_of, parts_of, smooth_half_sizes
-from coverdrive.planning.rollout import Rollout, add_lat_curvature, after_step, rolled, state_at
+from coverdrive.planning.rollout import Rollout, after_step, rolled, state_at
 from coverdrive.planning.surroundings import Surroundings
 from coverdrive.planning.vehicle import accelerations, yaw_rates
-from coverdrive.road_ahead import FASTEST, LEFT, RIGHT, STRAIGHT, bend_at, value_at
+from coverdrive.road_ahead import FASTEST, LEFT, RIGHT, STRAIGHT, State, bend_at, value_at
 
 _SPEED = 1e4
 """[s²/m²] penalty beyond the limits"""
@@ -45,8 +45,6 @@ class Model(NamedTuple):
     """half the first derivatives of the cost with respect to the states"""
     by_input: Float[np.ndarray, "N 2"]
     """half the first derivatives of the cost with respect to the inputs, the states apart"""
-    curvature: Float[np.ndarray, "N 2"]
-    """half the second derivatives (Gauss–Newton) of the cost with respect to every single input, states included"""
     excess: Float[np.ndarray, " C"]
     """what must not be positive: boxes, road edges, limits of speed and heading"""
     normal: Float[np.ndarray, "C 4"]
@@ -86,21 +84,24 @@ def merit_of(
     constants: Constants,
 ) -> Model:  # fmt: skip
     """The merit of a plan whose states are known."""
-    tree = constants.tree
     shares, by_state, by_input = _smooth(inputs, rollout, targets, around, constants)
-    curvature = tree.curvature.copy()
-    add_lat_curvature(rollout, tree, constants.dt, curvature)
     excess, normal, node, weight = _constraints(rollout, around, constants)
     cost = shares.sum()
     for c in range(len(excess)):
         shares[node[c]] += penalty(excess[c], weight[c])
-    return Model(shares.sum(), shares, cost, rollout, by_state, by_input, curvature, excess, normal, node, weight)
+    return Model(shares.sum(), shares, cost, rollout, by_state, by_input, excess, normal, node, weight)
 
 
 @compiled
 def penalty(excess: float, weight: float) -> float:
     """What a constraint adds to the merit."""
     return weight * excess**2 if excess > 0 else 0.0
+
+
+@compiled
+def within(value: float, low: float, high: float) -> float:
+    """A value within bounds."""
+    return np.minimum(np.maximum(value, low), high)
 
 
 @compiled
@@ -112,8 +113,8 @@ def _smooth(
     tree, value = constants.tree, np.zeros(len(inputs))
     by_state, by_input = np.zeros((len(inputs), 4)), np.zeros((len(inputs), 2))
     for n in range(len(inputs)):
-        state, p = rollout.states[n], tree.parent[n]
-        error = (state[1] - targets[int(tree.safe[n])], state[2] - around.wanted[tree.moment[n]], state[3])
+        p, target, wanted = tree.parent[n], targets[int(tree.safe[n])], around.wanted[tree.moment[n]]
+        error = (rollout.states[n, 1] - target, rollout.states[n, 2] - wanted, rollout.states[n, 3])
         for i in range(3):
             by_state[n, 1 + i] = tree.errors[n, i] * error[i]
             value[n] += by_state[n, 1 + i] * error[i]
@@ -133,7 +134,7 @@ def _constraints(rollout: Rollout, around: Surroundings, constants: Constants) -
     most = nodes * (MOST_PARTS * most_boxes + _LIMITS)
     seen, count = _Constraints(np.empty(most), np.empty((most, 4)), np.empty(most, np.int64), np.empty(most)), 0
     for n in range(nodes):
-        count = _limits(n, rollout.states[n], around, constants, seen, count)
+        count = _limits(n, state_at(rollout.states, n, around.state), around, constants, seen, count)
         boxes = around.boxes if constants.tree.careful[n] else around.likely
         count = _boxes(n, rollout, boxes, constants, seen, count)
     return _Constraints(seen.excess[:count], seen.normal[:count], seen.node[:count], seen.weight[:count])
@@ -151,9 +152,7 @@ def _append(
 
 
 @compiled
-def _limits(
-    n: int, state: Float[np.ndarray, " 4"], around: Surroundings, constants: Constants, seen: _Constraints, count: int
-) -> int:
+def _limits(n: int, state: State, around: Surroundings, constants: Constants, seen: _Constraints, count: int) -> int:
     """Append the limits of speed and heading and the road's; returns the number of constraints."""
     vehicle = constants.vehicle
     fastest, slowest = max(vehicle.max_speed, around.state[2]), min(0.0, around.state[2])
@@ -209,8 +208,7 @@ def _boxes(
 @compiled
 def input_at(inputs: Float[np.ndarray, "N 2"], node: int, previous: Float[np.ndarray, " 2"]) -> tuple[float, float]:
     """The inputs of a node's step; those of node −1 are the previous ones."""
-    at = inputs[node] if node >= 0 else previous
-    return at[0], at[1]
+    return (inputs[node, 0], inputs[node, 1]) if node >= 0 else (previous[0], previous[1])
 
 
 @compiled

@@ -13,9 +13,9 @@ from jaxtyping import Bool, Float
 
 from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
-from coverdrive.planning.merit import Model, penalty
+from coverdrive.planning.merit import Model, penalty, within
 from coverdrive.planning.riccati import Stages, minimiser
-from coverdrive.planning.rollout import add_pulled_back, changes_of
+from coverdrive.planning.rollout import add_pulled_back, changes_of, curvature_of
 
 _INNER = 20
 """Newton steps of a quadratic problem at the most"""
@@ -47,22 +47,36 @@ def best_step(
     model: Model, damping: float, low: Float[np.ndarray, "N 2"], high: Float[np.ndarray, "N 2"], constants: Constants
 ) -> tuple[Float[np.ndarray, "N 2"], float]:
     """The step within bounds that minimises the damped quadratic problem, and what it gains without the damping."""
-    damped = damping * model.curvature
-    at = _at(np.minimum(np.maximum(np.zeros_like(low), low), high), model, damped, constants)
+    damped = damping * curvature_of(model.rollout, constants.tree, constants.dt)
+    nowhere = np.zeros_like(low)
+    at = _at(_within(nowhere, 0.0, nowhere, low, high), model, damped, constants)
     start = at.value
     for _ in range(_INNER):
         enough = _INNER_TOLERANCE * at.value
         direction, possible = _newton(at, model, damped, low, high, enough * constants.tree.least_curvature, constants)
         if possible < enough:
             break
-        ahead = _at(np.minimum(np.maximum(at.step + direction, low), high), model, damped, constants)
+        ahead = _at(_within(at.step, 1.0, direction, low, high), model, damped, constants)
         if ahead.value > at.value:
             share = _share(at, direction, model, damped, _room(at.step, direction, low, high), constants)
-            ahead = _at(np.minimum(np.maximum(at.step + share * direction, low), high), model, damped, constants)
+            ahead = _at(_within(at.step, share, direction, low, high), model, damped, constants)
         if ahead.value > at.value:
             break
         at = ahead
     return at.step, start - at.value + (damped * at.step**2).sum()
+
+
+@compiled
+def _within(
+    step: Float[np.ndarray, "N 2"], share: float, direction: Float[np.ndarray, "N 2"], low: Float[np.ndarray, "N 2"],
+    high: Float[np.ndarray, "N 2"],
+) -> Float[np.ndarray, "N 2"]:  # fmt: skip
+    """A step and a share of a direction, within bounds."""
+    result = np.empty_like(step)
+    for n in range(len(step)):
+        for i in range(2):
+            result[n, i] = within(step[n, i] + share * direction[n, i], low[n, i], high[n, i])
+    return result
 
 
 @compiled
@@ -79,14 +93,21 @@ def _at(step: Float[np.ndarray, "N 2"], model: Model, damped: Float[np.ndarray, 
 @compiled
 def _along(model: Model, c: int, states: Float[np.ndarray, "N 4"]) -> float:
     """Change of a constraint where the states change."""
-    by, change = model.normal[c], states[model.node[c]]
-    return (by[0] * change[0] + by[1] * change[1]) + (by[2] * change[2] + by[3] * change[3])
+    by, n = model.normal, model.node[c]
+    position = by[c, 0] * states[n, 0] + by[c, 1] * states[n, 1]
+    return position + (by[c, 2] * states[n, 2] + by[c, 3] * states[n, 3])
 
 
 @compiled
 def _linear(step: Float[np.ndarray, "N 2"], states: Float[np.ndarray, "N 4"], model: Model) -> float:
     """Half the change of the cost to first order."""
-    return (model.by_input * step).sum() + (model.by_state[:, 1:] * states[:, 1:]).sum()
+    of_inputs = of_states = 0.0
+    for n in range(len(step)):
+        for i in range(2):
+            of_inputs += model.by_input[n, i] * step[n, i]
+        for i in range(1, 4):
+            of_states += model.by_state[n, i] * states[n, i]
+    return of_inputs + of_states
 
 
 @compiled
@@ -186,20 +207,21 @@ def _newton(
     is below ``flat``, the gain is called zero and no direction is computed.
     """
     stages, tree = _stages(at, model, damped, constants), constants.tree
-    gradient = stages.by_input.copy()
-    add_pulled_back(model.rollout, stages.by_state, tree, constants.dt, gradient)
-    held = np.zeros(gradient.shape, np.bool_)
-    _hold(held, at.step, low, high, -gradient)
+    downhill = stages.by_input.copy()
+    add_pulled_back(model.rollout, stages.by_state, tree, constants.dt, downhill)
+    downhill *= -1.0
+    held = np.zeros(downhill.shape, np.bool_)
+    _hold(held, at.step, low, high, downhill)
     square = 0.0
     for n in range(len(held)):
         for i in range(2):
-            square += 0.0 if held[n, i] else gradient[n, i] ** 2
+            square += 0.0 if held[n, i] else downhill[n, i] ** 2
     if square < flat:
-        return np.zeros_like(gradient), 0.0
+        return downhill, 0.0
     while True:
         direction = minimiser(stages, held, model.rollout, tree, constants.dt)
         if not _hold(held, at.step, low, high, direction):
-            return direction, -(gradient * direction).sum()
+            return direction, (downhill * direction).sum()
 
 
 @compiled
@@ -237,9 +259,9 @@ def _stages(at: _At, model: Model, damped: Float[np.ndarray, "N 2"], constants: 
                 by_input[p, i] -= change
     for c in range(len(at.excess)):
         if at.excess[c] > 0:
-            n, by = model.node[c], model.normal[c]
+            n, by = model.node[c], model.normal
             for i in range(4):
-                by_state[n, i] += model.weight[c] * at.excess[c] * by[i]
+                by_state[n, i] += model.weight[c] * at.excess[c] * by[c, i]
                 for j in range(4):
-                    by_states[n, i, j] += model.weight[c] * by[i] * by[j]
+                    by_states[n, i, j] += model.weight[c] * by[c, i] * by[c, j]
     return Stages(by_state, by_states, by_input, by_inputs)

@@ -47,12 +47,12 @@ def minimiser(
 
 
 @compiled
-def _put_in(form: Float[np.ndarray, "7 7"], old: int, factor: float, new: int) -> None:
-    """Replace a variable by itself plus a factor times another one."""
+def _put_in(forms: Float[np.ndarray, "N 7 7"], n: int, old: int, factor: float, new: int) -> None:
+    """Replace a variable of a form by itself plus a factor times another one."""
     for i in range(7):
-        form[new, i] += factor * form[old, i]
+        forms[n, new, i] += factor * forms[n, old, i]
     for i in range(7):
-        form[i, new] += factor * form[i, old]
+        forms[n, i, new] += factor * forms[n, i, old]
 
 
 @compiled
@@ -66,47 +66,51 @@ def _gains(
     nodes, way = len(tree.parent), rollout.way
     gains, forms, row = np.empty((nodes, 2, 7)), np.zeros((nodes, 7, 7)), np.empty(7)
     for n in range(nodes - 1, -1, -1):
-        form, p = forms[n], tree.parent[n]
+        p = tree.parent[n]
         for i in range(4):
-            form[i, _ONE] += stages.by_state[n, i]
-            form[_ONE, i] += stages.by_state[n, i]
+            forms[n, i, _ONE] += stages.by_state[n, i]
+            forms[n, _ONE, i] += stages.by_state[n, i]
             for j in range(4):
-                form[i, j] += stages.by_states[n, i, j]
+                forms[n, i, j] += stages.by_states[n, i, j]
         for i in range(2):  # the second half of the way, and how speed and heading grow with the inputs
             for axis in range(2):
-                _put_in(form, axis, way[n, axis, i], 2 + i)
-            _put_in(form, 2 + i, dt, 4 + i)
+                _put_in(forms, n, axis, way[n, axis, i], 2 + i)
+            _put_in(forms, n, 2 + i, dt, 4 + i)
         for i in range(2):
             if p >= 0:  # the first half of the way
                 for axis in range(2):
-                    _put_in(form, axis, way[p, axis, i], 2 + i)
-            form[4 + i, 4 + i] += stages.by_inputs[n, i]
-            form[4 + i, _ONE] += stages.by_input[n, i]
-            form[_ONE, 4 + i] += stages.by_input[n, i]
+                    _put_in(forms, n, axis, way[p, axis, i], 2 + i)
+            forms[n, 4 + i, 4 + i] += stages.by_inputs[n, i]
+            forms[n, 4 + i, _ONE] += stages.by_input[n, i]
+            forms[n, _ONE, 4 + i] += stages.by_input[n, i]
         for i in range(2):
-            _eliminate(form, 4 + i, held[n, i], tree.changes[n, i], gains[n, i], row)
+            _eliminate(forms, n, i, held[n, i], tree.changes[n, i], gains, row)
         if p >= 0:
-            forms[p] += form
+            for i in range(7):
+                for j in range(7):
+                    forms[p, i, j] += forms[n, i, j]
     return gains
 
 
 @compiled
 def _eliminate(
-    form: Float[np.ndarray, "7 7"], at: int, held: bool, change: float, gain: Float[np.ndarray, " 7"],
+    forms: Float[np.ndarray, "N 7 7"], n: int, which: int, held: bool, change: float, gains: Float[np.ndarray, "N 2 7"],
     row: Float[np.ndarray, " 7"],
 ) -> None:  # fmt: skip
     """Put in the best value of an input; the same input of the parent takes its place in the form."""
-    per = 0.0 if held else 1 / form[at, at]
+    at = 4 + which
+    per = 0.0 if held else 1 / forms[n, at, at]
     for i in range(7):
-        row[i] = form[at, i]
+        row[i] = forms[n, at, i]
     row[at] = -change
     for i in range(7):
-        gain[i] = per * row[i]
-        form[at, i] = form[i, at] = 0.0
-    form[at, at] = change
+        gains[n, which, i] = per * row[i]
+        forms[n, at, i] = forms[n, i, at] = 0.0
+    forms[n, at, at] = change
     for i in range(7):
+        gain = gains[n, which, i]
         for j in range(7):
-            form[i, j] -= gain[i] * row[j]
+            forms[n, i, j] -= gain * row[j]
 
 
 @compiled

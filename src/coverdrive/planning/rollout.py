@@ -30,8 +30,9 @@ class Rollout(NamedTuple):
 @compiled
 def state_at(states: Float[np.ndarray, "N 4"], node: int, start: Float[np.ndarray, " 4"]) -> State:
     """The state at the end of a node's step; that of node −1 is the start."""
-    at = states[node] if node >= 0 else start
-    return at[0], at[1], at[2], at[3]
+    if node < 0:
+        return start[0], start[1], start[2], start[3]
+    return states[node, 0], states[node, 1], states[node, 2], states[node, 3]
 
 
 @compiled
@@ -98,10 +99,12 @@ def add_pulled_back(
 
 
 @compiled
-def add_lat_curvature(rollout: Rollout, tree: Tree, dt: float, result: Float[np.ndarray, "N 2"]) -> None:
-    """Add half the second derivatives (Gauss–Newton) of the squared lane errors with respect to every yaw rate."""
+def curvature_of(rollout: Rollout, tree: Tree, dt: float) -> Float[np.ndarray, "N 2"]:
+    """Half the second derivatives (Gauss–Newton) of the cost with respect to every single input, states included."""
+    result = tree.curvature.copy()
     for n in range(len(tree.parent)):
         j = tree.parent[n]
         while j >= 0:
             result[j, 1] += tree.errors[n, 0] * (dt * (rollout.states[n, 0] - rollout.states[j, 0])) ** 2
             j = tree.parent[j]
+    return result

@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from pydantic import Field
 
+from coverdrive.compiled import compiled
 from coverdrive.settings import Settings
 
 Values = Float[np.ndarray, "*batch A"]
@@ -64,7 +65,13 @@ class Drivers:
 
     def at(self, slot: Int[np.ndarray, "*batch A"]) -> "Drivers":
         """The drivers in other slots of the same scene."""
-        return Drivers(*(np.take_along_axis(values, slot, -1) for values in vars(self).values()))
+        return Drivers(*(of(slot, values) for values in vars(self).values()))
+
+
+def of(slot: Int[np.ndarray, "*batch A"], values: Values) -> Values:
+    """The values of the vehicles in other slots of the same scene."""
+    scenes = values.reshape(-1, values.shape[-1])
+    return scenes[np.arange(len(scenes))[:, None], slot.reshape(scenes.shape)].reshape(slot.shape)
 
 
 def draw_drivers(settings: DriverSettings, random: np.random.Generator, shape: tuple[int, ...]) -> Drivers:
@@ -117,20 +124,34 @@ def neighbours(lon: Values, length: Values, there: Bool[np.ndarray, "*batch A A"
 
     ``there`` says whether vehicle j (last axis) is in the lane that vehicle i looks at; itself is never looked at.
     """
-    slots = np.arange(lon.shape[-1])
-    distance = lon[..., None, :] - lon[..., :, None]
-    ahead = (distance > 0) | ((distance == 0) & (slots > slots[:, None]))
-    there = there & (slots != slots[:, None])
-    front = np.where(there & ahead, distance, np.inf)
-    rear = np.where(there & ~ahead, -distance, np.inf)
-    leader, follower = front.argmin(-1), rear.argmin(-1)
-    bumper = (length[..., None, :] + length[..., :, None]) / 2
+    slots, shape = lon.shape[-1], lon.shape
+    found, gaps = np.zeros((2, *shape), dtype=np.int64), np.full((2, *shape), FREE)
+    _write_nearest(
+        *(np.ascontiguousarray(each).reshape(-1, slots) for each in (lon, length)),
+        np.ascontiguousarray(there).reshape(-1, slots, slots), found.reshape(2, -1, slots), gaps.reshape(2, -1, slots),
+    )  # fmt: skip
+    return Neighbours(found[0], gaps[0], found[1], gaps[1])
 
-    def gap(to: np.ndarray, distances: np.ndarray) -> np.ndarray:
-        nearest = np.take_along_axis(distances - bumper, to[..., None], -1)[..., 0]
-        return np.where(np.isfinite(nearest), nearest, FREE)
 
-    return Neighbours(leader, gap(leader, front), follower, gap(follower, rear))
+@compiled
+def _write_nearest(
+    lon: Float[np.ndarray, "S A"], length: Float[np.ndarray, "S A"], there: Bool[np.ndarray, "S A A"],
+    found: Int[np.ndarray, "2 S A"], gaps: Float[np.ndarray, "2 S A"],
+) -> None:  # fmt: skip
+    """Write the nearest vehicles ahead (0) and behind (1), of equally near ones the first, and the gaps to them."""
+    for scene in range(len(lon)):
+        for i in range(lon.shape[1]):
+            nearest_ahead = nearest_behind = np.inf
+            for j in range(lon.shape[1]):
+                if j == i or not there[scene, i, j]:
+                    continue
+                distance = lon[scene, j] - lon[scene, i]
+                bumper = (length[scene, j] + length[scene, i]) / 2
+                if distance > 0 or (distance == 0 and j > i):
+                    if distance < nearest_ahead:
+                        nearest_ahead, found[0, scene, i], gaps[0, scene, i] = distance, j, distance - bumper
+                elif -distance < nearest_behind:
+                    nearest_behind, found[1, scene, i], gaps[1, scene, i] = -distance, j, -distance - bumper
 
 
 def lane_change_advantage(
@@ -141,9 +162,6 @@ def lane_change_advantage(
     A driver changes lanes when the advantage is positive: own gain plus politeness times the gain of the new and
     the old follower, less the threshold (Kesting et al. 2007, eqs. 2 and 3, symmetric rules).
     """
-
-    def of(slot: np.ndarray, values: np.ndarray) -> np.ndarray:
-        return np.take_along_axis(values, slot, -1)
 
     def joined(neighbour: Neighbours) -> np.ndarray:
         exists = (neighbour.gap < FREE) & (neighbour.rear_gap < FREE)

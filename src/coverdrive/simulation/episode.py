@@ -57,7 +57,7 @@ def run_episode(
 ) -> Trace:
     """Drive until the duration or the recorded traffic is over, or the ego collides.
 
-    The same seed gives the same trace, wall times excepted.
+    The same seed gives the same trace, times of computation excepted.
 
     Planner and traffic are reset first. ``vehicles`` is the number of uncontrolled ones; ``seed`` is of the start and
     of the traffic. A StartError if they cannot be placed.
@@ -106,17 +106,19 @@ def _step(
     predictor: Belief, planner: Planner, traffic: Traffic, settings: EpisodeSettings, scene: Scene, road: Road
 ) -> Step:
     """Predict, plan, and move everybody by one simulation step."""
-    paths, plan, predicted, planned = decide(predictor, planner, scene, road)
+    decision = decide(predictor, planner, scene, road)
+    plan = decision.plan
     moved = move(scene, plan.inputs[0], traffic, settings.step)
     return Step(
         scene=moved.scene,
-        paths=paths,
+        paths=decision.paths,
         plan=plan,
         base=moved.base,
         stuck=moved.stuck,
         missed=moved.missed,
-        prediction_seconds=predicted,
-        planning_seconds=planned,
+        prediction_seconds=decision.prediction_seconds,
+        planning_seconds=decision.planning_seconds,
+        wall_seconds=decision.wall_seconds,
     )
 
 
@@ -127,12 +129,13 @@ class Decision(NamedTuple):
     plan: Plan
     prediction_seconds: float
     planning_seconds: float
+    wall_seconds: float
 
 
 def decide(predictor: Belief, planner: Planner, scene: Scene, road: Road, **wishes: Any) -> Decision:
     """Predict the others and plan the ego's motion; ``wishes`` are further arguments of the planner's."""
-    begin = time.perf_counter()
+    wall, begin = time.perf_counter(), time.process_time()
     paths = predictor.predict(scene, road, EGO, planner.dt, planner.steps)
-    predicted = time.perf_counter()
+    predicted = time.process_time()
     plan = planner.plan(scene.states[EGO], paths, road, **wishes)
-    return Decision(paths, plan, predicted - begin, time.perf_counter() - begin)
+    return Decision(paths, plan, predicted - begin, time.process_time() - begin, time.perf_counter() - wall)

@@ -12,7 +12,16 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from coverdrive.simulation.course import Course
-from coverdrive.simulation.drivers import FREE, Drivers, Neighbours, Values, follow, lane_change_advantage, neighbours
+from coverdrive.simulation.drivers import (
+    FREE,
+    Drivers,
+    Neighbours,
+    Values,
+    follow,
+    lane_change_advantage,
+    neighbours,
+    of,
+)
 from coverdrive.simulation.merging import RELAXATION, Pressure, accepts, giving_way, in_haste, pressure, stopping
 
 HARDEST, STRONGEST = -7.5, 4.0
@@ -86,7 +95,7 @@ class Freeway:
         """Lon, lat [m], speed [m/s] and heading [rad] of all vehicles."""
         s = self.progress
         way = (self.target - self.lane) * lane_width
-        amplitude, wave, phase = np.moveaxis(self.wander, -1, 0)
+        amplitude, wave, phase = (self.wander[..., i] for i in range(3))
         angle = 2 * np.pi * self.lon / wave + phase
         lat = (self.lane + 0.5) * lane_width + way * s**3 * (10 - 15 * s + 6 * s**2) + amplitude * np.sin(angle)
         pace = way * 30 * s**2 * (1 - s) ** 2 * self._progress_rate()
@@ -97,7 +106,7 @@ class Freeway:
     def advance(self, dt: float) -> None:
         """Drive for dt [s] behind the vehicle ahead in all lanes that are used."""
         drivers, ahead = self._here(), self._neighbours(self._shares_lane())
-        alone = follow(drivers, self.speed, ahead.gap, self._of(ahead.leader, self.speed))
+        alone = follow(drivers, self.speed, ahead.gap, of(ahead.leader, self.speed))
         faster = self.speed + np.clip(np.minimum(alone, self._allowed(drivers)), HARDEST, STRONGEST) * dt
         self.progress = np.minimum(1.0, self.progress + self._progress_rate() * dt)
         arrived = self.progress >= 1
@@ -116,11 +125,11 @@ class Freeway:
         pressed, step = self._pressure, self.course.way_out[self.lane]
         hasty, leaving = in_haste(drivers, pressed.urgency), pressed.urgency > 0
         beside = self._neighbours(self._uses(self.lane + step))
-        synchronised = giving_way(hasty, self.speed, beside.gap, self._of(beside.leader, self.speed))
+        synchronised = giving_way(hasty, self.speed, beside.gap, of(beside.leader, self.speed))
         comes = (leaving & self.valid)[:, None] & ((self.lane + step)[:, None] == self.lane[..., None])
         let_in = self._neighbours(comes)
-        urgency = self._of(let_in.leader, pressed.urgency)
-        opened = giving_way(in_haste(drivers, urgency), self.speed, let_in.gap, self._of(let_in.leader, self.speed))
+        urgency = of(let_in.leader, pressed.urgency)
+        opened = giving_way(in_haste(drivers, urgency), self.speed, let_in.gap, of(let_in.leader, self.speed))
         polite = drivers.politeness > 0
         demands = (
             stopping(pressed.room, self.speed, drivers),
@@ -144,7 +153,7 @@ class Freeway:
         free = self.valid & (self.lane == self.target) & (self.wait <= 0) & (self.speed > SLOWEST_CHANGE)
         pressed, way_out = self._pressure, self.course.way_out[self.lane]
         leaving, hasty = self.valid & (pressed.urgency > 0), in_haste(drivers, pressed.urgency)
-        alone = follow(drivers, self.speed, current.gap, self._of(current.leader, self.speed))
+        alone = follow(drivers, self.speed, current.gap, of(current.leader, self.speed))
         relief = np.where(leaving, 0.0, np.maximum(0.0, alone - self._allowed(drivers)))  # of giving way
         best = np.full(self.lon.shape, -np.inf)
         side = np.zeros_like(self.lane)
@@ -182,10 +191,6 @@ class Freeway:
         """[1/s] of the lane changes that are going on."""
         pace = np.minimum(1.0, self.speed / FLUENT) / self.change_duration
         return np.where(self.lane == self.target, 0.0, pace)
-
-    @staticmethod
-    def _of(slot: Int[np.ndarray, "S A"], values: Values) -> Values:
-        return np.take_along_axis(values, slot, 1)
 
     def _uses(self, lane: Int[np.ndarray, "S A"]) -> Bool[np.ndarray, "S A A"]:
         """Whether vehicle j is in the lane that is given for vehicle i."""

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Int
 
 from coverdrive.simulation.course import Course
-from coverdrive.simulation.drivers import FREE, Drivers, Neighbours, Values, follow
+from coverdrive.simulation.drivers import FREE, Drivers, Neighbours, Values, follow, of
 
 ZONE = 300.0
 """[m] ahead of the end of a lane from which on drivers want to leave it (Schakel et al. 2012: 295 m)"""
@@ -66,7 +66,7 @@ def in_haste(drivers: Drivers, urgency: Values) -> Drivers:
 
 def accepts(hasty: Drivers, speed: Values, target: Neighbours) -> Bool[np.ndarray, "S A"]:
     """Whether the gap beside is large enough for a driver who has to take it."""
-    leader, follower = (np.take_along_axis(speed, slot, -1) for slot in (target.leader, target.follower))
+    leader, follower = of(target.leader, speed), of(target.follower, speed)
     own = follow(hasty, speed, target.gap, leader)
     new = replace(hasty.at(target.follower), time_gap=hasty.time_gap)
     behind = np.where(target.rear_gap < FREE, follow(new, follower, target.rear_gap, speed), 0.0)

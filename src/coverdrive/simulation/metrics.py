@@ -112,17 +112,15 @@ def lost_clear(trace: Trace) -> int:
 
 def clear_contacts(trace: Trace) -> int:
     """In how many steps the ego, driving what was called clear, touched a predicted box at any time; must be 0."""
-    share, count, clear = np.linspace(0.0, 1.0, _LOOKS)[:, None, None], 0, _clear(trace)
-    for k, paths in enumerate(trace.paths):
-        if not clear[k] or not len(paths):
-            continue
-        before, after = trace.scene.states[k, EGO], trace.scene.states[k + 1, EGO]
-        own = before + share * (after - before)
-        gone = share * (trace.time[k + 1] - trace.time[k]) / paths.dt
-        points, half_sizes = (
-            each[:, 0] + gone * (each[:, 1] - each[:, 0]) for each in (paths.points, paths.half_sizes)
-        )
-        body = trace.scene.half_sizes[k, EGO]
-        heading = np.zeros(points.shape[:-1])
-        count += bool(boxes_overlap(own[..., :2], own[..., 3], body, points, heading, half_sizes).any())
-    return count
+    (at, paths), states = trace.all_paths, trace.scene.states[:, EGO]
+    body, share = trace.scene.half_sizes[at, EGO], np.linspace(0.0, 1.0, _LOOKS)[:, None, None]
+    middle, half = (states[at, :2] + states[at + 1, :2]) / 2, np.abs(states[at + 1, :2] - states[at, :2]) / 2
+    moved = np.abs(paths.points[:, 1] - paths.points[:, 0]) + paths.half_sizes[:, :2].max(1)
+    reach = half + moved + np.hypot(body[:, :1], body[:, 1:])
+    near = _clear(trace)[at] & (np.abs(middle - paths.points[:, 0]) < reach).all(1)  # most are not, and need no look
+    at, body, points, half_sizes = at[near], body[near], paths.points[near], paths.half_sizes[near]
+    own = states[at] + share * (states[at + 1] - states[at])
+    gone = share * (trace.time[at + 1] - trace.time[at])[:, None] / paths.dt
+    points, half_sizes = (each[:, 0] + gone * (each[:, 1] - each[:, 0]) for each in (points, half_sizes))
+    touching = boxes_overlap(own[..., :2], own[..., 3], body, points, np.zeros(points.shape[:-1]), half_sizes)
+    return len(np.unique(at[touching.any(0)]))

@@ -10,7 +10,7 @@ therefore put down to a miss only if the vehicle left the boxes. n steps, A vehi
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from coverdrive.geometry import turned_half_extents
 from coverdrive.paths import PredictedPaths
@@ -43,19 +43,16 @@ class Windows:
 def find_windows(trace: Trace, boxes: bool = False) -> Windows:
     """Follow every vehicle over the horizon of every prediction, as far as the trace goes; or of their boxes alone."""
     step = float(trace.time[1] - trace.time[0])
-    seen = np.zeros((len(trace), trace.scene.vehicles), dtype=bool)
-    left = np.full(seen.shape, np.inf)
-    for k, paths in enumerate(trace.paths):
-        times = paths.dt * np.arange(1, paths.points.shape[1])
-        actual, observed = _poses(trace, k + times / step)
-        present = np.asarray(trace.scene.valid[k]) & (np.arange(trace.scene.vehicles) != EGO)
-        inside = _inside(trace, k, paths, actual[:, paths.vehicle], boxes) | ~observed[:, paths.vehicle]
-        anywhere = np.zeros(observed.T.shape, dtype=bool)
-        np.logical_or.at(anywhere, paths.vehicle, np.logical_and.accumulate(inside, axis=0).T)
-        gone = ~anywhere.T & observed & present
-        left[k] = np.where(gone.any(0), times[gone.argmax(0)], np.inf)
-        seen[k] = observed.all(0) & present
-    return Windows(seen, left)
+    at, paths = trace.all_paths
+    times = paths.dt * np.arange(1, paths.points.shape[1])
+    actual, observed = _poses(trace, np.arange(len(trace))[:, None] + times / step)
+    present = np.asarray(trace.scene.valid[:-1]) & (np.arange(trace.scene.vehicles) != EGO)
+    inside = _inside(trace, at, paths, actual[at, :, paths.vehicle], boxes) | ~observed[at, :, paths.vehicle]
+    anywhere, observed = np.zeros((*present.shape, len(times)), dtype=bool), observed.swapaxes(1, 2)
+    np.logical_or.at(anywhere, (at, paths.vehicle), np.logical_and.accumulate(inside, axis=1))
+    gone = ~anywhere & observed & present[..., None]
+    left = np.where(gone.any(2), times[gone.argmax(2)], np.inf)
+    return Windows(observed.all(2) & present, left)
 
 
 def left_recently(trace: Trace, windows: Windows) -> Bool[np.ndarray, "m A"]:
@@ -80,26 +77,30 @@ def cause_of(trace: Trace) -> Cause:
 
 
 def _poses(
-    trace: Trace, moments: Float[np.ndarray, " K"]
-) -> tuple[Float[np.ndarray, "K A 3"], Bool[np.ndarray, "K A"]]:
+    trace: Trace, moments: Float[np.ndarray, "n K"]
+) -> tuple[Float[np.ndarray, "n K A 3"], Bool[np.ndarray, "n K A"]]:
     """Position [m] and heading [rad] of all vehicles at fractional moments, and whether they are known."""
     last = len(trace.time) - 1
     before = np.minimum(np.floor(moments + 1e-6).astype(int), last)
-    share = np.maximum(moments - before, 0.0)[:, None, None]
-    after = np.where(share[:, 0, 0] > 1e-6, np.minimum(before + 1, last), before)
+    share = np.maximum(moments - before, 0.0)[..., None, None]
+    after = np.where(share[..., 0, 0] > 1e-6, np.minimum(before + 1, last), before)
     poses, valid = trace.scene.states[..., [0, 1, 3]], np.asarray(trace.scene.valid)
-    known = valid[before] & valid[after] & (moments <= last + 1e-6)[:, None]
+    known = valid[before] & valid[after] & (moments <= last + 1e-6)[..., None]
     return (1 - share) * poses[before] + share * poses[after], known
 
 
 def _inside(
-    trace: Trace, k: int, paths: PredictedPaths, actual: Float[np.ndarray, "K S 3"], boxes: bool
-) -> Bool[np.ndarray, "K S"]:
-    """Whether these poses at the same times are in the boxes of the paths, and in their ellipses unless ``boxes``."""
-    body = turned_half_extents(trace.scene.half_sizes[k, paths.vehicle], actual[..., 2])
-    apart = actual[..., :2] - paths.points[:, 1:].swapaxes(0, 1)
-    inside = (np.abs(apart) + body <= paths.half_sizes[:, 1:].swapaxes(0, 1) + _TOLERANCE).all(-1)
+    trace: Trace,
+    at: Int[np.ndarray, " S"],
+    paths: PredictedPaths,
+    actual: Float[np.ndarray, "S K 3"],
+    boxes: bool,
+) -> Bool[np.ndarray, "S K"]:
+    """Whether these poses are in the boxes of the paths, predicted ``at`` steps, and in ellipses unless ``boxes``."""
+    body = turned_half_extents(trace.scene.half_sizes[at, paths.vehicle][:, None], actual[..., 2])
+    apart = actual[..., :2] - paths.points[:, 1:]
+    inside = (np.abs(apart) + body <= paths.half_sizes[:, 1:] + _TOLERANCE).all(-1)
     if not boxes and paths.ellipses is not None:
-        axes = np.maximum(paths.ellipses[:, 1:].swapaxes(0, 1), _TOLERANCE)
+        axes = np.maximum(paths.ellipses[:, 1:], _TOLERANCE)
         inside &= ((apart / axes) ** 2).sum(-1) <= 1.0
     return inside

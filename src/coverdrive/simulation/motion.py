@@ -12,7 +12,7 @@ from coverdrive.scene import Scene
 
 def with_states(scene: Scene, states: Float[np.ndarray, "*batch A 4"]) -> Scene:
     """The same vehicles in other states."""
-    lon, lat, speed, heading = np.moveaxis(states, -1, 0)
+    lon, lat, speed, heading = (states[..., i] for i in range(4))
     return Scene(lon, lat, speed, heading, scene.length, scene.width, scene.valid)
 
 

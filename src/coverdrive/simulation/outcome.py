@@ -72,7 +72,7 @@ def judge(before: Scene, after: Scene, road: Road | None = None) -> tuple[Kind, 
 
     The road is to be told where it bends.
     """
-    reach = np.linalg.norm(after.half_sizes, axis=-1)
+    reach = np.hypot(after.length, after.width) / 2
     apart = np.maximum(np.abs(after.lon - after.lon[EGO]), np.abs(after.lat - after.lat[EGO]))
     if not (apart < 2 * (reach + reach[EGO]))[EGO + 1 :].any():  # most moments, on any road
         return None
@@ -95,7 +95,7 @@ def contacts(scene: Scene, road: Road | None = None) -> Bool[np.ndarray, "*batch
 
 def bodies_of(scene: Scene, road: Road | None) -> tuple[Float[np.ndarray, "*batch A 2"], Float[np.ndarray, "*batch A"]]:
     """Centres [m] and directions [rad] of the bodies on the map of a road, or in the frame of one that is straight."""
-    lon, lat, _, heading = np.moveaxis(scene.states, -1, 0)
+    lon, lat, heading = (np.asarray(each) for each in (scene.lon, scene.lat, scene.heading))
     return (road or _STRAIGHT).bodies_to_map(lon, lat, heading)
 
 

@@ -22,7 +22,7 @@ from coverdrive.scene import Scene
 from coverdrive.simulation.outcome import Fault, Kind, Outcome
 from coverdrive.simulation.trace import Trace
 
-_STEPS = ("base", "stuck", "missed", "prediction_seconds", "planning_seconds")
+_STEPS = ("base", "stuck", "missed", "prediction_seconds", "planning_seconds", "wall_seconds")
 _PATHS = ("points", "vehicle", "half_sizes")
 _OPTIONAL = ("ellipses", "weight")
 _NOBODY = -1

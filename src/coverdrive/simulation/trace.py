@@ -29,6 +29,7 @@ class Step(NamedTuple):
     missed: Bool[np.ndarray, " A"]
     prediction_seconds: float
     planning_seconds: float
+    wall_seconds: float
 
 
 @jax.tree_util.register_dataclass
@@ -53,15 +54,32 @@ class Trace:
     missed: Bool[np.ndarray, "n A"]
     """whether a vehicle chose a base trajectory that the predictor calls impossible"""
     prediction_seconds: Float[np.ndarray, " n"]
-    """[s] wall time of the prediction"""
+    """[s] processor time of the prediction"""
     planning_seconds: Float[np.ndarray, " n"]
-    """[s] wall time of prediction and planning together"""
+    """[s] processor time of prediction and planning together"""
+    wall_seconds: Float[np.ndarray, " n"]
+    """[s] wall time of the same, which grows with whatever else the machine does"""
     outcome: Outcome
     """how it ended"""
 
     def __len__(self) -> int:
         """Number of steps n."""
         return len(self.plans)
+
+    @property
+    def all_paths(self) -> tuple[Int[np.ndarray, " S"], PredictedPaths]:
+        """The paths of all steps behind one another, and the step at whose start each of them was predicted."""
+        counts, ellipses = [len(each) for each in self.paths], None
+        if any(each.ellipses is not None for each in self.paths):
+            free = (
+                np.full_like(each.points, np.inf) if each.ellipses is None else each.ellipses for each in self.paths
+            )
+            ellipses = np.concatenate(list(free))
+        points, vehicle, half_sizes = (
+            np.concatenate([getattr(each, name) for each in self.paths]) for name in ("points", "vehicle", "half_sizes")
+        )
+        paths = PredictedPaths(points, vehicle, half_sizes, self.paths[0].dt, ellipses)
+        return np.repeat(np.arange(len(counts)), counts), paths
 
     @property
     def horizon(self) -> float:
@@ -71,17 +89,20 @@ class Trace:
 
 def make_trace(start: Scene, road: Road, steps: list[Step], dt: float, outcome: Outcome) -> Trace:
     """Put the steps of an episode, at least one, of ``dt`` [s] each behind one another."""
-    scenes, paths, plans, base, stuck, missed, prediction_seconds, planning_seconds = zip(*steps, strict=True)
+    scenes, paths, plans, base, stuck, missed, *seconds = zip(*steps, strict=True)
+    prediction_seconds, planning_seconds, wall_seconds = map(np.array, seconds)
+    moments = zip(*(vars(each).values() for each in (start, *scenes)), strict=True)
     return Trace(
         time=dt * np.arange(len(steps) + 1),
-        scene=jax.tree.map(lambda *each: np.stack(each), start, *scenes),
+        scene=Scene(*map(np.stack, moments)),
         road=road,
         paths=paths,
         plans=plans,
         base=np.stack(base),
         stuck=np.stack(stuck),
         missed=np.stack(missed),
-        prediction_seconds=np.array(prediction_seconds),
-        planning_seconds=np.array(planning_seconds),
+        prediction_seconds=prediction_seconds,
+        planning_seconds=planning_seconds,
+        wall_seconds=wall_seconds,
         outcome=outcome,
     )

@@ -4,6 +4,7 @@ Each worker process builds the participants once per study. Trials of one proces
 it has several threads, because solvers cannot be shared between threads.
 """
 
+import gc
 import os
 import threading
 import uuid
@@ -71,8 +72,13 @@ def run_trials(setup: Drives, trials: Sequence[int], workers: int, cluster: str 
             ) from error
     else:
         participants = setup.participants()
-        for trial in trials:
-            yield setup.row(trial, participants)
+        _freeze()
+        try:
+            for trial in trials:
+                yield setup.row(trial, participants)
+                _freeze()
+        finally:
+            gc.unfreeze()
 
 
 def _run_parallel(setup: Drives, trials: Sequence[int], workers: int) -> Generator[Row]:
@@ -108,8 +114,22 @@ def _run_in_worker(setup: Drives, study: str, trial: int) -> Row:
     with _driving:
         if study not in _participants:
             _participants.clear()
+            gc.unfreeze()
             _participants[study] = setup.participants()
-        return setup.row(trial, _participants[study])
+            _freeze()
+        row = setup.row(trial, _participants[study])
+        _freeze()
+        return row
+
+
+def _freeze() -> None:
+    """Let the garbage collector look no more at what is there already, modules and compiled code, above all.
+
+    What a trial leaves behind is collected before; else this is done within some step of the next trial, which takes
+    a tenth of a second and more where everything is looked at.
+    """
+    gc.collect()
+    gc.freeze()
 
 
 @contextmanager

@@ -1,0 +1,46 @@
+"""How trials are run."""
+
+import gc
+from collections.abc import Generator
+
+import pytest
+
+from coverdrive.simulation import workers
+from coverdrive.simulation.workers import run_trials
+
+
+class Looking:
+    """Its rows say how many objects the garbage collector does not look at, and how many it does."""
+
+    seed = 0
+
+    def description(self):
+        return {}
+
+    def participants(self):
+        return [[] for _ in range(1000)]
+
+    def row(self, trial, participants):
+        return {"trial": trial, "frozen": gc.get_freeze_count(), "looked at": len(gc.get_objects(generation=2))}
+
+
+@pytest.fixture
+def nothing_frozen() -> Generator[None]:
+    gc.unfreeze()
+    yield
+    gc.unfreeze()
+    workers._participants.clear()
+
+
+def test_in_a_trial_the_collector_looks_at_nothing_that_was_there_before(nothing_frozen: None) -> None:
+    before = len(gc.get_objects())
+    rows = list(run_trials(Looking(), [0, 1], 1))
+    for row in rows:
+        assert row["frozen"] > max(1000, before / 2) and row["looked at"] < 1000
+    assert gc.get_freeze_count() == 0
+
+
+def test_in_a_worker_too_and_what_another_study_needed_is_collected(nothing_frozen: None) -> None:
+    first, other = (workers._run_in_worker(Looking(), name, 0) for name in ("first", "other"))
+    assert min(first["frozen"], other["frozen"]) > 1000
+    assert other["frozen"] < first["frozen"] + 1000
