@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy import special, stats
 
 from coverdrive.certificates import drives
-from coverdrive.certificates.dial import Asked, Dial, Turned, Drives
+from coverdrive.certificates.dial import Asked, Dial, Drives, Turned
 from coverdrive.certificates.drives import Procedure, drives_needed
 from coverdrive.errors import CertificateError
 

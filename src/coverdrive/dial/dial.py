@@ -25,12 +25,12 @@ from coverdrive.certificates.drives import Procedure, Proof, drives_needed
 from coverdrive.dial.frontier import COLLIDED, OURS, OWN_FAULT, frontier
 from coverdrive.errors import SettingError
 from coverdrive.files import write_atomically, write_json
-from coverdrive.prediction.predictor import AnyPredictor
 from coverdrive.prediction.stored import checked_scale
 from coverdrive.progress import stage
 from coverdrive.recordings.recording import Recording
 from coverdrive.simulation.driven_on import driven_on
 from coverdrive.simulation.episode import EpisodeSettings
+from coverdrive.simulation.predictor import Scalable
 from coverdrive.simulation.setup import AnyPlanner, AnyTraffic, Setup
 from coverdrive.simulation.study import drive_missing, setup_of
 from coverdrive.simulation.study_folder import StudyFolder, flat
@@ -47,6 +47,9 @@ _PILOT, _PROOF = 1, 2
 
 _GAIN = 0.01
 """share by which a bolder λ has to be faster in the pilot to be worth the drives of a proof"""
+
+_BATCH = 10
+"""drives at least between two looks at what is proved"""
 
 _EVENTS = {"any": ("touch anybody", COLLIDED), "own": ("touch somebody at the ego's fault", OWN_FAULT)}
 
@@ -156,11 +159,20 @@ class Request:
         alone = 1 if procedure != "Holm" else len(self.scales)
         needed = drives_needed(0, self.risk, 1 - (1 - self.confidence) / alone, procedure == "anytime")
         most = self.most or (needed if procedure == "named beforehand" else 2 * needed)
-        return Dial(asked, self.confidence, procedure, self.pilot, most, gain=_GAIN, unit=_unit(duration))
+        return Dial(
+            asked,
+            self.confidence,
+            procedure,
+            self.pilot,
+            most,
+            max(_BATCH, needed // 20),
+            gain=_GAIN,
+            unit=_unit(duration),
+        )
 
 
 def dial(
-    predictor: AnyPredictor,
+    predictor: Scalable,
     planner: AnyPlanner | None = None,
     *,
     folder: Path | str,
@@ -217,7 +229,7 @@ def dial(
 
 def dialled(
     setup: Setup,
-    predictor: AnyPredictor,
+    predictor: Scalable,
     folder: Path,
     request: Request,
     workers: int = 1,

@@ -12,9 +12,9 @@ from coverdrive.certificates.bounds import clopper_pearson
 from coverdrive.errors import SettingError
 from coverdrive.league.entrants import Known, Place, entrant
 from coverdrive.planning.planner import MpcPlanner
-from coverdrive.prediction.predictor import AnyPredictor
 from coverdrive.simulation.comparison import paired_t
 from coverdrive.simulation.outcome import Fault, Kind
+from coverdrive.simulation.predictor import Scalable
 from coverdrive.simulation.setup import Setup
 from coverdrive.simulation.trial import STARTED
 
@@ -59,7 +59,7 @@ def setups_beside(
     return found
 
 
-def frontier(tables: Mapping[tuple[str, str, float | None], pl.DataFrame], predictor: AnyPredictor) -> pl.DataFrame:
+def frontier(tables: Mapping[tuple[str, str, float | None], pl.DataFrame], predictor: Scalable) -> pl.DataFrame:
     """A line for the drives of everybody at every λ, with 95 % intervals.
 
     ``claim`` is the bound ε on the windows of recorded traffic at that λ, 1 if nothing is proved; of others null.

@@ -8,6 +8,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from jaxtyping import Bool, Float
 
+from coverdrive.certificates.certificate import Certificate
 from coverdrive.paths import PredictedPaths
 from coverdrive.road import Road
 from coverdrive.scene import Scene
@@ -19,6 +20,20 @@ class Belief(Protocol):
 
     def predict(self, scene: Scene, road: Road, ego: int, dt: float, steps: int) -> PredictedPaths:
         """The possible paths of every valid slot but ``ego`` at the times 0, dt, …, steps·dt [s]."""
+        ...
+
+
+@runtime_checkable
+class Scalable(Belief, Protocol):
+    """Sets of any size, nested in one number λ, of which it is known what is proved."""
+
+    @property
+    def certificate(self) -> Certificate:
+        """What is proved of how often vehicles leave them."""
+        ...
+
+    def scaled(self, scale: float) -> "Scalable":
+        """The same with sets of another λ: 0 the likeliest path alone, 1 as they were calibrated."""
         ...
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
-from functools import cache, cached_property
+from functools import cache, cached_property, reduce
 from itertools import product
 from typing import Any, ClassVar
 
@@ -19,7 +19,6 @@ from coverdrive.paths import PredictedPaths
 from coverdrive.prediction.boxes.boxes import TUBE
 from coverdrive.prediction.boxes.network import BoxNetwork
 from coverdrive.prediction.stored import StoredPredictor, TimeGrid, features_of, grid_of, others_of
-from coverdrive.prediction.under_way import with_lane_changes
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 
@@ -59,7 +58,7 @@ class BoxPredictor(StoredPredictor):
         *,
         like: TimeGrid | None = None,
     ) -> PredictedPaths:
-        """One path for each arm of each vehicle's boxes, and one for each lane change that is under way.
+        """One path for each arm of each vehicle's boxes.
 
         Arguments and errors as of the predictor of a basis.
         """
@@ -72,13 +71,8 @@ class BoxPredictor(StoredPredictor):
         centre[..., 0] += lon + times * (speed * np.cos(heading))
         centre[..., 1] += lat
         body = np.stack([length, width], axis=-1) / 2
-        *others, widest = (
-            PredictedPaths(centre, vehicle, arm * half_sizes + body, period) for arm in self.network.arms
-        )
-        paths = with_lane_changes(widest, scene)
-        for arm in reversed(others):
-            paths = arm.joined(paths)
-        return paths
+        first, *others = (PredictedPaths(centre, vehicle, arm * half_sizes + body, period) for arm in self.network.arms)
+        return reduce(PredictedPaths.joined, others, first)
 
     def choices(
         self, scene: Scene, road: Road, times: Float[np.ndarray, " n"]

@@ -1,0 +1,78 @@
+"""``coverdrive dial``: what it prints, and what uses it afterwards."""
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from command import coverdrive
+from coverdrive.errors import DataError
+from coverdrive.results import Results
+
+ASKED = (
+    "--traffic",
+    "drivers",
+    "--vehicles",
+    "3",
+    "--risk",
+    "0.6",
+    "--confidence",
+    "0.8",
+    "--pilot",
+    "2",
+    "--workers",
+    "1",
+)
+
+
+@pytest.fixture(scope="module")
+def dialled(quick_run: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict]:
+    """A folder with a study whose dial was turned, and what was printed."""
+    folder = shutil.copytree(quick_run / "out", tmp_path_factory.mktemp("dial") / "out")
+    printed = coverdrive("dial", folder, *ASKED, "--scales", "0.5", "0.8", "--json", "--seed", "5", only="stdout")
+    return folder, json.loads(printed)
+
+
+def test_it_prints_what_scripts_ask_for(dialled: tuple[Path, dict]) -> None:
+    folder, found = dialled
+    assert found["scale"] in (0.5, 0.8) and found["reached"] is True
+    assert found["risk"] <= 0.6 and found["confidence"] == 0.8 and found["collisions"] <= found["drives"]
+    assert found["mean_speed"] > 10 and found["sentence"].startswith("With 80 % confidence at most")
+    assert (folder / "dial-drivers" / "frontier.csv").exists()
+
+
+def test_what_was_proved_is_what_drives(dialled: tuple[Path, dict]) -> None:
+    folder, found = dialled
+    results = Results(folder)
+    assert results.predictor.scale == results.experiment.prediction.scale == found["scale"]
+    assert results.dialled is not None and results.dialled.sentence == found["sentence"]
+    assert results.certified.driven[0].scale == found["scale"]
+    assert (folder / "study@1").exists() and not (folder / "study").exists()
+    assert results.scored is not None and results.fitted.predictor is results.predictor
+
+
+def test_a_study_afterwards_says_what_was_proved_and_that_it_is_another(dialled: tuple[Path, dict]) -> None:
+    folder, found = dialled
+    printed = " ".join(coverdrive("study", "--out", folder, "--trials", "2").split())
+    assert found["sentence"][:60] in printed
+    assert "These drives are others than those that were proved" in printed and "traffic.kind" in printed
+
+
+def test_a_risk_that_so_few_drives_cannot_prove_is_refused(dialled: tuple[Path, dict]) -> None:
+    folder, _ = dialled
+    said = coverdrive("dial", folder, *ASKED, "--most", "2", status=2)
+    assert "without any event would do" in " ".join(said.split())
+
+
+def test_dialled_sets_that_were_edited_are_refused(dialled: tuple[Path, dict], tmp_path: Path) -> None:
+    folder = shutil.copytree(dialled[0], tmp_path / "edited")
+    file = folder / "dialled.json"
+    file.write_text(file.read_text(encoding="utf-8").replace('"reached": true', '"reached": false'), encoding="utf-8")
+    with pytest.raises(DataError, match=r"dialled\.json is not as it was written"):
+        _ = Results(folder).dialled
+
+
+def test_help_teaches(capsys: pytest.CaptureFixture[str]) -> None:
+    said = " ".join(coverdrive("dial", "--help").split())
+    assert "proved" in said and "--scales" in said and "--risk" in said
