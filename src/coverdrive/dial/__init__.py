@@ -1,0 +1,1 @@
+"""How bold may the ego be: risk proved on drives, the frontier of risk and speed, rare events."""
