@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from scipy.stats import t as student
@@ -102,7 +102,7 @@ class Drive:
         self.level = danger(self._scene) if contact is None else CONTACT + _relative_speed(before, contact[1])
         return taken
 
-    def copied(self, tape: Tape) -> Self:
+    def copied(self, tape: Tape) -> "Drive":
         """The same, to go on with another tape."""
         other = copy.copy(self)
         other._planner, other._traffic = self._copies((self._planner, self._traffic), tape)

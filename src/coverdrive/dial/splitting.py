@@ -22,7 +22,7 @@ a drive needs both, and draws as many numbers as it needs.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import NamedTuple, Protocol, Self
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -39,6 +39,7 @@ _RAREST = 1e-15
 """probability below which nothing is looked for any more"""
 
 
+@runtime_checkable
 class Process(Protocol):
     """A path on its way; one that is over is left as it is."""
 
@@ -56,7 +57,7 @@ class Process(Protocol):
         """Go on to the next moment."""
         ...
 
-    def copied(self, tape: Tape) -> Self:
+    def copied(self, tape: Tape) -> "Process":
         """The same, to go on with numbers from another tape."""
         ...
 
