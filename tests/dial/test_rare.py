@@ -64,7 +64,7 @@ def test_a_drive_that_goes_on_from_a_stop_is_that_from_the_start(traffic: str):
 def test_nothing_drawn_anew_is_the_same_drive():
     setup = fakes(MpcPlanner, traffic="drivers")
     path, walk = driven(setup)
-    same = walk._begun(path.tape.nudged(0.0, 0.5, np.random.default_rng(0)), 0)
+    same = walk._begun(path.tape.nudged(0.0, 0.0, 0.5, np.random.default_rng(0)), 0)
     walk._go(same)
     assert same.levels == path.levels
 

@@ -46,10 +46,10 @@ def test_moved_numbers_have_the_same_law_and_their_neighbours_stay():
     of, random = tape(2), np.random.default_rng(3)
     before = of.random(4000)
     of.turn(1)
-    after = of.nudged(0.3, 0.5, random).random(4000)
+    after = of.nudged(0.3, 0.0, 0.5, random).random(4000)
     assert 0.25 < np.mean(before != after) < 0.35
     assert stats.kstest(after, stats.uniform().cdf).pvalue > 1e-3
-    assert np.array_equal(of.nudged(0.0, 0.5, random).random(4000), before)
+    assert np.array_equal(of.nudged(0.0, 1.0, 0.5, random).random(4000), before)
 
 
 def test_what_is_read_again_is_the_same():
@@ -76,12 +76,12 @@ def test_only_the_last_calls_of_a_moment_change():
     of = tape()
     before = [of.random() for _ in range(20)]
     of.turn(1)
-    moved = of.nudged(1.0, 1.0, np.random.default_rng(0))
+    moved = of.nudged(1.0, 0.0, 1.0, np.random.default_rng(0))
     after = [moved.random() for _ in range(20)]
     moved.turn(1)
     assert [one == other for one, other in zip(before, after, strict=True)] == [True] * 4 + [False] * 16
     assert moved.reversible(of, 0)
-    moved = of.nudged(1.0, 1.0, np.random.default_rng(0))
+    moved = of.nudged(1.0, 0.0, 1.0, np.random.default_rng(0))
     moved.random()
     moved.turn(1)
     assert not moved.reversible(of, 0) and moved.calls(0) == 1

@@ -31,10 +31,11 @@ from coverdrive.errors import SettingError
 
 _EVERY = 10
 """moments between two that a path can be gone on with from"""
-_FROM_A_MOMENT = 0.3
+_FROM_A_MOMENT = 0.25
 """share of the changes that draw all numbers from a moment on anew; the others move any of them"""
-_FEWEST, _LEAST = -1.0, -0.6
-"""decimal logarithms of the least share of the numbers that are moved, and of the least width by which"""
+_FIRST, _LATER, _WIDTH = -0.3, -2.0, -0.5
+"""decimal logarithms of the least share of the numbers of moment 0 and of the others that are moved, and of the least
+width by which"""
 _RAREST = 1e-15
 """probability below which nothing is looked for any more"""
 
@@ -185,8 +186,10 @@ class _Walk:
         if from_a_moment:
             tried = self._from(path, int(random.integers(path.above(level) + 1)))
         else:
-            share, width = 10 ** random.uniform((_FEWEST, _LEAST), 0.0)
-            tried = self._begun(path.tape.nudged(share, width, random), path.ancestor)
+            first, later, width = 10 ** random.uniform((_FIRST, _LATER, _WIDTH), 0.0)
+            which = random.integers(3)  # only the beginning, only what comes later, both
+            tape = path.tape.nudged(first * (which != 1), later * (which != 0), width, random)
+            tried = self._begun(tape, path.ancestor)
             if not tried.tape.reversible(path.tape, 0):
                 return None
         self._go(tried, level)

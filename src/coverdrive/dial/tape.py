@@ -61,22 +61,31 @@ class Tape(np.random.Generator):
         """The same before a moment; all else is not drawn yet."""
         return Tape({k: calls for k, calls in self._values.items() if k < moment}, random)
 
-    def nudged(self, share: float, width: float, random: np.random.Generator) -> "Tape":
-        """The same with a random ``share`` of the numbers moved by about a ``width``, up to 1: drawn anew.
+    def nudged(self, first: float, later: float, width: float, random: np.random.Generator) -> "Tape":
+        """The same with some of the numbers moved by about a width, up to 1: drawn anew.
 
         As normal numbers z they become √(1 − width²) z + width ξ (Neal, *Regression and classification using Gaussian
         process priors*, 1998), which leaves their law as it is, and moves those in a tail within it.
 
         In a moment of more than 16 calls only those of the last 16 may change; whether the same ones may change on the
         way back tells `reversible`.
+
+        Args:
+            first: share of the numbers of moment 0 that are moved.
+            later: share of the others.
+            width: of the moves.
+            random: draws which, and how.
         """
 
-        def moved(value: Uniforms) -> Uniforms:
+        def moved(value: Uniforms, share: float) -> Uniforms:
             picked = random.random(value.shape) < share
             by = math.sqrt(1 - width**2) * _quantile(value) + width * random.standard_normal(value.shape)
             return np.where(picked, np.minimum(ndtr(by), _HIGHEST), value)
 
-        values = {k: [*calls[:-_LATE], *(moved(each) for each in calls[-_LATE:])] for k, calls in self._values.items()}
+        values = {
+            k: [*calls[:-_LATE], *(moved(each, later if k else first) for each in calls[-_LATE:])]
+            for k, calls in self._values.items()
+        }
         return Tape(values, random)
 
     def reversible(self, other: "Tape", moment: int) -> bool:
@@ -142,11 +151,6 @@ def _standard_normal(uniforms: Callable[..., Any], size: Any = None) -> Any:
     return _quantile(uniforms(size))
 
 
-def _normal(uniforms: Callable[..., Any], loc: Any = 0.0, scale: Any = 1.0, size: Any = None) -> Any:
-    shape = np.broadcast(loc, scale).shape or None if size is None else size
-    return loc + np.asarray(scale) * _standard_normal(uniforms, shape)
-
-
 def _integers(
     uniforms: Callable[..., Any], low: Any, high: Any = None, size: Any = None, dtype: Any = np.int64,
     endpoint: bool = False,
@@ -180,7 +184,6 @@ _ELEMENTWISE: dict[str, Callable[..., Any]] = {
     "random": _random,
     "uniform": _uniform,
     "standard_normal": _standard_normal,
-    "normal": _normal,
     "integers": _integers,
     "choice": _choice,
     "permutation": _permutation,
