@@ -44,8 +44,8 @@ CONTACT = 1000.0
 """level of a contact, to which its relative speed [m/s] is added; before, levels are lower"""
 _WORSE = np.array([1.0, 0.3])
 """[m/s] by which two vehicles are taken to come nearer along and across the road than they do: at the same speed, the
-nearer one is the more dangerous. These and the accelerations told collisions of aggressive drivers 0.5 s ahead from
-97 % of the other drives, times to contact from 35 %"""
+nearer one is the more dangerous. Of 8 collisions among aggressive drivers the median one stood out 0.5 s ahead from
+98 % of 312 other drives; by times to contact it did from 35 %"""
 _TOUCHING = 1e-3
 """[m] least gap"""
 _STORED = 5
@@ -56,7 +56,7 @@ def danger(scene: Scene) -> float:
     """Acceleration [m/s²] that keeps the ego clear of the vehicle that is most dangerous to it.
 
     A vehicle is kept clear of along or across the road, whichever takes less: speed² / (2 gap), and as much less than
-    nothing where the gap grows (Archibald et al. call the former deceleration rate to avoid a crash).
+    nothing where the gap grows: what is known as the deceleration rate to avoid a crash, with a sign.
     """
     states, extents = scene.states, turned_half_extents(scene.half_sizes, scene.heading)
     velocity = states[:, 2, None] * np.stack([np.cos(states[:, 3]), np.sin(states[:, 3])], axis=-1)
