@@ -122,3 +122,11 @@ def test_emergency(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         if kind != "follower":
             assert each["worse than full braking by 0.5 m/s"] == 0, kind
             assert 0 < each["mean relative speed over that of full braking"] < 1, kind
+
+
+@pytest.mark.slow
+def test_rare(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    quick = ("--drives", "3", "--particles", "4", "--repetitions", "2", "--duration", "2")
+    result = ran("rare", tmp_path / "rare.json", monkeypatch, *quick)
+    assert result["plain"]["drives"] == 3
+    assert 0 <= result["splitting"]["probability"] <= 1 and result["splitting"]["drives"] > 4

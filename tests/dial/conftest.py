@@ -1,6 +1,6 @@
-"""Lets the tests of this folder import `simulation_fakes`, which worker processes must be able to import too."""
+"""Lets the tests of this folder import the stand-ins of the simulation's tests, and the toys here."""
 
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "simulation"))
+sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "simulation")]

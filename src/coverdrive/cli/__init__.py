@@ -32,8 +32,8 @@ app = App(
     130, stopped by Ctrl-C · 143, stopped by SIGTERM · 141, nobody reads the output any more.""",
 )
 _COMMANDS = (
-    "run", "inspect", "fit", "certify", "dial", "study", "drive", "compare", "league", "report", "figures", "animate",
-    "solve", "basis", "paper", "doctor",
+    "run", "inspect", "fit", "certify", "dial", "study", "drive", "compare", "league", "rare", "report", "figures",
+    "animate", "solve", "basis", "paper", "doctor",
 )  # fmt: skip
 """in the order of a first visit"""
 

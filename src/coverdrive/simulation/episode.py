@@ -68,7 +68,7 @@ def run_episode(
     scenes, steps = [scene], list[Step]()
     outcome = Outcome(Kind.FINISHED, last * settings.step, None, Fault.NONE)
     for k in range(1, last + 1):
-        taken = _step(predictor, planner, traffic, settings, scenes[-1], road)
+        taken = take_step(predictor, planner, traffic, settings, scenes[-1], road)
         steps.append(taken)
         scenes.append(taken.scene)
         done(k, last)
@@ -80,18 +80,26 @@ def run_episode(
 
 
 def begin(
-    traffic: Traffic, settings: EpisodeSettings, vehicles: int, seed: int | np.random.SeedSequence
+    traffic: Traffic, settings: EpisodeSettings, vehicles: int, seed: int | np.random.SeedSequence | np.random.Generator
 ) -> tuple[Scene, Road, int]:
-    """Where an episode begins, as of `run_episode`, and how many steps it has unless it ends in a collision."""
-    root = seed if isinstance(seed, np.random.SeedSequence) else np.random.SeedSequence(seed)
-    root = np.random.SeedSequence(root.entropy, spawn_key=root.spawn_key)  # the same children however often it is used
-    random, traffic_random = map(np.random.default_rng, root.spawn(2))
+    """Where an episode begins, as of `run_episode`, and how many steps it has unless it ends in a collision.
+
+    A generator draws all itself.
+    """
+    random, traffic_random = (seed, seed) if isinstance(seed, np.random.Generator) else _generators(seed)
     if isinstance(traffic, Starting):
         start = traffic.start(settings.initial, vehicles, random)
     else:
         start = Start(initial_scene(settings.initial, vehicles, random), settings.initial.road(), np.inf)
     traffic.reset(start.scene, start.road, traffic_random)
     return start.scene, start.road, max(1, int(min(settings.steps, start.duration / settings.step + _ROUNDING)))
+
+
+def _generators(seed: int | np.random.SeedSequence) -> list[np.random.Generator]:
+    """Of the start and of the traffic."""
+    root = seed if isinstance(seed, np.random.SeedSequence) else np.random.SeedSequence(seed)
+    root = np.random.SeedSequence(root.entropy, spawn_key=root.spawn_key)  # the same children however often it is used
+    return [np.random.default_rng(each) for each in root.spawn(2)]
 
 
 def move(scene: Scene, inputs: Float[np.ndarray, " 2"], traffic: Traffic, dt: float) -> TrafficStep:
@@ -102,7 +110,7 @@ def move(scene: Scene, inputs: Float[np.ndarray, " 2"], traffic: Traffic, dt: fl
     return replace(moved, scene=with_states(moved.scene, states))
 
 
-def _step(
+def take_step(
     predictor: Belief, planner: Planner, traffic: Traffic, settings: EpisodeSettings, scene: Scene, road: Road
 ) -> Step:
     """Predict, plan, and move everybody by one simulation step."""

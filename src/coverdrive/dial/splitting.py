@@ -1,0 +1,231 @@
+"""How probable is what hardly ever happens: adaptive multilevel splitting of random paths.
+
+A path has a level at every moment; it ends well or reaches a target level. Many paths are begun. Again and again those
+of the lowest levels are given up, and replaced by copies of the others that are made different without falling back
+below the level that was reached. The probability is the product of the shares that were not given up (Au & Beck,
+*Estimation of small failure probabilities in high dimensions by subset simulation*, 2001; Cérou & Guyader, *Adaptive
+multilevel splitting for rare event analysis*, 2007). Paths of equal level are given up together (Bréhier et al.,
+*Unbiasedness of some generalized adaptive multilevel splitting algorithms*, 2016).
+
+A copy is made different in two ways, of which each leaves the law of a path that reaches the level as it is:
+
+- A random part of its random numbers (`coverdrive.dial.tape`) is drawn anew, or moved a little, and what comes out is
+  taken if it reaches the level as well: all numbers from a moment on, or any ones, of the beginning, too. So
+  paths whose randomness is all drawn at the beginning are split as well.
+- All numbers after the moment at which it first reached the level are drawn anew, and the path goes on from there.
+
+Of what others offer, pytams 1.0 splits trajectories in time, but keeps what was drawn at the beginning, and
+openturns 1.27 has subset simulation of a known number of normal variables, but knows no paths that can be gone on with;
+a drive needs both, and draws as many numbers as it needs.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import NamedTuple, Protocol, runtime_checkable
+
+import numpy as np
+
+from coverdrive.dial.tape import Tape
+from coverdrive.errors import SettingError
+
+_EVERY = 10
+"""moments between two that a path can be gone on with from"""
+_FROM_A_MOMENT = 0.25
+"""share of the changes that draw all numbers from a moment on anew; the others move any of them"""
+_FIRST, _LATER, _WIDTH = -0.3, -2.0, -0.5
+"""decimal logarithms of the least share of the numbers of moment 0 and of the others that are moved, and of the least
+width by which"""
+_RAREST = 1e-15
+"""probability below which nothing is looked for any more"""
+
+
+@runtime_checkable
+class Process(Protocol):
+    """A path on its way; one that is over is left as it is."""
+
+    @property
+    def level(self) -> float:
+        """At the present moment."""
+        ...
+
+    @property
+    def over(self) -> bool:
+        """Whether this is the last moment."""
+        ...
+
+    def advance(self) -> None:
+        """Go on to the next moment."""
+        ...
+
+    def copied(self, tape: Tape) -> "Process":
+        """The same, to go on with numbers from another tape."""
+        ...
+
+
+Start = Callable[[Tape], Process]
+"""begins a path at moment 0, with all its random numbers from a tape"""
+
+
+@dataclass(eq=False)
+class Path:
+    """A path, to its end or as far as it was gone."""
+
+    tape: Tape
+    process: Process
+    """at the last moment"""
+    ancestor: int
+    """number of the first path that it descends from"""
+    levels: list[float]
+    """at every moment"""
+    stops: dict[int, Process] = field(default_factory=dict[int, Process], repr=False)
+    """copies of the process at earlier moments"""
+
+    @property
+    def level(self) -> float:
+        """The highest one."""
+        return max(self.levels)
+
+    def above(self, level: float) -> int:
+        """The first moment above a level, which there is."""
+        return next(moment for moment, each in enumerate(self.levels) if each > level)
+
+
+class Stage(NamedTuple):
+    """What happened at a level."""
+
+    level: float
+    """that was to be surpassed"""
+    share: float
+    """of the paths that did"""
+    accepted: float
+    """share of the changes, of those that could be refused, that were taken"""
+    ancestors: int
+    """first paths that all paths descend from then"""
+
+
+class Split(NamedTuple):
+    """What came out."""
+
+    probability: float
+    """that a path reaches the target; 0 if none was found"""
+    stages: list[Stage]
+    found: list[Path]
+    """that reached it"""
+    moments: int
+    """that all paths went together"""
+
+
+def split(
+    start: Start, random: np.random.Generator, target: float = 0.0, particles: int = 200, kept: float = 0.5,
+    changes: int = 2,
+) -> Split:  # fmt: skip
+    """Estimate the probability that a path's level reaches the target.
+
+    Args:
+        start: begins a path.
+        random: draws everything.
+        target: level, which counts as reached.
+        particles: number of paths.
+        kept: share of the paths that are not given up at a time.
+        changes: number of times that a copy is changed.
+    """
+    top = particles - math.ceil(kept * particles)
+    if not 0 < top < particles or changes < 1:
+        raise SettingError(
+            f"splitting needs at least 2 paths, some of them kept and some given up, and at least one change; got "
+            f"{particles} paths, {kept} of them kept, {changes} changes; try 200 and 0.5"
+        )
+    walk, probability, stages = _Walk(start, random), 1.0, list[Stage]()
+    paths = [walk.first(number) for number in range(particles)]
+    while probability > _RAREST and (level := sorted(path.level for path in paths)[top - 1]) < target:
+        above = [path for path in paths if path.level > level]
+        probability *= len(above) / particles
+        if not above:
+            return Split(0.0, stages, [], walk.moments)
+        copies = [above[i] for i in random.integers(len(above), size=particles - len(above))]
+        taken = 0
+        for number, copy in enumerate(copies):
+            for _ in range(changes):
+                copy, changed = walk.changed(copy, level)
+                taken += changed
+            copies[number] = copy
+        paths = above + copies
+        ancestors = len({path.ancestor for path in paths})
+        stages.append(Stage(level, len(above) / particles, taken / (changes * len(copies)), ancestors))
+    found = [path for path in paths if path.level >= target]
+    return Split(probability * len(found) / particles, stages, found, walk.moments)
+
+
+class _Walk:
+    """Goes paths, and counts the moments."""
+
+    def __init__(self, start: Start, random: np.random.Generator):
+        self._start, self._random, self.moments = start, random, 0
+
+    def first(self, number: int) -> Path:
+        """A new path."""
+        path = self._begun(Tape(random=self._random), number)
+        self._go(path)
+        return path
+
+    def changed(self, path: Path, level: float) -> tuple[Path, bool]:
+        """Another path above a level instead of one that is, and whether it is another until it gets there, too."""
+        tried = self._tried(path, level)
+        other = self._from(tried or path, (tried or path).above(level) + 1)
+        self._go(other)
+        return other, tried is not None
+
+    def _tried(self, path: Path, level: float) -> Path | None:
+        """The path with a part of its numbers changed, until it surpasses a level, or None.
+
+        Acceptance is that of Metropolis and Hastings: a moment is picked among those until the path is above the level.
+        """
+        random, odds = self._random, 1.0
+        from_a_moment = random.random() < _FROM_A_MOMENT
+        if from_a_moment:
+            tried = self._from(path, int(random.integers(path.above(level) + 1)))
+        else:
+            first, later, width = 10 ** random.uniform((_FIRST, _LATER, _WIDTH), 0.0)
+            which = random.integers(3)  # only the beginning, only what comes later, both
+            tape = path.tape.nudged(first * (which != 1), later * (which != 0), width, random)
+            tried = self._begun(tape, path.ancestor)
+            if not tried.tape.reversible(path.tape, 0):
+                return None
+        self._go(tried, level)
+        if tried.level <= level:
+            return None
+        if from_a_moment:
+            odds = (path.above(level) + 1) / (tried.above(level) + 1)
+        return tried if random.random() < odds else None
+
+    def _from(self, path: Path, moment: int) -> Path:
+        """The same path up to a moment, from which on its numbers are not drawn yet."""
+        if moment == 0:
+            return self._begun(Tape(random=self._random), path.ancestor)
+        stops = path.stops | {len(path.levels) - 1: path.process}
+        stop = max(each for each in stops if each < moment)
+        tape = path.tape.until(moment, self._random)
+        earlier = {each: process for each, process in path.stops.items() if each <= stop}
+        other = Path(tape, stops[stop].copied(tape), path.ancestor, path.levels[: stop + 1], earlier)
+        while len(other.levels) < moment:
+            self._advance(other)
+        return other
+
+    def _begun(self, tape: Tape, ancestor: int) -> Path:
+        process = self._start(tape)
+        return Path(tape, process, ancestor, [process.level])
+
+    def _go(self, path: Path, level: float = math.inf) -> None:
+        """Go on with a path to its end, or until it is above a level."""
+        while not (path.process.over or path.levels[-1] > level):
+            self._advance(path)
+
+    def _advance(self, path: Path) -> None:
+        moment = len(path.levels)
+        if (moment - 1) % _EVERY == 0 and moment - 1 not in path.stops:
+            path.stops[moment - 1] = path.process.copied(path.tape)
+        path.tape.turn(moment)
+        path.process.advance()
+        path.levels.append(path.process.level)
+        self.moments += 1

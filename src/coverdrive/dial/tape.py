@@ -1,0 +1,206 @@
+"""The random numbers of a path, kept: a path is a function of them, and whoever changes some of them changes the path.
+
+Every number has its own place: the moment of the path, the call at this moment, the element of what the call asks for.
+All are independent and uniform in [0, 1), so that to draw any of them anew leaves their law as it is; what was never
+asked for is not drawn yet. This is the primary sample space of Kelemen et al., *A simple and robust mutation strategy
+for the Metropolis light transport algorithm*, 2002.
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from scipy.special import ndtr, ndtri
+
+from coverdrive.errors import DataError
+
+_LATE = 16
+"""calls of a moment, from its last one, whose numbers are changed one by one: a start that is drawn until the vehicles
+fit ends with the draw that fits, and no change of the others is of use"""
+_SEEDS = 2.0**53
+"""as many seeds as a uniform number has values"""
+_HIGHEST = np.nextafter(1.0, 0.0)
+"""below 1"""
+
+Uniforms = Float[np.ndarray, "..."]
+
+
+class Tape(np.random.Generator):
+    """A generator whose numbers stay the same for the same place.
+
+    Those of `random`, `uniform`, `normal`, `integers` and the like have a place for each element, so that one may
+    change while the others stay; all that another method draws in a call comes from one number.
+    """
+
+    def __init__(
+        self, values: Mapping[int, Sequence[Uniforms]] | None = None, random: np.random.Generator | None = None
+    ):
+        """Begin at moment 0.
+
+        Args:
+            values: numbers of every moment by call; none have been drawn if left out.
+            random: draws those that are missing; without it, all must be there.
+        """
+        super().__init__(np.random.PCG64(0))  # never drawn from
+        self._values = {moment: list(calls) for moment, calls in (values or {}).items()}
+        self._random, self._moment, self._call = random, 0, 0
+
+    def turn(self, moment: int) -> None:
+        """Go to the beginning of a moment; what the last one knew but did not ask for is forgotten."""
+        if self._call:
+            del self._values[self._moment][self._call :]
+        self._moment, self._call = moment, 0
+
+    def calls(self, moment: int) -> int:
+        """Number of calls at a moment."""
+        return len(self._values.get(moment, ()))
+
+    def until(self, moment: int, random: np.random.Generator) -> "Tape":
+        """The same before a moment; all else is not drawn yet."""
+        return Tape({k: calls for k, calls in self._values.items() if k < moment}, random)
+
+    def nudged(self, first: float, later: float, width: float, random: np.random.Generator) -> "Tape":
+        """The same with some of the numbers moved by about a width, up to 1: drawn anew.
+
+        As normal numbers z they become √(1 − width²) z + width ξ (Neal, *Regression and classification using Gaussian
+        process priors*, 1998), which leaves their law as it is, and moves those in a tail within it.
+
+        In a moment of more than 16 calls only those of the last 16 may change; whether the same ones may change on the
+        way back tells `reversible`.
+
+        Args:
+            first: share of the numbers of moment 0 that are moved.
+            later: share of the others.
+            width: of the moves.
+            random: draws which, and how.
+        """
+
+        def moved(value: Uniforms, share: float) -> Uniforms:
+            picked = random.random(value.shape) < share
+            by = math.sqrt(1 - width**2) * _quantile(value) + width * random.standard_normal(value.shape)
+            return np.where(picked, np.minimum(ndtr(by), _HIGHEST), value)
+
+        values = {
+            k: [*calls[:-_LATE], *(moved(each, later if k else first) for each in calls[-_LATE:])]
+            for k, calls in self._values.items()
+        }
+        return Tape(values, random)
+
+    def reversible(self, other: "Tape", moment: int) -> bool:
+        """Whether at a moment the same numbers of two tapes may be nudged."""
+        mine, theirs = self.calls(moment), other.calls(moment)
+        return mine == theirs or max(mine, theirs) <= _LATE
+
+    @property
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Everything on the tape by name."""
+        places = [(moment, len(value)) for moment, calls in self._values.items() for value in calls]
+        return {
+            "places": np.reshape(np.array(places, dtype=int), (-1, 2)),
+            "values": np.concatenate([np.zeros(0), *(each for calls in self._values.values() for each in calls)]),
+        }
+
+    @staticmethod
+    def of(arrays: Mapping[str, np.ndarray]) -> "Tape":
+        """The inverse of `arrays`; a drive that asks for other numbers is a DataError."""
+        values = dict[int, list[Uniforms]]()
+        places, ends = arrays["places"], np.cumsum(arrays["places"][:, 1])[:-1]
+        parts = np.split(arrays["values"], ends) if len(places) else []
+        for (moment, _), value in zip(places.tolist(), parts, strict=True):
+            values.setdefault(moment, []).append(value)
+        return Tape(values)
+
+    def _uniforms(self, shape: Any = None) -> Any:
+        """The next call's numbers."""
+        size = () if shape is None else (shape,) if isinstance(shape, int | np.integer) else tuple(shape)
+        count, calls = math.prod(size), self._values.setdefault(self._moment, [])
+        known = calls[self._call][:count] if self._call < len(calls) else np.zeros(0)
+        if len(known) < count:
+            if self._random is None:
+                raise DataError(
+                    f"the tape ends at moment {self._moment}: the drive is another one than when it was recorded; "
+                    "drive it with the same version and settings"
+                )
+            known = np.concatenate([known, self._random.random(count - len(known))])
+        calls[self._call : self._call + 1] = [known]
+        self._call += 1
+        return known.reshape(size) if size else float(known[0])
+
+    def _seeded(self) -> np.random.Generator:
+        """A generator for one call."""
+        return np.random.default_rng(int(self._uniforms() * _SEEDS))
+
+
+def _quantile(uniform: Any) -> Any:
+    """Of the standard normal distribution; finite."""
+    return ndtri(np.maximum(uniform, 0.5 / _SEEDS))
+
+
+def _random(uniforms: Callable[..., Any], size: Any = None) -> Any:
+    return uniforms(size)
+
+
+def _uniform(uniforms: Callable[..., Any], low: Any = 0.0, high: Any = 1.0, size: Any = None) -> Any:
+    shape = np.broadcast(low, high).shape or None if size is None else size
+    return low + (np.asarray(high) - low) * uniforms(shape)
+
+
+def _standard_normal(uniforms: Callable[..., Any], size: Any = None) -> Any:
+    return _quantile(uniforms(size))
+
+
+def _integers(
+    uniforms: Callable[..., Any], low: Any, high: Any = None, size: Any = None, dtype: Any = np.int64,
+    endpoint: bool = False,
+) -> Any:  # fmt: skip
+    low, high = (0, low) if high is None else (low, high)
+    shape = np.broadcast(low, high).shape or None if size is None else size
+    drawn = np.floor(low + (np.asarray(high) + endpoint - low) * uniforms(shape)).astype(dtype)
+    return drawn if shape is not None else int(drawn)
+
+
+def _choice(
+    uniforms: Callable[..., Any], a: Any, size: Any = None, replace: bool = True, p: Any = None, axis: int = 0
+) -> Any:
+    if axis != 0 or not (replace or size is None):
+        return NotImplemented
+    among = np.arange(a) if np.ndim(a) == 0 else np.asarray(a)
+    if len(among) == 0:
+        raise ValueError("nothing to choose from")
+    ends = np.linspace(0.0, 1.0, len(among) + 1)[1:] if p is None else np.cumsum(p)
+    return among[np.minimum(np.searchsorted(ends, uniforms(size), side="right"), len(among) - 1)]
+
+
+def _permutation(uniforms: Callable[..., Any], x: Any, axis: int = 0) -> Any:
+    if axis != 0:
+        return NotImplemented
+    among = np.arange(x) if np.ndim(x) == 0 else np.asarray(x)
+    return among[np.argsort(uniforms(len(among)))]
+
+
+_ELEMENTWISE: dict[str, Callable[..., Any]] = {
+    "random": _random,
+    "uniform": _uniform,
+    "standard_normal": _standard_normal,
+    "integers": _integers,
+    "choice": _choice,
+    "permutation": _permutation,
+}
+
+
+def _drawing(name: str) -> Callable[..., Any]:
+    """A method of generators that draws from a tape instead."""
+
+    def draw(self: Any, *args: Any, **options: Any) -> Any:
+        by_element = _ELEMENTWISE.get(name)
+        drawn = by_element(self._uniforms, *args, **options) if by_element else NotImplemented
+        return getattr(self._seeded(), name)(*args, **options) if drawn is NotImplemented else drawn
+
+    return draw
+
+
+for _name, _method in vars(np.random.Generator).items():
+    if callable(_method) and not _name.startswith("_"):
+        setattr(Tape, _name, _drawing(_name))

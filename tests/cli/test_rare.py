@@ -1,0 +1,22 @@
+"""``coverdrive rare`` as a user calls it."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from command import coverdrive
+
+
+@pytest.mark.slow
+def test_an_estimate_is_printed_and_kept(quick_fit: Path, tmp_path: Path) -> None:
+    small = "--particles", "3", "--repetitions", "2", "--workers", "1", "--traffic", "drivers", "--vehicles", "2"
+    called = "rare", quick_fit, *small, "--road", "paper", "--out", tmp_path / "rare"
+    printed = coverdrive(*called, only="stdout")
+    assert "drives" in printed and str(tmp_path / "rare" / "collisions") in printed
+    found = json.loads(coverdrive("--json", *called, only="stdout"))
+    assert len(found["repetitions"]) == 2 and 0 <= found["probability"] <= 1
+    assert "another configuration" in coverdrive(*called, "--seed", "9", status=2)
+    assert "greater than or equal to 2" in coverdrive("rare", quick_fit, "--repetitions", "1", status=2).replace(
+        ">=", "greater than or equal to"
+    )

@@ -1,0 +1,62 @@
+"""Random paths whose probability to reach a level is known."""
+
+import copy
+
+import numpy as np
+from scipy.stats import norm
+
+from coverdrive.dial.tape import Tape
+
+
+class Walk:
+    """Normal steps of variance 1 in all, and a slope that is drawn at the start."""
+
+    def __init__(self, tape: Tape, steps: int = 10, slope: float = 0.0):
+        self.tape, self.steps, self.moment, self.level = tape, steps, 0, 0.0
+        self.slope = slope * float(tape.standard_normal(3).sum()) / np.sqrt(3)
+
+    @property
+    def over(self) -> bool:
+        return self.moment >= self.steps
+
+    def advance(self) -> None:
+        self.moment += 1
+        self.level += float(self.tape.standard_normal()) / np.sqrt(self.steps) + self.slope / self.steps
+
+    def copied(self, tape: Tape) -> "Walk":
+        other = copy.copy(self)
+        other.tape = tape
+        return other
+
+    @staticmethod
+    def probability(barrier: float, steps: int = 10, slope: float = 0.0, points: int = 1001) -> float:
+        """That its level reaches a barrier, by integration over the places below it, step by step."""
+        slopes = np.linspace(-7, 7, 71) if slope else np.zeros(1)
+        weight = norm.pdf(slopes) / norm.pdf(slopes).sum()
+        return float(weight @ [_reached(barrier, steps, slope * each, points) for each in slopes])
+
+
+def _reached(barrier: float, steps: int, slope: float, points: int) -> float:
+    place, deviation = np.linspace(-8, barrier, points), 1 / np.sqrt(steps)
+    width = np.full(points, place[1] - place[0])
+    width[[0, -1]] /= 2
+    density = norm.pdf(place, slope / steps, deviation)
+    step = norm.pdf(place, place[:, None] + slope / steps, deviation)
+    for _ in range(steps - 1):
+        density = (density * width) @ step
+    return 1 - float(density @ width)
+
+
+class Still:
+    """Everything is drawn at the start: a sum of normal numbers, of variance 1."""
+
+    over = True
+
+    def __init__(self, tape: Tape, numbers: int = 6):
+        self.level = float(tape.standard_normal(numbers).sum()) / np.sqrt(numbers)
+
+    def advance(self) -> None:
+        raise AssertionError("it is over")
+
+    def copied(self, tape: Tape) -> "Still":
+        return self

@@ -1,0 +1,139 @@
+import json
+import math
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+from simulation_fakes import ConstantPlanner, fakes, make_scene
+
+from coverdrive.dial import rare as rare_module
+from coverdrive.dial.rare import CONTACT, Drive, Rare, again, danger, rare
+from coverdrive.dial.splitting import Path as Found
+from coverdrive.dial.splitting import _Walk
+from coverdrive.dial.tape import Tape
+from coverdrive.errors import DataError, SettingError
+from coverdrive.planning.planner import MpcPlanner
+from coverdrive.simulation.outcome import Kind
+from coverdrive.simulation.setup import Setup
+from coverdrive.simulation.storage import load_trace
+
+TRAFFICS = "set-sampling", "drivers", "aggressive", "mixed"
+
+
+def reckless(traffic: str = "set-sampling", **changes) -> Setup:
+    """An ego that brakes whoever is behind."""
+    return fakes(partial(ConstantPlanner, -4.0), traffic=traffic, **changes)
+
+
+def driven(setup: Setup, seed: int = 0) -> tuple[Found, _Walk]:
+    walk = _Walk(partial(Drive, setup, setup.participants()), np.random.default_rng(seed))
+    return walk.first(0), walk
+
+
+@pytest.mark.parametrize("traffic", TRAFFICS)
+def test_a_tape_gives_the_same_drive_again(traffic: str):
+    setup = fakes(MpcPlanner, traffic=traffic)
+    path, _ = driven(setup)
+    trace = Drive(setup, setup.participants(), Tape.of(path.tape.arrays)).traced()
+    assert [danger(scene_at(trace, k)) for k in range(len(trace) + 1)] == path.levels
+
+
+def scene_at(trace, moment: int):
+    scene = trace.scene
+    return replace(scene, **{name: value[moment] for name, value in vars(scene).items()})
+
+
+@pytest.mark.parametrize("traffic", TRAFFICS)
+def test_a_drive_that_goes_on_from_a_stop_is_that_from_the_start(traffic: str):
+    path, walk = driven(fakes(MpcPlanner, traffic=traffic), seed=1)
+    assert list(path.stops) == [0, 10]
+    for _ in range(2):  # a stop stays as it is
+        tape = Tape.of(path.tape.arrays)
+        other = Found(tape, path.stops[10].copied(tape), 0, path.levels[:11])
+        walk._go(other)
+        assert other.levels == path.levels
+    cut = walk._from(path, 15)
+    assert cut.levels == path.levels[:15]
+    walk._go(cut)
+    if traffic in ("set-sampling", "mixed"):  # drivers draw little that matters within half a second
+        assert cut.levels != path.levels
+
+
+def test_nothing_drawn_anew_is_the_same_drive():
+    setup = fakes(MpcPlanner, traffic="drivers")
+    path, walk = driven(setup)
+    same = walk._begun(path.tape.nudged(0.0, 0.0, 0.5, np.random.default_rng(0)), 0)
+    walk._go(same)
+    assert same.levels == path.levels
+
+
+def test_danger_grows_towards_a_contact():
+    nearer = [danger(make_scene([0, gap], [1.8, 1.8], [30, 20])) for gap in (60, 30, 15, 8, 5)]
+    assert nearer == sorted(nearer) and nearer[-1] > 40
+    needed = danger(make_scene([0, 14.8], [1.8, 1.8], [30, 20]))
+    assert needed == pytest.approx(11.0**2 / 20)  # it is taken to come nearer by 1 m/s more
+    assert danger(make_scene([0, 0], [1.8, 5.4])) < 0.1 < danger(make_scene([0, 0], [1.8, 5.4], None, [0.1, 0]))
+    assert danger(make_scene([0, 20], [1.8, 1.8], [20, 30])) < 0
+    assert danger(make_scene([0], [1.8])) == -CONTACT
+    assert danger(make_scene([0, 1], [1.8, 1.8])) < CONTACT
+
+
+def test_collisions_are_counted_stored_and_driven_again(tmp_path: Path):
+    setup = reckless(seed=3)
+    result = rare(setup, tmp_path, particles=10, repetitions=2, changes=1)
+    seen = [Drive(setup, setup.participants(), Tape(random=np.random.default_rng(each))) for each in range(30)]
+    share = np.mean([each.traced().outcome.kind is not Kind.FINISHED for each in seen])
+    assert 0.02 < share < 0.98
+    assert abs(result.probability - share) < 5 * math.hypot(result.standard_error, math.sqrt(share * (1 - share) / 30))
+    assert 0 < result.interval[0] < result.probability < result.interval[1] <= 1
+    assert "2 independent repetitions" in result.sentence
+    assert result.collisions
+    for file in result.collisions:
+        trace = load_trace(file)
+        assert trace.outcome.kind is not Kind.FINISHED
+        driven_again = again(setup, file.with_name(f"{file.stem}.tape.npz"))
+        assert np.array_equal(driven_again.scene.states, trace.scene.states)
+    assert result.drives > 10 and result.seconds > 0
+
+
+def test_an_estimate_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    options = {"particles": 4, "changes": 1}
+    first = rare(reckless(), tmp_path, repetitions=2, **options)
+    known = tmp_path / "repetitions" / "0001.json"
+    known.write_text(json.dumps(first.repetitions[1] | {"probability": 0.25}))
+    more = rare(reckless(), tmp_path, repetitions=3, **options)
+    assert more.estimates[:2] == [first.estimates[0], 0.25]
+    known.write_text("half of a fi")
+    assert rare(reckless(), tmp_path, repetitions=2, **options).estimates == first.estimates
+    monkeypatch.setattr(rare_module, "split", None)
+    assert rare(reckless(), tmp_path, repetitions=2, **options).estimates == first.estimates
+    with pytest.raises(DataError, match="another configuration"):
+        rare(reckless(), tmp_path, particles=5)
+
+
+@pytest.mark.slow
+def test_workers_find_the_same(tmp_path: Path):
+    setup = replace(reckless(), planner=ConstantPlanner)
+    one, two = (rare(setup, tmp_path / str(n), particles=4, repetitions=2, workers=n) for n in (1, 2))
+    assert one.estimates == two.estimates
+
+
+def test_intervals():
+    row = {"drives": 1.0, "seconds": 1.0, "collisions": []}
+    found = Rare(Path(), [row | {"probability": each} for each in (1e-5, 2e-5, 3e-5)])
+    assert found.probability == pytest.approx(2e-5)
+    assert found.standard_error == pytest.approx(1e-5 / math.sqrt(3))
+    low, high = found.interval
+    assert low * high == pytest.approx(found.probability**2) and high / low > 10
+    nothing = Rare(Path(), [row | {"probability": 0.0}] * 2)
+    assert nothing.interval == (0.0, 1.0) and "No collision was found" in nothing.sentence
+
+
+def test_what_makes_no_sense_is_refused(tmp_path: Path):
+    with pytest.raises(SettingError, match="at least 2 repetitions"):
+        rare(fakes(), tmp_path, repetitions=1)
+    (tmp_path / "no.tape.npz").write_bytes(b"nothing")
+    with pytest.raises(DataError, match=r"no\.tape\.npz is not the tape of a drive"):
+        again(fakes(), tmp_path / "no.tape.npz")

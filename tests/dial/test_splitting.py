@@ -1,0 +1,115 @@
+from functools import partial
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+from splitting_toys import Still, Walk
+
+from coverdrive.dial import splitting
+from coverdrive.dial.splitting import split
+from coverdrive.errors import SettingError
+
+STEEP = partial(Walk, slope=0.5)
+CASES = {
+    "walk 1e-2": (Walk, 2.35, Walk.probability(2.35)),
+    "still 1e-2": (Still, 2.326, norm.sf(2.326)),
+    "slope 1e-3": (STEEP, 3.5, Walk.probability(3.5, slope=0.5, points=401)),
+    "walk 1e-6": (Walk, 4.7, Walk.probability(4.7)),
+    "still 1e-6": (Still, 4.753, norm.sf(4.753)),
+    "slope 1e-5": (STEEP, 4.7, Walk.probability(4.7, slope=0.5, points=401)),
+}
+
+
+def estimates(start, barrier: float, repetitions: int, particles: int, **options) -> np.ndarray:
+    return np.array([
+        split(start, np.random.default_rng((5, each)), barrier, particles, **options).probability
+        for each in range(repetitions)
+    ])  # fmt: skip
+
+
+def apart(found: np.ndarray, truth: float) -> float:
+    """Standard errors between the mean and the truth."""
+    return abs(found.mean() - truth) / (found.std(ddof=1) / np.sqrt(len(found)))
+
+
+def test_truths_agree_with_many_walks():
+    steps = np.random.default_rng(0).standard_normal((200_000, 10)) / np.sqrt(10)
+    many = (steps.cumsum(1).max(1) >= 2.35).mean()
+    assert many == pytest.approx(Walk.probability(2.35), rel=0.1)
+
+
+@pytest.mark.parametrize("name", ["walk 1e-2", "still 1e-2"])
+def test_it_finds_the_probability(name: str):
+    start, barrier, truth = CASES[name]
+    found = estimates(start, barrier, 8, 40)
+    assert apart(found, truth) < 3
+    assert found.std() < truth
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CASES)
+def test_it_is_right_down_to_a_millionth(name: str):
+    start, barrier, truth = CASES[name]
+    found = estimates(start, barrier, 24, 200)
+    assert apart(found, truth) < 3
+    assert found.std(ddof=1) / np.sqrt(len(found)) < 0.35 * truth
+
+
+def test_changes_that_forget_the_level_are_wrong(monkeypatch: pytest.MonkeyPatch):
+    """Copies that fell back count as if they were above the level, so that too few surpass the next one."""
+    start, barrier, truth = CASES["still 1e-2"]
+    right = splitting._Walk.changed
+    monkeypatch.setattr(splitting._Walk, "changed", lambda self, path, level: right(self, path, level - 0.5))
+    found = estimates(start, barrier, 12, 60)
+    assert found.mean() < truth / 2 and apart(found, truth) > 5
+
+
+def test_changes_of_what_does_not_matter_are_wrong(monkeypatch: pytest.MonkeyPatch):
+    """Copies stay what they are: all that was drawn at the start is kept, and a rare start is never found."""
+    start, barrier, truth = CASES["still 1e-6"]
+    monkeypatch.setattr(splitting._Walk, "_tried", lambda self, path, level: None)
+    found = estimates(start, barrier, 12, 60)
+    assert found.max() < truth / 3
+
+
+def test_what_is_certain_or_never_happens():
+    certain = split(Still, np.random.default_rng(0), -100.0, 20)
+    assert certain.probability == 1 and len(certain.found) == 20 and not certain.stages
+    walk = split(partial(Walk, steps=3), np.random.default_rng(0), np.inf, 10)
+    assert walk.probability == 0 and not walk.found
+
+
+def test_paths_that_all_end_alike_are_given_up_together():
+    class Flat(Still):
+        def __init__(self, tape):
+            super().__init__(tape)
+            self.level = float(self.level > 1)
+
+    found = [split(Flat, np.random.default_rng(each), 1.0, 30).probability for each in range(20)]
+    assert apart(np.array(found), norm.sf(1)) < 3
+    assert split(Flat, np.random.default_rng(0), 2.0, 30).probability == 0
+
+
+def test_what_is_found_got_there_and_its_tape_leads_there_again():
+    result = split(STEEP, np.random.default_rng(0), 2.0, 40)
+    assert result.found and len(result.stages) == len({stage.level for stage in result.stages})
+    for path in result.found:
+        assert path.level >= 2.0
+        assert through(type(path.tape).of(path.tape.arrays)) == path.levels
+
+
+def through(tape) -> list[float]:
+    """The levels of a path along a tape from its start."""
+    walk = STEEP(tape)
+    levels = [walk.level]
+    while not walk.over:
+        tape.turn(len(levels))
+        walk.advance()
+        levels.append(walk.level)
+    return levels
+
+
+def test_numbers_that_make_no_sense_are_refused():
+    for particles, kept in ((1, 0.5), (10, 1.0), (10, 0.0)):
+        with pytest.raises(SettingError, match="at least 2 paths"):
+            split(Still, np.random.default_rng(0), 1.0, particles, kept)
