@@ -14,7 +14,7 @@ from coverdrive.recordings.recording import Recording
 from coverdrive.settings import merged
 from coverdrive.simulation.episode import EpisodeSettings
 from coverdrive.simulation.places import place_of, recorded_place
-from coverdrive.simulation.predictor import Predictor
+from coverdrive.simulation.predictor import Belief, Predictor
 from coverdrive.simulation.replay import cut_scenarios
 from coverdrive.simulation.setup import AnyPlanner, AnyTraffic, Setup
 from coverdrive.simulation.statistics import collision_table, widest_interval
@@ -209,7 +209,7 @@ def simulate(
 
 
 def setup_of(
-    predictor: Predictor,
+    predictor: Belief,
     planner: AnyPlanner | None,
     traffic: AnyTraffic,
     vehicles: Sequence[int] | None,

@@ -19,6 +19,7 @@ from coverdrive.paths import PredictedPaths
 from coverdrive.prediction.boxes.boxes import TUBE
 from coverdrive.prediction.boxes.network import BoxNetwork
 from coverdrive.prediction.stored import StoredPredictor, TimeGrid, features_of, grid_of, others_of
+from coverdrive.prediction.under_way import lane_changes
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 
@@ -58,7 +59,9 @@ class BoxPredictor(StoredPredictor):
         *,
         like: TimeGrid | None = None,
     ) -> PredictedPaths:
-        """One path for each arm of each vehicle's boxes.
+        """One path for each arm of each vehicle's boxes, and one for each lane change that is under way.
+
+        The latter is there for those whom boxes of scale 1 do not hold, whatever the scale, but for that of 0.
 
         Arguments and errors as of the predictor of a basis.
         """
@@ -66,13 +69,18 @@ class BoxPredictor(StoredPredictor):
         vehicle = np.flatnonzero(others_of(scene, ego))
         times = period * np.arange(count + 1)
         centre, half_sizes = self._boxes_at(scene, road, vehicle, times)
-        half_sizes = self.scale * half_sizes
         lon, lat, speed, heading, length, width = (np.asarray(each)[vehicle, None] for each in scene.measures)
         centre[..., 0] += lon + times * (speed * np.cos(heading))
         centre[..., 1] += lat
         body = np.stack([length, width], axis=-1) / 2
-        first, *others = (PredictedPaths(centre, vehicle, arm * half_sizes + body, period) for arm in self.network.arms)
-        return reduce(PredictedPaths.joined, others, first)
+        paths = [
+            PredictedPaths(centre, vehicle, self.scale * arm * half_sizes + body, period) for arm in self.network.arms
+        ]
+        if self.scale > 0:
+            calibrated = PredictedPaths(centre, vehicle, self.network.arms[-1] * half_sizes + body, period)
+            changes = lane_changes(calibrated, scene)
+            paths += [changes] if len(changes) else []
+        return reduce(PredictedPaths.joined, paths)
 
     def choices(
         self, scene: Scene, road: Road, times: Float[np.ndarray, " n"]
