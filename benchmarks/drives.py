@@ -23,22 +23,19 @@ OURS = Path(__file__).parents[1] / "src"
 
 
 def serve(file: Path) -> None:
-    """Drive what is asked for, line by line, with the package that this process finds."""
+    """Drive what is asked for, line by line, with the package that this process finds, as a worker of a study does."""
     from coverdrive.prediction.predictor import Predictor
     from coverdrive.simulation.setup import Setup
-    from coverdrive.simulation.trial import measure
+    from coverdrive.simulation.workers import _run_in_worker
 
-    predictor, setups = Predictor.load(file), dict[str, tuple[Setup, Any]]()
+    predictor = Predictor.load(file)
+    setups = {name: Setup(predictor, traffic=name, vehicles=vehicles) for name, vehicles in TRAFFICS.items()}
     for line in sys.stdin:
         traffic, trial = json.loads(line)
-        if traffic not in setups:
-            setup = Setup(predictor, traffic=traffic, vehicles=TRAFFICS[traffic])
-            setups[traffic] = setup, setup.participants()
-        setup, participants = setups[traffic]
         begun = time.process_time()
-        trace = setup.drive(trial, participants)
-        row = measure(trace, setup.seed, trial)
-        print(json.dumps({"row": row, "steps": len(trace), "seconds": time.process_time() - begun}), flush=True)
+        row = _run_in_worker(setups[traffic], traffic, trial)
+        seconds, steps = time.process_time() - begun, round(row["time"] / setups[traffic].episode.step)
+        print(json.dumps({"row": row, "steps": steps, "seconds": seconds}), flush=True)
 
 
 class Checkout:

@@ -65,6 +65,18 @@ def test_prediction(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.slow
+def test_drives(tmp_path: Path) -> None:
+    """In a process of its own, which keeps to one core; against itself."""
+    out = tmp_path / "drives.json"
+    subprocess.run([sys.executable, FOLDER / "drives.py", "--trials", "1", "--out", str(out)], check=True)
+    result = json.loads(out.read_text(encoding="utf-8"))
+    assert set(result) == {"drivers", "set-sampling", "aggressive"}
+    for each in result.values():
+        assert each["equal rows"] == each["trials"] == 1
+        assert 0.2 < each["ratio"] < 5
+
+
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="the peak memory of a process is read from Linux's /proc")
 def test_portal(tmp_path: Path) -> None:
     """In a process of its own, whose memory is measured."""

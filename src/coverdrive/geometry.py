@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float
 
+from coverdrive.scene import beside
+
 Array = Any
 """NumPy arrays and scalars"""
 Numbers = Float[Array, "*#n"]
@@ -17,7 +19,7 @@ Pairs = Float[Array, "*#n 2"]
 
 def turned_half_extents(half_sizes: Pairs, heading: Numbers) -> Pairs:
     """Half extents [m] along the road's axes of the smallest upright box around a turned box."""
-    return np.stack(turned_extents(half_sizes[..., 0], half_sizes[..., 1], heading), axis=-1)
+    return beside(*turned_extents(half_sizes[..., 0], half_sizes[..., 1], heading))
 
 
 def turned_extents(half_length: Array, half_width: Array, heading: Array) -> tuple[Array, Array]:
@@ -97,4 +99,4 @@ def _turned_into(offset: Pairs, heading: Any) -> Pairs:
     """The offset [m] as seen from a body with the heading [rad]: how far ahead, how far to the left."""
     cosine, sine = np.cos(heading), np.sin(heading)
     lon, lat = offset[..., 0], offset[..., 1]
-    return np.stack([lon * cosine + lat * sine, lat * cosine - lon * sine], axis=-1)
+    return beside(lon * cosine + lat * sine, lat * cosine - lon * sine)

@@ -5,11 +5,22 @@ that hold no vehicle have ``valid`` False and arbitrary finite values.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import jax
 import numpy as np
 from jax import Array
 from jaxtyping import Bool, Float
+
+
+def beside(*columns: Any) -> np.ndarray:
+    """Arrays of the same shape and type, beside one another along a new last axis: `np.stack` without its questions."""
+    first = np.asarray(columns[0])
+    result = np.empty((*first.shape, len(columns)), first.dtype)
+    for i, column in enumerate(columns):
+        result[..., i] = column
+    return result
+
 
 Values = Float[Array | np.ndarray, "*batch A"]
 
@@ -47,12 +58,12 @@ class Scene:
     @property
     def states(self) -> Float[np.ndarray, "*batch A 4"]:
         """The state (lon, lat, speed, heading) of every slot."""
-        return np.stack([self.lon, self.lat, self.speed, self.heading], axis=-1)
+        return beside(self.lon, self.lat, self.speed, self.heading)
 
     @property
     def half_sizes(self) -> Float[np.ndarray, "*batch A 2"]:
         """Half length and half width [m] of every slot."""
-        return np.stack([self.length, self.width], axis=-1) / 2
+        return beside(self.length, self.width) / 2
 
     def mirrored(self) -> "Scene":
         """The same scene with left and right exchanged (lat → −lat)."""

@@ -276,7 +276,7 @@ class MpcPlanner:
             extra=settings.lane_change * (np.array(targets.lanes) != held)
             + settings.lane_end * ~targets.lasting[targets.lanes]
             + problem.cost.speed / problem.dt * targets.lost[targets.lanes]
-            + settings.wished_lane * np.array([self._wish.away(target) for target in targets.lanes]),
+            + settings.wished_lane * self._wish.away(targets.lanes),
             last=np.array([known.get(target, nothing) for target in targets.lanes]),
             rest=memory.rest if memory else np.zeros((problem.steps, 2)),
             accelerations=self._accelerations,

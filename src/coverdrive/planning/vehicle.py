@@ -13,6 +13,7 @@ from pydantic import Field
 
 from coverdrive.compiled import compiled
 from coverdrive.road_ahead import TINY, Bend, State
+from coverdrive.scene import beside
 from coverdrive.settings import Settings
 
 
@@ -78,7 +79,7 @@ def moved(state: tuple[Any, Any, Any, Any], inputs: tuple[Any, Any], dt: float) 
 def step(state: Float[np.ndarray, "*n 4"], inputs: Float[np.ndarray, "*n 2"], dt: float) -> Float[np.ndarray, "*n 4"]:
     """`moved` of states (lon, lat, speed, heading) under inputs (acceleration, yaw rate) held for dt [s]."""
     lon, lat, speed, heading = (state[..., i] for i in range(4))
-    return np.stack(moved((lon, lat, speed, heading), (inputs[..., 0], inputs[..., 1]), dt), axis=-1)
+    return beside(*moved((lon, lat, speed, heading), (inputs[..., 0], inputs[..., 1]), dt))
 
 
 @compiled

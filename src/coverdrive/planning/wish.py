@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 
 @dataclass(frozen=True)
@@ -18,9 +18,9 @@ class Wish:
     lat: float | None = None
     """[m] where to be in these lanes; None: in their middle"""
 
-    def away(self, lane: int) -> int:
-        """How many lanes it is from a lane to the nearest one that is wanted."""
-        return min((abs(lane - each) for each in self.lanes), default=0)
+    def away(self, lanes: Sequence[int]) -> Int[np.ndarray, " n"]:
+        """How many lanes it is from each of some lanes to the nearest one that is wanted."""
+        return np.abs(np.subtract.outer(lanes, self.lanes)).min(1) if self.lanes else np.zeros(len(lanes), dtype=int)
 
     def places(self, lanes: Sequence[int], centres: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
         """lat [m] that is aimed at in each of some lanes, whose centres are given."""

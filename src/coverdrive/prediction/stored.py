@@ -9,6 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Protocol, TypeVar, runtime_checkable
 
+import jax
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Int
 
@@ -18,6 +19,8 @@ from coverdrive.prediction.learning.affordance import FEATURES, MOTION, describe
 from coverdrive.prediction.storage import fingerprint_of, save_arrays
 from coverdrive.road import Road
 from coverdrive.scene import Scene
+
+jax.config.update("jax_cpu_enable_async_dispatch", False)  # a few vehicles are not worth another thread
 
 P = TypeVar("P", bound="StoredPredictor")
 

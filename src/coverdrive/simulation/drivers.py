@@ -124,12 +124,11 @@ def neighbours(lon: Values, length: Values, there: Bool[np.ndarray, "*batch A A"
 
     ``there`` says whether vehicle j (last axis) is in the lane that vehicle i looks at; itself is never looked at.
     """
-    slots, shape = lon.shape[-1], lon.shape
+    shape, slots = lon.shape, lon.shape[-1]
     found, gaps = np.zeros((2, *shape), dtype=np.int64), np.full((2, *shape), FREE)
-    _write_nearest(
-        *(np.ascontiguousarray(each).reshape(-1, slots) for each in (lon, length)),
-        np.ascontiguousarray(there).reshape(-1, slots, slots), found.reshape(2, -1, slots), gaps.reshape(2, -1, slots),
-    )  # fmt: skip
+    lons, lengths = (np.ascontiguousarray(each).reshape(-1, slots) for each in (lon, length))
+    looked_at = np.ascontiguousarray(there).reshape(-1, slots, slots)
+    _write_nearest(lons, lengths, looked_at, found.reshape(2, -1, slots), gaps.reshape(2, -1, slots))
     return Neighbours(found[0], gaps[0], found[1], gaps[1])
 
 

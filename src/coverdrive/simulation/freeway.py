@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from coverdrive.scene import beside
 from coverdrive.simulation.course import Course
 from coverdrive.simulation.drivers import (
     FREE,
@@ -101,7 +102,7 @@ class Freeway:
         pace = way * 30 * s**2 * (1 - s) ** 2 * self._progress_rate()
         lat_rate = pace + amplitude * np.cos(angle) * 2 * np.pi / wave * self.speed
         speed, heading = np.hypot(self.speed, lat_rate), np.arctan2(lat_rate, self.speed)
-        return np.stack([self.lon, lat, speed, heading], axis=-1)
+        return beside(self.lon, lat, speed, heading)
 
     def advance(self, dt: float) -> None:
         """Drive for dt [s] behind the vehicle ahead in all lanes that are used."""
