@@ -159,6 +159,7 @@ class Results:
             certified=self.certified,
             learned=self.learned,
             compared=self.methods,
+            dialled=self.dialled,
             league=self.league,
         )
 

@@ -120,6 +120,7 @@ def test_a_dial_goes_on_where_it_was_and_nothing_is_lost(turned: Dialled, tmp_pa
     assert damaged.with_suffix(".damaged").exists()
 
 
+@pytest.mark.slow
 def test_what_is_proved_does_not_depend_on_the_workers(turned: Dialled, tmp_path: Path) -> None:
     assert dialled(SETUP, PREDICTOR, tmp_path / "two", REQUEST, workers=2).record == turned.record
 

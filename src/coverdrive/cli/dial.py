@@ -125,7 +125,7 @@ def dial_and_print(
 ) -> "Dialled":
     """Turn the dial, say what is proved, and let the folder use it; a `CertificateError` if it is too little."""
     from coverdrive.errors import CertificateError
-    from coverdrive.reporting.dial_table import frontier_table
+    from coverdrive.reporting.frontier import frontier_table
 
     try:
         with stages():

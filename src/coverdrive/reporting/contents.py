@@ -10,6 +10,7 @@ import polars as pl
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.comparison import Compared
 from coverdrive.certificates.evaluation import Evaluation, Rate
+from coverdrive.dial.dial import Dialled
 from coverdrive.prediction.fit import Fit
 from coverdrive.prediction.learned import Learned
 from coverdrive.prediction.occupied import Occupied
@@ -64,6 +65,8 @@ class Fitted:
     learned: Learned
     compared: Sequence[Compared] = ()
     """all methods of calibration; empty before ``coverdrive certify``"""
+    dialled: Dialled | None = None
+    """what drives were proved to risk with these sets; none before ``coverdrive dial``"""
     league: pl.DataFrame | None = None
     """the table of `coverdrive.league.table`; none before ``coverdrive league``"""
 

@@ -16,6 +16,7 @@ from coverdrive.reporting.basis_figure import basis_figure
 from coverdrive.reporting.contents import Contents
 from coverdrive.reporting.drawing import save
 from coverdrive.reporting.figure import Figure
+from coverdrive.reporting.frontier import frontier_figure
 from coverdrive.reporting.league_figure import league_figure
 from coverdrive.reporting.learned_figures import areas_figure, losses_figure, scores_figure, set_sizes_figure
 from coverdrive.reporting.risk_figure import risk_figure
@@ -37,6 +38,8 @@ def figures_of(contents: Contents) -> dict[str, Figure]:
         }
     if any(each.certificate for each in contents.compared):
         figures["methods"] = risk_figure(contents.compared)
+    if contents.dialled is not None:
+        figures["dial"] = frontier_figure(contents.dialled.frontier)
     if contents.league is not None and (shown := league_figure(contents.league)):
         figures["league"] = shown
     if trials is not None:

@@ -18,7 +18,7 @@ from coverdrive.reporting.figure import Figure, to_json
 from coverdrive.reporting.figures import figures_of
 from coverdrive.reporting.league_table import league_of
 from coverdrive.reporting.page.replay import SEVERITY, SLACK, STATUSES, replay_data
-from coverdrive.reporting.page.summary import ends, facts, heading, tiles, verdict
+from coverdrive.reporting.page.summary import ends, facts, heading, shown_certificates, tiles, verdict
 from coverdrive.reporting.page.trials import COLUMNS, LEAST_FIRST, trial_rows
 from coverdrive.simulation.notable import NEAR_GAP, NEAR_TIME, NEARLY
 from coverdrive.simulation.outcome import Kind
@@ -41,7 +41,7 @@ def page(contents: Contents) -> str:
             figures_of(contents),
             contents=contents,
             league=None if contents.league is None else league_of(contents.league),
-            certificates=contents.certified.certificates,
+            certificates=shown_certificates(contents),
             heading=heading(contents),
             verdict=verdict(contents),
             tiles=tiles(contents),

@@ -6,10 +6,11 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
+from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.evaluation import Rate
 from coverdrive.numbers import at_most, interval, percent
 from coverdrive.plan import Status
-from coverdrive.reporting.claim import set_facts, strength, whose
+from coverdrive.reporting.claim import proved, set_facts, strength, whose
 from coverdrive.reporting.contents import Contents
 from coverdrive.simulation.notable import COLLIDED, NEARLY
 from coverdrive.simulation.outcome import Cause, Fault
@@ -56,6 +57,12 @@ def verdict(contents: Contents) -> str:
     )
 
 
+def shown_certificates(contents: Contents) -> list[Certificate]:
+    """Of the calibrated sets, and of those that were planned against if they are others."""
+    driven = contents.certified.driven[0]
+    return [*contents.certified.certificates, *([] if driven.scale == 1 else [driven])]
+
+
 def tiles(contents: Contents) -> list[Tile]:
     """The numbers that count."""
     certificate, observed, trials = contents.certified.certificates[0], _observed(contents), contents.driven
@@ -78,6 +85,7 @@ def tiles(contents: Contents) -> list[Tile]:
         ]
     collided, missed = _collided(trials), miss_rate(trials, "prediction_misses", "windows")
     unsafe, rear = (percent(plan_share(trials, status)) for status in (Status.UNSAFE, Status.REAR))
+    driven = contents.certified.driven[0]
     braking = float(trials["hardest_braking"].to_numpy().max())
     return [
         Tile(f"{collided.count} of {collided.total}", "drives with a collision",
@@ -89,7 +97,8 @@ def tiles(contents: Contents) -> list[Tile]:
         Tile(percent(plan_share(trials, Status.SOLVED, Status.FALLBACK)), "plans clear of all predicted paths",
              f"unsafe: {unsafe}; rear: {rear}"),
         Tile(percent(missed.missed / max(missed.total, 1)), "windows missed in the drives",
-             f"95 %: {interval(missed.low, missed.high)}; not certified for this traffic"),
+             f"95 %: {interval(missed.low, missed.high)}; sets of scale {driven.scale:.2g}: in traffic like the "
+             f"recorded one {proved(driven)}"),
     ]  # fmt: skip
 
 

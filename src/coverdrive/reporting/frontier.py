@@ -1,4 +1,4 @@
-"""The frontier of risk and speed as a table for the terminal."""
+"""The frontier of risk and speed, as a table for the terminal and as a figure."""
 
 from typing import Any
 
@@ -7,6 +7,8 @@ from rich.table import Table
 
 from coverdrive.dial.frontier import OURS, drives_to_tell
 from coverdrive.numbers import at_most, interval, percent
+from coverdrive.reporting import style
+from coverdrive.reporting.figure import Axis, Figure, Mark, Panel, Points
 from coverdrive.reporting.fitting import columns_table
 
 
@@ -19,6 +21,42 @@ def frontier_table(lines: pl.DataFrame) -> Table:
         "windows: bound on what the sets miss of recorded traffic" + untold(lines),
         first={},
     )
+
+
+_MARKERS = "osD^v*pHPXd"
+_CAPTION = (
+    "Collisions against the mean speed of the ego at every scale λ of the sets, and of others; up and left is better. "
+    "Horizontal: 95 % Clopper–Pearson intervals; vertical: 95 % intervals of the mean. "
+)
+
+
+def frontier_figure(lines: pl.DataFrame) -> Figure:
+    """Risk and speed of everybody at every scale."""
+    who = lines["who"].unique(maintain_order=True).to_list()
+    marks = [mark for line in lines.iter_rows(named=True) for mark in _marks(line, who.index(line["who"]))]
+    panel = Panel(marks, Axis("drives with a collision [%]"), Axis("mean speed [m/s]"), title="Risk and speed")
+    return Figure(
+        [[panel]], height=3.4, caption=(_CAPTION + untold(lines).removeprefix("; ")).strip(), legend_columns=4
+    )
+
+
+def _marks(line: dict[str, Any], number: int) -> list[Mark]:
+    """One mark, with its intervals along both axes."""
+    proof = line["drives_of"] == "proof"
+    look: dict[str, Any] = {
+        "x": [100 * line["collisions"] / line["drives"]], "y": [line["mean_speed"]],
+        "colour": style.CYCLE[(number + 4 * proof) % len(style.CYCLE)], "marker": _MARKERS[number % len(_MARKERS)],
+        "name": f"{line['who']}, {line['drives_of']}",
+    }  # fmt: skip
+    low, high = 100 * line["rate_low"], 100 * line["rate_high"]
+    scale = "" if line["scale"] is None else f", λ = {line['scale']:g}"
+    said = f"{line['who']}{scale}\n{line['collisions']} of {line['drives']} collided ({low:.2g}–{high:.2g} %)"
+    marks: list[Mark] = [
+        Points(**look, low=[low], high=[high], along="x", hover=[f"{said}\n{line['mean_speed']:.2f} m/s"])
+    ]
+    if line["speed_low"] is not None:
+        marks.append(Points(**look, low=[line["speed_low"]], high=[line["speed_high"]]))
+    return marks
 
 
 def _cells(line: dict[str, Any]) -> tuple[str, ...]:
