@@ -175,7 +175,8 @@ def make_contents(traces: dict[int, Trace] | None = None, bases: int = 5) -> Con
         settings="seed = 0",
         predictor=Predictor(basis, network, Thresholds.at(random.uniform(size=bases), 0.5), certificate, np.arange(2)),
         certified=Certified(
-            (certificate,), evaluation, (certificate, evaluation), Occupied((0.5, 1.0), (2.0, 9.0), (3.0, 12.0), evaluation),
+            (certificate,), evaluation, (certificate, evaluation),
+            Occupied((0.5, 1.0), (2.0, 9.0), (3.0, 12.0), evaluation),
             Rate(3, 1000, 0.0, 0.1),
             {"segments": 100, "train": 50, "calibration": 30, "test": 20, "dropped": 0},
         ),
