@@ -22,10 +22,12 @@ from pydantic import TypeAdapter
 
 import coverdrive
 from coverdrive.certificates.comparison import Compared
+from coverdrive.certificates.drives import drives_needed
 from coverdrive.certificates.evaluation import evaluate
 from coverdrive.config import Experiment
 from coverdrive.dial.dial import Dialled, Request, dialled
 from coverdrive.dial.frontier import setups_beside
+from coverdrive.dial.groups import ChosenOnGroups, across_groups, chosen_share
 from coverdrive.errors import DataError
 from coverdrive.files import number_in_name, write_atomically, write_json
 from coverdrive.league.entrants import Known
@@ -33,7 +35,7 @@ from coverdrive.league.known import known_of, paper_settings_like
 from coverdrive.league.table import SCHEMA
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.prediction.cover.basis_study import StudiedBasis, basis_record, point_table
-from coverdrive.prediction.fit import Fit, PredictionSettings, fit
+from coverdrive.prediction.fit import Fit, PredictionSettings, fit, scale_left
 from coverdrive.prediction.held_out import Source, held_out
 from coverdrive.prediction.learned import Learned
 from coverdrive.prediction.predictor import AnyPredictor, Predictor
@@ -323,9 +325,40 @@ class Results:
             self.save_dialled(found)
         return found
 
+    def choose_on_groups(
+        self,
+        experiment: Experiment,
+        request: Request,
+        recordings: Sequence[Path],
+        road: str | None = None,
+        *,
+        workers: int = 1,
+        cluster: str | None = None,
+    ) -> ChosenOnGroups:
+        """Choose the scale on replays of groups of scenes, each driven by what was fitted to all others.
+
+        Too few groups prove nothing of drives. Everything uses the scale from then on. Arguments and errors as of
+        `dial`, and a DataError if all scenes share vehicles.
+        """
+        read = self.experiment.recordings(recordings)
+        folder = self.folder / self.study_name(experiment.traffic.kind, road, DIAL)
+        setup = replace(self.study(experiment, recordings).setup, scenarios=())
+        table = across_groups(read, self.settings, setup, folder, request.pilot, workers=workers, cluster=cluster)
+        share = chosen_share(table)
+        scale = scale_left(self.predictor, self.scored.calibration, share)
+        self._use_scale(scale)
+        needed = drives_needed(0, request.risk, request.confidence)
+        return ChosenOnGroups(share, scale, table["group"].n_unique(), needed, table)
+
     def save_dialled(self, dialled: Dialled) -> None:
         """Let everything use the sets that were proved; studies with others are set aside, each beside its folder."""
-        before, predictor = self.predictor, self.predictor.scaled(dialled.scale)
+        self._use_scale(dialled.scale)
+        write_json(self.folder / DIALLED, dialled.record)
+        self._seal(DIALLED)
+
+    def _use_scale(self, scale: float) -> None:
+        """Let the predictor have sets of a scale, of which nothing is proved yet."""
+        before, predictor = self.predictor, self.predictor.scaled(scale)
         certified, scored, experiment = self.certified, self.scored, self.experiment
         if predictor.scale != before.scale:
             for study in sorted(self.folder.glob(f"{STUDY}*")):
@@ -336,8 +369,7 @@ class Results:
         driven = predictor.certificate, evaluate(predictor.rule, scored.test, predictor.scale)
         changed = replace(certified, driven=driven)
         write_json(self.folder / CERTIFICATE, certificate_record(changed))
-        write_json(self.folder / DIALLED, dialled.record)
-        self._seal(CONFIG, PREDICTOR, CERTIFICATE, DIALLED)
+        self._seal(CONFIG, PREDICTOR, CERTIFICATE, void=(DIALLED,))
 
     # what holds the folder together
 
@@ -354,9 +386,9 @@ class Results:
             raise DataError(f"{file}: expected results of format {_FORMAT}, got {found.get('format')!r}; fit again")
         return found["files"]
 
-    def _seal(self, *names: str) -> None:
-        """Write the digests of files into the manifest."""
-        known = self._digests if self.holds_fit else {}
+    def _seal(self, *names: str, void: Collection[str] = ()) -> None:
+        """Write the digests of files into the manifest, and leave out those that are void."""
+        known = {name: each for name, each in (self._digests if self.holds_fit else {}).items() if name not in void}
         files = known | {name: _digest(self.folder / name) for name in names}
         write_json(self.folder / MANIFEST, {"format": _FORMAT, "coverdrive": coverdrive.__version__, "files": files})
         self.__dict__ = {"folder": self.folder}  # whatever was read is void

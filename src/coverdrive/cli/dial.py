@@ -93,6 +93,8 @@ def dial(
 
     - among reacting drivers: `coverdrive dial results --traffic drivers --risk 0.002`
     - one scale, named beforehand: `coverdrive dial results --traffic aggressive --vehicles 8 10 12 --scales 0.4`
+    - on recorded traffic, where groups of scenes choose, and too few prove nothing: `coverdrive dial results --traffic
+      replay --recording scenarios/`
     - with others on the frontier: `coverdrive dial results --traffic drivers --beside idm-mobil constant-velocity`
     """
     with waiting():
@@ -110,6 +112,15 @@ def dial(
     )
     tried = tuple(scales or SCALES)
     request = Request(0.01 if risk is None else risk, confidence, event, tried, procedure, pilot, most)
+    if experiment.traffic.kind == "replay":
+        with stages():
+            chosen = results.choose_on_groups(
+                experiment, request, recording or [], road, workers=experiment.study.workers or os.cpu_count() or 1,
+                cluster=cluster,
+            )  # fmt: skip
+        console.print(f"• {chosen.sentence}")
+        return {"results": str(folder), "reached": False, "scale": chosen.scale, "sentence": chosen.sentence,
+                "groups": chosen.table.to_dicts()}  # fmt: skip
     found = dial_and_print(results, experiment, request, recording or [], road, cluster, beside or [])
     return {"results": str(folder), **found.record}
 

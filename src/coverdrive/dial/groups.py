@@ -11,7 +11,7 @@ numbers that both have belong to vehicles of the same size.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -156,6 +156,38 @@ def across_groups(
     found = pl.DataFrame(lines, infer_schema_length=None)
     write_atomically(folder / "groups.csv", found.write_csv)
     return found
+
+
+@dataclass(frozen=True)
+class ChosenOnGroups:
+    """A scale that was chosen on replays, of which nothing is proved."""
+
+    share: float
+    """of calibration windows that leave the sets"""
+    scale: float
+    """λ with which those of the predictor do"""
+    groups: int
+    """groups of scenes that share no vehicle"""
+    needed: int
+    """groups without a collision that would prove the risk that was asked for"""
+    table: pl.DataFrame
+    """of `across_groups`"""
+
+    @property
+    def sentence(self) -> str:
+        """What was chosen, and why nothing is proved."""
+        known, ours = (self.table.filter(pl.col("share") == share) for share in (FUTURE, self.share))
+        spread = " and ".join(
+            f"{mine['mean_speed']:.1f} m/s of {best['mean_speed']:.1f} with the future known, {mine['collisions']} "
+            f"collisions in {mine['drives']} drives, {mine['share_unsafe']:.1%} unsafe plans"
+            for mine, best in zip(ours.iter_rows(named=True), known.iter_rows(named=True), strict=True)
+        )
+        return (
+            f"Nothing is proved of replays: {self.groups} groups of scenes share no vehicle, and {self.needed:,} would "
+            "be needed, none with a collision. Chosen are sets that a calibration vehicle leaves in "
+            f"{self.share:.0%} of its windows (scale {self.scale:.2g}); in the groups, each driven by what was fitted "
+            f"to the others: {spread}."
+        )
 
 
 def chosen_share(table: pl.DataFrame) -> float:
