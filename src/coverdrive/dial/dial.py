@@ -85,7 +85,8 @@ class Dialled:
         """What other drives depend on that is not as it was proved, by dotted names: as proved, and there."""
         here = flat(json.loads(json.dumps(setup.description() | {"seed": None})))
         proved = flat({**self.driven, "seed": None})
-        different = sorted(name for name in proved | here if proved.get(name) != here.get(name))
+        different = [name for name in proved | here if proved.get(name) != here.get(name)]
+        different.sort(key=lambda name: (not name.endswith("kind"), name))
         return {name: (proved.get(name), here.get(name)) for name in different}
 
     @property
