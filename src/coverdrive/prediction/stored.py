@@ -61,6 +61,10 @@ class StoredPredictor(ABC):
 
     @property
     @abstractmethod
+    def _values(self) -> Any: ...
+
+    @property
+    @abstractmethod
     def _arrays(self) -> dict[str, np.ndarray]: ...
 
     @property
@@ -68,8 +72,13 @@ class StoredPredictor(ABC):
     def _header(self) -> dict[str, Any]: ...
 
     def scaled(self: P, scale: float) -> P:
-        """The same with sets of another scale λ; `SettingError` unless it is between 0 and 100."""
-        return replace(self, scale=checked_scale(scale))  # pyright: ignore[reportArgumentType]
+        """The same with sets of another scale λ; `SettingError` unless it is between 0 and 100.
+
+        What is compiled does not depend on the scale, and is shared.
+        """
+        scaled = replace(self, scale=checked_scale(scale))  # pyright: ignore[reportArgumentType]
+        scaled.__dict__["_values"] = self._values
+        return scaled
 
     @property
     def certificate(self) -> Certificate:

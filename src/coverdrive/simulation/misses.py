@@ -12,14 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from coverdrive.geometry import turned_half_extents
-from coverdrive.paths import PredictedPaths
+from coverdrive.prediction.inside import inside
 from coverdrive.simulation.initial import EGO
 from coverdrive.simulation.outcome import Cause, Kind
 from coverdrive.simulation.trace import Trace
-
-_TOLERANCE = 0.01
-"""[m] by which a body may leave a box, because between two steps of the trace its position is not exact"""
 
 _ROUNDING = 1e-6
 """[s] of a time"""
@@ -49,9 +45,10 @@ def find_windows(trace: Trace, boxes: bool = False) -> Windows:
         times = paths.dt * np.arange(1, paths.points.shape[1])
         actual, observed = _poses(trace, k + times / step)
         present = np.asarray(trace.scene.valid[k]) & (np.arange(trace.scene.vehicles) != EGO)
-        inside = _inside(trace, k, paths, actual[:, paths.vehicle], boxes) | ~observed[:, paths.vehicle]
+        half_sizes = trace.scene.half_sizes[k, paths.vehicle]
+        within = inside(paths, 1, actual[:, paths.vehicle], half_sizes, boxes) | ~observed[:, paths.vehicle]
         anywhere = np.zeros(observed.T.shape, dtype=bool)
-        np.logical_or.at(anywhere, paths.vehicle, np.logical_and.accumulate(inside, axis=0).T)
+        np.logical_or.at(anywhere, paths.vehicle, np.logical_and.accumulate(within, axis=0).T)
         gone = ~anywhere.T & observed & present
         left[k] = np.where(gone.any(0), times[gone.argmax(0)], np.inf)
         seen[k] = observed.all(0) & present
@@ -90,16 +87,3 @@ def _poses(
     poses, valid = trace.scene.states[..., [0, 1, 3]], np.asarray(trace.scene.valid)
     known = valid[before] & valid[after] & (moments <= last + 1e-6)[:, None]
     return (1 - share) * poses[before] + share * poses[after], known
-
-
-def _inside(
-    trace: Trace, k: int, paths: PredictedPaths, actual: Float[np.ndarray, "K S 3"], boxes: bool
-) -> Bool[np.ndarray, "K S"]:
-    """Whether these poses at the same times are in the boxes of the paths, and in their ellipses unless ``boxes``."""
-    body = turned_half_extents(trace.scene.half_sizes[k, paths.vehicle], actual[..., 2])
-    apart = actual[..., :2] - paths.points[:, 1:].swapaxes(0, 1)
-    inside = (np.abs(apart) + body <= paths.half_sizes[:, 1:].swapaxes(0, 1) + _TOLERANCE).all(-1)
-    if not boxes and paths.ellipses is not None:
-        axes = np.maximum(paths.ellipses[:, 1:].swapaxes(0, 1), _TOLERANCE)
-        inside &= ((apart / axes) ** 2).sum(-1) <= 1.0
-    return inside

@@ -23,6 +23,20 @@ class Belief(Protocol):
 
 
 @runtime_checkable
+class Learning(Belief, Protocol):
+    """One that changes while it is asked, as `coverdrive.prediction.adaptive.Adaptive` does."""
+
+    def anew(self) -> Belief:
+        """Another one that knows as much as this, and changes by itself."""
+        ...
+
+
+def as_given(belief: Belief) -> Belief:
+    """A belief for one trial: what it learns there no other trial sees, so that none depends on who drove before."""
+    return belief.anew() if isinstance(belief, Learning) else belief
+
+
+@runtime_checkable
 class Predictor(Belief, Protocol):
     """Anything that says what a vehicle may do next, so that traffic can do it."""
 
