@@ -36,7 +36,6 @@ def life(setup: Setup, drives: int, first: int = 0) -> pl.DataFrame:
         SettingError: there is no drive, or an adaptive belief has another period than the simulation.
     """
     belief, planner, traffic = setup.participants()
-    run = belief.run if isinstance(belief, Adaptive) else None
     if drives < 1:
         raise SettingError(f"a life has at least one drive, got {drives}")
     if isinstance(belief, Adaptive) and abs(belief.period - setup.episode.step) > 1e-9:
@@ -59,8 +58,8 @@ def life(setup: Setup, drives: int, first: int = 0) -> pl.DataFrame:
                 | {
                     "near": int((windows.seen & beside).sum()),
                     "near_missed": int((windows.missed & beside).sum()),
-                    "scale": run.scale if run else getattr(belief, "scale", None),
-                    "bound": run.bound if run else None,
+                    "scale": getattr(belief, "scale", None),
+                    "bound": belief.run.bound if isinstance(belief, Adaptive) else None,
                 }
             )
             done(trial - first + 1, drives)

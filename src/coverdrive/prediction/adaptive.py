@@ -16,7 +16,7 @@ Joulani, György & Szepesvári, "Online learning under delayed feedback", ICML 2
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -75,7 +75,7 @@ class LongRun:
     """λ"""
     largest: float
     """λ"""
-    start: float
+    first: float
     """ln λ at the beginning"""
     level: float
     """ln λ now, but for the largest"""
@@ -94,7 +94,7 @@ class LongRun:
     @property
     def bound(self) -> float:
         """What the average loss cannot exceed, if no window of the largest sets is lost (W = 0)."""
-        excess = (np.log(self.largest) - self.start) / self.rate + (1 - self.missed) * self.most
+        excess = (np.log(self.largest) - self.first) / self.rate + (1 - self.missed) * self.most
         return min(1.0, self.missed + excess / max(1, self.settled))
 
     def settle(self, lost: int, settled: int) -> None:
@@ -102,14 +102,6 @@ class LongRun:
         self.level = max(self.level + self.rate * (lost - self.missed * settled), float(np.log(self.smallest)))
         self.settled += settled
         self.lost += lost
-
-
-class Scalable(Protocol):
-    """A predictor whose sets have a scale."""
-
-    def scaled(self, scale: float) -> Any:
-        """The same with sets of another scale λ."""
-        ...
 
 
 @dataclass
@@ -159,8 +151,8 @@ class Adaptive:
     when it was handed over (`anew`), so that none depends on another.
     """
 
-    predictor: Scalable
-    """whose sets are scaled"""
+    predictor: Any
+    """a belief whose sets have a scale: `scaled(λ)` is the same with others"""
     missed: float = 0.1
     """share of the windows near the ego that is to be lost in the long run"""
     rate: float = 0.005
@@ -171,7 +163,7 @@ class Adaptive:
     """λ of the largest sets"""
     period: float = 0.1
     """[s] between two predictions"""
-    scale: float = 1.0
+    start: float = 1.0
     """λ at the beginning, unless a state is given"""
     state: Mapping[str, float] | None = None
     """what `kept` gave: goes on from there"""
@@ -187,13 +179,13 @@ class Adaptive:
                 "expected a share missed between 0 and 1, a rate and a period [s] above 0 and at most 1, got "
                 f"{self.missed}, {self.rate} and {self.period}; try 0.1, 0.005 and that of the simulation"
             )
-        if not 0 < self.smallest <= self.scale <= self.largest <= LARGEST:
+        if not 0 < self.smallest <= self.start <= self.largest <= LARGEST:
             raise SettingError(
-                f"expected 0 < smallest ≤ scale ≤ largest ≤ {LARGEST:g}, got {self.smallest}, {self.scale} and "
+                f"expected 0 < smallest ≤ start ≤ largest ≤ {LARGEST:g}, got {self.smallest}, {self.start} and "
                 f"{self.largest}; try 0.1, 1 and 10"
             )
-        level = float(np.log(self.scale))
-        begun = {"start": level, "level": level, "settled": 0, "lost": 0, "most": 0}
+        level = float(np.log(self.start))
+        begun = {"first": level, "level": level, "settled": 0, "lost": 0, "most": 0}
         state = begun if self.state is None else dict(self.state)
         if set(state) != set(begun) or not all(np.isfinite(each) for each in state.values()):
             raise SettingError(f"got the state {state}; expected finite {', '.join(begun)}, as `kept` gives them")
@@ -201,6 +193,11 @@ class Adaptive:
         self._open = list[_Windows]()
         self._last: Scene | None = None
         self._ego, self._jumped = 0, 0
+
+    @property
+    def scale(self) -> float:
+        """λ now."""
+        return self.run.scale
 
     @property
     def kept(self) -> dict[str, float]:
@@ -221,11 +218,11 @@ class Adaptive:
     @property
     def horizon(self) -> float:
         """[s] that the predictor looks ahead."""
-        return self.predictor.horizon  # pyright: ignore
+        return self.predictor.horizon
 
     def choices(self, scene: Scene, road: Road, times: Float[np.ndarray, " n"]) -> tuple[np.ndarray, ...]:
         """What the predictor says that traffic may do."""
-        return self.predictor.choices(scene, road, times)  # pyright: ignore
+        return self.predictor.choices(scene, road, times)
 
     def predict(self, scene: Scene, road: Road, ego: int, dt: float, steps: int) -> PredictedPaths:
         """The paths of the present scale, after learning from where vehicles are now; as `Belief.predict`.
@@ -236,7 +233,7 @@ class Adaptive:
         again = scene is self._last
         if not again:
             self._learn(scene, ego)
-        paths = self.predictor.scaled(self.run.scale).predict(scene, road, ego, dt, steps)
+        paths = self.predictor.scaled(self.scale).predict(scene, road, ego, dt, steps)
         if not again:
             watched = near(scene, road, ego)
             own = paths.of(watched[paths.vehicle])
