@@ -38,11 +38,6 @@ def life(setup: Setup, drives: int, first: int = 0) -> pl.DataFrame:
     belief, planner, traffic = setup.participants()
     if drives < 1:
         raise SettingError(f"a life has at least one drive, got {drives}")
-    if isinstance(belief, Adaptive) and abs(belief.period - setup.episode.step) > 1e-9:
-        raise SettingError(
-            f"the belief adapts every {belief.period:g} s, but is asked every {setup.episode.step:g} s; give that as "
-            "its `period`"
-        )
     rows = list[Row]()
     with stage(f"drives of a life ({drives})"):
         for trial in range(first, first + drives):

@@ -34,9 +34,6 @@ NEAR = 50.0
 _JUMP = 2.0
 """[m] from where its speeds take it, beyond which a vehicle is another one"""
 
-_JUMPS = 5
-"""times in a row that an ego may be somewhere else"""
-
 _ROUNDING = 1e-6
 """of a number of periods"""
 
@@ -120,24 +117,30 @@ class _Windows:
     point: int = 1
     """of the paths, the next one"""
 
-    def follow(self, before: Scene, now: Scene, same: Bool[np.ndarray, " B"], period: float) -> tuple[int, int]:
+    def follow(
+        self,
+        before: Float[np.ndarray, "B 3"],
+        now: Float[np.ndarray, "B 3"],
+        same: Bool[np.ndarray, " B"],
+        period: float,
+    ) -> tuple[int, int]:
         """See where vehicles are, one period later: how many windows that settles, and how many as lost."""
         self.open[len(same) :] = False
         self.open[: len(same)] &= same[: len(self.open)]
         self.age += 1
-        moments = self.paths.dt / period * np.arange(self.point, self.paths.points.shape[1])
-        moments = moments[moments <= self.age + _ROUNDING]
-        known = self.open[self.paths.vehicle]
-        vehicle = np.where(known, self.paths.vehicle, 0)
-        first, last = (each.states[vehicle][:, [0, 1, 3]] for each in (before, now))
-        share = (moments - self.age + 1)[:, None, None]
-        poses = (1 - share) * first + share * last
+        points, step = self.paths.points.shape[1], self.paths.dt / period
+        next_point = min(points, int((self.age + _ROUNDING) / step) + 1)
+        if next_point == self.point:
+            return 0, 0
+        share = (step * np.arange(self.point, next_point) - self.age + 1)[:, None, None]
+        vehicle = np.where(self.open[self.paths.vehicle], self.paths.vehicle, 0)
+        poses = (1 - share) * before[vehicle] + share * now[vehicle]
         self.held &= inside(self.paths, self.point, poses, self.half_sizes).all(0)
-        self.point += len(moments)
+        self.point = next_point
         anywhere = np.zeros_like(self.open)
         anywhere[self.paths.vehicle[self.held]] = True
-        lost, over = self.open & ~anywhere, self.point == self.paths.points.shape[1]
-        settled = self.open.copy() if over else lost
+        lost = self.open & ~anywhere
+        settled = self.open.copy() if next_point == points else lost
         self.open &= ~settled
         return int(settled.sum()), int(lost.sum())
 
@@ -162,7 +165,7 @@ class Adaptive:
     largest: float = 10.0
     """λ of the largest sets"""
     period: float = 0.1
-    """[s] between two predictions"""
+    """[s] between two predictions, which has to be that of the drive"""
     start: float = 1.0
     """λ at the beginning, unless a state is given"""
     state: Mapping[str, float] | None = None
@@ -192,7 +195,6 @@ class Adaptive:
         self.run = LongRun(self.missed, self.rate, self.smallest, self.largest, **state)  # pyright: ignore[reportArgumentType]
         self._open = list[_Windows]()
         self._last: Scene | None = None
-        self._ego, self._jumped = 0, 0
 
     @property
     def scale(self) -> float:
@@ -225,17 +227,12 @@ class Adaptive:
         return self.predictor.choices(scene, road, times)
 
     def predict(self, scene: Scene, road: Road, ego: int, dt: float, steps: int) -> PredictedPaths:
-        """The paths of the present scale, after learning from where vehicles are now; as `Belief.predict`.
-
-        Raises:
-            SettingError: the ego is never where its speed takes it in a period.
-        """
+        """The paths of the present scale, after learning from where vehicles are now; as `Belief.predict`."""
         again = scene is self._last
         if not again:
             self._learn(scene, ego)
         paths = self.predictor.scaled(self.scale).predict(scene, road, ego, dt, steps)
-        if not again:
-            watched = near(scene, road, ego)
+        if not again and (watched := near(scene, road, ego)).any():
             own = paths.of(watched[paths.vehicle])
             held = np.ones(len(own), dtype=bool)
             self._open.append(_Windows(own, scene.half_sizes[own.vehicle], held, watched))
@@ -246,19 +243,12 @@ class Adaptive:
         """Settle windows by the scene of the next moment."""
         before, self._last = self._last, scene
         same = np.zeros(0, dtype=bool) if before is None else _same(before, scene, self.period)
-        there = ego == self._ego and ego < len(same) and bool(same[ego])
-        self._jumped = 0 if there or before is None else self._jumped + 1
-        self._ego = ego
-        if self._jumped > _JUMPS:
-            raise SettingError(
-                f"{self._jumped} times in a row the ego was not where its speed takes it within {self.period:g} s; "
-                "give the time between two predictions as `period`"
-            )
-        if before is None or not there:
-            self._open.clear()
+        if before is None or ego >= len(same) or not same[ego]:
+            self._open.clear()  # another drive
             return
+        first, last = (each.states[: len(same), [0, 1, 3]] for each in (before, scene))
         for windows in self._open:
-            settled, lost = windows.follow(before, scene, same, self.period)
+            settled, lost = windows.follow(first, last, same, self.period)
             self.run.settle(lost, settled)
         self._open = [each for each in self._open if each.open.any()]
 
