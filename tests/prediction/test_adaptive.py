@@ -15,6 +15,7 @@ from coverdrive.driving.driver import Driver
 from coverdrive.errors import SettingError
 from coverdrive.league.beliefs import ConstantVelocity
 from coverdrive.prediction.adaptive import Adaptive, LongRun, near
+from coverdrive.prediction.fit import Fit
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.simulation.episode import EpisodeSettings, run_episode
@@ -137,6 +138,15 @@ def test_the_same_scene_again_is_the_same_moment() -> None:
         asked(twice, scene)
         asked(twice, scene)
     assert once.kept == twice.kept and once.run.settled == 10
+
+
+def test_a_fitted_predictor_is_asked_at_the_present_scale_and_compiled_once(fitted: Fit) -> None:
+    predictor, scene = fitted.predictor, scene_of(1.8, 0)
+    paths = Adaptive(predictor, start=0.5).predict(scene, ROAD, 0, 0.25, 12)
+    smaller = predictor.scaled(0.5)
+    assert np.array_equal(paths.half_sizes, smaller.predict(scene, ROAD, 0, 0.25, 12).half_sizes)
+    assert not np.array_equal(paths.half_sizes, predictor.predict(scene, ROAD, 0, 0.25, 12).half_sizes)
+    assert smaller._values is predictor._values  # pyright: ignore[reportPrivateUsage]
 
 
 def test_near_is_within_50_m_and_a_lane() -> None:
