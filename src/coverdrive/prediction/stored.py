@@ -4,6 +4,7 @@ Nothing in the file can be executed (`coverdrive.prediction.storage`).
 """
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import fields, replace
 from functools import cached_property
 from pathlib import Path
@@ -59,9 +60,9 @@ class StoredPredictor(ABC):
     scale: float
     """λ: the sets are so many times as large as they were calibrated"""
 
-    @property
+    @cached_property
     @abstractmethod
-    def _values(self) -> Any: ...
+    def _values(self) -> Callable[[Any], Any]: ...
 
     @property
     @abstractmethod
