@@ -142,3 +142,15 @@ def test_rare(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     result = ran("rare", tmp_path / "rare.json", monkeypatch, *quick)
     assert result["plain"]["drives"] == 3
     assert 0 <= result["splitting"]["probability"] <= 1 and result["splitting"]["drives"] > 4
+
+
+@pytest.mark.slow
+def test_adapting(quick_predictor: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    quick = ("--predictor", str(quick_predictor), "--drives", "2", "--duration", "4")
+    result = ran("adapting", tmp_path / "adapting.json", monkeypatch, *quick)
+    assert set(result) == {"adaptive", "λ = 1"}
+    for each in result.values():
+        assert each["whole"]["drives"] == 6 and each["whole"]["windows near the ego"] > 0
+        assert 0 <= each["whole"]["missed"][0] <= 1
+    assert result["λ = 1"]["whole"]["λ after a drive"] == [1.0, 1.0, 1.0]
+    assert result["adaptive"]["whole"]["missed"][0] <= result["adaptive"]["whole"]["bound"]

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from coverdrive.paths import PredictedPaths as PredictedPaths
     from coverdrive.plan import Plan as Plan
     from coverdrive.planning.planner import MpcPlanner
+    from coverdrive.prediction.adaptive import Adaptive as Adaptive
     from coverdrive.prediction.certify import certify as certify
     from coverdrive.prediction.fit import Fit as Fit
     from coverdrive.prediction.fit import fit as fit
@@ -69,6 +70,7 @@ _PLACES = {
     "certify": "prediction.certify",
     "dial": "dial.dial",
     "Predictor": "prediction.predictor",
+    "Adaptive": "prediction.adaptive",
     "Planner": "planning.planner:MpcPlanner",
     "Driver": "driving.driver",
     "Command": "driving.driver",

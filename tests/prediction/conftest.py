@@ -1,4 +1,4 @@
-"""Small recordings for the prediction tests, which may import `prediction_fakes` and `recordings_fakes`."""
+"""Small recordings for the prediction tests, which may import the fakes of recordings and simulation, too."""
 
 import sys
 from pathlib import Path
@@ -11,7 +11,7 @@ from coverdrive.prediction.fit import Fit, fit
 from coverdrive.recordings.recording import SCHEMA, Recording
 from coverdrive.road import Road
 
-sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "recordings")]
+sys.path[:0] = [str(Path(__file__).parents[i] / name) for i, name in ((0, ""), (1, "recordings"), (1, "simulation"))]
 
 
 def recording_of(tracks: list[dict[str, object]], name: str = "made", dt: float = 0.1) -> Recording:

@@ -91,7 +91,7 @@ def study_and_print(
     console.print(place)
     trials = study.trials
     console.print(collisions_table(trials))
-    console.print(safety_table(trials, results.certified.driven[0]))
+    console.print(safety_table(trials, results.certified.planned_against))
     console.print(drives_table(trials))
     proved = proof_of(trials, study.setup.episode.duration)
     console.print(f"• {proved.sentence}")

@@ -23,7 +23,7 @@ from coverdrive.road_ahead import controls
 from coverdrive.scene import Scene
 from coverdrive.simulation.episode import decide
 from coverdrive.simulation.initial import EGO
-from coverdrive.simulation.predictor import Belief
+from coverdrive.simulation.predictor import Belief, check_period
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,6 +88,7 @@ class Driver:
         wishes = {name: float(value) for name, value in wishes.items() if value is not None}
         if not 0 < period <= 1:
             raise SettingError(f"the period between two steps is {period} s; expected more than 0 and at most 1 s")
+        check_period(predictor, period)
         planner = PlannerSettings() if planner is None else planner
         if type(planner) is MpcPlanner:
             planner = planner.settings

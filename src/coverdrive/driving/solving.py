@@ -23,7 +23,7 @@ from coverdrive.plan import Planner
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.progress import done
 from coverdrive.simulation.outcome import Kind
-from coverdrive.simulation.predictor import Belief
+from coverdrive.simulation.predictor import Belief, as_given
 from coverdrive.simulation.trace import Trace
 
 _LEAST_SPEED = 5.0
@@ -81,7 +81,7 @@ def drive(
     planner = planner or MpcPlanner(settings_for(problem, PlannerSettings()))
     ours = isinstance(planner, MpcPlanner)  # which knows its car
     length, width = (None, None) if ours else (BMW.l, BMW.w)
-    driver = Driver(predictor, planner, length=length, width=width, period=dt)
+    driver = Driver(as_given(predictor), planner, length=length, width=width, period=dt)
     recorder, cars = Recorder(driver), [car]
     for moment in range(problem.first, problem.last):
         goal = problem.goal_from(*problem.road.to_road(*car.pose[:2])) if ours else None

@@ -14,6 +14,7 @@ from coverdrive.league.problems import Problems
 from coverdrive.plan import Planner
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.progress import heard_by
+from coverdrive.simulation.predictor import Learning, as_given
 from coverdrive.simulation.setup import Setup, described, made
 from coverdrive.simulation.trial import Row, measure
 from coverdrive.simulation.workers import Drives
@@ -45,20 +46,26 @@ class DrivesOfOthers:
 
     def participants(self) -> tuple[World, Driver | None]:
         """The world, and who drives in it, or None for its own driver."""
+        there = OTHERS[self.world]
+        return there.make(there.of), self._driver()
+
+    def _driver(self) -> Driver | None:
         there, (belief, planner) = OTHERS[self.world], self.seat
-        world = there.make(there.of)
         if belief is None or planner is None:
-            return world, None
+            return None
         planner = made(planner, Planner)
         ours = isinstance(planner, MpcPlanner)  # which knows its car
         length, width = (None if ours else there.ego[name] for name in ("length", "width"))
-        return world, Driver(belief, planner, length=length, width=width)
+        return Driver(as_given(belief), planner, length=length, width=width)
 
     def row(self, trial: int, participants: tuple[World, Driver | None]) -> Row:
         """Drive, and keep the measures."""
         seed = int(np.random.SeedSequence(self.seed, spawn_key=(trial,)).generate_state(1)[0] >> 1)
+        world, driver = participants
+        if isinstance(self.seat.belief, Learning):
+            driver = self._driver()
         with heard_by(None):
-            return measure(drive(*participants, seed, self.duration), self.seed, trial)
+            return measure(drive(world, driver, seed, self.duration), self.seed, trial)
 
 
 def drives_of(

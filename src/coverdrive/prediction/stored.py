@@ -4,6 +4,7 @@ Nothing in the file can be executed (`coverdrive.prediction.storage`).
 """
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import fields, replace
 from functools import cached_property
 from pathlib import Path
@@ -62,6 +63,10 @@ class StoredPredictor(ABC):
     scale: float
     """λ: the sets are so many times as large as they were calibrated"""
 
+    @cached_property
+    @abstractmethod
+    def _values(self) -> Callable[[Any], Any]: ...
+
     @property
     @abstractmethod
     def _arrays(self) -> dict[str, np.ndarray]: ...
@@ -71,8 +76,13 @@ class StoredPredictor(ABC):
     def _header(self) -> dict[str, Any]: ...
 
     def scaled(self: P, scale: float) -> P:
-        """The same with sets of another scale λ; `SettingError` unless it is between 0 and 100."""
-        return replace(self, scale=checked_scale(scale))  # pyright: ignore[reportArgumentType]
+        """The same with sets of another scale λ; `SettingError` unless it is between 0 and 100.
+
+        What is compiled does not depend on the scale, and is shared.
+        """
+        scaled = replace(self, scale=checked_scale(scale))  # pyright: ignore[reportArgumentType]
+        scaled.__dict__["_values"] = self._values
+        return scaled
 
     @property
     def certificate(self) -> Certificate:

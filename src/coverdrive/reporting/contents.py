@@ -38,6 +38,11 @@ class Certified:
     samples: Mapping[str, int]
     """windows on every side of the split"""
 
+    @property
+    def planned_against(self) -> tuple[Certificate, ...]:
+        """The certificates of the sets that are planned against."""
+        return self.certificates if self.driven[0].scale == 1 else (self.driven[0],)
+
     @staticmethod
     def of(fit: Fit) -> "Certified":
         """What a fit has certified."""

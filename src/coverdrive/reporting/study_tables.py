@@ -1,7 +1,7 @@
 """Tables of closed-loop studies for the terminal."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import polars as pl
@@ -50,11 +50,11 @@ def _rate(count: int, trials: int, digits: int = 1) -> str:
     return f"{count}  ({low:.{digits}%}–{high:.{digits}%})"
 
 
-def safety_table(trials: pl.DataFrame, certificate: Certificate | None = None) -> Table:
-    """Why the ego collided, and how often vehicles left the sets that were planned against, beside their bound."""
+def safety_table(trials: pl.DataFrame, certificates: Sequence[Certificate] = ()) -> Table:
+    """Why the ego collided, and how often vehicles left the sets that were planned against, beside their bounds."""
     collided = trials.filter(COLLIDED)
     causes = {cause: _rate(int((collided["cause"] == cause.value).sum()), trials.height) for cause in Cause}
-    bounds = {certificate.unit: certificate} if certificate else {}
+    bounds = {certificate.unit: certificate for certificate in certificates}
     windows = miss_rate(trials, "prediction_misses", "windows")
     vehicles = miss_rate(trials, "vehicles_missed", "vehicles_seen")
     each = windows.total / max(vehicles.total, 1)

@@ -23,7 +23,7 @@ from coverdrive.simulation.fault import collision_at
 from coverdrive.simulation.initial import EGO, InitialSettings, initial_scene
 from coverdrive.simulation.motion import with_states
 from coverdrive.simulation.outcome import Fault, Kind, Outcome
-from coverdrive.simulation.predictor import Belief
+from coverdrive.simulation.predictor import Belief, check_period
 from coverdrive.simulation.trace import Step, Trace, make_trace
 from coverdrive.simulation.traffic import Start, Starting, Traffic, TrafficStep
 
@@ -60,8 +60,9 @@ def run_episode(
     The same seed gives the same trace, times of computation excepted.
 
     Planner and traffic are reset first. ``vehicles`` is the number of uncontrolled ones; ``seed`` is of the start and
-    of the traffic. A StartError if they cannot be placed.
+    of the traffic. A StartError if they cannot be placed, a SettingError if the predictor learns at another pace.
     """
+    check_period(predictor, settings.step)
     scene, road, last = begin(traffic, settings, vehicles, seed)
     planner.reset(settings.step)
     predictor.predict(scene, road, EGO, planner.dt, planner.steps)  # compiles before time is taken

@@ -10,16 +10,12 @@ therefore put down to a miss only if the vehicle left the boxes. n steps, A vehi
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float
 
-from coverdrive.geometry import turned_half_extents
-from coverdrive.paths import PredictedPaths
+from coverdrive.prediction.inside import inside
 from coverdrive.simulation.initial import EGO
 from coverdrive.simulation.outcome import Cause, Kind
 from coverdrive.simulation.trace import Trace
-
-_TOLERANCE = 0.01
-"""[m] by which a body may leave a box, because between two steps of the trace its position is not exact"""
 
 _ROUNDING = 1e-6
 """[s] of a time"""
@@ -47,9 +43,11 @@ def find_windows(trace: Trace, boxes: bool = False) -> Windows:
     times = paths.dt * np.arange(1, paths.points.shape[1])
     actual, observed = _poses(trace, np.arange(len(trace))[:, None] + times / step)
     present = np.asarray(trace.scene.valid[:-1]) & (np.arange(trace.scene.vehicles) != EGO)
-    inside = _inside(trace, at, paths, actual[at, :, paths.vehicle], boxes) | ~observed[at, :, paths.vehicle]
+    half_sizes = trace.scene.half_sizes[at, paths.vehicle]
+    within = inside(paths, 1, actual[at, :, paths.vehicle].swapaxes(0, 1), half_sizes, boxes).T
+    within |= ~observed[at, :, paths.vehicle]
     anywhere, observed = np.zeros((*present.shape, len(times)), dtype=bool), observed.swapaxes(1, 2)
-    np.logical_or.at(anywhere, (at, paths.vehicle), np.logical_and.accumulate(inside, axis=1))
+    np.logical_or.at(anywhere, (at, paths.vehicle), np.logical_and.accumulate(within, axis=1))
     gone = ~anywhere & observed & present[..., None]
     left = np.where(gone.any(2), times[gone.argmax(2)], np.inf)
     return Windows(observed.all(2) & present, left)
@@ -87,20 +85,3 @@ def _poses(
     poses, valid = trace.scene.states[..., [0, 1, 3]], np.asarray(trace.scene.valid)
     known = valid[before] & valid[after] & (moments <= last + 1e-6)[..., None]
     return (1 - share) * poses[before] + share * poses[after], known
-
-
-def _inside(
-    trace: Trace,
-    at: Int[np.ndarray, " S"],
-    paths: PredictedPaths,
-    actual: Float[np.ndarray, "S K 3"],
-    boxes: bool,
-) -> Bool[np.ndarray, "S K"]:
-    """Whether these poses are in the boxes of the paths, predicted ``at`` steps, and in ellipses unless ``boxes``."""
-    body = turned_half_extents(trace.scene.half_sizes[at, paths.vehicle][:, None], actual[..., 2])
-    apart = actual[..., :2] - paths.points[:, 1:]
-    inside = (np.abs(apart) + body <= paths.half_sizes[:, 1:] + _TOLERANCE).all(-1)
-    if not boxes and paths.ellipses is not None:
-        axes = np.maximum(paths.ellipses[:, 1:], _TOLERANCE)
-        inside &= ((apart / axes) ** 2).sum(-1) <= 1.0
-    return inside

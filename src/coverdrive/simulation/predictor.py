@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from coverdrive.certificates.certificate import Certificate
+from coverdrive.errors import SettingError
 from coverdrive.paths import PredictedPaths
 from coverdrive.road import Road
 from coverdrive.scene import Scene
@@ -35,6 +36,33 @@ class Scalable(Belief, Protocol):
     def scaled(self, scale: float) -> "Scalable":
         """The same with sets of another λ: 0 the likeliest path alone, 1 as they were calibrated."""
         ...
+
+
+@runtime_checkable
+class Learning(Belief, Protocol):
+    """One that changes while it is asked, as `coverdrive.prediction.adaptive.Adaptive` does."""
+
+    @property
+    def period(self) -> float:
+        """[s] between two moments at which it is asked."""
+        ...
+
+    def anew(self) -> Belief:
+        """Another one that knows as much as this, and changes by itself."""
+        ...
+
+
+def as_given(belief: Belief) -> Belief:
+    """A belief for one trial: what it learns there no other trial sees, so that none depends on who drove before."""
+    return belief.anew() if isinstance(belief, Learning) else belief
+
+
+def check_period(belief: Belief, period: float) -> None:
+    """Refuse a belief that learns from moments other than ``period`` [s] apart, by `SettingError`."""
+    if isinstance(belief, Learning) and abs(belief.period - period) > 1e-9:
+        raise SettingError(
+            f"this belief learns every {belief.period:g} s, but is asked every {period:g} s; give it that `period`"
+        )
 
 
 @runtime_checkable

@@ -18,7 +18,7 @@ from coverdrive.progress import heard_by
 from coverdrive.settings import Settings
 from coverdrive.simulation.episode import EpisodeSettings, run_episode
 from coverdrive.simulation.initial import InitialSettings
-from coverdrive.simulation.predictor import Belief, Predictor
+from coverdrive.simulation.predictor import Belief, Predictor, as_given
 from coverdrive.simulation.replay import ReplaySettings, Scenario
 from coverdrive.simulation.trace import Trace
 from coverdrive.simulation.traffic import Traffic
@@ -81,7 +81,8 @@ class Setup:
     def drive(self, trial: int, participants: Participants | None = None) -> Trace:
         """Drive one trial, and keep all that happens in it; a StartError if the vehicles cannot be placed."""
         seed = np.random.SeedSequence(self.seed, spawn_key=(trial,))
-        return run_episode(*(participants or self.participants()), self.episode, self.vehicles_of(trial), seed)
+        belief, planner, traffic = participants or self.participants()
+        return run_episode(as_given(belief), planner, traffic, self.episode, self.vehicles_of(trial), seed)
 
     def row(self, trial: int, participants: Participants) -> Row:
         """Drive one trial, and keep its measures; of one that cannot start, only who it is and why."""
