@@ -410,7 +410,8 @@ class Results:
 
 def certificate_record(certified: Certified) -> dict[str, Any]:
     """Certificates, and how they did on the test split, as JSON values."""
-    sentences = [each.sentence for each in (*certified.certificates, certified.driven[0])]
+    driven = certified.driven[0]
+    sentences = [each.sentence for each in (*certified.certificates, *([] if driven.scale == 1 else [driven]))]
     return {"sentences": sentences} | _CERTIFIED.dump_python(certified, mode="json")
 
 

@@ -33,7 +33,8 @@ def dial(
     traffic: options.TrafficName = None,
     risk: Annotated[Risk, Parameter(show_default=lambda _: "0.01")] = None,
     confidence: Annotated[
-        float, Parameter(validator=between(0, 1), help="Probability with which the bound holds.")
+        float,
+        Parameter(validator=between(0, 1), help="Probability with which the bound holds, as in `--confidence 0.95`."),
     ] = 0.99,
     event: Annotated[
         Literal["any", "own"],

@@ -53,8 +53,8 @@ def rare(
     """
     with waiting():
         from coverdrive.dial.rare import rare as estimate
-        from coverdrive.reporting.driven_on import driven_on
         from coverdrive.results import Results
+        from coverdrive.simulation.driven_on import driven_on
     results = Results(fit)
     place = results.place(road)
     experiment = experiment_of(

@@ -178,7 +178,7 @@ def test_claims_about_windows_leave_more_of_them_outside() -> None:
 def test_a_window_is_covered_exactly_if_its_body_is_in_the_predicted_boxes(
     fitted: Fit, scenes: tuple[Recording, ...]
 ) -> None:
-    predictor, segments, test = fitted.predictor, fitted.segments, fitted.split.test
+    predictor, segments, test = fitted.predictor.scaled(1.0), fitted.segments, fitted.split.test
     assert isinstance(predictor, BoxPredictor)
     covered = predictor.rule.possible(fitted.scored.test.scores)[:, 0]
     assert fitted.evaluation.not_predicted == (~covered).sum() < len(test)
@@ -235,8 +235,9 @@ def test_asking_beyond_the_horizon_or_for_nobody_is_refused(fitted: Fit) -> None
 
 def test_traffic_drives_within_the_boxes(fitted: Fit) -> None:
     scene, road, times = three_vehicles(), Road.straight(), 0.5 * np.arange(7)
-    deviation, rate, possible = fitted.predictor.choices(scene, road, times)
-    paths = fitted.predictor.predict(scene, road, None, 0.5, 6)
+    predictor = fitted.predictor.scaled(1.0)
+    deviation, rate, possible = predictor.choices(scene, road, times)
+    paths = predictor.predict(scene, road, None, 0.5, 6)
     moved = scene.states[:, None, None, :2] + deviation
     moved[..., 0] += scene.states[:, None, None, 2] * times
     centre, half_sizes = (each.reshape(arms_of(fitted), 3, 1, 7, 2) for each in (paths.points, paths.half_sizes))

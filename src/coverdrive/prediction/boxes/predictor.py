@@ -74,10 +74,11 @@ class BoxPredictor(StoredPredictor):
         centre[..., 1] += lat
         body = np.stack([length, width], axis=-1) / 2
         paths = [
-            PredictedPaths(centre, vehicle, self.scale * arm * half_sizes + body, period) for arm in self.network.arms
+            PredictedPaths(centre, vehicle, self.scale * arm * half_sizes + body, period)
+            for arm in np.asarray(self.network.arms)
         ]
         if self.scale > 0:
-            calibrated = PredictedPaths(centre, vehicle, self.network.arms[-1] * half_sizes + body, period)
+            calibrated = PredictedPaths(centre, vehicle, np.asarray(self.network.arms[-1]) * half_sizes + body, period)
             changes = lane_changes(calibrated, scene)
             paths += [changes] if len(changes) else []
         return reduce(PredictedPaths.joined, paths)
