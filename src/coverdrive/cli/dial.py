@@ -54,7 +54,7 @@ def dial(
         Parameter(
             help="How several scales are kept from being tried until one passes by chance: from the safest to the "
             "fastest of the pilot, each driven until it is proved (anytime) or for --most drives (fixed sequence); or "
-            "all of them, at levels that make up for their number (Holm). A single one needs none of it.",
+            "all of them, at levels that make up for their number (Holm). A single one needs none of it; as in `--procedure Holm`.",
             show_default=lambda _: "anytime",
         ),
     ] = None,
@@ -94,8 +94,7 @@ def dial(
 
     - among reacting drivers: `coverdrive dial results --traffic drivers --risk 0.002`
     - one scale, named beforehand: `coverdrive dial results --traffic aggressive --vehicles 8 10 12 --scales 0.4`
-    - on recorded traffic, where groups of scenes choose, and too few prove nothing: `coverdrive dial results --traffic
-      replay --recording scenarios/`
+    - chosen on groups of recorded scenes: `coverdrive dial results --traffic replay --recording scenarios/`
     - with others on the frontier: `coverdrive dial results --traffic drivers --beside idm-mobil constant-velocity`
     """
     with waiting():
