@@ -54,7 +54,8 @@ def dial(
         Parameter(
             help="How several scales are kept from being tried until one passes by chance: from the safest to the "
             "fastest of the pilot, each driven until it is proved (anytime) or for --most drives (fixed sequence); or "
-            "all of them, at levels that make up for their number (Holm). A single one needs none of it; as in `--procedure Holm`.",
+            "all of them, at levels that make up for their number (Holm). A single one needs none of it; "
+            "as in `--procedure Holm`.",
             show_default=lambda _: "anytime",
         ),
     ] = None,
