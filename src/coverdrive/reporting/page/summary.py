@@ -10,7 +10,7 @@ from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.evaluation import Rate
 from coverdrive.numbers import at_most, interval, percent
 from coverdrive.plan import Status
-from coverdrive.reporting.claim import proved, set_facts, strength, whose
+from coverdrive.reporting.claim import set_facts, strength, whose
 from coverdrive.reporting.contents import Contents
 from coverdrive.simulation.notable import COLLIDED, NEARLY
 from coverdrive.simulation.outcome import Cause, Fault
@@ -41,9 +41,9 @@ def heading(contents: Contents) -> str:
 
 def verdict(contents: Contents) -> str:
     """What came out, in one sentence."""
-    certificate, observed = contents.certified.certificates[0], _observed(contents)
+    certificate, observed = contents.certified.driven[0], _observed(contents)
     missed = (
-        f"of {whose(certificate)} at most {at_most(certificate.epsilon, 3)} are missed by their predicted sets "
+        f"of {whose(certificate)} {_bounded(certificate)} missed by their predicted sets "
         f"({strength(certificate)}), and {percent(observed.value)} were on unseen scenes"
     )
     if contents.trials is None:
@@ -58,23 +58,24 @@ def verdict(contents: Contents) -> str:
 
 
 def shown_certificates(contents: Contents) -> list[Certificate]:
-    """Of the calibrated sets, and of those that were planned against if they are others."""
+    """Of the sets that are planned against, and of the calibrated ones if those are others."""
     driven = contents.certified.driven[0]
-    return [*contents.certified.certificates, *([] if driven.scale == 1 else [driven])]
+    return [*([] if driven.scale == 1 else [driven]), *contents.certified.certificates]
 
 
 def tiles(contents: Contents) -> list[Tile]:
     """The numbers that count."""
-    certificate, observed, trials = contents.certified.certificates[0], _observed(contents), contents.driven
+    certificate, observed, trials = contents.certified.driven[0], _observed(contents), contents.driven
     certified = Tile(
         f"≤ {at_most(certificate.epsilon, 3)}",
-        f"of {whose(certificate)} missed, {strength(certificate)}",
+        f"of {whose(certificate)} missed, {strength(certificate)}"
+        + ("" if certificate.scale == 1 else f"; sets of scale {certificate.scale:.2g}"),
         f"observed on unseen scenes: {percent(observed.value)} ({observed.count} of {observed.total}; 95 %: "
         f"{interval(observed.low, observed.high)})",
         main=True,
     )
     if trials is None:
-        evaluation = contents.certified.evaluation
+        evaluation = contents.certified.driven[1]
         return [
             certified,
             Tile(
@@ -85,7 +86,6 @@ def tiles(contents: Contents) -> list[Tile]:
         ]
     collided, missed = _collided(trials), miss_rate(trials, "prediction_misses", "windows")
     unsafe, rear = (percent(plan_share(trials, status)) for status in (Status.UNSAFE, Status.REAR))
-    driven = contents.certified.driven[0]
     braking = float(trials["hardest_braking"].to_numpy().max())
     return [
         Tile(f"{collided.count} of {collided.total}", "drives with a collision",
@@ -97,8 +97,7 @@ def tiles(contents: Contents) -> list[Tile]:
         Tile(percent(plan_share(trials, Status.SOLVED, Status.FALLBACK)), "plans clear of all predicted paths",
              f"unsafe: {unsafe}; rear: {rear}"),
         Tile(percent(missed.missed / max(missed.total, 1)), "windows missed in the drives",
-             f"95 %: {interval(missed.low, missed.high)}; sets of scale {driven.scale:.2g}: in traffic like the "
-             f"recorded one {proved(driven)}"),
+             f"95 %: {interval(missed.low, missed.high)}; not certified for this traffic"),
     ]  # fmt: skip
 
 
@@ -112,8 +111,12 @@ def _mean(trials: pl.DataFrame, column: str) -> float:
 
 def _observed(contents: Contents) -> Rate:
     """How many were missed on unseen scenes, of what the certificate counts."""
-    evaluation = contents.certified.evaluation
-    return evaluation.missed(contents.certified.certificates[0].unit)
+    certificate, evaluation = contents.certified.driven
+    return evaluation.missed(certificate.unit)
+
+
+def _bounded(certificate: Certificate) -> str:
+    return "any share may be" if certificate.epsilon >= 1 else f"at most {at_most(certificate.epsilon, 3)} are"
 
 
 def ends(contents: Contents) -> str:
