@@ -152,10 +152,14 @@ class Request:
         for scale in self.scales:
             checked_scale(scale)
 
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """What is counted: who asks of any collision is told of those at the ego's fault as well."""
+        return ("any", "own") if self.event == "any" else ("own",)
+
     def dial(self, duration: float) -> Dial:
         """The procedure, for drives of a length [s]."""
-        events = ["any", "own"] if self.event == "any" else ["own"]
-        asked = tuple(Asked(_EVENTS[event][0], self.risk) for event in events)
+        asked = tuple(Asked(_EVENTS[event][0], self.risk) for event in self.events)
         procedure = self.procedure or ("anytime" if len(self.scales) > 1 else "named beforehand")
         alone = 1 if procedure != "Holm" else len(self.scales)
         needed = drives_needed(0, self.risk, 1 - (1 - self.confidence) / alone, procedure == "anytime")
@@ -268,7 +272,7 @@ def dialled(
             table = _driven(at(scale, stream), files, known, first + count, told, most, workers, cluster)
             tables[name, OURS, scale] = table
             rows = table.filter(STARTED)[first : first + count]
-            events = [_EVENTS[event][1] for event in (["any", "own"] if request.event == "any" else ["own"])]
+            events = [_EVENTS[event][1] for event in request.events]
             if stream == _PILOT:
                 events.append(pl.col("share_unsafe"))
             named = [each.alias(str(number)) for number, each in enumerate(events)]
