@@ -72,7 +72,7 @@ def measured(fitted: Fit) -> dict[str, object]:
     assert trivial is not None
     unit = fitted.settings.certificate.unit
     straight = replace(fitted.segments, heading=np.zeros_like(fitted.segments.heading))
-    claimed = straight, fitted.split, fitted.settings.certificate, fitted.predictor.certificate
+    claimed = straight, fitted.split, fitted.settings.certificate, fitted.predictor.calibrated
     missed, baseline_missed = (each.missed(unit).value for each in (fitted.evaluation, trivial))
     return {
         "unit": unit,

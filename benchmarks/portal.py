@@ -116,7 +116,7 @@ def fitted(path: Path) -> dict[str, object]:
         stages.enter("saving")
         Results(folder).save_fit(experiment, found, "recorded", like)
         stages.enter("")
-    certificate, missed = found.predictor.certificate, found.evaluation.missed(found.predictor.certificate.unit)
+    certificate, missed = found.predictor.calibrated, found.evaluation.missed(found.predictor.calibrated.unit)
     return {
         "stages": stages.rows,
         "wall s": sum(row["wall s"] for row in stages.rows.values()),
