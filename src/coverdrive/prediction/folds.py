@@ -56,7 +56,7 @@ def fit_folds(
         calibration, test = (tuple(np.unique(segments.group[side]).tolist()) for side in (each.calibration, each.test))
         try:
             result = fit(recordings, settings, seed, epsilon=epsilon, confidence=confidence, unit=unit, sides=each)
-            found.append(Fold(calibration, test, result.predictor.certificate, result.evaluation, ""))
+            found.append(Fold(calibration, test, result.certificates[0], result.evaluation, ""))
         except CertificateError as error:
             found.append(Fold(calibration, test, None, None, str(error)))
     return found
