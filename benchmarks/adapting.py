@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from coverdrive.dial.adapting import life
-from coverdrive.dial.frontier import COLLIDED, OWN_FAULT
+from coverdrive.dialling.adapting import life
+from coverdrive.dialling.frontier import COLLIDED, OWN_FAULT
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.prediction.adaptive import Adaptive
 from coverdrive.prediction.fit import fit

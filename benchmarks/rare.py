@@ -16,7 +16,7 @@ import numpy as np
 import coverdrive
 from coverdrive.certificates.bounds import clopper_pearson
 from coverdrive.certificates.rule import Thresholds
-from coverdrive.dial.rare import rare
+from coverdrive.dialling.rare import rare
 from coverdrive.planning.leaders import LeaderSettings
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.prediction.predictor import AnyPredictor, Predictor

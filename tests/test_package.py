@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+import coverdrive
+
 HEAVY = (
     "jax",
     "equinox",
@@ -39,3 +41,8 @@ def test_readme_has_the_two_commands() -> None:
     commands = re.findall(r"```sh\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL)
     assert len(commands) == 2
     assert "coverdrive run" in commands[0] and commands[1].rstrip().endswith("pytest")
+
+
+def test_no_name_of_the_facade_is_hidden_by_a_package() -> None:
+    packages = {path.name for path in (Path(__file__).parents[1] / "src" / "coverdrive").iterdir()}
+    assert not packages & set(coverdrive.__all__)

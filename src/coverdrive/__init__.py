@@ -22,8 +22,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from coverdrive.certificates.certificate import Certificate as Certificate
     from coverdrive.certificates.comparison import Compared as Compared
-    from coverdrive.dial.dial import Dialled as Dialled
-    from coverdrive.dial.dial import dial as dial
+    from coverdrive.dialling.dial import Dialled as Dialled
+    from coverdrive.dialling.dial import dial as dial
     from coverdrive.driving.driver import Command as Command
     from coverdrive.driving.driver import Driver as Driver
     from coverdrive.driving.goal import Goal as Goal
@@ -68,7 +68,7 @@ _PLACES = {
     "fit": "prediction.fit",
     "fit_folds": "prediction.folds",
     "certify": "prediction.certify",
-    "dial": "dial.dial",
+    "dial": "dialling.dial",
     "Predictor": "prediction.predictor",
     "Adaptive": "prediction.adaptive",
     "Planner": "planning.planner:MpcPlanner",
@@ -85,7 +85,7 @@ _PLACES = {
     "Road": "road",
     "Fit": "prediction.fit",
     "Fold": "prediction.folds",
-    "Dialled": "dial.dial",
+    "Dialled": "dialling.dial",
     "Certificate": "certificates.certificate",
     "Compared": "certificates.comparison",
     "PredictedPaths": "paths",

@@ -4,7 +4,7 @@
 (versions, data, times) · ``predictor.safetensors`` · ``scores.safetensors`` (of every side of the split) ·
 ``certificate.json`` · ``learned.safetensors`` (what pictures of the fit show) · ``methods.json`` (all methods of
 calibration) · ``study/`` (`coverdrive.simulation.study_folder`) · ``dialled.json`` (what drives are proved to risk) ·
-``dial/`` (`coverdrive.dial.dial`) · ``league/`` (`coverdrive.league.league`) ·
+``dial/`` (`coverdrive.dialling.dial`) · ``league/`` (`coverdrive.league.league`) ·
 ``figures/`` · ``report.html``.
 
 A file that is damaged, foreign, edited or older is refused by its name.
@@ -25,9 +25,9 @@ from coverdrive.certificates.comparison import Compared
 from coverdrive.certificates.drives import drives_needed
 from coverdrive.certificates.evaluation import evaluate
 from coverdrive.config import Experiment
-from coverdrive.dial.dial import Dialled, Request, dialled
-from coverdrive.dial.frontier import setups_beside
-from coverdrive.dial.groups import ChosenOnGroups, across_groups, chosen_share
+from coverdrive.dialling.dial import Dialled, Request, dialled
+from coverdrive.dialling.frontier import setups_beside
+from coverdrive.dialling.groups import ChosenOnGroups, across_groups, chosen_share
 from coverdrive.errors import DataError
 from coverdrive.files import number_in_name, write_atomically, write_json
 from coverdrive.league.entrants import Known

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from simulation_fakes import ConstantPlanner
 
-from coverdrive.dial.adapting import life
+from coverdrive.dialling.adapting import life
 from coverdrive.driving.driver import Driver
 from coverdrive.errors import SettingError
 from coverdrive.league.beliefs import ConstantVelocity

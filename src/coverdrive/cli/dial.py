@@ -14,7 +14,7 @@ from coverdrive.cli.study import Cluster
 
 if TYPE_CHECKING:
     from coverdrive.config import Experiment
-    from coverdrive.dial.dial import Dialled, Request
+    from coverdrive.dialling.dial import Dialled, Request
     from coverdrive.results import Results
 
 Risk = Annotated[
@@ -99,7 +99,7 @@ def dial(
     - with others on the frontier: `coverdrive dial results --traffic drivers --beside idm-mobil constant-velocity`
     """
     with waiting():
-        from coverdrive.dial.dial import SCALES, Request
+        from coverdrive.dialling.dial import SCALES, Request
         from coverdrive.results import Results
     results = Results(folder)
     place = results.place(road)

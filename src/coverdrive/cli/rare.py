@@ -52,7 +52,7 @@ def rare(
     - among few drivers: `coverdrive rare results --traffic drivers --vehicles 3 4 5 --repetitions 8`
     """
     with waiting():
-        from coverdrive.dial.rare import rare as estimate
+        from coverdrive.dialling.rare import rare as estimate
         from coverdrive.results import Results
         from coverdrive.simulation.driven_on import driven_on
     results = Results(fit)

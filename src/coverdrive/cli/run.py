@@ -69,7 +69,7 @@ def run(
     fitted = fit_and_print(settle, recording or [], results, road, preset)
     compared = compare_and_save(results)
     if risk is not None:
-        from coverdrive.dial.dial import Request
+        from coverdrive.dialling.dial import Request
 
         dial_and_print(results, results.experiment, Request(risk), recording or [], None)
     study = results.study(results.experiment, recording or [])

@@ -83,7 +83,7 @@ def study_and_print(
 ) -> dict[str, Any]:
     """Drive the trials that are missing, and say how they went."""
     with waiting():
-        from coverdrive.dial.dial import proof_of, said_of_dial
+        from coverdrive.dialling.dial import proof_of, said_of_dial
         from coverdrive.reporting.study_tables import collisions_table, drives_table, safety_table
         from coverdrive.simulation.driven_on import driven_on
     _drive(study, size, cluster)

@@ -10,7 +10,7 @@ import polars as pl
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.comparison import Compared
 from coverdrive.certificates.evaluation import Evaluation, Rate
-from coverdrive.dial.dial import Dialled
+from coverdrive.dialling.dial import Dialled
 from coverdrive.prediction.fit import Fit
 from coverdrive.prediction.learned import Learned
 from coverdrive.prediction.occupied import Occupied

@@ -5,7 +5,7 @@ from typing import Any
 import polars as pl
 from rich.table import Table
 
-from coverdrive.dial.frontier import OURS, drives_to_tell
+from coverdrive.dialling.frontier import OURS, drives_to_tell
 from coverdrive.numbers import at_most, interval, percent
 from coverdrive.reporting import style
 from coverdrive.reporting.figure import Axis, Figure, Mark, Panel, Points

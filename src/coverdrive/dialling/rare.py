@@ -21,9 +21,9 @@ from typing import Any
 import numpy as np
 from scipy.stats import t as student
 
-from coverdrive.dial.splitting import Path as Found
-from coverdrive.dial.splitting import split
-from coverdrive.dial.tape import Tape
+from coverdrive.dialling.splitting import Path as Found
+from coverdrive.dialling.splitting import split
+from coverdrive.dialling.tape import Tape
 from coverdrive.errors import DataError, SettingError
 from coverdrive.files import write_atomically, write_json
 from coverdrive.geometry import turned_half_extents
@@ -69,7 +69,7 @@ def danger(scene: Scene) -> float:
 
 
 class Drive:
-    """A drive on its way, as `coverdrive.dial.splitting.Process`."""
+    """A drive on its way, as `coverdrive.dialling.splitting.Process`."""
 
     def __init__(self, setup: Setup, participants: Participants, tape: Tape):
         """Draw the number of vehicles and the start."""

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from coverdrive.dialling import rare as rare_module
 from simulation_fakes import ConstantPlanner, fakes, make_scene
 
-from coverdrive.dial import rare as rare_module
-from coverdrive.dial.rare import CONTACT, Drive, Rare, again, danger, rare
-from coverdrive.dial.splitting import Path as Found
-from coverdrive.dial.splitting import _Walk
-from coverdrive.dial.tape import Tape
+from coverdrive.dialling.rare import CONTACT, Drive, Rare, again, danger, rare
+from coverdrive.dialling.splitting import Path as Found
+from coverdrive.dialling.splitting import _Walk
+from coverdrive.dialling.tape import Tape
 from coverdrive.errors import DataError, SettingError
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.simulation.outcome import Kind

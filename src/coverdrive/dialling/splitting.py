@@ -9,8 +9,8 @@ multilevel splitting for rare event analysis*, 2007). Paths of equal level are g
 
 A copy is made different in two ways, of which each leaves the law of a path that reaches the level as it is:
 
-- A random part of its random numbers (`coverdrive.dial.tape`) is drawn anew, or moved a little, and what comes out is
-  taken if it reaches the level as well: all numbers from a moment on, or any ones, of the beginning, too. So
+- A random part of its random numbers (`coverdrive.dialling.tape`) is drawn anew, or moved a little, and what comes out
+  is taken if it reaches the level as well: all numbers from a moment on, or any ones, of the beginning, too. So
   paths whose randomness is all drawn at the beginning are split as well.
 - All numbers after the moment at which it first reached the level are drawn anew, and the path goes on from there.
 
@@ -26,7 +26,7 @@ from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-from coverdrive.dial.tape import Tape
+from coverdrive.dialling.tape import Tape
 from coverdrive.errors import SettingError
 
 _EVERY = 10

@@ -19,7 +19,7 @@ import polars as pl
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from coverdrive.dial.frontier import COLLIDED, OWN_FAULT
+from coverdrive.dialling.frontier import COLLIDED, OWN_FAULT
 from coverdrive.errors import DataError
 from coverdrive.files import write_atomically
 from coverdrive.league.beliefs import KnownFuture

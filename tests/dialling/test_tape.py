@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from coverdrive.dial.tape import Tape
+from coverdrive.dialling.tape import Tape
 from coverdrive.errors import DataError
 
 

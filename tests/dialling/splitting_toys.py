@@ -5,7 +5,7 @@ import copy
 import numpy as np
 from scipy.stats import norm
 
-from coverdrive.dial.tape import Tape
+from coverdrive.dialling.tape import Tape
 
 
 class Walk:

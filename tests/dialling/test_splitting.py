@@ -2,11 +2,11 @@ from functools import partial
 
 import numpy as np
 import pytest
+from coverdrive.dialling import splitting
 from scipy.stats import norm
 from splitting_toys import Still, Walk
 
-from coverdrive.dial import splitting
-from coverdrive.dial.splitting import split
+from coverdrive.dialling.splitting import split
 from coverdrive.errors import SettingError
 
 STEEP = partial(Walk, slope=0.5)

@@ -11,7 +11,7 @@ from simulation_fakes import ConstantPlanner, FakeBasis, FakePredictor, make_sce
 
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.drives import drives_needed
-from coverdrive.dial.dial import SCALES, Dialled, Request, dial, dialled, proof_of, said_of_dial
+from coverdrive.dialling.dial import SCALES, Dialled, Request, dial, dialled, proof_of, said_of_dial
 from coverdrive.errors import CertificateError, DataError, SettingError
 from coverdrive.road import Road
 from coverdrive.simulation.episode import EpisodeSettings

@@ -22,7 +22,7 @@ from coverdrive.certificates.bounds import rate_limit
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.dial import Asked, Dial, Tried
 from coverdrive.certificates.drives import Procedure, Proof, drives_needed
-from coverdrive.dial.frontier import COLLIDED, OURS, OWN_FAULT, frontier
+from coverdrive.dialling.frontier import COLLIDED, OURS, OWN_FAULT, frontier
 from coverdrive.errors import SettingError
 from coverdrive.files import write_atomically, write_json
 from coverdrive.prediction.stored import checked_scale
@@ -73,7 +73,7 @@ class Dialled:
     driven: Mapping[str, Any]
     """everything that the drives depended on but their seed, by name"""
     frontier: pl.DataFrame
-    """risk and speed at every λ (`coverdrive.dial.frontier`)"""
+    """risk and speed at every λ (`coverdrive.dialling.frontier`)"""
 
     @property
     def sentence(self) -> str:
