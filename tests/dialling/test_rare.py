@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from coverdrive.dialling import rare as rare_module
 from simulation_fakes import ConstantPlanner, fakes, make_scene
 
+from coverdrive.dialling import rare as rare_module
 from coverdrive.dialling.rare import CONTACT, Drive, Rare, again, danger, rare
 from coverdrive.dialling.splitting import Path as Found
 from coverdrive.dialling.splitting import _Walk

@@ -2,10 +2,10 @@ from functools import partial
 
 import numpy as np
 import pytest
-from coverdrive.dialling import splitting
 from scipy.stats import norm
 from splitting_toys import Still, Walk
 
+from coverdrive.dialling import splitting
 from coverdrive.dialling.splitting import split
 from coverdrive.errors import SettingError
 
