@@ -284,7 +284,9 @@ class Results:
     @cached_property
     def dialled(self) -> Dialled | None:
         """What drives were proved to risk with the sets of this predictor, if anything was."""
-        return Dialled.of(_read(self._sealed(DIALLED), _OBJECT.validate_json)) if DIALLED in self._digests else None
+        if DIALLED not in self._digests:
+            return None
+        return _read(self._sealed(DIALLED), lambda content: Dialled.of(_OBJECT.validate_json(content)))
 
     def dial(
         self,
@@ -313,8 +315,8 @@ class Results:
             CertificateError: so many drives cannot prove the risk, whatever happens in them.
             DataError: the folder holds drives of another configuration.
         """
-        folder = self.folder / self.study_name(experiment.traffic.kind, road, DIAL)
-        setup = self.study(experiment, recordings, folder.name).setup.loaded()
+        folder = self.folder / self.study_name(experiment.traffic.kind, road, DIAL) / f"seed-{experiment.seed}"
+        setup = self.study(experiment, recordings).setup.loaded()
         others = {}
         if beside:
             recorded = recordings or not self._like  # else of generated traffic, which is made again
@@ -457,6 +459,6 @@ def _read(file: Path, parse: Callable[[bytes], T]) -> T:
     """The content of a JSON file, as what it was written from."""
     try:
         return parse(file.read_bytes())
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, KeyError, TypeError) as error:
         first = str(error).partition("\n")[0]
         raise DataError(f"{file}: not a readable result ({first}); make it with `coverdrive fit`") from error

@@ -39,7 +39,7 @@ def test_it_prints_what_scripts_ask_for(dialled: tuple[Path, dict]) -> None:
     assert found["scale"] in (0.5, 0.8) and found["reached"] is True
     assert found["risk"] <= 0.6 and found["confidence"] == 0.8 and found["collisions"] <= found["drives"]
     assert found["mean_speed"] > 10 and found["sentence"].startswith("With 80 % confidence at most")
-    assert (folder / "dial-drivers" / "frontier.csv").exists()
+    assert (folder / "dial-drivers" / "seed-5" / "frontier.csv").exists()
 
 
 def test_what_was_proved_is_what_drives(dialled: tuple[Path, dict]) -> None:

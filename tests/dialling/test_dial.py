@@ -176,6 +176,26 @@ def test_a_study_proves_something_as_well(turned: Dialled, tmp_path: Path) -> No
     trials = StudyFolder(tmp_path / "pilot" / "0.6").table()
     proof = proof_of(trials, 1.5)
     assert proof.bound == pytest.approx(1 - 0.01 ** (1 / 3)) and "(0 of 3)" in proof.sentence
+    assert proof_of(trials, 1.5, anytime=True).bound > proof.bound  # that may end whenever it has proved something
+
+
+@pytest.mark.parametrize(
+    "changes", [{"scales": (0.6, 1.0)}, {"risk": 0.4}, {"event": "own"}, {"procedure": "Holm"}, {"pilot": 4}]
+)
+def test_drives_that_were_looked_at_prove_nothing_else(changes, turned: Dialled, tmp_path: Path) -> None:
+    with pytest.raises(DataError, match="dial with another seed"):
+        dialled(SETUP, PREDICTOR, tmp_path, replace(REQUEST, **changes))
+
+
+def test_at_any_time_more_drives_may_be_asked_for(turned: Dialled, tmp_path: Path) -> None:
+    assert dialled(SETUP, PREDICTOR, tmp_path, replace(REQUEST, most=60)).scale == turned.scale
+
+
+def test_a_number_that_was_fixed_beforehand_is_not_raised_afterwards(tmp_path: Path) -> None:
+    named = replace(REQUEST, scales=(1.0,))
+    dialled(SETUP, PREDICTOR, tmp_path, named)
+    with pytest.raises(DataError, match="dial with another seed"):
+        dialled(SETUP, PREDICTOR, tmp_path, replace(named, most=30))
 
 
 @pytest.mark.parametrize(

@@ -1,15 +1,15 @@
 """Being stopped: by Ctrl-C (SIGINT) or, as a system does it, by SIGTERM; both end the work in the same way.
 
-Python drops an exception that is raised in a callback of the garbage collector. An interrupt is therefore remembered,
-and the next report of progress raises it again.
+Python drops an exception that is raised in a callback of the garbage collector, and complains. A signal that comes
+there is therefore only remembered, and the next report of progress raises it.
 """
 
+import gc
 import signal
 import threading
 from collections.abc import Generator
 from contextlib import contextmanager
 from types import FrameType
-from typing import NoReturn
 
 _USUAL = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: signal.SIG_DFL}
 """what is replaced; a handler of somebody else's stays, and so does a signal that is ignored"""
@@ -57,6 +57,8 @@ def again() -> None:
         raise Stopped(_stopped[0])
 
 
-def _stop(number: int, frame: FrameType | None) -> NoReturn:
+def _stop(number: int, frame: FrameType | None) -> None:
     _stopped[:] = [number]
-    raise Stopped(number)
+    collecting = [getattr(callback, "__code__", None) for callback in gc.callbacks]
+    if frame is None or frame.f_code not in collecting:
+        raise Stopped(number)

@@ -18,12 +18,11 @@ from typing import Any, Literal
 import numpy as np
 import polars as pl
 
-from coverdrive.certificates.bounds import rate_limit
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.dial import Asked, Dial, Tried
-from coverdrive.certificates.drives import Procedure, Proof, drives_needed
+from coverdrive.certificates.drives import Procedure, Proof, drives_needed, limit_of
 from coverdrive.dialling.frontier import COLLIDED, OURS, OWN_FAULT, frontier
-from coverdrive.errors import SettingError
+from coverdrive.errors import DataError, SettingError
 from coverdrive.files import write_atomically, write_json
 from coverdrive.prediction.stored import checked_scale
 from coverdrive.progress import stage
@@ -188,7 +187,7 @@ def dial(
     procedure: Procedure | None = None,
     pilot: int = 100,
     most: int | None = None,
-    traffic: AnyTraffic = "drivers",
+    traffic: AnyTraffic = "set-sampling",
     vehicles: Sequence[int] | None = None,
     seed: int = 0,
     recordings: Sequence[Recording] = (),
@@ -258,6 +257,7 @@ def dialled(
         DataError: the folder holds drives of another configuration, or no drive could start.
     """
     setup, dial = setup.loaded(), request.dial(setup.episode.duration)
+    _claim(folder / "request.json", request, dial)
     scales, tables = list(request.scales), dict[tuple[str, str, float | None], pl.DataFrame]()
 
     def at(scale: float, stream: int) -> Setup:
@@ -303,11 +303,33 @@ def dialled(
     return result
 
 
-def proof_of(trials: pl.DataFrame, duration: float, confidence: float = 0.99) -> Proof:
-    """What the drives of a study, whose number was fixed beforehand, prove of collisions; of no less than was seen."""
-    drives, events = trials.height, int(trials.select(COLLIDED.sum()).item())
-    bound = rate_limit(confidence, events, drives)
-    return Proof(_EVENTS["any"][0], events, drives, bound, bound, confidence, "named beforehand", _unit(duration))
+def _claim(file: Path, request: Request, dial: Dial) -> None:
+    """Say what the drives of a folder are to prove, or refuse to let them prove another thing once they were looked at.
+
+    At any time more drives may be asked for.
+    """
+    own = ("risk", "confidence", "event", "scales", "pilot")
+    asked = {name: getattr(request, name) for name in own} | {"procedure": dial.procedure}
+    if dial.procedure != "anytime":
+        asked["most"] = dial.most
+    if not file.exists():
+        write_json(file, asked)
+    try:
+        found = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise DataError(f"{file} does not say what is to be proved ({error}); dial with another seed") from error
+    if found != json.loads(json.dumps(asked)):
+        raise DataError(
+            f"the drives in {file.parent} were asked for {found}, now {asked}: who has seen them cannot let them prove "
+            "another thing; dial with another seed, whose drives are new"
+        )
+
+
+def proof_of(trials: pl.DataFrame, duration: float, confidence: float = 0.99, anytime: bool = False) -> Proof:
+    """What the drives of a study prove of collisions: their number was fixed, or they may end ``anytime``."""
+    hits = trials.select(COLLIDED).to_series().to_numpy()
+    bound, method = limit_of(hits, confidence, anytime), "anytime" if anytime else "named beforehand"
+    return Proof(_EVENTS["any"][0], int(hits.sum()), len(hits), bound, bound, confidence, method, _unit(duration))
 
 
 def said_of_dial(proved: Dialled | None, setup: Setup, most: int = 3) -> list[str]:

@@ -268,7 +268,7 @@ def scale_left(predictor: AnyPredictor, samples: ScoredSamples, share: float = U
     _, vehicle = np.unique(samples.vehicle, return_inverse=True)
     order = np.argsort(needed)
     held = np.cumsum((1 / np.bincount(vehicle)[vehicle])[order]) / (vehicle.max() + 1)
-    return float(needed[order][np.searchsorted(held, 1 - share)])
+    return min(float(needed[order][np.searchsorted(held, 1 - share)]), LARGEST)
 
 
 def cut_and_split(
