@@ -9,6 +9,7 @@ from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Status
 from coverdrive.planning import planner as planning
 from coverdrive.planning.leaders import LeaderSettings, braking, leaders_of
+from coverdrive.planning.manners import NONE
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.road import Road
 
@@ -60,7 +61,7 @@ def test_who_is_reached_soon_is_told_by_the_gap_between_bumpers(straight_paths) 
 @pytest.mark.parametrize(("time", "lane"), [(0.0, 5.4), (2.0, 1.8)])
 def test_who_is_about_to_reach_the_one_ahead_does_not_pull_out(straight_paths, time: float, lane: float) -> None:
     """15 m behind a car that is 8 m/s slower."""
-    planner = MpcPlanner(PlannerSettings(leaders=LeaderSettings(time_to_collision=time)))
+    planner = MpcPlanner(PlannerSettings(leaders=LeaderSettings(time_to_collision=time), manners=NONE))
     plan = planner.plan(np.array([0.0, 1.8, 28.0, 0.0]), straight_paths((19.8, 1.8, 20.0)), Road.straight())
     assert plan.status is Status.SOLVED
     assert plan.states[-1, 1] == pytest.approx(lane, abs=0.6)

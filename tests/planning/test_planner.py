@@ -95,7 +95,7 @@ def test_follows_where_both_sides_are_blocked(straight_paths) -> None:
 
 def test_stops_before_a_wall(straight_paths) -> None:
     wall = [(80, 1.8, 0), (80, 5.4, 0), (80, 9.0, 0)]
-    states, _, contact = drive(MpcPlanner(), [0, 5.4, 20, 0], wall, straight_paths, 120)
+    states, _, contact = drive(MpcPlanner(), [0, 5.4, 20, 0], wall, straight_paths, 160)
     assert not contact
     assert states[-1, 2] == pytest.approx(0, abs=0.4)
     assert states[-1, 0] < 80 - 4.8
@@ -382,7 +382,7 @@ def test_a_vanished_vehicle_is_not_forgotten_at_once(straight_paths) -> None:
     after = planner.plan(step(state, first.inputs[0], PERIOD), straight_paths(), ROAD)
     assert first.inputs[0, 0] < -1
     assert after.inputs[0, 0] < -1
-    for _ in range(6):
+    for _ in range(10):
         after = planner.plan(step(state, first.inputs[0], PERIOD), straight_paths(), ROAD)
     assert after.inputs[0, 0] > 1
 

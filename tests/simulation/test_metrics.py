@@ -85,7 +85,7 @@ def test_minimum_gap_is_between_bodies():
     assert metrics.gaps(touching).min() == 0
     alone = trace_of([make_scene([0], [1.8])] * 2)
     assert metrics.gaps(alone).min() == np.inf
-    assert metrics.times_to_collision(alone).min() == np.inf
+    assert metrics.distances(alone).time_to_collision.min() == np.inf
 
 
 @pytest.mark.parametrize(
@@ -102,14 +102,14 @@ def test_minimum_gap_is_between_bodies():
 )
 def test_time_to_collision_by_hand(lon, lat, speed, heading, expected):
     scene = make_scene([0, lon], [1.8, lat], [20.0, speed], [0.0, heading])
-    assert metrics.times_to_collision(trace_of([scene, scene])).min() == pytest.approx(expected)
+    assert metrics.distances(trace_of([scene, scene])).time_to_collision.min() == pytest.approx(expected)
 
 
 @settings(max_examples=100, deadline=None)
 @given(st.floats(-40, 40), st.floats(-8, 8), st.floats(5, 35), st.floats(-0.3, 0.3))
 def test_time_to_collision_agrees_with_stepping_through_time(lon, lat, speed, heading):
     scene = make_scene([0, lon], [1.8, lat], [20.0, speed], [0.0, heading])
-    found = metrics.times_to_collision(trace_of([scene, scene])).min()
+    found = metrics.distances(trace_of([scene, scene])).time_to_collision.min()
     times = np.arange(0.0, 10.0, 0.002)
     states = constant_velocity(scene.states, times)
     extent = turned_half_extents(np.array([2.4, 0.95]), states[..., 3]).sum(0)
@@ -161,7 +161,7 @@ def test_vehicles_count_while_they_are_there():
     near, gone = make_scene([0, 6], [1.8, 1.8], [20, 10]), make_scene([0, 3], [1.8, 1.8], [20, 10])
     gone.valid[1] = False
     assert metrics.gaps(trace_of([near, gone])).min() == pytest.approx(1.2)
-    assert metrics.times_to_collision(trace_of([near, gone])).min() == pytest.approx(0.12)
+    assert metrics.distances(trace_of([near, gone])).time_to_collision.min() == pytest.approx(0.12)
 
 
 def test_stuck_moments_and_impossible_choices_are_counted_one_by_one():

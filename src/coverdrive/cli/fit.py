@@ -103,6 +103,9 @@ def fit_and_print(
         name, place = place_of(asked, like)
         if name == "recorded":
             experiment = settle(usual=place.parts)
+        elif like and like.manners:
+            manners = like.manners.model_dump(exclude={"like"})
+            experiment = settle(place=named, usual={"planner": {"manners": manners}})
         result = fit(recordings, experiment.prediction, experiment.seed)
         results.save_fit(experiment, result, name, like)
     console.print(fit_table(result))

@@ -17,7 +17,15 @@ from coverdrive.simulation.comparison import newcombe_interval, paired_t
 from coverdrive.simulation.outcome import Fault, Kind
 from coverdrive.simulation.trial import STARTED
 
-MEASURES = ("mean_speed", "share_unsafe", "jerk_longitudinal", "minimum_gap", "planning_median", "progress")
+MEASURES = (
+    "mean_speed",
+    "share_unsafe",
+    "jerk_longitudinal",
+    "usual_headway",
+    "minimum_gap",
+    "planning_median",
+    "progress",
+)
 """columns of the trials, the last of `coverdrive.league.problems` alone, of which the mean over drives is compared"""
 
 COUNTS = ("at_fault", "not_at_fault", "solved", "off_road")

@@ -27,13 +27,13 @@ class CostSettings(Settings):
     """[1/m²] distance from the centre of the target lane"""
     speed: float = Field(default=0.1, ge=0, le=1e6)
     """[s²/m²] difference from the reference speed"""
-    heading: float = Field(default=20.0, ge=0, le=1e6)
+    heading: float = Field(default=500.0, ge=0, le=1e6)
     """[1/rad²] angle between car and road"""
     acceleration: float = Field(default=0.1, ge=0, le=1e6)
     """[s⁴/m²]"""
     yaw_rate: float = Field(default=20.0, ge=0, le=1e6)
     """[s²/rad²]"""
-    acceleration_change: float = Field(default=0.6, ge=0, le=1e6)
+    acceleration_change: float = Field(default=2.0, ge=0, le=1e6)
     """[s⁴/m²] difference of the accelerations of two steps"""
     yaw_rate_change: float = Field(default=50.0, ge=0, le=1e6)
     """[s²/rad²] difference of the yaw rates of two steps"""

@@ -181,16 +181,17 @@ def _boxes(
     n: int, rollout: Rollout, boxes: Float[np.ndarray, "7 P n"], constants: Constants, seen: _Constraints, count: int
 ) -> int:
     """Append the boxes at the end of a node's step, and where they are passed in the step after, for which the car is
-    taken to go straight on; returns the number of constraints.
+    taken to go straight on; returns the number of constraints. Along the drive branch each has its share of the weight.
     """
     moment, state = constants.tree.moment[n], state_at(rollout.states, n, rollout.states[n])
     own = smooth_half_sizes(state[3], constants.vehicle)
     along, across = 2 * rollout.way[n, 0, 0], 2 * rollout.way[n, 1, 0]
     way = state[2] * along, state[2] * across
     for slot in range(boxes.shape[2]):
+        weight = constants.tree.slack[n] * (1.0 if constants.tree.careful[n] else boxes[6, moment, slot])
         value, by = box_excess(state, own, box_of(boxes, moment, slot), _IN_VIEW, constants)
         if value > -_IN_VIEW:
-            count = _append(seen, count, n, value, by, constants.tree.slack[n])
+            count = _append(seen, count, n, value, by, weight)
         if moment == constants.steps:
             continue
         parts = parts_of(way, (own[0][0], own[1][0]), boxes, moment, slot)
@@ -201,7 +202,7 @@ def _boxes(
             if value > -_IN_VIEW:
                 by_speed = by[2] + share * (by[0] * along + by[1] * across)
                 by_heading = by[3] + share * (by[1] * way[0] - by[0] * way[1])
-                count = _append(seen, count, n, value, (by[0], by[1], by_speed, by_heading), constants.tree.slack[n])
+                count = _append(seen, count, n, value, (by[0], by[1], by_speed, by_heading), weight)
     return count
 
 

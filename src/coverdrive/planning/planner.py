@@ -20,6 +20,7 @@ from coverdrive.planning.evaluate import Plans, empty_plans, evaluate, write_sla
 from coverdrive.planning.fallback import assumed_state, continued, plausible
 from coverdrive.planning.follower import FollowerSettings, with_careful_follower, without_follower
 from coverdrive.planning.leaders import Leaders, LeaderSettings, braking, leaders_of
+from coverdrive.planning.manners import NONE, MannersSettings
 from coverdrive.planning.path_memory import PathMemory
 from coverdrive.planning.problem import ProblemSettings
 from coverdrive.planning.road_table import table_of
@@ -67,6 +68,8 @@ class PlannerSettings(Settings):
     """what that vehicle is trusted to do"""
     leaders: LeaderSettings = LeaderSettings()
     """what the vehicles directly ahead may do besides, as far as a plan that is clear of it exists"""
+    manners: MannersSettings = MannersSettings()
+    """distances that are wished for beyond keeping clear"""
     grace: float = Field(default=0.5, ge=0, le=10)
     """[s] for which a vehicle that vanished is taken to be on one of its last predicted paths, and for which the
     ego is taken to follow its last plan where its state cannot be true, or cannot have come about since. Then it brakes
@@ -231,7 +234,7 @@ class MpcPlanner:
             return found, targets, Status.SOLVED if found.optimised else Status.FALLBACK
         trusting = settings.rear_last and not settings.problem.obstacles.ignore_rear and not self._spent(begun)
         careful = with_careful_follower(state, paths, road, settings.follower) if trusting else None
-        yielded = self._search(state, careful, targets, begun) if careful else None
+        yielded = self._search(state, careful, targets, begun, manners=NONE) if careful else None
         if yielded is None:
             return found, targets, Status.UNSAFE
         status = Status.REAR if yielded.clear else Status.UNSAFE
@@ -261,7 +264,7 @@ class MpcPlanner:
 
     def _search(
         self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, targets: TargetLanes, begun: float,
-        giving_up: bool = False,
+        giving_up: bool = False, manners: MannersSettings | None = None,
     ) -> _Found | None:  # fmt: skip
         """What the search chooses among the target lanes, of which the first is that of the ego.
 
@@ -281,7 +284,7 @@ class MpcPlanner:
             rest=memory.rest if memory else np.zeros((problem.steps, 2)),
             accelerations=self._accelerations,
         )
-        around, plans = self._around(state, paths), room_for(wanted, constants)
+        around, plans = self._around(state, paths, manners), room_for(wanted, constants)
         begin(plans, wanted, around, constants)
         if giving_up and not plans.clear.any() and not self._spent(begun):
             go_on(plans, wanted, _GIVING_UP, settings.search.tolerance, around, constants)
@@ -309,10 +312,13 @@ class MpcPlanner:
         write_manoeuvre(plans, 0, lat, 0, lat, hardest, 1.0, around, self._constants)
         return _Found(plans, 0, False, plans.inputs, around)
 
-    def _around(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths) -> Surroundings:
-        """What the search is made for."""
-        applied = self._memory.applied if self._memory else np.zeros(2)
-        return surroundings_of(state, applied, paths, self._table, self.settings.problem, self._speed)
+    def _around(
+        self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, manners: MannersSettings | None = None
+    ) -> Surroundings:
+        """What the search is made for, with the manners of the settings if no others are given."""
+        applied, settings = self._memory.applied if self._memory else np.zeros(2), self.settings
+        manners = manners or settings.manners
+        return surroundings_of(state, applied, paths, self._table, settings.problem, self._speed, manners)
 
     def _plan_of(self, found: _Found, state: Float[np.ndarray, " 4"], status: Status) -> Plan:
         """The chosen plan, on the road."""

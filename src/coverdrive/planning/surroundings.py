@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from coverdrive.paths import PredictedPaths
+from coverdrive.planning.manners import NONE, MannersSettings, wished_boxes
 from coverdrive.planning.obstacles import likelihoods, obstacles_of, reachable, with_share_of_tube
 from coverdrive.planning.problem import ProblemSettings
 from coverdrive.planning.road_table import RoadTable, on_road
@@ -29,12 +30,12 @@ class Surroundings(NamedTuple):
     boxes: Float[np.ndarray, "7 P n"]
     """`coverdrive.planning.obstacles.obstacles_of` every member, those apart that the ego cannot come near"""
     likely: Float[np.ndarray, "7 P m"]
-    """the same of what is likely"""
+    """the same of what is likely, and the boxes of `coverdrive.planning.manners.wished_boxes`"""
 
 
 def surroundings_of(
     state: Float[np.ndarray, " 4"], applied: Float[np.ndarray, " 2"], paths: PredictedPaths, table: RoadTable,
-    problem: ProblemSettings, speed: float | None = None,
+    problem: ProblemSettings, speed: float | None = None, manners: MannersSettings = NONE,
 ) -> Surroundings:  # fmt: skip
     """What a plan is made for, along the road from where the ego is, after these inputs; at a wished speed [m/s]."""
     lon, shape = float(state[0]), problem.obstacles
@@ -42,11 +43,14 @@ def surroundings_of(
     every = obstacles_of(paths, shape)
     near = reachable(state, every, problem.dt, table.reaching, shape)
     every[0] -= lon
+    likeliest = likelihoods(paths)[1]
+    likely = with_share_of_tube(every.compress(near & likeliest, axis=2), problem.branches.tube)
+    others = with_share_of_tube(every.compress(likeliest & (paths.vehicle >= 0), axis=2), problem.branches.tube)
     return Surroundings(
         state=np.array([0.0, *state[1:]]),
         previous_input=np.array(applied),
         road=table.ahead(lon),
         wanted=table.wanted_from(lon, float(state[2]), problem, speed),
         boxes=every.compress(near, axis=2),
-        likely=with_share_of_tube(every.compress(near & likelihoods(paths)[1], axis=2), problem.branches.tube),
+        likely=np.concatenate([likely, wished_boxes(others, state, problem, manners)], axis=2),
     )

@@ -31,7 +31,7 @@ from coverdrive.reporting.road_drawing import RoadDrawing, Window
 from coverdrive.reporting.road_markings import ahead_label
 from coverdrive.reporting.snapshots import add_legend
 from coverdrive.simulation.initial import EGO
-from coverdrive.simulation.metrics import gaps, times_to_collision
+from coverdrive.simulation.metrics import distances, gaps
 from coverdrive.simulation.misses import find_windows, left_recently
 from coverdrive.simulation.outcome import Kind
 from coverdrive.simulation.trace import Trace
@@ -125,7 +125,7 @@ class _Picture:
         courses = (
             ("ego speed [m/s]", self._speed, max(self._speed.max(), 1.0)),
             ("gap [m]", np.minimum(gaps(trace), 2 * _MOST), _MOST),
-            ("to collision [s]", np.minimum(times_to_collision(trace), 2 * _MOST), _MOST),
+            ("to collision [s]", np.minimum(distances(trace).time_to_collision, 2 * _MOST), _MOST),
         )
         self._courses = {
             _over_time(figure.add_subplot(grid[1, k]), trace, label, most).plot([], [], color=style.EGO)[0]: values

@@ -16,9 +16,10 @@ def frontier_table(lines: pl.DataFrame) -> Table:
     """A line for every λ and everybody beside, pilot and proof apart."""
     return columns_table(
         "Risk and speed (95 % intervals)",
-        ("drives", "who", "scale", "windows", "collisions", "own", "m/s", "unsafe"),
+        ("drives", "who", "scale", "windows", "collisions", "own", "m/s", "unsafe", "headway"),
         [_cells(line) for line in lines.iter_rows(named=True)],
-        "windows: bound on what the sets miss of recorded traffic" + untold(lines),
+        "windows: bound on what the sets miss of recorded traffic; headway: kept in 9 of 10 moments, median drive"
+        + untold(lines),
         first={},
     )
 
@@ -73,6 +74,7 @@ def _cells(line: dict[str, Any]) -> tuple[str, ...]:
         str(line["own_fault"]),
         speed,
         percent(line["share_unsafe"], 2),
+        f"{line['headway']:.2f} s",
     )
 
 

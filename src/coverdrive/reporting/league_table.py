@@ -9,8 +9,8 @@ from coverdrive.numbers import interval
 from coverdrive.reporting.fitting import columns_table
 
 COLUMNS = (
-    "planner", "drives", "at fault", "not at fault", "mean speed [m/s]", "unsafe [%]", "jerk along [m/s³]", "gap [m]",
-    "least", "step [ms]",
+    "planner", "drives", "at fault", "not at fault", "mean speed [m/s]", "unsafe [%]", "jerk along [m/s³]",
+    "headway [s]", "gap [m]", "least", "step [ms]",
 )  # fmt: skip
 
 ON_PROBLEMS = (
@@ -22,9 +22,9 @@ ON_PROBLEMS = (
 NOTE = (
     "Collisions at the ego's fault and all others, with 95 % Clopper–Pearson intervals; means over drives, and in "
     "brackets 95 % intervals of the paired difference to the first. Unsafe: plans for which nothing clear was found. "
-    "Gap: the smallest one of a drive, on average and of all. Step: median time of prediction and plan. Solved: goals "
-    "reached, as the judge of CommonRoad accepts, with the interval, and after a comma that of the paired difference. "
-    "Progress: share of the way to the place of the goal."
+    "Headway: kept in nine of ten moments behind somebody. Gap: the smallest one of a drive, on average and of all. "
+    "Step: median time of prediction and plan. Solved: goals reached, as the judge of CommonRoad accepts, with the "
+    "interval, and after a comma that of the paired difference. Progress: share of the way to the place of the goal."
 )
 
 
@@ -74,6 +74,7 @@ def _cells(row: dict[str, Any]) -> tuple[str, ...]:
         _compared(row, "mean_speed", 1, ".2f"),
         _compared(row, "share_unsafe", 100, ".1f"),
         _compared(row, "jerk_longitudinal", 1, ".1f"),
+        _compared(row, "usual_headway", 1, ".2f"),
         _compared(row, "minimum_gap", 1, ".1f"),
         *_last(row),
     )

@@ -90,6 +90,9 @@ def drives_table(trials: pl.DataFrame) -> Table:
     def mean(name: str) -> float:
         return values(name).mean()
 
+    def median(name: str) -> float:
+        return float(np.median(values(name)))
+
     def share(name: str) -> float:
         return float(np.average(values(f"share_{name.replace(' ', '_')}"), weights=values("time")))
 
@@ -103,6 +106,11 @@ def drives_table(trials: pl.DataFrame) -> Table:
         ("lane changes, overtakes per trial", f"{mean('lane_changes'):.2f}, {mean('overtakes'):.2f}"),
         ("gap to another vehicle", least("minimum_gap", "m")),
         ("time to collision", least("minimum_time_to_collision", "s")),
+        ("time headway in 9 of 10 moments behind somebody, in half of them",
+         f"{median('usual_headway'):.2f}, {median('median_headway'):.2f} s in the median trial"),
+        ("time headway", least("minimum_headway", "s")),
+        ("time headway left to the one behind", least("minimum_left", "s")),
+        ("distance to one alongside", least("minimum_beside", "m")),
         ("jerk along / across, hardest braking",
          f"{mean('jerk_longitudinal'):.1f} / {mean('jerk_lateral'):.1f} m/s³ (mean of root mean squares), "
          f"{values('hardest_braking').max():.1f} m/s²"),

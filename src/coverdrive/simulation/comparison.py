@@ -22,6 +22,7 @@ from coverdrive.simulation.trial import STARTED
 
 MEASURES = (
     "mean_speed", "distance", "lane_changes", "overtakes", "minimum_gap", "minimum_time_to_collision",
+    "usual_headway", "minimum_left",
     "jerk_longitudinal", "jerk_lateral", "hardest_braking", "share_slack", "prediction_misses", "planning_median",
 )  # fmt: skip
 """columns that are compared by their mean paired difference"""

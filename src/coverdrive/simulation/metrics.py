@@ -3,6 +3,7 @@
 import numpy as np
 from jaxtyping import Bool, Float
 
+from coverdrive.distances import Kept, kept
 from coverdrive.geometry import body_distance, boxes_overlap, turned_half_extents
 from coverdrive.plan import Status
 from coverdrive.simulation.initial import EGO
@@ -48,25 +49,9 @@ def gaps(trace: Trace) -> Float[np.ndarray, " m"]:
     return body_distance(*own, *other).min(-1, initial=np.inf, where=there)
 
 
-def times_to_collision(trace: Trace) -> Float[np.ndarray, " m"]:
-    """Time [s] to contact of the ego from every moment on, if all kept their velocity; infinite if never.
-
-    Bodies are boxes along the road; velocities have two components, so that contact from the side counts as well.
-    """
-    states, others = trace.scene.states, np.arange(trace.scene.vehicles) != EGO
-    speed, heading = states[..., 2], states[..., 3]
-    velocity = np.stack([speed * np.cos(heading), speed * np.sin(heading)], axis=-1)
-    extent = turned_half_extents(trace.scene.half_sizes, heading)
-    separation, velocity = (each[:, others] - each[:, [EGO]] for each in (states[..., :2], velocity))
-    reach = extent[:, others] + extent[:, [EGO]]
-    there = np.asarray(trace.scene.valid)[:, others]
-    inside = np.abs(separation) < reach
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        crossings = np.stack([(-reach - separation) / velocity, (reach - separation) / velocity])
-    enter = np.where(velocity == 0, np.where(inside, -np.inf, np.inf), crossings.min(0)).max(-1)
-    leave = np.where(velocity == 0, np.where(inside, np.inf, -np.inf), crossings.max(0)).min(-1)
-    enter = np.maximum(enter, 0.0)
-    return np.where(there & (enter < leave), enter, np.inf).min(-1, initial=np.inf)
+def distances(trace: Trace) -> Kept:
+    """How near the ego was to others at every moment."""
+    return Kept(*(each[:, 0] for each in kept(trace.scene, trace.road, np.array([EGO]))))
 
 
 def traffic_collisions(trace: Trace) -> int:

@@ -6,12 +6,15 @@ The roads of a name, and one like that of recordings: "what you recorded is what
 from collections.abc import Sequence
 from typing import Any
 
+import jax
 import numpy as np
 import polars as pl
 from jaxtyping import Int
 from pydantic import Field
 
+from coverdrive.distances import kept
 from coverdrive.errors import SettingError
+from coverdrive.planning.manners import MannersSettings
 from coverdrive.recordings.recording import Recording
 from coverdrive.recordings.summary import following
 from coverdrive.road import Road
@@ -53,13 +56,16 @@ class Place(Settings):
     """numbers of uncontrolled vehicles, taken in turn by the trials"""
     wanted_speed: float = Field(default=40.0, gt=0, le=120)
     """[m/s] of the ego"""
+    manners: MannersSettings | None = None
+    """of recorded drivers"""
 
     @property
     def parts(self) -> dict[str, Any]:
         """The same as parts of an experiment, whose ego keeps its size."""
+        manners = {"manners": self.manners.model_dump(exclude={"like"})} if self.manners else {}
         return {
             "episode": {"initial": self.initial.model_dump(exclude={"length", "width"})},
-            "planner": {"problem": {"cost": {"reference_speed": self.wanted_speed}}},
+            "planner": {"problem": {"cost": {"reference_speed": self.wanted_speed}}, **manners},
             "study": {"vehicles": self.vehicles},
         }
 
@@ -134,7 +140,26 @@ def recorded_place(recordings: Sequence[Recording]) -> Place:
     )
     usual = np.array(VEHICLES) / np.mean(VEHICLES)
     numbers = np.clip(np.rint(number * usual), 1, 100).astype(int)
-    return Place(initial=initial, vehicles=tuple(dict.fromkeys(numbers.tolist())), wanted_speed=wanted)
+    vehicles = tuple(dict.fromkeys(numbers.tolist()))
+    return Place(initial=initial, vehicles=vehicles, wanted_speed=wanted, manners=_manners(recordings))
+
+
+def _manners(recordings: Sequence[Recording]) -> MannersSettings:
+    """What people keep in nine of ten moments in which there is somebody, of one moment a second."""
+    found: dict[str, list[np.ndarray]] = {"headway": [], "beside": [], "time_to_collision": []}
+    for each in recordings:
+        frames = each.frames()
+        for frame in range(0, len(frames.time), max(1, round(1 / each.dt))):
+            scene = jax.tree.map(lambda values, at=frame: values[at : at + 1], frames.scene)
+            distances = kept(scene, each.road, np.flatnonzero(scene.valid[0]))
+            for name, values in found.items():
+                values.append(getattr(distances, name)[0])
+    usual = dict[str, float]()
+    for name, values in found.items():
+        there = np.concatenate(values)
+        if np.isfinite(there).any():
+            usual[name] = _rounded(min(np.quantile(there[np.isfinite(there)], 0.1), 10.0), 2)
+    return MannersSettings.model_validate(usual)
 
 
 def _lanes_that_go_on(road: Road) -> Int[np.ndarray, " kept"]:

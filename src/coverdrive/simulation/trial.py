@@ -27,10 +27,15 @@ class _Drive:
     def __init__(self, trace: Trace, seed: int, trial: int):
         self.trace, self.seed, self.trial = trace, seed, trial
         self.outcome, self.lon, self.windows = trace.outcome, trace.scene.lon[:, EGO], find_windows(trace)
+        self.distances = metrics.distances(trace)
         self.jerk_along, self.jerk_across = metrics.jerk(trace)
         self.slacks = np.array([plan.slack.max(initial=0.0) for plan in trace.plans])
         self.median, self.p99, self.slowest = np.quantile(trace.planning_seconds, (0.5, 0.99, 1.0))
         self._statuses = Counter(plan.status for plan in trace.plans)
+
+    def headway(self, share: float) -> float:
+        behind = self.distances.headway[np.isfinite(self.distances.headway)]
+        return float(np.quantile(behind, share)) if len(behind) else np.inf
 
     def share(self, status: Status) -> float:
         return self._statuses[status] / len(self.trace)
@@ -54,8 +59,14 @@ COLUMNS: dict[str, tuple[type, Callable[[_Drive], Any], str]] = {
     "road_departure": (float, lambda of: metrics.road_departure(of.trace), "[m] that the ego's body got off the road"),
     "minimum_gap": (float, lambda of: metrics.gaps(of.trace).min(),
                     "[m] least distance of the ego to another vehicle"),
-    "minimum_time_to_collision": (float, lambda of: metrics.times_to_collision(of.trace).min(),
+    "minimum_time_to_collision": (float, lambda of: of.distances.time_to_collision.min(),
                                   "[s] least time to contact of the ego, had all kept their velocity"),
+    "minimum_headway": (float, lambda of: of.distances.headway.min(), "[s] least time headway to the vehicle ahead"),
+    "usual_headway": (float, lambda of: of.headway(0.1), "[s] time headway kept in nine of ten moments behind one"),
+    "median_headway": (float, lambda of: of.headway(0.5), "[s] time headway kept in half of them"),
+    "minimum_left": (float, lambda of: of.distances.left.min(),
+                     "[s] least time headway that the ego left to the vehicle behind"),
+    "minimum_beside": (float, lambda of: of.distances.beside.min(), "[m] least distance across to one alongside"),
     "jerk_longitudinal": (float, lambda of: of.jerk_along, "[m/s³] root mean square of the ego's jerk along its way"),
     "jerk_lateral": (float, lambda of: of.jerk_across, "[m/s³] root mean square of the ego's jerk across its way"),
     "hardest_braking": (float, lambda of: metrics.hardest_braking(of.trace), "[m/s²] largest deceleration of the ego"),

@@ -10,7 +10,7 @@ from report_fakes import COMES, LEAVES, STEPS, make_contents, make_stray
 
 from coverdrive.reporting.page.replay import replay_data
 from coverdrive.reporting.reasons import reason_of
-from coverdrive.simulation.metrics import gaps, times_to_collision
+from coverdrive.simulation.metrics import distances, gaps
 
 
 def restored(data: dict) -> dict[str, np.ndarray]:
@@ -52,7 +52,7 @@ def test_gap_time_to_collision_severity_and_first_contact_are_stored() -> None:
     data = replay_data(0, trace, None)
     arrays = restored(data)
     assert arrays["gap"] == pytest.approx(np.minimum(gaps(trace), 100), abs=0.0051)
-    assert arrays["ttc"] == pytest.approx(np.minimum(times_to_collision(trace), 100), abs=0.0051)
+    assert arrays["ttc"] == pytest.approx(np.minimum(distances(trace).time_to_collision, 100), abs=0.0051)
     assert arrays["severity"] == pytest.approx([plan.severity for plan in plans], abs=0.0051)
     reason = reason_of(trace, 3)
     assert (arrays["met"][3], data["reasons"][3]) == (reason.path, reason.text) and reason.path >= 0

@@ -18,7 +18,7 @@ from coverdrive.reporting.active_constraints import ActiveConstraints
 from coverdrive.reporting.reasons import reason_of
 from coverdrive.reporting.road_markings import across, bends, markings
 from coverdrive.simulation.initial import EGO
-from coverdrive.simulation.metrics import gaps, times_to_collision
+from coverdrive.simulation.metrics import distances, gaps
 from coverdrive.simulation.misses import cause_of, find_windows, left_recently
 from coverdrive.simulation.notable import NEAR_GAP, NEAR_TIME
 from coverdrive.simulation.outcome import Kind
@@ -60,7 +60,7 @@ def replay_data(trial: int, trace: Trace, constraints: ActiveConstraints | None)
         "heading": (scene.heading, _FINE, 0),
         "valid": (scene.valid, 1, 0),
         "gap": (np.minimum(gaps(trace), _FAR), _CENTIMETRE, 0),
-        "ttc": (np.minimum(times_to_collision(trace), _FAR), _CENTIMETRE, 0),
+        "ttc": (np.minimum(distances(trace).time_to_collision, _FAR), _CENTIMETRE, 0),
         "severity": ([plan.severity for plan in plans], _CENTIMETRE, 0),
         "met": ([reason.path for reason in reasons], 1, None),
         "metAt": ([reason.time for reason in reasons], _CENTIMETRE, None),

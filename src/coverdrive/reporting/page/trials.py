@@ -36,6 +36,7 @@ COLUMNS = (
     ("overtakes", "overtakes", "{:d}"),
     ("minimum_gap", "least gap [m]", "{:.2f}"),
     ("minimum_time_to_collision", "least time to collision [s]", "{:.2f}"),
+    ("usual_headway", "headway, 9 of 10 moments [s]", "{:.2f}"),
     ("jerk_longitudinal", "jerk along [m/s³]", "{:.1f}"),
     ("maximum_slack", "largest slack", "{:.2f}"),
     ("share_unsafe", "unsafe plans", "{:.0%}"),
@@ -45,7 +46,7 @@ COLUMNS = (
 )
 """name in the table of trials, name on the page with its unit, and format, which may name other columns too"""
 
-LEAST_FIRST = {"mean_speed", "minimum_gap", "minimum_time_to_collision"}
+LEAST_FIRST = {"mean_speed", "minimum_gap", "minimum_time_to_collision", "usual_headway"}
 """columns of which the least values are worth a look; of the others the largest are"""
 
 

@@ -1,0 +1,73 @@
+"""Manners: the distances to others that a plan keeps where it can, though it would be clear without them.
+
+Everybody is in a second box, which reaches as far ahead and behind as its vehicle comes in the wished time headway, and
+farther if the ego is faster: neither comes the ego that near to whoever is ahead, nor leaves it less to those behind
+it in a lane that it enters. To be in such a box costs along the drive branch; it is never a contact, and never decides
+whether a plan is clear. Whoever is directly behind in the ego's own lane keeps the distance itself.
+"""
+
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float
+from pydantic import Field
+
+from coverdrive.planning.obstacles import FAR
+from coverdrive.planning.problem import ProblemSettings
+from coverdrive.settings import Settings
+
+_WEIGHT = 1000.0
+"""cost of being in the middle of such a box for a step: as much as 100 m/s less than wanted"""
+
+_EASE = 2.0
+"""[m/s²] at which the ego is taken to slow down for others; comfortable"""
+
+
+class MannersSettings(Settings):
+    """How near the ego comes to others if it need not."""
+
+    like: Literal["human", "regulation", "paper"] = "human"
+    """people, as the numbers below say; these with the time headways of UN Regulation No. 157 (1 s at 7 km/h to 1.6 s
+    from 60 km/h on); or the paper, which has no such wishes"""
+    headway: float = Field(default=0.72, ge=0, le=10)
+    """[s] time headway of people in nine of ten moments, as recorded on US-101; a fit to recordings takes theirs"""
+    beside: float = Field(default=0.98, ge=0, le=10)
+    """[m] to those alongside, as well"""
+    time_to_collision: float = Field(default=3.7, ge=0, le=60)
+    """[s] until contact if all keep their velocity, as well"""
+
+    def headway_at(self, speed: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
+        """[s] at speeds [m/s] of the one ahead."""
+        if self.like == "regulation":
+            return np.clip(1 + 0.036 * speed, 1.0, 1.6)  # 5.2.3.3: a tenth more for every 10 km/h
+        return np.full_like(speed, self.headway)
+
+
+NONE = MannersSettings(like="paper")
+"""nothing is wished for"""
+
+
+def wished_boxes(
+    likely: Float[np.ndarray, "7 P m"], state: Float[np.ndarray, " 4"], problem: ProblemSettings,
+    manners: MannersSettings,
+) -> Float[np.ndarray, "7 P w"]:  # fmt: skip
+    """The boxes that the ego is not to be in.
+
+    Args:
+        likely: where vehicles are likely to be, lon from that of the ego.
+        state: of the ego.
+        problem: whose slack weights count, of which the last row says the share that being in a box costs.
+        manners: what is wished for.
+    """
+    if manners.like == "paper":
+        return likely[:, :, :0]
+    across = likely[3, 0] + problem.vehicle.width / 2
+    follower = (likely[0, 0] < 0) & (np.abs(likely[1, 0] - state[1]) < across)
+    boxes, slack = likely.compress(~follower, axis=2), problem.cost.slack_weights(problem.steps)
+    speed = np.maximum(np.gradient(boxes[0], problem.dt, axis=0), 0.0)
+    slowing = state[2] - _EASE * problem.dt * np.arange(len(speed))[:, None]
+    boxes[2] += manners.headway_at(speed) * speed + manners.time_to_collision * np.maximum(slowing - speed, 0.0)
+    boxes[3] += manners.beside
+    boxes[4], boxes[5] = FAR, 0.0
+    boxes[6, 1:] = np.divide(_WEIGHT, slack, out=np.zeros_like(slack), where=slack > 0)[:, None]
+    return boxes
