@@ -2,7 +2,9 @@ import numpy as np
 import pytest
 
 from coverdrive.config import Experiment
+from coverdrive.distances import kept
 from coverdrive.recordings.recording import Recording
+from coverdrive.scene import Scene
 from coverdrive.simulation.generated import GeneratedSettings, generate
 from coverdrive.simulation.initial import initial_scene
 from coverdrive.simulation.outcome import contacts
@@ -77,3 +79,16 @@ def test_a_straight_recording_makes_a_straight_road() -> None:
     (recording,) = generate(GeneratedSettings(scenes=1, duration=2.0, lanes=4, lane_width=3.3))
     start = recorded_place([recording]).initial
     assert (start.lanes, start.lane_width, start.curvature, start.speed_limit) == (4, 3.3, (), 120.0)
+
+
+def test_manners_are_what_recorded_drivers_keep_in_nine_of_ten_moments(recordings: tuple[Recording, ...]) -> None:
+    manners, moments = recorded_place(recordings).manners, []
+    for each in recordings:
+        for time in np.arange(each.table["time"].min(), each.table["time"].max() - 0.05, 1.0):
+            scene = each.scene_at(time)
+            alone = Scene(*(values[None] for values in vars(scene).values()))
+            moments.append(kept(alone, each.road, np.arange(scene.vehicles)).headway.ravel())
+    headways = np.concatenate(moments)
+    assert manners is not None and manners.like == "human"
+    assert manners.headway == pytest.approx(np.quantile(headways[np.isfinite(headways)], 0.1), abs=0.01)
+    assert "like" not in recorded_place(recordings).parts["planner"]["manners"]  # whose manners is the user's choice
