@@ -1,12 +1,12 @@
 """Random emergencies with known futures, in hindsight: `python benchmarks/random_emergencies.py [--scenes 5000]`.
 
 The ego is driven by the planner every 0.1 s for 6 s, against exactly what the others do. Bodies are rectangles in the
-map, looked at every 10 ms; that of the ego turns, those of others point along the road. What counts is the relative speed at the first contact with anybody (0: none); to
-leave the road by more than 5 cm is worse than any contact. It is compared with the best, in hindsight, of 40
-manoeuvres that are fixed from the start and driven within the same limits (five decelerations to seven places across the
-road, and straight on), and with full braking in the lane. Roads have one to four lanes and radii of 150 m or more; the
-ego meets debris, standing and braking vehicles, cut-ins, merging trucks, late followers and cars beside it, several at
-once. It is an emergency if going on as before ends in a contact.
+map, looked at every 10 ms; that of the ego turns, those of others point along the road. What counts is the relative
+speed at the first contact with anybody (0: none); to leave the road by more than 5 cm is worse than any contact. It is
+compared with the best, in hindsight, of 40 manoeuvres that are fixed from the start and driven within the same limits
+(five decelerations to seven places across the road, and straight on), and with full braking in the lane. Roads have one
+to four lanes and radii of 150 m or more; the ego meets debris, standing and braking vehicles, cut-ins, merging trucks,
+late followers and cars beside it, several at once. It is an emergency if going on as before ends in a contact.
 """
 
 import argparse
@@ -167,7 +167,7 @@ def severities(states: Float[np.ndarray, "m T 4"], scene: Scene) -> Float[np.nda
         near = np.hypot(*np.moveaxis(centre - there, -1, 0)) < np.hypot(*EGO) + np.hypot(*each.half)
         if not near.any():
             continue
-        motion, time = np.nonzero(near)
+        _, time = np.nonzero(near)
         hit = np.zeros(near.shape, bool)
         hit[near] = boxes_overlap(centre[near], heading[near], EGO, there[time], turned[time], each.half)
         when = np.where(hit.any(axis=1), hit.argmax(axis=1), size)
@@ -289,7 +289,9 @@ def main() -> None:
             print(f"seed {scene.seed}: {ours:.1f} m/s, braking {braking:.1f}, best of 40 {best:.1f}, {scene.kinds}")
     result = compared(rows)
     print(json.dumps(result, indent=2))
-    arguments.out.write_text(json.dumps({**result, "worst first": rows}, indent=1) + "\n", encoding="utf-8")
+    arguments.out.write_text(
+        json.dumps({**result, "first seed": arguments.seed, "drives": rows}, indent=1) + "\n", encoding="utf-8"
+    )
 
 
 if __name__ == "__main__":

@@ -275,7 +275,7 @@ def test_plans_compile_nothing_after_the_reset(straight_paths) -> None:
 
 def test_a_follower_does_not_push_where_nothing_is_clear_anyway(straight_paths) -> None:
     """Vehicles on both sides, one ahead that may brake too hard, one behind that may accelerate or brake."""
-    paths = straight_paths((6, 5.4, 20), (0, 1.8, 20), (0, 9.0, 20), (-7, 5.4, 20), (-7, 5.4, 20))
+    paths = straight_paths((6, 5.4, 20), (0, 1.8, 20), (0, 9.0, 20), (-6, 5.4, 20), (-6, 5.4, 20))
     time, vehicle = 0.25 * np.arange(13), np.array([0, 1, 2, 3, 3])
     braking, points = 5 * np.minimum(time, 2.5), paths.points.copy()
     for path in (0, 4):

@@ -85,8 +85,8 @@ def test_a_search_starts_from_the_last_plan_and_from_the_cheapest_manoeuvre(stra
 
 
 def test_a_clear_plan_is_chosen_wherever_one_is_known(straight_paths) -> None:
-    """The cheapest of those that are clear, with the price of another lane: first optimised plans within the jerk limit,
-    then manoeuvres within it.
+    """The cheapest of those that are clear, with the price of another lane: first optimised plans within the jerk
+    limit, then manoeuvres within it.
     """
     clear, exceeding = 0, 0
     for seed in range(40):

@@ -54,8 +54,8 @@ def test_edges_and_boxes_may_touch_where_dense_sampling_finds_it() -> None:
 @pytest.mark.parametrize("grown", [0.0, 0.5, 1.0])
 def test_first_contact_of_the_turned_body_is_that_of_dense_sampling(grown: float) -> None:
     """Never late by a look, but for contacts that are over by then; and the upright box is met more often."""
-    rng, share, met, upright, late = np.random.default_rng(0), np.linspace(0, 1, 1001), 0, 0, list[float]()
-    for _ in range(1000):
+    rng, share, met, upright, late = np.random.default_rng(0), np.linspace(0, 1, 201), 0, 0, list[float]()
+    for _ in range(300):
         state = np.array([0.0, 0.0, rng.uniform(5, 40), rng.uniform(-0.35, 0.35)])
         applied = np.array([rng.uniform(-8, 3), rng.uniform(-0.2, 0.2)])
         boxes = np.zeros((7, 2, 1))
@@ -69,14 +69,14 @@ def test_first_contact_of_the_turned_body_is_that_of_dense_sampling(grown: float
         got, _ = contact_at(tuple(state), tuple(applied), boxes, 0, 0, grown, CONSTANTS)
         extent = turned_half_extents(CAR.half_sizes, own[:, 3])
         upright += (np.abs(own[:, :2] - centre) < extent + half).all(-1).any()
-        if overlap.sum() > 100:
+        if overlap.sum() > 20:
             met += 1
             late.append(got - share[np.argmax(overlap)])
         elif not overlap.any():
             assert got == NEVER
-    assert 200 < met < 0.9 * upright
-    assert -0.005 < min(late) and max(late) < 0.1
-    assert np.median(np.abs(late)) < 0.005
+    assert 60 < met < upright
+    assert min(late) > -0.01 and max(late) < 0.1
+    assert np.median(np.abs(late)) < 0.01
 
 
 def test_time_of_contact_by_hand() -> None:

@@ -22,8 +22,8 @@ import numpy as np
 from jaxtyping import Float
 
 from coverdrive.compiled import compiled
-from coverdrive.planning.constants import Constants
 from coverdrive.geometry import turned_extents
+from coverdrive.planning.constants import Constants
 from coverdrive.planning.contact import half_sizes_of
 from coverdrive.planning.rollout import after_step
 from coverdrive.road_ahead import State
