@@ -154,3 +154,28 @@ def test_adapting(quick_predictor: Path, tmp_path: Path, monkeypatch: pytest.Mon
         assert 0 <= each["whole"]["missed"][0] <= 1
     assert result["λ = 1"]["whole"]["λ after a drive"] == [1.0, 1.0, 1.0]
     assert result["adaptive"]["whole"]["missed"][0] <= result["adaptive"]["whole"]["bound"]
+
+
+@pytest.mark.slow
+def test_random_emergencies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Hardly any is hit that one of 40 fixed manoeuvres avoids, and on average none of them is needed."""
+    result = ran("random_emergencies", tmp_path / "random.json", monkeypatch, "--scenes", "400")
+    assert result["scenes"] == 400 == len(result["drives"])
+    assert result["off the road"] == 0
+    assert result["hit though one of 40 avoids"] <= 8
+    assert result["worse than full braking"] <= 8
+    assert result["worse than the best of 40"] <= 24
+    assert result["mean [m/s]"]["planner"] < result["mean [m/s]"]["best of 40"] < result["mean [m/s]"]["full braking"]
+
+
+def test_severity_is_that_of_bodies_in_the_map(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At 20 m/s towards a standing car; full braking from 40 m avoids it, and who leaves the road is worse off."""
+    monkeypatch.syspath_prepend(FOLDER)
+    emergencies = importlib.import_module("random_emergencies")
+    road, state = emergencies.Road.straight(1), emergencies.np.array([100.0, 1.8, 20.0, 0.0])
+    scene = emergencies.Scene(0, road, state, [], [emergencies.other(140.0, 1.8, 0.0, emergencies.CAR)])
+    motions = emergencies.manoeuvres(
+        scene, [(0.0, 1.8), (-8.0, 1.8), (0.0, 9.0)], emergencies.table_of(road, emergencies.PROBLEM)
+    )
+    got = emergencies.severities(motions, scene)
+    assert got.tolist() == [pytest.approx(20.0), 0.0, emergencies.np.inf]

@@ -19,8 +19,8 @@ class Status(enum.Enum):
     """the best of the optimised plans; its fail-safe branch is clear of every predicted path at any time and stays on
     the road"""
     FALLBACK = "fallback"
-    """as clear, but the rest of the last fail-safe branch, or a simple manoeuvre to a lane at a constant acceleration:
-    no optimised plan is clear"""
+    """as clear, but the rest of the last fail-safe branch, a simple manoeuvre to a lane at a constant acceleration, or
+    what lies between one and an optimised plan: no optimised plan is clear and within the jerk limit"""
     REAR = "rear"
     """nothing clear was found; it is clear of everything else if the vehicle directly behind in the own lane (paper,
     Remark 2) reacts and brakes as a careful driver would"""

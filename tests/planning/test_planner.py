@@ -275,7 +275,7 @@ def test_plans_compile_nothing_after_the_reset(straight_paths) -> None:
 
 def test_a_follower_does_not_push_where_nothing_is_clear_anyway(straight_paths) -> None:
     """Vehicles on both sides, one ahead that may brake too hard, one behind that may accelerate or brake."""
-    paths = straight_paths((6, 5.4, 20), (0, 1.8, 20), (0, 9.0, 20), (-7, 5.4, 20), (-7, 5.4, 20))
+    paths = straight_paths((6, 5.4, 20), (0, 1.8, 20), (0, 9.0, 20), (-6, 5.4, 20), (-6, 5.4, 20))
     time, vehicle = 0.25 * np.arange(13), np.array([0, 1, 2, 3, 3])
     braking, points = 5 * np.minimum(time, 2.5), paths.points.copy()
     for path in (0, 4):
@@ -548,3 +548,26 @@ def test_wishes_choose_speed_and_lanes_for_one_plan_only(straight_paths) -> None
     assert np.array_equal(again, usual)
     assert Wish(lanes=(1, 4)).away(range(6)).tolist() == [1, 0, 1, 1, 0, 1]
     assert Wish().away([3]).tolist() == [0]
+
+
+def test_a_solved_plan_keeps_to_the_jerk_limit_where_vehicles_appear(straight_paths) -> None:
+    """Along and across; who has to exceed it says so by the status."""
+    planner, jerks, fallbacks = MpcPlanner(), list[float](), 0
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        planner.reset(PERIOD)
+        state, applied = np.array([0.0, rng.choice([1.8, 5.4, 9.0]), rng.uniform(10, 40), 0.0]), np.zeros(2)
+        gap = rng.uniform(0.3, 2.5) * state[2]
+        cars = [(gap, state[1], rng.uniform(0, 0.8) * state[2])]
+        cars += [(rng.uniform(-20, 60), lat, rng.uniform(0.5, 1.1) * state[2]) for lat in (1.8, 5.4, 9.0)]
+        for now in range(8):
+            there = [(lon + (speed * PERIOD) * now, lat, speed) for lon, lat, speed in cars if now >= 4]
+            plan = planner.plan(state, straight_paths(*there), Road.straight())
+            change = np.abs(plan.inputs[0] - applied) / PERIOD
+            fallbacks += plan.status is Status.FALLBACK
+            if plan.status is Status.SOLVED:
+                jerks += [change[0], change[1] * state[2]]
+            state, applied = step(state, plan.inputs[0], PERIOD), plan.inputs[0]
+    assert len(jerks) > 500
+    assert fallbacks > 5
+    assert max(jerks) <= VehicleSettings().max_jerk * (1 + 1e-6)

@@ -85,13 +85,16 @@ def test_a_search_starts_from_the_last_plan_and_from_the_cheapest_manoeuvre(stra
 
 
 def test_a_clear_plan_is_chosen_wherever_one_is_known(straight_paths) -> None:
-    """The cheapest of those that are clear, optimised plans first, with the price of another lane."""
-    clear = 0
+    """The cheapest of those that are clear, with the price of another lane: first optimised plans within the jerk
+    limit, then manoeuvres within it.
+    """
+    clear, exceeding = 0, 0
     for seed in range(40):
         rng = np.random.default_rng(seed)
         rows = [(rng.uniform(-25, 60), rng.choice([1.8, 5.4, 9.0]), rng.uniform(5, 30)) for _ in range(6)]
         wanted, paths = wanted_of([5.4, 1.8, 9.0]), straight_paths(*rows)
-        plans, chosen, optimised, best = searched(wanted, around(STATE, paths))
+        surroundings = around(STATE, paths)
+        plans, chosen, optimised, best = searched(wanted, surroundings)
         assert chosen >= 0
         known = np.isfinite(plans.cost) & plans.clear
         assert bool(plans.clear[chosen]) is bool(known.any())
@@ -99,12 +102,15 @@ def test_a_clear_plan_is_chosen_wherever_one_is_known(straight_paths) -> None:
             continue
         clear += 1
         price, first = plans.cost + wanted.extra[plans.lane], wanted.guesses
-        best_known = known & (np.arange(len(known)) >= first) if known[first:].any() else known
-        assert price[chosen] == price[best_known].min()
-        assert optimised is bool(first <= chosen < first + 4)
+        abrupt = np.array([search.abrupt(each, surroundings, CONSTANTS) for each in plans.inputs])
+        worth = 2 * abrupt + (np.arange(len(known)) < first)
+        assert price[chosen] == price[known & (worth == worth[known].min())].min()
+        assert optimised is bool(worth[chosen] == 0)
+        exceeding += abrupt[chosen]
         np.testing.assert_array_equal(best[plans.lane[chosen]], plans.inputs[chosen])
         assert not touches(driven(STATE, fail_safe(plans)[[chosen]], 1)[1], paths.points, paths.half_sizes, 20).any()
     assert clear > 10
+    assert 0 < exceeding < clear
 
 
 def test_a_plan_that_is_not_clear_is_drawn_back_to_one_that_is(straight_paths) -> None:
@@ -191,3 +197,22 @@ def test_lane_seeking_reaches_the_lane(speed: float, target: float) -> None:
         lats.append(state[1])
     assert lats[-1] == pytest.approx(target, abs=0.1)
     assert max(lats) < target + 0.3
+
+
+def test_where_nothing_is_clear_the_descent_ends_soon(straight_paths) -> None:
+    """However many iterations it may have; and nowhere else."""
+    rng, hopeless = np.random.default_rng(1), 0
+    for _ in range(60):
+        state, paths = scene(rng)
+        surroundings, wanted = around(state, paths), wanted_of([5.4, 1.8, 9.0])
+        ends, unclear = [], []
+        for iterations in (search._HOPELESS, 24):
+            plans = room_for(wanted, CONSTANTS)
+            begin(plans, wanted, surroundings, CONSTANTS)
+            go_on(plans, wanted, iterations, 1e-9, surroundings, CONSTANTS)
+            unclear.append(search.hopeless(plans, wanted, surroundings, CONSTANTS))
+            ends.append(plans.inputs)
+        if unclear[0]:
+            hopeless += 1
+            np.testing.assert_allclose(ends[0], ends[1], atol=1e-9)
+    assert 5 < hopeless < 55

@@ -17,7 +17,7 @@ from coverdrive.planning.contact import box_between, box_excess, box_of, half_si
 from coverdrive.planning.merit import input_at, merit_of
 from coverdrive.planning.rollout import after_step, rollout_of, state_at
 from coverdrive.planning.surroundings import Surroundings
-from coverdrive.planning.sweep import NEVER, contact_at, impact, impact_beyond, write_edges
+from coverdrive.planning.sweep import NEVER, contact_at, impact, impact_beyond, may_touch, write_edges
 from coverdrive.planning.vehicle import within_limits
 from coverdrive.road_ahead import FASTEST, LEFT, RIGHT, STRAIGHT, Bend, RoadAhead, State, bend_at, value_at
 
@@ -120,7 +120,7 @@ def complete(plans: Plans, i: int, around: Surroundings, constants: Constants) -
         states[k + 1], inputs[k] = plans.states[i, tree.fail_safe[k]], plans.inputs[i, tree.fail_safe[k]]
     edges = np.empty((steps, 2, 4))
     write_edges(states, inputs, edges, constants)
-    departure = severity = harm = 0.0
+    departure, severity, harm, touching = 0.0, 0.0, 0.0, False
     for k in range(steps):
         beyond = _beyond(states[k, 0], states[k + 1, 0], edges[k], k == 0, around.road)
         departure += beyond if beyond > _ON_THE_ROAD else 0.0
@@ -128,6 +128,9 @@ def complete(plans: Plans, i: int, around: Surroundings, constants: Constants) -
     if faster > 0:  # it would leave the road in a curve to come
         departure += faster * states[steps, 2] / constants.vehicle.braking
     for slot in range(boxes.shape[2]):
+        if not _touching(states, edges, slot, boxes, constants):
+            continue
+        touching = True
         for grown, likely in _LEVELS:
             time, speed = first_contact(states, inputs, edges, slot, grown, boxes, constants)
             if time == np.inf:
@@ -136,7 +139,7 @@ def complete(plans: Plans, i: int, around: Surroundings, constants: Constants) -
                 severity = max(severity, abs(speed))
             harm += likely * boxes[6, 0, slot] * _harm_of(time / steps, speed)
     plans.departure[i], plans.severity[i], plans.harm[i] = departure, severity, harm
-    plans.clear[i] = harm == departure == 0
+    plans.clear[i] = departure == 0 and not touching
 
 
 @compiled
@@ -167,21 +170,45 @@ def _harm_of(share: float, speed: float) -> float:
 
 
 @compiled
+def _touching(
+    states: Float[np.ndarray, "P 4"], edges: Float[np.ndarray, "K 2 4"], slot: int, boxes: Float[np.ndarray, "7 P n"],
+    constants: Constants,
+) -> bool:  # fmt: skip
+    """Whether a motion is not clear of a box: may touch it at any time, or cannot brake behind it at the end."""
+    for k in range(constants.steps):
+        if may_touch(edges, boxes, k, slot):
+            return True
+    return _beyond_end(states, edges, slot, boxes, constants) >= 0
+
+
+@compiled
+def _beyond_end(
+    states: Float[np.ndarray, "P 4"], edges: Float[np.ndarray, "K 2 4"], slot: int, boxes: Float[np.ndarray, "7 P n"],
+    constants: Constants,
+) -> float:  # fmt: skip
+    """`impact_beyond` of a motion."""
+    steps, braking = constants.steps, constants.vehicle.braking
+    return impact_beyond(state_at(states, steps, states[0]), edges[steps - 1, 1], boxes, slot, braking)
+
+
+@compiled
 def first_contact(
     states: Float[np.ndarray, "P 4"], inputs: Float[np.ndarray, "K 2"], edges: Float[np.ndarray, "K 2 4"], slot: int,
     grown: float, boxes: Float[np.ndarray, "7 P n"], constants: Constants,
 ) -> tuple[float, float]:  # fmt: skip
-    """When [steps] a motion first touches a box, infinity for never, and how fast [m/s], below 0 if from behind."""
-    steps = constants.steps
-    for k in range(steps):
-        share, behind = contact_at(edges, boxes, k, slot, grown)
-        if share < NEVER:
-            applied = inputs[k, 0], inputs[k, 1]
-            speed = impact(state_at(states, k, states[0]), applied, share, boxes, k, slot, constants.dt)
-            return k + share, -speed if behind else speed
-    end, braking = state_at(states, steps, states[0]), constants.vehicle.braking
-    speed = impact_beyond(end, edges[steps - 1, 1], boxes, slot, braking)
-    return (float(steps) if speed >= 0 else np.inf), speed
+    """When [steps] the turned body first touches a box, infinity for never, and how fast [m/s], below 0 if from behind.
+
+    Its edges tell where it may.
+    """
+    for k in range(constants.steps):
+        if may_touch(edges, boxes, k, slot):
+            state, applied = state_at(states, k, states[0]), (inputs[k, 0], inputs[k, 1])
+            share, behind = contact_at(state, applied, boxes, k, slot, grown, constants)
+            if share < NEVER:
+                speed = impact(state, applied, share, boxes, k, slot, constants.dt)
+                return k + share, -speed if behind else speed
+    speed = _beyond_end(states, edges, slot, boxes, constants)
+    return (float(constants.steps) if speed >= 0 else np.inf), speed
 
 
 @compiled

@@ -42,7 +42,9 @@ _MORE_DEPARTURE = 0.05
 """[m] beyond the least that any plan leaves the road that count for nothing where all do: the rear corner of a car at
 the edge moves out as it turns away"""
 _ABRUPT = 1e6
-"""more than an optimised plan that is clear costs; added to what may change its inputs at once"""
+"""more than a clear plan costs; added to manoeuvres, and twice to what exceeds the jerk limit"""
+_ROUNDING = 1e-9
+"""share of a limit"""
 _PLACES = 9
 """across the road, to which a car evades"""
 _FARTHEST = 4.0
@@ -51,6 +53,8 @@ _HURRY = 1.6
 """times faster than a lane is changed in comfort"""
 _HARD = np.array([1.0, 0.5, 0.0])
 """shares of full braking while it evades"""
+_HOPELESS = 2
+"""iterations after which the descent ends where nothing is clear: what is clear is so by then, but for very few"""
 _HALVINGS = 4
 """of the way from a clear plan to one that is not"""
 _EVASIONS = len(_HARD) * (_PLACES + 1)
@@ -145,9 +149,23 @@ def begin(plans: Plans, wanted: Wanted, around: Surroundings, constants: Constan
 def go_on(
     plans: Plans, wanted: Wanted, iterations: int, tolerance: float, around: Surroundings, constants: Constants
 ) -> bool:
-    """Let the starts descend by so many steps at the most; returns whether the cheapest has arrived: whether its last
-    step has lowered the merit by a smaller share than the tolerance.
+    """Let the starts descend by so many steps at the most; returns whether that is all: whether the last step of the
+    cheapest has lowered the merit by a smaller share than the tolerance, or nothing is clear after the first steps.
     """
+    first = len(wanted.lanes) * len(wanted.accelerations) + 1
+    if plans.clear[:first].any():
+        return _descended(plans, wanted, iterations, tolerance, around, constants)
+    soon = min(iterations, _HOPELESS)
+    if _descended(plans, wanted, soon, tolerance, around, constants) or hopeless(plans, wanted, around, constants):
+        return True
+    return _descended(plans, wanted, iterations - soon, tolerance, around, constants)
+
+
+@compiled
+def _descended(
+    plans: Plans, wanted: Wanted, iterations: int, tolerance: float, around: Surroundings, constants: Constants
+) -> bool:
+    """Let the starts descend by so many steps at the most; returns whether the cheapest has arrived."""
     first = len(wanted.lanes) * len(wanted.accelerations) + 1
     starts = slice(first, first + 1 + len(wanted.lanes))
     extra = wanted.extra[plans.lane[starts]]
@@ -179,15 +197,17 @@ def choose(
         best: where the inputs of the best plan to each target lane are written.
 
     Returns:
-        The index of the chosen plan, −1 if none has a cost, and whether it comes out of the descent.
+        The index of the chosen plan, −1 if none has a cost, and whether it comes out of the descent and keeps to the
+        jerk limit.
     """
     first, lanes = len(wanted.lanes) * len(wanted.accelerations) + 1, len(wanted.lanes)
     last = first + 1 + lanes
     evaluate(plans, first, last, around, constants)
     cheapest, least = -1, np.inf
     for i in range(last):
-        if plans.clear[i] and plans.cost[i] < least:
-            cheapest, least = i, plans.cost[i]
+        price = plans.cost[i] + _ABRUPT * abrupt(plans.inputs[i], around, constants)
+        if plans.clear[i] and price < least:
+            cheapest, least = i, price
     if cheapest >= 0:
         base = plans.inputs[cheapest].copy()
         for i in range(first, last):
@@ -199,13 +219,21 @@ def choose(
     standing, chosen, least = np.full(lanes, np.inf), -1, np.inf
     for i in range(last):
         lane, rank = plans.lane[i], _rank(plans, i, allowed)
-        if i < first and plans.clear[i]:
-            rank += _ABRUPT
+        if plans.clear[i]:
+            rank += _ABRUPT * ((i < first) + 2 * abrupt(plans.inputs[i], around, constants))
         if rank < standing[lane]:
             standing[lane], best[lane] = rank, plans.inputs[i]
         if rank + wanted.extra[lane] < least:
             chosen, least = i, rank + wanted.extra[lane]
-    return chosen, first <= chosen < first + 1 + lanes
+    return chosen, first <= chosen < first + 1 + lanes and not abrupt(plans.inputs[chosen], around, constants)
+
+
+@compiled
+def abrupt(inputs: Float[np.ndarray, "N 2"], around: Surroundings, constants: Constants) -> bool:
+    """Whether the first inputs differ from the previous ones by more than the jerk limit allows, along or across."""
+    most, before = constants.vehicle.max_jerk * constants.period * (1 + _ROUNDING), around.previous_input
+    across = max(around.state[2], 1.0) * abs(inputs[0, 1] - before[1])
+    return max(abs(inputs[0, 0] - before[0]), across) > most
 
 
 @compiled

@@ -12,18 +12,27 @@ inputs are driven by, or exactly, they differ by no more than the sum over the s
 |f_lon''| ≤ 2|a·w|·S + |v|·w² and |f_lat''| ≤ 2|a·w| + |v|·w²·S. The half extents of the turned body are bounded evenly
 as well: `own_half_sizes` is linear in |ψ|, and |ψ(t)| lies below its chord. The edges of the predicted boxes are even
 by definition. Two such boxes overlap while four linear functions are positive: during one interval of time, or never.
+
+That is what a clear plan must never do. How hard a plan meets what it does not keep clear of is another question, for
+which the body is the turned rectangle itself, apart from a box where one of the four directions of their sides parts
+them (Gottschalk, Lin, Manocha 1996).
 """
 
 import numpy as np
 from jaxtyping import Float
 
 from coverdrive.compiled import compiled
+from coverdrive.geometry import turned_extents
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.contact import half_sizes_of
+from coverdrive.planning.rollout import after_step
 from coverdrive.road_ahead import State
 
 NEVER = 2.0
 """a share of a step that no contact has"""
+_LOOKS = 10
+"""at the turned body in a step, between which it gets as deep into a box as linear interpolation says"""
+_extents_of = compiled(turned_extents)
 
 
 @compiled
@@ -62,36 +71,81 @@ def write_edges(
 
 
 @compiled
-def contact_at(
-    edges: Float[np.ndarray, "K 2 4"], boxes: Float[np.ndarray, "7 P n"], step: int, slot: int, grown: float
-) -> tuple[float, bool]:
-    """The share of a step after which body and box first overlap, `NEVER` if they do not, and whether the box's front
-    then meets the body's rear.
+def may_touch(edges: Float[np.ndarray, "K 2 4"], boxes: Float[np.ndarray, "7 P n"], step: int, slot: int) -> bool:
+    """Whether the edges of a body and a box overlap at any time of a step.
 
     Args:
         edges: of the body.
         boxes: lon, lat, half length, half width [m], speed, deceleration and likelihood of the boxes.
         step: index of the step, from 0.
         slot: index of the box.
-        grown: share of what the box has grown since the start of the plan: 1 for all of it, 0 for the body alone.
     """
-    first, last, behind = -np.inf, 1.0, False
+    first, last = 0.0, 1.0
     for axis in range(2):
-        body = boxes[2 + axis, 0, slot]
-        half_now = body + grown * (boxes[2 + axis, step, slot] - body)
-        half_then = body + grown * (boxes[2 + axis, step + 1, slot] - body)
+        half_now, half_then = boxes[2 + axis, step, slot], boxes[2 + axis, step + 1, slot]
         for side in (-1.0, 1.0):  # the body's front is beyond the box's rear; its rear is not beyond the box's front
             own = axis + 2 if side < 0 else axis
             now = side * (boxes[axis, step, slot] - edges[step, 0, own]) + half_now
             then = side * (boxes[axis, step + 1, slot] - edges[step, 1, own]) + half_then
             if now <= 0 and then <= 0:
-                return NEVER, False
+                return False
             if then <= 0:
                 last = min(last, now / (now - then))
-            since = now / (now - then) if now <= 0 else -now  # what overlaps least does so for the shortest time
-            if since > first:
-                first, behind = since, axis == 0 and side > 0
-    return (max(first, 0.0), behind) if first < last else (NEVER, False)
+            elif now <= 0:
+                first = max(first, now / (now - then))
+    return first < last
+
+
+@compiled
+def contact_at(
+    state: State, applied: tuple[float, float], boxes: Float[np.ndarray, "7 P n"], step: int, slot: int, grown: float,
+    constants: Constants,
+) -> tuple[float, bool]:  # fmt: skip
+    """The share of a step after which the turned body and a box first overlap, `NEVER` if they do not, and whether the
+    box's front then meets the body's rear.
+
+    Args:
+        state: at the start of the step.
+        applied: acceleration [m/s²] and yaw rate [rad/s] during the step.
+        boxes: lon, lat, half length, half width [m], speed, deceleration and likelihood of the boxes.
+        step: index of the step, from 0.
+        slot: index of the box.
+        grown: share of what the box has grown since the start of the plan: 1 for all of it, 0 for the body alone.
+        constants: of the problem.
+    """
+    before = 0.0
+    for look in range(_LOOKS + 1):
+        share = look / _LOOKS
+        body = after_step(state, applied, share * constants.dt)
+        along, across, ahead = _depth(body, boxes, step, share, slot, grown, constants)
+        depth = min(along, across)
+        if depth > 0:
+            since = share if look == 0 else share - depth / (depth - before) / _LOOKS
+            return since, along < across and not ahead  # what overlaps least does so for the shortest time
+        before = depth
+    return NEVER, False
+
+
+@compiled
+def _depth(
+    body: State, boxes: Float[np.ndarray, "7 P n"], step: int, share: float, slot: int, grown: float,
+    constants: Constants,
+) -> tuple[float, float, bool]:  # fmt: skip
+    """How deep [m] a body is in a box, by the directions along road and body and by those across them, below 0 where
+    they are apart, and whether the box is ahead.
+    """
+    vehicle, rest = constants.vehicle, 1 - share
+    long, wide = boxes[2, 0, slot], boxes[3, 0, slot]
+    long += grown * (rest * boxes[2, step, slot] + share * boxes[2, step + 1, slot] - long)
+    wide += grown * (rest * boxes[3, step, slot] + share * boxes[3, step + 1, slot] - wide)
+    lon = rest * boxes[0, step, slot] + share * boxes[0, step + 1, slot] - body[0]
+    lat = rest * boxes[1, step, slot] + share * boxes[1, step + 1, slot] - body[1]
+    cosine, sine = np.cos(body[3]), np.sin(body[3])
+    own_long, own_wide = _extents_of(vehicle.length / 2, vehicle.width / 2, body[3])
+    its_long, its_wide = _extents_of(long, wide, body[3])
+    along = min(own_long + long - abs(lon), its_long + vehicle.length / 2 - abs(lon * cosine + lat * sine))
+    across = min(own_wide + wide - abs(lat), its_wide + vehicle.width / 2 - abs(lat * cosine - lon * sine))
+    return along, across, lon > 0
 
 
 @compiled
