@@ -8,7 +8,9 @@ certificate holds; it does not depend on their scale, so that they stay nested.
 """
 
 import numpy as np
+from jaxtyping import Bool, Float
 
+from coverdrive.compiled import compiled
 from coverdrive.geometry import turned_extents
 from coverdrive.paths import PredictedPaths
 from coverdrive.scene import Scene
@@ -20,6 +22,8 @@ _LANE = 3.6
 _LIKELIHOOD = 0.5
 """of going on, where staying in the learned box has 1"""
 
+Values = Float[np.ndarray, " S"]
+
 
 def lane_changes(paths: PredictedPaths, scene: Scene) -> PredictedPaths:
     """A path for every vehicle that leaves its box across the road at its lateral speed.
@@ -28,18 +32,35 @@ def lane_changes(paths: PredictedPaths, scene: Scene) -> PredictedPaths:
         paths: S paths, one for each vehicle.
         scene: from which they were predicted.
     """
-    times = paths.dt * np.arange(paths.points.shape[1])
-    lon, lat, speed, heading, length, width = (np.asarray(each)[paths.vehicle, None] for each in scene.measures)
+    lon, lat, speed, heading, length, width = (np.asarray(each)[paths.vehicle] for each in scene.measures)
     half_length, half_width = turned_extents(length / 2, width / 2, heading)
-    across = speed * np.sin(heading)
-    reach = np.abs(lat + across * times - paths.points[..., 1]) + half_width - paths.half_sizes[..., 1]
-    leaving = np.flatnonzero((reach[:, 1:] > 0).any(1))
-    near = np.abs(across[leaving]) * times
-    near, far = (np.minimum(way, _LANE) for way in (near, near + _SWING / 2 * times**2))
-    straight = lon[leaving] + speed[leaving] * np.cos(heading[leaving]) * times
-    swung = lat[leaving] + np.sign(across[leaving]) * (near + far) / 2
-    centre = np.stack([straight, swung], axis=-1)
-    half_sizes = np.empty_like(centre)
-    half_sizes[..., 0], half_sizes[..., 1] = half_length[leaving], half_width[leaving] + (far - near) / 2
-    weight = np.full(len(leaving), _LIKELIHOOD)
-    return PredictedPaths(centre, paths.vehicle[leaving], half_sizes, paths.dt, weight=weight)
+    along, across = speed * np.cos(heading), speed * np.sin(heading)
+    points, half_sizes = np.empty_like(paths.points), np.empty_like(paths.half_sizes)
+    leaving = np.zeros(len(paths), dtype=bool)
+    motion = (lon, lat, along, across), (half_length, half_width)
+    _write_changes(*motion, paths.points, paths.half_sizes, paths.dt, leaving, points, half_sizes)
+    weight = np.full(np.count_nonzero(leaving), _LIKELIHOOD)
+    return PredictedPaths(points[leaving], paths.vehicle[leaving], half_sizes[leaving], paths.dt, weight=weight)
+
+
+@compiled
+def _write_changes(
+    now: tuple[Values, Values, Values, Values], body: tuple[Values, Values], kept: Float[np.ndarray, "S P 2"],
+    room: Float[np.ndarray, "S P 2"], dt: float, leaving: Bool[np.ndarray, " S"], points: Float[np.ndarray, "S P 2"],
+    half_sizes: Float[np.ndarray, "S P 2"],
+) -> None:  # fmt: skip
+    """Tell who leaves boxes with these centres and half sizes across the road, and write the second ones of these.
+
+    Positions and their rates, along and across the road, and half extents are those of the vehicles now.
+    """
+    (lon, lat, along, across), (half_length, half_width) = now, body
+    for i in range(len(kept)):
+        for k in range(kept.shape[1]):
+            time = dt * k
+            beyond = abs(lat[i] + across[i] * time - kept[i, k, 1]) + half_width[i] - room[i, k, 1]
+            leaving[i] |= k > 0 and beyond > 0
+            near = abs(across[i]) * time
+            near, far = min(near, _LANE), min(near + _SWING / 2 * (time * time), _LANE)
+            points[i, k, 0] = lon[i] + along[i] * time
+            points[i, k, 1] = lat[i] + np.sign(across[i]) * (near + far) / 2
+            half_sizes[i, k, 0], half_sizes[i, k, 1] = half_length[i], half_width[i] + (far - near) / 2

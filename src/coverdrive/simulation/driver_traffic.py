@@ -114,6 +114,7 @@ class DriverTraffic:
         """
         self._road, self._rng = road, rng
         self._controlled = np.arange(scene.vehicles) != EGO if controlled is None else controlled
+        self._others = np.flatnonzero(~self._controlled)
         self._lane_width = float(road.edges[1] - road.edges[0])
         self._age = 0.0
         settings, shape = self._settings, (1, scene.vehicles)
@@ -155,7 +156,7 @@ class DriverTraffic:
 
     def _see(self, scene: Scene) -> None:
         """Put those whom others move where they are; they hold every lane that their body is in."""
-        freeway, others = self._freeway, ~self._controlled
+        freeway, others = self._freeway, self._others
         states = scene.states[others]
         aside = turned_half_extents(scene.half_sizes[others], states[:, 3])[:, 1]
         freeway.lon[0, others] = states[:, 0]
