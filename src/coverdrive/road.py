@@ -87,7 +87,7 @@ class Road:
     def edges_at(self, lon: Numbers) -> Float[np.ndarray, "*n E"]:
         """lat [m] of the lane edges at positions [m]; they coincide where there is no lane between them."""
         if self.changing is None:
-            return np.broadcast_to(np.asarray(self.edges), (*np.shape(lon), self.edges.shape[0]))
+            return np.full((*np.shape(lon), self.edges.shape[0]), self.edges)
         return self.changing.at(lon)
 
     def has_lane(self, lon: Numbers) -> Bool[np.ndarray, "*n L"]:

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.obstacles import likelihoods, obstacles_of, reachable, with_share_of_tube
+from coverdrive.planning.obstacles import boxes_and_likeliest, reachable, with_share_of_tube
 from coverdrive.planning.problem import ProblemSettings
 from coverdrive.planning.road_table import RoadTable, on_road
 from coverdrive.road_ahead import RoadAhead
@@ -39,7 +39,7 @@ def surroundings_of(
     """What a plan is made for, along the road from where the ego is, after these inputs; at a wished speed [m/s]."""
     lon, shape = float(state[0]), problem.obstacles
     paths = on_road(paths, lon, table)
-    every = obstacles_of(paths, shape)
+    every, likeliest = boxes_and_likeliest(paths, shape)
     near = reachable(state, every, problem.dt, table.reaching, shape)
     every[0] -= lon
     return Surroundings(
@@ -48,5 +48,5 @@ def surroundings_of(
         road=table.ahead(lon),
         wanted=table.wanted_from(lon, float(state[2]), problem, speed),
         boxes=every.compress(near, axis=2),
-        likely=with_share_of_tube(every.compress(near & likelihoods(paths)[1], axis=2), problem.branches.tube),
+        likely=with_share_of_tube(every.compress(near & likeliest, axis=2), problem.branches.tube),
     )

@@ -8,7 +8,7 @@ certificate holds; it does not depend on their scale, so that they stay nested.
 """
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from coverdrive.compiled import compiled
 from coverdrive.geometry import turned_extents
@@ -22,7 +22,9 @@ _LANE = 3.6
 _LIKELIHOOD = 0.5
 """of going on, where staying in the learned box has 1"""
 
-Values = Float[np.ndarray, " S"]
+Values = Float[np.ndarray, " A"]
+
+_turned_extents = compiled(turned_extents)
 
 
 def lane_changes(paths: PredictedPaths, scene: Scene) -> PredictedPaths:
@@ -32,35 +34,31 @@ def lane_changes(paths: PredictedPaths, scene: Scene) -> PredictedPaths:
         paths: S paths, one for each vehicle.
         scene: from which they were predicted.
     """
-    lon, lat, speed, heading, length, width = (np.asarray(each)[paths.vehicle] for each in scene.measures)
-    half_length, half_width = turned_extents(length / 2, width / 2, heading)
-    along, across = speed * np.cos(heading), speed * np.sin(heading)
+    now = (np.ascontiguousarray(each, dtype=float) for each in scene.measures)
     points, half_sizes = np.empty_like(paths.points), np.empty_like(paths.half_sizes)
     leaving = np.zeros(len(paths), dtype=bool)
-    motion = (lon, lat, along, across), (half_length, half_width)
-    _write_changes(*motion, paths.points, paths.half_sizes, paths.dt, leaving, points, half_sizes)
+    _write_changes(*now, paths.vehicle, paths.points, paths.half_sizes, paths.dt, leaving, points, half_sizes)
     weight = np.full(np.count_nonzero(leaving), _LIKELIHOOD)
     return PredictedPaths(points[leaving], paths.vehicle[leaving], half_sizes[leaving], paths.dt, weight=weight)
 
 
 @compiled
 def _write_changes(
-    now: tuple[Values, Values, Values, Values], body: tuple[Values, Values], kept: Float[np.ndarray, "S P 2"],
-    room: Float[np.ndarray, "S P 2"], dt: float, leaving: Bool[np.ndarray, " S"], points: Float[np.ndarray, "S P 2"],
-    half_sizes: Float[np.ndarray, "S P 2"],
+    lon: Values, lat: Values, speed: Values, heading: Values, length: Values, width: Values,
+    vehicle: Int[np.ndarray, " S"], kept: Float[np.ndarray, "S P 2"], room: Float[np.ndarray, "S P 2"], dt: float,
+    leaving: Bool[np.ndarray, " S"], points: Float[np.ndarray, "S P 2"], half_sizes: Float[np.ndarray, "S P 2"],
 ) -> None:  # fmt: skip
-    """Tell who leaves boxes with these centres and half sizes across the road, and write the second ones of these.
-
-    Positions and their rates, along and across the road, and half extents are those of the vehicles now.
-    """
-    (lon, lat, along, across), (half_length, half_width) = now, body
+    """Tell who leaves boxes with these centres and half sizes across the road, and write the second ones of these."""
     for i in range(len(kept)):
+        v = vehicle[i]
+        along, across = speed[v] * np.cos(heading[v]), speed[v] * np.sin(heading[v])
+        half_length, half_width = _turned_extents(length[v] / 2, width[v] / 2, heading[v])
         for k in range(kept.shape[1]):
             time = dt * k
-            beyond = abs(lat[i] + across[i] * time - kept[i, k, 1]) + half_width[i] - room[i, k, 1]
+            beyond = abs(lat[v] + across * time - kept[i, k, 1]) + half_width - room[i, k, 1]
             leaving[i] |= k > 0 and beyond > 0
-            near = abs(across[i]) * time
+            near = abs(across) * time
             near, far = min(near, _LANE), min(near + _SWING / 2 * (time * time), _LANE)
-            points[i, k, 0] = lon[i] + along[i] * time
-            points[i, k, 1] = lat[i] + np.sign(across[i]) * (near + far) / 2
-            half_sizes[i, k, 0], half_sizes[i, k, 1] = half_length[i], half_width[i] + (far - near) / 2
+            points[i, k, 0] = lon[v] + along * time
+            points[i, k, 1] = lat[v] + np.sign(across) * (near + far) / 2
+            half_sizes[i, k, 0], half_sizes[i, k, 1] = half_length, half_width + (far - near) / 2

@@ -12,7 +12,6 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from coverdrive.compiled import compiled
-from coverdrive.scene import beside
 from coverdrive.simulation.course import Course
 from coverdrive.simulation.drivers import (
     FREE,
@@ -96,15 +95,12 @@ class Freeway:
 
     def states(self, lane_width: float) -> Float[np.ndarray, "S A 4"]:
         """Lon, lat [m], speed [m/s] and heading [rad] of all vehicles."""
-        s = self.progress
-        way = (self.target - self.lane) * lane_width
-        amplitude, wave, phase = (self.wander[..., i] for i in range(3))
-        angle = 2 * np.pi * self.lon / wave + phase
-        lat = (self.lane + 0.5) * lane_width + way * s**3 * (10 - 15 * s + 6 * s**2) + amplitude * np.sin(angle)
-        pace = way * 30 * s**2 * (1 - s) ** 2 * self._progress_rate()
-        lat_rate = pace + amplitude * np.cos(angle) * 2 * np.pi / wave * self.speed
-        speed, heading = np.hypot(self.speed, lat_rate), np.arctan2(lat_rate, self.speed)
-        return beside(self.lon, lat, speed, heading)
+        states = np.empty((*self.lon.shape, 4))
+        cubed, rate = self.progress**3, self._progress_rate()
+        motion = self.lon, self.speed, self.lane, self.target
+        _write_states(*motion, self.progress, cubed, rate, self.wander, lane_width, states)
+        states[..., 3] = np.arctan2(states[..., 3], self.speed)
+        return states
 
     def advance(self, dt: float) -> None:
         """Drive for dt [s] behind the vehicle ahead in all lanes that are used."""
@@ -198,9 +194,7 @@ class Freeway:
         pace = np.minimum(1.0, self.speed / FLUENT) / self.change_duration
         return np.where(self.lane == self.target, 0.0, pace)
 
-    def _neighbours(
-        self, lane: Int[np.ndarray, "S A"], other: Int[np.ndarray, "S A"] | None = None
-    ) -> Neighbours:
+    def _neighbours(self, lane: Int[np.ndarray, "S A"], other: Int[np.ndarray, "S A"] | None = None) -> Neighbours:
         """Whoever is nearest in the lane that is given for each vehicle, or in one of two."""
         there = np.empty((*lane.shape, lane.shape[-1]), dtype=bool)
         _mark_there(lane, lane if other is None else other, self.lane, self.target, self.valid, there)
@@ -219,6 +213,26 @@ def _mark_there(
                 in_first = lane[s, j] == first[s, i] or target[s, j] == first[s, i]
                 in_second = lane[s, j] == second[s, i] or target[s, j] == second[s, i]
                 there[s, i, j] = valid[s, j] and (in_first or in_second)
+
+
+@compiled
+def _write_states(
+    lon: Values, speed: Values, lane: Int[np.ndarray, "S A"], target: Int[np.ndarray, "S A"], progress: Values,
+    cubed: Values, rate: Values, wander: Float[np.ndarray, "S A 3"], lane_width: float,
+    states: Float[np.ndarray, "S A 4"],
+) -> None:  # fmt: skip
+    """Write lon, lat [m], speed [m/s] and the rate of lat [m/s], given the cube of the progress and its rate [1/s]."""
+    for s in range(len(lon)):
+        for i in range(lon.shape[1]):
+            amplitude, wave, phase = wander[s, i]
+            at, way = progress[s, i], (target[s, i] - lane[s, i]) * lane_width
+            angle = 2 * np.pi * lon[s, i] / wave + phase
+            swing = way * cubed[s, i] * (10 - 15 * at + 6 * (at * at))
+            pace = way * 30 * (at * at) * ((1 - at) * (1 - at)) * rate[s, i]
+            across = pace + amplitude * np.cos(angle) * 2 * np.pi / wave * speed[s, i]
+            states[s, i, 0] = lon[s, i]
+            states[s, i, 1] = (lane[s, i] + 0.5) * lane_width + swing + amplitude * np.sin(angle)
+            states[s, i, 2], states[s, i, 3] = np.hypot(speed[s, i], across), across
 
 
 @compiled
