@@ -10,6 +10,7 @@ need not lead out of them.
 A slots, M base trajectories or paths, B other vehicles, n times from now to the end of the horizon.
 """
 
+import math
 from typing import Literal
 
 import numpy as np
@@ -64,7 +65,7 @@ class SetSamplingTraffic:
     def step(self, scene: Scene, dt: float) -> TrafficStep:
         """Choose if it is time to, then move everybody; a SettingError if ``dt`` does not divide the interval."""
         steps = round(self._settings.interval / dt)
-        if steps < 1 or not np.isclose(steps * dt, self._settings.interval):
+        if steps < 1 or not math.isclose(steps * dt, self._settings.interval, rel_tol=1e-5):
             raise SettingError(
                 f"vehicles choose every {self._settings.interval} s, which is not a multiple of the simulation step "
                 f"of {dt} s; change one of the two"
