@@ -22,8 +22,6 @@ _LANE = 3.6
 _LIKELIHOOD = 0.5
 """of going on, where staying in the learned box has 1"""
 
-Values = Float[np.ndarray, " A"]
-
 _turned_extents = compiled(turned_extents)
 
 
@@ -34,21 +32,25 @@ def lane_changes(paths: PredictedPaths, scene: Scene) -> PredictedPaths:
         paths: S paths, one for each vehicle.
         scene: from which they were predicted.
     """
-    now = (np.ascontiguousarray(each, dtype=float) for each in scene.measures)
+    now = tuple(np.ascontiguousarray(each, dtype=float) for each in scene.measures)
     points, half_sizes = np.empty_like(paths.points), np.empty_like(paths.half_sizes)
     leaving = np.zeros(len(paths), dtype=bool)
-    _write_changes(*now, paths.vehicle, paths.points, paths.half_sizes, paths.dt, leaving, points, half_sizes)
+    _write_changes(now, paths.vehicle, paths.points, paths.half_sizes, paths.dt, leaving, points, half_sizes)
     weight = np.full(np.count_nonzero(leaving), _LIKELIHOOD)
     return PredictedPaths(points[leaving], paths.vehicle[leaving], half_sizes[leaving], paths.dt, weight=weight)
 
 
 @compiled
 def _write_changes(
-    lon: Values, lat: Values, speed: Values, heading: Values, length: Values, width: Values,
-    vehicle: Int[np.ndarray, " S"], kept: Float[np.ndarray, "S P 2"], room: Float[np.ndarray, "S P 2"], dt: float,
-    leaving: Bool[np.ndarray, " S"], points: Float[np.ndarray, "S P 2"], half_sizes: Float[np.ndarray, "S P 2"],
+    now: tuple[Float[np.ndarray, " A"], ...], vehicle: Int[np.ndarray, " S"], kept: Float[np.ndarray, "S P 2"],
+    room: Float[np.ndarray, "S P 2"], dt: float, leaving: Bool[np.ndarray, " S"], points: Float[np.ndarray, "S P 2"],
+    half_sizes: Float[np.ndarray, "S P 2"],
 ) -> None:  # fmt: skip
-    """Tell who leaves boxes with these centres and half sizes across the road, and write the second ones of these."""
+    """Tell who leaves boxes with these centres and half sizes across the road, and write the second ones of these.
+
+    The measures of now are those of `Scene.measures`.
+    """
+    lon, lat, speed, heading, length, width = now
     for i in range(len(kept)):
         v = vehicle[i]
         along, across = speed[v] * np.cos(heading[v]), speed[v] * np.sin(heading[v])

@@ -94,8 +94,8 @@ def follow(drivers: Drivers, speed: Values, gap: Values, leader_speed: Values) -
     ``leader_speed`` arbitrary.
     """
     result = np.empty(speed.size)
-    measures = (each.ravel() for each in (free_road(drivers, speed), speed, gap, leader_speed))
-    _write_following(Drivers(*(each.ravel() for each in drivers)), *measures, result)
+    flat, free = Drivers(*(each.ravel() for each in drivers)), free_road(drivers, speed).ravel()
+    _write_following(flat, free, speed.ravel(), gap.ravel(), leader_speed.ravel(), result)
     return result.reshape(speed.shape)
 
 
@@ -132,7 +132,7 @@ def _following(drivers: Drivers, i: Any, free: float, speed: float, gap: float, 
     brake = 2 * np.sqrt(acceleration * drivers.deceleration[i])
     dynamic = speed * drivers.time_gap[i] + speed * (speed - leader_speed) / brake
     interaction = (drivers.minimum_gap[i] + max(0.0, dynamic)) / max(gap, 0.1)
-    return free - acceleration * (interaction * interaction)
+    return float(free - acceleration * (interaction * interaction))
 
 
 class Neighbours(NamedTuple):
@@ -190,11 +190,11 @@ def lane_change_advantage(
     the old follower, less the threshold (Kesting et al. 2007, eqs. 2 and 3, symmetric rules).
     """
     scenes = -1, speed.shape[-1]
-    result = np.empty(speed.shape)
-    measures = (each.reshape(scenes) for each in (free_road(drivers, speed), speed, length))
-    lanes = (Neighbours(*(each.reshape(scenes) for each in lane)) for lane in (current, target))
-    _write_advantage(Drivers(*(each.reshape(scenes) for each in drivers)), *measures, *lanes, result.reshape(scenes))
-    return result
+    result = np.empty(speed.size).reshape(scenes)
+    free, own, long = (each.reshape(scenes) for each in (free_road(drivers, speed), speed, length))
+    now, then = (Neighbours(*(each.reshape(scenes) for each in lane)) for lane in (current, target))
+    _write_advantage(Drivers(*(each.reshape(scenes) for each in drivers)), free, own, long, now, then, result)
+    return result.reshape(speed.shape)
 
 
 @compiled
