@@ -82,13 +82,12 @@ class Road:
 
     def lane_of(self, lat: Any) -> Int[Any, "..."]:
         """Lane index of every lateral position, of any shape; positions off the road belong to the nearest lane."""
-        inner = self.edges[1:-1]
-        return (lat[..., None] >= inner).sum(-1)
+        return np.asarray(self.edges)[1:-1].searchsorted(lat, "right")
 
     def edges_at(self, lon: Numbers) -> Float[np.ndarray, "*n E"]:
         """lat [m] of the lane edges at positions [m]; they coincide where there is no lane between them."""
         if self.changing is None:
-            return np.broadcast_to(np.asarray(self.edges), (*np.shape(lon), self.edges.shape[0]))
+            return np.full((*np.shape(lon), self.edges.shape[0]), self.edges)
         return self.changing.at(lon)
 
     def has_lane(self, lon: Numbers) -> Bool[np.ndarray, "*n L"]:
@@ -100,7 +99,7 @@ class Road:
     def lane_at(self, lon: Numbers, lat: Numbers) -> Int[np.ndarray, "*n"]:
         """Lane index at positions [m]: of the lanes that are there, the nearest; `lane_of` if all are."""
         if self.changing is None:
-            return np.asarray(self.lane_of(np.asarray(lat)))
+            return np.asarray(self.lane_of(lat))
         return np.asarray(nearest_lane(self.edges_at(lon), np.asarray(lat, dtype=float)))
 
     def curvature(self, lon: Numbers) -> Float[np.ndarray, "*n"]:

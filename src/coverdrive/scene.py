@@ -60,6 +60,10 @@ class Scene:
         """The state (lon, lat, speed, heading) of every slot."""
         return beside(self.lon, self.lat, self.speed, self.heading)
 
+    def state_of(self, slot: int) -> Float[np.ndarray, "*batch 4"]:
+        """The state of one slot."""
+        return beside(*(each[..., slot] for each in (self.lon, self.lat, self.speed, self.heading)))
+
     @property
     def half_sizes(self) -> Float[np.ndarray, "*batch A 2"]:
         """Half length and half width [m] of every slot."""

@@ -1,7 +1,5 @@
 """IDM and MOBIL at the wheel of the ego: the drivers of our traffic, with what they see and nothing else."""
 
-from dataclasses import fields
-
 import numpy as np
 
 from coverdrive.geometry import turned_half_extents
@@ -56,7 +54,7 @@ class IdmMobil:
         A lane change that has only begun is thought over by a driver who ``decides``.
         """
         shape, states = (1, scene.vehicles), scene.states
-        usual = {field.name: np.full(shape, getattr(self._driver, field.name)) for field in fields(Drivers)}
+        usual = {name: np.full(shape, getattr(self._driver, name)) for name in Drivers._fields}
         aside = turned_half_extents(scene.half_sizes, states[:, 3])[:, 1]
         right, left = (road.lane_at(states[:, 0], states[:, 1] + side * aside) for side in (-1, 1))
         if decides and right[EGO] == left[EGO] == self._lane:

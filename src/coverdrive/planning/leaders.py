@@ -67,12 +67,9 @@ class Leaders(NamedTuple):
             begin: [s] from when it counts.
             end: [s] until when.
         """
-        faster = np.maximum(wanted - self.speed, _SLOW)
-        until = np.array([[end], [min(begin + _CHANGE, end)]])
-        staying, first = held_up = np.zeros((2, len(there)))
-        held_up[:, self.lane] = faster**2 * np.maximum(until - np.maximum(self.gap / faster, begin), 0.0)
-        later = np.concatenate([[np.inf], np.where(there, staying - first, np.inf), [np.inf]])
-        return np.minimum(staying, first + np.minimum(later[:-2], later[2:]))
+        result = np.empty(len(there))
+        _write_lost(self, there, wanted, begin, end, result)
+        return result
 
 
 def leaders_of(state: Float[np.ndarray, " 4"], half_length: float, paths: PredictedPaths, road: Road) -> Leaders:
@@ -86,11 +83,32 @@ def leaders_of(state: Float[np.ndarray, " 4"], half_length: float, paths: Predic
     """
     now, nearest = paths.points[:, 0], np.full(road.lanes, -1)
     _mark_nearest(paths.points, road.lane_at(now[:, 0], now[:, 1]), float(state[0]), nearest)
-    lane = np.flatnonzero(nearest >= 0)
+    lane = (nearest >= 0).nonzero()[0]
     path = nearest[lane]
-    speed = np.maximum(0.0, np.diff(paths.points[path, :2, 0])[:, 0]) / paths.dt
-    gap = now[path, 0] - paths.half_sizes[path, 0, 0] - state[0] - half_length
+    lon, then = paths.points[path, :2, 0].T
+    speed = np.maximum(0.0, then - lon) / paths.dt
+    gap = lon - paths.half_sizes[path, 0, 0] - state[0] - half_length
     return Leaders(lane, path, gap, speed)
+
+
+@compiled
+def _write_lost(
+    leaders: Leaders, there: Bool[np.ndarray, " L"], wanted: float, begin: float, end: float,
+    result: Float[np.ndarray, " L"],
+) -> None:  # fmt: skip
+    """Write what `Leaders.lost` returns."""
+    lanes, staying, first = len(there), np.zeros(len(there)), np.zeros(len(there))
+    for i in range(len(leaders.lane)):
+        lane, faster = leaders.lane[i], max(wanted - leaders.speed[i], _SLOW)
+        since = max(leaders.gap[i] / faster, begin)
+        staying[lane] = faster * faster * max(end - since, 0.0)
+        first[lane] = faster * faster * max(min(begin + _CHANGE, end) - since, 0.0)
+    for lane in range(lanes):
+        later = np.inf
+        for beside in (lane - 1, lane + 1):
+            if 0 <= beside < lanes and there[beside]:
+                later = min(later, staying[beside] - first[beside])
+        result[lane] = min(staying[lane], first[lane] + later)
 
 
 @compiled
@@ -108,11 +126,22 @@ def braking(leaders: Leaders, paths: PredictedPaths, settings: LeaderSettings) -
     """A path for each of them, given those of all vehicles, on which it brakes to a stop."""
     if settings.deceleration == 0:
         return paths.of(leaders.path[:0])
-    speed, points, half_sizes = leaders.speed[:, None], paths.points[leaders.path], paths.half_sizes[leaders.path]
-    elapsed = np.minimum(paths.dt * np.arange(paths.points.shape[1]), speed / settings.deceleration)
-    points[..., 0] = points[:, :1, 0] + (speed - settings.deceleration / 2 * elapsed) * elapsed
-    points[..., 1] = points[:, :1, 1]
-    half_sizes[:] = half_sizes[:, :1]
+    points, half_sizes = paths.points[leaders.path], paths.half_sizes[leaders.path]
+    _write_braking(points, half_sizes, leaders.speed, settings.deceleration, paths.dt)
     least = 1.0 if paths.weight is None else float(paths.weight.min(initial=1.0))
     weight = np.full(len(points), _LIKELIHOOD * least)
     return PredictedPaths(points, paths.vehicle[leaders.path], half_sizes, paths.dt, weight=weight)
+
+
+@compiled
+def _write_braking(
+    points: Float[np.ndarray, "l P 2"], half_sizes: Float[np.ndarray, "l P 2"], speed: Float[np.ndarray, " l"],
+    deceleration: float, dt: float,
+) -> None:  # fmt: skip
+    """Write how vehicles brake from speeds [m/s] at the first of the points."""
+    for i in range(len(points)):
+        for k in range(1, points.shape[1]):
+            elapsed = min(dt * k, speed[i] / deceleration)
+            points[i, k, 0] = points[i, 0, 0] + (speed[i] - deceleration / 2 * elapsed) * elapsed
+            points[i, k, 1] = points[i, 0, 1]
+            half_sizes[i, k, 0], half_sizes[i, k, 1] = half_sizes[i, 0, 0], half_sizes[i, 0, 1]

@@ -125,14 +125,21 @@ def obstacles_of(paths: PredictedPaths, settings: ObstacleSettings) -> Float[np.
         to after this moment and the deceleration [m/s²] at which that falls on, and how likely the vehicle is to take
         this path.
     """
+    return boxes_and_likeliest(paths, settings)[0]
+
+
+def boxes_and_likeliest(
+    paths: PredictedPaths, settings: ObstacleSettings
+) -> tuple[Float[np.ndarray, "7 P n"], Bool[np.ndarray, " n"]]:
+    """`obstacles_of` paths, and which of them are the likeliest of their vehicles."""
     boxes = np.empty((7, paths.points.shape[1], len(paths)))
     boxes[:2], boxes[2:4], boxes[4], boxes[5] = paths.points.T, paths.half_sizes.T, FAR, 0.0
     if settings.terminal_braking:
         before, last = (boxes[0, -2:] - boxes[0, -3:-1]) / paths.dt
         fall = np.maximum(0.0, before - last)
         boxes[4, -1], boxes[5, -1] = np.maximum(0.0, last - fall / 2), fall / paths.dt
-    boxes[6] = likelihoods(paths)[0]
-    return boxes
+    boxes[6], likeliest = likelihoods(paths)
+    return boxes, likeliest
 
 
 def likelihoods(paths: PredictedPaths) -> tuple[Float[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
@@ -168,7 +175,8 @@ def _compare(
 def with_share_of_tube(boxes: Float[np.ndarray, "7 P n"], share: float) -> Float[np.ndarray, "7 P n"]:
     """Boxes that grow from now on by a share of what these do, and are all that is to be kept clear of."""
     boxes = boxes.copy()
-    boxes[2:4] = boxes[2:4, :1] + share * (boxes[2:4] - boxes[2:4, :1])
+    now = boxes[2:4, :1]
+    boxes[2:4] = now + share * (boxes[2:4] - now)
     boxes[6] = 1.0
     return boxes
 
@@ -200,18 +208,29 @@ def reachable_range(
 ) -> tuple[Float[np.ndarray, " P"], Float[np.ndarray, " P"]]:
     """[m] least and largest lon at the times k·dt [s]; speed and heading take their extremes each on its own."""
     lon, speed, heading = float(state[0]), float(state[2]), max(abs(float(state[3])), vehicle.max_heading)
-    least, most = np.empty(moments), np.empty(moments)
-    _write_way(speed, -vehicle.max_deceleration, min(speed, 0.0), dt, least)
-    _write_way(max(speed, 0.0), vehicle.max_acceleration, max(speed, vehicle.max_speed), dt, most)
-    return lon + np.minimum(least, np.cos(heading) * least), lon + most
+    low, high = np.empty((2, moments))
+    braking = -vehicle.max_deceleration, min(speed, 0.0)
+    faster = vehicle.max_acceleration, max(speed, vehicle.max_speed)
+    _write_range(lon, speed, float(np.cos(heading)), braking, faster, dt, low, high)
+    return low, high
 
 
 @compiled
-def _write_way(speed: float, acceleration: float, bound: float, dt: float, way: Float[np.ndarray, " P"]) -> None:
-    """Write the way [m] by the times k·dt [s] at an acceleration [m/s²] that ends at a speed [m/s]."""
-    for k in range(len(way)):
-        changing = min(k * dt, (bound - speed) / acceleration)
-        way[k] = bound * k * dt - (bound - speed) * changing + acceleration / 2 * changing**2
+def _write_range(
+    lon: float, speed: float, along: float, braking: tuple[float, float], faster: tuple[float, float], dt: float,
+    low: Float[np.ndarray, " P"], high: Float[np.ndarray, " P"],
+) -> None:  # fmt: skip
+    """Write between which lon [m] the ego is at the times k·dt [s] if it brakes or accelerates, given both limits."""
+    for k in range(len(low)):
+        least = _way(speed, *braking, k, dt)
+        low[k], high[k] = lon + min(least, along * least), lon + _way(max(speed, 0.0), *faster, k, dt)
+
+
+@compiled
+def _way(speed: float, acceleration: float, bound: float, k: int, dt: float) -> float:
+    """Way [m] by the time k·dt [s] at an acceleration [m/s²] that ends at a speed [m/s]."""
+    changing = min(k * dt, (bound - speed) / acceleration)
+    return bound * k * dt - (bound - speed) * changing + acceleration / 2 * changing**2
 
 
 @compiled

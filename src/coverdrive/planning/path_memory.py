@@ -1,7 +1,5 @@
 """Vehicles that vanish: for a short time they are taken to be on one of the paths that were last predicted for them."""
 
-from dataclasses import replace
-
 import numpy as np
 from jaxtyping import Bool, Float
 
@@ -69,7 +67,7 @@ def _plain(paths: PredictedPaths) -> PredictedPaths:
     points, half_sizes = (np.ascontiguousarray(each, dtype=float) for each in (paths.points, paths.half_sizes))
     weight = None if paths.weight is None else np.ascontiguousarray(paths.weight, dtype=float)
     vehicle = np.ascontiguousarray(paths.vehicle, dtype=np.int64)
-    return replace(paths, points=points, half_sizes=half_sizes, vehicle=vehicle, weight=weight)
+    return PredictedPaths(points, vehicle, half_sizes, paths.dt, paths.ellipses, weight)
 
 
 @compiled

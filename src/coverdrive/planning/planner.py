@@ -6,7 +6,6 @@ the time is spent. See `coverdrive.planning.search` for what is searched.
 
 import math
 import time
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -200,9 +199,9 @@ class MpcPlanner:
         paths, complete = self._paths.completed(paths, self._period)
         searching = complete and unknown <= self.settings.grace + _ROUNDING
         found, targets, status = self._decide(measured, paths, road, searching, begun)
-        plan = self._plan_of(found, measured, status if known and complete else Status.INVALID_INPUT)
+        plan = self._plan_of(found, measured, status if known and complete else Status.INVALID_INPUT, begun)
         self._remember(found, targets, plan, measured, unknown)
-        return replace(plan, seconds=time.perf_counter() - begun)
+        return plan
 
     def _continued(
         self, state: Float[np.ndarray, " 4"], expected: Float[np.ndarray, " 4"], paths: PredictedPaths
@@ -276,10 +275,7 @@ class MpcPlanner:
         wanted = Wanted(
             lanes=self._wish.places(targets.lanes, targets.lat),
             held=targets.lanes.index(held) if held in targets.lanes else 0,
-            extra=settings.lane_change * (np.array(targets.lanes) != held)
-            + settings.lane_end * ~targets.lasting[targets.lanes]
-            + problem.cost.speed / problem.dt * targets.lost[targets.lanes]
-            + settings.wished_lane * self._wish.away(targets.lanes),
+            extra=self._extra(targets, held),
             last=np.array([known.get(target, nothing) for target in targets.lanes]),
             rest=memory.rest if memory else np.zeros((problem.steps, 2)),
             accelerations=self._accelerations,
@@ -294,6 +290,22 @@ class MpcPlanner:
         best = wanted.last.copy()
         chosen, optimised = choose(plans, wanted, around, constants, best)
         return _Found(plans, chosen, optimised, best, around) if chosen >= 0 else None
+
+    def _extra(self, targets: TargetLanes, held: int) -> Float[np.ndarray, " L"]:
+        """What each target lane costs besides its plan, given the lane that the last plan aimed at."""
+        settings, per_lost = self.settings, self.settings.problem.cost.speed / self.settings.problem.dt
+        lasting, lost, away = (
+            each.tolist() for each in (targets.lasting, targets.lost, self._wish.away(targets.lanes))
+        )
+        return np.array(
+            [
+                settings.lane_change * (lane != held)
+                + settings.lane_end * (not lasting[lane])
+                + per_lost * lost[lane]
+                + settings.wished_lane * lanes
+                for lane, lanes in zip(targets.lanes, away, strict=True)
+            ]
+        )
 
     def _improve(self, plans: Plans, wanted: Wanted, around: Surroundings, begun: float) -> None:
         """Let the starts descend until the cheapest has arrived, or the time is spent."""
@@ -320,11 +332,12 @@ class MpcPlanner:
         manners = manners or settings.manners
         return surroundings_of(state, applied, paths, self._table, settings.problem, self._speed, manners)
 
-    def _plan_of(self, found: _Found, state: Float[np.ndarray, " 4"], status: Status) -> Plan:
+    def _plan_of(self, found: _Found, state: Float[np.ndarray, " 4"], status: Status, begun: float) -> Plan:
         """The chosen plan, on the road."""
         tree, plans, i = self._constants.tree, found.plans, found.chosen
-        start, offset = np.array([[0.0, *state[1:]]]), np.array([state[0], 0.0, 0.0, 0.0])
-        drive, safe = (np.concatenate([start, plans.states[i, branch]]) for branch in (tree.drive, tree.fail_safe))
+        drive, safe = branches = np.empty((2, self.steps + 1, 4))
+        branches[:, 0], drive[1:], safe[1:] = state, plans.states[i, tree.drive], plans.states[i, tree.fail_safe]
+        branches[:, 0, 0] = 0.0
         slack = np.zeros(self.steps)
         if status is Status.INVALID_INPUT:
             slack[:] = 1.0
@@ -336,7 +349,9 @@ class MpcPlanner:
             means = np.maximum(state[2] + self._period / 2 * np.array([inputs[0, 0], hardest]), _ROUNDING)
             inputs[0] = hardest, inputs[0, 1] * means[1] / means[0]  # the wheels stay
         severity = 0.0 if plans.clear[i] else float(plans.severity[i])
-        return Plan(drive + offset, inputs, slack, status, float(plans.cost[i]), 0.0, self.dt, severity, safe + offset)
+        branches[..., 0] += state[0]
+        seconds = time.perf_counter() - begun
+        return Plan(drive, inputs, slack, status, float(plans.cost[i]), seconds, self.dt, severity, safe)
 
     def _remember(
         self, found: _Found, targets: TargetLanes, plan: Plan, state: Float[np.ndarray, " 4"], unknown: float

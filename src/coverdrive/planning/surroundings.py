@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.manners import NONE, MannersSettings, wished_boxes
-from coverdrive.planning.obstacles import likelihoods, obstacles_of, reachable, with_share_of_tube
+from coverdrive.planning.obstacles import boxes_and_likeliest, reachable, with_share_of_tube
 from coverdrive.planning.problem import ProblemSettings
 from coverdrive.planning.road_table import RoadTable, on_road
 from coverdrive.road_ahead import RoadAhead
@@ -40,10 +40,9 @@ def surroundings_of(
     """What a plan is made for, along the road from where the ego is, after these inputs; at a wished speed [m/s]."""
     lon, shape = float(state[0]), problem.obstacles
     paths = on_road(paths, lon, table)
-    every = obstacles_of(paths, shape)
+    every, likeliest = boxes_and_likeliest(paths, shape)
     near = reachable(state, every, problem.dt, table.reaching, shape)
     every[0] -= lon
-    likeliest = likelihoods(paths)[1]
     likely = with_share_of_tube(every.compress(near & likeliest, axis=2), problem.branches.tube)
     others = with_share_of_tube(every.compress(likeliest & (paths.vehicle >= 0), axis=2), problem.branches.tube)
     return Surroundings(

@@ -25,7 +25,7 @@ from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.learning.own_network import OwnNetwork
 from coverdrive.prediction.motion import add_bodies, follow
 from coverdrive.prediction.storage import fingerprint_of, load_arrays, reading
-from coverdrive.prediction.stored import StoredPredictor, TimeGrid, features_of, grid_of, others_of
+from coverdrive.prediction.stored import ALONE, StoredPredictor, TimeGrid, features_of, grid_of, others_of
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 
@@ -139,7 +139,7 @@ class Predictor(StoredPredictor):
         def values(features: Float[Array, "n F"]) -> Float[Array, "n _"]:
             return jnp.concatenate([network.scores(features), network.hidden(features)], axis=-1)
 
-        return jax.jit(values)
+        return jax.jit(values, compiler_options=ALONE)
 
     def choices(
         self, scene: Scene, road: Road, times: Float[np.ndarray, " n"]

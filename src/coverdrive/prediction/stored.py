@@ -28,6 +28,9 @@ P = TypeVar("P", bound="StoredPredictor")
 LARGEST = 100.0
 """scale λ beyond which sets would say nothing"""
 
+ALONE = {"xla_cpu_multi_thread_eigen": False, "xla_cpu_enable_concurrency_optimized_scheduler": False}
+"""to XLA: neither are they worth it that layers wait for other threads"""
+
 SLOTS = 8
 """Features are padded to a multiple of so many vehicles, so that little is compiled"""
 
@@ -140,8 +143,7 @@ def features_of(scene: Scene, road: Road, vehicle: Int[np.ndarray, " n"]) -> Flo
     features = np.zeros((SLOTS * max(1, -(-len(vehicle) // SLOTS)), len(FEATURES) + len(MOTION)), dtype=np.float32)
     if len(vehicle):
         one = Scene(*(np.asarray(values)[None] for values in vars(scene).values()))
-        now = np.zeros_like(vehicle)
-        features[: len(vehicle)] = described_at(one, road.edges_at(one.lon), now, vehicle)
+        features[: len(vehicle)] = described_at(one, road.edges_at(one.lon), np.zeros_like(vehicle), vehicle)
     return features
 
 

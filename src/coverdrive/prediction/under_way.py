@@ -8,7 +8,9 @@ certificate holds; it does not depend on their scale, so that they stay nested.
 """
 
 import numpy as np
+from jaxtyping import Bool, Float, Int
 
+from coverdrive.compiled import compiled
 from coverdrive.geometry import turned_extents
 from coverdrive.paths import PredictedPaths
 from coverdrive.scene import Scene
@@ -20,6 +22,8 @@ _LANE = 3.6
 _LIKELIHOOD = 0.5
 """of going on, where staying in the learned box has 1"""
 
+_turned_extents = compiled(turned_extents)
+
 
 def lane_changes(paths: PredictedPaths, scene: Scene) -> PredictedPaths:
     """A path for every vehicle that leaves its box across the road at its lateral speed.
@@ -28,18 +32,35 @@ def lane_changes(paths: PredictedPaths, scene: Scene) -> PredictedPaths:
         paths: S paths, one for each vehicle.
         scene: from which they were predicted.
     """
-    times = paths.dt * np.arange(paths.points.shape[1])
-    lon, lat, speed, heading, length, width = (np.asarray(each)[paths.vehicle, None] for each in scene.measures)
-    half_length, half_width = turned_extents(length / 2, width / 2, heading)
-    across = speed * np.sin(heading)
-    reach = np.abs(lat + across * times - paths.points[..., 1]) + half_width - paths.half_sizes[..., 1]
-    leaving = np.flatnonzero((reach[:, 1:] > 0).any(1))
-    near = np.abs(across[leaving]) * times
-    near, far = (np.minimum(way, _LANE) for way in (near, near + _SWING / 2 * times**2))
-    straight = lon[leaving] + speed[leaving] * np.cos(heading[leaving]) * times
-    swung = lat[leaving] + np.sign(across[leaving]) * (near + far) / 2
-    centre = np.stack([straight, swung], axis=-1)
-    half_sizes = np.empty_like(centre)
-    half_sizes[..., 0], half_sizes[..., 1] = half_length[leaving], half_width[leaving] + (far - near) / 2
-    weight = np.full(len(leaving), _LIKELIHOOD)
-    return PredictedPaths(centre, paths.vehicle[leaving], half_sizes, paths.dt, weight=weight)
+    now = tuple(np.ascontiguousarray(each, dtype=float) for each in scene.measures)
+    points, half_sizes = np.empty_like(paths.points), np.empty_like(paths.half_sizes)
+    leaving = np.zeros(len(paths), dtype=bool)
+    _write_changes(now, paths.vehicle, paths.points, paths.half_sizes, paths.dt, leaving, points, half_sizes)
+    weight = np.full(np.count_nonzero(leaving), _LIKELIHOOD)
+    return PredictedPaths(points[leaving], paths.vehicle[leaving], half_sizes[leaving], paths.dt, weight=weight)
+
+
+@compiled
+def _write_changes(
+    now: tuple[Float[np.ndarray, " A"], ...], vehicle: Int[np.ndarray, " S"], kept: Float[np.ndarray, "S P 2"],
+    room: Float[np.ndarray, "S P 2"], dt: float, leaving: Bool[np.ndarray, " S"], points: Float[np.ndarray, "S P 2"],
+    half_sizes: Float[np.ndarray, "S P 2"],
+) -> None:  # fmt: skip
+    """Tell who leaves boxes with these centres and half sizes across the road, and write the second ones of these.
+
+    The measures of now are those of `Scene.measures`.
+    """
+    lon, lat, speed, heading, length, width = now
+    for i in range(len(kept)):
+        v = vehicle[i]
+        along, across = speed[v] * np.cos(heading[v]), speed[v] * np.sin(heading[v])
+        half_length, half_width = _turned_extents(length[v] / 2, width[v] / 2, heading[v])
+        for k in range(kept.shape[1]):
+            time = dt * k
+            beyond = abs(lat[v] + across * time - kept[i, k, 1]) + half_width - room[i, k, 1]
+            leaving[i] |= k > 0 and beyond > 0
+            near = abs(across) * time
+            near, far = min(near, _LANE), min(near + _SWING / 2 * (time * time), _LANE)
+            points[i, k, 0] = lon[v] + along * time
+            points[i, k, 1] = lat[v] + np.sign(across) * (near + far) / 2
+            half_sizes[i, k, 0], half_sizes[i, k, 1] = half_length, half_width + (far - near) / 2

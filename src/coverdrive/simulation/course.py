@@ -61,6 +61,16 @@ class Course:
         left, right = np.append(end[1:], -np.inf), np.append(-np.inf, end[:-1])
         return np.where(np.isinf(end) | (np.maximum(left, right) <= end), 0, np.where(left >= right, 1, -1))
 
+    @cached_property
+    def ending(self) -> bool:
+        """Whether drivers have to leave some lane."""
+        return bool(self.way_out.any())
+
+    @property
+    def limited(self) -> bool:
+        """Whether bends or a limit may ask drivers for less than they want."""
+        return self.road.line is not None or self.road.speed_limit is not None
+
     @property
     def through(self) -> Road:
         """The road without the lanes that end on its sides."""
@@ -83,6 +93,6 @@ class Course:
 
     def speed_at(self, lon: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
         """[m/s] that a usual driver drives at most at positions [m]; infinite on a straight road without a limit."""
-        if self.road.line is None and self.road.speed_limit is None:
+        if not self.limited:
             return np.full(np.shape(lon), np.inf)
         return np.interp(lon, self._spots, self._speeds)

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Bool
 from pydantic import Field
 
-from coverdrive.geometry import turned_half_extents
+from coverdrive.geometry import turned_extents
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.settings import InOrder, Settings
@@ -114,6 +114,7 @@ class DriverTraffic:
         """
         self._road, self._rng = road, rng
         self._controlled = np.arange(scene.vehicles) != EGO if controlled is None else controlled
+        self._others = np.flatnonzero(~self._controlled)
         self._lane_width = float(road.edges[1] - road.edges[0])
         self._age = 0.0
         settings, shape = self._settings, (1, scene.vehicles)
@@ -155,9 +156,9 @@ class DriverTraffic:
 
     def _see(self, scene: Scene) -> None:
         """Put those whom others move where they are; they hold every lane that their body is in."""
-        freeway, others = self._freeway, ~self._controlled
+        freeway, others = self._freeway, self._others
         states = scene.states[others]
-        aside = turned_half_extents(scene.half_sizes[others], states[:, 3])[:, 1]
+        aside = turned_extents(scene.length[others] / 2, scene.width[others] / 2, states[:, 3])[1]
         freeway.lon[0, others] = states[:, 0]
         freeway.speed[0, others] = states[:, 2] * np.cos(states[:, 3])
         freeway.lane[0, others] = self._road.lane_at(states[:, 0], states[:, 1] - aside)

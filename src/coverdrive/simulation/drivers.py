@@ -7,8 +7,7 @@ driver and for the vehicles behind. Everything is vectorised over vehicles (A) a
 the left and to the right are the same code.
 """
 
-from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -50,8 +49,7 @@ class DriverSettings(Settings):
     """relative standard deviation of the drivers' desired speed and time gap, cut off at two of them"""
 
 
-@dataclass(frozen=True)
-class Drivers:
+class Drivers(NamedTuple):
     """What each driver wants and accepts, in the units of `DriverSettings`."""
 
     desired_speed: Values
@@ -65,7 +63,7 @@ class Drivers:
 
     def at(self, slot: Int[np.ndarray, "*batch A"]) -> "Drivers":
         """The drivers in other slots of the same scene."""
-        return Drivers(*(of(slot, values) for values in vars(self).values()))
+        return Drivers(*(of(slot, values) for values in self))
 
 
 def of(slot: Int[np.ndarray, "*batch A"], values: Values) -> Values:
@@ -92,19 +90,49 @@ def draw_drivers(settings: DriverSettings, random: np.random.Generator, shape: t
 def follow(drivers: Drivers, speed: Values, gap: Values, leader_speed: Values) -> Values:
     """Acceleration [m/s²] of the Intelligent Driver Model (Treiber et al. 2000, eqs. 2 and 3, exponent 4).
 
-    A driver above the desired speed slows down no harder than comfortably, as in the improved model (Treiber &
-    Kesting, *Traffic Flow Dynamics*, 2013, eq. 11.22); below it this is the original model. The gap [m] is from bumper
-    to bumper, where overlaps count as 0.1 m; without a leader it is `FREE`, and ``leader_speed`` arbitrary.
+    The gap [m] is from bumper to bumper, where overlaps count as 0.1 m; without a leader it is `FREE`, and
+    ``leader_speed`` arbitrary.
     """
-    brake = 2 * np.sqrt(drivers.acceleration * drivers.deceleration)
-    dynamic = speed * drivers.time_gap + speed * (speed - leader_speed) / brake
-    desired_gap = drivers.minimum_gap + np.maximum(0.0, dynamic)
-    interaction = np.where(gap < FREE, desired_gap / np.maximum(gap, 0.1), 0.0)
+    result = np.empty(speed.size)
+    flat, free = Drivers(*(each.ravel() for each in drivers)), free_road(drivers, speed).ravel()
+    _write_following(flat, free, speed.ravel(), gap.ravel(), leader_speed.ravel(), result)
+    return result.reshape(speed.shape)
+
+
+def free_road(drivers: Drivers, speed: Values) -> Values:
+    """Acceleration [m/s²] without a leader.
+
+    A driver above the desired speed slows down no harder than comfortably, as in the improved model (Treiber &
+    Kesting, *Traffic Flow Dynamics*, 2013, eq. 11.22); below it this is the original model.
+    """
     ratio = speed / drivers.desired_speed
+    free = drivers.acceleration * (1 - ratio**4)
+    if not (faster := ratio > 1).any():
+        return free
     exponent = 4 * drivers.acceleration / drivers.deceleration
-    slow_down = -drivers.deceleration * (1 - np.maximum(ratio, 1.0) ** -exponent)
-    free = np.where(ratio > 1, slow_down, drivers.acceleration * (1 - ratio**4))
-    return free - drivers.acceleration * interaction**2
+    return np.where(faster, -drivers.deceleration * (1 - np.maximum(ratio, 1.0) ** -exponent), free)
+
+
+@compiled
+def _write_following(
+    drivers: Drivers, free: Float[np.ndarray, " n"], speed: Float[np.ndarray, " n"], gap: Float[np.ndarray, " n"],
+    leader_speed: Float[np.ndarray, " n"], result: Float[np.ndarray, " n"],
+) -> None:  # fmt: skip
+    """Write `_following` of each driver."""
+    for i in range(len(result)):
+        result[i] = _following(drivers, i, free[i], speed[i], gap[i], leader_speed[i])
+
+
+@compiled
+def _following(drivers: Drivers, i: Any, free: float, speed: float, gap: float, leader_speed: float) -> float:
+    """What the leader leaves to a driver of the acceleration [m/s²] on the free road."""
+    if gap >= FREE:
+        return free
+    acceleration = drivers.acceleration[i]
+    brake = 2 * np.sqrt(acceleration * drivers.deceleration[i])
+    dynamic = speed * drivers.time_gap[i] + speed * (speed - leader_speed) / brake
+    interaction = (drivers.minimum_gap[i] + max(0.0, dynamic)) / max(gap, 0.1)
+    return float(free - acceleration * (interaction * interaction))
 
 
 class Neighbours(NamedTuple):
@@ -161,22 +189,47 @@ def lane_change_advantage(
     A driver changes lanes when the advantage is positive: own gain plus politeness times the gain of the new and
     the old follower, less the threshold (Kesting et al. 2007, eqs. 2 and 3, symmetric rules).
     """
+    scenes = -1, speed.shape[-1]
+    result = np.empty(speed.size).reshape(scenes)
+    free, own, long = (each.reshape(scenes) for each in (free_road(drivers, speed), speed, length))
+    now, then = (Neighbours(*(each.reshape(scenes) for each in lane)) for lane in (current, target))
+    _write_advantage(Drivers(*(each.reshape(scenes) for each in drivers)), free, own, long, now, then, result)
+    return result.reshape(speed.shape)
 
-    def joined(neighbour: Neighbours) -> np.ndarray:
-        exists = (neighbour.gap < FREE) & (neighbour.rear_gap < FREE)
-        return np.where(exists, neighbour.gap + neighbour.rear_gap + length, FREE)
 
-    own_after = follow(drivers, speed, target.gap, of(target.leader, speed))
-    own_gain = own_after - follow(drivers, speed, current.gap, of(current.leader, speed))
-    new, old = drivers.at(target.follower), drivers.at(current.follower)
-    new_speed, old_speed = of(target.follower, speed), of(current.follower, speed)
-    new_after = follow(new, new_speed, target.rear_gap, speed)
-    new_gain = new_after - follow(new, new_speed, joined(target), of(target.leader, speed))
-    old_after = follow(old, old_speed, joined(current), of(current.leader, speed))
-    old_gain = old_after - follow(old, old_speed, current.rear_gap, speed)
-    has_new, has_old = target.rear_gap < FREE, current.rear_gap < FREE
-    others = np.where(has_new, new_gain, 0.0) + np.where(has_old, old_gain, 0.0)
-    safe = (~has_new | (new_after >= -new.safe_deceleration)) & (own_after >= -drivers.safe_deceleration)
-    safe &= (target.gap > drivers.minimum_gap) & (target.rear_gap > drivers.minimum_gap)
-    advantage = own_gain + drivers.politeness * others - drivers.threshold
-    return np.where(safe, advantage, -np.inf)
+@compiled
+def _write_advantage(
+    drivers: Drivers, free: Float[np.ndarray, "S A"], speed: Float[np.ndarray, "S A"], length: Float[np.ndarray, "S A"],
+    current: Neighbours, target: Neighbours, result: Float[np.ndarray, "S A"],
+) -> None:  # fmt: skip
+    """Write the advantage of each driver."""
+    for s in range(len(result)):
+        for i in range(result.shape[1]):
+            at, gap, rear_gap = (s, i), target.gap[s, i], target.rear_gap[s, i]
+            own_after = _following(drivers, at, free[at], speed[at], gap, speed[s, target.leader[at]])
+            own_gain = own_after - _following(
+                drivers, at, free[at], speed[at], current.gap[at], speed[s, current.leader[at]]
+            )
+            safe = own_after >= -drivers.safe_deceleration[at]
+            safe &= gap > drivers.minimum_gap[at] and rear_gap > drivers.minimum_gap[at]
+            new_gain = old_gain = 0.0
+            if rear_gap < FREE:
+                new = s, target.follower[at]
+                new_after = _following(drivers, new, free[new], speed[new], rear_gap, speed[at])
+                joined = _joined(gap, rear_gap, length[at])
+                before = _following(drivers, new, free[new], speed[new], joined, speed[s, target.leader[at]])
+                new_gain = new_after - before
+                safe &= new_after >= -drivers.safe_deceleration[new]
+            if current.rear_gap[at] < FREE:
+                old = s, current.follower[at]
+                joined = _joined(current.gap[at], current.rear_gap[at], length[at])
+                old_after = _following(drivers, old, free[old], speed[old], joined, speed[s, current.leader[at]])
+                old_gain = old_after - _following(drivers, old, free[old], speed[old], current.rear_gap[at], speed[at])
+            gain = own_gain + drivers.politeness[at] * (new_gain + old_gain) - drivers.threshold[at]
+            result[at] = gain if safe else -np.inf
+
+
+@compiled
+def _joined(gap: float, rear_gap: float, length: float) -> float:
+    """The gap [m] between the vehicles ahead and behind once the one between them is gone."""
+    return gap + rear_gap + length if gap < FREE and rear_gap < FREE else FREE

@@ -5,7 +5,6 @@ is planned against them and its first input applied; meanwhile the traffic moves
 """
 
 import time
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,7 +13,7 @@ from pydantic import Field
 
 from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Planner
-from coverdrive.planning.vehicle import step as vehicle_step
+from coverdrive.planning.rollout import after_step
 from coverdrive.progress import done
 from coverdrive.road import Road
 from coverdrive.scene import Scene
@@ -107,8 +106,8 @@ def move(scene: Scene, inputs: Float[np.ndarray, " 2"], traffic: Traffic, dt: fl
     """Everybody after ``dt`` [s] in which the ego drove these inputs."""
     moved = traffic.step(scene, dt)
     states = moved.scene.states
-    states[EGO] = vehicle_step(scene.states[EGO], inputs, dt)
-    return replace(moved, scene=with_states(moved.scene, states))
+    states[EGO] = after_step(tuple(scene.state_of(EGO).tolist()), tuple(inputs.tolist()), dt)
+    return TrafficStep(with_states(moved.scene, states), moved.base, moved.stuck, moved.missed)
 
 
 def take_step(
@@ -146,5 +145,5 @@ def decide(predictor: Belief, planner: Planner, scene: Scene, road: Road, **wish
     wall, begin = time.perf_counter(), time.process_time()
     paths = predictor.predict(scene, road, EGO, planner.dt, planner.steps)
     predicted = time.process_time()
-    plan = planner.plan(scene.states[EGO], paths, road, **wishes)
+    plan = planner.plan(scene.state_of(EGO), paths, road, **wishes)
     return Decision(paths, plan, predicted - begin, time.process_time() - begin, time.perf_counter() - wall)

@@ -7,7 +7,6 @@ and the short time gaps that were accepted relax afterwards. Car following is th
 to which the end of a lane is a place to stop at (Treiber & Kesting, *Traffic Flow Dynamics*, 2013, ch. 14). A vehicles.
 """
 
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -55,8 +54,7 @@ def pressure(
 
 def in_haste(drivers: Drivers, urgency: Values) -> Drivers:
     """The same drivers with the time gaps, and the braking, that they accept when they are pressed."""
-    return replace(
-        drivers,
+    return drivers._replace(
         time_gap=np.minimum(drivers.time_gap, (1 - urgency) * drivers.time_gap + urgency * SHORTEST_GAP),
         safe_deceleration=np.maximum(
             drivers.safe_deceleration, (1 - urgency) * drivers.safe_deceleration + urgency * HARSHEST
@@ -68,7 +66,7 @@ def accepts(hasty: Drivers, speed: Values, target: Neighbours) -> Bool[np.ndarra
     """Whether the gap beside is large enough for a driver who has to take it."""
     leader, follower = of(target.leader, speed), of(target.follower, speed)
     own = follow(hasty, speed, target.gap, leader)
-    new = replace(hasty.at(target.follower), time_gap=hasty.time_gap)
+    new = hasty.at(target.follower)._replace(time_gap=hasty.time_gap)
     behind = np.where(target.rear_gap < FREE, follow(new, follower, target.rear_gap, speed), 0.0)
     near = np.minimum(target.gap, target.rear_gap) <= hasty.minimum_gap
     return ~near & (np.minimum(own, behind) >= -hasty.safe_deceleration)

@@ -72,9 +72,10 @@ def judge(before: Scene, after: Scene, road: Road | None = None) -> tuple[Kind, 
 
     The road is to be told where it bends.
     """
-    reach = np.hypot(after.length, after.width) / 2
+    bent = road is not None and road.line is not None  # 1 m of lon is 0.5 m at the least
+    reach = np.hypot(after.length, after.width) / (1 if bent else 2)
     apart = np.maximum(np.abs(after.lon - after.lon[EGO]), np.abs(after.lat - after.lat[EGO]))
-    if not (apart < 2 * (reach + reach[EGO]))[EGO + 1 :].any():  # most moments, on any road
+    if np.count_nonzero(apart < reach + reach[EGO]) <= 1:  # most moments, on any road
         return None
     contact = contacts(after, road)[EGO]
     partner = int(contact.argmax())

@@ -10,14 +10,16 @@ need not lead out of them.
 A slots, M base trajectories or paths, B other vehicles, n times from now to the end of the horizon.
 """
 
+import math
 from typing import Literal
 
 import numpy as np
 from jaxtyping import Bool, Float
 from pydantic import Field
 
+from coverdrive.compiled import compiled
 from coverdrive.errors import SettingError
-from coverdrive.geometry import axis_gap, turned_half_extents
+from coverdrive.geometry import turned_half_extents
 from coverdrive.prediction.motion import follow
 from coverdrive.road import Road
 from coverdrive.scene import Scene
@@ -63,7 +65,7 @@ class SetSamplingTraffic:
     def step(self, scene: Scene, dt: float) -> TrafficStep:
         """Choose if it is time to, then move everybody; a SettingError if ``dt`` does not divide the interval."""
         steps = round(self._settings.interval / dt)
-        if steps < 1 or not np.isclose(steps * dt, self._settings.interval):
+        if steps < 1 or not math.isclose(steps * dt, self._settings.interval, rel_tol=1e-5):
             raise SettingError(
                 f"vehicles choose every {self._settings.interval} s, which is not a multiple of the simulation step "
                 f"of {dt} s; change one of the two"
@@ -129,10 +131,25 @@ def clearance(
 
     It is that along lon or lat, whichever is larger; negative where bodies overlap.
     """
+    result = np.full(len(paths), np.inf)
     extent = turned_half_extents(half_size, paths[..., 3])
     extents = turned_half_extents(half_sizes[:, None], others[..., 3])
-    apart = axis_gap(paths[:, None, :, :2], others[..., :2], extent[:, None], extents)
-    return apart.max(-1).min(axis=(1, 2), initial=np.inf)
+    _lower_to_gaps(np.ascontiguousarray(paths), extent, np.ascontiguousarray(others), extents, result)
+    return result
+
+
+@compiled
+def _lower_to_gaps(
+    paths: Float[np.ndarray, "M n 4"], extent: Float[np.ndarray, "M n 2"], others: Float[np.ndarray, "B n 4"],
+    extents: Float[np.ndarray, "B n 2"], least: Float[np.ndarray, " M"],
+) -> None:  # fmt: skip
+    """Lower numbers to the least gaps of paths and others, all of these half extents, at any time."""
+    for m in range(len(paths)):
+        for b in range(len(others)):
+            for k in range(paths.shape[1]):
+                along = abs(paths[m, k, 0] - others[b, k, 0]) - (extent[m, k, 0] + extents[b, k, 0])
+                across = abs(paths[m, k, 1] - others[b, k, 1]) - (extent[m, k, 1] + extents[b, k, 1])
+                least[m] = min(least[m], max(along, across))
 
 
 def road_clearance(

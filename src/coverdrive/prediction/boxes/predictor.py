@@ -18,10 +18,10 @@ from coverdrive.certificates.rule import Rule, rule_of, scale_of
 from coverdrive.paths import PredictedPaths
 from coverdrive.prediction.boxes.boxes import TUBE
 from coverdrive.prediction.boxes.network import BoxNetwork
-from coverdrive.prediction.stored import StoredPredictor, TimeGrid, features_of, grid_of, others_of
+from coverdrive.prediction.stored import ALONE, StoredPredictor, TimeGrid, features_of, grid_of, others_of
 from coverdrive.prediction.under_way import lane_changes
 from coverdrive.road import Road
-from coverdrive.scene import Scene
+from coverdrive.scene import Scene, beside
 
 _ENDS = np.array(list(product((-0.8, 0.0, 0.8), repeat=2)))
 """where motions that traffic may drive end, in half sizes of the last box: a turned body still has room in it"""
@@ -72,16 +72,20 @@ class BoxPredictor(StoredPredictor):
         lon, lat, speed, heading, length, width = (np.asarray(each)[vehicle, None] for each in scene.measures)
         centre[..., 0] += lon + times * (speed * np.cos(heading))
         centre[..., 1] += lat
-        body = np.stack([length, width], axis=-1) / 2
-        paths = [
-            PredictedPaths(centre, vehicle, self.scale * arm * half_sizes + body, period)
-            for arm in np.asarray(self.network.arms)
-        ]
+        body, arms = beside(length, width) / 2, self._arms
+        paths = [PredictedPaths(centre, vehicle, self.scale * arm * half_sizes + body, period) for arm in arms]
         if self.scale > 0:
-            calibrated = PredictedPaths(centre, vehicle, np.asarray(self.network.arms[-1]) * half_sizes + body, period)
+            calibrated = paths[-1]
+            if self.scale != 1:
+                calibrated = PredictedPaths(centre, vehicle, arms[-1] * half_sizes + body, period)
             changes = lane_changes(calibrated, scene)
             paths += [changes] if len(changes) else []
         return reduce(PredictedPaths.joined, paths)
+
+    @cached_property
+    def _arms(self) -> Float[np.ndarray, "A 2"]:
+        """Of the network."""
+        return np.asarray(self.network.arms)
 
     def choices(
         self, scene: Scene, road: Road, times: Float[np.ndarray, " n"]
@@ -96,7 +100,7 @@ class BoxPredictor(StoredPredictor):
         way = np.concatenate([share**2, share**2 * (3 - 2 * share)], axis=1)
         reach = (half_sizes[:, 1:] / way[1:]).min(1, keepdims=True)
         aslant = (_ENDS != 0).all(1, keepdims=True)
-        ends = np.where(aslant, self.network.arms.min(0), 1) * _ENDS
+        ends = np.where(aslant, self._arms.min(0), 1) * _ENDS
         deviation = centre[:, None] + ends[:, None] * (reach * way)[:, None]
         rate = np.gradient(deviation, times, axis=2)
         possible = np.broadcast_to(np.asarray(scene.valid)[:, None], deviation.shape[:2]).copy()
@@ -114,7 +118,7 @@ class BoxPredictor(StoredPredictor):
     def _values(self) -> Callable[[Float32[np.ndarray, "n F"]], Array]:
         """The function of features that gives centres and half sizes (2, n, P, 2)."""
         network = self.network
-        return jax.jit(lambda features: jnp.stack(network.boxes(features)))
+        return jax.jit(lambda features: jnp.stack(network.boxes(features)), compiler_options=ALONE)
 
     @property
     def _arrays(self) -> dict[str, np.ndarray]:

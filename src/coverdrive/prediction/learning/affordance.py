@@ -73,7 +73,7 @@ def described_at(
     for row, values in enumerate((scene.lon, scene.lat, scene.speed, scene.length, scene.width)):
         cars[:, row] = values
     result = np.empty((len(moment), len(FEATURES) + len(MOTION)), dtype=np.float32)
-    order = np.argsort(moment, kind="stable")  # lanes are looked up once a moment
+    order = np.arange(len(moment)) if len(scene.lon) == 1 else np.argsort(moment, kind="stable")  # lanes: once a moment
     _describe(cars, np.array(scene.valid), np.array(edges, dtype=np.float32), moment, slot, order, result)
     heading = np.asarray(scene.heading)[moment, slot]
     result[:, -1] = cars[moment, _SPEED, slot] * np.sin(heading, dtype=np.float32)

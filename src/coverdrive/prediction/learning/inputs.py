@@ -27,6 +27,12 @@ _NEIGHBOURS = ("front", "left front", "right front", "left rear", "right rear")
 _OWN = ("speed", "distance to lane centre", "front clearance")
 _URGENT = [FEATURES.index(name) for name in (*_OWN, *(f"{each} relative speed" for each in _NEIGHBOURS))]
 """columns of the features that are left where only the urgency counts"""
+_CLEARANCE, _FASTER = (
+    [FEATURES.index(f"{each} {measure}") for each in _NEIGHBOURS] for measure in ("clearance", "relative speed")
+)
+"""their columns"""
+_APPROACHING = np.array([1 if "rear" in each else -1 for each in _NEIGHBOURS], dtype=np.float32)
+"""sign of the relative speed at which their clearance shrinks"""
 _CLOSEST = 1.0
 """[m] clearances below it are taken as this much where they divide"""
 _FASTEST = 10.0
@@ -48,19 +54,15 @@ def network_inputs(features: Float[Array | np.ndarray, "*batch F"], inputs: Inpu
         jnp.abs(values[..., FEATURES.index("distance to lane centre")]),
     )
     crawls = jnp.where(speed < _CRAWLING, 1.0, 0.0)
-    urgency = [_urgency(values, speed, neighbour) for neighbour in _NEIGHBOURS]
-    if inputs == "urgency":
-        columns = [*urgency[0], *(column for each in urgency[1:] for column in each[:2]), offset, crawls]
-        return jnp.concatenate([values[..., _URGENT], jnp.stack(columns, axis=-1), motion], axis=-1)
-    columns = [*(column for each in urgency for column in each), offset, jnp.log1p(jnp.maximum(speed, 0)), crawls]
-    derived = [values, jnp.stack(columns, axis=-1)]
-    return jnp.concatenate([*derived, motion] if inputs == "motion" else derived, axis=-1)
-
-
-def _urgency(values: Array, speed: Array, neighbour: str) -> tuple[Array, Array, Array]:
-    """Inverse clearance [1/m], inverse time to collision [1/s] and time gap [s] of one neighbour."""
-    clearance = values[..., FEATURES.index(f"{neighbour} clearance")]
-    relative = values[..., FEATURES.index(f"{neighbour} relative speed")]
-    closing = jnp.clip(relative if "rear" in neighbour else -relative, -_FASTEST, _FASTEST)
+    clearance, relative = values[..., _CLEARANCE], values[..., _FASTER]
     inverse = 1 / jnp.maximum(clearance, _CLOSEST)
-    return inverse, closing * inverse, jnp.clip(clearance / jnp.maximum(speed, 1.0), -1, 5)
+    pairs = jnp.stack([inverse, jnp.clip(_APPROACHING * relative, -_FASTEST, _FASTEST) * inverse], axis=-1)
+    gaps = [jnp.clip(clearance[..., i] / jnp.maximum(speed, 1.0), -1, 5)[..., None] for i in range(len(_NEIGHBOURS))]
+    if inputs == "urgency":
+        others = pairs[..., 1:, :].reshape(*speed.shape, -1)
+        own = jnp.stack([offset, crawls], axis=-1)
+        return jnp.concatenate([values[..., _URGENT], pairs[..., 0, :], gaps[0], others, own, motion], axis=-1)
+    urgency = [column for i, gap in enumerate(gaps) for column in (pairs[..., i, :], gap)]
+    own = jnp.stack([offset, jnp.log1p(jnp.maximum(speed, 0)), crawls], axis=-1)
+    derived = [values, *urgency, own]
+    return jnp.concatenate([*derived, motion] if inputs == "motion" else derived, axis=-1)
