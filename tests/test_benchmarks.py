@@ -179,3 +179,12 @@ def test_severity_is_that_of_bodies_in_the_map(monkeypatch: pytest.MonkeyPatch) 
     )
     got = emergencies.severities(motions, scene)
     assert got.tolist() == [pytest.approx(20.0), 0.0, emergencies.np.inf]
+
+
+@pytest.mark.slow
+def test_manners(quick_run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    given = (str(quick_run / "out"), "--traffics", "drivers", "--drives", "2")
+    found = ran("manners", tmp_path / "manners.json", monkeypatch, *given)
+    headway = {name: each["headway"]["all moments"][0] for name, each in found.items()}
+    assert headway["drivers: ours, paper"] < headway["drivers: ours, human"] <= headway["drivers: ours, regulation"]
+    assert found["drivers: IDM and MOBIL"]["drives"] == 2

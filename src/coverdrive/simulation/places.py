@@ -6,7 +6,6 @@ The roads of a name, and one like that of recordings: "what you recorded is what
 from collections.abc import Sequence
 from typing import Any
 
-import jax
 import numpy as np
 import polars as pl
 from jaxtyping import Int
@@ -150,7 +149,7 @@ def _manners(recordings: Sequence[Recording]) -> MannersSettings:
     for each in recordings:
         frames = each.frames()
         for frame in range(0, len(frames.time), max(1, round(1 / each.dt))):
-            scene = jax.tree.map(lambda values, at=frame: values[at : at + 1], frames.scene)
+            scene = frames.scene.at(frame)
             distances = kept(scene, each.road, np.flatnonzero(scene.valid[0]))
             for name, values in found.items():
                 values.append(getattr(distances, name)[0])
