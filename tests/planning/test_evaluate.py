@@ -199,6 +199,16 @@ def test_severity_beyond_the_end_of_the_plan(straight_paths) -> None:
     assert got.severity[0] == pytest.approx(np.sqrt(225 - 160))
 
 
+@pytest.mark.parametrize("heading", [0.0, 0.1])
+def test_no_contact_is_lost_where_the_plan_ends(straight_paths, heading: float) -> None:
+    """Wherever a standing car is, braking towards it from 45 m/s meets it during the plan or after it."""
+    for lon in np.arange(95.0, 110.0, 0.02):
+        inputs = whole(np.tile([-8.0, 0.0], (STEPS, 1)))
+        state = np.array([0, 1.8 - np.sin(heading) * lon, 45.0, heading])
+        got = evaluated(inputs, around(state, straight_paths((lon, 1.8, 0)), OPEN))
+        assert got.severity[0] > 15.0
+
+
 def test_a_contact_from_behind_does_little_harm_but_more_than_a_graze_ahead(straight_paths) -> None:
     """Nobody behind may brake, as in replay: at 15 m/s it is worse than to graze what is ahead."""
     state, straight = np.array([0, 1.8, 15.0, 0]), whole(np.zeros((STEPS, 2)))

@@ -17,7 +17,7 @@ from coverdrive.planning.contact import box_between, box_excess, box_of, half_si
 from coverdrive.planning.merit import input_at, merit_of
 from coverdrive.planning.rollout import after_step, rollout_of, state_at
 from coverdrive.planning.surroundings import Surroundings
-from coverdrive.planning.sweep import NEVER, contact_at, impact, impact_beyond, may_touch, write_edges
+from coverdrive.planning.sweep import NEVER, contact_at, impact, impact_beyond, may_touch, reach, write_edges
 from coverdrive.planning.vehicle import within_limits
 from coverdrive.road_ahead import FASTEST, LEFT, RIGHT, STRAIGHT, Bend, RoadAhead, State, bend_at, value_at
 
@@ -175,20 +175,11 @@ def _touching(
     constants: Constants,
 ) -> bool:  # fmt: skip
     """Whether a motion is not clear of a box: may touch it at any time, or cannot brake behind it at the end."""
-    for k in range(constants.steps):
+    steps, braking = constants.steps, constants.vehicle.braking
+    for k in range(steps):
         if may_touch(edges, boxes, k, slot):
             return True
-    return _beyond_end(states, edges, slot, boxes, constants) >= 0
-
-
-@compiled
-def _beyond_end(
-    states: Float[np.ndarray, "P 4"], edges: Float[np.ndarray, "K 2 4"], slot: int, boxes: Float[np.ndarray, "7 P n"],
-    constants: Constants,
-) -> float:  # fmt: skip
-    """`impact_beyond` of a motion."""
-    steps, braking = constants.steps, constants.vehicle.braking
-    return impact_beyond(state_at(states, steps, states[0]), edges[steps - 1, 1], boxes, slot, braking)
+    return impact_beyond(state_at(states, steps, states[0]), edges[steps - 1, 1], boxes, slot, braking) >= 0
 
 
 @compiled
@@ -207,7 +198,8 @@ def first_contact(
             if share < NEVER:
                 speed = impact(state, applied, share, boxes, k, slot, constants.dt)
                 return k + share, -speed if behind else speed
-    speed = _beyond_end(states, edges, slot, boxes, constants)
+    end = state_at(states, constants.steps, states[0])
+    speed = impact_beyond(end, reach(end, constants.vehicle), boxes, slot, constants.vehicle.braking)
     return (float(constants.steps) if speed >= 0 else np.inf), speed
 
 

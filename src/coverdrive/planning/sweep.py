@@ -18,6 +18,8 @@ which the body is the turned rectangle itself, apart from a box where one of the
 them (Gottschalk, Lin, Manocha 1996).
 """
 
+from typing import Any
+
 import numpy as np
 from jaxtyping import Float
 
@@ -146,6 +148,16 @@ def _depth(
     along = min(own_long + long - abs(lon), its_long + vehicle.length / 2 - abs(lon * cosine + lat * sine))
     across = min(own_wide + wide - abs(lat), its_wide + vehicle.width / 2 - abs(lat * cosine - lon * sine))
     return along, across, lon > 0
+
+
+@compiled
+def reach(body: State, vehicle: Any) -> Float[np.ndarray, " 4"]:
+    """Rear, right, front and left edge [m] of the turned body; ahead only as far as all of its front is: what is
+    farther ahead than that, and not touched yet, is ahead.
+    """
+    long, wide = _extents_of(vehicle.length / 2, vehicle.width / 2, body[3])
+    front = long - vehicle.width * abs(np.sin(body[3]))
+    return np.array([body[0] - long, body[1] - wide, body[0] + front, body[1] + wide])
 
 
 @compiled
