@@ -27,7 +27,7 @@ class CostSettings(Settings):
     """[1/m²] distance from the centre of the target lane"""
     speed: float = Field(default=0.1, ge=0, le=1e6)
     """[s²/m²] difference from the reference speed"""
-    heading: float = Field(default=500.0, ge=0, le=1e6)
+    heading: float = Field(default=100.0, ge=0, le=1e6)
     """[1/rad²] angle between car and road"""
     acceleration: float = Field(default=0.1, ge=0, le=1e6)
     """[s⁴/m²]"""

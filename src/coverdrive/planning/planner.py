@@ -160,6 +160,7 @@ class MpcPlanner:
         self._held_on = held_on(problem.steps, period, problem.dt)
         self._memory: _Memory | None = None
         self._wish, self._speed = NO_WISH, problem.cost.reference_speed
+        self._manners = self.settings.manners
         self._paths = PathMemory(self.settings.grace)
 
     def plan(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, wish: Wish = NO_WISH) -> Plan:
@@ -221,6 +222,7 @@ class MpcPlanner:
             paths = without_follower(state, paths, road)
         leaders = leaders_of(state, settings.problem.vehicle.length / 2, paths, road)
         targets = target_lanes(state, road, horizon)
+        self._manners = NONE if self._wish.away(targets.lanes[:1]).any() else settings.manners
         near = leaders.speed_in(targets.lanes[0], state[2], settings.leaders.time_to_collision)
         self._speed = min(self._speed, near)
         lost = leaders.lost(targets.lasting, self._speed, horizon, horizon + settings.leaders.foresight)
@@ -327,10 +329,9 @@ class MpcPlanner:
     def _around(
         self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, manners: MannersSettings | None = None
     ) -> Surroundings:
-        """What the search is made for, with the manners of the settings if no others are given."""
-        applied, settings = self._memory.applied if self._memory else np.zeros(2), self.settings
-        manners = manners or settings.manners
-        return surroundings_of(state, applied, paths, self._table, settings.problem, self._speed, manners)
+        """What the search is made for, with other manners if some are given."""
+        applied, manners = self._memory.applied if self._memory else np.zeros(2), manners or self._manners
+        return surroundings_of(state, applied, paths, self._table, self.settings.problem, self._speed, manners)
 
     def _plan_of(self, found: _Found, state: Float[np.ndarray, " 4"], status: Status, begun: float) -> Plan:
         """The chosen plan, on the road."""
