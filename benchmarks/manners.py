@@ -38,7 +38,7 @@ def quantiles(drives: list[Kept]) -> dict[str, Any]:
         values = [getattr(each, name).ravel() for each in drives]
         moments = np.concatenate(values)
         found[name] = {
-            "least of a drive": np.quantile([each.min() for each in values], (0.05, 0.5)).tolist(),
+            "least of a drive": np.quantile([each.min() for each in values], (0.05, 0.5), method="lower").tolist(),
             "all moments": np.quantile(moments[np.isfinite(moments)], (0.05, 0.5)).tolist(),
         }
     close = sum(each.time_to_collision.min() < 1 for each in drives)
