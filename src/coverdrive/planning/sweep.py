@@ -30,8 +30,6 @@ from coverdrive.planning.contact import half_sizes_of
 from coverdrive.planning.rollout import after_step
 from coverdrive.road_ahead import State
 
-_ROOM = 0.25
-"""[m] that is left to the side of whatever is evaded"""
 NEVER = 2.0
 """a share of a step that no contact has"""
 _LOOKS = 10
@@ -149,7 +147,7 @@ def _depth(
     its_long, its_wide = _extents_of(long, wide, body[3])
     along = min(own_long + long - abs(lon), its_long + vehicle.length / 2 - abs(lon * cosine + lat * sine))
     across = min(own_wide + wide - abs(lat), its_wide + vehicle.width / 2 - abs(lat * cosine - lon * sine))
-    return along, across + _ROOM, lon > 0
+    return along, across, lon > 0
 
 
 @compiled
