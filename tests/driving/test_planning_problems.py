@@ -14,8 +14,10 @@ from coverdrive.driving.drivability import refusal
 from coverdrive.driving.planning_problem import PlanningProblem, read_problems
 from coverdrive.driving.single_track import BMW, SingleTrackCar
 from coverdrive.driving.solved import solve, write
-from coverdrive.driving.solving import drive
+from coverdrive.driving.solving import drive, settings_for
 from coverdrive.errors import RecordingError
+from coverdrive.planning.manners import NONE
+from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 
 
 def read(path: Path) -> PlanningProblem:
@@ -94,8 +96,15 @@ def test_a_lane_change_in_time_is_driven_written_and_accepted(tmp_path: Path, mo
     ],
 )
 def test_what_is_lacking_is_said(tmp_path: Path, wanted: str, lack: str) -> None:
-    found = drive(read(written(tmp_path, wanted)), PREDICTOR)
+    problem = read(written(tmp_path, wanted))
+    planner = MpcPlanner(settings_for(problem, PlannerSettings(manners=NONE)))
+    found = drive(problem, PREDICTOR, planner=planner)
     assert (found.reached, found.lack, found.contact) == (False, f"goal missed: {lack}", "")
+
+
+def test_who_has_manners_passes_instead_of_closing_up(tmp_path: Path) -> None:
+    found = drive(read(written(tmp_path, goal(box(180.0, -1.75)))), PREDICTOR)
+    assert (found.reached, found.lack, found.contact) == (False, "goal missed: other lane, not far enough", "")
 
 
 def test_a_contact_is_no_solution(tmp_path: Path) -> None:
