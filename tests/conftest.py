@@ -11,15 +11,13 @@ import numpy as np
 import pytest
 from filelock import FileLock
 from hypothesis import HealthCheck, settings
-from jaxtyping import install_import_hook
+
+from shape_checks import check_all_calls
 
 if TYPE_CHECKING:
     from coverdrive.paths import PredictedPaths
 
-_CHECKER = "beartype.beartype(conf=beartype.BeartypeConf(is_pep484_tower=True))"
-"""Shapes are types, which the tests check; an int is good for a float."""
-
-install_import_hook("coverdrive", _CHECKER)
+check_all_calls("coverdrive")
 for name, examples in {"fast": 25, "all": 100}.items():  # no deadline: a first call compiles
     settings.register_profile(
         name, deadline=None, derandomize=True, max_examples=examples, suppress_health_check=[HealthCheck.too_slow]
