@@ -33,7 +33,7 @@ def bent_half_sizes(
 ) -> Pairs:
     """Half extents [m] in the frame of a bent road of boxes that hold bodies as if it were straight; from above.
 
-    ``docs/planner.md`` proves it. At a distance e from the reference line, 1 m of the road is 1 m / (1 − κe) of lon,
+    ``docs/proofs.md`` proves it. At a distance e from the reference line, 1 m of the road is 1 m / (1 − κe) of lon,
     which makes bodies longer and turns them more; a straight side of half length l leaves the curve by κl²/2.
 
     Args:
