@@ -45,6 +45,8 @@ def solve(
 ) -> dict[str, Any]:
     """Drive planning problems of CommonRoad scenarios, told no more than the present, and write their solutions.
 
+    Each is written when it is made; what cannot be read or driven is a row of the table with its reason.
+
     Solutions are in the official XML format, for a BMW 320i. The drivability checker judges them if it is installed, by
     `pip install "coverdrive[commonroad]"`.
 
@@ -56,9 +58,11 @@ def solve(
     files = [file for each in scenario for file in (sorted(each.glob("*.xml")) if each.is_dir() else [each])]
     if not files:
         raise DataError("there is nothing to solve; name a scenario or a folder, as in `coverdrive solve scenarios/`")
+    for file in files:
+        if not file.is_file():
+            raise DataError(f"{file}: there is no such scenario; check the path")
     with waiting():
-        from coverdrive.driving.solved import solve as solve_scenario
-        from coverdrive.driving.solved import write
+        from coverdrive.driving.solved import solve_all
         from coverdrive.reporting.figures import draw_drive
         from coverdrive.reporting.terminal import solved_table
     experiment = experiment_of(
@@ -67,15 +71,12 @@ def solve(
     with stages():
         predictor_of = _predictors(files, predictor, recording or [], leave_one_out, experiment, out)
         found = list["Solved"]()
-        for file in files:
-            with stage(file.stem):
-                found += solve_scenario(file, predictor_of(file), model)
-        table = write(found, out)
-        for each in found:
+        for each in solve_all(files, predictor_of, out, model):
+            found.append(each)
             if video and each.drive:
                 draw_drive(each.drive.trace, out / f"{each.row['scenario']}_{each.row['problem']}", None)
     console.print(solved_table(found))
-    console.print(f"Solutions and {table.name} are in {out}")
+    console.print(f"Solutions and solved.csv are in {out}")
     return {"solutions": str(out), "problems": [each.row for each in found]}
 
 
@@ -104,4 +105,7 @@ def _predictors(
         with stage("shared scenes"):
             out_of = dict(zip(files, left_out(paths, files), strict=True))
     fits = out / "fits"
+    if not leave_one_out:
+        fitted = fit_without(frozenset(), recordings, experiment.prediction, experiment.seed, fits)
+        return lambda _: fitted
     return lambda file: fit_without(out_of[file], recordings, experiment.prediction, experiment.seed, fits)

@@ -1,6 +1,6 @@
 """How planning problems were solved, as rows of a table."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,9 +11,12 @@ from coverdrive.driving.drivability import refusal
 from coverdrive.driving.planning_problem import PlanningProblem, read_problems
 from coverdrive.driving.single_track import ModelName
 from coverdrive.driving.solving import Drive, drive, write_solution
-from coverdrive.errors import DataError, RecordingError
+from coverdrive.errors import CoverdriveError
 from coverdrive.files import write_atomically
 from coverdrive.plan import Planner
+from coverdrive.progress import stage
+from coverdrive.recordings.boundary import naming
+from coverdrive.recordings.tracks import name_of
 from coverdrive.simulation.predictor import Belief
 from coverdrive.simulation.trial import SCHEMA as MEASURED
 from coverdrive.simulation.trial import measure
@@ -43,23 +46,60 @@ class Solved:
     """None: it could not be driven"""
 
 
+def solve_all(
+    scenarios: Sequence[Path], predictor_of: Callable[[Path], Belief], folder: Path, model: ModelName = "KS"
+) -> Iterator[Solved]:
+    """Drive and judge the planning problems of scenarios; after each, its solution and the table are written.
+
+    Args:
+        scenarios: files; what cannot be read or driven is a row with its reason, and ends nothing.
+        predictor_of: the predictor for a scenario.
+        folder: of the table ``solved.csv`` and the solutions.
+        model: of the ego.
+    """
+    found = list[Solved]()
+    for scenario in scenarios:
+        with stage(name_of(scenario)):
+            for each in _with_predictor(scenario, predictor_of, model):
+                found.append(each)
+                if each.drive:
+                    found[-1] = _written(found, folder)
+                _write_table(found, folder)
+                yield found[-1]
+
+
+def _with_predictor(scenario: Path, predictor_of: Callable[[Path], Belief], model: ModelName) -> Iterator[Solved]:
+    try:
+        predictor = predictor_of(scenario)
+    except CoverdriveError as error:
+        yield Solved(_unsolved(scenario, model) | {"reason": f"not driven: {error}"}, None)
+    else:
+        yield from solve(scenario, predictor, model)
+
+
 def solve(
     scenario: Path, predictor: Belief, model: ModelName = "KS", planner: Planner | None = None
 ) -> Iterator[Solved]:
     """Drive and judge the planning problems of a scenario; arguments are those of `drive`."""
     known = _unsolved(scenario, model)
-    try:
-        for problem in read_problems(scenario):
-            if isinstance(problem, PlanningProblem):
-                yield solve_problem(problem, predictor, model, planner)
-            else:
-                yield Solved(known | {"reason": f"not driven: {problem}"}, None)
-    except (DataError, RecordingError) as error:
-        yield Solved(known | {"reason": f"not read: {error}"}, None)
+    problems = read_problems(scenario)
+    while True:
+        try:
+            with naming(scenario):
+                problem = next(problems, None)
+        except CoverdriveError as error:
+            yield Solved(known | {"reason": f"not read: {error}"}, None)
+            return
+        if problem is None:
+            return
+        if isinstance(problem, PlanningProblem):
+            yield solve_problem(problem, predictor, model, planner)
+        else:
+            yield Solved(known | {"reason": f"not driven: {problem}"}, None)
 
 
 def _unsolved(scenario: Path, model: ModelName) -> dict[str, Any]:
-    return dict.fromkeys(SCHEMA) | {"scenario": scenario.stem, "model": model, "solved": False, "checked": False}
+    return dict.fromkeys(SCHEMA) | {"scenario": name_of(scenario), "model": model, "solved": False, "checked": False}
 
 
 def solve_problem(
@@ -69,10 +109,12 @@ def solve_problem(
     known = _unsolved(problem.file, model) | {"problem": problem.number}
     try:
         driven = drive(problem, predictor, model, planner)
-    except DataError as error:
+    except CoverdriveError as error:
         return Solved(known | {"reason": f"not driven: {error}"}, None)
+    except Exception as error:  # a scenario that nobody thought of must not end those after it
+        return Solved(known | {"reason": f"not driven: {type(error).__name__}: {error}; please report it"}, None)
     measured = measure(driven.trace, 0, 0)
-    refused = refusal(driven)
+    refused = _refusal(driven)
     contact, lack = driven.contact, driven.lack
     reason = contact or lack
     if refused is not None:
@@ -81,12 +123,40 @@ def solve_problem(
     return Solved(row | {"reason": reason, "solved": not reason, "checked": refused is not None}, driven)
 
 
+def _refusal(driven: Drive) -> str | None:
+    try:
+        return refusal(driven)
+    except Exception as error:  # of another package
+        return f"not judged: {type(error).__name__}: {error}"
+
+
 def write(found: Sequence[Solved], folder: Path) -> Path:
     """Write the solution of every scenario that could be driven, and the table; the path of this."""
-    folder.mkdir(parents=True, exist_ok=True)
-    for name in dict.fromkeys(each.row["scenario"] for each in found):
-        if drives := [each.drive for each in found if each.row["scenario"] == name and each.drive]:
-            write_solution(drives, folder)
+    last = {each.drive.problem.file: number for number, each in enumerate(found, 1) if each.drive}
+    for number in last.values():
+        _written(found[:number], folder)
+    return _write_table(found, folder)
+
+
+def _written(found: Sequence[Solved], folder: Path) -> Solved:
+    """Write the solution of the scenario of the last one, all of its problems in one; the last with what came of it.
+
+    A benchmark id that several files have gets a number.
+    """
+    last, driven = found[-1], [each.drive for each in found if each.drive]
+    file, name = driven[-1].problem.file, driven[-1].name
+    same = list(dict.fromkeys(each.problem.file for each in driven if each.name == name))
+    number = f" ({len(same)})" if len(same) > 1 else ""
+    try:
+        drives = [each for each in driven if each.problem.file == file]
+        write_solution(drives, folder / f"solution_{name}{number}.xml")
+    except (OSError, ValueError) as error:
+        lost = {"solved": False, "reason": f"driven, but its solution cannot be written: {error}"}
+        return Solved(last.row | lost, last.drive)
+    return last
+
+
+def _write_table(found: Sequence[Solved], folder: Path) -> Path:
     path = folder / "solved.csv"
     write_atomically(path, pl.DataFrame([each.row for each in found], schema=SCHEMA).write_csv)
     return path

@@ -4,6 +4,7 @@ At every time step the driver is told the vehicles of that step; these follow th
 ego does. The drive ends where the goal is reached, and else when it no longer can be.
 """
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -52,6 +53,11 @@ class Drive:
     def lack(self) -> str:
         """What is missing to the goal, if anything."""
         return "" if self.reached else missed(self.problem, self.cars)
+
+    @property
+    def name(self) -> str:
+        """The benchmark id, as it may be part of a file's name."""
+        return re.sub(r"[^\w.:-]+", "_", str(self.problem.scenario.scenario_id))[:200]
 
     @property
     def seconds(self) -> float:
@@ -133,17 +139,15 @@ def _lacking(problem: PlanningProblem, goal: Any, state: Any) -> list[str]:
     return lacking
 
 
-def write_solution(drives: Sequence[Drive], folder: Path) -> Path:
-    """Write the solution of one scenario in the official XML format, as ``solution_<benchmark id>.xml``.
+def write_solution(drives: Sequence[Drive], path: Path) -> None:
+    """Write the solution of one scenario in the official XML format.
 
     Args:
         drives: of the planning problems of one scenario.
-        folder: that it is written to.
+        path: of the file.
     """
     scenario = drives[0].problem.scenario
     seconds = float(np.sum([each.trace.wall_seconds.sum() for each in drives]))
     solution = Solution(scenario.scenario_id, [each.solution() for each in drives], computation_time=seconds)
-    path = folder / f"solution_{scenario.scenario_id}.xml"
     text = CommonRoadSolutionWriter(solution).dump()
     write_atomically(path, lambda file: file.write_text(text))
-    return path

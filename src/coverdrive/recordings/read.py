@@ -11,9 +11,10 @@ from jaxtyping import Int
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from coverdrive.errors import DataError, RecordingError
+from coverdrive.errors import RecordingError
 from coverdrive.progress import part
 from coverdrive.recordings import formats as formats
+from coverdrive.recordings.boundary import naming
 from coverdrive.recordings.map_tracks import MapTracks, readings_from_map
 from coverdrive.recordings.overlap import shared_vehicles
 from coverdrive.recordings.recording import Recording, vehicle_keys
@@ -91,7 +92,7 @@ def _files(path: Path) -> list[Path]:
 
 def _read_file(file: Path, how: How, name: str | None, namesakes: dict[str, list[Path]]) -> tuple[Reading, ...]:
     """The recordings of one file, with groups from 0 on; ``namesakes`` gains the file under their names."""
-    try:
+    with naming(file):
         reader = reader_of(file, name)
         found = list(reader.read(file, how))
         finished = [reading_of(each) for each in found if isinstance(each, Recording)]
@@ -99,11 +100,6 @@ def _read_file(file: Path, how: How, name: str | None, namesakes: dict[str, list
         for each in found:
             if isinstance(each, MapTracks):
                 readings += readings_from_map(file, each, how.smoothing, how.map)
-    except OSError as error:
-        problem = f"the file cannot be read ({error.strerror or error}); check its permissions"
-        raise RecordingError(file, problem) from error
-    except DataError as error:
-        raise RecordingError(file, str(error)) from error
     if not finished and not readings:
         raise RecordingError(file, "it holds no recording; check that it was copied whole")
     for reading in readings:
