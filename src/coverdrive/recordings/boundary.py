@@ -1,6 +1,6 @@
 """The boundary of a file: whatever goes wrong while it is read becomes an error that names it."""
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from coverdrive.errors import CoverdriveError, DataError, RecordingError
 
 
 @contextmanager
-def naming(file: Path, what: str = "the file") -> Iterator[None]:
+def naming(file: Path, what: str = "the file") -> Generator[None]:
     """Turn what a parser, the system or a check throws into a `RecordingError` of a file.
 
     Errors of ours that name a place, or are about settings, stay as they are, and so does a lack of memory.
