@@ -20,6 +20,9 @@ FARTHEST = 1e8
 BACKWARDS, LONGEST_DRIVE = 1.0, 600.0
 """[m/s] that a recorded speed may be below 0 by noise, and [s] from the start of a planning problem to its goal"""
 
+STATED = {"time", "position", "orientation"}
+"""of every initial state, and of those that move the velocity, too; commonroad-io takes 0 for what is missing"""
+
 
 def open_scenario(file: Path) -> tuple[Any, Any]:
     """The scenario and its planning problems as commonroad-io reads them, without its warnings, and checked.
@@ -59,14 +62,32 @@ def _parsed(file: Path) -> tuple[Any, Any]:
 
 
 def _root(file: Path) -> str:
-    """Name of the root element of a well-formed file without entities, which could make a small file huge."""
-    names: list[str] = []
+    """Name of the root element of a well-formed file whose initial states are stated.
+
+    Without entities, which could make a small file huge.
+    """
+    names, inside, stated = list[str](), list[str](), set[str]()
     parser = expat.ParserCreate()
 
     def refuse(*_: Any) -> None:
         raise RecordingError(file, "it declares a document type; expected none, remove it", parser.CurrentLineNumber)
 
-    parser.StartElementHandler = lambda name, _: names.append(name)
+    def opened(name: str, _: Any) -> None:
+        names.append(name)
+        if inside[-1:] == ["initialState"]:
+            stated.add(name)
+        elif name == "initialState":
+            stated.clear()
+        inside.append(name)
+
+    def closed(name: str) -> None:
+        inside.pop()
+        moves = {"velocity"} if inside[-1:] != ["staticObstacle"] else set[str]()
+        if name == "initialState" and (missing := sorted(STATED.union(moves) - stated)):
+            problem = f"the initial state of a {inside[-1]} has no {missing[0]}; expected one, or leave it out"
+            raise RecordingError(file, problem, parser.CurrentLineNumber)
+
+    parser.StartElementHandler, parser.EndElementHandler = opened, closed
     parser.StartDoctypeDeclHandler = refuse
     try:
         parser.Parse(file.read_bytes(), True)
