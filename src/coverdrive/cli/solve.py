@@ -1,6 +1,8 @@
 """``coverdrive solve``: planning problems of CommonRoad scenarios."""
 
+import os
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -14,7 +16,7 @@ from coverdrive.progress import stage
 
 if TYPE_CHECKING:
     from coverdrive.config import Experiment
-    from coverdrive.driving.solved import Solved
+    from coverdrive.driving.solving import Drive
     from coverdrive.prediction.predictor import AnyPredictor
 
 
@@ -37,6 +39,7 @@ def solve(
         Literal["KS", "ST"],
         Parameter(help="Model of the car: kinematic single-track, or single-track with slip; as in `--model ST`."),
     ] = "KS",
+    workers: options.Workers = None,
     video: Annotated[bool, Parameter(negative="", help="Draw snapshots and a video of every drive.")] = False,
     seed: options.Seed = None,
     out: Annotated[Path, Parameter(help="Folder of the solutions, as in `--out solutions`.")] = Path("solutions"),
@@ -45,7 +48,8 @@ def solve(
 ) -> dict[str, Any]:
     """Drive planning problems of CommonRoad scenarios, told no more than the present, and write their solutions.
 
-    Each is written when it is made; what cannot be read or driven is a row of the table with its reason.
+    Each is written when it is made, and not made again with the same settings. What cannot be read or driven is a row
+    of the table with its reason; the exit status is 3 then.
 
     Solutions are in the official XML format, for a BMW 320i. The drivability checker judges them if it is installed, by
     `pip install "coverdrive[commonroad]"`.
@@ -62,22 +66,35 @@ def solve(
         if not file.is_file():
             raise DataError(f"{file}: there is no such scenario; check the path")
     with waiting():
-        from coverdrive.driving.solved import solve_all
-        from coverdrive.reporting.figures import draw_drive
+        from coverdrive.driving.batch import solve_all
         from coverdrive.reporting.terminal import solved_table
     experiment = experiment_of(
-        config, settings=settings, usual={"prediction": certificate("auto", None, None)}, seed=seed
+        config,
+        settings=settings,
+        usual={"prediction": certificate("auto", None, None)},
+        seed=seed,
+        study={"workers": workers},
     )
-    with stages():
-        predictor_of = _predictors(files, predictor, recording or [], leave_one_out, experiment, out)
-        found = list["Solved"]()
-        for each in solve_all(files, predictor_of, out, model):
-            found.append(each)
-            if video and each.drive:
-                draw_drive(each.drive.trace, out / f"{each.row['scenario']}_{each.row['problem']}", None)
+    processes = experiment.study.workers or os.cpu_count() or 1
+    try:
+        with stages():
+            predictor_of = _predictors(files, predictor, recording or [], leave_one_out, experiment, out)
+            each = solve_all(files, predictor_of, out, model, processes, partial(_draw, out) if video else None)
+            found = [row for rows in each for row in rows]
+    except KeyboardInterrupt as stop:
+        stop.add_note("what is solved is kept, and the same command goes on from it")
+        raise
     console.print(solved_table(found))
     console.print(f"Solutions and solved.csv are in {out}")
-    return {"solutions": str(out), "problems": [each.row for each in found]}
+    undriven = [row["reason"] for row in found if row["time"] is None]
+    return {"solutions": str(out), "problems": found, "undriven": undriven}
+
+
+def _draw(folder: Path, drive: "Drive") -> None:
+    from coverdrive.recordings.tracks import name_of
+    from coverdrive.reporting.figures import draw_drive
+
+    draw_drive(drive.trace, folder / f"{name_of(drive.problem.file)}_{drive.problem.number}", None)
 
 
 def _predictors(

@@ -1,25 +1,26 @@
 """How planning problems were solved, as rows of a table."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
-from typing import Any
 
 import polars as pl
 
 from coverdrive.driving.drivability import refusal
 from coverdrive.driving.planning_problem import PlanningProblem, read_problems
 from coverdrive.driving.single_track import ModelName
-from coverdrive.driving.solving import Drive, drive, write_solution
+from coverdrive.driving.solving import Drive, drive, solution_of
 from coverdrive.errors import CoverdriveError
 from coverdrive.files import write_atomically
 from coverdrive.plan import Planner
-from coverdrive.progress import stage
 from coverdrive.recordings.boundary import naming
 from coverdrive.recordings.tracks import name_of
 from coverdrive.simulation.predictor import Belief
 from coverdrive.simulation.trial import SCHEMA as MEASURED
-from coverdrive.simulation.trial import measure
+from coverdrive.simulation.trial import Row, measure
+
+TABLE = "solved.csv"
 
 MEASURES = (
     "vehicles", "time", "mean_speed", "minimum_gap", "hardest_braking", "jerk_longitudinal", "share_unsafe", "windows",
@@ -31,57 +32,27 @@ SCHEMA = pl.Schema(
     {"scenario": pl.String(), "problem": pl.Int64(), "model": pl.String(), "solved": pl.Boolean()}
     | {"reason": pl.String(), "checked": pl.Boolean()}
     | {name: MEASURED[name] for name in MEASURES}
+    | {"solution": pl.String(), "made_from": pl.String()}
 )
 """of the table: whether a problem is ``solved``, by the drivability checker if that is installed (``checked``), or else
-the ``reason``"""
+the ``reason``; the file of its ``solution``, and a hash of all that this depends on"""
 
 
 @dataclass(frozen=True, eq=False)
 class Solved:
     """What came of one planning problem."""
 
-    row: dict[str, Any]
+    row: Row
     """by the names of `SCHEMA`"""
     drive: Drive | None
     """None: it could not be driven"""
-
-
-def solve_all(
-    scenarios: Sequence[Path], predictor_of: Callable[[Path], Belief], folder: Path, model: ModelName = "KS"
-) -> Iterator[Solved]:
-    """Drive and judge the planning problems of scenarios; after each, its solution and the table are written.
-
-    Args:
-        scenarios: files; what cannot be read or driven is a row with its reason, and ends nothing.
-        predictor_of: the predictor for a scenario.
-        folder: of the table ``solved.csv`` and the solutions.
-        model: of the ego.
-    """
-    found = list[Solved]()
-    for scenario in scenarios:
-        with stage(name_of(scenario)):
-            for each in _with_predictor(scenario, predictor_of, model):
-                found.append(each)
-                if each.drive:
-                    found[-1] = _written(found, folder)
-                _write_table(found, folder)
-                yield found[-1]
-
-
-def _with_predictor(scenario: Path, predictor_of: Callable[[Path], Belief], model: ModelName) -> Iterator[Solved]:
-    try:
-        predictor = predictor_of(scenario)
-    except CoverdriveError as error:
-        yield Solved(_unsolved(scenario, model) | {"reason": f"not driven: {error}"}, None)
-    else:
-        yield from solve(scenario, predictor, model)
 
 
 def solve(
     scenario: Path, predictor: Belief, model: ModelName = "KS", planner: Planner | None = None
 ) -> Iterator[Solved]:
     """Drive and judge the planning problems of a scenario; arguments are those of `drive`."""
-    known = _unsolved(scenario, model)
+    known = unsolved(scenario, model)
     problems = read_problems(scenario)
     while True:
         try:
@@ -98,7 +69,8 @@ def solve(
             yield Solved(known | {"reason": f"not driven: {problem}"}, None)
 
 
-def _unsolved(scenario: Path, model: ModelName) -> dict[str, Any]:
+def unsolved(scenario: Path, model: ModelName) -> Row:
+    """The row of a scenario of which nothing is known, with no reason yet."""
     return dict.fromkeys(SCHEMA) | {"scenario": name_of(scenario), "model": model, "solved": False, "checked": False}
 
 
@@ -106,7 +78,7 @@ def solve_problem(
     problem: PlanningProblem, predictor: Belief, model: ModelName = "KS", planner: Planner | None = None
 ) -> Solved:
     """Drive and judge one planning problem; arguments are those of `drive`."""
-    known = _unsolved(problem.file, model) | {"problem": problem.number}
+    known = unsolved(problem.file, model) | {"problem": problem.number}
     try:
         driven = drive(problem, predictor, model, planner)
     except CoverdriveError as error:
@@ -132,31 +104,25 @@ def _refusal(driven: Drive) -> str | None:
 
 def write(found: Sequence[Solved], folder: Path) -> Path:
     """Write the solution of every scenario that could be driven, and the table; the path of this."""
-    last = {each.drive.problem.file: number for number, each in enumerate(found, 1) if each.drive}
-    for number in last.values():
-        _written(found[:number], folder)
-    return _write_table(found, folder)
+    by_file, names = dict[Path, list[Drive]](), dict[Path, str]()
+    for each in (each.drive for each in found if each.drive):
+        by_file.setdefault(each.problem.file, []).append(each)
+    for file, drives in by_file.items():
+        names[file] = write_solution(drives[0].name, solution_of(drives), folder, names.values())
+    return write_table(
+        [each.row | {"solution": names[each.drive.problem.file] if each.drive else None} for each in found], folder
+    )
 
 
-def _written(found: Sequence[Solved], folder: Path) -> Solved:
-    """Write the solution of the scenario of the last one, all of its problems in one; the last with what came of it.
-
-    A benchmark id that several files have gets a number.
-    """
-    last, driven = found[-1], [each.drive for each in found if each.drive]
-    file, name = driven[-1].problem.file, driven[-1].name
-    same = list(dict.fromkeys(each.problem.file for each in driven if each.name == name))
-    number = f" ({len(same)})" if len(same) > 1 else ""
-    try:
-        drives = [each for each in driven if each.problem.file == file]
-        write_solution(drives, folder / f"solution_{name}{number}.xml")
-    except (OSError, ValueError) as error:
-        lost = {"solved": False, "reason": f"driven, but its solution cannot be written: {error}"}
-        return Solved(last.row | lost, last.drive)
-    return last
+def write_solution(benchmark: str, text: str, folder: Path, taken: Collection[str]) -> str:
+    """Write a solution; its name is that of the benchmark, with a number where others have ``taken`` it."""
+    names = (f"solution_{benchmark}{f' ({number})' * (number > 1)}.xml" for number in count(1))
+    name = next(name for name in names if name not in taken)
+    write_atomically(folder / name, lambda file: file.write_text(text, encoding="utf-8"))
+    return name
 
 
-def _write_table(found: Sequence[Solved], folder: Path) -> Path:
-    path = folder / "solved.csv"
-    write_atomically(path, pl.DataFrame([each.row for each in found], schema=SCHEMA).write_csv)
-    return path
+def write_table(rows: Sequence[Row], folder: Path) -> Path:
+    """Write ``solved.csv``; its path."""
+    write_atomically(folder / TABLE, pl.DataFrame(rows, schema=SCHEMA).write_csv)
+    return folder / TABLE

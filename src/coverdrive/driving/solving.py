@@ -7,7 +7,6 @@ ego does. The drive ends where the goal is reached, and else when it no longer c
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,7 +18,6 @@ from coverdrive.driving.driver import Driver, adapted
 from coverdrive.driving.planning_problem import PlanningProblem, shape_of
 from coverdrive.driving.recorder import Recorder
 from coverdrive.driving.single_track import BMW, VEHICLE, ModelName, SingleTrackCar
-from coverdrive.files import write_atomically
 from coverdrive.plan import Planner
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.progress import done
@@ -139,15 +137,9 @@ def _lacking(problem: PlanningProblem, goal: Any, state: Any) -> list[str]:
     return lacking
 
 
-def write_solution(drives: Sequence[Drive], path: Path) -> None:
-    """Write the solution of one scenario in the official XML format.
-
-    Args:
-        drives: of the planning problems of one scenario.
-        path: of the file.
-    """
+def solution_of(drives: Sequence[Drive]) -> str:
+    """The solution of one scenario, of whose planning problems these are the drives, in the official XML format."""
     scenario = drives[0].problem.scenario
     seconds = float(np.sum([each.trace.wall_seconds.sum() for each in drives]))
     solution = Solution(scenario.scenario_id, [each.solution() for each in drives], computation_time=seconds)
-    text = CommonRoadSolutionWriter(solution).dump()
-    write_atomically(path, lambda file: file.write_text(text))
+    return CommonRoadSolutionWriter(solution).dump()

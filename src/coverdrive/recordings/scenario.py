@@ -20,6 +20,9 @@ FARTHEST = 1e8
 BACKWARDS, LONGEST_DRIVE = 1.0, 600.0
 """[m/s] that a recorded speed may be below 0 by noise, and [s] from the start of a planning problem to its goal"""
 
+LARGEST_ID = 2**63
+"""Numbers of planning problems are smaller"""
+
 STATED = {"time", "position", "orientation"}
 """of every initial state, and of those that move the velocity, too; commonroad-io takes 0 for what is missing"""
 
@@ -143,6 +146,8 @@ def check_problem(problem: Any, dt: float) -> None:
         DataError: start or goal are not known, or are none of this world.
     """
     start, goals = problem.initial_state, problem.goal.state_list
+    if not 0 <= problem.planning_problem_id < LARGEST_ID:
+        raise DataError(f"its number is not between 0 and {LARGEST_ID:g}; give it another one")
     for part, (least, most) in {
         "time_step": (0.0, FARTHEST),
         "position": (-FARTHEST, FARTHEST),
