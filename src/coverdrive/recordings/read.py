@@ -4,6 +4,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from uuid import uuid4
 
 import numpy as np
 import polars as pl
@@ -71,6 +72,14 @@ def read(
         readings += found
         origin += [number] * len(found)
     return tuple(resampled(recording, dt, how.smoothing) for recording in _grouped(readings, origin))
+
+
+def together(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
+    """Recordings that several calls have read as if one had: with groups that tell them apart, unless they overlap."""
+    calls = list(dict.fromkeys(each.call for each in recordings))
+    if len(calls) < 2:
+        return tuple(recordings)
+    return _grouped([reading_of(each) for each in recordings], [calls.index(each.call) for each in recordings])
 
 
 def _files(path: Path) -> list[Path]:
@@ -143,9 +152,9 @@ def _grouped(readings: list[Reading], origin: list[int]) -> tuple[Recording, ...
     component = _linked(shared["group"].to_numpy(), shared["group_b"].to_numpy(), count)
     used = np.unique(np.concatenate([component[numbers] for numbers in tables]))
     groups = (pl.Series(np.searchsorted(used, component[numbers]), dtype=pl.Int64) for numbers in tables)
-    one = _one_of(readings, shared)
+    one, call = _one_of(readings, shared), uuid4().hex
     return tuple(
-        _regrouped(reading.recording, group, pl.col("identity").replace(one))
+        _regrouped(reading.recording, group, pl.col("identity").replace(one), call)
         for reading, group in zip(readings, groups, strict=True)
     )
 
@@ -170,8 +179,10 @@ def _linked(first: Groups, second: Groups, count: int) -> Groups:
     return connected_components(links, directed=False)[1]
 
 
-def _regrouped(recording: Recording, group: pl.Series | pl.Expr, identity: pl.Expr = _IDENTITY) -> Recording:
-    return replace(recording, table=recording.table.with_columns(group=group, identity=identity))
+def _regrouped(
+    recording: Recording, group: pl.Series | pl.Expr, identity: pl.Expr = _IDENTITY, call: str = ""
+) -> Recording:
+    return replace(recording, table=recording.table.with_columns(group=group, identity=identity), call=call)
 
 
 def _numbered(readings: list[Reading], origin: list[int]) -> tuple[list[Groups], list[Groups]]:
