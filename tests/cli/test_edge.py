@@ -229,3 +229,10 @@ def test_output_that_nobody_reads_ends_silently() -> None:
 def test_output_to_a_full_disk_is_said() -> None:
     status, complaints = status_to(["--help"], os.open("/dev/full", os.O_WRONLY))
     assert status == 2 and complaints.startswith("error: No space left on device") and "Exception" not in complaints
+
+
+@pytest.mark.parametrize(
+    ("result", "status"), [({"missing": ["x"]}, 1), ({"undriven": ["x"]}, 3), ({"undriven": []}, 0)]
+)
+def test_what_is_found_is_a_status(result: dict[str, list[str]], status: int):
+    assert status_of(lambda: result, lambda: False) == status

@@ -1,5 +1,6 @@
 """Which lanelets make the road, on small networks drawn along the x axis."""
 
+from time import process_time
 from types import SimpleNamespace
 from typing import Any
 
@@ -86,6 +87,24 @@ def test_a_ring_is_a_chain():
     ring = [piece(1, 0, 100, 0.0), piece(2, 100, 200, 0.0)]
     ring[0].successor, ring[1].successor = [2], [2, 1]
     assert ends(next(carriageways(ring))[0]) == [[0, 0], [200, 0]]
+
+
+def test_many_in_a_chain_take_linear_time():
+    def seconds(count: int) -> float:
+        chain = [piece(k, 30 * k, 30 * k + 30, 0.0, successor=[k + 1]) for k in range(count)]
+        chain[-1].successor.clear()
+        start = process_time()
+        assert ends(next(carriageways(chain))[0]) == [[0, 0], [30 * count, 0]]
+        return process_time() - start
+
+    seconds(10)
+    assert seconds(6000) < 10 * seconds(1200)
+
+
+def test_more_lanelets_beside_one_another_than_any_road_has_are_refused():
+    row = [piece(k, 0, 100, -3.5 * k, **side(right=k + 1)) for k in range(60)]
+    with pytest.raises(DataError, match="lanelet 0 has more than 50 beside it"):
+        next(carriageways(row))
 
 
 @pytest.mark.parametrize(("links", "error"), [({"left": 1}, DataError), ({"left": 77}, KeyError)])

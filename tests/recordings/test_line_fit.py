@@ -1,12 +1,15 @@
 """The road frame along a line: exact on straight roads and arcs, deaf to the kinks of a drawn map."""
 
+from time import process_time
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.interpolate import make_smoothing_spline
 
 from coverdrive.errors import DataError
-from coverdrive.recordings.line_fit import TOLERANCE, fit_line
+from coverdrive.recordings.line_fit import TOLERANCE, _even, fit_line
 from coverdrive.reference_line import ReferenceLine
 
 
@@ -80,3 +83,17 @@ def test_arcs_do_not_end_straight(radius: float):
 def test_a_corner_is_no_road():
     with pytest.raises(DataError, match=r"a curve of \d+ m radius, \d+ m after the road's beginning; expected at"):
         fit_line(np.array([[0.0, 0], [100, 0], [100, 100]]))
+
+
+def test_splines_are_those_of_scipy():
+    points = np.random.default_rng(1).normal(0, 0.1, (2, 400)) + 30 * np.sin(np.arange(400) / 60)
+    found = _even(points, 0.9, 12.7**4)
+    for own, values in zip(found, points, strict=True):
+        grid = 0.9 * np.arange(400)
+        assert own == pytest.approx(make_smoothing_spline(grid, values, lam=12.7**4 / 0.9)(grid), abs=1e-7)
+
+
+def test_a_straight_of_199_km_between_two_points_takes_seconds():
+    start = process_time()
+    assert fit_line(np.array([[0.0, 0.0], [199_000.0, 0.0]])).length == pytest.approx(199_000.0)
+    assert process_time() - start < 6.0  # 13 s, point by point

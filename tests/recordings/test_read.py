@@ -9,7 +9,7 @@ import pytest
 from coverdrive.errors import RecordingError
 from coverdrive.progress import heard_by, stage
 from coverdrive.recordings.parquet import write_parquet
-from coverdrive.recordings.read import read
+from coverdrive.recordings.read import read, together
 from coverdrive.simulation.generated import GeneratedSettings, generate
 
 
@@ -121,3 +121,11 @@ def test_all_kinds_of_recorded_files_together(us101: Path):
     assert set().union(*groups[3:]) == set(range(3, 3 + len(set().union(*groups[3:]))))
     for recording in recordings:
         assert np.all(np.isfinite(recording.table.to_numpy()))
+
+
+def test_files_that_are_read_one_by_one_have_a_group_each(make_ngsim, write_csv):
+    files = [write_csv(make_ngsim(vehicles=3, seconds=3, speed=8.0 + k), f"{k}.csv") for k in range(8)]
+    apart = together([recording for file in files for recording in read(file)])
+    assert [recording.table["group"].unique().to_list() for recording in apart] == [[k] for k in range(8)]
+    assert [each.table.equals(other.table) for each, other in zip(apart, read(files), strict=True)] == [True] * 8
+    assert together(apart) == apart

@@ -29,7 +29,8 @@ app = App(
     all of them.""",
     help_epilogue="""Exit status: 0, done · 1, an error in the program, or `doctor` found something missing · 2,
     something that you can put right: an argument, a setting, a file, a disk, a claim that the data do not support ·
-    130, stopped by Ctrl-C · 143, stopped by SIGTERM · 141, nobody reads the output any more.""",
+    3, done, but `solve` could not read or drive some problems · 130, stopped by Ctrl-C · 143, stopped by SIGTERM ·
+    141, nobody reads the output any more.""",
 )
 _COMMANDS = (
     "run", "inspect", "fit", "certify", "dial", "study", "drive", "compare", "league", "rare", "report", "figures",

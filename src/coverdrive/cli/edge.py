@@ -80,7 +80,8 @@ def _tried(work: Callable[[], Any], as_json: Callable[[], bool]) -> tuple[int, s
             traceback.print_exc()
         _complain(_REPORT)
         return 1, f"{type(error).__name__}: {error}"
-    return 1 if isinstance(result, dict) and result.get("missing") else 0, ""
+    found: dict[str, Any] = result if isinstance(result, dict) else {}
+    return 1 if found.get("missing") else 3 if found.get("undriven") else 0, ""
 
 
 def in_words(error: OSError) -> str:

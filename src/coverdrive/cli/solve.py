@@ -1,6 +1,8 @@
 """``coverdrive solve``: planning problems of CommonRoad scenarios."""
 
+import os
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -14,7 +16,7 @@ from coverdrive.progress import stage
 
 if TYPE_CHECKING:
     from coverdrive.config import Experiment
-    from coverdrive.driving.solved import Solved
+    from coverdrive.driving.solving import Drive
     from coverdrive.prediction.predictor import AnyPredictor
 
 
@@ -37,6 +39,7 @@ def solve(
         Literal["KS", "ST"],
         Parameter(help="Model of the car: kinematic single-track, or single-track with slip; as in `--model ST`."),
     ] = "KS",
+    workers: options.Workers = None,
     video: Annotated[bool, Parameter(negative="", help="Draw snapshots and a video of every drive.")] = False,
     seed: options.Seed = None,
     out: Annotated[Path, Parameter(help="Folder of the solutions, as in `--out solutions`.")] = Path("solutions"),
@@ -44,6 +47,9 @@ def solve(
     settings: options.Set = None,
 ) -> dict[str, Any]:
     """Drive planning problems of CommonRoad scenarios, told no more than the present, and write their solutions.
+
+    Each is written when it is made, and not made again with the same settings. What cannot be read or driven is a row
+    of the table with its reason; the exit status is 3 then.
 
     Solutions are in the official XML format, for a BMW 320i. The drivability checker judges them if it is installed, by
     `pip install "coverdrive[commonroad]"`.
@@ -56,27 +62,39 @@ def solve(
     files = [file for each in scenario for file in (sorted(each.glob("*.xml")) if each.is_dir() else [each])]
     if not files:
         raise DataError("there is nothing to solve; name a scenario or a folder, as in `coverdrive solve scenarios/`")
+    for file in files:
+        if not file.is_file():
+            raise DataError(f"{file}: there is no such scenario; check the path")
     with waiting():
-        from coverdrive.driving.solved import solve as solve_scenario
-        from coverdrive.driving.solved import write
-        from coverdrive.reporting.figures import draw_drive
+        from coverdrive.driving.batch import solve_all
         from coverdrive.reporting.terminal import solved_table
     experiment = experiment_of(
-        config, settings=settings, usual={"prediction": certificate("auto", None, None)}, seed=seed
+        config,
+        settings=settings,
+        usual={"prediction": certificate("auto", None, None)},
+        seed=seed,
+        study={"workers": workers},
     )
-    with stages():
-        predictor_of = _predictors(files, predictor, recording or [], leave_one_out, experiment, out)
-        found = list["Solved"]()
-        for file in files:
-            with stage(file.stem):
-                found += solve_scenario(file, predictor_of(file), model)
-        table = write(found, out)
-        for each in found:
-            if video and each.drive:
-                draw_drive(each.drive.trace, out / f"{each.row['scenario']}_{each.row['problem']}", None)
+    processes = experiment.study.workers or os.cpu_count() or 1
+    try:
+        with stages():
+            predictor_of = _predictors(files, predictor, recording or [], leave_one_out, experiment, out)
+            each = solve_all(files, predictor_of, out, model, processes, partial(_draw, out) if video else None)
+            found = [row for rows in each for row in rows]
+    except KeyboardInterrupt as stop:
+        stop.add_note("what is solved is kept, and the same command goes on from it")
+        raise
     console.print(solved_table(found))
-    console.print(f"Solutions and {table.name} are in {out}")
-    return {"solutions": str(out), "problems": [each.row for each in found]}
+    console.print(f"Solutions and solved.csv are in {out}")
+    undriven = [row["reason"] for row in found if row["time"] is None]
+    return {"solutions": str(out), "problems": found, "undriven": undriven}
+
+
+def _draw(folder: Path, drive: "Drive") -> None:
+    from coverdrive.recordings.tracks import name_of
+    from coverdrive.reporting.figures import draw_drive
+
+    draw_drive(drive.trace, folder / f"{name_of(drive.problem.file)}_{drive.problem.number}", None)
 
 
 def _predictors(
@@ -104,4 +122,7 @@ def _predictors(
         with stage("shared scenes"):
             out_of = dict(zip(files, left_out(paths, files), strict=True))
     fits = out / "fits"
+    if not leave_one_out:
+        fitted = fit_without(frozenset(), recordings, experiment.prediction, experiment.seed, fits)
+        return lambda _: fitted
     return lambda file: fit_without(out_of[file], recordings, experiment.prediction, experiment.seed, fits)

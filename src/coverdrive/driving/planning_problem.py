@@ -16,9 +16,10 @@ from shapely.ops import unary_union
 from coverdrive.driving.goal import Goal, Interval
 from coverdrive.driving.perception import Told
 from coverdrive.errors import DataError, RecordingError
-from coverdrive.recordings.commonroad import open_scenario
+from coverdrive.recordings.boundary import naming
 from coverdrive.recordings.driven_road import roads_of
 from coverdrive.recordings.repair import VERGE
+from coverdrive.recordings.scenario import check_problem, numbers_of, open_scenario
 from coverdrive.road import Road
 
 _SAME_PLACE, _SAME_SPEED = 1.0, 0.5
@@ -54,20 +55,17 @@ class PlanningProblem:
 
     @property
     def last(self) -> int:
-        """Time step after which the goal can no longer be reached, or at which the recorded vehicles are gone."""
-        latest = [int(_interval(state.time_step)[1]) for state in self.problem.goal.state_list]
-        recorded = [int(each.prediction.final_time_step) for each in self.scenario.dynamic_obstacles if each.prediction]
-        return max(latest) if latest else max(recorded, default=self.first)
+        """Time step after which the goal can no longer be reached."""
+        return max(int(_interval(state.time_step)[1]) for state in self.problem.goal.state_list)
 
     def others(self, moment: int) -> dict[Hashable, Told]:
         """The vehicles on the road at a time step, and the obstacles: state and size by their numbers."""
         found = dict[Hashable, Told]()
-        for obstacle in self.scenario.obstacles:
-            state, shape = obstacle.state_at_time(moment), obstacle.obstacle_shape
+        for obstacle in (*self.scenario.static_obstacles, *self.scenario.dynamic_obstacles):
+            state = obstacle.state_at_time(moment)
             if state is None:
                 continue
-            size = (shape.length, shape.width) if hasattr(shape, "width") else np.ptp(shape.vertices, axis=0)
-            pose = (*state.position, getattr(state, "velocity", 0.0), state.orientation)
+            pose, size = told(state, obstacle.obstacle_shape)
             lon, lat = self.road.to_road(*pose[:2])
             edges = self.road.edges_at(lon)
             if edges[0] - VERGE <= lat <= edges[-1] + VERGE and -VERGE <= lon <= self.road.length + VERGE:
@@ -155,10 +153,19 @@ def read_problems(file: Path) -> Iterator[PlanningProblem | RecordingError]:
         raise RecordingError(file, "the scenario has no planning problem; choose another file")
     for number, problem in sorted(problems.planning_problem_dict.items()):
         try:
-            road = _road_of(scenario.lanelet_network.lanelets, problem)
-            yield PlanningProblem(file, _without_ego(file, problem.initial_state), problem, road)
-        except DataError as error:
-            yield RecordingError(file, f"planning problem {number}: {error}")
+            with naming(file, f"planning problem {number}"):
+                yield _problem(file, scenario, problem)
+        except RecordingError as error:
+            yield error
+
+
+def _problem(file: Path, scenario: Any, problem: Any) -> PlanningProblem:
+    try:
+        check_problem(problem, float(scenario.dt))
+        road = _road_of(scenario.lanelet_network.lanelets, problem)
+        return PlanningProblem(file, _without_ego(file, problem.initial_state), problem, road)
+    except DataError as error:
+        raise DataError(f"planning problem {problem.planning_problem_id}: {error}") from error
 
 
 def _without_ego(file: Path, start: Any) -> Any:
@@ -166,11 +173,35 @@ def _without_ego(file: Path, start: Any) -> Any:
     scenario = open_scenario(file)[0]
     for obstacle in scenario.dynamic_obstacles:
         state = obstacle.state_at_time(start.time_step)
-        if state is None or abs(state.velocity - start.velocity) >= _SAME_SPEED:
+        if state is None:
             continue
-        if np.hypot(*(state.position - start.position)) < _SAME_PLACE:
+        (x, y, speed, _), _ = told(state, obstacle.obstacle_shape)
+        if abs(speed - start.velocity) < _SAME_SPEED and np.hypot(*((x, y) - start.position)) < _SAME_PLACE:
             scenario.remove_obstacle(obstacle)
     return scenario
+
+
+def told(state: Any, shape: Any) -> Told:
+    """Where an obstacle is, and its size along its heading: of uncertain states the middle, in a box around all.
+
+    Raises:
+        DataError: it has no place, heading or speed.
+    """
+    for name in ("position", "orientation", "velocity"):
+        if getattr(state, name, None) is None:
+            raise DataError(f"an obstacle has no {name} at time step {state.time_step}; give it one, or leave it out")
+    speed, heading = (float(np.mean(numbers_of(getattr(state, name)))) for name in ("velocity", "orientation"))
+    place, exact = state.position, isinstance(state.position, np.ndarray) and not hasattr(state.orientation, "start")
+    if exact and hasattr(shape, "radius"):
+        size = (2 * shape.radius, 2 * shape.radius)
+    elif exact and hasattr(shape, "width"):
+        size = (shape.length, shape.width)
+    else:
+        hull = get_coordinates(shape.compute_occupancy(state).shapely_object)
+        turn = np.array([[np.cos(heading), -np.sin(heading)], [np.sin(heading), np.cos(heading)]])
+        ends = np.stack([(hull @ turn).min(axis=0), (hull @ turn).max(axis=0)])
+        size, place = tuple(np.ptp(ends, axis=0).tolist()), turn @ ends.mean(axis=0)
+    return (*place, speed, heading), size
 
 
 def _road_of(lanelets: list[Any], problem: Any) -> Road:

@@ -1,22 +1,26 @@
 """How planning problems were solved, as rows of a table."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
-from typing import Any
 
 import polars as pl
 
 from coverdrive.driving.drivability import refusal
 from coverdrive.driving.planning_problem import PlanningProblem, read_problems
 from coverdrive.driving.single_track import ModelName
-from coverdrive.driving.solving import Drive, drive, write_solution
-from coverdrive.errors import DataError, RecordingError
+from coverdrive.driving.solving import Drive, drive, solution_of
+from coverdrive.errors import CoverdriveError
 from coverdrive.files import write_atomically
 from coverdrive.plan import Planner
+from coverdrive.recordings.boundary import naming
+from coverdrive.recordings.tracks import name_of
 from coverdrive.simulation.predictor import Belief
 from coverdrive.simulation.trial import SCHEMA as MEASURED
-from coverdrive.simulation.trial import measure
+from coverdrive.simulation.trial import Row, measure
+
+TABLE = "solved.csv"
 
 MEASURES = (
     "vehicles", "time", "mean_speed", "minimum_gap", "hardest_braking", "jerk_longitudinal", "share_unsafe", "windows",
@@ -28,16 +32,17 @@ SCHEMA = pl.Schema(
     {"scenario": pl.String(), "problem": pl.Int64(), "model": pl.String(), "solved": pl.Boolean()}
     | {"reason": pl.String(), "checked": pl.Boolean()}
     | {name: MEASURED[name] for name in MEASURES}
+    | {"solution": pl.String(), "made_from": pl.String()}
 )
 """of the table: whether a problem is ``solved``, by the drivability checker if that is installed (``checked``), or else
-the ``reason``"""
+the ``reason``; the file of its ``solution``, and a hash of all that this depends on"""
 
 
 @dataclass(frozen=True, eq=False)
 class Solved:
     """What came of one planning problem."""
 
-    row: dict[str, Any]
+    row: Row
     """by the names of `SCHEMA`"""
     drive: Drive | None
     """None: it could not be driven"""
@@ -47,32 +52,41 @@ def solve(
     scenario: Path, predictor: Belief, model: ModelName = "KS", planner: Planner | None = None
 ) -> Iterator[Solved]:
     """Drive and judge the planning problems of a scenario; arguments are those of `drive`."""
-    known = _unsolved(scenario, model)
-    try:
-        for problem in read_problems(scenario):
-            if isinstance(problem, PlanningProblem):
-                yield solve_problem(problem, predictor, model, planner)
-            else:
-                yield Solved(known | {"reason": f"not driven: {problem}"}, None)
-    except (DataError, RecordingError) as error:
-        yield Solved(known | {"reason": f"not read: {error}"}, None)
+    known = unsolved(scenario, model)
+    problems = read_problems(scenario)
+    while True:
+        try:
+            with naming(scenario):
+                problem = next(problems, None)
+        except CoverdriveError as error:
+            yield Solved(known | {"reason": f"not read: {error}"}, None)
+            return
+        if problem is None:
+            return
+        if isinstance(problem, PlanningProblem):
+            yield solve_problem(problem, predictor, model, planner)
+        else:
+            yield Solved(known | {"reason": f"not driven: {problem}"}, None)
 
 
-def _unsolved(scenario: Path, model: ModelName) -> dict[str, Any]:
-    return dict.fromkeys(SCHEMA) | {"scenario": scenario.stem, "model": model, "solved": False, "checked": False}
+def unsolved(scenario: Path, model: ModelName) -> Row:
+    """The row of a scenario of which nothing is known, with no reason yet."""
+    return dict.fromkeys(SCHEMA) | {"scenario": name_of(scenario), "model": model, "solved": False, "checked": False}
 
 
 def solve_problem(
     problem: PlanningProblem, predictor: Belief, model: ModelName = "KS", planner: Planner | None = None
 ) -> Solved:
     """Drive and judge one planning problem; arguments are those of `drive`."""
-    known = _unsolved(problem.file, model) | {"problem": problem.number}
+    known = unsolved(problem.file, model) | {"problem": problem.number}
     try:
         driven = drive(problem, predictor, model, planner)
-    except DataError as error:
+    except CoverdriveError as error:
         return Solved(known | {"reason": f"not driven: {error}"}, None)
+    except Exception as error:  # a scenario that nobody thought of must not end those after it
+        return Solved(known | {"reason": f"not driven: {type(error).__name__}: {error}; please report it"}, None)
     measured = measure(driven.trace, 0, 0)
-    refused = refusal(driven)
+    refused = _refusal(driven)
     contact, lack = driven.contact, driven.lack
     reason = contact or lack
     if refused is not None:
@@ -81,12 +95,34 @@ def solve_problem(
     return Solved(row | {"reason": reason, "solved": not reason, "checked": refused is not None}, driven)
 
 
+def _refusal(driven: Drive) -> str | None:
+    try:
+        return refusal(driven)
+    except Exception as error:  # of another package
+        return f"not judged: {type(error).__name__}: {error}"
+
+
 def write(found: Sequence[Solved], folder: Path) -> Path:
     """Write the solution of every scenario that could be driven, and the table; the path of this."""
-    folder.mkdir(parents=True, exist_ok=True)
-    for name in dict.fromkeys(each.row["scenario"] for each in found):
-        if drives := [each.drive for each in found if each.row["scenario"] == name and each.drive]:
-            write_solution(drives, folder)
-    path = folder / "solved.csv"
-    write_atomically(path, pl.DataFrame([each.row for each in found], schema=SCHEMA).write_csv)
-    return path
+    by_file, names = dict[Path, list[Drive]](), dict[Path, str]()
+    for each in (each.drive for each in found if each.drive):
+        by_file.setdefault(each.problem.file, []).append(each)
+    for file, drives in by_file.items():
+        names[file] = write_solution(drives[0].name, solution_of(drives), folder, names.values())
+    return write_table(
+        [each.row | {"solution": names[each.drive.problem.file] if each.drive else None} for each in found], folder
+    )
+
+
+def write_solution(benchmark: str, text: str, folder: Path, taken: Collection[str]) -> str:
+    """Write a solution; its name is that of the benchmark, with a number where others have ``taken`` it."""
+    names = (f"solution_{benchmark}{f' ({number})' * (number > 1)}.xml" for number in count(1))
+    name = next(name for name in names if name not in taken)
+    write_atomically(folder / name, lambda file: file.write_text(text, encoding="utf-8"))
+    return name
+
+
+def write_table(rows: Sequence[Row], folder: Path) -> Path:
+    """Write ``solved.csv``; its path."""
+    write_atomically(folder / TABLE, pl.DataFrame(rows, schema=SCHEMA).write_csv)
+    return folder / TABLE

@@ -4,9 +4,9 @@ At every time step the driver is told the vehicles of that step; these follow th
 ego does. The drive ends where the goal is reached, and else when it no longer can be.
 """
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,6 @@ from coverdrive.driving.driver import Driver, adapted
 from coverdrive.driving.planning_problem import PlanningProblem, shape_of
 from coverdrive.driving.recorder import Recorder
 from coverdrive.driving.single_track import BMW, VEHICLE, ModelName, SingleTrackCar
-from coverdrive.files import write_atomically
 from coverdrive.plan import Planner
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.progress import done
@@ -52,6 +51,11 @@ class Drive:
     def lack(self) -> str:
         """What is missing to the goal, if anything."""
         return "" if self.reached else missed(self.problem, self.cars)
+
+    @property
+    def name(self) -> str:
+        """The benchmark id, as it may be part of a file's name."""
+        return re.sub(r"[^\w.:-]+", "_", str(self.problem.scenario.scenario_id))[:200]
 
     @property
     def seconds(self) -> float:
@@ -133,17 +137,9 @@ def _lacking(problem: PlanningProblem, goal: Any, state: Any) -> list[str]:
     return lacking
 
 
-def write_solution(drives: Sequence[Drive], folder: Path) -> Path:
-    """Write the solution of one scenario in the official XML format, as ``solution_<benchmark id>.xml``.
-
-    Args:
-        drives: of the planning problems of one scenario.
-        folder: that it is written to.
-    """
+def solution_of(drives: Sequence[Drive]) -> str:
+    """The solution of one scenario, of whose planning problems these are the drives, in the official XML format."""
     scenario = drives[0].problem.scenario
     seconds = float(np.sum([each.trace.wall_seconds.sum() for each in drives]))
     solution = Solution(scenario.scenario_id, [each.solution() for each in drives], computation_time=seconds)
-    path = folder / f"solution_{scenario.scenario_id}.xml"
-    text = CommonRoadSolutionWriter(solution).dump()
-    write_atomically(path, lambda file: file.write_text(text))
-    return path
+    return CommonRoadSolutionWriter(solution).dump()

@@ -44,6 +44,7 @@ from coverdrive.prediction.segments import Segments, SegmentSettings, cut_segmen
 from coverdrive.prediction.split import Split, SplitSettings, split
 from coverdrive.prediction.stored import LARGEST
 from coverdrive.progress import stage
+from coverdrive.recordings.read import together
 from coverdrive.recordings.recording import Recording
 from coverdrive.settings import Settings
 
@@ -129,7 +130,7 @@ def fit(
     """Learn a predictor, certify it and test it.
 
     Args:
-        recordings: at least three independent groups of scenes.
+        recordings: at least three independent groups of scenes, read at once or one by one.
         settings: of every stage.
         seed: of the split, the cover and the training.
         epsilon: bound on the miss rate to ask for, in (0, 1), or "auto"; else, like the next two, as the settings say.
@@ -145,6 +146,7 @@ def fit(
         DataError: the recordings cannot be split, or hold no segments.
         CertificateError: there are too few calibration samples for a bound in the chosen unit; said before training.
     """
+    recordings = together(recordings)
     settings = _with_claim(settings or PredictionSettings(), epsilon, confidence, unit)
     seconds: dict[str, float] = {}
     with _timed("segments", seconds):

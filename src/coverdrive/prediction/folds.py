@@ -16,6 +16,7 @@ from coverdrive.prediction.calibrate import Epsilon
 from coverdrive.prediction.fit import PredictionSettings, fit
 from coverdrive.prediction.segments import cut_segments
 from coverdrive.prediction.split import rotations
+from coverdrive.recordings.read import together
 from coverdrive.recordings.recording import Recording
 
 
@@ -48,7 +49,7 @@ def fit_folds(
 
     The rest is as in `fit`; a claim that cannot be proved is a fold without a certificate.
     """
-    settings = settings or PredictionSettings()
+    recordings, settings = together(recordings), settings or PredictionSettings()
     segments = cut_segments(recordings, settings.segments)
     sides = rotations(segments.vehicle, segments.group, folds, seed)
     found: list[Fold] = []

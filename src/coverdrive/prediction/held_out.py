@@ -11,6 +11,7 @@ from coverdrive.errors import DataError
 from coverdrive.prediction.predictor import AnyPredictor
 from coverdrive.prediction.segments import Segments
 from coverdrive.prediction.split import Split
+from coverdrive.recordings.read import together
 from coverdrive.recordings.recording import Recording
 
 
@@ -60,7 +61,7 @@ def held_out(
     known = {each.fingerprint: each for each in source}
     names = {each.name for each in source}
     kept: list[Recording] = []
-    for recording in recordings:
+    for recording in together(recordings):
         found = known.get(recording_fingerprint(recording))
         if found is not None:
             table = recording.table.filter(pl.col("group").is_in(found.held_out))

@@ -25,6 +25,9 @@ LATEST = 1e10
 LENGTHS, WIDTHS = (1.0, 60.0), (0.4, 4.0)
 """[m] motorcycles of NGSIM to Australian road trains (53.5 m); handlebars to vehicles of excess width"""
 
+SHORT = 2.5
+"""[m] most vehicles are longer: shorter are motorcycles, and cars in another unit"""
+
 LANE_WIDTHS = (2.0, 7.5)
 """[m] lanes are 2.7 to 3.6 m wide on roads (AASHTO Green Book), narrower in road works, wider on ramps"""
 
@@ -52,6 +55,9 @@ LEAST_JUMP, JUMP = 3.0, 0.3
 
 ACROSS, MOVING = np.pi / 3, 5.0
 """[rad] to the road and [m/s]: who drives so does not follow it, but crosses it"""
+
+SAME_PLACE = 0.5
+"""[m] no two vehicles have their centres within a square of this side"""
 
 BACKWARDS = 5.0
 """[m] that a track may go back: noise of vehicles that stand still"""
@@ -132,6 +138,15 @@ class Rows:
         return self.by_track(self.moved[0]) < -BACKWARDS
 
     @cached_property
+    def doubled(self) -> Int[np.ndarray, " vehicles"]:
+        """Numbers of vehicles that are in the place of one of a smaller number, most of the time."""
+        place = [(pl.col(name) / SAME_PLACE).round().alias(name) for name in ("lon", "lat")]
+        cells = self.table.select("vehicle", *place, moment=self.moment)
+        first = pl.col("vehicle").min().over("moment", "lon", "lat")
+        share = cells.select("vehicle", again=pl.col("vehicle") > first).group_by("vehicle").agg(pl.col("again").mean())
+        return share.filter(pl.col("again") > 0.5)["vehicle"].sort().to_numpy()
+
+    @cached_property
     def across(self) -> Bool[np.ndarray, " R"]:
         """Rows of vehicles that cross the road, or drive against its direction."""
         return (np.abs(self.of("heading")) > ACROSS) & (self.of("speed") > MOVING)
@@ -164,6 +179,10 @@ def _road(rows: Rows) -> Iterator[str]:
         if not LANE_WIDTHS[0] <= width <= LANE_WIDTHS[1]:
             hint = "; are these feet? multiply by 0.3048" if 8 <= width <= 25 else "; check the unit of the edges"
             yield f"lane {lane} is {width:g} m wide; expected {LANE_WIDTHS[0]:g} to {LANE_WIDTHS[1]:g} m{hint}"
+    limit = rows.road.speed_limit
+    if limit is not None and not 0 < limit <= FASTEST:
+        hint = "divide km/h by 3.6" if limit > 0 else "leave it out if there is none"
+        yield f"the speed limit is {limit:g} m/s; expected more than 0 and up to {FASTEST:g} m/s: {hint}"
     if not 0 < float(rows.road.length) <= LONGEST_ROAD:
         yield f"the road is {float(rows.road.length):g} m long; expected more than 0 and up to {LONGEST_ROAD:g} m"
 
@@ -205,6 +224,8 @@ def _measures(rows: Rows) -> Iterator[str]:
     """Sizes and headings."""
     if np.median(rows.of("width")) > np.median(rows.of("length")):
         yield "most vehicles are wider than long; expected length along the heading: swap the columns length and width"
+    if (usual := float(np.median(rows.of("length")))) < SHORT:
+        yield too_short(usual)
     for name, (least, most) in {"length": LENGTHS, "width": WIDTHS}.items():
         values = rows.of(name)
         wrong = (values < least) | (values > most)
@@ -298,5 +319,17 @@ def _place(rows: Rows) -> Iterator[str]:
             yield f"{found}; expected {least:g} to {most:g} m: {hint}"
 
 
-CHECKS = (_road, _cells, _order, _measures, _speeds, _motion, _place)
+def too_short(usual: float) -> str:
+    """What is wrong with vehicles of such a median length [m]."""
+    found = f"the median length of the vehicles is {usual:.3g} m; expected at least {SHORT:g} m"
+    return f"{found}: check the unit, metres that are taken for feet become 0.3048 times as long"
+
+
+def _doubled(rows: Rows) -> Iterator[str]:
+    for vehicle in rows.doubled:
+        found = f"vehicle {vehicle} is where another one is, most of the time"
+        yield f"{found}; expected every vehicle once: leave one of them out"
+
+
+CHECKS = (_road, _cells, _order, _measures, _speeds, _motion, _place, _doubled)
 """In this order, as each relies on what those before have found right; each says what is wrong, the first row first"""

@@ -11,7 +11,7 @@ import numpy as np
 import polars as pl
 
 from coverdrive.errors import RecordingError
-from coverdrive.recordings.checks import LENGTHS, WIDTHS
+from coverdrive.recordings.checks import LENGTHS, SHORT, WIDTHS, too_short
 from coverdrive.recordings.delimited import LARGEST, ROW, TEXTS, csv_layout, normalised, read_columns
 from coverdrive.recordings.tracks import check_time_step
 
@@ -20,6 +20,9 @@ LENGTH, WIDTH = 4.5, 1.8
 
 MOST_ODD_SIZES = 0.05
 """Share of the rows whose length or width may be no vehicle's; more show another unit"""
+
+MOST_EQUAL, CELLS = 20_000_000, 8
+"""Cells of a Parquet file that are read in any case, and for each of its bytes; tracks have less than one"""
 
 WHOLE = ("vehicle", "frame", "lane")
 """Columns of whole numbers"""
@@ -58,10 +61,7 @@ def read_table(file: Path, wanted: Sequence[str], repairs: Counter[str], optiona
 
 def parquet_numbers(file: Path, names: dict[str, str]) -> pl.DataFrame:
     """Columns of a Parquet file by their new names: finite numbers below 2⁵³, or texts."""
-    try:
-        source = pl.read_parquet(file.read_bytes())  # polars would take brackets and stars in a path for a pattern
-    except (pl.exceptions.PolarsError, pl.exceptions.PanicException) as error:
-        raise damaged(file, error) from error
+    source = whole_parquet(file)
     spelled = {name: name for name in source.columns} | {normalised(name): name for name in source.columns}
     columns: dict[str, pl.Series] = {}
     for name, new in names.items():
@@ -69,7 +69,7 @@ def parquet_numbers(file: Path, names: dict[str, str]) -> pl.DataFrame:
             raise RecordingError(file, f"the file has no column {name}; expected {', '.join(names)}")
         values = source[spelled[name]]
         if name in TEXTS:
-            columns[new] = values.cast(pl.String).fill_null("")
+            columns[new] = _texts(file, values)
             continue
         if not values.dtype.is_numeric():
             raise RecordingError(file, f"expected numbers, got {values.dtype}; convert them", None, name)
@@ -80,6 +80,27 @@ def parquet_numbers(file: Path, names: dict[str, str]) -> pl.DataFrame:
     if source.is_empty():
         raise RecordingError(file, "the file holds no rows of data; check that it was copied whole")
     return pl.DataFrame(columns).with_row_index(ROW, 1)
+
+
+def whole_parquet(file: Path) -> pl.DataFrame:
+    """All of a Parquet file, unless it holds more than its size can tell: equal values take no room in it."""
+    content = file.read_bytes()  # polars would take brackets and stars in a path for a pattern
+    try:
+        columns = len(pl.read_parquet_schema(content))
+        rows = int(pl.scan_parquet(content).select(pl.len()).collect().item())
+        if rows * columns <= max(MOST_EQUAL, CELLS * len(content)):
+            return pl.read_parquet(content)
+    except (pl.exceptions.PolarsError, pl.exceptions.PanicException) as error:
+        raise damaged(file, error) from error
+    problem = f"{rows:,} rows of {columns} columns in {len(content):,} bytes are the same few again and again"
+    raise RecordingError(file, f"{problem}; expected tracks, check how the file was made")
+
+
+def _texts(file: Path, values: pl.Series) -> pl.Series:
+    """A column of words as words are compared."""
+    if not (values.dtype.is_numeric() or isinstance(values.dtype, pl.String | pl.Categorical | pl.Enum | pl.Null)):
+        raise RecordingError(file, f"expected text, got {values.dtype}; convert it", None, values.name)
+    return values.cast(pl.String).fill_null("").str.strip_chars().str.to_lowercase()
 
 
 def check_whole(file: Path, table: pl.DataFrame) -> None:
@@ -101,6 +122,8 @@ def plausible_sizes(file: Path, table: pl.DataFrame, repairs: Counter[str]) -> p
             f"most vehicles are wider than long, {width:g} m and {length:g} m in the median; expected length along"
         )
         raise RecordingError(file, f"{problem} the heading: swap the columns length and width", None, "width")
+    if length < SHORT:
+        raise RecordingError(file, too_short(length), None, "length")
     for name, (least, most), usual in (("length", LENGTHS, LENGTH), ("width", WIDTHS, WIDTH)):
         good = pl.col(name).is_between(least, most)
         odd = table.select(ROW, name).filter(~good)

@@ -4,8 +4,6 @@ Each carriageway that vehicles have for themselves becomes a recording, the one 
 comes from the bounds of the lanelets (`coverdrive.recordings.lanelets`, `coverdrive.recordings.drawn_road`).
 """
 
-import logging
-import warnings
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
@@ -13,7 +11,6 @@ from dataclasses import replace
 from itertools import tee
 from pathlib import Path
 from typing import Any
-from xml.parsers import expat
 
 import numpy as np
 from jaxtyping import Float
@@ -22,8 +19,9 @@ from coverdrive.errors import DataError, RecordingError
 from coverdrive.recordings.driven_road import driven_road, roads_of
 from coverdrive.recordings.kinds import NUMBER_OF, OTHERS
 from coverdrive.recordings.repair import RawTracks, on_road, tidy
+from coverdrive.recordings.scenario import open_scenario, states_of
 from coverdrive.recordings.smoothing import SmoothingSettings
-from coverdrive.recordings.tracks import MOST_BESIDE, Reading, check_time_step, make_reading, name_of
+from coverdrive.recordings.tracks import MOST_BESIDE, Reading, make_reading, name_of
 from coverdrive.road import Road
 
 LEFT = "AUS BGD CYP GBR HKG IDN IND IRL JPN KEN LKA MLT MYS NZL PAK SGP THA UGA ZAF ZMB ZWE"
@@ -32,16 +30,11 @@ LEFT = "AUS BGD CYP GBR HKG IDN IND IRL JPN KEN LKA MLT MYS NZL PAK SGP THA UGA 
 STEP = 5.0
 """[m] between two places at which two roads are compared"""
 
-FARTHEST = 1e8
-"""[m] coordinates of maps are smaller"""
-
 
 def read_commonroad(file: Path, settings: SmoothingSettings | None = None) -> tuple[Reading, ...]:
     """Read the recorded vehicles of one scenario; obstacles of a single state have no track and are dropped."""
     scenario = open_scenario(file)[0]
     dt = float(scenario.dt)
-    check_time_step(file, dt, "the attribute timeStepSize")
-    _check_lanelets(file, scenario.lanelet_network)
     repairs: Counter[str] = Counter()
     rows = _rows(file, scenario.dynamic_obstacles, repairs)
     side = "left" if scenario.scenario_id.country_id in LEFT else "right"
@@ -62,57 +55,6 @@ def read_commonroad(file: Path, settings: SmoothingSettings | None = None) -> tu
     if problems and on_road(raw, road).mean() <= MOST_BESIDE:
         raise RecordingError(file, problems[0])
     return (reading(name, road, raw, repairs), *apart)
-
-
-def open_scenario(file: Path) -> tuple[Any, Any]:
-    """The scenario and its planning problems as commonroad-io reads them, without its warnings."""
-    root = _root(file)
-    if root != "commonRoad":
-        raise RecordingError(file, f"not a CommonRoad file: expected the root element commonRoad, got {root}")
-    logger = logging.getLogger("commonroad")
-    level = logger.level
-    try:
-        logger.setLevel(logging.CRITICAL)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            from commonroad.common.file_reader import CommonRoadFileReader
-
-            return CommonRoadFileReader(file).open()
-    except OSError:
-        raise
-    except Exception as error:  # commonroad-io raises whatever the malformed place happens to trigger
-        problem = f"commonroad-io cannot read it ({type(error).__name__}: {error}); check the file"
-        raise RecordingError(file, problem) from error
-    finally:
-        logger.setLevel(level)
-
-
-def _root(file: Path) -> str:
-    """Name of the root element of a well-formed file without entities, which could make a small file huge."""
-    names: list[str] = []
-    parser = expat.ParserCreate()
-
-    def refuse(*_: Any) -> None:
-        raise RecordingError(file, "it declares a document type; expected none, remove it", parser.CurrentLineNumber)
-
-    parser.StartElementHandler = lambda name, _: names.append(name)
-    parser.StartDoctypeDeclHandler = refuse
-    try:
-        parser.Parse(file.read_bytes(), True)
-    except expat.ExpatError as error:
-        what = "it is cut or damaged" if names else "it is no XML"
-        problem = f"not a CommonRoad file: {what} ({expat.ErrorString(error.code)}); check that it was copied whole"
-        raise RecordingError(file, problem, error.lineno) from None
-    return names[0]
-
-
-def _check_lanelets(file: Path, network: Any) -> None:
-    if not network.lanelets:
-        raise RecordingError(file, "the scenario has no lanes; choose another file")
-    for part in network.lanelets:
-        if not all(np.all(np.abs(bound) < FARTHEST) for bound in (part.left_vertices, part.right_vertices)):
-            problem = f"lanelet {part.lanelet_id} has a point that is not finite or beyond {FARTHEST:g} m"
-            raise RecordingError(file, f"{problem}; check the coordinates")
 
 
 def _driven(
@@ -194,9 +136,7 @@ def _rows(file: Path, obstacles: list[Any], repairs: Counter[str]) -> Float[np.n
     rows: list[tuple[float, ...]] = []
     for obstacle in obstacles:
         shape, name = obstacle.obstacle_shape, f"obstacle {obstacle.obstacle_id}"
-        kind, states = obstacle.obstacle_type.value, [obstacle.initial_state]
-        if obstacle.prediction is not None:  # one of sets has no trajectory
-            states += getattr(getattr(obstacle.prediction, "trajectory", None), "state_list", [None])
+        kind, states = obstacle.obstacle_type.value, list(states_of(obstacle))
         if kind in OTHERS:
             repairs["rows of other road users"] += len(states)
             continue
@@ -206,11 +146,7 @@ def _rows(file: Path, obstacles: list[Any], repairs: Counter[str]) -> Float[np.n
             if not _is_exact(state):
                 raise RecordingError(file, f"{name} has uncertain states; expected exact, recorded ones")
             about = (shape.length, shape.width, state.time_step)
-            row = (obstacle.obstacle_id, *about, *state.position, state.velocity, NUMBER_OF.get(kind, 0))
-            if not all(-FARTHEST < number < FARTHEST for number in row):
-                found = f"number, size, time step, position and speed of {name} are {row}"
-                raise RecordingError(file, f"{found}; expected numbers below {FARTHEST:g}, check the file")
-            rows.append(row)
+            rows.append((obstacle.obstacle_id, *about, *state.position, state.velocity, NUMBER_OF.get(kind, 0)))
     if not rows:
         raise RecordingError(file, "the scenario has no recorded vehicles; choose another file")
     table = np.array(rows, dtype=np.float64)

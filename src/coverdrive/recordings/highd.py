@@ -46,6 +46,15 @@ def frame_rate(description: Path, repairs: Counter[str]) -> float:
     return rate
 
 
+def one_each(description: Path, listed: pl.DataFrame, name: str) -> pl.DataFrame:
+    """What a file says of each ``vehicle``, whose column there has a name; refused if it says two different things."""
+    twice = listed.unique(pl.exclude(ROW), maintain_order=True).filter(pl.col("vehicle").is_duplicated())
+    if len(twice):
+        problem = f"vehicle {twice['vehicle'][0]:g} is described twice, differently; remove what is wrong"
+        raise RecordingError(description, problem, twice.filter(vehicle=twice["vehicle"][0])[ROW][-1], name)
+    return listed.drop(ROW).unique("vehicle")
+
+
 def read_highd(file: Path, how: How) -> list[MapTracks]:
     """The tracks of both carriageways, each with its lane markings."""
     vehicles, description = companion(file, "tracksMeta"), companion(file, "recordingMeta")
@@ -68,7 +77,7 @@ def read_highd(file: Path, how: How) -> list[MapTracks]:
         length="width",
         width="height",
     )
-    known = listed.select("class", vehicle="id", direction="drivingdirection").unique("vehicle")
+    known = one_each(vehicles, listed.rename({"id": "vehicle", "drivingdirection": "direction"}), "id")
     table = table.join(known, on="vehicle", how="left", maintain_order="left")
     for row in (~table["direction"].is_in([float(each) for each in CARRIAGEWAYS])).fill_null(True).arg_true():
         found = f"vehicle {table['vehicle'][row]:g} has no drivingDirection 1 or 2 in {vehicles.name}"

@@ -18,9 +18,11 @@ from jaxtyping import Float
 
 from coverdrive.errors import RecordingError
 from coverdrive.progress import done
+from coverdrive.recordings.delimited import LARGEST
 from coverdrive.recordings.map_tracks import MapTracks
 from coverdrive.recordings.ngsim import FOOT
 from coverdrive.recordings.registry import How
+from coverdrive.recordings.repair import LONGEST_GAP
 from coverdrive.recordings.tracks import check_time_step, name_of
 
 I24 = "timestamp x_position y_position direction coarse_vehicle_class"
@@ -76,10 +78,16 @@ def read_i24(file: Path, how: How) -> list[MapTracks]:
 def _track(
     number: int, series: Float[np.ndarray, "3 P"], single: Float[np.ndarray, " 4"], dt: float, start: float
 ) -> pl.DataFrame:
-    """One trajectory in metres at multiples of the time step after the start [s], its centre between its points."""
+    """One trajectory in metres at multiples of the time step after the start [s], its centre between its points.
+
+    In a pause that is too long to know where it is, it is nowhere.
+    """
     time, x, y = series
     length, width, direction, kind = single
-    moments = np.arange(np.ceil((time[0] - start) / dt - 1e-3), np.floor((time[-1] - start) / dt + 1e-3) + 1)
+    pauses = np.flatnonzero(np.diff(time) > LONGEST_GAP)
+    parts = zip(time[np.insert(pauses + 1, 0, 0)] - start, time[np.append(pauses, -1)] - start, strict=True)
+    grids = [np.arange(np.ceil(first / dt - 1e-3), np.floor(last / dt + 1e-3) + 1) for first, last in parts]
+    moments = np.concatenate(grids)
     at = start + moments * dt
     known = 0 <= kind < len(KIND_OF_CLASS)
     return pl.DataFrame(
@@ -103,16 +111,16 @@ def _numbers(file: Path, number: int, record: Any) -> tuple[Float[np.ndarray, "3
         single = np.array([record[name] for name in SINGLE], dtype=np.float64)
     except (KeyError, TypeError, ValueError):
         series, single = np.empty(0), np.empty(0)
-    whole = series.ndim == 2 and np.isfinite(series).all() and np.isfinite(single).all()
+    whole = series.ndim == 2 and np.all(np.abs(series) < LARGEST) and np.all(np.abs(single) < LARGEST)
     if not whole or abs(single[2]) != 1:
-        problem = f"trajectory {number + 1} is damaged; expected lists of equally many numbers {', '.join(SERIES)}, and"
+        problem = f"trajectory {number + 1} is damaged; expected lists of as many numbers {', '.join(SERIES)}, and"
         raise RecordingError(file, f"{problem} numbers {', '.join(SINGLE)}, with direction 1 or -1")
     return series, single
 
 
 def _records(file: Path) -> Iterator[Any]:
     """The objects of a JSON array, or of a file of JSON objects, one after the other; only one is held at a time."""
-    decoder, text, size = json.JSONDecoder(), "", file.stat().st_size
+    decoder, text, size = json.JSONDecoder(parse_int=float), "", file.stat().st_size
     read = codecs.getincrementaldecoder("utf-8")("replace").decode
     with file.open("rb") as stream:
         more = True

@@ -16,6 +16,9 @@ from coverdrive.recordings.drawn_road import DrawnLane
 AS_LONG = 0.95
 """Share of the longest chain from which on a chain farther left is the main one: lanes of a bend differ in length"""
 
+MOST_BESIDE = 50
+"""Lanelets beside one another, at most; no road is as wide"""
+
 SEAM = 4.0
 """[m] by which the bounds of a lanelet may miss those of the next, in all; others do not follow one another"""
 
@@ -77,13 +80,14 @@ def _through(
     parts: dict[int, Any], part: int, onwards: tuple[Links, dict[int, float]], back: tuple[Links, dict[int, float]]
 ) -> list[int]:
     """The chain through a lanelet: the heaviest, and of chains that are about as heavy the one that bends least."""
-    chain = [part]
+    chain, taken = [part], {part}
     for (links, weights), end in ((onwards, -1), (back, 0)):
-        while found := [number for number in links[chain[end]] if number not in chain]:
+        while found := [number for number in links[chain[end]] if number not in taken]:
             least = AS_LONG * max(weights[number] for number in found)
             seams = {n: (chain[end], n) if end else (n, chain[end]) for n in found if weights[n] >= least}
             chosen = min(seams, key=lambda n: _misfit(*(parts[each] for each in seams[n])))
             chain.insert(len(chain) if end else 0, chosen)
+            taken.add(chosen)
     return chain
 
 
@@ -95,7 +99,9 @@ def _kinks(parts: dict[int, Any], chain: list[int]) -> float:
 
 def _joined(parts: dict[int, Any], after: Links, before: Links, guide: list[int]) -> Iterator[list[int]]:
     """All other lanelets in chains, at forks and merges as they fit best."""
-    rest = [number for number in parts if number not in guide]
+    rest = dict.fromkeys(parts)
+    for number in guide:
+        del rest[number]
 
     def best(number: int, links: Links, misfit: Callable[[int, int], float]) -> int | None:
         return min(
@@ -114,15 +120,21 @@ def _joined(parts: dict[int, Any], after: Links, before: Links, guide: list[int]
 
 
 def _longest(weight: dict[int, float], links: Links) -> dict[int, float]:
-    """The weight of the heaviest chain from every lanelet on along its links; a circle counts a few times at most."""
-    longest, old = dict(weight), dict[int, float]()
-    for _ in weight:
-        if longest == old:
-            break
-        old = longest
-        longest = {
-            number: weight[number] + max((old[other] for other in links[number]), default=0.0) for number in weight
-        }
+    """The weight of the heaviest chain from every lanelet on along its links; a circle counts once.
+
+    Every lanelet is looked at twice, before and after those that its links lead to.
+    """
+    longest, seen = dict[int, float](), set[int]()
+    stack = list(weight)
+    while stack:
+        number = stack[-1]
+        if number not in seen:
+            seen.add(number)
+            stack += [other for other in links[number] if other not in seen]
+            continue
+        if number not in longest:
+            longest[number] = weight[number] + max((longest.get(other, 0.0) for other in links[number]), default=0.0)
+        stack.pop()
     return longest
 
 
@@ -136,6 +148,8 @@ def _beside(parts: dict[int, Any], number: int, side: str) -> list[int]:
         if other not in parts:
             raise KeyError(other)
         found.append(other)
+        if len(found) > MOST_BESIDE:
+            raise DataError(f"lanelet {number} has more than {MOST_BESIDE} beside it; check the adjacent lanelets")
     return found[1:]
 
 

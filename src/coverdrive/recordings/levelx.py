@@ -13,7 +13,7 @@ import polars as pl
 from coverdrive.errors import RecordingError
 from coverdrive.recordings.columns import read_table
 from coverdrive.recordings.delimited import ROW
-from coverdrive.recordings.highd import companion, frame_rate
+from coverdrive.recordings.highd import companion, frame_rate, one_each
 from coverdrive.recordings.kinds import with_kinds
 from coverdrive.recordings.map_tracks import MapTracks
 from coverdrive.recordings.registry import How
@@ -43,7 +43,7 @@ def read_levelx(file: Path, how: How) -> list[MapTracks]:
         vy="yvelocity",
         heading=pl.col("heading") * (np.pi / 180),
     )
-    known = listed.select("class", vehicle="trackid").unique("vehicle")
+    known = one_each(vehicles, listed.rename({"trackid": "vehicle"}), "trackId")
     table = table.join(known, on="vehicle", how="left", maintain_order="left")
     for row in table["class"].is_null().arg_true():
         problem = f"vehicle {table['vehicle'][row]:g} is not in {vehicles.name}; check that both are of one recording"

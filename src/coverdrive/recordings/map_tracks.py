@@ -13,7 +13,8 @@ import numpy as np
 import polars as pl
 from jaxtyping import Float, Num
 
-from coverdrive.errors import DataError, RecordingError
+from coverdrive.errors import RecordingError
+from coverdrive.recordings.boundary import naming
 from coverdrive.recordings.carriageway import Line, centred, check_apart, line_along, split_directions
 from coverdrive.recordings.columns import LENGTH, WIDTH, check_whole, plausible_sizes, time_step
 from coverdrive.recordings.delimited import ROW
@@ -113,6 +114,9 @@ def _regular(file: Path, tracks: MapTracks, repairs: Counter[str]) -> tuple[pl.D
     for name in NEEDED:
         if name not in table.columns:
             raise RecordingError(file, f"the reader gave no column {name}; expected {', '.join(NEEDED)}")
+    if table.is_empty():
+        others = tracks.repairs["rows of other road users"]
+        raise RecordingError(file, f"it holds no vehicles, and {others} rows of other road users; choose another file")
     usual = {"length": pl.lit(LENGTH), "width": pl.lit(WIDTH), "kind": pl.lit(0, pl.Int8)}
     if "length" not in table.columns or "width" not in table.columns:
         repairs["assumed sizes"] += table["vehicle"].n_unique()
@@ -189,10 +193,8 @@ def _mapped(file: Path, tracks: MapTracks, map: Path) -> list[Road]:
     """The roads of the carriageways of a map."""
     if tracks.origin is None:
         raise RecordingError(file, "where its tracks are on a map is not known; leave the map out")
-    try:
+    with naming(map, "the map"):
         roads = list(roads_of(read_lanelet2(map, tracks.origin), []))
-    except DataError as error:
-        raise RecordingError(map, str(error)) from error
     if not roads:
         raise RecordingError(map, "the map has no road whose curves are wide enough; choose another one")
     return roads

@@ -10,7 +10,7 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from coverdrive.errors import DataError, RecordingError
 from coverdrive.files import write_atomically
-from coverdrive.recordings.columns import damaged
+from coverdrive.recordings.columns import damaged, whole_parquet
 from coverdrive.recordings.recording import SCHEMA, Recording
 from coverdrive.reference_line import ReferenceLine
 from coverdrive.road import LaneEdges, Road
@@ -109,9 +109,9 @@ def is_own(stream: BinaryIO) -> bool:
 
 def read_parquet(file: Path) -> tuple[Recording, ...]:
     """What `write_parquet` wrote, exactly; a file that is not as it writes them is refused."""
-    content = file.read_bytes()  # polars would take brackets and stars in a path for a pattern
+    rows = whole_parquet(file)
     try:
-        heads, rows = _heads(file, pl.read_parquet_metadata(content)), pl.read_parquet(content)
+        heads = _heads(file, pl.read_parquet_metadata(file.read_bytes()))
     except (pl.exceptions.PolarsError, pl.exceptions.PanicException) as error:
         raise damaged(file, error) from error
     found, schema = dict(rows.schema), dict(SCHEMA) | {"recording": pl.Int64}

@@ -4,6 +4,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from uuid import uuid4
 
 import numpy as np
 import polars as pl
@@ -11,9 +12,10 @@ from jaxtyping import Int
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from coverdrive.errors import DataError, RecordingError
+from coverdrive.errors import RecordingError
 from coverdrive.progress import part
 from coverdrive.recordings import formats as formats
+from coverdrive.recordings.boundary import naming
 from coverdrive.recordings.map_tracks import MapTracks, readings_from_map
 from coverdrive.recordings.overlap import shared_vehicles
 from coverdrive.recordings.recording import Recording, vehicle_keys
@@ -72,6 +74,14 @@ def read(
     return tuple(resampled(recording, dt, how.smoothing) for recording in _grouped(readings, origin))
 
 
+def together(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
+    """Recordings that several calls have read as if one had: with groups that tell them apart, unless they overlap."""
+    calls = list(dict.fromkeys(each.call for each in recordings))
+    if len(calls) < 2:
+        return tuple(recordings)
+    return _grouped([reading_of(each) for each in recordings], [calls.index(each.call) for each in recordings])
+
+
 def _files(path: Path) -> list[Path]:
     """The file itself, or those of a known kind in a folder, in natural order."""
     try:
@@ -91,7 +101,7 @@ def _files(path: Path) -> list[Path]:
 
 def _read_file(file: Path, how: How, name: str | None, namesakes: dict[str, list[Path]]) -> tuple[Reading, ...]:
     """The recordings of one file, with groups from 0 on; ``namesakes`` gains the file under their names."""
-    try:
+    with naming(file):
         reader = reader_of(file, name)
         found = list(reader.read(file, how))
         finished = [reading_of(each) for each in found if isinstance(each, Recording)]
@@ -99,11 +109,6 @@ def _read_file(file: Path, how: How, name: str | None, namesakes: dict[str, list
         for each in found:
             if isinstance(each, MapTracks):
                 readings += readings_from_map(file, each, how.smoothing, how.map)
-    except OSError as error:
-        problem = f"the file cannot be read ({error.strerror or error}); check its permissions"
-        raise RecordingError(file, problem) from error
-    except DataError as error:
-        raise RecordingError(file, str(error)) from error
     if not finished and not readings:
         raise RecordingError(file, "it holds no recording; check that it was copied whole")
     for reading in readings:
@@ -147,9 +152,9 @@ def _grouped(readings: list[Reading], origin: list[int]) -> tuple[Recording, ...
     component = _linked(shared["group"].to_numpy(), shared["group_b"].to_numpy(), count)
     used = np.unique(np.concatenate([component[numbers] for numbers in tables]))
     groups = (pl.Series(np.searchsorted(used, component[numbers]), dtype=pl.Int64) for numbers in tables)
-    one = _one_of(readings, shared)
+    one, call = _one_of(readings, shared), uuid4().hex
     return tuple(
-        _regrouped(reading.recording, group, pl.col("identity").replace(one))
+        _regrouped(reading.recording, group, pl.col("identity").replace(one), call)
         for reading, group in zip(readings, groups, strict=True)
     )
 
@@ -174,8 +179,10 @@ def _linked(first: Groups, second: Groups, count: int) -> Groups:
     return connected_components(links, directed=False)[1]
 
 
-def _regrouped(recording: Recording, group: pl.Series | pl.Expr, identity: pl.Expr = _IDENTITY) -> Recording:
-    return replace(recording, table=recording.table.with_columns(group=group, identity=identity))
+def _regrouped(
+    recording: Recording, group: pl.Series | pl.Expr, identity: pl.Expr = _IDENTITY, call: str = ""
+) -> Recording:
+    return replace(recording, table=recording.table.with_columns(group=group, identity=identity), call=call)
 
 
 def _numbered(readings: list[Reading], origin: list[int]) -> tuple[list[Groups], list[Groups]]:

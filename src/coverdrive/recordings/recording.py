@@ -80,6 +80,8 @@ class Recording:
     """how often each kind of repair was made when the recording was read"""
     notes: dict[str, str] = field(default_factory=dict[str, str])
     """how it was read: the ``format``, where the ``lanes`` are from, how it was ``resampled``"""
+    call: str = field(default="", repr=False)
+    """which call read it; groups are numbered through those of one call"""
 
     def __post_init__(self) -> None:
         """Refuse a table of other columns or types, and one that cannot be traffic."""

@@ -18,6 +18,7 @@ from typing import NamedTuple
 import polars as pl
 
 from coverdrive.errors import RecordingError
+from coverdrive.recordings.boundary import naming
 from coverdrive.recordings.columns import columns_of, damaged
 from coverdrive.recordings.delimited import normalised
 from coverdrive.recordings.map_tracks import MapTracks
@@ -131,7 +132,8 @@ def belongs_to_another(file: Path) -> bool:
     if suffix == ".xml":
         return False
     try:
-        head = head_of(file)
+        with naming(file):
+            head = head_of(file)
     except RecordingError:  # what is wrong is said when it is read
         return False
     known = readers().values()

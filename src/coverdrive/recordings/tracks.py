@@ -13,10 +13,10 @@ import numpy as np
 import polars as pl
 
 from coverdrive.errors import DataError, RecordingError
-from coverdrive.recordings.checks import TIME_STEPS, implausible_vehicles
+from coverdrive.recordings.checks import TIME_STEPS, Rows, implausible_vehicles
 from coverdrive.recordings.filtering import SEEN_FOR, least_moments, seen
 from coverdrive.recordings.recording import KIND, SCHEMA, SEEN, Recording
-from coverdrive.recordings.repair import LONGEST_GAP, RawTracks, drop_off_road, drop_short, fill_gaps, tidy
+from coverdrive.recordings.repair import LONGEST_GAP, RawTracks, counted, drop_off_road, drop_short, fill_gaps, tidy
 from coverdrive.recordings.smoothing import SmoothingSettings, motion, smooth
 from coverdrive.road import Road
 
@@ -26,8 +26,9 @@ FASTEST = 60.0
 MOST_IMPLAUSIBLE, MOST_BESIDE = 0.2, 0.5
 """Share of the vehicles that may be left out because of their motion, and of the rows because they are off the road"""
 
-STATED = (0.8, 1.25)
-"""Median ratio of the speed of the positions to the one that a file states"""
+STATED, MOVING, ENOUGH = (0.9, 1.1), 3.0, 20
+"""Median ratio of the speed of the positions to the one that a file states, of vehicles that move at more than so many
+m/s by one of them, in as many rows at the least"""
 
 
 class Reading(NamedTuple):
@@ -115,12 +116,17 @@ def make_reading(
 
 def _check_stated_speeds(file: Path, raw: RawTracks, dt: float, road: Road) -> None:
     """Refuse positions, times and speeds of different units."""
-    seconds, speed = np.diff(raw.moment) * dt, raw.speed[1:]
-    usable = (np.diff(raw.vehicle) == 0) & (seconds <= LONGEST_GAP) & (speed > 3)
-    if usable.sum() < 20:
+    seconds = np.diff(raw.moment) * dt
+    usable = (np.diff(raw.vehicle) == 0) & (seconds <= LONGEST_GAP)
+    along = np.diff(raw.lon) * road.stretch(raw.lon, raw.lat)[1:] / np.maximum(seconds, dt)
+    steps = pl.DataFrame({"vehicle": raw.vehicle[1:], "moved": along, "stated": raw.speed[1:]}).filter(usable)
+    usual = steps.group_by("vehicle").agg(pl.col("moved", "stated").median(), rows=pl.len())
+    moving = usual.filter((pl.col("moved").abs() > MOVING) | (pl.col("stated").abs() > MOVING))
+    if moving["rows"].sum() < ENOUGH:
         return
-    way = np.hypot(np.diff(raw.lon) * road.stretch(raw.lon, raw.lat)[1:], np.diff(raw.lat))
-    ratio = float(np.median(way[usable] / seconds[usable] / speed[usable]))
+    moved, stated = moving["moved"].to_numpy(), moving["stated"].to_numpy()
+    with np.errstate(divide="ignore"):
+        ratio = float(np.median(np.repeat(moved / stated, moving["rows"].to_numpy())))
     if not STATED[0] <= ratio <= STATED[1]:
         found = f"the median ratio of the speeds of the positions to the speeds that the file states is {ratio:.3g}"
         hint = f"check the units of positions and speeds, and the time step of {dt:g} s"
@@ -134,6 +140,9 @@ def _drop_implausible(file: Path, table: pl.DataFrame, dt: float, road: Road, re
         problem = f"1 % of the rows are faster than {fast:.0f} m/s; expected at most {FASTEST:.0f} m/s"
         hint = "check that the positions are in metres and the times in milliseconds"
         raise RecordingError(file, f"{problem}, {hint}")
+    doubled = Rows(table, dt, road).doubled
+    counted(repairs, "doubled vehicles", len(doubled))
+    table = table.filter(~pl.col("vehicle").is_in(doubled.tolist())) if len(doubled) else table
     wrong = implausible_vehicles(table, dt, road)
     if not 0 < len(wrong) <= MOST_IMPLAUSIBLE * table["vehicle"].n_unique():
         return table

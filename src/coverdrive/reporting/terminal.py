@@ -7,7 +7,6 @@ from rich.table import Table
 from rich.text import Text
 
 from coverdrive.certificates.comparison import Compared
-from coverdrive.driving.solved import Solved
 from coverdrive.numbers import at_most
 from coverdrive.prediction.cover.basis_study import StudiedBasis
 from coverdrive.prediction.fit import Fit
@@ -15,6 +14,7 @@ from coverdrive.prediction.folds import Fold
 from coverdrive.recordings.summary import Summary
 from coverdrive.reporting.claim import BY_ITSELF, ON_AVERAGE, proved, set_facts, signs, strength, whose
 from coverdrive.reporting.fitting import columns_table, facts_table
+from coverdrive.simulation.trial import Row
 
 
 def recordings_table(summaries: Sequence[Summary]) -> Table:
@@ -146,17 +146,17 @@ def bases_table(studied: Sequence[StudiedBasis]) -> Table:
     return columns_table("Bases", columns, rows)
 
 
-def solved_table(found: Sequence[Solved]) -> Table:
+def solved_table(found: Sequence[Row]) -> Table:
     """What came of planning problems, and why of those that are not solved."""
     rows: list[Sequence[str | Text]] = []
-    for row in (each.row for each in found):
+    for row in found:
         driven = [] if row["time"] is None else [f"{row['time']:.1f}", f"{row['mean_speed']:.1f}"]
         driven += [] if row["time"] is None else [f"{row['minimum_gap']:.1f}", f"{100 * row['share_unsafe']:.0f}"]
         name = row["scenario"] if row["problem"] is None else f"{row['scenario']} {row['problem']}"
         rows.append((Text(name), Text("solved" if row["solved"] else row["reason"]), *driven))
     solved, checked = (
-        sum(each.row["solved"] for each in found),
-        all(each.row["checked"] for each in found if each.drive),
+        sum(row["solved"] for row in found),
+        all(row["checked"] for row in found if row["time"] is not None),
     )
     judge = "by the drivability checker" if checked else "without the drivability checker, which is not installed"
     caption = f"{solved} of {len(found)} solved, judged {judge}"

@@ -1,0 +1,132 @@
+"""Solves the planning problems of many scenarios, on one process or on several.
+
+A solution is written when all problems of its scenario are driven, the table after each. What is there already, of the
+same scenario with the same settings, is not solved again. A trial of `coverdrive.simulation.workers` is a scenario.
+"""
+
+import hashlib
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from importlib.metadata import version
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import polars as pl
+
+from coverdrive.driving.single_track import ModelName
+from coverdrive.driving.solved import SCHEMA, TABLE, solve, unsolved, write_solution, write_table
+from coverdrive.driving.solving import Drive, solution_of
+from coverdrive.errors import CoverdriveError
+from coverdrive.progress import done, stage
+from coverdrive.recordings.tracks import name_of
+from coverdrive.simulation.predictor import Belief
+from coverdrive.simulation.trial import Row
+from coverdrive.simulation.workers import run_trials
+
+
+@dataclass(frozen=True, eq=False)
+class _Scenarios:
+    """Implements `coverdrive.simulation.workers.Drives`."""
+
+    files: Sequence[Path]
+    predictors: Sequence[Belief | str]
+    """for each, or why there is none"""
+    model: ModelName
+    draw: Callable[[Drive], None] | None
+    seed: int = 0
+
+    def description(self) -> dict[str, Any]:
+        """What all drives depend on."""
+        judge = find_spec("commonroad_dc") is not None
+        return {"coverdrive": version("coverdrive"), "model": self.model, "judge": judge}
+
+    def made_from(self, trial: int) -> str:
+        """A hash of all that the drives of a scenario depend on; empty if it cannot be read."""
+        file, belief = self.files[trial], self.predictors[trial]
+        about = f"{self.description()} {file.resolve()} {getattr(belief, 'fingerprint', repr(belief))}\n"
+        with suppress(OSError):
+            content = about.encode(errors="surrogateescape") + file.read_bytes()
+            return hashlib.blake2b(content, digest_size=8).hexdigest()
+        return ""
+
+    def participants(self) -> None:
+        """No one who could be made beforehand."""
+
+    def row(self, trial: int, participants: None) -> Row:
+        """Drive the problems of a scenario: their rows, the name of the benchmark, and the text of the solution."""
+        file, belief = self.files[trial], self.predictors[trial]
+        if isinstance(belief, str):
+            rows = [unsolved(file, self.model) | {"reason": f"not driven: {belief}"}]
+            return {"trial": trial, "rows": rows, "benchmark": "", "text": ""}
+        with stage(name_of(file)):
+            found = list(solve(file, belief, self.model))
+        rows, drives, text = [each.row for each in found], [each.drive for each in found if each.drive], ""
+        try:
+            text = solution_of(drives) if drives else ""
+        except (ValueError, AttributeError) as error:  # of commonroad-io
+            lost = {"solved": False, "reason": f"driven, but it has no solution that can be written: {error}"}
+            rows = [row | lost if row["solved"] else row for row in rows]
+        for each in drives if self.draw else ():
+            self.draw(each)  # pyright: ignore[reportOptionalCall]
+        return {"trial": trial, "rows": rows, "benchmark": drives[0].name if drives else "", "text": text}
+
+
+def solve_all(
+    scenarios: Sequence[Path],
+    predictor_of: Callable[[Path], Belief],
+    folder: Path,
+    model: ModelName = "KS",
+    workers: int = 1,
+    draw: Callable[[Drive], None] | None = None,
+) -> Iterator[list[Row]]:
+    """Drive and judge the planning problems of scenarios, and write their solutions and the table.
+
+    Args:
+        scenarios: files; what cannot be read or driven is a row with its reason, and ends nothing.
+        predictor_of: the predictor for a scenario.
+        folder: of the table ``solved.csv`` and the solutions.
+        model: of the ego.
+        workers: number of processes.
+        draw: is shown every drive, in the process that drove it.
+
+    Yields:
+        The rows of a scenario, by the names of `coverdrive.driving.solved.SCHEMA`: first of all that are there already,
+        then as they are solved.
+    """
+    setup = _Scenarios(scenarios, [_predictor(predictor_of, each) for each in scenarios], model, draw)
+    made, kept = [setup.made_from(trial) for trial in range(len(scenarios))], _kept(folder)
+    found = {trial: kept[name] for trial, name in enumerate(made) if name in kept}
+    yield from found.values()
+    left = [trial for trial in range(len(scenarios)) if trial not in found]
+    with stage("scenarios"):
+        for each in run_trials(setup, left, workers):
+            trial, taken = each["trial"], {row["solution"] or "" for rows in found.values() for row in rows}
+            written = write_solution(each["benchmark"], each["text"], folder, taken) if each["text"] else None
+            about = {"solution": written, "made_from": made[trial]}
+            found[trial] = [row | about for row in each["rows"]]
+            write_table([row for trial in sorted(found) for row in found[trial]], folder)
+            done(len(found), len(scenarios))
+            yield found[trial]
+
+
+def _predictor(predictor_of: Callable[[Path], Belief], scenario: Path) -> Belief | str:
+    try:
+        return predictor_of(scenario)
+    except CoverdriveError as error:
+        return str(error)
+
+
+def _kept(folder: Path) -> dict[str, list[Row]]:
+    """The rows of scenarios in a folder whose solutions are there, too, by what they are made from."""
+    found = dict[str, list[Row]]()
+    with suppress(OSError, pl.exceptions.PolarsError):  # none, or of another version
+        for row in pl.read_csv(folder / TABLE, schema=SCHEMA).iter_rows(named=True):
+            found.setdefault(row["made_from"] or "", []).append(row | {"reason": row["reason"] or ""})
+    lost = {row["made_from"] for rows in found.values() for row in rows if not _is_there(row, folder)}
+    return {made: rows for made, rows in found.items() if made and made not in lost}
+
+
+def _is_there(row: Row, folder: Path) -> bool:
+    return not row["solution"] or (folder / row["solution"]).is_file()

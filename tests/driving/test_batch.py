@@ -1,0 +1,153 @@
+"""Many scenarios: none ends the others, what is solved is kept, goes on, and runs on several processes."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import polars as pl
+import pytest
+from driving_fakes import PREDICTOR
+from problem_fakes import TRAFFIC, between, goal, written
+from recordings_fakes import driving
+
+from coverdrive.driving import batch
+from coverdrive.driving.batch import solve_all
+from coverdrive.driving.solved import solve
+from coverdrive.errors import DataError
+from coverdrive.simulation.predictor import Belief
+from coverdrive.simulation.trial import Row
+
+SOON = goal(between("velocity", 0.0, 60.0), first=3, last=4)
+"""reached by whoever drives on"""
+
+
+def predictor_of(scenario: Path) -> Belief:
+    return PREDICTOR
+
+
+def three(folder: Path) -> list[Path]:
+    """One that is solved, one that is none, and one that misses its goal."""
+    broken = folder / "broken.xml"
+    broken.write_text("<commonRoad>")
+    return [
+        written(folder, SOON, name="a"),
+        broken,
+        written(folder, goal(between("velocity", 50.0, 60.0), first=3, last=4), name="c"),
+    ]
+
+
+def rows_of(files: list[Path], folder: Path, **options: object) -> list[Row]:
+    return [row for rows in solve_all(files, predictor_of, folder, **options) for row in rows]  # pyright: ignore[reportArgumentType]
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_none_ends_the_others(workers: int, tmp_path: Path) -> None:
+    found = rows_of(three(tmp_path), tmp_path / "out", workers=workers)
+    table = pl.read_csv(tmp_path / "out" / "solved.csv")
+    assert table["scenario"].to_list() == ["a", "broken", "c"] and table["solved"].to_list() == [True, False, False]
+    assert {row["scenario"]: row["reason"][:9] for row in found} == {"a": "", "broken": "not read:", "c": "goal miss"}
+    solutions = table["solution"].drop_nulls().to_list()
+    assert len(set(solutions)) == 2  # two files of one benchmark
+    assert all((tmp_path / "out" / name).is_file() for name in solutions)
+
+
+def test_goes_on_where_it_was_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    files, out, driven = three(tmp_path), tmp_path / "out", list[str]()
+    first = next(solve_all(files, predictor_of, out))
+    assert first[0]["solved"] and (out / first[0]["solution"]).is_file()
+    assert len(pl.read_csv(out / "solved.csv")) == 1
+
+    def noted(file: Path, *rest: object) -> object:
+        driven.append(file.stem)
+        return solve(file, *rest)  # pyright: ignore[reportArgumentType]
+
+    monkeypatch.setattr(batch, "solve", noted)
+    once = rows_of(files, out)
+    assert driven == ["broken", "c"] and once[0] == first[0]
+    assert rows_of(files, out) == once and driven == ["broken", "c"]
+    (out / once[0]["solution"]).unlink()
+    rows_of(files, out)
+    assert driven == ["broken", "c", "a"]
+    files[2].write_text(files[2].read_text().replace("50.0", "0.0"))
+    assert rows_of(files, out)[2]["solved"] and driven[3:] == ["c"]
+    rows_of(files, out, model="ST")
+    assert driven[4:] == ["a", "broken", "c"]
+    (out / "solved.csv").write_text("some,table\n1,2\n")
+    assert len(rows_of(files, out)) == 3
+
+
+def test_what_has_no_predictor_is_a_row(tmp_path: Path) -> None:
+    def refused(scenario: Path) -> Belief:
+        raise DataError("there are too few scenes")
+
+    ((row,),) = solve_all([written(tmp_path, SOON)], refused, tmp_path / "out")
+    assert row["reason"] == "not driven: there are too few scenes" and not row["solved"]
+
+
+ONE = driving(100, 90.0, -1.75, 14.0, 20)
+CIRCLE = "<circle><radius>1.0</radius></circle>"
+RECTANGLE = r"<rectangle><length>4.6</length>.*?</rectangle>"
+STANDING = re.sub("<trajectory>.*</trajectory>", "", ONE).replace("dynamicObstacle", "staticObstacle")
+SPREAD = f"<velocity>{between('exact', 1.0, 2.0)}</velocity>".replace("<exact>", "").replace("</exact>", "")
+DRIVEN: dict[str, str] = {
+    "speeds are intervals": re.sub("<velocity>.*?</velocity>", SPREAD, ONE),
+    "a circle": re.sub(RECTANGLE, CIRCLE, ONE),
+    "a polygon": re.sub(
+        RECTANGLE,
+        "<polygon>"
+        + "".join(f"<point><x>{x}</x><y>{y}</y></point>" for x, y in ((-2, -1), (2, -1), (2, 1)))
+        + "</polygon>",
+        ONE,
+    ),
+    "one that stands": STANDING,
+    "a pedestrian": ONE.replace("<type>car", "<type>pedestrian"),
+    "a bicycle": ONE.replace("<type>car", "<type>bicycle"),
+    "no trajectory": re.sub("<trajectory>.*</trajectory>", "", ONE),
+}
+
+
+@pytest.mark.parametrize("case", DRIVEN)
+def test_obstacles_of_any_kind_are_driven_with(case: str, tmp_path: Path) -> None:
+    (found,) = solve(written(tmp_path, SOON, traffic=DRIVEN[case]), PREDICTOR)
+    assert found.row["solved"], found.row["reason"]
+    assert found.drive is not None and set(found.drive.problem.others(0)) == {100}
+
+
+def edit(pattern: str, text: str, count: int = 1) -> Callable[[str], str]:
+    return lambda content: re.sub(pattern, text, content, count=count, flags=re.DOTALL)
+
+
+GOAL = r"(<goalState>.*?)"
+NAN = r"\1NaN"
+REFUSED: dict[str, tuple[Callable[[str], str], str]] = {
+    "an obstacle at NaN": (edit(r"(<staticObstacle.*?<x>|<dynamicObstacle.*?<x>)[^<]*", NAN), "position of obstacle"),
+    "a negative length": (edit("<length>4.6", "<length>-4.6"), "commonroad-io cannot read it|length of obstacle"),
+    "a length of NaN": (edit("<length>4.6", "<length>NaN"), "length of obstacle 100 is nan"),
+    "no goal": (edit("<goalState>.*</goalState>", ""), "no goal|cannot read"),
+    "a goal of NaN": (edit(GOAL + r"<intervalStart>0\.0", r"\1<intervalStart>NaN"), "velocity of its goal|cannot read"),
+    "a goal after a day": (edit(GOAL + "<intervalEnd>4", r"\1<intervalEnd>900000"), "s after the start; expected"),
+    "a goal before the start": (edit("(<planningProblem.*?<exact>)0", r"\g<1>900"), "s after the start; expected"),
+    "a start at -5": (edit("(<planningProblem.*?<exact>)0", r"\g<1>-5"), "time_step of its start|cannot read"),
+    "a start of 200 m/s": (edit("(<planningProblem.*?<velocity><exact>)[^<]*", r"\g<1>200"), "velocity of its start"),
+    "a start at NaN": (edit("(<planningProblem.*?<x>)[^<]*", NAN), "position of its start|cannot read"),
+    "a start off the road": (edit("(<planningProblem.*?<x>)[^<]*", r"\g<1>9e5"), "no road"),
+    "a start without speed": (edit("(<planningProblem.*?)<velocity>.*?</velocity>", r"\1"), "has no velocity"),
+    "a time step of 0": (edit('Size="0.1"', 'Size="0"'), "timeStepSize is 0 s"),
+    "an unknown encoding": (edit("utf-8", "ebcdic-cp-be"), "not a CommonRoad file"),
+    "a lanelet as a goal that is none": (
+        edit("(<goalState>)", r'\1<position><lanelet ref="999"/></position>'), "cannot read|999"
+    ),
+    "a long id": (edit('id="7"', f'id="{10**400}"'), "its number is not between"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_nobody_can_drive_is_a_row_with_its_reason(case: str, tmp_path: Path) -> None:
+    change, problem = REFUSED[case]
+    path = written(tmp_path, SOON, traffic=TRAFFIC)
+    path.write_text(change(content := path.read_text()))
+    assert path.read_text() != content
+    (found,) = solve(path, PREDICTOR)
+    assert found.drive is None and not found.row["solved"]
+    assert re.match("not (read|driven): .*USA_Test-1_1_T-1", found.row["reason"])
+    assert re.search(problem, found.row["reason"]), found.row["reason"]
