@@ -8,8 +8,6 @@ from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from pydantic import ValidationError
-
 from coverdrive.driving.goal import Goal
 from coverdrive.driving.perception import Numbers, Perception, Told
 from coverdrive.errors import SettingError
@@ -21,6 +19,7 @@ from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.road import Road
 from coverdrive.road_ahead import controls
 from coverdrive.scene import Scene
+from coverdrive.settings import checked
 from coverdrive.simulation.episode import decide
 from coverdrive.simulation.initial import EGO
 from coverdrive.simulation.predictor import Belief, check_period
@@ -164,8 +163,4 @@ def adapted(settings: PlannerSettings, **wishes: float) -> PlannerSettings:
         ("budget", values, "budget"),
     ):
         table[key] = wishes.get(name, table[key])
-    try:
-        return PlannerSettings.model_validate(values)
-    except ValidationError as error:
-        first = error.errors()[0]
-        raise SettingError(f"{first['loc'][-1]}: {first['msg']}, got {first['input']!r}") from error
+    return checked(PlannerSettings, values)

@@ -7,13 +7,14 @@ from pathlib import Path
 
 import polars as pl
 
+from coverdrive.arguments import all_of, of_kind, whole
 from coverdrive.errors import DataError, SettingError
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.progress import done, part, stage
 from coverdrive.recordings.recording import Recording
 from coverdrive.settings import merged
 from coverdrive.simulation.episode import EpisodeSettings
-from coverdrive.simulation.places import place_of, recorded_place
+from coverdrive.simulation.places import check_replayed_road, place_of, recorded_place
 from coverdrive.simulation.predictor import Belief, Predictor
 from coverdrive.simulation.replay import cut_scenarios
 from coverdrive.simulation.setup import AnyPlanner, AnyTraffic, Setup
@@ -93,11 +94,10 @@ class Study:
         A study may be continued with more trials: the first ones stay the same. Whether to stop early is asked after
         every ``batch`` of trials; ``name`` is of the stage that is reported, all else as in `study`.
         """
-        if min(trials, workers, batch) < 1:
-            raise SettingError(
-                f"a study needs at least one trial, worker and trial of a batch; got {trials} trials, {workers} "
-                f"workers and batches of {batch}"
-            )
+        for part_of, value in {"trials": trials, "workers": workers, "batch": batch}.items():
+            whole(part_of, value, 1)
+        if until_width is not None and not 0 < of_kind("until_width", until_width, (int, float), "a number") < 1:
+            raise SettingError(f"until_width: expected a number between 0 and 1, got {until_width!r}")
         setup = self._loaded
         ends = [*range(batch, trials, batch), trials] if until_width else [trials]
         table = table_of([])
@@ -143,7 +143,7 @@ def study(
     folder: Path | str,
     trials: int = 20,
     traffic: AnyTraffic = "set-sampling",
-    vehicles: Sequence[int] | None = None,
+    vehicles: int | Sequence[int] | None = None,
     seed: int = 0,
     recordings: Sequence[Recording] = (),
     road: str | None = None,
@@ -164,7 +164,8 @@ def study(
         trials: number of trials; the paper has 1000.
         traffic: ``set-sampling`` (the paper's), ``drivers``, ``aggressive``, ``mixed``, ``replay``, settings of one
             of them, or a model of your own.
-        vehicles: numbers of uncontrolled vehicles, taken in turn by the trials; if left out, those of the road.
+        vehicles: number of uncontrolled vehicles, or several taken in turn by the trials, each 0 to 100; if left out,
+            those of the road.
         seed: of the study.
         recordings: that are driven: on a road like theirs, or by ``replay`` themselves; those that are replayed should
             neither have trained nor calibrated the predictor.
@@ -203,32 +204,38 @@ def simulate(
         StartError: the vehicles cannot be placed.
         SettingError: there is no such traffic or road, or the planner looks farther than the predictor.
     """
-    numbers = None if vehicles is None else (vehicles,)
+    numbers = None if vehicles is None else (whole("vehicles", vehicles),)
     setup = setup_of(predictor, planner, traffic, numbers, seed, recordings, road, episode)
-    return replace(setup, vehicles=(setup.vehicles[len(setup.vehicles) // 2],)).drive(trial)
+    return replace(setup, vehicles=(setup.vehicles[len(setup.vehicles) // 2],)).drive(whole("trial", trial))
 
 
 def setup_of(
     predictor: Belief,
     planner: AnyPlanner | None,
     traffic: AnyTraffic,
-    vehicles: Sequence[int] | None,
+    vehicles: int | Sequence[int] | None,
     seed: int,
     recordings: Sequence[Recording],
     road: str | None,
     episode: EpisodeSettings | None,
 ) -> Setup:
     """The setup of `study` with these arguments: on a road like that of recordings, if no other is named."""
+    recordings = all_of("recordings", recordings, Recording, "what `coverdrive.read` gives")
     like = recorded_place(recordings) if recordings else None
     place = place_of(road, like)[1]
-    given = episode.model_dump(exclude_unset=True) if episode else {}
+    given = {}
+    if episode is not None:
+        given = of_kind("episode", episode, EpisodeSettings, "EpisodeSettings").model_dump(exclude_unset=True)
     setup = Setup(
         predictor,
         planner or MpcPlanner(PlannerSettings.model_validate(place.parts["planner"])),
         traffic,
         EpisodeSettings.model_validate(merged(place.parts["episode"], given)),
-        tuple(place.vehicles if vehicles is None else vehicles),
+        place.vehicles if vehicles is None else vehicles,  # pyright: ignore[reportArgumentType]
         seed,
         recorded=like and like.initial,
     )
-    return replace(setup, scenarios=cut_scenarios(recordings)) if setup.replays else setup
+    if not setup.replays:
+        return setup
+    check_replayed_road(road)
+    return replace(setup, scenarios=cut_scenarios(recordings))
