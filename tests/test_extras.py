@@ -19,7 +19,6 @@ COMMANDS = {
     "piqp": 'pip install "coverdrive[svm]"',
     "distributed": 'pip install "coverdrive[cluster]"',
     "gymnasium": 'pip install "coverdrive[gymnasium]"',
-    "pygame": 'pip install "coverdrive[gymnasium]"',
     "highway_env": 'pip install "coverdrive[highway-env]"',
     "libsumo": 'pip install "coverdrive[sumo]"',
 }

@@ -27,7 +27,6 @@ EXTRAS = {
     "piqp": Extra("PIQP", "svm", "the method svm"),
     "distributed": Extra("Dask", "cluster", "--cluster"),
     "gymnasium": Extra("Gymnasium", "gymnasium", "coverdrive.bridges.gymnasium"),
-    "pygame": Extra("pygame", "gymnasium", "render_mode"),
     "highway_env": Extra("highway-env", "highway-env", "coverdrive.bridges.highway_env"),
     "libsumo": Extra("libsumo", "sumo", "coverdrive.bridges.sumo"),
 }

@@ -1,10 +1,12 @@
 """The environment as pictures: the road from above around the ego, and the predicted sets if there are any."""
 
+from importlib import import_module
+
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from coverdrive.errors import SettingError
-from coverdrive.extras import require
+from coverdrive.errors import MissingExtraError, SettingError
+from coverdrive.extras import EXTRAS
 from coverdrive.geometry import CORNERS, body_corners
 from coverdrive.paths import PredictedPaths
 from coverdrive.road import Road
@@ -24,8 +26,19 @@ class View:
     """Draws scenes, in a window if one is wanted."""
 
     def __init__(self, window: bool, period: float):
-        """Open a window that shows a picture every ``period`` [s], or none; a SettingError if there can be none."""
-        self._pygame, self._period, self._shown = require("pygame"), period, None
+        """Open a window that shows a picture every ``period`` [s], if there is to be one.
+
+        Raises:
+            MissingExtraError: pygame is not installed.
+            SettingError: no window can be opened.
+        """
+        try:
+            self._pygame = import_module("pygame")
+        except ImportError as error:
+            raise MissingExtraError(
+                f"render_mode needs pygame; install it with `{EXTRAS['gymnasium'].command}`"
+            ) from error
+        self._period, self._shown = period, None
         self._pygame.font.init()
         self._font = self._pygame.font.Font(None, 24)
         self._picture = self._pygame.Surface(_SIZE)

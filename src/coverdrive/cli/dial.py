@@ -111,6 +111,7 @@ def dial(
         study={"workers": workers, "vehicles": vehicles},
         traffic={"kind": traffic},
     )
+    results.check_replay((experiment.traffic.kind,), [] if beside else recording or [], road)
     tried = tuple(scales or SCALES)
     request = Request(0.01 if risk is None else risk, confidence, event, tried, procedure, pilot, most)
     if experiment.traffic.kind == "replay":

@@ -106,6 +106,8 @@ def _one(study: Study | None, trial: int | None) -> list[int]:
 def _replayed(study: Study | None, named: Sequence[int], most: int) -> list[int]:
     """The named trials, then the notable ones of the study."""
     if study is None or not study.files.finished:
+        if study and named and not study.files.exists:
+            study.files.table()  # says that there is no study
         return list(named) if study else []
     trials = study.trials
     unknown = sorted(set(named) - set(trials["trial"]))

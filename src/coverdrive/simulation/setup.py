@@ -68,7 +68,9 @@ class Setup:
         """Give the traffic of a name its settings; refuse what makes no trial."""
         traffic = usual(self.traffic) if isinstance(self.traffic, str) else self.traffic
         object.__setattr__(self, "traffic", traffic)
-        object.__setattr__(self, "vehicles", wholes("vehicles", self.vehicles, 0, MOST_VEHICLES))
+        object.__setattr__(
+            self, "vehicles", wholes("numbers of uncontrolled vehicles", self.vehicles, 0, MOST_VEHICLES)
+        )
         object.__setattr__(self, "seed", whole("seed", self.seed))
         of_kind("predictor", self.predictor, Belief, "a predictor (predict), as `fit` makes or `Predictor.load` reads")
         _check_part(self.planner, Planner)

@@ -70,7 +70,7 @@ class Study:
 
     def traces(self, trials: Sequence[int]) -> dict[int, Trace]:
         """Several such drives by the numbers of their trials; a DataError if the study replayed other recordings."""
-        if not self.files.exists:
+        if trials and not self.files.exists:
             self.files.claim(self._loaded.description())
         traces: dict[int, Trace] = {}
         with stage("drives"):
@@ -94,8 +94,11 @@ class Study:
         A study may be continued with more trials: the first ones stay the same. Whether to stop early is asked after
         every ``batch`` of trials; ``name`` is of the stage that is reported, all else as in `study`.
         """
-        for part_of, value in {"trials": trials, "workers": workers, "batch": batch}.items():
-            whole(part_of, value, 1)
+        if min(whole("trials", trials), whole("workers", workers), whole("batch", batch)) < 1:
+            raise SettingError(
+                f"a study needs at least one trial, worker and trial of a batch; got {trials} trials, {workers} "
+                f"workers and batches of {batch}"
+            )
         if until_width is not None and not 0 < of_kind("until_width", until_width, (int, float), "a number") < 1:
             raise SettingError(f"until_width: expected a number between 0 and 1, got {until_width!r}")
         setup = self._loaded
