@@ -1,8 +1,12 @@
 """Arguments of public calls, which may be anything: what was expected and what was got, as a `SettingError`."""
 
+import math
 import operator
+import os
 import reprlib
 from collections.abc import Iterable
+from numbers import Real
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -31,6 +35,23 @@ def wholes(name: str, values: Any, least: int = 0, most: int | None = None) -> t
     if not numbers:
         raise SettingError(f"{name}: expected at least one whole number, got {shown(values)}")
     return numbers
+
+
+def finite(name: str, value: Any) -> float:
+    """A finite number of Python's or NumPy's."""
+    if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value):
+        raise SettingError(f"{name}: expected a number, got {shown(value)}")
+    return float(value)
+
+
+def path_of(name: str, value: Any, others: str = "") -> Path:
+    """A path, given as such or by its name; ``others`` are what is taken, too, in words."""
+    return Path(of_kind(name, value, (str, os.PathLike), f"{others}a path"))
+
+
+def paths_of(name: str, values: Any) -> tuple[Path, ...]:
+    """A single such path, or several."""
+    return tuple(path_of(name, each) for each in _several(values, (str, os.PathLike)))
 
 
 def of_kind(name: str, value: Any, kind: Any, expected: str) -> Any:

@@ -244,10 +244,10 @@ class Motorway(gymnasium.Env[Any, Any]):
         """Acceleration [m/s²] and yaw rate [rad/s] that an action asks for."""
         if not self._discrete:
             try:
-                asked = np.asarray(action, dtype=float)
-            except (TypeError, ValueError):
-                asked = np.full(2, np.nan)
-            if asked.shape != (2,) or not np.isfinite(asked).all():
+                asked = np.asarray(action)
+            except ValueError:  # rows of several lengths
+                asked = np.array(None)
+            if asked.shape != (2,) or asked.dtype.kind not in "fiu" or not np.isfinite(asked).all():
                 raise SettingError(f"an action is two finite numbers, from -1 to 1, got {shown(action)}")
             acceleration, yaw_rate = (np.clip(asked, -1e6, 1e6) * ACTION).tolist()
             return acceleration, yaw_rate

@@ -18,7 +18,7 @@ from typing import Any, Literal
 import numpy as np
 import polars as pl
 
-from coverdrive.arguments import of_kind
+from coverdrive.arguments import of_kind, path_of
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.dial import Asked, Dial, Tried
 from coverdrive.certificates.drives import Procedure, Proof, drives_needed, limit_of
@@ -230,7 +230,7 @@ def dial(
     of_kind("predictor", predictor, Scalable, "a predictor with sets of any scale (predict, certificate, scaled)")
     setup = setup_of(predictor, planner, traffic, vehicles, seed, recordings, road, episode)
     request = Request(risk, confidence, event, scales, procedure, pilot, most)
-    return dialled(setup, predictor, Path(folder), request, workers, cluster)
+    return dialled(setup, predictor, path_of("folder", folder), request, workers, cluster)
 
 
 def dialled(

@@ -8,6 +8,7 @@ from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+from coverdrive.arguments import finite, of_kind
 from coverdrive.driving.goal import Goal
 from coverdrive.driving.perception import Numbers, Perception, Told
 from coverdrive.errors import SettingError
@@ -22,7 +23,7 @@ from coverdrive.scene import Scene
 from coverdrive.settings import checked
 from coverdrive.simulation.episode import decide
 from coverdrive.simulation.initial import EGO
-from coverdrive.simulation.predictor import Belief, check_period
+from coverdrive.simulation.predictor import Belief, check_belief, check_period
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,11 +85,15 @@ class Driver:
             SettingError: a value is not allowed, or the planner does not know it.
         """
         wishes = {"length": length, "width": width, "wanted_speed": wanted_speed, "budget": budget}
-        wishes = {name: float(value) for name, value in wishes.items() if value is not None}
-        if not 0 < period <= 1:
+        wishes = {name: finite(name, value) for name, value in wishes.items() if value is not None}
+        if not 0 < finite("period", period) <= 1:
             raise SettingError(f"the period between two steps is {period} s; expected more than 0 and at most 1 s")
+        check_belief(predictor)
         check_period(predictor, period)
         planner = PlannerSettings() if planner is None else planner
+        of_kind(
+            "planner", planner, (Planner, PlannerSettings), "a planner (dt, steps, reset, plan), or settings of ours"
+        )
         if type(planner) is MpcPlanner:
             planner = planner.settings
         if isinstance(planner, PlannerSettings):

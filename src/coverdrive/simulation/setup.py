@@ -19,7 +19,7 @@ from coverdrive.progress import heard_by
 from coverdrive.settings import Settings
 from coverdrive.simulation.episode import EpisodeSettings, run_episode
 from coverdrive.simulation.initial import InitialSettings
-from coverdrive.simulation.predictor import Belief, Predictor, as_given
+from coverdrive.simulation.predictor import Belief, Predictor, as_given, check_belief
 from coverdrive.simulation.replay import ReplaySettings, Scenario
 from coverdrive.simulation.trace import Trace
 from coverdrive.simulation.traffic import Traffic
@@ -72,7 +72,7 @@ class Setup:
             self, "vehicles", wholes("numbers of uncontrolled vehicles", self.vehicles, 0, MOST_VEHICLES)
         )
         object.__setattr__(self, "seed", whole("seed", self.seed))
-        of_kind("predictor", self.predictor, Belief, "a predictor (predict), as `fit` makes or `Predictor.load` reads")
+        check_belief(self.predictor)
         _check_part(self.planner, Planner)
         if not isinstance(traffic, Settings):
             _check_part(traffic, Traffic)

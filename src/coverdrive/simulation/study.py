@@ -7,7 +7,7 @@ from pathlib import Path
 
 import polars as pl
 
-from coverdrive.arguments import all_of, of_kind, whole
+from coverdrive.arguments import all_of, finite, of_kind, path_of, whole, wholes
 from coverdrive.errors import DataError, SettingError
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.progress import done, part, stage
@@ -15,9 +15,9 @@ from coverdrive.recordings.recording import Recording
 from coverdrive.settings import merged
 from coverdrive.simulation.episode import EpisodeSettings
 from coverdrive.simulation.places import check_replayed_road, place_of, recorded_place
-from coverdrive.simulation.predictor import Belief, Predictor
+from coverdrive.simulation.predictor import Belief
 from coverdrive.simulation.replay import cut_scenarios
-from coverdrive.simulation.setup import AnyPlanner, AnyTraffic, Setup
+from coverdrive.simulation.setup import MOST_VEHICLES, AnyPlanner, AnyTraffic, Setup
 from coverdrive.simulation.statistics import collision_table, widest_interval
 from coverdrive.simulation.study_folder import StudyFolder
 from coverdrive.simulation.trace import Trace
@@ -99,7 +99,7 @@ class Study:
                 f"a study needs at least one trial, worker and trial of a batch; got {trials} trials, {workers} "
                 f"workers and batches of {batch}"
             )
-        if until_width is not None and not 0 < of_kind("until_width", until_width, (int, float), "a number") < 1:
+        if until_width is not None and not 0 < finite("until_width", until_width) < 1:
             raise SettingError(f"until_width: expected a number between 0 and 1, got {until_width!r}")
         setup = self._loaded
         ends = [*range(batch, trials, batch), trials] if until_width else [trials]
@@ -140,7 +140,7 @@ def drive_missing(
 
 
 def study(
-    predictor: Predictor,
+    predictor: Belief,
     planner: AnyPlanner | None = None,
     *,
     folder: Path | str,
@@ -184,11 +184,13 @@ def study(
         DataError: the folder holds a study of another configuration, or no trial could start.
     """
     setup = setup_of(predictor, planner, traffic, vehicles, seed, recordings, road, episode)
-    return Study(setup, Path(folder)).run(trials, workers=workers, cluster=cluster, until_width=until_width)
+    return Study(setup, path_of("folder", folder)).run(
+        trials, workers=workers, cluster=cluster, until_width=until_width
+    )
 
 
 def simulate(
-    predictor: Predictor,
+    predictor: Belief,
     planner: AnyPlanner | None = None,
     *,
     traffic: AnyTraffic = "set-sampling",
@@ -234,7 +236,7 @@ def setup_of(
         planner or MpcPlanner(PlannerSettings.model_validate(place.parts["planner"])),
         traffic,
         EpisodeSettings.model_validate(merged(place.parts["episode"], given)),
-        place.vehicles if vehicles is None else vehicles,  # pyright: ignore[reportArgumentType]
+        place.vehicles if vehicles is None else wholes("vehicles", vehicles, 0, MOST_VEHICLES),
         seed,
         recorded=like and like.initial,
     )
