@@ -75,5 +75,6 @@ def shown(value: Any) -> str:
 
 
 def _several(values: Any, single: Any) -> Iterable[Any]:
-    """The values of a collection; anything else, and what is ``single``, is one."""
-    return values if isinstance(values, Iterable) and not isinstance(values, single) else [values]
+    """The values of a collection; anything else, an array without axes, and what is ``single``, is one."""
+    many = isinstance(values, Iterable) and getattr(values, "ndim", 1) and not isinstance(values, single)
+    return values if many else [values]

@@ -75,9 +75,9 @@ class _Options(Settings):
     slots: int = Field(ge=1, le=1000)
     sets: bool
     render_mode: Rendered | None
-    episode: EpisodeSettings
-    reward: RewardSettings
-    car: VehicleSettings
+    episode: EpisodeSettings = EpisodeSettings()
+    reward: RewardSettings = RewardSettings()
+    car: VehicleSettings = VehicleSettings()
 
 
 class Motorway(gymnasium.Env[Any, Any]):
@@ -126,12 +126,9 @@ class Motorway(gymnasium.Env[Any, Any]):
             SettingError: an option makes no sense, there is no such traffic, no predictor where one is needed, or no
                 window can be opened.
         """
-        given = checked(
-            _Options,
-            {"observation": observation, "action": action, "slots": slots, "sets": sets, "render_mode": render_mode,
-             "episode": episode or EpisodeSettings(), "reward": reward or RewardSettings(),
-             "car": car or VehicleSettings()},
-        )  # fmt: skip
+        parts = {"episode": episode, "reward": reward, "car": car}
+        words = {"observation": observation, "action": action, "slots": slots, "sets": sets, "render_mode": render_mode}
+        given = checked(_Options, words | {name: part for name, part in parts.items() if part is not None})
         if predictor is None and sets:
             raise SettingError("predicted sets need a predictor; give one, or leave out sets")
         if predictor is not None:
@@ -157,7 +154,7 @@ class Motorway(gymnasium.Env[Any, Any]):
 
         There are no ``options``; a SettingError if any are given.
         """
-        if options:
+        if of_kind("options of a reset", options, (dict, type(None)), "none"):
             raise SettingError(f"a reset has no options, got {shown(options)}; make the environment with them instead")
         super().reset(seed=seed)
         root = np.random.SeedSequence(int(self.np_random.integers(2**63)) if seed is None else seed)

@@ -83,7 +83,8 @@ def generate(settings: GeneratedSettings | None = None, seed: int = 0) -> tuple[
 
     The same settings and seed give the same traffic.
     """
-    chosen = of_kind("settings", settings or GeneratedSettings(), GeneratedSettings, "GeneratedSettings")
+    chosen = GeneratedSettings() if settings is None else settings
+    of_kind("settings", chosen, GeneratedSettings, "GeneratedSettings")
     seed = whole("seed", seed)
     counts = [min(BATCH, chosen.scenes - first) for first in range(0, chosen.scenes, BATCH)]
     streams = np.random.default_rng(seed).spawn(len(counts))
