@@ -78,7 +78,7 @@ class Experiment(Settings):
     """length and start of a trial"""
     traffic: TrafficSettings = SetSamplingSettings()
     """behaviour of the uncontrolled vehicles; ``kind`` says which: ``set-sampling`` (paper §5), ``drivers``,
-    ``aggressive``, ``mixed`` or ``replay``"""
+    ``aggressive``, ``mixed``, ``replay`` or ``reactive-replay``"""
     study: StudySettings = StudySettings()
     """number of trials"""
 

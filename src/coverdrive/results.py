@@ -43,7 +43,7 @@ from coverdrive.prediction.provenance import provenance, versions
 from coverdrive.prediction.scored import ScoredSides
 from coverdrive.reporting.contents import Certified, Fitted
 from coverdrive.simulation.places import Place, check_replayed_road, place_of
-from coverdrive.simulation.replay import Scenario, cut_scenarios
+from coverdrive.simulation.replay import REPLAYS, Scenario, cut_scenarios
 from coverdrive.simulation.setup import Setup
 from coverdrive.simulation.study import Study
 from coverdrive.simulation.study_folder import StudyFolder
@@ -237,7 +237,7 @@ class Results:
     def check_replay(self, traffics: Collection[str], recordings: Sequence[Path], road: str | None) -> None:
         """Refuse, with a SettingError, recordings that none of the traffics replays, and a road that is not theirs."""
         _check_replayed(traffics, recordings)
-        if "replay" in traffics:
+        if not set(REPLAYS).isdisjoint(traffics):
             check_replayed_road(road, self._road)
 
     def driven_study(
@@ -438,10 +438,10 @@ class Results:
 
 def _check_replayed(traffics: Collection[str], recordings: Sequence[Path]) -> None:
     """Refuse recordings that none of the traffics replays."""
-    if recordings and "replay" not in traffics:
+    if recordings and set(REPLAYS).isdisjoint(traffics):
         raise SettingError(
             f"recordings are for replayed traffic only, got {recordings[0]} for {' and '.join(sorted(traffics))}; "
-            "choose --traffic replay, or leave --recording out"
+            f"choose --traffic {' or '.join(REPLAYS)}, or leave --recording out"
         )
 
 

@@ -20,6 +20,7 @@ from coverdrive.settings import Settings
 from coverdrive.simulation.episode import EpisodeSettings, run_episode
 from coverdrive.simulation.initial import InitialSettings
 from coverdrive.simulation.predictor import Belief, Predictor, as_given, check_belief
+from coverdrive.simulation.reactive_replay import ReactiveReplaySettings
 from coverdrive.simulation.replay import ReplaySettings, Scenario
 from coverdrive.simulation.trace import Trace
 from coverdrive.simulation.traffic import Traffic
@@ -106,6 +107,12 @@ class Setup:
     def replays(self) -> bool:
         """Whether recorded traffic is replayed."""
         return isinstance(self.traffic, ReplaySettings)
+
+    @property
+    def foretold(self) -> Sequence[Scenario]:
+        """Recorded scenes, once they are read, that go on as they were recorded whatever the ego does."""
+        known = self.replays and not isinstance(self.traffic, ReactiveReplaySettings)
+        return () if callable(self.scenarios) or not known else self.scenarios
 
     @property
     def traffic_name(self) -> str:

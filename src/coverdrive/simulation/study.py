@@ -165,12 +165,12 @@ def study(
         planner: of the ego, or what makes one in every process; if left out, ours, which wants the speed of the road.
         folder: of this study and no other; made as needed.
         trials: number of trials; the paper has 1000.
-        traffic: ``set-sampling`` (the paper's), ``drivers``, ``aggressive``, ``mixed``, ``replay``, settings of one
-            of them, or a model of your own.
+        traffic: ``set-sampling`` (the paper's), ``drivers``, ``aggressive``, ``mixed``, ``replay``,
+            ``reactive-replay``, settings of one of them, or a model of your own.
         vehicles: number of uncontrolled vehicles, or several taken in turn by the trials, each 0 to 100; if left out,
             those of the road.
         seed: of the study.
-        recordings: that are driven: on a road like theirs, or by ``replay`` themselves; those that are replayed should
+        recordings: that are driven: on a road like theirs, or by replay themselves; those that are replayed should
             neither have trained nor calibrated the predictor.
         road: another one to drive on, ``paper`` or ``curved``.
         episode: start, length and time steps; what it does not set is as on the road.
