@@ -12,7 +12,7 @@ from coverdrive.config import Experiment
 from coverdrive.errors import SettingError
 from coverdrive.settings import Settings
 
-KINDS = ("set-sampling", "drivers", "aggressive", "mixed", "replay")
+KINDS = ("set-sampling", "drivers", "aggressive", "mixed", "replay", "reactive-replay")
 ODD = (
     math.inf,
     -math.inf,

@@ -7,9 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from command import coverdrive
 from coverdrive.certificates.evaluation import evaluate
 from coverdrive.config import Experiment
 from coverdrive.errors import DataError, SettingError
+from coverdrive.league.table import SCHEMA as LEAGUE
 from coverdrive.prediction.certify import certify
 from coverdrive.results import Results
 from coverdrive.simulation.places import PLACES, Place
@@ -85,6 +87,59 @@ def test_a_manifest_of_another_kind_is_refused(results: Results, manifest: str) 
     (results.folder / "manifest.json").write_text(manifest, encoding="utf-8")
     with pytest.raises(DataError, match=r"manifest.json"):
         read_all(Results(results.folder))
+
+
+@pytest.mark.parametrize("content", ["{}", "[]", "null", "5", '{"methods": 5}', '{"folder": {}}', "", "\\x00"])
+@pytest.mark.parametrize("name", [each for each in FILES if each != "config.toml"] + ["methods.json", "dialled.json"])
+def test_a_file_of_another_content_is_refused_even_if_it_is_sealed(results: Results, name: str, content: str) -> None:
+    (results.folder / name).write_text(content, encoding="utf-8")
+    results._seal(name)
+    with pytest.raises(DataError, match=name):
+        read_all(Results(results.folder))
+
+
+@pytest.mark.parametrize(
+    "content",
+    [b"", b"\x00", b"\xff\xfe", b"{}", b"entrant,world\n", b"a,b\n1,2\n", ",".join(LEAGUE).encode() + b"\nx,y\n"],
+)
+def test_a_damaged_table_of_the_league_is_refused(results: Results, content: bytes) -> None:
+    file = results.folder / "league" / "league.csv"
+    file.parent.mkdir()
+    file.write_bytes(content)
+    with pytest.raises(DataError, match=r"league.csv: not a readable result \(.*\); make it with `coverdrive league`"):
+        results.league  # noqa: B018
+
+
+@pytest.mark.parametrize("content", ["{}", '{"format": 2}', "[]", "null", '{"format": 2, "predictor": []}', "\x00"])
+def test_a_damaged_description_of_a_study_is_refused(results: Results, content: str) -> None:
+    file = results.folder / "study" / "study.json"
+    file.parent.mkdir()
+    file.write_text(content, encoding="utf-8")
+    with pytest.raises(DataError, match="study"):
+        results.driven_study()
+
+
+def test_a_page_without_a_study_leaves_none_behind(results: Results) -> None:
+    written = json.loads(coverdrive("--json", "report", results.folder, only="stdout"))
+    assert Path(written["report"]).exists() and not (results.folder / "study").exists()
+    for called in (["animate"], ["report", "--trial", "0"], ["figures"]):
+        said = coverdrive(called[0], results.folder, *called[1:], status=0 if called[0] == "figures" else 2)
+        assert called[0] == "figures" or "there is no study in" in said
+        assert not (results.folder / "study").exists()
+
+
+def test_recordings_and_roads_that_are_not_replayed_are_refused(results: Results, tmp_path: Path) -> None:
+    out, nowhere = ("--out", results.folder, "--trials", "1"), tmp_path / "nope"
+    for called in (["study"], ["study", "--set", "planner.problem.obstacles.order=2,4"]):
+        said = coverdrive(*called, *out, "--recording", nowhere, status=2)
+        assert "recordings are for replayed traffic only" in said and str(nowhere) in said
+    said = coverdrive("study", *out, "--road", "curved", "--traffic", "replay", status=2)
+    assert "on the road on which it was recorded, got the road 'curved'" in said
+    said = coverdrive("study", *out, "--road", "curved", "--set", "traffic.kind=drivers,replay", status=2)
+    assert "on the road on which it was recorded, got the road 'curved'" in said
+    for called in (["rare", results.folder], ["drive", "--out", results.folder], ["dial", results.folder]):
+        assert "recordings are for" in coverdrive(*called, "--recording", nowhere, status=2)
+    assert not list(results.folder.glob("study*"))
 
 
 def test_a_new_fit_voids_what_was_made_with_the_old_one(results: Results) -> None:

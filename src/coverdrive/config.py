@@ -4,13 +4,12 @@ Every table of the file belongs to one part of the package, which documents its 
 from the defaults; unknown keys are errors.
 """
 
-import textwrap
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
 from coverdrive.errors import SettingError
 from coverdrive.files import write_atomically
@@ -22,7 +21,7 @@ from coverdrive.recordings.read import read
 from coverdrive.recordings.recording import Recording
 from coverdrive.recordings.resampling import STEP
 from coverdrive.recordings.smoothing import SmoothingSettings
-from coverdrive.settings import Settings, merged, to_toml
+from coverdrive.settings import Settings, checked, merged, to_toml
 from coverdrive.simulation.episode import EpisodeSettings
 from coverdrive.simulation.generated import GeneratedSettings, generate
 from coverdrive.simulation.set_sampling import SetSamplingSettings
@@ -79,7 +78,7 @@ class Experiment(Settings):
     """length and start of a trial"""
     traffic: TrafficSettings = SetSamplingSettings()
     """behaviour of the uncontrolled vehicles; ``kind`` says which: ``set-sampling`` (paper §5), ``drivers``,
-    ``aggressive``, ``mixed`` or ``replay``"""
+    ``aggressive``, ``mixed``, ``replay`` or ``reactive-replay``"""
     study: StudySettings = StudySettings()
     """number of trials"""
 
@@ -135,10 +134,7 @@ class Experiment(Settings):
         Raises:
             SettingError: a value is not allowed.
         """
-        try:
-            return Experiment.model_validate(merged(self.model_dump(), changes))
-        except ValidationError as error:
-            raise SettingError(_first_problem(error)) from error
+        return checked(Experiment, merged(self.model_dump(), changes))
 
     def recordings(self, paths: Sequence[Path]) -> tuple[Recording, ...]:
         """The recordings in some files and folders, or generated traffic where none is given."""
@@ -151,12 +147,3 @@ class Experiment(Settings):
         """Write all settings, defaults included, to a TOML file that says what each means."""
         text = _HEAD + to_toml(self)
         write_atomically(path, lambda file: file.write_text(text, encoding="utf-8"))
-
-
-def _first_problem(error: ValidationError) -> str:
-    """Which setting is wrong, why, and what it was."""
-    first = error.errors()[0]
-    names = [str(each) for each in first["loc"] if isinstance(each, int) or each.isidentifier()]  # no kinds of values
-    place, got = ".".join(names) or "the settings as a whole", repr(first["input"])
-    shown = "" if isinstance(first["input"], (dict, Settings)) else f", got {textwrap.shorten(got, 60)}"
-    return f"{place}: {first['msg']}{shown}"

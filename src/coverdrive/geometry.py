@@ -16,6 +16,9 @@ Array = Any
 Numbers = Float[Array, "*#n"]
 Pairs = Float[Array, "*#n 2"]
 
+CORNERS = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
+"""of a body, in half lengths and widths from its centre"""
+
 
 def turned_half_extents(half_sizes: Pairs, heading: Numbers) -> Pairs:
     """Half extents [m] along the road's axes of the smallest upright box around a turned box."""
@@ -100,3 +103,13 @@ def _turned_into(offset: Pairs, heading: Any) -> Pairs:
     cosine, sine = np.cos(heading), np.sin(heading)
     lon, lat = offset[..., 0], offset[..., 1]
     return beside(lon * cosine + lat * sine, lat * cosine - lon * sine)
+
+
+def body_corners(
+    states: Float[np.ndarray, "*n 4"], half_sizes: Float[np.ndarray, "*#n 2"]
+) -> Float[np.ndarray, "*n 4 2"]:
+    """Corners [m] of bodies of half lengths and widths [m] in states (lon, lat [m], speed [m/s], heading [rad])."""
+    along, across = np.moveaxis(half_sizes[..., None, :] * CORNERS, -1, 0)
+    cosine, sine = np.cos(states[..., 3, None]), np.sin(states[..., 3, None])
+    turned = np.stack([along * cosine - across * sine, along * sine + across * cosine], axis=-1)
+    return states[..., None, :2] + turned

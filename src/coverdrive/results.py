@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any, Literal, TypeVar
 
 import polars as pl
-from pydantic import TypeAdapter
+from pydantic import BaseModel, TypeAdapter
 
 import coverdrive
 from coverdrive.certificates.comparison import Compared
@@ -28,7 +28,7 @@ from coverdrive.config import Experiment
 from coverdrive.dialling.dial import Dialled, Request, dialled
 from coverdrive.dialling.frontier import setups_beside
 from coverdrive.dialling.groups import ChosenOnGroups, across_groups, chosen_share
-from coverdrive.errors import DataError
+from coverdrive.errors import DataError, SettingError
 from coverdrive.files import number_in_name, write_atomically, write_json
 from coverdrive.league.entrants import Known
 from coverdrive.league.known import known_of, paper_settings_like
@@ -42,8 +42,8 @@ from coverdrive.prediction.predictor import AnyPredictor, Predictor
 from coverdrive.prediction.provenance import provenance, versions
 from coverdrive.prediction.scored import ScoredSides
 from coverdrive.reporting.contents import Certified, Fitted
-from coverdrive.simulation.places import Place, place_of
-from coverdrive.simulation.replay import Scenario, cut_scenarios
+from coverdrive.simulation.places import Place, check_replayed_road, place_of
+from coverdrive.simulation.replay import REPLAYS, Scenario, cut_scenarios
 from coverdrive.simulation.setup import Setup
 from coverdrive.simulation.study import Study
 from coverdrive.simulation.study_folder import StudyFolder
@@ -59,7 +59,23 @@ STUDY = "study"
 """the study in the traffic of the folder's settings; one in another traffic is called ``study-drivers`` or the like"""
 
 _FORMAT = 3
+
+
+class _Run(BaseModel):
+    """What ``run.json`` holds."""
+
+    coverdrive: str
+    python: str
+    packages: dict[str, str]
+    seed: int
+    recordings: tuple[Source, ...]
+    seconds: dict[str, float]
+    road: str = "paper"
+    recorded_place: Place | None = None
+
+
 _OBJECT, _CERTIFIED = TypeAdapter(dict[str, Any]), TypeAdapter(Certified)
+_FILES = TypeAdapter(dict[str, str])
 _METHODS = TypeAdapter(dict[Literal["methods"], list[Compared]])
 
 T = TypeVar("T")
@@ -122,7 +138,9 @@ class Results:
     @cached_property
     def run(self) -> dict[str, Any]:
         """Versions, data and times."""
-        return _read(self._sealed(RUN), _OBJECT.validate_json)
+        return _read(
+            self._sealed(RUN), lambda content: _Run.model_validate_json(content) and _OBJECT.validate_json(content)
+        )
 
     def place(self, road: str | None = None) -> Place:
         """Where a study on a road of a name takes place, or on that of the fit; a SettingError if there is none."""
@@ -169,7 +187,7 @@ class Results:
     def league(self) -> pl.DataFrame | None:
         """The table of the league in this folder, if there is one."""
         file = self.folder / LEAGUE / "league.csv"
-        return pl.read_csv(file, schema=SCHEMA) if file.exists() else None
+        return _read(file, _league_in, "coverdrive league") if file.exists() else None
 
     # what comparing the methods leaves
 
@@ -185,7 +203,7 @@ class Results:
         """All methods of calibration side by side; none if they were not compared on this predictor yet."""
         if METHODS not in self._digests:
             return []
-        return _read(self._sealed(METHODS), _METHODS.validate_json)["methods"]
+        return _read(self._sealed(METHODS), lambda content: _METHODS.validate_json(content)["methods"])
 
     # studies
 
@@ -216,6 +234,12 @@ class Results:
         )
         return Study(setup, self.folder / (name or self.study_name(experiment.traffic.kind)))
 
+    def check_replay(self, traffics: Collection[str], recordings: Sequence[Path], road: str | None) -> None:
+        """Refuse, with a SettingError, recordings that none of the traffics replays, and a road that is not theirs."""
+        _check_replayed(traffics, recordings)
+        if not set(REPLAYS).isdisjoint(traffics):
+            check_replayed_road(road, self._road)
+
     def driven_study(
         self, traffic: str | None = None, recordings: Sequence[Path] = (), road: str | None = None
     ) -> Study:
@@ -228,23 +252,25 @@ class Results:
 
         Raises:
             DataError: it was driven with another predictor, or not at all.
+            SettingError: it replayed none, and recordings are given.
         """
         name = self.study_name(traffic, road)
         folder, experiment = StudyFolder(self.folder / name), self.experiment
         if folder.exists:
             described = folder.description()
-            if described["predictor"] != self.predictor.fingerprint:
+            if described.get("predictor") != self.predictor.fingerprint:
                 raise DataError(
                     f"the study in {folder.path} was driven with another predictor than that in {self.folder}; "
                     f"fit to another folder, or remove the folder `{name}` in it and drive again"
                 )
-            parts = {part: described[part] for part in ("planner", "traffic", "episode", "seed")}
-            experiment = experiment.overridden(study={"vehicles": described["vehicles"]}, **parts)
+            parts = {part: described.get(part) for part in ("planner", "traffic", "episode", "seed")}
+            experiment = experiment.overridden(study={"vehicles": described.get("vehicles")}, **parts)
         elif name != STUDY:
             raise DataError(
                 f"{self.folder} holds no finished study in `{name}`; drive one with "
                 f"`coverdrive study{_option('traffic', traffic)}{_option('road', road)} --out {self.folder}`"
             )
+        _check_replayed((experiment.traffic.kind,), recordings)
         return self.study(experiment, recordings, name)
 
     def study_name(self, traffic: str | None, road: str | None = None, kind: str = STUDY) -> str:
@@ -386,7 +412,7 @@ class Results:
         found = _read(file, _OBJECT.validate_json)
         if found.get("format") != _FORMAT:
             raise DataError(f"{file}: expected results of format {_FORMAT}, got {found.get('format')!r}; fit again")
-        return found["files"]
+        return _read(file, lambda content: _FILES.validate_python(_OBJECT.validate_json(content).get("files")))
 
     def _seal(self, *names: str, void: Collection[str] = ()) -> None:
         """Write the digests of files into the manifest, and leave out those that are void."""
@@ -408,6 +434,15 @@ class Results:
                 "put the right one back, or make all anew with `coverdrive fit`"
             )
         return file
+
+
+def _check_replayed(traffics: Collection[str], recordings: Sequence[Path]) -> None:
+    """Refuse recordings that none of the traffics replays."""
+    if recordings and set(REPLAYS).isdisjoint(traffics):
+        raise SettingError(
+            f"recordings are for replayed traffic only, got {recordings[0]} for {' and '.join(sorted(traffics))}; "
+            f"choose --traffic {' or '.join(REPLAYS)}, or leave --recording out"
+        )
 
 
 def certificate_record(certified: Certified) -> dict[str, Any]:
@@ -455,10 +490,20 @@ def _digest(file: Path) -> str:
         return hashlib.file_digest(content, "sha256").hexdigest()
 
 
-def _read(file: Path, parse: Callable[[bytes], T]) -> T:
-    """The content of a JSON file, as what it was written from."""
+def _league_in(content: bytes) -> pl.DataFrame:
+    """The table of the league in a file."""
+    if content.partition(b"\n")[0].decode().strip().split(",") != list(SCHEMA):
+        raise ValueError("it has other columns")
+    table = pl.read_csv(content, schema=SCHEMA)
+    if any(table.select("world", "planner", "drives").null_count().row(0)):
+        raise ValueError("a row is cut off")
+    return table
+
+
+def _read(file: Path, parse: Callable[[bytes], T], command: str = "coverdrive fit") -> T:
+    """The content of a file that a command makes, as what it was written from."""
     try:
         return parse(file.read_bytes())
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, pl.exceptions.PolarsError) as error:
         first = str(error).partition("\n")[0]
-        raise DataError(f"{file}: not a readable result ({first}); make it with `coverdrive fit`") from error
+        raise DataError(f"{file}: not a readable result ({first}); make it with `{command}`") from error

@@ -5,11 +5,13 @@ has bounds, far outside of what makes sense and far inside of what breaks arithm
 """
 
 import textwrap
-from collections.abc import Iterator
-from typing import Any, cast
+from collections.abc import Iterator, Mapping
+from typing import Any, TypeVar, cast
 
 import tomli_w
-from pydantic import AfterValidator, BaseModel, ConfigDict
+from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
+
+from coverdrive.errors import SettingError
 
 _WIDTH = 110
 """of the comments in a file"""
@@ -29,6 +31,21 @@ def _in_order(pair: tuple[float, float]) -> tuple[float, float]:
 
 InOrder = AfterValidator(_in_order)
 """of a pair of settings, the smaller one first"""
+
+
+S = TypeVar("S", bound=Settings)
+
+
+def checked(kind: type[S], values: Mapping[str, Any]) -> S:
+    """Settings of a kind with these values; a SettingError says which is wrong, why, and what it was."""
+    try:
+        return kind.model_validate(values)
+    except ValidationError as error:
+        first = error.errors()[0]
+        names = [str(each) for each in first["loc"] if isinstance(each, int) or each.isidentifier()]  # no kinds
+        place, got = ".".join(names) or "the settings as a whole", repr(first["input"])
+        said = "" if isinstance(first["input"], (dict, Settings)) else f", got {textwrap.shorten(got, 60)}"
+        raise SettingError(f"{place}: {first['msg']}{said}") from error
 
 
 def merged(values: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:

@@ -1,5 +1,7 @@
 """The environment: Gymnasium's own checks, our simulation's episodes, and what agents are told and rewarded for."""
 
+import time
+
 import gymnasium
 import numpy as np
 import pytest
@@ -25,6 +27,7 @@ from coverdrive.simulation.initial import InitialSettings
 from coverdrive.simulation.misses import find_windows
 from coverdrive.simulation.outcome import Kind
 from coverdrive.simulation.trial import measure
+from shape_checks import unchecked
 
 SHORT = EpisodeSettings(duration=1.0)
 
@@ -263,6 +266,107 @@ def test_the_affordance_is_that_of_the_predictor() -> None:
     seen = shown(scene, road)
     assert seen[: len(FEATURES)] == pytest.approx(np.asarray(affordance(scene, road.edges))[0])
     assert seen in space
+
+
+@pytest.mark.parametrize(
+    ("given", "complaint"),
+    [
+        ({"vehicles": -1}, "vehicles: expected a whole number from 0 to 100, got -1"),
+        ({"vehicles": ()}, "vehicles: expected at least one whole number"),
+        ({"vehicles": 10**6}, "vehicles: expected a whole number from 0 to 100, got 1000000"),
+        ({"vehicles": (3, 1000)}, "vehicles: expected a whole number from 0 to 100, got 1000"),
+        ({"vehicles": 2.5}, "vehicles: expected a whole number"),
+        ({"vehicles": "five"}, "vehicles: expected a whole number"),
+        ({"vehicles": None}, "vehicles: expected a whole number"),
+        ({"observation": "pixels"}, "observation: Input should be 'affordance' or 'scene', got 'pixels'"),
+        ({"observation": None}, "observation: Input should be"),
+        ({"action": "steering"}, "action: Input should be 'continuous' or 'discrete', got 'steering'"),
+        ({"action": 9}, "action: Input should be"),
+        ({"slots": 0}, "slots: Input should be greater than or equal to 1"),
+        ({"slots": 10**6}, "slots: Input should be less than or equal to 1000"),
+        ({"render_mode": "ansi"}, "render_mode: Input should be 'human' or 'rgb_array', got 'ansi'"),
+        ({"episode": 5}, "episode: Input should be a valid dictionary or instance of EpisodeSettings"),
+        ({"reward": "high"}, "reward: Input should be"),
+        ({"predictor": "predictor.safetensors"}, "predictor: expected a predictor"),
+        ({"recordings": ["us101.csv"], "traffic": "replay"}, "recordings: expected recordings"),
+        ({"traffic": 5}, "traffic: expected a name, settings, a traffic model"),
+    ],
+)
+def test_options_that_make_no_sense_are_refused(given: dict, complaint: str) -> None:
+    with unchecked(), pytest.raises(SettingError, match=complaint):
+        Motorway(**given)
+
+
+ODD_ACTIONS = {
+    "continuous": [
+        0, 0.5, [0.0], [0.0] * 3, [[0.0, 0.0]], np.zeros((2, 1)), [np.nan, 0], [0, np.inf], None, "ab", ["0", "1"],
+        [[1], [1, 2]], [10**400, 0], [1j, 0], {}, object(),
+    ],
+    "discrete": [9, -1, 1.5, 4.0, np.nan, [4], np.zeros(2), None, "4", 10**400, {}],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("kind", "odd"), [(kind, odd) for kind, all_of in ODD_ACTIONS.items() for odd in all_of])
+def test_actions_of_another_kind_are_refused_and_change_nothing(kind: str, odd: object) -> None:
+    env = Motorway(vehicles=1, action=kind, episode=SHORT)
+    env.reset(seed=1)
+    before = env.scene
+    with pytest.raises(SettingError, match=r"an action is .* got"):
+        env.step(odd)
+    assert env.scene is before
+    assert env.step(4 if kind == "discrete" else [1e300, -1e300])[0] in env.observation_space
+
+
+def test_an_environment_says_what_it_is_not_told() -> None:
+    env = Motorway(episode=SHORT)
+    for ask in (lambda: env.scene, lambda: env.road, lambda: env.step(np.zeros(2))):
+        with pytest.raises(gymnasium.error.ResetNeeded):
+            ask()
+    with pytest.raises(SettingError, match=r"a reset has no options, got \{'vehicles': 3\}"):
+        env.reset(options={"vehicles": 3})
+    with pytest.raises(gymnasium.error.Error):
+        env.reset(seed=-1)
+    env.reset(seed=1, options={})
+    with pytest.raises(SettingError, match="nothing is drawn"):
+        env.render()
+    sets = Motorway(predictor=PREDICTOR, sets=True)
+    for _ in range(2):
+        with pytest.raises(SettingError, match="a trace has at least one step"):
+            sets.trace()
+        sets.reset(seed=1)
+
+
+@pytest.mark.parametrize("mode", ["rgb_array", "human"])
+def test_gymnasium_finds_nothing_wrong_with_pictures(mode: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    env = gymnasium.make(NAME, render_mode=mode, vehicles=3, episode=EpisodeSettings(duration=0.3))
+    check_env(env.unwrapped)
+    env.close()
+
+
+def test_a_picture_shows_the_road_the_vehicles_and_the_sets(monkeypatch: pytest.MonkeyPatch) -> None:
+    env = env_of(monkeypatch, make_scene([0, 30.0], [1.8, 5.4]), render_mode="rgb_array", sets=True)
+    picture = env.render()
+    assert (picture.shape, picture.dtype) == ((240, 1200, 3), np.uint8)
+    ego, other, paper = picture[120 + 29, 320], picture[120, 560], picture[5, 600]
+    assert ego.tolist() == [0, 0x72, 0xB2] and other.tolist() == [0xD5, 0x5E, 0] and paper.tolist() == [255] * 3
+    sets = (picture == [0xF8, 0xC7, 0x9F]).all(-1)
+    assert sets[:, 580:].any() and not sets[:, :500].any()
+    env.step(np.zeros(2))
+    assert (env.render() != picture).any() and (picture[120 + 29, 320] == ego).all()  # the first one is as it was
+
+
+def test_a_window_shows_every_step_in_real_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    env, begun = gymnasium.make(NAME, render_mode="human", vehicles=2, episode=SHORT), time.monotonic()
+    drive(env, 1, [np.zeros(2)] * 10)
+    assert time.monotonic() - begun > 0.8
+    assert env.render() is None
+    env.close()
+    env.close()
+    monkeypatch.setenv("SDL_VIDEODRIVER", "none such")
+    with pytest.raises(SettingError, match="no window can be opened here"):
+        Motorway(render_mode="human")
 
 
 def test_what_is_missing_is_said() -> None:

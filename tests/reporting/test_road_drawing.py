@@ -7,13 +7,13 @@ from hypothesis import strategies as st
 from matplotlib.colors import same_color
 from report_fakes import HORIZON, LEAVES, PATHS_PER_VEHICLE, STEPS, make_stray, make_trace
 
-from coverdrive.geometry import turned_half_extents
+from coverdrive.geometry import body_corners, turned_half_extents
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.obstacles import ObstacleSettings
 from coverdrive.planning.vehicle import VehicleSettings
 from coverdrive.reporting import style
 from coverdrive.reporting.active_constraints import ActiveConstraints
-from coverdrive.reporting.road_drawing import RoadDrawing, Window, body_corners, set_boxes
+from coverdrive.reporting.road_drawing import RoadDrawing, Window, set_boxes
 from coverdrive.simulation.misses import find_windows, left_recently
 
 pytestmark = pytest.mark.usefixtures("no_global_change")

@@ -5,23 +5,27 @@ collisions and fault are the same code. Importing this module registers the envi
 """
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 from jaxtyping import Float
 from pydantic import Field
 
+from coverdrive.arguments import all_of, of_kind, shown, wholes
 from coverdrive.bridges.observations import Shown, observation_of
+from coverdrive.bridges.rendering import View
 from coverdrive.errors import SettingError
 from coverdrive.extras import require
+from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Status
 from coverdrive.planning.constants import vehicle_of
 from coverdrive.planning.search import lane_seeking
 from coverdrive.planning.vehicle import VehicleSettings, within_limits
 from coverdrive.recordings.recording import Recording
+from coverdrive.road import Road
 from coverdrive.road_ahead import bent_on
 from coverdrive.scene import Scene
-from coverdrive.settings import Settings
+from coverdrive.settings import Settings, checked
 from coverdrive.simulation.episode import EpisodeSettings, begin, move
 from coverdrive.simulation.fault import collision_at
 from coverdrive.simulation.initial import EGO
@@ -29,7 +33,7 @@ from coverdrive.simulation.misses import find_windows
 from coverdrive.simulation.outcome import Fault, Kind, Outcome
 from coverdrive.simulation.predictor import Predictor
 from coverdrive.simulation.replay import cut_scenarios
-from coverdrive.simulation.setup import AnyTraffic, traffic_of
+from coverdrive.simulation.setup import MOST_VEHICLES, AnyTraffic, traffic_of
 from coverdrive.simulation.trace import Step, Trace, make_trace
 from coverdrive.simulation.traffic import TrafficStep
 
@@ -44,6 +48,10 @@ ACTION = np.array([8.0, 0.5])
 """acceleration [m/s²] and yaw rate [rad/s] of the continuous action (1, 1)"""
 _ACCELERATIONS = (-3.0, 0.0, 2.0)
 """[m/s²] of the discrete actions"""
+Actions = Literal["continuous", "discrete"]
+"""kinds of actions"""
+Rendered = Literal["human", "rgb_array"]
+"""ways to be shown"""
 _PATH_STEP = 0.25
 """[s] between two points of predicted paths"""
 
@@ -59,17 +67,30 @@ class RewardSettings(Settings):
     """of touching another vehicle, whoever is at fault, and of leaving the road; both end the episode"""
 
 
+class _Options(Settings):
+    """What an environment is told in words, numbers and settings."""
+
+    observation: Shown
+    action: Actions
+    slots: int = Field(ge=1, le=1000)
+    sets: bool
+    render_mode: Rendered | None
+    episode: EpisodeSettings = EpisodeSettings()
+    reward: RewardSettings = RewardSettings()
+    car: VehicleSettings = VehicleSettings()
+
+
 class Motorway(gymnasium.Env[Any, Any]):
     """One car on a motorway; everything else is our simulation."""
 
-    metadata = {"render_modes": []}  # noqa: RUF012
+    metadata = {"render_modes": list(get_args(Rendered)), "render_fps": 10}  # noqa: RUF012
 
     def __init__(
         self,
         traffic: AnyTraffic = "drivers",
         vehicles: int | Sequence[int] = 5,
         observation: Shown = "affordance",
-        action: Literal["continuous", "discrete"] = "continuous",
+        action: Actions = "continuous",
         *,
         slots: int = 16,
         predictor: Predictor | None = None,
@@ -78,19 +99,19 @@ class Motorway(gymnasium.Env[Any, Any]):
         episode: EpisodeSettings | None = None,
         reward: RewardSettings | None = None,
         car: VehicleSettings | None = None,
-        render_mode: None = None,
+        render_mode: Rendered | None = None,
     ):
         """Make an environment.
 
         Args:
             traffic: as of `coverdrive.study`.
-            vehicles: number of uncontrolled vehicles, or several numbers of which each episode has one.
+            vehicles: number of uncontrolled vehicles, 0 to 100, or several numbers of which each episode has one.
             observation: see `coverdrive.bridges.observations.observation_of`.
             action: ``continuous``: shares of `ACTION`, from −1 to 1. ``discrete``: 3 · lane + speed, where lane is to
                 steer to the centre of the lane to the right of the one that the ego is in (0), of this one (1), or of
                 the one to the left (2), and speed is to brake at 3 m/s² (0), to keep it (1), or to accelerate at
                 2 m/s² (2). What is applied is the nearest that the limits of the car allow.
-            slots: how many vehicles the observation ``scene`` holds, the ego's included.
+            slots: how many vehicles the observation ``scene`` holds, the ego's included, 1 to 1000.
             predictor: for traffics that drive members of predicted sets, and for ``sets``.
             sets: whether ``info`` has the predicted paths of the scene that is shown as ``sets``, and, at the end of an
                 episode, how many ``windows`` were seen and how many of them were ``misses``. This takes time.
@@ -98,20 +119,31 @@ class Motorway(gymnasium.Env[Any, Any]):
             episode: start, length and time steps.
             reward: what is rewarded.
             car: limits of the ego.
-            render_mode: there is none; `trace` is what can be drawn.
+            render_mode: ``rgb_array``: `render` gives a picture of 1200 × 240 pixels. ``human``: a window shows every
+                step in real time. Drives are also drawn from their `trace`.
 
         Raises:
-            SettingError: there is no such traffic, or no predictor where one is needed.
+            SettingError: an option makes no sense, there is no such traffic, no predictor where one is needed, or no
+                window can be opened.
         """
-        if sets and predictor is None:
+        parts = {"episode": episode, "reward": reward, "car": car}
+        words = {"observation": observation, "action": action, "slots": slots, "sets": sets, "render_mode": render_mode}
+        given = checked(_Options, words | {name: part for name, part in parts.items() if part is not None})
+        if predictor is None and sets:
             raise SettingError("predicted sets need a predictor; give one, or leave out sets")
-        self._traffic = traffic_of(traffic, predictor, cut_scenarios(recordings))
-        self._vehicles = (vehicles,) if isinstance(vehicles, int) else tuple(vehicles)
-        self._predictor, self._sets = predictor, sets
-        self._settings, self._reward = episode or EpisodeSettings(), reward or RewardSettings()
-        self._limits, self.render_mode = vehicle_of(car or VehicleSettings()), render_mode
-        self.observation_space, self._shown = observation_of(observation, slots)
-        self._discrete = action == "discrete"
+        if predictor is not None:
+            of_kind("predictor", predictor, Predictor, "a predictor (horizon, predict, choices)")
+        replayed = cut_scenarios(all_of("recordings", recordings, Recording, "recordings, as `coverdrive.read` gives"))
+        self._traffic = traffic_of(traffic, predictor, replayed)
+        self._vehicles = wholes("vehicles", vehicles, 0, MOST_VEHICLES)
+        self._predictor, self._sets = predictor, given.sets
+        self._paths: PredictedPaths | None = None
+        self._settings, self._reward = given.episode, given.reward
+        self._limits, self.render_mode = vehicle_of(given.car), given.render_mode
+        self.metadata = self.metadata | {"render_fps": round(1 / self._settings.step)}
+        self._view = View(render_mode == "human", self._settings.step) if render_mode else None
+        self.observation_space, self._shown = observation_of(given.observation, given.slots)
+        self._discrete = given.action == "discrete"
         box = gymnasium.spaces.Box(-1.0, 1.0, (2,))
         self.action_space = gymnasium.spaces.Discrete(9) if self._discrete else box
         self._outcome: Outcome | None = None
@@ -120,26 +152,34 @@ class Motorway(gymnasium.Env[Any, Any]):
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begin an episode: that of `coverdrive.simulation.episode.run_episode` with the same seed, where one is given.
 
-        There are no options.
+        There are no ``options``; a SettingError if any are given.
         """
+        if of_kind("options of a reset", options, (dict, type(None)), "none"):
+            raise SettingError(f"a reset has no options, got {shown(options)}; make the environment with them instead")
         super().reset(seed=seed)
         root = np.random.SeedSequence(int(self.np_random.integers(2**63)) if seed is None else seed)
         vehicles = self._vehicles[int(root.generate_state(1)[0]) % len(self._vehicles)]
-        scene, self.road, self._last = begin(self._traffic, self._settings, vehicles, root)
+        scene, self._road, self._last = begin(self._traffic, self._settings, vehicles, root)
         self._scenes, self._steps, self._outcome = [scene], [], None
         self._applied, self._open = (0.0, 0.0), True
-        return self._shown(scene, self.road), self._info()
+        self._paths = None
+        info = self._info()
+        self._show()
+        return self._shown(scene, self.road), info
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """Drive for one time step; it ends with a contact, off the road, or when its time is over."""
+        """Drive for one time step; it ends with a contact, off the road, or when its time is over.
+
+        A SettingError if the action is none of the `action_space`'s kind; numbers beyond its bounds are.
+        """
         if not self._open:
             raise gymnasium.error.ResetNeeded("the episode is over, or has not begun; reset the environment")
         before, dt = self.scene, self._settings.step
         self._applied = self._allowed(self._wish(action), before.states[EGO])
         moved = move(before, np.array(self._applied), self._traffic, dt)
         self._scenes.append(moved.scene)
-        if self._sets:
-            self._steps.append(self._recorded(before, moved))
+        if self._paths is not None:
+            self._steps.append(self._recorded(before, moved, self._paths))
         self._outcome = collision_at(len(self._scenes) - 1, self._scenes, dt, self.road)
         _, lat, speed, heading = moved.scene.states[EGO].tolist()
         edges = self.road.edges_at(moved.scene.lon[:1])[0]
@@ -151,12 +191,31 @@ class Motorway(gymnasium.Env[Any, Any]):
         missing = abs(speed * np.cos(heading) / reward.wanted_speed - 1)
         gained = 1 - missing - reward.discomfort * (self._applied[0] ** 2 + across**2)
         info = self._info() | {"off_road": off_road}
+        self._show()
         return self._shown(moved.scene, self.road), dt * gained - reward.contact * ended, ended, late, info
+
+    @property
+    def road(self) -> Road:
+        """On which the episode takes place."""
+        self._check_begun()
+        return self._road
 
     @property
     def scene(self) -> Scene:
         """All vehicles as they are now, the ego in slot 0."""
+        self._check_begun()
         return self._scenes[-1]
+
+    def render(self) -> Any:
+        """The picture (240, 1200, 3) of what is now, with ``render_mode="rgb_array"``; a window shows itself."""
+        if self._view is None:
+            raise SettingError('nothing is drawn; make the environment with render_mode="rgb_array" or "human"')
+        return self._view.pixels(*self._seen()) if self.render_mode == "rgb_array" else None
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        if self._view is not None:
+            self._view.close()
 
     def trace(self) -> Trace:
         """The episode up to now, at least one step, for all that measures and draws drives; of an env with ``sets``.
@@ -164,19 +223,33 @@ class Motorway(gymnasium.Env[Any, Any]):
         Its plans are the single steps that were driven, which nobody has shown to be clear of anything.
 
         Raises:
-            SettingError: there are no sets.
+            SettingError: there are no sets, or there is no step.
         """
         if not self._sets:
             raise SettingError("a trace has the predicted sets of every step; make the environment with sets=True")
+        if not self._steps:
+            raise SettingError("a trace has at least one step, and none was driven; reset the environment and drive")
         dt = self._settings.step
         outcome = self._outcome or Outcome(Kind.FINISHED, len(self._steps) * dt, None, Fault.NONE)
         return make_trace(self._scenes[0], self.road, self._steps, dt, outcome)
 
+    def _check_begun(self) -> None:
+        if not self._scenes:
+            raise gymnasium.error.ResetNeeded("no episode has begun; reset the environment")
+
     def _wish(self, action: Any) -> tuple[float, float]:
         """Acceleration [m/s²] and yaw rate [rad/s] that an action asks for."""
         if not self._discrete:
-            acceleration, yaw_rate = (np.asarray(action, dtype=float) * ACTION).tolist()
+            try:
+                asked = np.asarray(action)
+            except ValueError:  # rows of several lengths
+                asked = np.array(None)
+            if asked.shape != (2,) or asked.dtype.kind not in "fiu" or not np.isfinite(asked).all():
+                raise SettingError(f"an action is two finite numbers, from -1 to 1, got {shown(action)}")
+            acceleration, yaw_rate = (np.clip(asked, -1e6, 1e6) * ACTION).tolist()
             return acceleration, yaw_rate
+        if not self.action_space.contains(action):
+            raise SettingError(f"an action is a whole number from 0 to 8, got {shown(action)}")
         side, faster = divmod(int(action), 3)
         _, lat, speed, heading = self.scene.states[EGO].tolist()
         place = self.scene.lon[:1], self.scene.lat[:1]
@@ -196,11 +269,21 @@ class Motorway(gymnasium.Env[Any, Any]):
         stretch, ease, follow, gain = (float(np.ravel(each)[0]) for each in bent_on(state[:, None], self.road)[:4])
         return within_limits(here, wish, self._applied, dt, dt, (stretch, ease, follow, gain), self._limits)
 
-    def _recorded(self, before: Scene, moved: TrafficStep) -> Step:
+    def _seen(self) -> tuple[Scene, Road, PredictedPaths | None, str]:
+        """What a picture shows."""
+        now = (len(self._scenes) - 1) * self._settings.step
+        return self.scene, self.road, self._paths, f"{now:.1f} s   {self.scene.speed[EGO]:.1f} m/s"
+
+    def _show(self) -> None:
+        """Show what is now in a window, if there is one."""
+        if self._view is not None:
+            self._view.show(*self._seen())
+
+    def _recorded(self, before: Scene, moved: TrafficStep, paths: PredictedPaths) -> Step:
         """A step of the trace."""
         states, inputs = np.stack([before.states[EGO], moved.scene.states[EGO]]), np.array([self._applied])
         plan = Plan(states, inputs, np.zeros(1), Status.UNSAFE, 0.0, 0.0, self._settings.step)
-        return Step(moved.scene, self._paths, plan, moved.base, moved.stuck, moved.missed, 0.0, 0.0, 0.0)
+        return Step(moved.scene, paths, plan, moved.base, moved.stuck, moved.missed, 0.0, 0.0, 0.0)
 
     def _info(self) -> dict[str, Any]:
         """How it went, and what is predicted if it is asked for."""

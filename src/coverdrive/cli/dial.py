@@ -101,6 +101,7 @@ def dial(
     with waiting():
         from coverdrive.dialling.dial import SCALES, Request
         from coverdrive.results import Results
+        from coverdrive.simulation.replay import REPLAYS
     results = Results(folder)
     place = results.place(road)
     experiment = experiment_of(
@@ -111,9 +112,10 @@ def dial(
         study={"workers": workers, "vehicles": vehicles},
         traffic={"kind": traffic},
     )
+    results.check_replay((experiment.traffic.kind,), [] if beside else recording or [], road)
     tried = tuple(scales or SCALES)
     request = Request(0.01 if risk is None else risk, confidence, event, tried, procedure, pilot, most)
-    if experiment.traffic.kind == "replay":
+    if experiment.traffic.kind in REPLAYS:
         with stages():
             chosen = results.choose_on_groups(
                 experiment, request, recording or [], road, workers=experiment.study.workers or os.cpu_count() or 1,

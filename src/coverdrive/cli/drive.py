@@ -63,6 +63,7 @@ def drive(
         traffic={"kind": traffic},
         study={"vehicles": numbers},
     )
+    results.check_replay((experiment.traffic.kind,), recording or [], road)
     study = results.study(experiment, recording or [], results.study_name(experiment.traffic.kind, road))
     setup = study.setup.loaded()
     number = setup.vehicles_of(trial)

@@ -106,9 +106,10 @@ def league(
         from coverdrive.reporting.league import write_league
         from coverdrive.reporting.league_table import league_tables
         from coverdrive.results import LEAGUE, Results
+        from coverdrive.simulation.replay import REPLAYS
     results = Results(fit)
     recorded = recording or not results.run.get("recorded_place")  # else of generated traffic, which is made again
-    worlds = worlds or [name for name in OURS if recorded or name != "replay"]
+    worlds = worlds or [name for name in OURS if recorded or name not in REPLAYS]
     posed = [name for name in worlds if is_problems(name)]
     planners = planners or list(
         dict.fromkeys([*(USUAL if len(posed) < len(worlds) else []), *(ON_PROBLEMS if posed else [])])

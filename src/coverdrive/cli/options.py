@@ -37,7 +37,7 @@ def between(low: float, high: float) -> Callable[[Any, Any], None]:
     return check
 
 
-_TRAFFICS = Literal["set-sampling", "drivers", "aggressive", "mixed", "replay"]
+_TRAFFICS = Literal["set-sampling", "drivers", "aggressive", "mixed", "replay", "reactive-replay"]
 _RECORDING = Parameter(name="--recording", consume_multiple=True)
 
 Recordings = Annotated[
@@ -52,8 +52,8 @@ ToReplay = Annotated[
     list[Path] | None,
     _RECORDING,
     Parameter(
-        help="Only with --traffic replay: files or folders to replay, as in `--recording scenarios/`. Without any, the "
-        "generated traffic is replayed.",
+        help="Only with --traffic replay or reactive-replay: files or folders to replay, as in `--recording "
+        "scenarios/`. Without any, the generated traffic is replayed.",
     ),
 ]
 Config = Annotated[
@@ -129,7 +129,8 @@ TrafficName = Annotated[
     Parameter(
         name="--traffic",
         help="Uncontrolled vehicles: of the paper (set-sampling), IDM and MOBIL drivers, aggressive ones, a mixture, "
-        "or recorded ones that do not react (replay); as in `--traffic drivers`.",
+        "or recorded ones that do not react (replay), or do so while the ego is in their way (reactive-replay); as in "
+        "`--traffic drivers`.",
         show_default=usually("set-sampling"),
     ),
 ]

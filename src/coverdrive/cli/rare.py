@@ -66,6 +66,7 @@ def rare(
         study={"workers": workers, "vehicles": vehicles},
         traffic={"kind": traffic},
     )
+    results.check_replay((experiment.traffic.kind,), recording or [], road)
     name = results.study_name(experiment.traffic.kind, road)
     setup = results.study(experiment, recording or [], name).setup
     folder = out or results.folder / name.replace("study", "rare", 1)

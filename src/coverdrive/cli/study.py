@@ -73,7 +73,8 @@ def study(
         traffic={"kind": traffic},
     )
     if settings:
-        return _sweep(results, experiment, settings, recording or [], cluster)
+        return _sweep(results, experiment, settings, recording or [], road, cluster)
+    results.check_replay((experiment.traffic.kind,), recording or [], road)
     study = results.study(experiment, recording or [], results.study_name(experiment.traffic.kind, road))
     return study_and_print(study, results, experiment.study, cluster)
 
@@ -111,13 +112,19 @@ def study_and_print(
 
 
 def _sweep(
-    results: "Results", experiment: "Experiment", settings: list[str], recording: list[Path], cluster: str | None
+    results: "Results",
+    experiment: "Experiment",
+    settings: list[str],
+    recording: list[Path],
+    road: str | None,
+    cluster: str | None,
 ) -> dict[str, Any]:
     """Drive a study for every combination of settings, each in its own folder, and put them into one table."""
     with waiting():
         from coverdrive.reporting.study_tables import sweep_table
         from coverdrive.sweep import sweep
     variants = {variant.name: experiment.updated(variant.changes) for variant in sweep(settings)}
+    results.check_replay({each.traffic.kind for each in variants.values()}, recording, road)
     studies = {name: results.study(each, recording, f"sweep/{name}") for name, each in variants.items()}
     for name, study in studies.items():
         _drive(study, variants[name].study, cluster, name)

@@ -18,6 +18,7 @@ from typing import Any, Literal
 import numpy as np
 import polars as pl
 
+from coverdrive.arguments import of_kind, path_of
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.dial import Asked, Dial, Tried
 from coverdrive.certificates.drives import Procedure, Proof, drives_needed, limit_of
@@ -188,7 +189,7 @@ def dial(
     pilot: int = 100,
     most: int | None = None,
     traffic: AnyTraffic = "set-sampling",
-    vehicles: Sequence[int] | None = None,
+    vehicles: int | Sequence[int] | None = None,
     seed: int = 0,
     recordings: Sequence[Recording] = (),
     road: str | None = None,
@@ -226,9 +227,10 @@ def dial(
         CertificateError: so many drives cannot prove the risk, whatever happens in them.
         DataError: the folder holds drives of another configuration.
     """
+    of_kind("predictor", predictor, Scalable, "a predictor with sets of any scale (predict, certificate, scaled)")
     setup = setup_of(predictor, planner, traffic, vehicles, seed, recordings, road, episode)
     request = Request(risk, confidence, event, scales, procedure, pilot, most)
-    return dialled(setup, predictor, Path(folder), request, workers, cluster)
+    return dialled(setup, predictor, path_of("folder", folder), request, workers, cluster)
 
 
 def dialled(

@@ -43,8 +43,7 @@ def setups_beside(
     A SettingError if there is no such entrant, or if it does not take part there.
     """
     assert isinstance(setup.planner, MpcPlanner)
-    future = () if callable(setup.scenarios) else setup.scenarios
-    place = Place(setup.planner.settings, future if setup.replays else ())
+    place = Place(setup.planner.settings, setup.foretold)
     found: dict[tuple[str, float | None], Setup] = {}
     for name in names:
         seat = entrant(name)(known, place)

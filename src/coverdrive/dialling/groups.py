@@ -31,6 +31,7 @@ from coverdrive.prediction.split import Split
 from coverdrive.progress import stage
 from coverdrive.recordings.recording import Recording
 from coverdrive.simulation.predictor import Belief
+from coverdrive.simulation.reactive_replay import ReactiveReplaySettings
 from coverdrive.simulation.replay import cut_scenarios
 from coverdrive.simulation.setup import Setup
 from coverdrive.simulation.study import drive_missing
@@ -112,8 +113,8 @@ def across_groups(
         cluster: address of a Dask scheduler whose workers drive instead.
 
     Returns:
-        Columns ``group``, ``share`` (0: the future is known), ``scale``, ``drives``, ``collisions``, ``own_fault``,
-        ``mean_speed``, ``share_unsafe``.
+        Columns ``group``, ``share`` (0: the future is known, unless vehicles react), ``scale``, ``drives``,
+        ``collisions``, ``own_fault``, ``mean_speed``, ``share_unsafe``.
 
     Raises:
         DataError: all scenes show vehicles of one another, or too few to be fitted to.
@@ -131,7 +132,8 @@ def across_groups(
             continue
         others = [each for other in groups if other is not group for each in other]
         predictor, scales = _fitted(others, settings, setup.seed, folder / "fits" / str(number), shares)
-        beliefs: dict[float, Belief] = {FUTURE: KnownFuture(scenarios)}
+        reacting = isinstance(setup.traffic, ReactiveReplaySettings)
+        beliefs: dict[float, Belief] = {} if reacting else {FUTURE: KnownFuture(scenarios)}
         beliefs |= {share: predictor.scaled(scale) for share, scale in zip(shares, scales, strict=True)}
         for share, belief in beliefs.items():
             there = replace(setup, predictor=belief, scenarios=scenarios)
@@ -177,10 +179,14 @@ class ChosenOnGroups:
     def sentence(self) -> str:
         """What was chosen, and why nothing is proved."""
         known, ours = (self.table.filter(pl.col("share") == share) for share in (FUTURE, self.share))
+        best = {
+            group: f" of {speed:.1f} with the future known"
+            for group, speed in known.select("group", "mean_speed").iter_rows()
+        }
         spread = " and ".join(
-            f"{mine['mean_speed']:.1f} m/s of {best['mean_speed']:.1f} with the future known, {mine['collisions']} "
-            f"collisions in {mine['drives']} drives, {mine['share_unsafe']:.1%} unsafe plans"
-            for mine, best in zip(ours.iter_rows(named=True), known.iter_rows(named=True), strict=True)
+            f"{mine['mean_speed']:.1f} m/s{best.get(mine['group'], '')}, {mine['collisions']} collisions in "
+            f"{mine['drives']} drives, {mine['share_unsafe']:.1%} unsafe plans"
+            for mine in ours.iter_rows(named=True)
         )
         return (
             f"Nothing is proved of replays: {self.groups} groups of scenes share no vehicle, and {self.needed:,} would "

@@ -8,8 +8,7 @@ from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from pydantic import ValidationError
-
+from coverdrive.arguments import finite, of_kind
 from coverdrive.driving.goal import Goal
 from coverdrive.driving.perception import Numbers, Perception, Told
 from coverdrive.errors import SettingError
@@ -21,9 +20,10 @@ from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.road import Road
 from coverdrive.road_ahead import controls
 from coverdrive.scene import Scene
+from coverdrive.settings import checked
 from coverdrive.simulation.episode import decide
 from coverdrive.simulation.initial import EGO
-from coverdrive.simulation.predictor import Belief, check_period
+from coverdrive.simulation.predictor import Belief, check_belief, check_period
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,11 +85,15 @@ class Driver:
             SettingError: a value is not allowed, or the planner does not know it.
         """
         wishes = {"length": length, "width": width, "wanted_speed": wanted_speed, "budget": budget}
-        wishes = {name: float(value) for name, value in wishes.items() if value is not None}
-        if not 0 < period <= 1:
+        wishes = {name: finite(name, value) for name, value in wishes.items() if value is not None}
+        if not 0 < finite("period", period) <= 1:
             raise SettingError(f"the period between two steps is {period} s; expected more than 0 and at most 1 s")
+        check_belief(predictor)
         check_period(predictor, period)
         planner = PlannerSettings() if planner is None else planner
+        of_kind(
+            "planner", planner, (Planner, PlannerSettings), "a planner (dt, steps, reset, plan), or settings of ours"
+        )
         if type(planner) is MpcPlanner:
             planner = planner.settings
         if isinstance(planner, PlannerSettings):
@@ -164,8 +168,4 @@ def adapted(settings: PlannerSettings, **wishes: float) -> PlannerSettings:
         ("budget", values, "budget"),
     ):
         table[key] = wishes.get(name, table[key])
-    try:
-        return PlannerSettings.model_validate(values)
-    except ValidationError as error:
-        first = error.errors()[0]
-        raise SettingError(f"{first['loc'][-1]}: {first['msg']}, got {first['input']!r}") from error
+    return checked(PlannerSettings, values)

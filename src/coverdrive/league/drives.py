@@ -100,8 +100,7 @@ def drives_of(
         seat = entrant(name)(known, Place(settings, own_driver=True))
         return seat if isinstance(seat, str) else DrivesOfOthers(world, seat, seed, duration)
     assert isinstance(usual.planner, MpcPlanner)
-    future = () if callable(usual.scenarios) else usual.scenarios
-    seat = entrant(name)(known, Place(usual.planner.settings, future if usual.replays else ()))
+    seat = entrant(name)(known, Place(usual.planner.settings, usual.foretold))
     if isinstance(seat, str) or seat.belief is None or seat.planner is None:
         return seat if isinstance(seat, str) else "it drives in its own world"
     return replace(usual, predictor=seat.belief, planner=seat.planner, sampled=known.predictor)

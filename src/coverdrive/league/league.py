@@ -20,6 +20,7 @@ from coverdrive.league.others import OTHERS
 from coverdrive.league.problems import COLUMNS, Problems, is_problems
 from coverdrive.league.table import league_table
 from coverdrive.progress import stage
+from coverdrive.simulation.replay import REPLAYS
 from coverdrive.simulation.setup import Setup
 from coverdrive.simulation.study import drive_missing
 from coverdrive.simulation.study_folder import StudyFolder
@@ -29,7 +30,7 @@ from coverdrive.simulation.workers import Drives
 _LONGEST = 100
 """characters of a name that the name of a folder keeps"""
 
-OURS = "drivers", "aggressive", "set-sampling", "mixed", "replay"
+OURS = "drivers", "aggressive", "set-sampling", "mixed", *REPLAYS
 """worlds of our own: the traffics of studies"""
 
 

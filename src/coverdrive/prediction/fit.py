@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from pydantic import Field, ValidationError
 
+from coverdrive.arguments import all_of
 from coverdrive.certificates.calibration import ScoredSamples
 from coverdrive.certificates.certificate import Certificate, Unit
 from coverdrive.certificates.evaluation import Evaluation, Rate, evaluate
@@ -146,7 +147,7 @@ def fit(
         DataError: the recordings cannot be split, or hold no segments.
         CertificateError: there are too few calibration samples for a bound in the chosen unit; said before training.
     """
-    recordings = together(recordings)
+    recordings = together(all_of("recordings", recordings, Recording, "what `coverdrive.read` gives"))
     settings = _with_claim(settings or PredictionSettings(), epsilon, confidence, unit)
     seconds: dict[str, float] = {}
     with _timed("segments", seconds):

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from coverdrive.arguments import all_of
 from coverdrive.certificates.certificate import Certificate, Unit
 from coverdrive.certificates.evaluation import Evaluation
 from coverdrive.errors import CertificateError
@@ -49,7 +50,8 @@ def fit_folds(
 
     The rest is as in `fit`; a claim that cannot be proved is a fold without a certificate.
     """
-    recordings, settings = together(recordings), settings or PredictionSettings()
+    recordings = together(all_of("recordings", recordings, Recording, "what `coverdrive.read` gives"))
+    settings = settings or PredictionSettings()
     segments = cut_segments(recordings, settings.segments)
     sides = rotations(segments.vehicle, segments.group, folds, seed)
     found: list[Fold] = []

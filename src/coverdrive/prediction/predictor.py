@@ -15,6 +15,7 @@ import numpy as np
 from jax import Array
 from jaxtyping import Bool, Float, Float32, Int
 
+from coverdrive.arguments import path_of
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.rule import Rule, Thresholds, rule_of
 from coverdrive.errors import DataError, SettingError
@@ -193,7 +194,7 @@ class Predictor(StoredPredictor):
     @staticmethod
     def load(path: Path | str) -> "Predictor | BoxPredictor":
         """Read what `save` wrote; else raise `DataError`."""
-        path = Path(path)
+        path = path_of("path", path)
         header, arrays = load_arrays(path, "predictor", _COMMAND)
         with reading(path, "predictor", _COMMAND):
             predictor = (

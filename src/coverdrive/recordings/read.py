@@ -12,6 +12,7 @@ from jaxtyping import Int
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from coverdrive.arguments import paths_of
 from coverdrive.errors import RecordingError
 from coverdrive.progress import part
 from coverdrive.recordings import formats as formats
@@ -61,8 +62,7 @@ def read(
     how = How(location, smoothing or SmoothingSettings(), None if map is None else Path(map))
     readings: list[Reading] = []
     origin: list[int] = []
-    named = [paths] if isinstance(paths, (Path, str)) else paths
-    files = [file for path in named for file in _files(Path(path))]
+    files = [file for path in paths_of("paths", paths) for file in _files(path)]
     if not files:
         raise RecordingError("no file", "there is nothing to read; name at least one file or folder")
     namesakes = dict[str, list[Path]]()

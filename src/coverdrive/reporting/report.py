@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
 
+from coverdrive.arguments import of_kind
 from coverdrive.errors import DataError
 from coverdrive.prediction.fit import Fit
 from coverdrive.reporting.active_constraints import ActiveConstraints
@@ -34,7 +35,15 @@ def report(
         path: of the page; in the results folder if left out, or ``report.html``.
         trials: to replay in any case; DataError if one is none of the study.
         replays: number of notable trials to replay at most.
+
+    Raises:
+        SettingError: there is no fit, or what is given as a study is none.
+        DataError: the study has no such trial.
     """
+    whose = "what `fit` gives, or the `fitted` of a `coverdrive.results.Results`"
+    of_kind("fitted", fitted, (Fit, Fitted), f"{whose}; a study is the second argument")
+    if study is not None:
+        of_kind("study", study, Study, "what `study` gives")
     page = Path(path) if path else _beside(fitted, study, "report").with_suffix(".html")
     write_page(contents_of(fitted, study, _replayed(study, trials, replays)), page)
     return page
@@ -97,6 +106,8 @@ def _one(study: Study | None, trial: int | None) -> list[int]:
 def _replayed(study: Study | None, named: Sequence[int], most: int) -> list[int]:
     """The named trials, then the notable ones of the study."""
     if study is None or not study.files.finished:
+        if study and named and not study.files.exists:
+            study.files.table()  # says that there is no study
         return list(named) if study else []
     trials = study.trials
     unknown = sorted(set(named) - set(trials["trial"]))

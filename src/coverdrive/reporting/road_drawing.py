@@ -20,6 +20,7 @@ from matplotlib.collections import Collection, LineCollection, PathCollection, P
 from matplotlib.colors import to_rgba
 from matplotlib.path import Path
 
+from coverdrive.geometry import CORNERS, body_corners
 from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan
 from coverdrive.reporting import style
@@ -42,8 +43,6 @@ _CLEAR = 10
 
 _FRAME = 0.45
 """[m] width of the frame of a vehicle that has left its predicted set"""
-
-_CORNERS = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
 
 
 @dataclass(frozen=True)
@@ -178,7 +177,7 @@ def _first_contact(trace: Trace, step: int, reason: Reason) -> Float[np.ndarray,
         each[low] + (reason.time / plan.dt - low) * (each[low + 1] - each[low])
         for each in (paths.points[reason.path], paths.half_sizes[reason.path], plan.held)
     )
-    return np.stack([point + _CORNERS * half_size, body_corners(state, trace.scene.half_sizes[step, EGO])])
+    return np.stack([point + CORNERS * half_size, body_corners(state, trace.scene.half_sizes[step, EGO])])
 
 
 def set_boxes(paths: PredictedPaths) -> Float[np.ndarray, "_ S 4 2"]:
@@ -190,17 +189,7 @@ def set_boxes(paths: PredictedPaths) -> Float[np.ndarray, "_ S 4 2"]:
 
 def path_boxes(paths: PredictedPaths) -> Float[np.ndarray, "P S 4 2"]:
     """Corners [m] of the boxes of all paths at each of their points, all turning the same way."""
-    return np.swapaxes(paths.points[:, :, None] + _CORNERS * paths.half_sizes[:, :, None], 0, 1)
-
-
-def body_corners(
-    states: Float[np.ndarray, "*n 4"], half_sizes: Float[np.ndarray, "*#n 2"]
-) -> Float[np.ndarray, "*n 4 2"]:
-    """Corners [m] of bodies of half lengths and widths [m] in states (lon, lat [m], speed [m/s], heading [rad])."""
-    along, across = np.moveaxis(half_sizes[..., None, :] * _CORNERS, -1, 0)
-    cosine, sine = np.cos(states[..., 3, None]), np.sin(states[..., 3, None])
-    turned = np.stack([along * cosine - across * sine, along * sine + across * cosine], axis=-1)
-    return states[..., None, :2] + turned
+    return np.swapaxes(paths.points[:, :, None] + CORNERS * paths.half_sizes[:, :, None], 0, 1)
 
 
 def _with_midpoints(values: Float[np.ndarray, "S P 2"]) -> Float[np.ndarray, "S _ 2"]:

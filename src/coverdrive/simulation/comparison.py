@@ -14,6 +14,7 @@ import polars as pl
 from jaxtyping import Bool, Float
 from scipy.stats import binomtest, norm, t
 
+from coverdrive.arguments import path_of
 from coverdrive.errors import DataError
 from coverdrive.simulation.statistics import COUNTED
 from coverdrive.simulation.study import Study
@@ -77,7 +78,8 @@ def compare(first: Study | Path | str, second: Study | Path | str, confidence: f
     Raises:
         DataError: a folder holds no finished study, or the two have other seeds or numbers of vehicles.
     """
-    first, second = (each.folder if isinstance(each, Study) else Path(each) for each in (first, second))
+    first, second = (each.folder if isinstance(each, Study) else path_of(name, each, "a study, or ")
+                     for name, each in (("first", first), ("second", second)))  # fmt: skip
     (one, ours), (two, theirs) = _load(first), _load(second)
     trials = min(ours.height, theirs.height)
     ours, theirs = ours.head(trials), theirs.head(trials)

@@ -5,6 +5,7 @@ from typing import Any
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.simulation.initial import InitialSettings
 from coverdrive.simulation.places import PLACES, Place
+from coverdrive.simulation.reactive_replay import ReactiveReplaySettings
 from coverdrive.simulation.road_settings import UNLIMITED
 from coverdrive.simulation.setup import Setup
 
@@ -18,7 +19,8 @@ def driven_on(setup: Setup) -> str:
     speed = planner.settings.problem.cost.reference_speed if isinstance(planner, MpcPlanner) else None
     wants = "" if speed is None else f"; the ego wants {speed:g} m/s"
     if setup.replays:
-        return f"Driven on the recorded roads, among the recorded vehicles{wants}."
+        react = ", who react" if isinstance(setup.traffic, ReactiveReplaySettings) else ""
+        return f"Driven on the recorded roads, among the recorded vehicles{react}{wants}."
     start, traffic = setup.episode.initial, setup.traffic
     owners: tuple[Any, ...] = (traffic, getattr(traffic, "drivers", None), start)
     spread = next(each for each in owners if hasattr(each, "behind"))

@@ -10,6 +10,7 @@ import numpy as np
 import polars as pl
 from pydantic import Field, model_validator
 
+from coverdrive.arguments import of_kind, whole
 from coverdrive.progress import done
 from coverdrive.recordings.recording import MEASURES, SCHEMA, Recording
 from coverdrive.recordings.repair import RawTracks
@@ -82,7 +83,9 @@ def generate(settings: GeneratedSettings | None = None, seed: int = 0) -> tuple[
 
     The same settings and seed give the same traffic.
     """
-    chosen = settings or GeneratedSettings()
+    chosen = GeneratedSettings() if settings is None else settings
+    of_kind("settings", chosen, GeneratedSettings, "GeneratedSettings")
+    seed = whole("seed", seed)
     counts = [min(BATCH, chosen.scenes - first) for first in range(0, chosen.scenes, BATCH)]
     streams = np.random.default_rng(seed).spawn(len(counts))
     recordings: list[Recording] = []

@@ -8,6 +8,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from jaxtyping import Bool, Float
 
+from coverdrive.arguments import of_kind
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.errors import SettingError
 from coverdrive.paths import PredictedPaths
@@ -50,6 +51,11 @@ class Learning(Belief, Protocol):
     def anew(self) -> Belief:
         """Another one that knows as much as this, and changes by itself."""
         ...
+
+
+def check_belief(given: Belief) -> None:
+    """Refuse, with a SettingError, what tells nothing of the others."""
+    of_kind("predictor", given, Belief, "a predictor (predict), as `fit` makes or `Predictor.load` reads")
 
 
 def as_given(belief: Belief) -> Belief:

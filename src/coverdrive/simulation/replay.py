@@ -25,6 +25,9 @@ from coverdrive.simulation.initial import EGO, InitialSettings
 from coverdrive.simulation.motion import with_states
 from coverdrive.simulation.traffic import Start, TrafficStep
 
+REPLAYS = "replay", "reactive-replay"
+"""kinds of traffic that replay recordings"""
+
 _ATTEMPTS = 1000
 
 _ROUNDING = 1e-6

@@ -10,15 +10,17 @@ from typing import Any
 
 import numpy as np
 
+from coverdrive.arguments import of_kind, whole, wholes
 from coverdrive.certificates.certificate import fingerprint
-from coverdrive.errors import SettingError, StartError
+from coverdrive.errors import StartError
 from coverdrive.plan import Planner
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.progress import heard_by
 from coverdrive.settings import Settings
 from coverdrive.simulation.episode import EpisodeSettings, run_episode
 from coverdrive.simulation.initial import InitialSettings
-from coverdrive.simulation.predictor import Belief, Predictor, as_given
+from coverdrive.simulation.predictor import Belief, Predictor, as_given, check_belief
+from coverdrive.simulation.reactive_replay import ReactiveReplaySettings
 from coverdrive.simulation.replay import ReplaySettings, Scenario
 from coverdrive.simulation.trace import Trace
 from coverdrive.simulation.traffic import Traffic
@@ -27,6 +29,9 @@ from coverdrive.simulation.trial import Row, measure, unstarted
 
 VEHICLES = (3, 4, 5, 6, 7)
 """numbers of uncontrolled vehicles, taken in turn by the trials (paper §5)"""
+
+MOST_VEHICLES = 100
+"""uncontrolled vehicles at the start of a drive"""
 
 AnyPlanner = Planner | Callable[[], Planner]
 """a planner, or what makes one: solvers that cannot move between processes are made anew in each"""
@@ -62,10 +67,16 @@ class Setup:
 
     def __post_init__(self) -> None:
         """Give the traffic of a name its settings; refuse what makes no trial."""
-        if not self.vehicles or min(self.vehicles) < 0:
-            raise SettingError(f"a study needs numbers of uncontrolled vehicles, got {list(self.vehicles)}")
-        if isinstance(self.traffic, str):
-            object.__setattr__(self, "traffic", usual(self.traffic))
+        traffic = usual(self.traffic) if isinstance(self.traffic, str) else self.traffic
+        object.__setattr__(self, "traffic", traffic)
+        object.__setattr__(
+            self, "vehicles", wholes("numbers of uncontrolled vehicles", self.vehicles, 0, MOST_VEHICLES)
+        )
+        object.__setattr__(self, "seed", whole("seed", self.seed))
+        check_belief(self.predictor)
+        _check_part(self.planner, Planner)
+        if not isinstance(traffic, Settings):
+            _check_part(traffic, Traffic)
 
     def participants(self) -> Participants:
         """Who takes part, made for this process."""
@@ -96,6 +107,12 @@ class Setup:
     def replays(self) -> bool:
         """Whether recorded traffic is replayed."""
         return isinstance(self.traffic, ReplaySettings)
+
+    @property
+    def foretold(self) -> Sequence[Scenario]:
+        """Recorded scenes, once they are read, that go on as they were recorded whatever the ego does."""
+        known = self.replays and not isinstance(self.traffic, ReactiveReplaySettings)
+        return () if callable(self.scenarios) or not known else self.scenarios
 
     @property
     def traffic_name(self) -> str:
@@ -129,9 +146,31 @@ def traffic_of(traffic: AnyTraffic, predictor: Predictor | None, scenarios: Sequ
     return made(make_traffic(given, predictor, scenarios) if isinstance(given, Settings) else given, Traffic)  # pyright: ignore[reportArgumentType]
 
 
+_EXPECTED = {
+    Planner: (
+        "planner",
+        "a planner (dt, steps, reset, plan) or a function that makes one; who acts without paths (reset, act) drives "
+        "as AgentPlanner(agent, witness) of coverdrive.league.agents, with its Witness() as the predictor",
+    ),
+    Traffic: ("traffic", "a name, settings, a traffic model (reset, step) or a function that makes one"),
+}
+
+
 def made(part: Any, kind: type) -> Any:
-    """A part as it is, or made by what makes it; a class has the methods of its objects, but makes them."""
-    return part if isinstance(part, kind) and not isinstance(part, type) else part()
+    """A part as it is, or made by what makes it; a SettingError if that is none of the kind."""
+    _check_part(part, kind)
+    return part if _is_made(part, kind) else of_kind(_EXPECTED[kind][0], part(), kind, _EXPECTED[kind][1])
+
+
+def _check_part(part: Any, kind: type) -> None:
+    """Refuse what neither is of a kind nor can be called to make one."""
+    if not _is_made(part, kind) and not callable(part):
+        of_kind(_EXPECTED[kind][0], part, kind, _EXPECTED[kind][1])
+
+
+def _is_made(part: Any, kind: type) -> bool:
+    """Whether a part need not be made; a class has the methods of its objects, but makes them."""
+    return isinstance(part, kind) and not isinstance(part, type)
 
 
 def described(part: Any) -> Any:

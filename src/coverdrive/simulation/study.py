@@ -7,16 +7,17 @@ from pathlib import Path
 
 import polars as pl
 
+from coverdrive.arguments import all_of, finite, of_kind, path_of, whole, wholes
 from coverdrive.errors import DataError, SettingError
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.progress import done, part, stage
 from coverdrive.recordings.recording import Recording
 from coverdrive.settings import merged
 from coverdrive.simulation.episode import EpisodeSettings
-from coverdrive.simulation.places import place_of, recorded_place
-from coverdrive.simulation.predictor import Belief, Predictor
+from coverdrive.simulation.places import check_replayed_road, place_of, recorded_place
+from coverdrive.simulation.predictor import Belief
 from coverdrive.simulation.replay import cut_scenarios
-from coverdrive.simulation.setup import AnyPlanner, AnyTraffic, Setup
+from coverdrive.simulation.setup import MOST_VEHICLES, AnyPlanner, AnyTraffic, Setup
 from coverdrive.simulation.statistics import collision_table, widest_interval
 from coverdrive.simulation.study_folder import StudyFolder
 from coverdrive.simulation.trace import Trace
@@ -69,7 +70,7 @@ class Study:
 
     def traces(self, trials: Sequence[int]) -> dict[int, Trace]:
         """Several such drives by the numbers of their trials; a DataError if the study replayed other recordings."""
-        if not self.files.exists:
+        if trials and not self.files.exists:
             self.files.claim(self._loaded.description())
         traces: dict[int, Trace] = {}
         with stage("drives"):
@@ -93,11 +94,13 @@ class Study:
         A study may be continued with more trials: the first ones stay the same. Whether to stop early is asked after
         every ``batch`` of trials; ``name`` is of the stage that is reported, all else as in `study`.
         """
-        if min(trials, workers, batch) < 1:
+        if min(whole("trials", trials), whole("workers", workers), whole("batch", batch)) < 1:
             raise SettingError(
                 f"a study needs at least one trial, worker and trial of a batch; got {trials} trials, {workers} "
                 f"workers and batches of {batch}"
             )
+        if until_width is not None and not 0 < finite("until_width", until_width) < 1:
+            raise SettingError(f"until_width: expected a number between 0 and 1, got {until_width!r}")
         setup = self._loaded
         ends = [*range(batch, trials, batch), trials] if until_width else [trials]
         table = table_of([])
@@ -137,13 +140,13 @@ def drive_missing(
 
 
 def study(
-    predictor: Predictor,
+    predictor: Belief,
     planner: AnyPlanner | None = None,
     *,
     folder: Path | str,
     trials: int = 20,
     traffic: AnyTraffic = "set-sampling",
-    vehicles: Sequence[int] | None = None,
+    vehicles: int | Sequence[int] | None = None,
     seed: int = 0,
     recordings: Sequence[Recording] = (),
     road: str | None = None,
@@ -162,11 +165,12 @@ def study(
         planner: of the ego, or what makes one in every process; if left out, ours, which wants the speed of the road.
         folder: of this study and no other; made as needed.
         trials: number of trials; the paper has 1000.
-        traffic: ``set-sampling`` (the paper's), ``drivers``, ``aggressive``, ``mixed``, ``replay``, settings of one
-            of them, or a model of your own.
-        vehicles: numbers of uncontrolled vehicles, taken in turn by the trials; if left out, those of the road.
+        traffic: ``set-sampling`` (the paper's), ``drivers``, ``aggressive``, ``mixed``, ``replay``,
+            ``reactive-replay``, settings of one of them, or a model of your own.
+        vehicles: number of uncontrolled vehicles, or several taken in turn by the trials, each 0 to 100; if left out,
+            those of the road.
         seed: of the study.
-        recordings: that are driven: on a road like theirs, or by ``replay`` themselves; those that are replayed should
+        recordings: that are driven: on a road like theirs, or by replay themselves; those that are replayed should
             neither have trained nor calibrated the predictor.
         road: another one to drive on, ``paper`` or ``curved``.
         episode: start, length and time steps; what it does not set is as on the road.
@@ -180,11 +184,13 @@ def study(
         DataError: the folder holds a study of another configuration, or no trial could start.
     """
     setup = setup_of(predictor, planner, traffic, vehicles, seed, recordings, road, episode)
-    return Study(setup, Path(folder)).run(trials, workers=workers, cluster=cluster, until_width=until_width)
+    return Study(setup, path_of("folder", folder)).run(
+        trials, workers=workers, cluster=cluster, until_width=until_width
+    )
 
 
 def simulate(
-    predictor: Predictor,
+    predictor: Belief,
     planner: AnyPlanner | None = None,
     *,
     traffic: AnyTraffic = "set-sampling",
@@ -203,32 +209,38 @@ def simulate(
         StartError: the vehicles cannot be placed.
         SettingError: there is no such traffic or road, or the planner looks farther than the predictor.
     """
-    numbers = None if vehicles is None else (vehicles,)
+    numbers = None if vehicles is None else (whole("vehicles", vehicles),)
     setup = setup_of(predictor, planner, traffic, numbers, seed, recordings, road, episode)
-    return replace(setup, vehicles=(setup.vehicles[len(setup.vehicles) // 2],)).drive(trial)
+    return replace(setup, vehicles=(setup.vehicles[len(setup.vehicles) // 2],)).drive(whole("trial", trial))
 
 
 def setup_of(
     predictor: Belief,
     planner: AnyPlanner | None,
     traffic: AnyTraffic,
-    vehicles: Sequence[int] | None,
+    vehicles: int | Sequence[int] | None,
     seed: int,
     recordings: Sequence[Recording],
     road: str | None,
     episode: EpisodeSettings | None,
 ) -> Setup:
     """The setup of `study` with these arguments: on a road like that of recordings, if no other is named."""
+    recordings = all_of("recordings", recordings, Recording, "what `coverdrive.read` gives")
     like = recorded_place(recordings) if recordings else None
     place = place_of(road, like)[1]
-    given = episode.model_dump(exclude_unset=True) if episode else {}
+    given = {}
+    if episode is not None:
+        given = of_kind("episode", episode, EpisodeSettings, "EpisodeSettings").model_dump(exclude_unset=True)
     setup = Setup(
         predictor,
         planner or MpcPlanner(PlannerSettings.model_validate(place.parts["planner"])),
         traffic,
         EpisodeSettings.model_validate(merged(place.parts["episode"], given)),
-        tuple(place.vehicles if vehicles is None else vehicles),
+        place.vehicles if vehicles is None else wholes("vehicles", vehicles, 0, MOST_VEHICLES),
         seed,
         recorded=like and like.initial,
     )
-    return replace(setup, scenarios=cut_scenarios(recordings)) if setup.replays else setup
+    if not setup.replays:
+        return setup
+    check_replayed_road(road)
+    return replace(setup, scenarios=cut_scenarios(recordings))

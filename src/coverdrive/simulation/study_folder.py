@@ -103,6 +103,8 @@ class StudyFolder:
 
     def table(self) -> pl.DataFrame:
         """One row for each trial, also for those that could not start; a DataError if they are not there."""
+        if not self.exists:
+            raise DataError(f"there is no study in {self.path}; drive one with `coverdrive study`")
         if not self.finished:
             raise DataError(
                 f"the study in {self.path} is not finished: {self._table.name} is missing; the command that began it "

@@ -9,6 +9,7 @@ from coverdrive.errors import DataError, SettingError
 from coverdrive.simulation.driver_traffic import AggressiveTrafficSettings, DriverTraffic, DriverTrafficSettings
 from coverdrive.simulation.mixed import MixedTraffic, MixedTrafficSettings
 from coverdrive.simulation.predictor import Predictor
+from coverdrive.simulation.reactive_replay import ReactiveReplaySettings, ReactiveReplayTraffic
 from coverdrive.simulation.replay import ReplaySettings, ReplayTraffic, Scenario
 from coverdrive.simulation.set_sampling import SetSamplingSettings, SetSamplingTraffic
 from coverdrive.simulation.traffic import Traffic
@@ -25,7 +26,8 @@ TrafficSettings = Annotated[
     | Annotated[DriverTrafficSettings, Tag("drivers")]
     | Annotated[AggressiveTrafficSettings, Tag("aggressive")]
     | Annotated[MixedTrafficSettings, Tag("mixed")]
-    | Annotated[ReplaySettings, Tag("replay")],
+    | Annotated[ReplaySettings, Tag("replay")]
+    | Annotated[ReactiveReplaySettings, Tag("reactive-replay")],
     Discriminator(_kind),
 ]
 """settings of one of the models, told apart by ``kind``"""
@@ -36,7 +38,7 @@ def usual(kind: str) -> TrafficSettings:
     try:
         return TypeAdapter(TrafficSettings).validate_python({"kind": kind})
     except ValidationError as error:
-        names = "set-sampling, drivers, aggressive, mixed or replay"
+        names = "set-sampling, drivers, aggressive, mixed, replay or reactive-replay"
         raise SettingError(f"no traffic is called {kind!r}; choose {names}") from error
 
 
@@ -51,7 +53,8 @@ def make_traffic(settings: TrafficSettings, predictor: Predictor | None, scenari
         case ReplaySettings():
             if not scenarios:
                 raise DataError("replayed traffic needs recorded scenes, got none; name some with --recording")
-            return ReplayTraffic(scenarios, settings)
+            reacting = isinstance(settings, ReactiveReplaySettings)
+            return ReactiveReplayTraffic(scenarios, settings) if reacting else ReplayTraffic(scenarios, settings)
         case SetSamplingSettings() | MixedTrafficSettings():
             if predictor is None:
                 raise SettingError(f"{settings.kind} traffic drives members of predicted sets; give a predictor")
