@@ -32,6 +32,7 @@ from coverdrive.prediction.calibrate import (
     proved_scales,
 )
 from coverdrive.prediction.cover.basis import Basis, BasisSettings, make_basis
+from coverdrive.prediction.held_back import held_back
 from coverdrive.prediction.held_out import Source, sources_of
 from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.learning.own_network import Learner, OwnNetwork, seen_by
@@ -129,7 +130,8 @@ def fit(
     """Learn a predictor, certify it and test it.
 
     Args:
-        recordings: at least three independent groups of scenes.
+        recordings: at least two groups of scenes that share no vehicle; of two, one trains, and the vehicles of the
+            other one calibrate, and are tested by what the others of them calibrate.
         settings: of every stage.
         seed: of the split, the cover and the training.
         epsilon: bound on the miss rate to ask for, in (0, 1), or "auto"; else, like the next two, as the settings say.
@@ -215,7 +217,6 @@ def _fit_boxes(task: _Task) -> _Made:
             scored_by(network.boxes_of(features[side]), segments.of(side)) for side in (sides.train, sides.calibration)
         )
         boxes = network.boxes_of(features[sides.test])
-        test = scored_by(boxes, segments.of(sides.test))
 
         def make(rule: Rule, certificate: Certificate, trained_on: Int[np.ndarray, " V"]) -> BoxPredictor:
             return BoxPredictor(network, rule, certificate, trained_on, segments.step)
@@ -223,6 +224,9 @@ def _fit_boxes(task: _Task) -> _Made:
         predictor, certificates = calibrated(make, TUBE, train_side, calibration, settings.certificate, seed)
         rungs = proved_scales(predictor.rule, predictor.trained_on, calibration, certificates[0])
         predictor = replace(predictor, rungs=rungs)
+        test = scored_by(boxes, segments.of(sides.test))
+        if sides.crossed:
+            test = held_back(predictor.rule, TUBE, train_side, calibration, settings.certificate, seed)
     scored = ScoredSides(train_side, calibration, test, predictor.fingerprint)
     areas = boxes.areas.mean(0) * scale_of(predictor.rule) ** 2
     return _Made(predictor, certificates, scored, areas, np.zeros(0), losses)
@@ -250,6 +254,8 @@ def _fit_bases(task: _Task, learner: Learner | None) -> _Made:
             score(network, samples.of(side), tube) for side in (sides.train, sides.calibration, sides.test)
         )
         predictor, certificates = calibrate(basis, network, train_side, calibration, settings.certificate, seed)
+        if sides.crossed:
+            test = held_back(predictor.rule, basis.radius, train_side, calibration, settings.certificate, seed)
     scored = ScoredSides(train_side, calibration, test, predictor.fingerprint)
     share = np.bincount(training.base, minlength=len(basis)) / len(training)
     areas = areas_of_bases(basis, predictor.rule, test)
