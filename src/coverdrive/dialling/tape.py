@@ -24,6 +24,9 @@ _SEEDS = 2.0**53
 _HIGHEST = np.nextafter(1.0, 0.0)
 """below 1"""
 
+_UNUSED = np.random.PCG64(0)
+"""that every tape has, and none draws from"""
+
 Uniforms = Float[np.ndarray, "..."]
 
 
@@ -43,7 +46,7 @@ class Tape(np.random.Generator):
             values: numbers of every moment by call; none have been drawn if left out.
             random: draws those that are missing; without it, all must be there.
         """
-        super().__init__(np.random.PCG64(0))  # never drawn from
+        super().__init__(_UNUSED)
         self._values = {moment: list(calls) for moment, calls in (values or {}).items()}
         self._random, self._moment, self._call = random, 0, 0
 
