@@ -10,8 +10,8 @@ the order in which units come, which means nothing. It is therefore averaged ove
 looking at the losses (`orders`): a mean of e-values is one, and that it reaches 1 / (1 − confidence) has at most the
 probability 1 − confidence (Markov). Losses are sorted before, so that the same losses prove the same, however they are
 stored. Bounds that need no order were larger in simulation: mixtures of fixed stakes, and, where units lose shares,
-Hoeffding's and Bentkus'. Without a confidence, (Σ L_i + 1) / (n + 1) ≤ ε (conformal risk control, Angelopoulos et al. 2024; for
-groups, hierarchical conformal prediction, Lee, Barber and Willett 2023).
+Hoeffding's and Bentkus'. Without a confidence, (Σ L_i + 1) / (n + 1) ≤ ε (conformal risk control, Angelopoulos et al.
+2024; for groups, hierarchical conformal prediction, Lee, Barber and Willett 2023).
 
 Rules are nested, so that losses only grow from one to the next: the last one before the first that does not pass is
 valid, wherever the rules to try are (Bates et al. 2021, Theorem 1).

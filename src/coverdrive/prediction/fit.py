@@ -33,7 +33,7 @@ from coverdrive.prediction.calibrate import (
 )
 from coverdrive.prediction.cover.basis import Basis, BasisSettings, make_basis
 from coverdrive.prediction.held_back import held_back
-from coverdrive.prediction.held_out import Source, sources_of
+from coverdrive.prediction.held_out import Seen
 from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.learning.own_network import Learner, OwnNetwork, seen_by
 from coverdrive.prediction.learning.samples import Assignment, Samples, make_features, make_samples
@@ -102,8 +102,8 @@ class Fit:
     segments: Segments
     """all segments cut from the recordings"""
     split: Split
-    source: tuple[Source, ...]
-    """the recordings, and which of their scenes are held out"""
+    seen: Seen
+    """the recordings, which of their scenes are held out, and the tracks of all others"""
     scored: ScoredSides
     """scores of the samples of each side of the split"""
     base_share: Float[np.ndarray, " M"]
@@ -168,7 +168,7 @@ def fit(
         uncovered=Rate.of(test.distance > predictor.tube),
         segments=segments,
         split=sides,
-        source=sources_of(recordings, segments, sides),
+        seen=Seen.of(recordings, segments, sides),
         scored=made.scored,
         base_share=made.base_share,
         losses=made.losses,

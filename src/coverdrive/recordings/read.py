@@ -19,7 +19,7 @@ from coverdrive.errors import DataError, RecordingError
 from coverdrive.progress import part
 from coverdrive.recordings import formats as formats
 from coverdrive.recordings.map_tracks import MapTracks, readings_from_map
-from coverdrive.recordings.numbering import same_numbers, site_of
+from coverdrive.recordings.numbering import Numbers, same_numbers, site_of
 from coverdrive.recordings.overlap import shared_vehicles
 from coverdrive.recordings.recording import Recording, vehicle_keys
 from coverdrive.recordings.registry import SUFFIXES, How, belongs_to_another, reader_of, readers
@@ -149,8 +149,7 @@ def _grouped(readings: list[Reading], origin: list[int]) -> tuple[Recording, ...
     steps = [reading.recording.dt for reading in readings]
     tracks = [replace(reading.raw, group=group) for reading, group in zip(readings, raw, strict=True)]
     names = [reading.recording.name for reading in readings]
-    known = {name: reader.numbers for name, reader in readers().items()}
-    worth = [known.get(reading.recording.notes.get("format", ""), "restart") for reading in readings]
+    worth: list[Numbers] = [numbers_of(reading.recording) for reading in readings]
     numbered = same_numbers(tracks, origin, [site_of(name) for name in names], worth)
     shared = pl.concat([shared_vehicles(tracks, raw, origin, steps), numbered])
     count = max(int(numbers.max()) for numbers in (*raw, *tables)) + 1
@@ -162,6 +161,12 @@ def _grouped(readings: list[Reading], origin: list[int]) -> tuple[Recording, ...
         _regrouped(reading.recording, group, pl.col("identity").replace(one))
         for reading, group in zip(readings, groups, strict=True)
     )
+
+
+def numbers_of(recording: Recording) -> Numbers:
+    """What equal vehicle numbers in it and in another recording of its site mean."""
+    reader = readers().get(recording.notes.get("format", ""))
+    return reader.numbers if reader else "restart"
 
 
 def _one_of(readings: list[Reading], shared: pl.DataFrame) -> dict[int, int]:
