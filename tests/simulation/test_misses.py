@@ -62,6 +62,13 @@ def test_the_time_of_leaving_is_that_of_the_first_point_outside():
     assert late.missed[:, 1].sum() == 8  # those that begin between 1.3 s and 2.0 s
 
 
+def test_shares_are_of_each_vehicle_and_of_the_windows_asked_for():
+    windows = find_windows(trace_of(lambda t: 1.8 + (3.0 if t > 4.2 else 0.0), here(1.8)))
+    assert windows.shares() == pytest.approx([8 / 21])
+    assert windows.shares(np.arange(50)[:, None] < 16) == pytest.approx([3 / 16])
+    assert windows.shares(np.arange(50)[:, None] < 0).shape == (0,)
+
+
 def test_one_path_has_to_hold_the_vehicle_all_the_time():
     windows = find_windows(trace_of(lambda t: 1.8 if t < 1.4 else 5.4, here(1.8, 5.4)))
     assert windows.left[0, 1] == pytest.approx(1.5)

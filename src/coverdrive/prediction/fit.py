@@ -165,7 +165,7 @@ def fit(
         evaluation=evaluate(predictor.rule, test),
         driven=evaluate(predictor.rule, test, predictor.scale),
         occupied=occupied,
-        uncovered=Rate.of(test.distance > predictor.tube),
+        uncovered=Rate.by_cluster(test.distance > predictor.tube, test.vehicle),
         segments=segments,
         split=sides,
         seen=Seen.of(recordings, segments, sides),

@@ -17,6 +17,9 @@ from coverdrive.simulation.initial import EGO
 from coverdrive.simulation.outcome import Cause, Kind
 from coverdrive.simulation.trace import Trace
 
+NEAR = 50.0
+"""[m] along the road from the ego, as far as affordances look"""
+
 _ROUNDING = 1e-6
 """[s] of a time"""
 
@@ -34,6 +37,12 @@ class Windows:
     def missed(self) -> Bool[np.ndarray, "n A"]:
         """Windows that were seen to the end, and missed."""
         return self.seen & np.isfinite(self.left)
+
+    def shares(self, asked: Bool[np.ndarray, "n A"] | None = None) -> Float[np.ndarray, " V"]:
+        """Share of the windows, or of those asked for, of each vehicle that has any, which it missed."""
+        seen = self.seen if asked is None else self.seen & asked
+        total = seen.sum(0)
+        return (self.missed & seen).sum(0)[total > 0] / total[total > 0]
 
 
 def find_windows(trace: Trace, boxes: bool = False) -> Windows:

@@ -10,7 +10,7 @@ import polars as pl
 from coverdrive.plan import Status
 from coverdrive.simulation import metrics
 from coverdrive.simulation.initial import EGO
-from coverdrive.simulation.misses import cause_of, find_windows
+from coverdrive.simulation.misses import NEAR, cause_of, find_windows
 from coverdrive.simulation.outcome import Kind
 from coverdrive.simulation.trace import Trace
 
@@ -27,6 +27,7 @@ class _Drive:
     def __init__(self, trace: Trace, seed: int, trial: int):
         self.trace, self.seed, self.trial = trace, seed, trial
         self.outcome, self.lon, self.windows = trace.outcome, trace.scene.lon[:, EGO], find_windows(trace)
+        self.near = np.abs(trace.scene.lon[:-1] - self.lon[:-1, None]) <= NEAR
         self.distances = metrics.distances(trace)
         self.jerk_along, self.jerk_across = metrics.jerk(trace)
         self.slacks = np.array([plan.slack.max(initial=0.0) for plan in trace.plans])
@@ -104,6 +105,12 @@ COLUMNS: dict[str, tuple[type, Callable[[_Drive], Any], str]] = {
                       "uncontrolled vehicles with at least one such window"),
     "vehicles_missed": (int, lambda of: of.windows.missed.any(0).sum(),
                         "those of them that left every predicted path in at least one of them"),
+    "shares_missed": (float, lambda of: of.windows.shares().sum(),
+                      "sum over the vehicles seen of the share of a vehicle's windows that were missed"),
+    "near_seen": (int, lambda of: len(of.windows.shares(of.near)),
+                  f"uncontrolled vehicles with at least one such window that begins within {NEAR:g} m of the ego"),
+    "near_shares_missed": (float, lambda of: of.windows.shares(of.near).sum(),
+                           "the same sum over them and these windows"),
     "reason": (str, lambda of: "", "why the trial could not start; then all measures are null"),
 }  # fmt: skip
 """of a table of trials, by name: type, value, and what it is; those of planning times depend on the machine, too"""
