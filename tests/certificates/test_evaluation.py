@@ -23,6 +23,7 @@ def test_copies_change_nothing_and_names_of_clusters_neither() -> None:
 
 def test_where_nothing_is_missed_clusters_are_counted() -> None:
     assert clustered_interval(np.zeros(20), np.full(20, 100.0)) == clopper_pearson(0, 20)
+    assert clustered_interval(np.full(20, 9.0), np.full(20, 9.0)) == clopper_pearson(20, 20)
     assert clustered_interval(np.ones(1), np.full(1, 9.0)) == (0.0, 1.0)
 
 

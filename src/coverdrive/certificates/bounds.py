@@ -143,11 +143,13 @@ def clustered_interval(
     """Interval of the rate Σ hits / Σ totals over C clusters, within which anything may depend on anything.
 
     Student's, of a ratio estimator over clusters (Cochran, *Sampling Techniques*, 1977, §2.11). Where no cluster has a
-    hit it reaches up to the Clopper–Pearson bound on the probability that a cluster has any.
+    hit it reaches up to the Clopper–Pearson bound on the probability that a cluster has any; likewise where all are.
     """
     count = len(hits)
     if not hits.any():
         return clopper_pearson(0, count, confidence)
+    if (hits == totals).all():
+        return clopper_pearson(count, count, confidence)
     if count < 2:
         return 0.0, 1.0
     rate = float(hits.sum() / totals.sum())

@@ -1,6 +1,7 @@
 """Checking a rule on samples that neither trained nor calibrated it."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Bool, Int
@@ -82,6 +83,8 @@ class Evaluation:
     """number M of bases: the size of the set that never misses a base"""
     mean_area: float | None = None
     """[m²] in which the centre of a vehicle may be, where sets are boxes of any size instead of bases"""
+    kinds: Mapping[str, Rate] = field(default_factory=dict[str, Rate])
+    """missed windows of each kind that there is, with an interval by vehicle"""
 
     @property
     def size(self) -> float:
@@ -98,8 +101,13 @@ class Evaluation:
         return {"vehicle": self.vehicles, "share": self.shares, "group": self.groups}.get(unit, self.windows)
 
 
-def evaluate(rule: Rule, samples: ScoredSamples, scale: float = 1.0) -> Evaluation:
-    """Apply a rule, or what is left of it in sets of another scale, to samples with a known outcome."""
+def evaluate(
+    rule: Rule,
+    samples: ScoredSamples,
+    scale: float = 1.0,
+    kinds: Mapping[str, Bool[np.ndarray, " N"]] | None = None,
+) -> Evaluation:
+    """Apply a rule, or what is left of it in sets of another scale, to samples with a known outcome, of some kinds."""
     if scale != 1 and samples.area is not None:
         rule = Thresholds(np.array([1 / (1 + scale * scale_of(rule))]), rule.tube)
     elif scale != 1 and isinstance(rule, Thresholds):
@@ -125,4 +133,5 @@ def evaluate(rule: Rule, samples: ScoredSamples, scale: float = 1.0) -> Evaluati
         mean_tube=float((possible @ rule.tube).sum() / max(sizes.sum(), 1)),
         bases=samples.scores.shape[1],
         mean_area=None if samples.area is None else float(samples.area.mean()) * scale_of(rule) ** 2,
+        kinds={name: Rate.by_cluster(missed[own], vehicle[own]) for name, own in (kinds or {}).items() if own.any()},
     )

@@ -38,6 +38,7 @@ from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.learning.own_network import Learner, OwnNetwork, seen_by
 from coverdrive.prediction.learning.samples import Assignment, Samples, make_features, make_samples
 from coverdrive.prediction.learning.training import TrainingSettings, train
+from coverdrive.prediction.manoeuvres import manoeuvres_of
 from coverdrive.prediction.occupied import Occupied, areas_of_bases, compared
 from coverdrive.prediction.predictor import AnyPredictor
 from coverdrive.prediction.scored import ScoredSides, score
@@ -158,12 +159,13 @@ def fit(
     scale = scale_left(made.predictor, made.scored.calibration) if settings.scale == "auto" else settings.scale
     predictor, test = made.predictor.scaled(scale), made.scored.test
     with _timed("comparison", seconds):
+        kinds = manoeuvres_of(recordings, segments.of(sides.test))
         occupied = compared(made.areas, segments, sides, settings.certificate, predictor.calibrated, seed)
     return Fit(
         predictor=predictor,
         certificates=made.certificates,
-        evaluation=evaluate(predictor.rule, test),
-        driven=evaluate(predictor.rule, test, predictor.scale),
+        evaluation=evaluate(predictor.rule, test, kinds=kinds),
+        driven=evaluate(predictor.rule, test, predictor.scale, kinds),
         occupied=occupied,
         uncovered=Rate.by_cluster(test.distance > predictor.tube, test.vehicle),
         segments=segments,

@@ -19,7 +19,14 @@ from coverdrive.simulation.comparison import Comparison, Difference
 from coverdrive.simulation.misses import NEAR
 from coverdrive.simulation.notable import COLLIDED
 from coverdrive.simulation.outcome import Cause, Fault
-from coverdrive.simulation.statistics import PAPER, PAPER_TRIALS, MissRate, collision_table, miss_rate
+from coverdrive.simulation.statistics import (
+    PAPER,
+    PAPER_TRIALS,
+    MissRate,
+    collision_table,
+    miss_rate,
+    misses_by_manoeuvre,
+)
 
 _NOTABLE = 0.1
 """[m] by which a body has to leave the road to be counted"""
@@ -69,6 +76,7 @@ def safety_table(trials: pl.DataFrame, certificates: Sequence[Certificate] = ())
         ("at fault: ego / other / nobody",
          " / ".join(str((collided["at_fault"] == fault.value).sum()) for fault in Fault)),
         ("windows that left their set", _missed(windows, bounds.get("window"))),
+        *((f"  {name}", str(rate)) for name, rate in misses_by_manoeuvre(trials).items()),
         ("share of a vehicle's windows that left their set", _missed(shares, bounds.get("share"))),
         (f"  of vehicles within {NEAR:g} m of the ego, while they are", _missed(near, bounds.get("share"))),
         (f"vehicles that left a set ({each:.0f} windows each)",

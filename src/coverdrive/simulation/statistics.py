@@ -8,6 +8,7 @@ from typing import NamedTuple
 import polars as pl
 
 from coverdrive.certificates.bounds import clopper_pearson, clustered_interval
+from coverdrive.prediction.manoeuvres import MANOEUVRES
 from coverdrive.simulation.outcome import Kind
 
 COUNTED = {"frontal_or_side": (Kind.FRONTAL.value, Kind.SIDE.value), "rear_end": (Kind.REAR_END.value,)}
@@ -50,6 +51,15 @@ def _row(vehicles: int | None, results: pl.DataFrame, confidence: float) -> dict
             f"{name}_high": high,
         }
     return row
+
+
+def misses_by_manoeuvre(results: pl.DataFrame) -> dict[str, "MissRate"]:
+    """Missed windows of each manoeuvre that any vehicle does, by its name in words, with intervals over trials."""
+    return {
+        words: miss_rate(results, f"misses_{name}", f"windows_{name}")
+        for name, words in MANOEUVRES.items()
+        if results[f"windows_{name}"].sum()
+    }
 
 
 class MissRate(NamedTuple):

@@ -14,7 +14,7 @@ from coverdrive.reporting.claim import set_facts, strength, whose
 from coverdrive.reporting.contents import Contents
 from coverdrive.simulation.notable import COLLIDED, NEARLY
 from coverdrive.simulation.outcome import Cause, Fault
-from coverdrive.simulation.statistics import miss_rate
+from coverdrive.simulation.statistics import miss_rate, misses_by_manoeuvre
 
 _CAUSES = {cause: cause.value for cause in (Cause.PLANNING, Cause.PREDICTION)}
 _FAULTS = {Fault.EGO: "ego", Fault.OTHER: "other vehicle", Fault.NONE: "nobody"}
@@ -168,6 +168,8 @@ def facts(contents: Contents) -> list[tuple[str, str]]:
         *set_facts(basis, evaluation, certified.occupied, certified.uncovered),
         *([("prediction and plan", f"{median:.3g} ms (median step of the median trial); due every "
             f"{1e3 * contents.period:g} ms")] if median is not None else []),
+        *([] if contents.driven is None else
+          [(f"missed in drives: {name}", str(rate)) for name, rate in misses_by_manoeuvre(contents.driven).items()]),
         *([("drives", contents.road)] if contents.road else []),
         ("time", ", ".join(f"{stage} {seconds:.1f} s" for stage, seconds in run["seconds"].items())),
         ("software", f"coverdrive {run['coverdrive']}, Python {run['python']}, "
