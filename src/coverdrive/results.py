@@ -2,7 +2,8 @@
 
 ``manifest.json`` (format, and a digest of every other file of the fit) · ``config.toml`` (all settings) · ``run.json``
 (versions, data, times) · ``predictor.safetensors`` · ``scores.safetensors`` (of every side of the split) ·
-``certificate.json`` · ``learned.safetensors`` (what pictures of the fit show) · ``methods.json`` (all methods of
+``certificate.json`` · ``seen.parquet`` (tracks of all that trained or calibrated) · ``learned.safetensors`` (what
+pictures of the fit show) · ``methods.json`` (all methods of
 calibration) · ``study/`` (`coverdrive.simulation.study_folder`) · ``dialled.json`` (what drives are proved to risk) ·
 ``dial/`` (`coverdrive.dialling.dial`) · ``league/`` (`coverdrive.league.league`) ·
 ``figures/`` · ``report.html``.
@@ -36,8 +37,9 @@ from coverdrive.league.table import SCHEMA
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.prediction.cover.basis_study import StudiedBasis, basis_record, point_table
 from coverdrive.prediction.fit import Fit, PredictionSettings, fit, scale_left
-from coverdrive.prediction.held_out import Source, held_out
+from coverdrive.prediction.held_out import Seen, Source
 from coverdrive.prediction.learned import Learned
+from coverdrive.prediction.left_out import legible
 from coverdrive.prediction.predictor import AnyPredictor, Predictor
 from coverdrive.prediction.provenance import provenance, versions
 from coverdrive.prediction.scored import ScoredSides
@@ -51,6 +53,8 @@ from coverdrive.simulation.study_folder import StudyFolder
 MANIFEST, CONFIG, RUN = "manifest.json", "config.toml", "run.json"
 PREDICTOR, SCORES, LEARNED = "predictor.safetensors", "scores.safetensors", "learned.safetensors"
 CERTIFICATE, METHODS = "certificate.json", "methods.json"
+SEEN = "seen.parquet"
+"""the tracks of all that trained or calibrated"""
 LEAGUE = "league"
 """folder of the league, unless it has another one"""
 DIAL, DIALLED = "dial", "dialled.json"
@@ -58,7 +62,7 @@ DIAL, DIALLED = "dial", "dialled.json"
 STUDY = "study"
 """the study in the traffic of the folder's settings; one in another traffic is called ``study-drivers`` or the like"""
 
-_FORMAT = 3
+_FORMAT = 4
 
 
 class _Run(BaseModel):
@@ -103,7 +107,8 @@ class Results:
         write_json(self.folder / CERTIFICATE, certificate_record(Certified.of(fit)))
         about = {"road": road, "recorded_place": like and like.model_dump(mode="json")}
         write_json(self.folder / RUN, provenance(fit) | about)
-        self._seal(CONFIG, PREDICTOR, SCORES, LEARNED, CERTIFICATE, RUN)
+        fit.seen.save(self.folder / SEEN)
+        self._seal(CONFIG, PREDICTOR, SCORES, LEARNED, CERTIFICATE, RUN, SEEN)
 
     @property
     def holds_fit(self) -> bool:
@@ -141,6 +146,20 @@ class Results:
         return _read(
             self._sealed(RUN), lambda content: _Run.model_validate_json(content) and _OBJECT.validate_json(content)
         )
+
+    def refuse_seen(self, scenarios: Sequence[Path]) -> None:
+        """Raise `DataError` if CommonRoad scenarios show vehicles that trained or calibrated the predictor.
+
+        Those that cannot be read as recordings are passed over.
+        """
+        read = self.experiment.recordings
+        self.seen.refuse([each for file in scenarios if legible(file) for each in read([file])])
+
+    @cached_property
+    def seen(self) -> Seen:
+        """What trained or calibrated the predictor, which is refused wherever it is to be tried."""
+        sources = TypeAdapter(tuple[Source, ...]).validate_python(self.run["recordings"])
+        return Seen.load(self._sealed(SEEN), sources)
 
     def place(self, road: str | None = None) -> Place:
         """Where a study on a road of a name takes place, or on that of the fit; a SettingError if there is none."""
@@ -219,8 +238,7 @@ class Results:
 
         def scenarios() -> Sequence[Scenario]:
             read = self.experiment.recordings(recordings)
-            sources = TypeAdapter(tuple[Source, ...]).validate_python(self.run["recordings"])
-            return cut_scenarios(held_out(sources, self.predictor, read))
+            return cut_scenarios(self.seen.unseen(read))
 
         setup = Setup(
             self.predictor,
@@ -291,7 +309,8 @@ class Results:
         Args:
             names: of those who are to take part; what they need is made.
             planner: ours.
-            recordings: that made the predictor, none for generated traffic; None if they are not there.
+            recordings: that made the predictor, without which there is no box and no paper's preset; none for
+                generated traffic; None if they are not there.
             paper: results folder of the paper's preset on them.
             folder: where that is made, if none is given.
         """
@@ -299,6 +318,7 @@ class Results:
         by_paper = paper is None and not theirs.holds_fit and not {"paper", "paper-sets"}.isdisjoint(names)
         needed = recordings is not None and (by_paper or "constant-velocity-box" in names)
         read = self.experiment.recordings(recordings or ()) if needed else ()
+        read = read if self.seen.from_all(read) else ()
         if by_paper and read:
             changed = self.experiment.model_copy(update={"prediction": paper_settings_like(self.settings)})
             theirs.save_fit(changed, fit(read, changed.prediction, changed.seed))

@@ -92,7 +92,7 @@ def test_rare_bases_share_a_threshold() -> None:
     samples = ScoredSamples(scores, np.array([1, 2, 0, 0, 1]), np.zeros(5), np.arange(5))
     rule, certificate = conformal(samples, TUBE, NOBODY, epsilon=0.34, group=np.array([0, 4, 4]))
     assert rule.values == pytest.approx([0.8, 0.5, 0.5], abs=2e-6)
-    assert (certificate.method, certificate.unseen_bases) == ("conformal, clustered", 0)
+    assert (certificate.method, certificate.unseen_bases) == ("conformal-clustered", 0)
 
 
 def test_vehicles_count_with_their_worst_window() -> None:

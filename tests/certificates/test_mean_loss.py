@@ -4,12 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.special import ndtr
+from scipy.special import ndtr, xlogy
+from scipy.stats import binom
 
 from coverdrive.certificates.calibration import Calibration, Claim, ScoredSamples
 from coverdrive.certificates.certificate import Unit
 from coverdrive.certificates.evaluation import Rate, evaluate
-from coverdrive.certificates.mean_loss import loss_limit, proves, units_needed
+from coverdrive.certificates.mean_loss import log_capital, loss_limit, orders, proves, units_needed
 from coverdrive.certificates.methods import Method, certify
 from coverdrive.certificates.rule import Thresholds
 from coverdrive.errors import CertificateError
@@ -43,17 +44,85 @@ def threshold(samples: ScoredSamples, unit: Unit, claim: Claim = CLAIM) -> float
 
 def test_bets_by_hand() -> None:
     """Stakes are sqrt(2 log 10 / (3 v)) with v = 1/4, then the spread so far, but cost 0.99 of the capital at most."""
-    losses, epsilon = np.array([0.0, 0.5, 0.0]), 0.6
-    capital, capitals = 1.0, []
-    for number, loss in enumerate(losses):
-        seen = losses[:number]
-        means = [(0.5 + losses[: k + 1].sum()) / (k + 2) for k in range(number)]
-        spread = (0.25 + sum((seen - means) ** 2)) / (number + 1)
-        capital *= 1 + min(np.sqrt(2 * np.log(10) / (3 * spread)), 0.99 / 0.4) * (epsilon - loss)
+    losses, epsilon = np.array([0.5, 0.0, 0.0]), 0.8
+    capitals = []
+    for order in orders(3).T:
+        ordered, capital = np.sort(losses)[order], 1.0
+        for number, loss in enumerate(ordered):
+            seen = ordered[:number]
+            means = [(0.5 + ordered[: k + 1].sum()) / (k + 2) for k in range(number)]
+            spread = (0.25 + sum((seen - means) ** 2)) / (number + 1)
+            capital *= 1 + min(np.sqrt(2 * np.log(10) / (3 * spread)), 0.99 / 0.2) * (epsilon - loss)
         capitals.append(capital)
-    assert proves(losses, epsilon, 0.9) is bool(max(capitals) >= 10)
+    assert len(capitals) == 100 and len({round(each, 9) for each in capitals}) == 3
+    assert proves(losses, epsilon, 0.9) is bool(np.mean(capitals) >= 10)
+    assert np.log(capitals) == pytest.approx(log_capital(np.sort(losses)[orders(3)], epsilon, np.log(10)))
     assert 0.4 < loss_limit(losses, 0.9) < 1
     assert proves(losses, loss_limit(losses, 0.9), 0.9) and not proves(losses, loss_limit(losses, 0.9) - 1e-5, 0.9)
+
+
+def shares(units: int, seed: int) -> np.ndarray:
+    """Losses of vehicles, 0.2 on average: most lose nearly nothing, some nearly all."""
+    return np.random.default_rng(seed).beta(0.3, 1.2, units)
+
+
+def test_the_order_of_the_units_does_not_matter() -> None:
+    losses = shares(113, 3)
+    shuffled = [np.random.default_rng(seed).permutation(losses) for seed in range(20)]
+    assert len({loss_limit(each, 0.99) for each in shuffled}) == 1
+    one = [_ever(each, loss_limit(losses, 0.99), 0.99) for each in shuffled]
+    assert 0 < sum(one) < 20  # the negative control: bets in the order of storage prove it or do not
+
+
+def _ever(losses: np.ndarray, epsilon: float, confidence: float) -> bool:
+    """Whether bets in one order ever reach their goal, which may be asked of one order only."""
+    goal = -np.log1p(-confidence)
+    count = np.arange(1, len(losses) + 1)
+    mean = (0.5 + np.cumsum(losses)) / (count + 1)
+    spread = np.append(0.25, (0.25 + np.cumsum((losses - mean) ** 2)) / (count + 1))[:-1]
+    stakes = np.minimum(np.sqrt(2 * goal / (len(losses) * spread)), 0.99 / (1 - epsilon))
+    return bool(np.cumsum(np.log1p(stakes * (epsilon - losses))).max() >= goal)
+
+
+def test_a_false_bound_is_rarely_proved_unless_the_order_is_chosen() -> None:
+    """A mean of 0.2 is proved to be at most 0.2 by at most one calibration in ten."""
+    drawn = [shares(60, seed) for seed in range(1000)]
+    assert np.mean([proves(each, 0.2, 0.9) for each in drawn]) < 0.1
+    random = np.random.default_rng(0)
+    chosen = [any(_ever(random.permutation(each), 0.2, 0.9) for _ in range(20)) for each in drawn[:200]]
+    assert np.mean(chosen) > 0.2  # the negative control: the best of 20 orders
+
+
+def test_bounds_that_need_no_order_are_larger() -> None:
+    """Of vehicles of which a quarter loses a share: a mixture of fixed stakes, and Hoeffding's and Bentkus' bound."""
+    fractions = np.linspace(0.05, 1, 20)
+
+    def mixture(losses: np.ndarray, epsilon: float) -> bool:
+        capital = np.log1p(fractions[:, None] * 0.99 / (1 - epsilon) * (epsilon - losses)).sum(1)
+        weights = np.where(fractions == 1, 0.5, 0.5 / 19)
+        return bool(np.logaddexp.reduce(capital + np.log(weights)) >= np.log(100))
+
+    def tails(losses: np.ndarray, epsilon: float) -> bool:
+        count, mean = len(losses), min(losses.mean(), epsilon)
+        hoeffding = -count * (xlogy(mean, mean / epsilon) + xlogy(1 - mean, (1 - mean) / (1 - epsilon)))
+        bentkus = 1 + binom.logcdf(np.ceil(losses.sum()), count, epsilon)
+        return bool(min(hoeffding, bentkus) <= np.log(0.01))
+
+    found = []
+    for units in (91, 203):
+        for seed in range(5):
+            random = np.random.default_rng(seed)
+            losses = np.where(random.random(units) < 0.25, random.beta(0.8, 3.0, units), 0.0)
+            grid = np.arange(0.02, 0.3, 0.001)
+            first = [next(e for e in grid if proved(losses, e)) for proved in (mixture, tails)]
+            found.append((loss_limit(losses, 0.99), *first))
+    ours, mixed, tailed = np.mean(found, axis=0)
+    assert ours < mixed and ours < 0.8 * tailed
+
+
+def test_a_false_bound_is_proved_too_often_where_copies_count_as_vehicles() -> None:
+    """The negative control of who is who: 60 vehicles that several scenes show, each counted five times."""
+    assert np.mean([proves(np.tile(shares(60, seed), 5), 0.2, 0.9) for seed in range(500)]) > 0.13
 
 
 def test_without_confidence_one_loss_is_added() -> None:

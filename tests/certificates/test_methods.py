@@ -58,16 +58,22 @@ def test_names_reach_their_methods(task: Task) -> None:
     assert all(method.help for method in Method)
 
 
+@pytest.mark.parametrize("method", [Method.POOLED, Method.PAC_POOLED, Method.NESTED_SETS, Method.LEARN_THEN_TEST])
+def test_the_sentence_calls_a_method_as_settings_do(task: Task, method: Method) -> None:
+    certificate = certify(method, task)[1]
+    assert certificate.method == method.value and f"({method.value}, " in certificate.sentence
+
+
 def test_rare_bases_are_found_by_their_training_counts(draw: Draw) -> None:
     samples, training = draw(1000, 4, seed=1), draw(1000, 4, seed=2, first=5000)
     base = np.where(training.base >= 2, 0, training.base)
     base[:24] = np.arange(24) % 2 + 2  # ε = 0.1 needs 9 units in a group, so that 12 are rare and 24 are not
     rare = ScoredSamples(training.scores, base, training.distance, training.vehicle)
     _, certificate = certify("conformal-clustered", Task(samples, TUBE, NOBODY, 0.1, training=rare))
-    assert (certificate.groups, certificate.method) == (3, "conformal, clustered")
+    assert (certificate.groups, certificate.method) == (3, "conformal-clustered")
     assert "whichever calibrated group of bases it drives there" in certificate.sentence
     _, certificate = certify("conformal-clustered", Task(samples, TUBE, NOBODY, 0.1, training=training))
-    assert certificate.method == "conformal, per base"
+    assert certificate.method == "conformal-per-base"
     assert "whichever calibrated base it drives there" in certificate.sentence
 
 

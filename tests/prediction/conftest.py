@@ -4,32 +4,19 @@ import sys
 from pathlib import Path
 
 import numpy as np
-import polars as pl
 import pytest
 
 from coverdrive.prediction.fit import Fit, fit
-from coverdrive.recordings.recording import SCHEMA, Recording
-from coverdrive.road import Road
+from coverdrive.recordings.recording import Recording
 
 sys.path[:0] = [str(Path(__file__).parents[i] / name) for i, name in ((0, ""), (1, "recordings"), (1, "simulation"))]
-
-
-def recording_of(tracks: list[dict[str, object]], name: str = "made", dt: float = 0.1) -> Recording:
-    """A recording from tracks given as dicts of columns; scalars are repeated over the track."""
-    defaults = {"group": 0, "speed": 20.0, "heading": 0.0, "length": 4.8, "width": 1.9}
-    frames = []
-    for number, track in enumerate(tracks):
-        lon = np.asarray(track["lon"], dtype=float)
-        columns = {"vehicle": number, "time": dt * np.arange(len(lon))} | defaults | track
-        frames.append(
-            pl.DataFrame({key: np.broadcast_to(columns[key], lon.shape) for key in SCHEMA}).cast(dict(SCHEMA))
-        )
-    return Recording(name, pl.concat(frames), dt, Road.straight(), {})
 
 
 @pytest.fixture(scope="session")
 def scenes() -> tuple[Recording, ...]:
     """Six independent scenes of eight vehicles: some brake, some drift to the left, some keep going."""
+    from prediction_fakes import recording_of
+
     recordings = []
     for group in range(6):
         random = np.random.default_rng(group)

@@ -1,12 +1,15 @@
-"""Segments made by hand, and the settings of a fit that takes seconds."""
+"""Segments and recordings made by hand, and the settings of a fit that takes seconds."""
 
 import numpy as np
+import polars as pl
 
 from coverdrive.prediction.calibrate import CertificateSettings
 from coverdrive.prediction.cover.basis import BasisSettings
 from coverdrive.prediction.fit import PredictionSettings
 from coverdrive.prediction.learning.training import TrainingSettings
 from coverdrive.prediction.segments import Segments, SegmentSettings
+from coverdrive.recordings.recording import SCHEMA, Recording
+from coverdrive.road import Road
 
 SETTINGS = PredictionSettings(
     sets="bases",
@@ -15,6 +18,19 @@ SETTINGS = PredictionSettings(
     training=TrainingSettings(epochs=5),
     certificate=CertificateSettings(confidence=0.9, unit="window"),
 )
+
+
+def recording_of(tracks: list[dict[str, object]], name: str = "made", dt: float = 0.1) -> Recording:
+    """A recording from tracks given as dicts of columns; scalars are repeated over the track."""
+    defaults = {"group": 0, "speed": 20.0, "heading": 0.0, "length": 4.8, "width": 1.9}
+    frames = []
+    for number, track in enumerate(tracks):
+        lon = np.asarray(track["lon"], dtype=float)
+        columns = {"vehicle": number, "time": dt * np.arange(len(lon))} | defaults | track
+        frames.append(
+            pl.DataFrame({key: np.broadcast_to(columns[key], lon.shape) for key in SCHEMA}).cast(dict(SCHEMA))
+        )
+    return Recording(name, pl.concat(frames), dt, Road.straight(), {})
 
 
 def segments_of(points: np.ndarray) -> Segments:

@@ -1,5 +1,7 @@
 """No vehicle and no scene on two sides."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -21,6 +23,9 @@ def test_sides_share_neither_vehicles_nor_groups(rows: list[tuple[int, int]], se
         result = split(vehicle, group, seed=seed)
     except DataError:
         return
+    if result.crossed:  # of two groups, the one that calibrates also tests
+        assert len(np.unique(group)) == 2
+        result = replace(result, test=result.test[:0])
     sides = [result.train, result.calibration, result.test]
     for values in (vehicle, group):
         first, second, third = sides_of(values, sides)
@@ -67,8 +72,16 @@ def test_rotations_give_every_part_every_role() -> None:
 
 
 def test_too_few_groups_are_refused() -> None:
-    with pytest.raises(DataError, match="at least three independent groups of scenes, got 2"):
-        split(np.arange(10), np.arange(10) % 2)
+    with pytest.raises(DataError, match="at least two groups of scenes that share no vehicle, got 1"):
+        split(np.arange(10), np.zeros(10, dtype=int))
+
+
+def test_of_two_groups_the_one_with_more_vehicles_calibrates_and_tests() -> None:
+    vehicle, group = np.arange(10), np.arange(10) // 6
+    found = split(vehicle, group)
+    assert found.crossed and group[found.calibration].tolist() == [0] * 6 and group[found.train].tolist() == [1] * 4
+    back, forth = rotations(vehicle, group, 4)
+    assert back.train.tolist() == forth.calibration.tolist() and forth.train.tolist() == back.calibration.tolist()
 
 
 def test_shares_must_leave_a_test_split() -> None:

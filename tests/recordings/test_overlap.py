@@ -7,6 +7,7 @@ import polars as pl
 import pytest
 
 from coverdrive.prediction.segments import cut_segments
+from coverdrive.prediction.split import split
 from coverdrive.recordings.overlap import shared_vehicles
 from coverdrive.recordings.read import read
 from coverdrive.recordings.repair import RawTracks
@@ -113,17 +114,16 @@ def test_recorded_scenarios_of_us101(us101: Path):
     for recording in recordings:
         (group,) = recording.table["group"].unique()
         groups.setdefault(group, set()).add(int(recording.name.split("-")[1].split("_")[0]))
-    # {6, 7} and {9, 19, 20, 25, 28} are linked by seven vehicles that 7 and 20 share for 1.8 s, and 12 and 17
-    # share nine vehicles for 1.4 s; the vehicles' numbers in the files, which are not used to find them, agree.
-    assert [sorted(found) for found in groups.values() if len(found) > 1] == [
-        [1, 13, 14, 23, 24],
-        [6, 7, 9, 19, 20, 25, 28],
-        [12, 17],
+    # Motion links {1, 13, 14, 23, 24}, {6, 7, 9, 19, 20, 25, 28} and {12, 17}, numbers and sizes these and the others.
+    assert [sorted(found) for found in groups.values()] == [
+        [1, 8, 11, 13, 14, 23, 24, 26, 30, 33],
+        [2, 3, 6, 7, 9, 10, 12, 16, 17, 19, 20, 25, 28, 29, 32],
     ]
     assert list(groups) == list(range(len(groups)))
     table = pl.concat(each.table for each in recordings)
-    assert (len(table.unique(["identity"])), len(table.unique(["identity", "group"]))) == (611, 611)
+    assert len(table.unique(["identity"])) == len(table.unique(["identity", "group"])) < 400  # 611 by motion alone
     segments = cut_segments(recordings)
-    linked = segments.of(segments.group == next(group for group, found in groups.items() if 28 in found))
-    assert len(np.unique(linked.vehicle)) == 113  # in up to four scenes each:
-    assert len(np.unique(np.stack([linked.recording, linked.vehicle]), axis=1).T) == 189
+    counts = [len(np.unique(segments.vehicle[segments.group == group])) for group in groups]
+    assert counts == [91, 203]
+    found = split(segments.vehicle, segments.group)
+    assert found.crossed and len(np.unique(segments.vehicle[found.calibration])) == 203

@@ -68,12 +68,19 @@ def test_misses_stand_beside_the_certificate_and_apart_from_failures() -> None:
         prediction_misses=[0, 3, 1, 0],
         vehicles_seen=[5] * 4,
         vehicles_missed=[0, 2, 1, 0],
+        shares_missed=[0.0, 0.5, 0.1, 0.0],
+        near_seen=[2] * 4,
+        near_shares_missed=[0.0, 0.4, 0.0, 0.0],
         impossible_choices=[0, 7, 0, 0],
     )
-    text = printed(safety_table(table, [certificate("window", 0.02), certificate("vehicle", 0.144)]), 240)
+    text = printed(
+        safety_table(table, [certificate("window", 0.02), certificate("share", 0.1), certificate("vehicle", 0.144)]),
+        240,
+    )
     for part in (
         "1  (0.6%–80.6%) of 4 trials", "2  (6.8%–93.2%) of 4 trials", "2 / 1 / 0", "1.00% (4 of 400;",
         "at most 2 % of windows, with 99 % confidence", "15.00% (3 of 20;",
+        "3.00% (mean of 20 vehicles;", "5.00% (mean of 8 vehicles;", "at most 10 % of the average vehicle's windows",
         "at most 14.4 % of vehicles, with 99 % confidence", " 7 ",
     ):  # fmt: skip
         assert part in text

@@ -7,7 +7,7 @@ from coverdrive.paths import PredictedPaths
 from coverdrive.prediction.cover.basis import Basis
 from coverdrive.prediction.motion import follow
 from coverdrive.road import Road
-from coverdrive.simulation.misses import cause_of, find_windows, left_recently
+from coverdrive.simulation.misses import cause_of, find_windows, left_recently, manoeuvres_in
 from coverdrive.simulation.outcome import Cause, Fault, Kind, Outcome
 from coverdrive.simulation.trace import Step, Trace, make_trace
 
@@ -60,6 +60,20 @@ def test_the_time_of_leaving_is_that_of_the_first_point_outside():
     late = find_windows(trace_of(lambda t: 1.8 + (3.0 if t > 4.2 else 0.0), here(1.8)))
     assert not late.seen[25, 1] and late.left[25, 1] == pytest.approx(2.0)  # left, but not a whole window
     assert late.missed[:, 1].sum() == 8  # those that begin between 1.3 s and 2.0 s
+
+
+def test_shares_are_of_each_vehicle_and_of_the_windows_asked_for():
+    windows = find_windows(trace_of(lambda t: 1.8 + (3.0 if t > 4.2 else 0.0), here(1.8)))
+    assert windows.shares == pytest.approx([8 / 21])
+    assert windows.of(np.arange(50)[:, None] < 16).shares == pytest.approx([3 / 16])
+    assert windows.of(np.arange(50)[:, None] < 0).shares.shape == (0,)
+
+
+def test_a_lane_change_in_a_drive_is_one_until_it_ends():
+    """From 5.4 m to 9 m within 3 s, at constant speed along the road and far ahead of the ego."""
+    found = manoeuvres_in(trace_of(lambda t: 5.4 + 1.2 * min(t, 3.0), here(5.4)))
+    assert found["lane_change"][:17, 1].all() and found["rest"][18:21, 1].all()
+    assert not found["cut_in"].any()
 
 
 def test_one_path_has_to_hold_the_vehicle_all_the_time():

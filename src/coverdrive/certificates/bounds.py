@@ -15,6 +15,7 @@ from bisect import bisect_left
 from fractions import Fraction
 
 import numpy as np
+from jaxtyping import Float
 from scipy import optimize, special, stats
 
 from coverdrive.errors import CertificateError
@@ -134,6 +135,27 @@ def clopper_pearson(successes: int, trials: int, confidence: float = 0.95) -> tu
     low = float(stats.beta.ppf(tail, successes, trials - successes + 1)) if successes > 0 else 0.0
     high = float(stats.beta.isf(tail, successes + 1, trials - successes)) if successes < trials else 1.0
     return low, high
+
+
+def clustered_interval(
+    hits: Float[np.ndarray, " C"], totals: Float[np.ndarray, " C"], confidence: float = 0.95
+) -> tuple[float, float]:
+    """Interval of the rate Σ hits / Σ totals over C clusters, within which anything may depend on anything.
+
+    Student's, of a ratio estimator over clusters (Cochran, *Sampling Techniques*, 1977, §2.11). Where no cluster has a
+    hit it reaches up to the Clopper–Pearson bound on the probability that a cluster has any; likewise where all are.
+    """
+    count = len(hits)
+    if not hits.any():
+        return clopper_pearson(0, count, confidence)
+    if (hits == totals).all():
+        return clopper_pearson(count, count, confidence)
+    if count < 2:
+        return 0.0, 1.0
+    rate = float(hits.sum() / totals.sum())
+    spread = float(np.sqrt(count / (count - 1) * ((hits - rate * totals) ** 2).sum()) / totals.sum())
+    half = float(stats.t.ppf((1 + confidence) / 2, count - 1)) * spread
+    return max(0.0, rate - half), min(1.0, rate + half)
 
 
 def check_confidence(confidence: float) -> None:

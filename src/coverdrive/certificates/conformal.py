@@ -35,21 +35,21 @@ def conformal(
     member = np.unique(np.zeros(bases) if group is None else group, return_inverse=True)[1]
     if len(member) != bases:
         raise CertificateError(f"every one of the {bases} bases needs a group, got {len(member)} groups")
-    groups = int(member.max()) + 1
+    groups, promise = int(member.max()) + 1, "conformal" if claim.confidence is None else "pac"
     if calibration.kind in NOUNS:
         level = last_level(calibration, claim, _scores(calibration.pieces[0], member == 0))
         rule = Thresholds.at(np.full(bases, level), calibration.tube)
-        return rule, calibration.certificate("conformal, pooled", epsilon, claim, rule, unseen_bases=0)
+        return rule, calibration.certificate(f"{promise}-pooled", epsilon, claim, rule, unseen_bases=0)
     shared = None if claim.confidence is None else 1 - (1 - claim.confidence) / groups
     scores = [_scores(calibration, member == number) for number in range(groups)]
     lowest = np.array([_threshold(score, epsilon, shared) for score in scores])
     if not np.isfinite(lowest).any():
         raise CertificateError(_refusal(max(scores, key=len), epsilon, shared, calibration))
     rule = Thresholds.at(lowest[member], calibration.tube)
-    kind = {1: "pooled", bases: "per base"}.get(groups, "clustered") if bases > 1 else "pooled"
+    kind = {1: "pooled", bases: "per-base"}.get(groups, "clustered") if bases > 1 else "pooled"
     unseen = int(np.isinf(lowest[member]).sum())
     more = {"groups": groups, "unseen_bases": unseen}
-    return rule, calibration.certificate(f"conformal, {kind}", epsilon, claim, rule, **more)
+    return rule, calibration.certificate(f"{promise}-{kind}", epsilon, claim, rule, **more)
 
 
 def per_base(bases: int) -> Int[np.ndarray, " M"]:

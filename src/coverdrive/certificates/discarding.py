@@ -46,8 +46,7 @@ def discard(calibration: Calibration, claim: Claim, discarded: int | None = None
     bound = discarding_bound(claim.sure, support, allowed, count)
     asking = calibration.covered[calibration.demands.unit]
     unseen = calibration.bases - len(np.unique(calibration.demands.base[asking]))
-    method = "post-bloating with discarded samples"
-    return rule, calibration.certificate(method, bound, claim, rule=rule, unseen_bases=unseen)
+    return rule, calibration.certificate("discarding", bound, claim, rule=rule, unseen_bases=unseen)
 
 
 def number_discarded(

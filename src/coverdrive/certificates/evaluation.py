@@ -1,10 +1,12 @@
 """Checking a rule on samples that neither trained nor calibrated it."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
+from jaxtyping import Bool, Int
 
-from coverdrive.certificates.bounds import clopper_pearson
+from coverdrive.certificates.bounds import clopper_pearson, clustered_interval
 from coverdrive.certificates.calibration import ScoredSamples
 from coverdrive.certificates.certificate import Unit
 from coverdrive.certificates.mean_loss import loss_limit
@@ -14,9 +16,10 @@ from coverdrive.numbers import interval, percent
 
 @dataclass(frozen=True)
 class Rate:
-    """An observed rate, ``count`` of ``total``, with the ends of its 95 % interval (Clopper and Pearson, or bets)."""
+    """An observed rate with the ends of its 95 % interval, by what is independent: units, or clusters of them."""
 
-    count: float
+    count: int | float
+    """of ``total``; the sum of losses where they are no counts"""
     total: int
     low: float
     high: float
@@ -28,9 +31,16 @@ class Rate:
 
     @staticmethod
     def of(hits: np.ndarray) -> "Rate":
-        """Rate of the true entries."""
+        """Rate of the true entries, which are independent (Clopper and Pearson)."""
         count, total = int(hits.sum()), len(hits)
         return Rate(count, total, *clopper_pearson(count, total))
+
+    @staticmethod
+    def by_cluster(hits: Bool[np.ndarray, " N"], cluster: Int[np.ndarray, " N"]) -> "Rate":
+        """Rate of the true entries, of which those of one cluster, such as a vehicle, may be alike."""
+        member = np.unique(cluster, return_inverse=True)[1]
+        interval = clustered_interval(np.bincount(member, hits), np.bincount(member).astype(float))
+        return Rate(int(hits.sum()), len(hits), *interval)
 
     @staticmethod
     def of_losses(losses: np.ndarray) -> "Rate":
@@ -40,7 +50,12 @@ class Rate:
 
     def __str__(self) -> str:
         """The rate, its counts and its interval."""
-        return f"{percent(self.value)} ({self.count} of {self.total}; 95 % {interval(self.low, self.high)})"
+        return f"{percent(self.value)} ({self.counts}; 95 % {interval(self.low, self.high)})"
+
+    @property
+    def counts(self) -> str:
+        """What was counted."""
+        return f"{self.count} of {self.total}" if isinstance(self.count, int) else f"mean of {self.total}"
 
 
 @dataclass(frozen=True)
@@ -48,7 +63,7 @@ class Evaluation:
     """How often a rule misses, and what it costs."""
 
     windows: Rate
-    """missed windows; their interval ignores that windows of one vehicle depend on each other"""
+    """missed windows, with an interval by vehicle"""
     vehicles: Rate
     """vehicles of which any window is missed; their interval ignores that vehicles of one scene group may be alike"""
     shares: Rate
@@ -68,6 +83,8 @@ class Evaluation:
     """number M of bases: the size of the set that never misses a base"""
     mean_area: float | None = None
     """[m²] in which the centre of a vehicle may be, where sets are boxes of any size instead of bases"""
+    kinds: Mapping[str, Rate] = field(default_factory=dict[str, Rate])
+    """missed windows of each kind that there is, with an interval by vehicle"""
 
     @property
     def size(self) -> float:
@@ -84,8 +101,13 @@ class Evaluation:
         return {"vehicle": self.vehicles, "share": self.shares, "group": self.groups}.get(unit, self.windows)
 
 
-def evaluate(rule: Rule, samples: ScoredSamples, scale: float = 1.0) -> Evaluation:
-    """Apply a rule, or what is left of it in sets of another scale, to samples with a known outcome."""
+def evaluate(
+    rule: Rule,
+    samples: ScoredSamples,
+    scale: float = 1.0,
+    kinds: Mapping[str, Bool[np.ndarray, " N"]] | None = None,
+) -> Evaluation:
+    """Apply a rule, or what is left of it in sets of another scale, to samples with a known outcome, of some kinds."""
     if scale != 1 and samples.area is not None:
         rule = Thresholds(np.array([1 / (1 + scale * scale_of(rule))]), rule.tube)
     elif scale != 1 and isinstance(rule, Thresholds):
@@ -100,7 +122,7 @@ def evaluate(rule: Rule, samples: ScoredSamples, scale: float = 1.0) -> Evaluati
     scene = np.zeros(len(any_missed), dtype=np.int64)
     scene[vehicle] = np.unique(samples.scene, return_inverse=True)[1]
     return Evaluation(
-        windows=Rate.of(missed),
+        windows=Rate.by_cluster(missed, vehicle),
         vehicles=Rate.of(any_missed),
         shares=Rate.of_losses(np.bincount(vehicle, missed) / np.bincount(vehicle)),
         groups=Rate.of_losses(np.bincount(scene, any_missed) / np.bincount(scene)),
@@ -111,4 +133,5 @@ def evaluate(rule: Rule, samples: ScoredSamples, scale: float = 1.0) -> Evaluati
         mean_tube=float((possible @ rule.tube).sum() / max(sizes.sum(), 1)),
         bases=samples.scores.shape[1],
         mean_area=None if samples.area is None else float(samples.area.mean()) * scale_of(rule) ** 2,
+        kinds={name: Rate.by_cluster(missed[own], vehicle[own]) for name, own in (kinds or {}).items() if own.any()},
     )

@@ -50,7 +50,7 @@ def learn_then_test(
     tubes = "cover" if (passed.tube == calibration.tube).all() else "per base"
     unseen = int((passed.values == 0).sum())
     claim = replace(claim, tubes=tubes)
-    return passed, calibration.certificate("learn then test", epsilon, claim, passed, unseen_bases=unseen)
+    return passed, calibration.certificate("learn-then-test", epsilon, claim, passed, unseen_bases=unseen)
 
 
 def fixed_sequence(proved: Iterable[bool]) -> int:

@@ -103,9 +103,8 @@ def nested_sets(
             )
     rule = nested.rule(chosen, calibration.tube)
     never = int((nested.values[-1] == 0).sum())
-    what, tubes = ("thresholds", "cover") if nested.radii is None else ("thresholds and tubes", "per base")
-    claim = replace(claim, tubes=tubes)
-    return rule, calibration.certificate(f"nested sets of {what}", bound, claim, rule, unseen_bases=never)
+    claim = replace(claim, tubes="cover" if nested.radii is None else "per base")
+    return rule, calibration.certificate("nested-sets", bound, claim, rule, unseen_bases=never)
 
 
 def nested_sets_of(calibration: Calibration, claim: Claim) -> NestedSets:

@@ -158,7 +158,8 @@ def make_tables(
     Raises:
         CertificateError: a calibration vehicle trained the network, or there are fewer calibration samples than bases.
     """
-    uncovered = Rate.of(np.r_[calibration.distance, test.distance] > tube)
+    outside, vehicle = (np.r_[getattr(calibration, each), getattr(test, each)] for each in ("distance", "vehicle"))
+    uncovered = Rate.by_cluster(outside > tube, vehicle)
     train, calibration, test = (side.of(np.flatnonzero(side.distance <= tube)) for side in (train, calibration, test))
     names, number = np.unique(calibration.vehicle, return_inverse=True)
     ordered = calibration.of(np.argsort(np.random.default_rng(seed).permutation(len(names))[number], kind="stable"))

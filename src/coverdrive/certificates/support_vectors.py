@@ -80,7 +80,7 @@ def support_vectors(calibration: Calibration, claim: Claim) -> tuple[Hyperplanes
     certificate = scenario_certificate(
         calibration,
         claim,
-        method="support vectors",
+        method="svm",
         bound=partial(judged_bound, support=support, samples=len(calibration)),
         paper_epsilon=rate_limit(claim.sure, dimension - 1, len(calibration)),
         support=support,

@@ -132,6 +132,8 @@ def league(
             known = results.known(planners, experiment.planner, read, paper, folder)
             if recording and posed:
                 problems = _unseen(results, known, problems, recording, planners, folder)
+            elif posed:
+                results.refuse_seen(sorted({file for each in problems.values() for file in each.files}))
             table = drive(
                 _setups(results, experiment, [name for name in worlds if name in OURS], recording or []),
                 known,

@@ -56,7 +56,7 @@ def solve(
 
     For example:
 
-    - with a predictor that there is: `coverdrive solve scenarios/ --predictor us101`
+    - with a predictor that there is, which has not seen them: `coverdrive solve scenarios/ --predictor us101`
     - none has seen its own scene: `coverdrive solve scenarios/ --recording scenarios/ --leave-one-out`
     """
     files = [file for each in scenario for file in (sorted(each.glob("*.xml")) if each.is_dir() else [each])]
@@ -111,8 +111,10 @@ def _predictors(
             raise SettingError("--predictor names one that is fitted; leave out --recording and --leave-one-out")
         with waiting():
             from coverdrive.results import Results
-        fitted = Results(folder).predictor
-        return lambda _: fitted
+        fitted = Results(folder)
+        with stage("shared scenes"):
+            fitted.refuse_seen(files)
+        return lambda _: fitted.predictor
     with waiting():
         from coverdrive.prediction.left_out import fit_without, left_out
     if leave_one_out and not paths:

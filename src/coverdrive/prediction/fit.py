@@ -33,11 +33,13 @@ from coverdrive.prediction.calibrate import (
     proved_scales,
 )
 from coverdrive.prediction.cover.basis import Basis, BasisSettings, make_basis
-from coverdrive.prediction.held_out import Source, sources_of
+from coverdrive.prediction.held_back import held_back
+from coverdrive.prediction.held_out import Seen
 from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.learning.own_network import Learner, OwnNetwork, seen_by
 from coverdrive.prediction.learning.samples import Assignment, Samples, make_features, make_samples
 from coverdrive.prediction.learning.training import TrainingSettings, train
+from coverdrive.prediction.manoeuvres import manoeuvres_of
 from coverdrive.prediction.occupied import Occupied, areas_of_bases, compared
 from coverdrive.prediction.predictor import AnyPredictor
 from coverdrive.prediction.scored import ScoredSides, score
@@ -103,8 +105,8 @@ class Fit:
     segments: Segments
     """all segments cut from the recordings"""
     split: Split
-    source: tuple[Source, ...]
-    """the recordings, and which of their scenes are held out"""
+    seen: Seen
+    """the recordings, which of their scenes are held out, and the tracks of all others"""
     scored: ScoredSides
     """scores of the samples of each side of the split"""
     base_share: Float[np.ndarray, " M"]
@@ -131,7 +133,8 @@ def fit(
     """Learn a predictor, certify it and test it.
 
     Args:
-        recordings: at least three independent groups of scenes, read at once or one by one.
+        recordings: at least two groups of scenes that share no vehicle, read at once or one by one; of two, one trains,
+            and the vehicles of the other one calibrate, and are tested by what the others of them calibrate.
         settings: of every stage.
         seed: of the split, the cover and the training.
         epsilon: bound on the miss rate to ask for, in (0, 1), or "auto"; else, like the next two, as the settings say.
@@ -159,17 +162,18 @@ def fit(
     scale = scale_left(made.predictor, made.scored.calibration) if settings.scale == "auto" else settings.scale
     predictor, test = made.predictor.scaled(scale), made.scored.test
     with _timed("comparison", seconds):
+        kinds = manoeuvres_of(recordings, segments.of(sides.test))
         occupied = compared(made.areas, segments, sides, settings.certificate, predictor.calibrated, seed)
     return Fit(
         predictor=predictor,
         certificates=made.certificates,
-        evaluation=evaluate(predictor.rule, test),
-        driven=evaluate(predictor.rule, test, predictor.scale),
+        evaluation=evaluate(predictor.rule, test, kinds=kinds),
+        driven=evaluate(predictor.rule, test, predictor.scale, kinds),
         occupied=occupied,
-        uncovered=Rate.of(test.distance > predictor.tube),
+        uncovered=Rate.by_cluster(test.distance > predictor.tube, test.vehicle),
         segments=segments,
         split=sides,
-        source=sources_of(recordings, segments, sides),
+        seen=Seen.of(recordings, segments, sides),
         scored=made.scored,
         base_share=made.base_share,
         losses=made.losses,
@@ -218,7 +222,6 @@ def _fit_boxes(task: _Task) -> _Made:
             scored_by(network.boxes_of(features[side]), segments.of(side)) for side in (sides.train, sides.calibration)
         )
         boxes = network.boxes_of(features[sides.test])
-        test = scored_by(boxes, segments.of(sides.test))
 
         def make(rule: Rule, certificate: Certificate, trained_on: Int[np.ndarray, " V"]) -> BoxPredictor:
             return BoxPredictor(network, rule, certificate, trained_on, segments.step)
@@ -226,6 +229,9 @@ def _fit_boxes(task: _Task) -> _Made:
         predictor, certificates = calibrated(make, TUBE, train_side, calibration, settings.certificate, seed)
         rungs = proved_scales(predictor.rule, predictor.trained_on, calibration, certificates[0])
         predictor = replace(predictor, rungs=rungs)
+        test = scored_by(boxes, segments.of(sides.test))
+        if sides.crossed:
+            test = held_back(predictor.rule, TUBE, train_side, calibration, settings.certificate, seed)
     scored = ScoredSides(train_side, calibration, test, predictor.fingerprint)
     areas = boxes.areas.mean(0) * scale_of(predictor.rule) ** 2
     return _Made(predictor, certificates, scored, areas, np.zeros(0), losses)
@@ -253,6 +259,8 @@ def _fit_bases(task: _Task, learner: Learner | None) -> _Made:
             score(network, samples.of(side), tube) for side in (sides.train, sides.calibration, sides.test)
         )
         predictor, certificates = calibrate(basis, network, train_side, calibration, settings.certificate, seed)
+        if sides.crossed:
+            test = held_back(predictor.rule, basis.radius, train_side, calibration, settings.certificate, seed)
     scored = ScoredSides(train_side, calibration, test, predictor.fingerprint)
     share = np.bincount(training.base, minlength=len(basis)) / len(training)
     areas = areas_of_bases(basis, predictor.rule, test)

@@ -27,10 +27,10 @@ def left_out(recordings: Sequence[Path], scenarios: Sequence[Path]) -> list[froz
         recordings: files or folders.
         scenarios: files; those that cannot be read as recordings are known by their map alone.
     """
-    legible = [scenario for scenario in scenarios if _legible(scenario)]
-    found = read([*recordings, *legible])
-    training, shown = found[: len(found) - len(legible)], found[len(found) - len(legible) :]
-    groups = dict(zip(legible, map(_groups, shown), strict=True))
+    whole = [scenario for scenario in scenarios if legible(scenario)]
+    found = read([*recordings, *whole])
+    training, shown = found[: len(found) - len(whole)], found[len(found) - len(whole) :]
+    groups = dict(zip(whole, map(_groups, shown), strict=True))
     result = list[frozenset[str]]()
     for scenario in scenarios:
         place = _MAP.match(scenario.stem)
@@ -70,7 +70,8 @@ def _groups(recording: Recording) -> set[int]:
     return set(recording.table["group"].unique().to_list())
 
 
-def _legible(scenario: Path) -> bool:
+def legible(scenario: Path) -> bool:
+    """Whether a scenario can be read as a recording."""
     try:
         read(scenario)
     except (DataError, RecordingError):

@@ -19,6 +19,7 @@ from coverdrive.errors import CertificateError
 from coverdrive.prediction.boxes.boxes import TUBE, constant_velocity, scored_by
 from coverdrive.prediction.calibrate import CertificateSettings, calibrated
 from coverdrive.prediction.cover.basis import Basis
+from coverdrive.prediction.held_back import held_back
 from coverdrive.prediction.segments import Segments
 from coverdrive.prediction.split import Split
 
@@ -79,6 +80,8 @@ def trivial_box(
         scored_by(boxes, segments.of(side)) for side in (sides.train, sides.calibration, sides.test)
     )
     rule, _ = calibrated(lambda rule, *_: rule, TUBE, training, calibration, claim, seed)
+    if sides.crossed:
+        test = held_back(rule, TUBE, training, calibration, claim, seed)
     return boxes.half_sizes[0] * scale_of(rule), evaluate(rule, test)
 
 

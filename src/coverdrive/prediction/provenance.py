@@ -13,7 +13,7 @@ _PACKAGES = ("jax", "equinox", "numba", "numpy", "scipy", "polars")
 
 def provenance(fit: Fit) -> dict[str, Any]:
     """The same as JSON values."""
-    recordings = [asdict(each) for each in fit.source]
+    recordings = [asdict(each) for each in fit.seen.sources]
     return versions() | {"seed": fit.seed, "recordings": recordings, "seconds": fit.seconds}
 
 

@@ -3,6 +3,9 @@
 Windows of one vehicle overlap, and vehicles of one scene react to each other: samples that share a vehicle or a scene
 never stand on two sides. Groups that share a vehicle (blocks of one long recording) stay in their order, so that each
 side is a contiguous stretch of time; a vehicle that still crosses a border keeps only its side with most samples.
+
+Where all scenes are of two groups, none is left to test on: one trains, and the other calibrates *and* tests
+(`coverdrive.prediction.held_back`), either way round.
 """
 
 from dataclasses import dataclass
@@ -45,18 +48,26 @@ class Split:
     dropped: int
     """samples left out because their vehicle stands on another side"""
 
+    @property
+    def crossed(self) -> bool:
+        """Whether those that calibrate also test, each judged by what the others calibrate."""
+        return np.array_equal(self.calibration, self.test)
+
 
 def split(
     vehicle: Int[np.ndarray, " N"], group: Int[np.ndarray, " N"], settings: SplitSettings | None = None, seed: int = 0
 ) -> Split:
     """Deal whole groups out to the three sides, as near to the shares as a seeded search finds.
 
-    ``vehicle`` and ``group`` are the keys of each sample; groups ascend in time within one recording.
+    ``vehicle`` and ``group`` are the keys of each sample; groups ascend in time within one recording. Of only two
+    groups, the one with more vehicles calibrates, which is settled before anything is learned.
 
     Raises:
-        DataError: fewer than three groups, or a side stays empty.
+        DataError: a single group, or a side stays empty.
     """
     settings = settings or SplitSettings()
+    if len(np.unique(group)) == 2:
+        return max(both_ways(vehicle, group), key=lambda each: len(np.unique(vehicle[each.calibration])))
     borders = np.cumsum([settings.train, settings.calibration])
     return _split(vehicle, _dealt(vehicle, group, borders, seed))
 
@@ -64,23 +75,36 @@ def split(
 def rotations(vehicle: Int[np.ndarray, " N"], group: Int[np.ndarray, " N"], folds: int, seed: int = 0) -> list[Split]:
     """All ways in which two of so many parts of whole groups calibrate and test, and the others train.
 
+    Of two groups, there are the two ways in which one trains, and the other calibrates and tests.
+
     Raises:
-        DataError: fewer than three parts or groups, or a side stays empty.
+        DataError: fewer than three parts, a single group, or a side stays empty.
     """
     if folds < 3:
         raise DataError(f"to train, to calibrate and to test takes at least 3 folds, got {folds}")
+    if len(np.unique(group)) == 2:
+        return both_ways(vehicle, group)
     fold = _dealt(vehicle, group, np.arange(1, folds) / folds, seed)
     roles = [(one, other) for one in range(folds) for other in range(folds) if one != other]
     return [_split(vehicle, np.where(fold == one, 1, np.where(fold == other, 2, 0))) for one, other in roles]
 
 
-def _split(vehicle: Int[np.ndarray, " N"], side: Int[np.ndarray, " N"]) -> Split:
-    """The samples of sides 0, 1 and 2, without those whose vehicle has more of them on another one."""
+def both_ways(vehicle: Int[np.ndarray, " N"], group: Int[np.ndarray, " N"]) -> list[Split]:
+    """Of two groups, each once to train, while the other one calibrates and tests."""
+    part = np.unique(group, return_inverse=True)[1]
+    return [_split(vehicle, np.where(part == train, 0, 1), crossed=True) for train in range(2)]
+
+
+def _split(vehicle: Int[np.ndarray, " N"], side: Int[np.ndarray, " N"], crossed: bool = False) -> Split:
+    """The samples of sides 0, 1 and 2, without those whose vehicle has more of them on another one.
+
+    If crossed, those of side 1 are those of side 2 as well.
+    """
     _, vehicles = np.unique(vehicle, return_inverse=True)
     counts = np.zeros((vehicles.max() + 1, 3), dtype=np.int64)
     np.add.at(counts, (vehicles, side), 1)
     kept = counts.argmax(1)[vehicles] == side
-    sides = [np.flatnonzero(kept & (side == number)) for number in range(3)]
+    sides = [np.flatnonzero(kept & (side == number)) for number in ((0, 1, 1) if crossed else range(3))]
     if min(map(len, sides)) == 0:
         raise DataError(
             f"the split leaves a side empty ({', '.join(str(len(s)) for s in sides)} samples for training, "
@@ -97,8 +121,8 @@ def _dealt(
     names, groups = np.unique(group, return_inverse=True)
     if len(names) < 3:
         raise DataError(
-            f"a split by scenes needs at least three independent groups of scenes, got {len(names)}; "
-            "give more scenes, or a recording of at least three minutes"
+            f"a split by scenes needs at least two groups of scenes that share no vehicle, got {len(names)}; "
+            "give scenes of another time or place as well, or a recording of at least three minutes"
         )
     component = _components(vehicles, groups)
     sizes = np.bincount(groups)

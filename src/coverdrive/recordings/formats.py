@@ -20,16 +20,17 @@ register_reader(
         head.suffix in (".csv", ".txt") and (not head.columns or bool(head.columns & {"vehicle_id", "local_x"}))
     ),
 )
-register_reader("NGSIM-metric", lambda file, how: read_metric(file, how.smoothing), having(METRIC))
+register_reader("NGSIM-metric", lambda file, how: read_metric(file, how.smoothing), having(METRIC), numbers="restart")
 register_reader("CitySim", refuse_citysim, having("carcenterx boundingbox1x"))
-register_reader("highD", read_highd, having(HIGHD), having(HIGHD_RECORDING, HIGHD_VEHICLES))
-register_reader("exiD", read_levelx, having(LEVELX), having(LEVELX_RECORDING, LEVELX_VEHICLES))
+register_reader("highD", read_highd, having(HIGHD), having(HIGHD_RECORDING, HIGHD_VEHICLES), "restart")
+register_reader("exiD", read_levelx, having(LEVELX), having(LEVELX_RECORDING, LEVELX_VEHICLES), "restart")
 register_reader("TGSIM", read_tgsim, having(TGSIM), has_centre_lines)
 register_reader(
     "INTERACTION",
     read_interaction,
     having(INTERACTION),
     lambda head: having(PEDESTRIANS)(head) and "psi_rad" not in head.columns,
+    "restart",
 )
 register_reader("MONA", read_mona, having(MONA))
 register_reader("I-24", read_i24, having(I24))
@@ -38,4 +39,4 @@ register_reader(
     lambda file, how: read_commonroad(file, how.smoothing),
     lambda head: head.suffix == ".xml",
 )
-register_reader("own", lambda file, how: read_parquet(file), lambda head: head.own)
+register_reader("own", lambda file, how: read_parquet(file), lambda head: head.own, numbers="restart")

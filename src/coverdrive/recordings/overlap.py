@@ -37,7 +37,8 @@ SMOOTH = 3
 COMMON = 50
 """Runs that occur more often are not telling"""
 
-_SHARED = pl.Schema({f"{name}{side}": pl.Int64 for side in ("", "_b") for name in ("recording", "vehicle", "group")})
+SHARED = pl.Schema({f"{name}{side}": pl.Int64 for side in ("", "_b") for name in ("recording", "vehicle", "group")})
+"""A vehicle in a group of one recording, and the same vehicle in one of another"""
 
 
 def shared_vehicles(
@@ -53,7 +54,7 @@ def shared_vehicles(
     are not compared; ``steps`` the time [s] between their rows, 0.1 s if left out: those of different ones are neither.
     """
     if len(set(files)) < 2:
-        return pl.DataFrame(schema=_SHARED)
+        return pl.DataFrame(schema=SHARED)
     every = [math.ceil(SPACING / step - 0.01) for step in steps or [SPACING] * len(tracks)]
     ordered = [_ordered(track, group) for track, group in zip(tracks, groups, strict=True)]
     runs = pl.concat([_runs(table, number, every[number]) for number, table in enumerate(ordered)])
@@ -66,10 +67,10 @@ def shared_vehicles(
         .unique()
         .sort("recording", "recording_b", "offset", "vehicle", "vehicle_b")
     )
-    shared = [pl.DataFrame(schema=_SHARED)]
+    shared = [pl.DataFrame(schema=SHARED)]
     for (a, b, offset), found in matches.group_by("recording", "recording_b", "offset", maintain_order=True):
         lone = LONE * every[int(a)]
-        shared.append(_shared(ordered[int(a)], ordered[int(b)], int(offset), found, lone).select(_SHARED.names()))
+        shared.append(_shared(ordered[int(a)], ordered[int(b)], int(offset), found, lone).select(SHARED.names()))
     return pl.concat(shared, how="vertical_relaxed")
 
 
@@ -107,7 +108,7 @@ def _shared(a: pl.DataFrame, b: pl.DataFrame, offset: int, found: pl.DataFrame, 
     shared = shared.filter(agree <= LARGEST_DIFFERENCE)
     pairs = shared.select("vehicle", "vehicle_b").n_unique()
     telling = pairs >= 2 or (len(shared) >= lone and _fluctuates(shared))  # of one pair, all rows are its own
-    return (shared if telling else shared.clear()).unique(_SHARED.names(), maintain_order=True)
+    return (shared if telling else shared.clear()).unique(SHARED.names(), maintain_order=True)
 
 
 def _fluctuates(shared: pl.DataFrame) -> bool:

@@ -1,4 +1,8 @@
-"""Reads recordings of any known kind; those that show the same vehicles become one group, and the vehicles one."""
+"""Reads recordings of any known kind; those that show the same vehicles become one group, and the vehicles one.
+
+Vehicles are the same if their motion is (`coverdrive.recordings.overlap`), or their number and size within a site
+(`coverdrive.recordings.numbering`).
+"""
 
 import re
 from collections.abc import Sequence
@@ -18,9 +22,10 @@ from coverdrive.progress import part
 from coverdrive.recordings import formats as formats
 from coverdrive.recordings.boundary import naming
 from coverdrive.recordings.map_tracks import MapTracks, readings_from_map
+from coverdrive.recordings.numbering import Numbers, same_numbers, site_of
 from coverdrive.recordings.overlap import shared_vehicles
 from coverdrive.recordings.recording import Recording, vehicle_keys
-from coverdrive.recordings.registry import SUFFIXES, How, belongs_to_another, reader_of
+from coverdrive.recordings.registry import SUFFIXES, How, belongs_to_another, reader_of, readers
 from coverdrive.recordings.resampling import STEP, resampled
 from coverdrive.recordings.smoothing import SmoothingSettings
 from coverdrive.recordings.tracks import Reading, reading_of
@@ -46,7 +51,7 @@ def read(
 ) -> tuple[Recording, ...]:
     """Read recordings and number their groups.
 
-    A group holds what must stay on one side of a split: recordings that share vehicles at the same time, and
+    A group holds what must stay on one side of a split: recordings that share vehicles, at the same time or not, and
     1 min of a recording that is longer than 2 min. Groups are numbered from 0, in the order of the files and of
     time; those of the package's own Parquet files stay as they are, unless other files share their vehicles.
 
@@ -147,7 +152,11 @@ def _grouped(readings: list[Reading], origin: list[int]) -> tuple[Recording, ...
     """The recordings with groups numbered through all files; those that share vehicles become one, and so do these."""
     raw, tables = _numbered(readings, origin)
     steps = [reading.recording.dt for reading in readings]
-    shared = shared_vehicles([reading.raw for reading in readings], raw, origin, steps)
+    tracks = [replace(reading.raw, group=group) for reading, group in zip(readings, raw, strict=True)]
+    names = [reading.recording.name for reading in readings]
+    worth: list[Numbers] = [numbers_of(reading.recording) for reading in readings]
+    numbered = same_numbers(tracks, origin, [site_of(name) for name in names], worth)
+    shared = pl.concat([shared_vehicles(tracks, raw, origin, steps), numbered])
     count = max(int(numbers.max()) for numbers in (*raw, *tables)) + 1
     component = _linked(shared["group"].to_numpy(), shared["group_b"].to_numpy(), count)
     used = np.unique(np.concatenate([component[numbers] for numbers in tables]))
@@ -157,6 +166,12 @@ def _grouped(readings: list[Reading], origin: list[int]) -> tuple[Recording, ...
         _regrouped(reading.recording, group, pl.col("identity").replace(one), call)
         for reading, group in zip(readings, groups, strict=True)
     )
+
+
+def numbers_of(recording: Recording) -> Numbers:
+    """What equal vehicle numbers in it and in another recording of its site mean."""
+    reader = readers().get(recording.notes.get("format", ""))
+    return reader.numbers if reader else "restart"
 
 
 def _one_of(readings: list[Reading], shared: pl.DataFrame) -> dict[int, int]:

@@ -32,7 +32,11 @@ IDENTITY = pl.Schema({"identity": pl.Int64})
 KIND = pl.Schema({"kind": pl.Int8})
 """Number of the vehicle's class in `coverdrive.recordings.kinds.KINDS`; without it, unknown"""
 
-_WHOLE = pl.Schema(SCHEMA | SEEN | IDENTITY | KIND)
+STATED_SPEED = pl.Schema({"stated": pl.Float32})
+"""Speed [m/s] as the file states it, which copies of a vehicle have in common; NaN where a row was filled in; without
+it, the speed"""
+
+_WHOLE = pl.Schema(SCHEMA | SEEN | IDENTITY | KIND | STATED_SPEED)
 
 _SCENE = dict(zip(MEASURES, (*SEEN, *MEASURES[4:]), strict=True))
 """The column of every field of a scene"""
@@ -69,9 +73,9 @@ class Recording:
     """what it is called in reports, from the file's name"""
     table: pl.DataFrame
     """columns vehicle, group, time [s], lon, lat [m], speed [m/s], heading [rad], length, width [m] as in
-    `SCHEMA`, speeds as driven and headings relative to the road; then those of `SEEN`, `IDENTITY` and `KIND`, which are
-    added if not given; sorted by vehicle and time; times are whole multiples of ``dt``; no vehicle has a gap within a
-    group"""
+    `SCHEMA`, speeds as driven and headings relative to the road; then those of `SEEN`, `IDENTITY`, `KIND` and
+    `STATED_SPEED`, which are added if not given; sorted by vehicle and time; times are whole multiples of ``dt``; no
+    vehicle has a gap within a group"""
     dt: float
     """[s] between two rows of a track"""
     road: Road
@@ -96,6 +100,7 @@ class Recording:
             keys = vehicle_keys(self.name, self.table["vehicle"].to_numpy())
             added = {name: self.table[name.removeprefix("seen_")] for name in SEEN}
             added |= {"identity": pl.Series(keys, dtype=pl.Int64), "kind": pl.zeros(len(keys), pl.Int8, eager=True)}
+            added |= {"stated": self.table["speed"].cast(pl.Float32)}
             missing = {name: values for name, values in added.items() if name not in given}
             object.__setattr__(self, "table", self.table.with_columns(**missing).select(_WHOLE.names()))
 

@@ -22,6 +22,7 @@ from coverdrive.recordings.boundary import naming
 from coverdrive.recordings.columns import columns_of, damaged
 from coverdrive.recordings.delimited import normalised
 from coverdrive.recordings.map_tracks import MapTracks
+from coverdrive.recordings.numbering import Numbers
 from coverdrive.recordings.parquet import is_own
 from coverdrive.recordings.recording import Recording
 from coverdrive.recordings.smoothing import SmoothingSettings
@@ -68,6 +69,8 @@ class Reader(NamedTuple):
     """whether a file is of this format"""
     accompanies: Callable[[Head], bool]
     """whether a file belongs to one of this format, with which it is read"""
+    numbers: Numbers = "unsaid"
+    """what equal vehicle numbers in two files of one site mean"""
 
 
 _readers: dict[str, Reader] = {}
@@ -82,6 +85,7 @@ def register_reader(
     read: Callable[[Path, How], Iterable[Reading | Recording | MapTracks]],
     recognise: Callable[[Head], bool] = _never,
     accompanies: Callable[[Head], bool] = _never,
+    numbers: Numbers = "unsaid",
 ) -> None:
     """Add a format, or replace the one of this name; the last one added is asked first whether a file is its own.
 
@@ -90,10 +94,12 @@ def register_reader(
         read: takes a file and how it is to be read, and returns its recordings or tracks.
         recognise: whether a file is of this format; without it, it has to be asked for.
         accompanies: whether a file belongs to one of this format, such as a description; in a folder it is passed over.
+        numbers: what equal vehicle numbers in two files of one site mean: one vehicle ("stable"), nothing ("restart"),
+            or whatever sizes say.
 
     """
     _readers.pop(name, None)
-    _readers[name] = Reader(name, read, recognise, accompanies)
+    _readers[name] = Reader(name, read, recognise, accompanies, numbers)
 
 
 def having(*columns: str) -> Callable[[Head], bool]:

@@ -15,7 +15,7 @@ import polars as pl
 from coverdrive.errors import DataError, RecordingError
 from coverdrive.recordings.checks import TIME_STEPS, Rows, implausible_vehicles
 from coverdrive.recordings.filtering import SEEN_FOR, least_moments, seen
-from coverdrive.recordings.recording import KIND, SCHEMA, SEEN, Recording
+from coverdrive.recordings.recording import KIND, SCHEMA, SEEN, STATED_SPEED, Recording
 from coverdrive.recordings.repair import LONGEST_GAP, RawTracks, counted, drop_off_road, drop_short, fill_gaps, tidy
 from coverdrive.recordings.smoothing import SmoothingSettings, motion, smooth
 from coverdrive.road import Road
@@ -40,9 +40,15 @@ class Reading(NamedTuple):
 
 def reading_of(recording: Recording) -> Reading:
     """A recording that is finished, with its own rows as the tracks of the file."""
-    values = {name: recording.table[name].to_numpy() for name in SCHEMA if name not in ("time", "heading")}
-    moment = np.rint(recording.table["time"].to_numpy() / recording.dt).astype(np.int64)
-    return Reading(recording, RawTracks(moment=moment, **values))
+    return Reading(recording, tracks_of(recording))
+
+
+def tracks_of(recording: Recording) -> RawTracks:
+    """The rows of a recording that its file holds, with the speeds that it states."""
+    table = recording.table.filter(pl.col("stated").is_not_nan())
+    values = {name: table[name].to_numpy() for name in ("vehicle", "group", "lon", "lat", "length", "width")}
+    moment = np.rint(table["time"].to_numpy() / recording.dt).astype(np.int64)
+    return RawTracks(moment=moment, speed=table["stated"].to_numpy().astype(float), **values)
 
 
 def regular_table(
@@ -66,8 +72,8 @@ def regular_table(
     lat, lat_rate = seen(tracks.lat, measured, starts, dt, noises)
     columns += (lon, lat, *motion(lon_rate * road.stretch(lon, lat), lat_rate, settings))
     since_start = np.arange(len(lon)) - np.repeat(starts, np.diff(np.append(starts, len(lon))))
-    columns += (tracks.kind,)
-    schema = SCHEMA | SEEN | KIND
+    columns += (tracks.kind, tracks.speed)
+    schema = SCHEMA | SEEN | KIND | STATED_SPEED
     return pl.DataFrame(dict(zip(schema, columns, strict=True)), schema=schema).filter(since_start >= least)
 
 

@@ -12,6 +12,7 @@ from coverdrive.certificates.comparison import Compared
 from coverdrive.certificates.evaluation import Evaluation, Rate
 from coverdrive.numbers import at_most, percent
 from coverdrive.prediction.cover.basis import Basis
+from coverdrive.prediction.manoeuvres import MANOEUVRES
 from coverdrive.prediction.occupied import Occupied
 
 ON_AVERAGE, BY_ITSELF = "†", "‡"
@@ -65,6 +66,8 @@ def set_facts(
     Beside the area in which the centre of a vehicle may be stands what the trivial predictor takes for the same claim.
     """
     yield "missed test windows", str(evaluation.windows)
+    for name, rate in evaluation.kinds.items():
+        yield f"  {MANOEUVRES[name]}", str(rate)
     yield "missed test vehicles", str(evaluation.vehicles)
     if basis is not None:
         yield (

@@ -79,6 +79,6 @@ def _marks(each: Compared, marker: str, limit: float, look: dict[str, Any]) -> l
     elif certificate.groups > 1:
         dot: dict[str, Any] = look if hollow else look | {"colour": style.PAPER}
         marks.append(Points(x=[bound], y=size, marker=".", size=3, **dot))
-    said = f"{percent(missed.value)} missed on unseen scenes ({missed.count} of {missed.total})"
+    said = f"{percent(missed.value)} missed on unseen scenes ({missed.counts})"
     low, high = ([min(100 * end, limit)] for end in (missed.low, missed.high))
     return [*marks, point(observed, said, low=low, high=high, along="x", size=_SMALL)]

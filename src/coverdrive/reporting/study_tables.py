@@ -16,9 +16,17 @@ from coverdrive.plan import Status
 from coverdrive.reporting.claim import proved
 from coverdrive.reporting.fitting import columns_table, facts_table
 from coverdrive.simulation.comparison import Comparison, Difference
+from coverdrive.simulation.misses import NEAR
 from coverdrive.simulation.notable import COLLIDED
 from coverdrive.simulation.outcome import Cause, Fault
-from coverdrive.simulation.statistics import PAPER, PAPER_TRIALS, MissRate, collision_table, miss_rate
+from coverdrive.simulation.statistics import (
+    PAPER,
+    PAPER_TRIALS,
+    MissRate,
+    collision_table,
+    miss_rate,
+    misses_by_manoeuvre,
+)
 
 _NOTABLE = 0.1
 """[m] by which a body has to leave the road to be counted"""
@@ -57,6 +65,8 @@ def safety_table(trials: pl.DataFrame, certificates: Sequence[Certificate] = ())
     bounds = {certificate.unit: certificate for certificate in certificates}
     windows = miss_rate(trials, "prediction_misses", "windows")
     vehicles = miss_rate(trials, "vehicles_missed", "vehicles_seen")
+    shares = miss_rate(trials, "shares_missed", "vehicles_seen")
+    near = miss_rate(trials, "near_shares_missed", "near_seen")
     each = windows.total / max(vehicles.total, 1)
     return facts_table("Faults, failures and misses", [
         ("collisions after a prediction miss: with a vehicle that had left its set",
@@ -65,7 +75,10 @@ def safety_table(trials: pl.DataFrame, certificates: Sequence[Certificate] = ())
          f"{causes[Cause.PLANNING]} of {trials.height} trials"),
         ("at fault: ego / other / nobody",
          " / ".join(str((collided["at_fault"] == fault.value).sum()) for fault in Fault)),
-        ("windows that left their set", _missed(windows, bounds.get("window", bounds.get("share")))),
+        ("windows that left their set", _missed(windows, bounds.get("window"))),
+        *((f"  {name}", str(rate)) for name, rate in misses_by_manoeuvre(trials).items()),
+        ("share of a vehicle's windows that left their set", _missed(shares, bounds.get("share"))),
+        (f"  of vehicles within {NEAR:g} m of the ego, while they are", _missed(near, bounds.get("share"))),
         (f"vehicles that left a set ({each:.0f} windows each)",
          _missed(vehicles, bounds.get("vehicle", bounds.get("group")))),
         ("choices that the predictor calls impossible", str(trials["impossible_choices"].sum())),
@@ -73,12 +86,7 @@ def safety_table(trials: pl.DataFrame, certificates: Sequence[Certificate] = ())
 
 
 def _missed(rate: MissRate, bound: Certificate | None) -> str:
-    observed = (
-        f"{rate.missed / max(rate.total, 1):.2%} ({rate.missed} of {rate.total}; 95 % {rate.low:.2%}–{rate.high:.2%})"
-    )
-    if bound is None:
-        return observed
-    return f"{observed}; bound in traffic like the recorded one: {proved(bound)}"
+    return str(rate) if bound is None else f"{rate}; bound in traffic like the recorded one: {proved(bound)}"
 
 
 def drives_table(trials: pl.DataFrame) -> Table:
@@ -146,7 +154,7 @@ def _variant(name: str, trials: pl.DataFrame) -> tuple[str | Text, ...]:
         Text(re.sub(r"[\w.]+\.(\w+=)", r"\1", name)),
         str(trials.height),
         *(_rate(total[kind], trials.height) for kind in PAPER),
-        f"{missed.missed / max(missed.total, 1):.2%} ({missed.low:.2%}–{missed.high:.2%})",
+        f"{missed.value:.2%} ({missed.low:.2%}–{missed.high:.2%})",
         f"{trials['mean_speed'].mean():.1f}",
         f"{1e3 * np.median(trials['planning_median'].to_numpy()):.1f}",
     )

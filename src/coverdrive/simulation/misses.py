@@ -13,9 +13,13 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from coverdrive.prediction.inside import inside
+from coverdrive.prediction.manoeuvres import gets_in_the_way, manoeuvres
 from coverdrive.simulation.initial import EGO
 from coverdrive.simulation.outcome import Cause, Kind
 from coverdrive.simulation.trace import Trace
+
+NEAR = 50.0
+"""[m] along the road from the ego, as far as affordances look"""
 
 _ROUNDING = 1e-6
 """[s] of a time"""
@@ -35,6 +39,16 @@ class Windows:
         """Windows that were seen to the end, and missed."""
         return self.seen & np.isfinite(self.left)
 
+    def of(self, asked: Bool[np.ndarray, "n A"]) -> "Windows":
+        """Those asked for."""
+        return Windows(self.seen & asked, np.where(asked, self.left, np.inf))
+
+    @property
+    def shares(self) -> Float[np.ndarray, " V"]:
+        """Share of the windows of each vehicle that has any, which it missed."""
+        total = self.seen.sum(0)
+        return self.missed.sum(0)[total > 0] / total[total > 0]
+
 
 def find_windows(trace: Trace, boxes: bool = False) -> Windows:
     """Follow every vehicle over the horizon of every prediction, as far as the trace goes; or of their boxes alone."""
@@ -51,6 +65,19 @@ def find_windows(trace: Trace, boxes: bool = False) -> Windows:
     gone = ~anywhere & observed & present[..., None]
     left = np.where(gone.any(2), times[gone.argmax(2)], np.inf)
     return Windows(observed.all(2) & present, left)
+
+
+def manoeuvres_in(trace: Trace) -> dict[str, Bool[np.ndarray, "n A"]]:
+    """Which windows are which manoeuvre, of those seen to the end; cut-ins are in front of the ego."""
+    step = float(trace.time[1] - trace.time[0])
+    steps, states = len(trace), trace.scene.states
+    ends = np.minimum(np.arange(steps) + round(trace.horizon / step), steps)
+    own = np.stack([states[:-1, :, :2], states[ends, :, :2]])
+    speed, heading = states[:-1, :, 2], states[:-1, :, 3]
+    expected = np.stack([speed * np.cos(heading) * trace.horizon, np.zeros_like(speed)], -1)
+    half_width = trace.scene.half_sizes[:-1, :, 1]
+    other = np.broadcast_to(own[:, :, [EGO]], own.shape)
+    return manoeuvres(own[1] - own[0] - expected, gets_in_the_way(own, other, half_width + half_width[:, [EGO]]))
 
 
 def left_recently(trace: Trace, windows: Windows) -> Bool[np.ndarray, "m A"]:

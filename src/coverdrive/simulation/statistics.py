@@ -5,11 +5,10 @@ As in the paper, frontal and side collisions are counted together, and rear-end 
 
 from typing import NamedTuple
 
-import numpy as np
 import polars as pl
-from scipy.stats import t as student
 
-from coverdrive.certificates.bounds import clopper_pearson
+from coverdrive.certificates.bounds import clopper_pearson, clustered_interval
+from coverdrive.prediction.manoeuvres import MANOEUVRES
 from coverdrive.simulation.outcome import Kind
 
 COUNTED = {"frontal_or_side": (Kind.FRONTAL.value, Kind.SIDE.value), "rear_end": (Kind.REAR_END.value,)}
@@ -54,11 +53,20 @@ def _row(vehicles: int | None, results: pl.DataFrame, confidence: float) -> dict
     return row
 
 
+def misses_by_manoeuvre(results: pl.DataFrame) -> dict[str, "MissRate"]:
+    """Missed windows of each manoeuvre that any vehicle does, by its name in words, with intervals over trials."""
+    return {
+        words: miss_rate(results, f"misses_{name}", f"windows_{name}")
+        for name, words in MANOEUVRES.items()
+        if results[f"windows_{name}"].sum()
+    }
+
+
 class MissRate(NamedTuple):
     """How often vehicles left their predicted sets."""
 
-    missed: int
-    """windows or vehicles"""
+    missed: int | float
+    """windows or vehicles, or the sum of vehicles' shares of windows"""
     total: int
     """windows or vehicles"""
     low: float
@@ -66,23 +74,25 @@ class MissRate(NamedTuple):
     high: float
     """upper end of the interval"""
 
+    @property
+    def value(self) -> float:
+        """The rate; 0 of none."""
+        return self.missed / max(self.total, 1)
+
+    def __str__(self) -> str:
+        """The rate, its counts, and its interval by drives."""
+        counts = f"{self.missed} of {self.total}" if isinstance(self.missed, int) else f"mean of {self.total} vehicles"
+        return f"{self.value:.2%} ({counts}; 95 % {self.low:.2%}–{self.high:.2%})"
+
 
 def miss_rate(results: pl.DataFrame, missed: str, total: str, confidence: float = 0.95) -> MissRate:
     """The share of windows, or of vehicles, that left their predicted sets, with an interval over trials.
 
-    What happens in one trial is not independent, trials are: the interval is Student's, of a ratio estimator over
-    trials (Cochran, *Sampling Techniques*, 1977, §2.11). Where no trial has a miss it reaches up to the
-    Clopper–Pearson bound on the probability that a trial has any.
+    What happens in one trial is not independent, trials are (`coverdrive.certificates.bounds.clustered_interval`).
 
     ``missed`` and ``total`` are the columns, of one row per trial, that count the misses and what could be missed.
     """
-    misses, totals, count = results[missed].to_numpy(), results[total].to_numpy(), results.height
-    low, high = 0.0, 1.0
-    if not misses.any():
-        low, high = clopper_pearson(0, count, confidence)
-    elif count > 1:
-        rate = float(misses.sum() / totals.sum())
-        spread = float(np.sqrt(count / (count - 1) * ((misses - rate * totals) ** 2).sum()) / totals.sum())
-        half = float(student.ppf((1 + confidence) / 2, count - 1)) * spread
-        low, high = max(0.0, rate - half), min(1.0, rate + half)
-    return MissRate(int(misses.sum()), int(totals.sum()), low, high)
+    misses, totals = (results[name].fill_null(0).to_numpy().astype(float) for name in (missed, total))
+    low, high = clustered_interval(misses, totals, confidence)
+    counted = float if results[missed].dtype.is_float() else int
+    return MissRate(counted(misses.sum()), int(totals.sum()), low, high)

@@ -8,9 +8,10 @@ import numpy as np
 import polars as pl
 
 from coverdrive.plan import Status
+from coverdrive.prediction.manoeuvres import MANOEUVRES
 from coverdrive.simulation import metrics
 from coverdrive.simulation.initial import EGO
-from coverdrive.simulation.misses import cause_of, find_windows
+from coverdrive.simulation.misses import NEAR, cause_of, find_windows, manoeuvres_in
 from coverdrive.simulation.outcome import Kind
 from coverdrive.simulation.trace import Trace
 
@@ -27,6 +28,8 @@ class _Drive:
     def __init__(self, trace: Trace, seed: int, trial: int):
         self.trace, self.seed, self.trial = trace, seed, trial
         self.outcome, self.lon, self.windows = trace.outcome, trace.scene.lon[:, EGO], find_windows(trace)
+        self.near = self.windows.of(np.abs(trace.scene.lon[:-1] - self.lon[:-1, None]) <= NEAR)
+        self.manoeuvres = {name: self.windows.of(own) for name, own in manoeuvres_in(trace).items()}
         self.distances = metrics.distances(trace)
         self.jerk_along, self.jerk_across = metrics.jerk(trace)
         self.slacks = np.array([plan.slack.max(initial=0.0) for plan in trace.plans])
@@ -104,9 +107,23 @@ COLUMNS: dict[str, tuple[type, Callable[[_Drive], Any], str]] = {
                       "uncontrolled vehicles with at least one such window"),
     "vehicles_missed": (int, lambda of: of.windows.missed.any(0).sum(),
                         "those of them that left every predicted path in at least one of them"),
+    "shares_missed": (float, lambda of: of.windows.shares.sum(),
+                      "sum over the vehicles seen of the share of a vehicle's windows that were missed"),
+    "near_seen": (int, lambda of: len(of.near.shares),
+                  f"uncontrolled vehicles with at least one such window that begins within {NEAR:g} m of the ego"),
+    "near_shares_missed": (float, lambda of: of.near.shares.sum(),
+                           "the same sum over them and these windows"),
     "reason": (str, lambda of: "", "why the trial could not start; then all measures are null"),
 }  # fmt: skip
 """of a table of trials, by name: type, value, and what it is; those of planning times depend on the machine, too"""
+
+for _name, _words in MANOEUVRES.items():
+    COLUMNS[f"windows_{_name}"] = (
+        int, lambda of, name=_name: of.manoeuvres[name].seen.sum(), f"such predictions that begin this: {_words}"
+    )  # fmt: skip
+    COLUMNS[f"misses_{_name}"] = (
+        int, lambda of, name=_name: of.manoeuvres[name].missed.sum(), "those of them whose vehicle left every path"
+    )  # fmt: skip
 
 SCHEMA = {name: {int: pl.Int64(), float: pl.Float64(), str: pl.String()}[kind] for name, (kind, *_) in COLUMNS.items()}
 

@@ -14,7 +14,7 @@ from coverdrive.reporting.claim import set_facts, strength, whose
 from coverdrive.reporting.contents import Contents
 from coverdrive.simulation.notable import COLLIDED, NEARLY
 from coverdrive.simulation.outcome import Cause, Fault
-from coverdrive.simulation.statistics import miss_rate
+from coverdrive.simulation.statistics import miss_rate, misses_by_manoeuvre
 
 _CAUSES = {cause: cause.value for cause in (Cause.PLANNING, Cause.PREDICTION)}
 _FAULTS = {Fault.EGO: "ego", Fault.OTHER: "other vehicle", Fault.NONE: "nobody"}
@@ -70,7 +70,7 @@ def tiles(contents: Contents) -> list[Tile]:
         f"≤ {at_most(certificate.epsilon, 3)}",
         f"of {whose(certificate)} missed, {strength(certificate)}"
         + ("" if certificate.scale == 1 else f"; sets of scale {certificate.scale:.2g}"),
-        f"observed on unseen scenes: {percent(observed.value)} ({observed.count} of {observed.total}; 95 %: "
+        f"observed on unseen scenes: {percent(observed.value)} ({observed.counts}; 95 %: "
         f"{interval(observed.low, observed.high)})",
         main=True,
     )
@@ -84,7 +84,7 @@ def tiles(contents: Contents) -> list[Tile]:
                 "mean size of the predicted set",
             ),
         ]
-    collided, missed = _collided(trials), miss_rate(trials, "prediction_misses", "windows")
+    collided, missed = _collided(trials), miss_rate(trials, "shares_missed", "vehicles_seen")
     unsafe, rear = (percent(plan_share(trials, status)) for status in (Status.UNSAFE, Status.REAR))
     braking = float(trials["hardest_braking"].to_numpy().max())
     return [
@@ -96,7 +96,7 @@ def tiles(contents: Contents) -> list[Tile]:
              f"root mean square, mean of the drives; hardest braking {braking:.1f} m/s²"),
         Tile(percent(plan_share(trials, Status.SOLVED, Status.FALLBACK)), "plans clear of all predicted paths",
              f"unsafe: {unsafe}; rear: {rear}"),
-        Tile(percent(missed.missed / max(missed.total, 1)), "windows missed in the drives",
+        Tile(percent(missed.value), "of a vehicle's windows missed in the drives",
              f"95 %: {interval(missed.low, missed.high)}; not certified for this traffic"),
     ]  # fmt: skip
 
@@ -168,6 +168,8 @@ def facts(contents: Contents) -> list[tuple[str, str]]:
         *set_facts(basis, evaluation, certified.occupied, certified.uncovered),
         *([("prediction and plan", f"{median:.3g} ms (median step of the median trial); due every "
             f"{1e3 * contents.period:g} ms")] if median is not None else []),
+        *([] if contents.driven is None else
+          [(f"missed in drives: {name}", str(rate)) for name, rate in misses_by_manoeuvre(contents.driven).items()]),
         *([("drives", contents.road)] if contents.road else []),
         ("time", ", ".join(f"{stage} {seconds:.1f} s" for stage, seconds in run["seconds"].items())),
         ("software", f"coverdrive {run['coverdrive']}, Python {run['python']}, "
