@@ -321,7 +321,7 @@ def test_help_says_the_defaults_of_the_settings(capsys: pytest.CaptureFixture[st
         "basis": (experiment.prediction.segments.stride, "yes" if basis.symmetric else "no", basis.centres),
     }
     for command, values in defaults.items():
-        app.help_print([command], console=Console(width=200))
+        app.help_print([command], console=Console(width=1000))
         printed = capsys.readouterr().out
         assert [value for value in values if f"[default: {value} unless the settings differ]" not in printed] == []
 

@@ -80,6 +80,6 @@ def test_traffic_is_told_apart_by_its_kind(tmp_path):
     (tmp_path / "old.toml").write_text("[traffic]\ninterval = 0.6\n")
     assert Experiment.load(tmp_path / "old.toml").traffic.model_dump() == {"kind": "set-sampling", "interval": 0.6}
     named = get_args(get_args(get_args(TrafficName)[0])[0])
-    assert {usual.overridden(traffic={"kind": name}).traffic.kind for name in named} == set(named) and len(named) == 5
+    assert {usual.overridden(traffic={"kind": name}).traffic.kind for name in named} == set(named) and len(named) == 6
     with pytest.raises(SettingError, match="traffic"):
         usual.overridden(traffic={"kind": "bicycles"})

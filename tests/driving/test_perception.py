@@ -71,10 +71,9 @@ def noisy(dt: float = 0.1) -> RawTracks:
         lat = 1.8 * (1 + 2 * (vehicle % 3)) + 0.5 * np.sin(time) + random.normal(0, 0.1, len(moment))
         rows.append(np.stack([np.full(len(moment), vehicle), moment, lon, lat]))
     vehicle, moment, lon, lat = np.concatenate(rows, axis=1)
+    speed = 15 + 0.8 * vehicle * dt * moment
     size = np.full(len(lon), 4.5)
-    return RawTracks(
-        vehicle.astype(int), moment.astype(int), lon, lat, size, 0.4 * size, 0 * lon, 0 * moment.astype(int)
-    )
+    return RawTracks(vehicle.astype(int), moment.astype(int), lon, lat, size, 0.4 * size, speed, 0 * moment.astype(int))
 
 
 def test_measured_positions_give_the_states_that_replay_sees(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from coverdrive.errors import SettingError
 from coverdrive.league.agents import AgentPlanner
 from coverdrive.league.beliefs import ConstantVelocity
 from coverdrive.league.entrants import ENTRANTS, Known, Place, Seat, entrant
-from coverdrive.plan import Status
+from coverdrive.plan import Planner, Status
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.road import Road
 from coverdrive.simulation.setup import made
@@ -60,8 +60,8 @@ def test_a_planner_of_ones_own_plans_against_the_default_sets() -> None:
     assert found.belief is KNOWN.predictor
     assert callable(found.planner)
     assert isinstance(found.planner(), ConstantPlanner)
-    ours = made(seat("entered:theirs").planner, MpcPlanner)
-    assert ours.settings == PLACE.settings.model_copy(update={"lane_change": 0.0})
+    ours = made(seat("entered:theirs").planner, Planner)
+    assert isinstance(ours, MpcPlanner) and ours.settings == PLACE.settings.model_copy(update={"lane_change": 0.0})
 
 
 def test_a_belief_of_ones_own_has_our_planner() -> None:

@@ -56,7 +56,7 @@ def test_number_of_segments(rows: int, stride: float, expected: int) -> None:
 
 
 def test_segments_never_mix_vehicles() -> None:
-    table = pl.concat([track(np.zeros(35), 0.0, 0.0, vehicle=v).table for v in (1, 2)])
+    table = pl.concat([track(np.zeros(35), 1.8 * v, 0.0, vehicle=v).table for v in (1, 3)])
     segments = cut_segments([Recording("two", table, 0.1, Road.straight(), {})], SegmentSettings(stride=0.1))
     assert segments.row.tolist() == [*range(5), *range(35, 40)]
     assert len(np.unique(segments.vehicle)) == 2

@@ -142,7 +142,7 @@ def tried(name: str, count: int, folder: Path, seed: int) -> tuple[int, int]:
             accepted += 1
             for recording in recordings:
                 assert recording.table.select(SCHEMA.names()).schema == SCHEMA
-                assert np.isfinite(recording.table.to_numpy()).all(), (seed, number)
+                assert np.isfinite(recording.table.drop("stated", strict=False).to_numpy()).all(), (seed, number)
                 speed = recording.table["speed"].median()
                 told = 0.9 * speeds.min() - 0.5 <= speed <= 1.1 * speeds.max() + 0.5  # pyright: ignore[reportOperatorIssue]
                 assert told or name in UNTOLD, (seed, number, speed)

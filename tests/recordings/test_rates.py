@@ -8,7 +8,7 @@ from recordings_fakes import traffic
 from coverdrive.prediction.learning.affordance import FEATURES
 from coverdrive.prediction.learning.samples import make_features
 from coverdrive.prediction.segments import SegmentSettings, cut_segments
-from coverdrive.recordings.recording import Recording
+from coverdrive.recordings.recording import SCHEMA, Recording
 from coverdrive.reference_line import ReferenceLine
 from coverdrive.road import LaneEdges, Road
 from coverdrive.simulation.replay import cut_scenarios
@@ -43,7 +43,7 @@ def test_rates_are_those_of_lon_and_lat(radius: float):
     recording, straight = recorded(bending(radius)), recorded(Road(EDGES, 600.0))
     right = recording.table.filter(pl.col("lat") < 3)["speed"].to_numpy()
     assert right == pytest.approx(22 * (1 + (10.8 - 1.8) / radius), rel=1e-3)
-    for name in recording.table.columns:
+    for name in SCHEMA:
         assert recording.rates[name].to_numpy() == pytest.approx(straight.table[name].to_numpy(), abs=1e-9), name
     table, road = recording.table, recording.road
     lon, lat, speed, heading = (table[name].to_numpy() for name in ("lon", "lat", "speed", "heading"))
