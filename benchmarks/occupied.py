@@ -78,7 +78,7 @@ def measured(fitted: Fit) -> dict[str, object]:
         "unit": unit,
         "area": occupied.mean,
         "ratio": occupied.ratio,
-        "ratio to centres": compared(np.array(occupied.areas), *claimed, fitted.seed).ratio,
+        "ratio to centres": compared(np.array(occupied.areas), (), *claimed, fitted.seed).ratio,
         "missed": missed,
         "baseline missed": baseline_missed,
     }

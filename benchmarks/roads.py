@@ -74,7 +74,7 @@ def missed(recording: Recording, predictor: BoxPredictor) -> tuple[int, int]:
         segments = cut_segments([recording])
     except DataError:  # nobody is there for so long
         return 0, 0
-    scored = scored_by(predictor.network.boxes_of(make_features([recording], segments)), segments)
+    scored = scored_by(predictor.network.boxes_of(make_features([recording], segments)), segments, [recording])
     rate = evaluate(predictor.rule, scored).windows
     return rate.count, rate.total
 

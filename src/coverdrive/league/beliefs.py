@@ -34,15 +34,17 @@ class ConstantVelocity:
     """[m] half sizes of the box beyond those of the body; zero for the body alone"""
     step: float = 1.0
     """[s] between two of them"""
+    now: Float[np.ndarray, " 2"] = field(default_factory=lambda: np.zeros(2))
+    """[m] the same of the box of now"""
 
     @property
     def fingerprint(self) -> str:
         """A short hash."""
-        return f"constant velocity {fingerprint(self.beyond, np.array(self.step))}"
+        return f"constant velocity {fingerprint(self.beyond, np.array(self.step), self.now)}"
 
     def scaled(self, scale: float) -> "ConstantVelocity":
         """The same with boxes of another size."""
-        return replace(self, beyond=scale * self.beyond)
+        return replace(self, beyond=scale * self.beyond, now=scale * self.now)
 
     def predict(self, scene: Scene, road: Road, ego: int, dt: float, steps: int) -> PredictedPaths:
         """One path for each vehicle; boxes grow linearly between the times at which their sizes are given."""
@@ -51,7 +53,8 @@ class ConstantVelocity:
         points = np.repeat(states[:, None, :2], len(times), axis=1)
         points[..., 0] += times * (states[:, 2] * np.cos(states[:, 3]))[:, None]
         knots = self.step * np.arange(len(self.beyond) + 1)
-        beyond = np.stack([np.interp(times, knots, [0.0, *each]) for each in self.beyond.T], axis=-1)
+        sizes = np.vstack([self.now, self.beyond]).T
+        beyond = np.stack([np.interp(times, knots, each) for each in sizes], axis=-1)
         return PredictedPaths(points, vehicle, scene.half_sizes[vehicle][:, None] + beyond, dt)
 
 

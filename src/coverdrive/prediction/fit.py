@@ -21,7 +21,7 @@ from coverdrive.certificates.evaluation import Evaluation, Rate, evaluate
 from coverdrive.certificates.methods import Method
 from coverdrive.certificates.rule import LEAST, Rule, scale_of
 from coverdrive.errors import SettingError
-from coverdrive.prediction.boxes.boxes import TUBE, scored_by
+from coverdrive.prediction.boxes.boxes import TUBE, early_share, scored_by
 from coverdrive.prediction.boxes.predictor import BoxPredictor
 from coverdrive.prediction.boxes.training import BoxSettings, train_boxes
 from coverdrive.prediction.calibrate import (
@@ -163,7 +163,7 @@ def fit(
     predictor, test = made.predictor.scaled(scale), made.scored.test
     with _timed("comparison", seconds):
         kinds = manoeuvres_of(recordings, segments.of(sides.test))
-        occupied = compared(made.areas, segments, sides, settings.certificate, predictor.calibrated, seed)
+        occupied = compared(made.areas, recordings, segments, sides, settings.certificate, predictor.calibrated, seed)
     return Fit(
         predictor=predictor,
         certificates=made.certificates,
@@ -214,12 +214,14 @@ def _fit_boxes(task: _Task) -> _Made:
         features = make_features(recordings, segments)
     with _timed("training", seconds):
         unit, training_seed = settings.certificate.unit, _seeds(seed)[2]
+        early = early_share(segments.of(sides.train), recordings)
         network, losses = train_boxes(
-            features[sides.train], segments.of(sides.train), settings.boxes, training_seed, unit
+            features[sides.train], segments.of(sides.train), settings.boxes, training_seed, unit, early
         )
     with _timed("certificate", seconds):
         train_side, calibration = (
-            scored_by(network.boxes_of(features[side]), segments.of(side)) for side in (sides.train, sides.calibration)
+            scored_by(network.boxes_of(features[side]), segments.of(side), recordings)
+            for side in (sides.train, sides.calibration)
         )
         boxes = network.boxes_of(features[sides.test])
 
@@ -229,7 +231,7 @@ def _fit_boxes(task: _Task) -> _Made:
         predictor, certificates = calibrated(make, TUBE, train_side, calibration, settings.certificate, seed)
         rungs = proved_scales(predictor.rule, predictor.trained_on, calibration, certificates[0])
         predictor = replace(predictor, rungs=rungs)
-        test = scored_by(boxes, segments.of(sides.test))
+        test = scored_by(boxes, segments.of(sides.test), recordings)
         if sides.crossed:
             test = held_back(predictor.rule, TUBE, train_side, calibration, settings.certificate, seed)
     scored = ScoredSides(train_side, calibration, test, predictor.fingerprint)

@@ -4,6 +4,7 @@ Beside every predictor stands a trivial one with the same claim: constant veloci
 calibrated on the same units. P points after the start.
 """
 
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -16,12 +17,13 @@ from coverdrive.certificates.evaluation import Evaluation, evaluate
 from coverdrive.certificates.methods import Method
 from coverdrive.certificates.rule import Rule, scale_of
 from coverdrive.errors import CertificateError
-from coverdrive.prediction.boxes.boxes import TUBE, constant_velocity, scored_by
+from coverdrive.prediction.boxes.boxes import TUBE, constant_velocity, early_share, scored_by
 from coverdrive.prediction.calibrate import CertificateSettings, calibrated
 from coverdrive.prediction.cover.basis import Basis
 from coverdrive.prediction.held_back import held_back
 from coverdrive.prediction.segments import Segments
 from coverdrive.prediction.split import Split
+from coverdrive.recordings.recording import Recording
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,7 @@ class Occupied:
 
 def compared(
     areas: Float[np.ndarray, " P"],
+    recordings: Sequence[Recording],
     segments: Segments,
     sides: Split,
     settings: CertificateSettings,
@@ -60,29 +63,37 @@ def compared(
     seconds = tuple((segments.step * np.arange(1, len(areas) + 1)).tolist())
     found = Occupied(seconds, tuple(areas.tolist()))
     with suppress(CertificateError):  # then there is nothing to compare with
-        half_sizes, evaluation = trivial_box(segments, sides, settings, certificate, seed)
-        baseline = tuple((4 * half_sizes.prod(-1)).tolist())
+        half_sizes, evaluation = trivial_box(recordings, segments, sides, settings, certificate, seed)
+        baseline = tuple((4 * half_sizes[1:].prod(-1)).tolist())
         found = replace(found, baseline=baseline, baseline_evaluation=evaluation)
     return found
 
 
 def trivial_box(
-    segments: Segments, sides: Split, settings: CertificateSettings, certificate: Certificate, seed: int
-) -> tuple[Float[np.ndarray, "P 2"], Evaluation]:
+    recordings: Sequence[Recording],
+    segments: Segments,
+    sides: Split,
+    settings: CertificateSettings,
+    certificate: Certificate,
+    seed: int,
+) -> tuple[Float[np.ndarray, "Q 2"], Evaluation]:
     """Half sizes [m] of the trivial predictor's box beyond the body, for the bound of a certificate by the same method.
 
-    The evaluation is on the test split. A CertificateError if the bound cannot be proved.
+    They are those of now and of the points after it, Q = P + 1. The evaluation is on the test split. A CertificateError
+    if the bound cannot be proved.
     """
     method = Method.PAC_POOLED if settings.method.computes_epsilon else settings.method
     claim = settings.model_copy(update={"method": method, "epsilon": certificate.epsilon, "tube": "cover"})
-    boxes = constant_velocity(segments.of(sides.train))
+    learned_from = segments.of(sides.train)
+    boxes = constant_velocity(learned_from, early_share(learned_from, recordings))
     training, calibration, test = (
-        scored_by(boxes, segments.of(side)) for side in (sides.train, sides.calibration, sides.test)
+        scored_by(boxes, segments.of(side), recordings) for side in (sides.train, sides.calibration, sides.test)
     )
     rule, _ = calibrated(lambda rule, *_: rule, TUBE, training, calibration, claim, seed)
     if sides.crossed:
         test = held_back(rule, TUBE, training, calibration, claim, seed)
-    return boxes.half_sizes[0] * scale_of(rule), evaluate(rule, test)
+    half_sizes = np.vstack([boxes.early * boxes.half_sizes[0, 0], boxes.half_sizes[0]])
+    return half_sizes * scale_of(rule), evaluate(rule, test)
 
 
 def areas_of_bases(basis: Basis, rule: Rule, samples: ScoredSamples) -> Float[np.ndarray, " P"]:

@@ -17,7 +17,13 @@ from coverdrive.prediction.cover.greedy import MIRROR
 from coverdrive.recordings.recording import Recording
 from coverdrive.settings import Settings
 
+WATCHED = 0.1
+"""[s] between two moments at which a body has to be in its box"""
+
 _MOST_POINTS = 200
+
+_ROUNDING = 1e-6
+"""of a number of time steps"""
 
 
 class SegmentSettings(Settings):
@@ -103,6 +109,27 @@ def cut_segments(recordings: Sequence[Recording], settings: SegmentSettings | No
 _PER_SEGMENT = ("points", "speed", "heading", "half_sizes", "vehicle", "group", "recording", "row")
 
 
+def watched_every(recordings: Sequence[Recording], step: float) -> float:
+    """[s] apart at which bodies are watched between points of segments: 0.1 s, more where recordings or points say."""
+    every = max((recording.dt * max(1, round(WATCHED / recording.dt)) for recording in recordings), default=step)
+    steps = [step / every, *(every / recording.dt for recording in recordings)]
+    return every if all(abs(each - round(each)) < _ROUNDING and each > 0.5 for each in steps) else step
+
+
+def watched(recordings: Sequence[Recording], segments: Segments) -> Segments:
+    """Segments of recordings with points at all moments at which bodies are watched."""
+    every = watched_every(recordings, segments.step)
+    if every == segments.step or not len(segments):
+        return segments
+    moments = round(segments.step / every) * (segments.points.shape[1] - 1) + 1
+    points, heading = np.empty((len(segments), moments, 2)), np.empty((len(segments), moments))
+    for index in np.unique(segments.recording):
+        own, recording = segments.recording == index, recordings[index]
+        rows = segments.row[own, None] + round(every / recording.dt) * np.arange(moments)
+        points[own], heading[own], _ = _seen_from_starts(recording, rows, every * np.arange(moments))
+    return replace(segments, points=points, heading=heading, step=every)
+
+
 def _cut(recording: Recording, index: int, settings: SegmentSettings) -> Segments:
     step = _samples(settings.step, recording, "step")
     stride = _samples(settings.stride, recording, "stride")
@@ -115,14 +142,11 @@ def _cut(recording: Recording, index: int, settings: SegmentSettings) -> Segment
     starts = np.flatnonzero(since_first[: max(len(vehicle) - reach, 0)] % stride == 0)
     starts = starts[vehicle[starts] == vehicle[starts + reach]]
     rows = starts[:, None] + step * np.arange(settings.points)
-    speed = column["seen_speed"][starts] * np.cos(column["seen_heading"][starts])
-    elapsed = settings.step * np.arange(settings.points)
-    lon = column["lon"][rows] - column["seen_lon"][starts, None] - speed[:, None] * elapsed
-    lat = column["lat"][rows] - column["seen_lat"][starts, None]
+    points, heading, speed = _seen_from_starts(recording, rows, settings.step * np.arange(settings.points))
     return Segments(
-        points=np.stack([lon, lat], axis=-1) * (elapsed > 0)[:, None],
+        points=points,
         speed=speed,
-        heading=column["heading"][rows],
+        heading=heading,
         half_sizes=np.stack([column["length"][starts], column["width"][starts]], axis=-1) / 2,
         step=settings.step,
         vehicle=column["identity"][starts],
@@ -130,6 +154,18 @@ def _cut(recording: Recording, index: int, settings: SegmentSettings) -> Segment
         recording=np.full(len(starts), index),
         row=starts,
     )
+
+
+def _seen_from_starts(
+    recording: Recording, rows: Int[np.ndarray, "N K"], elapsed: Float[np.ndarray, " K"]
+) -> tuple[Float[np.ndarray, "N K 2"], Float[np.ndarray, "N K"], Float[np.ndarray, " N"]]:
+    """Deviations [m], headings [rad] and the speed at the start [m/s] of segments, from the rows of their points."""
+    names = ("seen_speed", "seen_heading", "seen_lon", "seen_lat", "lon", "lat", "heading")
+    column, starts = {name: recording.rates[name].to_numpy() for name in names}, rows[:, 0]
+    speed = column["seen_speed"][starts] * np.cos(column["seen_heading"][starts])
+    lon = column["lon"][rows] - column["seen_lon"][starts, None] - speed[:, None] * elapsed
+    lat = column["lat"][rows] - column["seen_lat"][starts, None]
+    return np.stack([lon, lat], axis=-1) * (elapsed > 0)[:, None], column["heading"][rows], speed
 
 
 def _samples(duration: float, recording: Recording, name: str) -> int:

@@ -19,7 +19,7 @@ from coverdrive.certificates.certificate import fingerprint
 from coverdrive.errors import CoverdriveError, DataError
 from coverdrive.files import write_atomically
 
-_VERSION = 3
+_VERSION = 4
 _TYPES = {"f8": "F64", "f4": "F32", "i8": "I64", "i4": "I32", "i1": "I8", "u1": "U8", "b1": "BOOL"}
 """names of NumPy's types in such files"""
 

@@ -1,10 +1,11 @@
 """Prediction misses: vehicles that left their predicted sets, told from where they really went.
 
-A *window* is one vehicle at one planning moment. It is missed if, at some later point of the plan, every path that was
-predicted for the vehicle at that moment has had the vehicle outside: its body outside the box, or its centre outside
-the ellipse in it. The certificate's ε is a bound on the same event, at its own points of time and with one path in
-place of all, the one that is nearest to what the vehicle did. Plans keep clear of the whole box; a collision is
-therefore put down to a miss only if the vehicle left the boxes. n steps, A vehicles.
+A *window* is one vehicle at one planning moment. It is missed if, at some later moment of the drive within the horizon,
+every path that was predicted for the vehicle has had its body outside the box; between two points of a path, boxes are
+on a line, as in plans. The certificate's ε is a bound on the same event. In the paper's tubes, the centre has to stay
+in the ellipse in the box besides, at the points of a path alone, and the bound is on one path in place of all, that
+which is nearest to what the vehicle did. Plans keep clear of the whole box; a collision is therefore put down to a miss
+only if the vehicle left the boxes. n steps, A vehicles.
 """
 
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
+from coverdrive.paths import PredictedPaths
 from coverdrive.prediction.inside import inside
 from coverdrive.prediction.manoeuvres import gets_in_the_way, manoeuvres
 from coverdrive.simulation.initial import EGO
@@ -54,6 +56,7 @@ def find_windows(trace: Trace, boxes: bool = False) -> Windows:
     """Follow every vehicle over the horizon of every prediction, as far as the trace goes; or of their boxes alone."""
     step = float(trace.time[1] - trace.time[0])
     at, paths = trace.all_paths
+    paths = paths if paths.ellipses is not None else _every(step, paths)
     times = paths.dt * np.arange(1, paths.points.shape[1])
     actual, observed = _poses(trace, np.arange(len(trace))[:, None] + times / step)
     present = np.asarray(trace.scene.valid[:-1]) & (np.arange(trace.scene.vehicles) != EGO)
@@ -99,6 +102,18 @@ def cause_of(trace: Trace) -> Cause:
         return Cause.NONE
     left = left_recently(trace, find_windows(trace, boxes=True))
     return Cause.PREDICTION if left[-1, outcome.partner] else Cause.PLANNING
+
+
+def _every(step: float, paths: PredictedPaths) -> PredictedPaths:
+    """Paths with points ``step`` [s] apart, on the lines between those that they have."""
+    last = paths.points.shape[1] - 1
+    moments = step * np.arange(int(last * paths.dt / step + _ROUNDING) + 1) / paths.dt
+    before = np.minimum(np.floor(moments + _ROUNDING).astype(int), last - 1)
+    share = (moments - before)[:, None]
+    points, half_sizes = (
+        (1 - share) * each[:, before] + share * each[:, before + 1] for each in (paths.points, paths.half_sizes)
+    )
+    return PredictedPaths(points, paths.vehicle, half_sizes, step)
 
 
 def _poses(

@@ -19,7 +19,7 @@ from coverdrive.prediction.fit import Fit, PredictionSettings, fit
 from coverdrive.prediction.learning.affordance import mirrored_features
 from coverdrive.prediction.occupied import union_area
 from coverdrive.prediction.predictor import Predictor
-from coverdrive.prediction.segments import Segments, SegmentSettings
+from coverdrive.prediction.segments import WATCHED, Segments, SegmentSettings, watched
 from coverdrive.recordings.recording import Recording
 from coverdrive.reference_line import ReferenceLine
 from coverdrive.road import Road
@@ -188,12 +188,13 @@ def test_a_window_is_covered_exactly_if_its_body_is_in_the_predicted_boxes(
         start = recording.table.row(int(segments.row[row]), named=True)
         scene = recording.scene_at(start["time"])
         slot = int(np.flatnonzero(np.isclose(scene.lon, start["seen_lon"]))[0])
-        paths = predictor.predict(scene, recording.road, None, segments.step, 6)
+        paths = predictor.predict(scene, recording.road, None, WATCHED, 30)
         mine = paths.vehicle == slot
         assert set(paths.vehicle) == set(range(scene.vehicles)) and mine.sum() >= len(predictor.network.arms)
-        actual = segments.points[row] + [scene.lon[slot], scene.lat[slot]]
-        actual[:, 0] += segments.speed[row] * segments.step * np.arange(7)
-        body = turned_half_extents(segments.half_sizes[row], segments.heading[row])
+        seen = watched(scenes, segments.of(np.array([row])))
+        actual = seen.points[0] + [scene.lon[slot], scene.lat[slot]]
+        actual[:, 0] += seen.speed[0] * seen.step * np.arange(31)
+        body = turned_half_extents(seen.half_sizes[0], seen.heading[0])
         learned = np.flatnonzero(mine)[: len(predictor.network.arms)]
         margin = (paths.half_sizes[learned] - np.abs(actual - paths.points[learned]) - body)[:, 1:].min((1, 2)).max()
         assert (margin > 0) == expected or abs(margin) < 1e-3
@@ -207,7 +208,10 @@ def test_boxes_follow_the_vehicle_whatever_its_slot_and_begin_with_its_body(fitt
     arms = arms_of(fitted)
     assert paths.vehicle.tolist() == [1, 2] * arms and paths.points.shape == (2 * arms, 13, 2) and paths.dt == 0.25
     np.testing.assert_allclose(paths.points[:, 0], scene.states[paths.vehicle, :2], atol=1e-9)
-    np.testing.assert_allclose(paths.half_sizes[:, 0], scene.half_sizes[paths.vehicle])
+    beyond = paths.half_sizes - scene.half_sizes[paths.vehicle][:, None]
+    unknown = beyond[:, 0] / beyond[:, 2]
+    np.testing.assert_allclose(unknown, np.tile(fitted.predictor.network.early, (2 * arms, 1)), rtol=1e-6)
+    assert (unknown > 0).all() and (unknown < 0.7).all()
     order = np.array([2, 0, 1])
     turned = Scene(**{name: values[order] for name, values in vars(scene).items()})
     again = fitted.predictor.predict(turned, road, ego=1, dt=0.25, steps=12)

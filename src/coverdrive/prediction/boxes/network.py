@@ -33,6 +33,8 @@ class BoxNetwork(eqx.Module):
     """[m] root mean square of the training deviations from constant velocity along lon and lat"""
     arms: Float[Array | np.ndarray, "A 2"] = eqx.field(default_factory=lambda: WHOLE)
     """of the boxes (`Boxes`), the widest last"""
+    early: Float[Array | np.ndarray, " 2"] = eqx.field(default_factory=lambda: np.zeros(2))
+    """share of the first half sizes that the boxes of now have"""
 
     @staticmethod
     def outputs(points: int) -> int:
@@ -68,14 +70,15 @@ class BoxNetwork(eqx.Module):
         found = np.empty((2, len(features), *self.usual.shape))
         for part in parts(len(features)):
             found[0, part], found[1, part] = self.boxes(features[part])
-        return Boxes(found[0], found[1], np.asarray(self.arms))
+        return Boxes(found[0], found[1], np.asarray(self.arms), np.asarray(self.early))
 
     @property
     def arrays(self) -> dict[str, np.ndarray]:
         """All parameters by name, to be stored; `of` makes the same from them and the kind of the network."""
-        return {"box_usual": np.asarray(self.usual), "box_arms": np.asarray(self.arms), **self.network.arrays}
+        own = {"box_usual": self.usual, "box_arms": self.arms, "box_early": self.early}
+        return {**{name: np.asarray(values) for name, values in own.items()}, **self.network.arrays}
 
     @staticmethod
     def of(arrays: Mapping[str, np.ndarray], kind: Mapping[str, str]) -> "BoxNetwork":
         """The network that `arrays` and the kind came from."""
-        return BoxNetwork(Network.of(arrays, kind), arrays["box_usual"], arrays["box_arms"])
+        return BoxNetwork(Network.of(arrays, kind), arrays["box_usual"], arrays["box_arms"], arrays["box_early"])

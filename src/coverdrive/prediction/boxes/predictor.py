@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
-from functools import cache, cached_property, reduce
+from functools import cached_property, reduce
 from itertools import product
 from typing import Any, ClassVar
 
@@ -11,12 +11,11 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 from jaxtyping import Bool, Float, Float32, Int
-from scipy.interpolate import CubicSpline
 
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.rule import Rule, rule_of, scale_of
 from coverdrive.paths import PredictedPaths
-from coverdrive.prediction.boxes.boxes import TUBE
+from coverdrive.prediction.boxes.boxes import TUBE, between
 from coverdrive.prediction.boxes.network import BoxNetwork
 from coverdrive.prediction.stored import ALONE, StoredPredictor, TimeGrid, features_of, grid_of, others_of
 from coverdrive.prediction.under_way import lane_changes
@@ -111,8 +110,9 @@ class BoxPredictor(StoredPredictor):
     ) -> tuple[Float[np.ndarray, "n K 2"], Float[np.ndarray, "n K 2"]]:
         """Centres and half sizes of the calibrated boxes of some slots at ``times`` [s]."""
         values = np.asarray(self._values(features_of(scene, road, vehicle)), dtype=float)[:, : len(vehicle)]
-        place, size = _weights(len(self.network.usual), self.step, tuple(times.tolist()))
-        return place @ values[0], scale_of(self.rule) * (size @ values[1])
+        place, size, early = between(len(self.network.usual), self.step, tuple(times.tolist()))
+        at_first = np.asarray(self.network.early) * values[1, :, :1]
+        return place @ values[0], scale_of(self.rule) * (size @ values[1] + early[:, None] * at_first)
 
     @cached_property
     def _values(self) -> Callable[[Float32[np.ndarray, "n F"]], Array]:
@@ -139,13 +139,3 @@ class BoxPredictor(StoredPredictor):
         network = BoxNetwork.of(arrays, header["network"])
         rule, certificate = rule_of(header["rule"], arrays), Certificate(**header["certificate"])
         return BoxPredictor(network, rule, certificate, arrays["trained_on"], rungs=arrays["rungs"], **header["boxes"])
-
-
-@cache
-def _weights(
-    points: int, step: float, times: tuple[float, ...]
-) -> tuple[Float[np.ndarray, "K P"], Float[np.ndarray, "K P"]]:
-    """What boxes at any times are made of: cubic splines through the centres, and lines between the half sizes."""
-    knots = step * np.arange(points + 1)
-    unit = np.eye(points + 1)[1:]
-    return CubicSpline(knots, unit.T)(times), np.stack([np.interp(times, knots, each) for each in unit], axis=-1)

@@ -77,11 +77,13 @@ def train_boxes(
     settings: BoxSettings,
     seed: int = 0,
     unit: Unit = "vehicle",
+    early: Float[np.ndarray, " 2"] | None = None,
 ) -> tuple[BoxNetwork, Float[np.ndarray, " epochs"]]:
     """A network trained on the features at the start of segments, and the mean loss of every epoch.
 
-    If the settings say so, it is trained on their mirror images as well. The unit is what the claim will count. The
-    seed is of the initial weights, the order of the samples, dropout and noise; `DataError` as of `optimised`.
+    If the settings say so, it is trained on their mirror images as well. The unit is what the claim will count, and
+    ``early`` as of `early_share`. The seed is of the initial weights, the order of the samples, dropout and noise;
+    `DataError` as of `optimised`.
     """
     start, order = jax.random.split(jax.random.key(seed))
     windows = unit in ("window", "share")
@@ -104,7 +106,8 @@ def train_boxes(
 
     trained, losses = optimised(network, features, targets, loss, settings, order)
     evened = _evened(trained, features) if few and not windows else trained
-    return BoxNetwork(evened, decoder.usual, WHOLE if windows else _CROSS), losses
+    arms = WHOLE if windows else _CROSS
+    return BoxNetwork(evened, decoder.usual, arms, np.zeros(2) if early is None else early), losses
 
 
 def _targets(segments: Segments) -> Float32[np.ndarray, "N P 4"]:
