@@ -10,7 +10,7 @@ from scipy.stats import binom
 from coverdrive.certificates.calibration import Calibration, Claim, ScoredSamples
 from coverdrive.certificates.certificate import Unit
 from coverdrive.certificates.evaluation import Rate, evaluate
-from coverdrive.certificates.mean_loss import log_capital, loss_limit, orders, proves, units_needed
+from coverdrive.certificates.mean_loss import log_capital, loss_limit, orders, proves, stakes, units_needed
 from coverdrive.certificates.methods import Method, certify
 from coverdrive.certificates.rule import Thresholds
 from coverdrive.errors import CertificateError
@@ -56,7 +56,8 @@ def test_bets_by_hand() -> None:
         capitals.append(capital)
     assert len(capitals) == 100 and len({round(each, 9) for each in capitals}) == 3
     assert proves(losses, epsilon, 0.9) is bool(np.mean(capitals) >= 10)
-    assert np.log(capitals) == pytest.approx(log_capital(np.sort(losses)[orders(3)], epsilon, np.log(10)))
+    turned = np.sort(losses)[orders(3)]
+    assert np.log(capitals) == pytest.approx(log_capital(turned, stakes(turned, np.log(10)), epsilon))
     assert 0.4 < loss_limit(losses, 0.9) < 1
     assert proves(losses, loss_limit(losses, 0.9), 0.9) and not proves(losses, loss_limit(losses, 0.9) - 1e-5, 0.9)
 

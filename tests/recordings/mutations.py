@@ -2,6 +2,7 @@
 
 import json
 import re
+from copy import deepcopy
 from typing import Any
 from xml.etree import ElementTree
 
@@ -139,7 +140,7 @@ def with_other_elements(content: bytes, random: np.random.Generator) -> bytes:
         case 1:
             parent.insert(place, child)
         case 2:
-            parents[random.integers(len(parents))].append(child)
+            parents[random.integers(len(parents))].append(deepcopy(child))  # that may be the child itself
         case 3:
             child.clear()
         case 4:

@@ -17,6 +17,7 @@ Rules are nested, so that losses only grow from one to the next: the last one be
 valid, wherever the rules to try are (Bates et al. 2021, Theorem 1).
 """
 
+from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
@@ -41,25 +42,42 @@ hardly matters"""
 
 def proves(losses: Float[np.ndarray, " n"], epsilon: float, confidence: float | None) -> bool:
     """Whether losses prove that their mean is at most ε; the larger ε, the sooner."""
+    return _proof(losses, confidence)(epsilon)
+
+
+def _proof(losses: Float[np.ndarray, " n"], confidence: float | None) -> Callable[[float], bool]:
+    """`proves` of the same losses, for any ε."""
     count = len(losses)
     if confidence is None:
-        return bool((losses.sum() + 1) / (count + 1) <= epsilon)
+        mean = (losses.sum() + 1) / (count + 1)
+        return lambda epsilon: bool(mean <= epsilon)
     goal = -np.log1p(-confidence)
     ordered = np.sort(losses)
-    turns = orders(count) if count and ordered[0] < ordered[-1] else np.arange(count)[:, None]
-    capital = log_capital(ordered[turns], epsilon, goal)
-    return bool(np.logaddexp.reduce(capital) - np.log(len(capital)) >= goal)
+    turned = ordered[orders(count) if count and ordered[0] < ordered[-1] else np.arange(count)[:, None]]
+    wanted = stakes(turned, goal)
+
+    def proved(epsilon: float) -> bool:
+        capital = log_capital(turned, wanted, epsilon)
+        return bool(np.logaddexp.reduce(capital) - np.log(len(capital)) >= goal)
+
+    return proved
 
 
-def log_capital(losses: Float[np.ndarray, "n K"], epsilon: float, goal: float) -> Float[np.ndarray, " K"]:
-    """Logarithm of what a bettor has in the end who stakes on losses, in each of K orders, that ``goal`` is reached."""
+def stakes(losses: Float[np.ndarray, "n K"], goal: float) -> Float[np.ndarray, "n K"]:
+    """What a bettor wants to stake on each loss, after those before it in each of K orders, to reach ``goal``."""
     count = len(losses)
     number = np.arange(1, count + 1)[:, None]
     mean = (0.5 + np.cumsum(losses, 0)) / (number + 1)
     spread = (0.25 + np.cumsum((losses - mean) ** 2, 0)) / (number + 1)
     known = np.concatenate([np.full_like(losses[:1], 0.25), spread[:-1]])
-    stakes = np.minimum(np.sqrt(2 * goal / (count * known)), _STAKE / (1 - epsilon))
-    return np.log1p(stakes * (epsilon - losses)).sum(0)
+    return np.sqrt(2 * goal / (count * known))
+
+
+def log_capital(
+    losses: Float[np.ndarray, "n K"], stakes: Float[np.ndarray, "n K"], epsilon: float
+) -> Float[np.ndarray, " K"]:
+    """Logarithm of what a bettor has in the end who stakes so much, or what can be lost at the most, in each order."""
+    return np.log1p(np.minimum(stakes, _STAKE / (1 - epsilon)) * (epsilon - losses)).sum(0)
 
 
 @lru_cache(maxsize=8)
@@ -71,10 +89,10 @@ def orders(count: int) -> Int[np.ndarray, "n K"]:
 
 def loss_limit(losses: Float[np.ndarray, " n"], confidence: float | None) -> float:
     """The smallest bound on the mean that losses prove; 1 if they prove none."""
-    low, high = 0.0, 1.0
+    low, high, proved = 0.0, 1.0, _proof(losses, confidence)
     while high - low > _EXACT:
         middle = (low + high) / 2
-        low, high = (low, middle) if proves(losses, middle, confidence) else (middle, high)
+        low, high = (low, middle) if proved(middle) else (middle, high)
     return high
 
 
