@@ -1,0 +1,187 @@
+"""What does each rule of the planner pay? `python benchmarks/rules.py --recording commonroad/ [--drives 100]`.
+
+Every rule is switched off by itself, on equal seeds: among drivers, among aggressive ones, and in replays of recorded
+scenes, half of which drive on what was learned from the other half, with which they share no vehicle. Of each: drives
+that end in contact, those at the ego's fault, the difference in mean speed with its paired 95 % interval, unsafe plans,
+and manners. ``--write`` puts the table into `benchmarks/RESULTS.md`.
+"""
+
+import argparse
+import json
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import lru_cache
+from multiprocessing import get_context
+from pathlib import Path
+from tempfile import gettempdir
+from typing import Any
+
+import numpy as np
+
+import coverdrive
+from coverdrive.paths import PredictedPaths
+from coverdrive.planning.planner import MpcPlanner, PlannerSettings
+from coverdrive.prediction.fit import PredictionSettings, cut_and_split, fit
+from coverdrive.prediction.predictor import Predictor
+from coverdrive.prediction.split import Split
+from coverdrive.road import Road
+from coverdrive.scene import Scene
+from coverdrive.simulation.comparison import paired_t
+from coverdrive.simulation.fault import Fault
+from coverdrive.simulation.outcome import Kind
+from coverdrive.simulation.replay import cut_scenarios
+from coverdrive.simulation.setup import Setup
+from results import write_section
+
+ALL = "all rules"
+SECOND_PATH = "second path of lane changes"
+WITHOUT: dict[str, dict[str, Any]] = {
+    ALL: {},
+    "leaders that brake": {"leaders": {"deceleration": 0.0}},
+    "time to collision": {"leaders": {"time_to_collision": 0.0}},
+    "foresight": {"leaders": {"foresight": 0.0}},
+    "careful follower": {"rear_last": False},
+    "manners": {"manners": {"like": "paper"}},
+    "cost of another lane": {"lane_change": 0.0},
+    "cost of lanes that end": {"lane_end": 0.0},
+    "grace": {"grace": 0.0},
+    SECOND_PATH: {},
+}
+TRAFFICS = {"drivers": (3, 4, 5, 6, 7), "aggressive": (8, 9, 10, 11, 12), "fold 1": (1,), "fold 2": (1,)}
+
+
+@dataclass(frozen=True)
+class Single:
+    """A predictor without the second paths of vehicles that change lanes."""
+
+    predictor: Predictor
+
+    @property
+    def fingerprint(self) -> str:
+        """A short hash."""
+        return f"single {self.predictor.fingerprint}"
+
+    def predict(self, scene: Scene, road: Road, ego: int, dt: float, steps: int) -> PredictedPaths:
+        """The first paths."""
+        paths = self.predictor.predict(scene, road, ego, dt, steps)
+        return paths if paths.weight is None else paths.of(paths.weight == 1)
+
+
+@lru_cache(maxsize=4)
+def setup_of(folder: Path, rule: str, traffic: str, seed: int, recordings: tuple[Path, ...]) -> Setup:
+    """Of one rule switched off, in one traffic."""
+    predictor = Predictor.load(folder / f"{traffic if 'fold' in traffic else 'generated'}.safetensors")
+    changed = {
+        name: PlannerSettings().model_dump()[name] | part if isinstance(part, dict) else part
+        for name, part in WITHOUT[rule].items()
+    }
+    planner = MpcPlanner(PlannerSettings.model_validate(PlannerSettings().model_dump() | changed))
+    known = Single(predictor) if rule == SECOND_PATH else predictor
+    if "fold" not in traffic:
+        return Setup(known, planner, traffic, vehicles=TRAFFICS[traffic], seed=seed, sampled=predictor)
+    own = set(json.loads((folder / f"{traffic}.json").read_text()))
+    scenes = cut_scenarios([each for each in coverdrive.read(list(recordings)) if each.name in own])
+    return Setup(known, planner, "replay", vehicles=(1,), seed=seed, scenarios=scenes, sampled=predictor)
+
+
+def drive(folder: Path, rule: str, traffic: str, seed: int, trial: int, recordings: tuple[Path, ...]) -> dict[str, Any]:
+    """The row of one drive."""
+    setup = setup_of(folder, rule, traffic, seed, recordings)
+    return setup.row(trial, participants(folder, rule, traffic, seed, recordings))
+
+
+@lru_cache(maxsize=4)
+def participants(*of: Any) -> Any:
+    return setup_of(*of).participants()
+
+
+def prepare(folder: Path, recordings: tuple[Path, ...]) -> None:
+    """Fit on generated traffic, and on either half of the recorded scenes, whose vehicles train and calibrate."""
+    folder.mkdir(parents=True, exist_ok=True)
+    if not (folder / "generated.safetensors").exists():
+        fit(coverdrive.generate()).predictor.save(folder / "generated.safetensors")
+    if not recordings or (folder / "fold 2.safetensors").exists():
+        return
+    read, settings = coverdrive.read(list(recordings)), PredictionSettings()
+    segments, sides = cut_and_split(read, settings, 0)
+    if not sides.crossed:
+        raise SystemExit("the recordings do not fall into two groups that share no vehicle")
+    for number, (own, other) in enumerate(((sides.train, sides.calibration), (sides.calibration, sides.train)), 1):
+        dealt = np.random.default_rng(0).permutation(np.unique(segments.vehicle[own]))
+        train = np.isin(segments.vehicle[own], dealt[: int(0.6 * len(dealt))])
+        split = Split(own[train], own[~train], own[~train], 0)
+        fit(read, settings, 0, epsilon="auto", sides=split).predictor.save(folder / f"fold {number}.safetensors")
+        names = sorted({read[index].name for index in np.unique(segments.recording[other])})
+        (folder / f"fold {number}.json").write_text(json.dumps(names))
+
+
+def summary(rows: list[dict[str, Any]], base: list[dict[str, Any]]) -> dict[str, Any]:
+    """What drives came to, against those with all rules on the same seeds."""
+    both = [(ours, theirs) for ours, theirs in zip(rows, base, strict=True) if not ours["reason"] + theirs["reason"]]
+    ours = [each for each, _ in both]
+    column = {name: np.array([each[name] for each in ours], float) for name in (
+        "mean_speed", "share_unsafe", "usual_headway", "minimum_time_to_collision", "jerk_longitudinal")}  # fmt: skip
+    apart = column["mean_speed"] - np.array([each["mean_speed"] for _, each in both])
+    touched = [each for each in ours if each["kind"] != Kind.FINISHED.value]
+    return {
+        "drives": len(ours),
+        "contacts": len(touched),
+        "own fault": sum(each["at_fault"] == Fault.EGO.value for each in touched),
+        "mean speed": float(column["mean_speed"].mean()),
+        "faster by": paired_t(apart, 0.95)[:2] if len(apart) > 1 else None,
+        "unsafe": float(column["share_unsafe"].mean()),
+        "headway in nine of ten moments": float(np.nanmedian(column["usual_headway"])),
+        "within 1 s of collision": float((column["minimum_time_to_collision"] < 1).mean()),
+        "jerk": float(column["jerk_longitudinal"].mean()),
+    }
+
+
+def table(found: dict[str, dict[str, dict[str, Any]]]) -> str:
+    """Rows are rules that were switched off."""
+    lines = []
+    for traffic, rules in found.items():
+        lines += [f"\n`{traffic}`, {rules[ALL]['drives']} drives a row:\n"]
+        lines += ["| without | contacts (own fault) | mean speed [m/s] (paired 95 %) | unsafe | headway [s] | < 1 s to collision | jerk [m/s³] |"]  # fmt: skip  # noqa: E501
+        lines += ["|---|---|---|---|---|---|---|"]
+        for rule, each in rules.items():
+            apart = "" if rule == ALL else " ({:+.2f} … {:+.2f})".format(*each["faster by"])
+            lines += [f"| {'nothing' if rule == ALL else rule} | {each['contacts']} ({each['own fault']}) | {each['mean speed']:.2f}{apart} | {each['unsafe']:.2%} | {each['headway in nine of ten moments']:.2f} | {each['within 1 s of collision']:.0%} | {each['jerk']:.2f} |"]  # fmt: skip  # noqa: E501
+    return "\n".join(lines)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--recording", type=Path, nargs="*", default=[])
+    parser.add_argument("--rules", nargs="+", choices=WITHOUT, default=list(WITHOUT))
+    parser.add_argument("--traffics", nargs="+", choices=TRAFFICS, default=list(TRAFFICS))
+    parser.add_argument("--drives", type=int, default=100)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--folder", type=Path, default=Path(gettempdir()) / "coverdrive-rules", help="of fits and rows")
+    parser.add_argument("--write", action="store_true")
+    given = parser.parse_args()
+    recordings = tuple(given.recording)
+    prepare(given.folder, recordings)
+    traffics = [each for each in given.traffics if recordings or "fold" not in each]
+    found: dict[str, dict[str, dict[str, Any]]] = {}
+    with ProcessPoolExecutor(given.workers, get_context("spawn")) as pool:
+        for traffic in traffics:
+            rows: dict[str, list[dict[str, Any]]] = {}
+            for rule in dict.fromkeys([ALL, *given.rules]):
+                kept = given.folder / f"{traffic}, {rule}, {given.seed}, {given.drives}.json"
+                if not kept.exists():
+                    runs = [
+                        pool.submit(drive, given.folder, rule, traffic, given.seed, trial, recordings)
+                        for trial in range(given.drives)
+                    ]
+                    kept.write_text(json.dumps([run.result() for run in runs], default=float))
+                rows[rule] = json.loads(kept.read_text())
+                found.setdefault(traffic, {})[rule] = summary(rows[rule], rows[ALL])
+                print(traffic, "without", rule, found[traffic][rule], flush=True)
+    print(table(found))
+    if given.write:
+        write_section("Rules of the planner, each switched off", __doc__, table(found))
+
+
+if __name__ == "__main__":
+    main()
