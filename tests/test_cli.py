@@ -82,7 +82,7 @@ def test_report_replays_named_trials(results: Path) -> None:
 @pytest.mark.slow
 def test_a_study_of_another_seed_is_replayed_as_it_was(results: Path, tmp_path: Path) -> None:
     shutil.copytree(results, tmp_path / "out", ignore=shutil.ignore_patterns("study", "figures"))
-    coverdrive("study", "--seed", "9", "--trials", "1", "--out", tmp_path / "out")
+    coverdrive("study", tmp_path / "out", "--seed", "9", "--trials", "1")
     coverdrive("report", tmp_path / "out")
     (stored,) = (tmp_path / "out" / "study" / "traces").iterdir()
     row = pl.read_parquet(tmp_path / "out" / "study" / "trials.parquet").row(0, named=True)
@@ -101,22 +101,22 @@ def test_figures_and_videos_are_made_again(results: Path) -> None:
 
 @pytest.mark.slow
 def test_results_are_json_for_scripts(results: Path) -> None:
-    studied = json.loads(coverdrive_alone("study", "--json", "--out", results, only="stdout"))
+    studied = json.loads(coverdrive_alone("study", results, "--json", only="stdout"))
     assert studied["collisions"][-1]["trials"] == len(studied["trials"])
 
 
 @pytest.mark.slow
 def test_study_goes_on_and_other_settings_are_refused(results: Path) -> None:
     before = pl.read_parquet(results / "study" / "trials.parquet")
-    coverdrive_alone("study", "--trials", "5", "--workers", "2", "--out", results)
+    coverdrive_alone("study", results, "--trials", "5", "--workers", "2")
     after = pl.read_parquet(results / "study" / "trials.parquet")
     assert after[:4].equals(before) and after.height == 5
-    assert "another configuration" in coverdrive("study", "--seed", "4", "--out", results, status=2)
+    assert "another configuration" in coverdrive("study", results, "--seed", "4", status=2)
 
 
 @pytest.mark.slow
 def test_drive_repeats_a_trial_of_the_study(results: Path) -> None:
-    coverdrive("drive", "--trial", "1", "--out", results)
+    coverdrive("drive", results, "--trial", "1")
     trace = load_trace(results / "drive_1_4" / "trace.npz")
     row = pl.read_parquet(results / "study" / "trials.parquet").row(1, named=True)
     assert trace.outcome.kind.value == row["kind"]
@@ -127,7 +127,7 @@ def test_drive_repeats_a_trial_of_the_study(results: Path) -> None:
 def test_every_traffic_has_its_own_study(results: Path) -> None:
     for traffic in ("drivers", "aggressive", "mixed"):
         printed = coverdrive(
-            "study", "--traffic", traffic, "--trials", "3", "--vehicles", "3", "8", "--workers", "1", "--out", results
+            "study", results, "--traffic", traffic, "--trials", "3", "--vehicles", "3", "8", "--workers", "1"
         )
         words = " ".join(printed.replace("│", " ").split())
         assert "planning failures" in words and "of windows, with 90 % confidence" in words
@@ -138,12 +138,12 @@ def test_every_traffic_has_its_own_study(results: Path) -> None:
 
 @pytest.mark.slow
 def test_replay_takes_the_scenes_that_the_predictor_never_saw(results: Path, tmp_path: Path) -> None:
-    printed = coverdrive("study", "--traffic", "replay", "--trials", "2", "--workers", "1", "--out", results)
+    printed = coverdrive("study", results, "--traffic", "replay", "--trials", "2", "--workers", "1")
     assert "paper" in printed
     assert pl.read_parquet(results / "study-replay" / "trials.parquet")["vehicles"].min() > 7
     (row,) = pl.read_parquet(results / "study-replay" / "trials.parquet")[1].iter_rows(named=True)
-    coverdrive("drive", "--trial", "1", "--traffic", "replay", "--out", results)
-    coverdrive("drive", "--trial", "0", "--traffic", "replay", "--seed", "9", "--out", results)  # the split stays
+    coverdrive("drive", results, "--trial", "1", "--traffic", "replay")
+    coverdrive("drive", results, "--trial", "0", "--traffic", "replay", "--seed", "9")  # the split stays
     (folder,) = results.glob("drive-replay_1_*")
     assert float(load_trace(folder / "trace.npz").scene.speed[:, 0].mean()) == row["mean_speed"]
 
@@ -158,7 +158,7 @@ def test_a_study_of_replayed_recordings_is_shown_with_them(results: Path, tmp_pa
         again = zip(recordings, renamed, strict=True)
         write_parquet([replace(each, name=name, table=table) for each, (name, table) in again], file)
     replayed = ("--traffic", "replay", "--recording")
-    coverdrive("study", *replayed, right, "--trials", "2", "--workers", "1", "--out", out)
+    coverdrive("study", out, *replayed, right, "--trials", "2", "--workers", "1")
     for named in (wrong, None):  # without a name, that is the generated traffic that made the predictor
         arguments = [*replayed, named] if named else replayed[:2]
         assert "replayed other recordings" in coverdrive("report", out, *arguments, status=2)
@@ -178,8 +178,8 @@ def test_a_study_of_replayed_recordings_is_shown_with_them(results: Path, tmp_pa
 def test_a_sweep_is_driven_and_its_variants_are_compared(results: Path) -> None:
     swept = ["--set", "planner.problem.obstacles.ignore_rear=true,false", "traffic.kind=drivers"]
     other = ["--traffic", "drivers", "--trials", "3", "--vehicles", "3", "8"]
-    coverdrive("study", *other, "--workers", "1", "--out", results)
-    printed = coverdrive("study", "--trials", "3", "--workers", "1", *swept, "--out", results)
+    coverdrive("study", results, *other, "--workers", "1")
+    printed = coverdrive("study", results, "--trials", "3", "--workers", "1", *swept)
     variants = sorted((results / "sweep").iterdir())
     assert [variant.name for variant in variants] == [
         f"planner.problem.obstacles.ignore_rear={value},traffic.kind=drivers" for value in ("false", "true")
@@ -196,7 +196,7 @@ def test_a_sweep_is_driven_and_its_variants_are_compared(results: Path) -> None:
 @pytest.mark.slow
 def test_certify_compares_all_methods(results: Path) -> None:
     compared = outcomes(results)
-    printed = coverdrive("certify", "--epsilon", "0.2", "--out", results)
+    printed = coverdrive("calibrations", results, "--epsilon", "0.2")
     assert outcomes(results) == [each for each in compared if each["target"] in (None, 0.2)]  # as `run` has them
     for method in Method:
         assert f"{method.value}: {method.help}"[:60] in printed
@@ -232,7 +232,7 @@ def test_inspect_reads_all_real_recordings(us101: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
-        (["study", "--out", "nowhere"], "no results in nowhere; make some with `coverdrive run --out nowhere`"),
+        (["study", "nowhere"], "no results in nowhere; make some with `coverdrive run --out nowhere`"),
         (["report", "nowhere"], "no results in nowhere; make some with `coverdrive run --out nowhere`"),
         (["figures", "nowhere"], "no results in nowhere; make some with `coverdrive run --out nowhere`"),
         (["animate", "nowhere"], "no results in nowhere; make some with `coverdrive run --out nowhere`"),
@@ -306,7 +306,7 @@ def test_every_option_has_an_example(command: str) -> None:
 def test_help_lists_commands_in_the_order_of_a_first_visit(capsys: pytest.CaptureFixture[str]) -> None:
     printed = coverdrive_alone("--help", only="stdout")
     listed = re.findall(r"^│ (\w+)  ", printed, re.MULTILINE)
-    assert listed[:4] == ["run", "inspect", "fit", "certify"] and sorted(listed) == sorted(COMMANDS)
+    assert listed[:4] == ["run", "inspect", "fit", "calibrations"] and sorted(listed) == sorted(COMMANDS)
     for status in ("0, done", "1, an error", "2, something", "130, stopped"):
         assert status in " ".join(printed.split())
 
@@ -317,7 +317,7 @@ def test_help_says_the_defaults_of_the_settings(capsys: pytest.CaptureFixture[st
     defaults = {
         "study": (experiment.study.trials, experiment.study.workers, experiment.seed, experiment.traffic.kind),
         "run": (f"{vehicles}, as in the paper,",),
-        "certify": (experiment.prediction.certificate.unit,),
+        "calibrations": (experiment.prediction.certificate.unit,),
         "basis": (experiment.prediction.segments.stride, "yes" if basis.symmetric else "no", basis.centres),
     }
     for command, values in defaults.items():
@@ -333,8 +333,8 @@ def test_a_stopped_study_says_how_to_go_on(
     number: signal.Signals, status: int, workers: str, results: Path, tmp_path: Path, heeds_interrupts: None
 ) -> None:
     shutil.copytree(results, tmp_path / "out", ignore=shutil.ignore_patterns("study", "figures"))
-    command = [sys.executable, "-m", "coverdrive", "study", "--trials", "500", "--workers", workers]
-    with subprocess.Popen([*command, "--out", tmp_path / "out"], stderr=subprocess.PIPE, text=True) as process:
+    command = [sys.executable, "-m", "coverdrive", "study", tmp_path / "out", "--trials", "500", "--workers", workers]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
         while process.poll() is None and not list((tmp_path / "out").glob("study/trials/*")):
             time.sleep(0.1)
         process.send_signal(number)

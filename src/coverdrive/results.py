@@ -286,7 +286,7 @@ class Results:
         elif name != STUDY:
             raise DataError(
                 f"{self.folder} holds no finished study in `{name}`; drive one with "
-                f"`coverdrive study{_option('traffic', traffic)}{_option('road', road)} --out {self.folder}`"
+                f"`coverdrive study {self.folder}{_option('traffic', traffic)}{_option('road', road)}`"
             )
         _check_replayed((experiment.traffic.kind,), recordings)
         return self.study(experiment, recordings, name)

@@ -54,7 +54,7 @@ def test_what_was_proved_is_what_drives(dialled: tuple[Path, dict]) -> None:
 
 def test_a_study_afterwards_says_what_was_proved_and_that_it_is_another(dialled: tuple[Path, dict]) -> None:
     folder, found = dialled
-    printed = " ".join(coverdrive("study", "--out", folder, "--trials", "2").split())
+    printed = " ".join(coverdrive("study", folder, "--trials", "2").split())
     assert found["sentence"][:60] in printed
     assert "These drives are others than those that were proved" in printed and "traffic.kind" in printed
 

@@ -148,8 +148,8 @@ BAD_CALLS = [
     (["fit", "--set", "prediction.basis.radius=inf"], "prediction.basis.radius"),
     (["fit", "--set", "prediction.basis.radius"], "is no setting with its value"),
     (["fit", "--set", "prediction=3"], "prediction"),
-    (["certify", "--epsilon", "nan"], "--epsilon"),
-    (["certify", "--epsilon", "0.1", "2"], "--epsilon"),
+    (["calibrations", "--epsilon", "nan"], "--epsilon"),
+    (["calibrations", "--epsilon", "0.1", "2"], "--epsilon"),
     (["basis", "--epsilon", "inf"], "--epsilon"),
     (["basis", "--stride", "nan"], "prediction.segments.stride"),
     (["drive", "--trial", "-5"], "--trial"),
@@ -161,7 +161,7 @@ BAD_CALLS = [
     (["figures", "--trial", "1e20"], "--trial"),
     (["inspect", "[red]missing[/b].csv"], "[red]missing[/b].csv"),
     (["inspect", "a" * 300], "File name too long"),
-    (["study", "--out", "a" * 300], "File name too long"),
+    (["study", "a" * 300], "File name too long"),
     (["fit", "--config", "a" * 300], "File name too long"),
     (["fit", "--config", "."], "not a readable TOML file"),
     (["study", "--until-width", "2"], "--until-width"),
@@ -191,17 +191,17 @@ def test_a_setting_of_the_command_line_holds_over_a_file(tmp_path: Path) -> None
     from coverdrive.cli.options import certificate, experiment_of
 
     (tmp_path / "mine.toml").write_text("seed = 3\n[prediction.certificate]\nepsilon = 0.3\n")
-    usual = {"prediction": certificate("auto", None, None)}
+    usual = {"prediction": certificate(0.25, None, None)}
 
     def epsilon(config: Path | None = None, settings: list[str] | None = None, given: float | None = None) -> Any:
         made = experiment_of(config, "default", settings, usual, prediction=certificate(given, None, None))
         return made.prediction.certificate.epsilon
 
-    assert epsilon() == "auto"
+    assert epsilon() == 0.25
     assert epsilon(tmp_path / "mine.toml") == 0.3
     assert epsilon(tmp_path / "mine.toml", given=0.2) == 0.2
     assert epsilon(tmp_path / "mine.toml", ["prediction.certificate.epsilon=0.1"], 0.2) == 0.1
-    assert experiment_of().prediction.certificate.epsilon == 0.1
+    assert experiment_of().prediction.certificate.epsilon == "auto"
     made = experiment_of(settings=["traffic.gap=9"], traffic={"kind": "drivers"})
     assert made.traffic.model_dump()["gap"] == 9
 

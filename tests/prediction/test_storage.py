@@ -159,8 +159,8 @@ def test_names_that_no_predictor_has_and_those_that_it_lacks(tmp_path: Path) -> 
 def test_another_version_is_named(tmp_path: Path) -> None:
     path = tmp_path / "file"
     save_arrays(path, "predictor", {}, {})
-    path.write_bytes(path.read_bytes().replace(b"predictor 3", b"predictor 1"))
-    with pytest.raises(DataError, match="expected the format 'coverdrive predictor 3', got 'coverdrive predictor 1'"):
+    path.write_bytes(path.read_bytes().replace(b"predictor 4", b"predictor 1"))
+    with pytest.raises(DataError, match="expected the format 'coverdrive predictor 4', got 'coverdrive predictor 1'"):
         Predictor.load(path)
 
 

@@ -13,6 +13,8 @@ from coverdrive.progress import stage
 
 
 def drive(
+    folder: options.Folder = Path("results"),
+    /,
     *,
     trial: Annotated[
         int,
@@ -32,15 +34,14 @@ def drive(
     road: options.RoadOfStudy = None,
     recording: options.ToReplay = None,
     seed: options.Seed = None,
-    out: options.Out = Path("results"),
     config: options.Config = None,
 ) -> dict[str, Any]:
     """Drive one trial with the predictor in a results folder; write its trace, snapshots and a video.
 
     For example:
 
-    - a trial of the study again: `coverdrive drive --trial 7`
-    - among other traffic: `coverdrive drive --vehicles 8 --traffic aggressive`
+    - a trial of the study again: `coverdrive drive us101 --trial 7`
+    - among other traffic: `coverdrive drive us101 --vehicles 8 --traffic aggressive`
     """
     with waiting():
         from coverdrive.reporting.active_constraints import ActiveConstraints
@@ -51,7 +52,7 @@ def drive(
         from coverdrive.simulation.outcome import Cause
         from coverdrive.simulation.storage import save_trace
         from coverdrive.simulation.trial import measure, table_of
-    results = Results(out)
+    results = Results(folder)
     numbers = None if vehicles is None else [vehicles]
     place = results.place(road)
     experiment = experiment_of(
@@ -67,17 +68,17 @@ def drive(
     study = results.study(experiment, recording or [], results.study_name(experiment.traffic.kind, road))
     setup = study.setup.loaded()
     number = setup.vehicles_of(trial)
-    folder = out / f"{study.folder.name.replace('study', 'drive', 1)}_{trial}_{number}"
+    kept = folder / f"{study.folder.name.replace('study', 'drive', 1)}_{trial}_{number}"
     with stages():
         with stage("drive"):
             trace = setup.drive(trial)
-        save_trace(trace, folder / "trace.npz")
-        draw_drive(trace, folder, ActiveConstraints.of_study(study))
+        save_trace(trace, kept / "trace.npz")
+        draw_drive(trace, kept, ActiveConstraints.of_study(study))
     result = measure(trace, setup.seed, trial)
     console.print(driven_on(setup))
     console.print("{kind} at {time:.1f} s with {vehicles} vehicles".format(**result))
     if result["cause"] != Cause.NONE:
         console.print("at fault: {at_fault}; {cause}".format(**result))
     console.print(drives_table(table_of([result])))
-    console.print(f"Trace, snapshots and video are in {folder}")
-    return {"drive": str(folder), **result}
+    console.print(f"Trace, snapshots and video are in {kept}")
+    return {"drive": str(kept), **result}

@@ -45,7 +45,7 @@ def fit(
     For example:
 
     - from a download of NGSIM: `coverdrive fit --recording us-101.csv --location us-101`
-    - the smallest bound that the data can prove: `coverdrive fit --recording scenarios/ --epsilon auto`
+    - another claim: `coverdrive fit --recording scenarios/ --epsilon 0.05 --unit window`
     - how much depends on which scenes calibrate: `coverdrive fit --recording scenarios/ --folds 4`
     - from generated traffic, as in the paper: `coverdrive fit --preset paper --out paper`
     """

@@ -85,10 +85,9 @@ Epsilon = Annotated[
     Parameter(
         help="Bound to prove on the share that is missed, between 0 and 1, or auto: 0.1 if the data can prove it, else "
         "the smallest that they can; as in `--epsilon 0.05`.",
-        show_default=usually("0.1"),
+        show_default=usually("auto"),
     ),
 ]
-EpsilonOfRun = Annotated[Epsilon, Parameter(name="--epsilon", show_default=usually("auto"))]
 Confidence = Annotated[
     float | None,
     Parameter(

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from coverdrive.cli import options
 from coverdrive.cli.bars import stages, waiting
-from coverdrive.cli.certify import compare_and_save
+from coverdrive.cli.calibrations import compare_and_save
 from coverdrive.cli.dial import Risk, dial_and_print
 from coverdrive.cli.fit import fit_and_print
 from coverdrive.cli.options import certificate, console, experiment_of
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 def run(
     *,
     recording: options.Recordings = None,
-    epsilon: options.EpsilonOfRun = None,
+    epsilon: options.Epsilon = None,
     confidence: options.Confidence = None,
     unit: options.Unit = None,
     risk: Risk = None,
@@ -47,12 +47,11 @@ def run(
     - with sets as bold as drives prove to be safe: `coverdrive run --traffic drivers --risk 0.01`
     """
 
-    def settle(usual: dict[str, Any] | None = None, **around: Any) -> "Experiment":
+    def settle(**around: Any) -> "Experiment":
         return experiment_of(
             config,
             preset,
             settings,
-            usual={"prediction": certificate("auto", None, None), **(usual or {})},
             seed=seed,
             **vars(files),
             prediction=certificate(epsilon, confidence, unit),

@@ -10,7 +10,7 @@ from cyclopts import Parameter
 
 from coverdrive.cli import options
 from coverdrive.cli.bars import stages, waiting
-from coverdrive.cli.options import certificate, console, experiment_of
+from coverdrive.cli.options import console, experiment_of
 from coverdrive.errors import DataError, SettingError
 from coverdrive.progress import stage
 
@@ -68,13 +68,7 @@ def solve(
     with waiting():
         from coverdrive.driving.batch import solve_all
         from coverdrive.reporting.terminal import solved_table
-    experiment = experiment_of(
-        config,
-        settings=settings,
-        usual={"prediction": certificate("auto", None, None)},
-        seed=seed,
-        study={"workers": workers},
-    )
+    experiment = experiment_of(config, settings=settings, seed=seed, study={"workers": workers})
     processes = experiment.study.workers or os.cpu_count() or 1
     try:
         with stages():

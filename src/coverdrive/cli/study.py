@@ -21,6 +21,8 @@ Cluster = Annotated[
 
 
 def study(
+    folder: options.Folder = Path("results"),
+    /,
     *,
     trials: options.Trials = None,
     traffic: options.TrafficName = None,
@@ -42,7 +44,6 @@ def study(
         ),
     ] = None,
     seed: options.Seed = None,
-    out: options.Out = Path("results"),
     config: options.Config = None,
     workers: options.Workers = None,
     cluster: Cluster = None,
@@ -54,14 +55,14 @@ def study(
 
     For example:
 
-    - go on to as many as in the paper: `coverdrive study --trials 1000`
-    - among vehicles that react: `coverdrive study --traffic drivers --vehicles 5 10`
-    - on another road, with bends and a ramp: `coverdrive study --traffic drivers --road curved`
-    - one study for each value: `coverdrive study --set planner.problem.obstacles.order=2,4`
+    - go on to as many as in the paper: `coverdrive study results --trials 1000`
+    - among vehicles that react: `coverdrive study us101 --traffic drivers --vehicles 5 10`
+    - on another road, with bends and a ramp: `coverdrive study us101 --traffic drivers --road curved`
+    - one study for each value: `coverdrive study us101 --set planner.problem.obstacles.order=2,4`
     """
     with waiting():
         from coverdrive.results import Results
-    results = Results(out)
+    results = Results(folder)
     place = results.place(road)
     experiment = experiment_of(
         config,

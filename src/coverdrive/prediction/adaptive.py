@@ -23,7 +23,7 @@ from jaxtyping import Bool, Float
 
 from coverdrive.errors import SettingError
 from coverdrive.paths import PredictedPaths
-from coverdrive.prediction.inside import inside
+from coverdrive.prediction.inside import every, inside
 from coverdrive.prediction.stored import LARGEST
 from coverdrive.road import Road
 from coverdrive.scene import Scene
@@ -33,9 +33,6 @@ NEAR = 50.0
 
 _JUMP = 2.0
 """[m] from where its speeds take it, beyond which a vehicle is another one"""
-
-_ROUNDING = 1e-6
-"""of a number of periods"""
 
 
 def near(scene: Scene, road: Road, ego: int) -> Bool[np.ndarray, "*batch A"]:
@@ -106,6 +103,7 @@ class _Windows:
     """Of the vehicles near the ego at one moment."""
 
     paths: PredictedPaths
+    """with a point every period"""
     half_sizes: Float[np.ndarray, "S 2"]
     """[m] of the vehicle of each path"""
     held: Bool[np.ndarray, " S"]
@@ -113,34 +111,19 @@ class _Windows:
     open: Bool[np.ndarray, " A"]
     """whose windows are under way"""
     age: int = 0
-    """periods since then"""
-    point: int = 1
-    """of the paths, the next one"""
+    """periods since then, and point of the paths"""
 
-    def follow(
-        self,
-        before: Float[np.ndarray, "B 3"],
-        now: Float[np.ndarray, "B 3"],
-        same: Bool[np.ndarray, " B"],
-        period: float,
-    ) -> tuple[int, int]:
+    def follow(self, now: Float[np.ndarray, "B 3"], same: Bool[np.ndarray, " B"]) -> tuple[int, int]:
         """See where vehicles are, one period later: how many windows that settles, and how many as lost."""
         self.open[len(same) :] = False
         self.open[: len(same)] &= same[: len(self.open)]
         self.age += 1
-        points, step = self.paths.points.shape[1], self.paths.dt / period
-        next_point = min(points, int((self.age + _ROUNDING) / step) + 1)
-        if next_point == self.point:
-            return 0, 0
-        share = (step * np.arange(self.point, next_point) - self.age + 1)[:, None, None]
         vehicle = np.where(self.open[self.paths.vehicle], self.paths.vehicle, 0)
-        poses = (1 - share) * before[vehicle] + share * now[vehicle]
-        self.held &= inside(self.paths, self.point, poses, self.half_sizes).all(0)
-        self.point = next_point
+        self.held &= inside(self.paths, self.age, now[None, vehicle], self.half_sizes)[0]
         anywhere = np.zeros_like(self.open)
         anywhere[self.paths.vehicle[self.held]] = True
         lost = self.open & ~anywhere
-        settled = self.open.copy() if next_point == points else lost
+        settled = self.open.copy() if self.age == self.paths.points.shape[1] - 1 else lost
         self.open &= ~settled
         return int(settled.sum()), int(lost.sum())
 
@@ -233,7 +216,7 @@ class Adaptive:
             self._learn(scene, ego)
         paths = self.predictor.scaled(self.scale).predict(scene, road, ego, dt, steps)
         if not again and (watched := near(scene, road, ego)).any():
-            own = paths.of(watched[paths.vehicle])
+            own = every(self.period, paths.of(watched[paths.vehicle]))
             held = np.ones(len(own), dtype=bool)
             self._open.append(_Windows(own, scene.half_sizes[own.vehicle], held, watched))
             self.run.most = max(self.run.most, sum(int(each.open.sum()) for each in self._open))
@@ -246,9 +229,8 @@ class Adaptive:
         if before is None or ego >= len(same) or not same[ego]:
             self._open.clear()  # another drive
             return
-        first, last = (each.states[: len(same), [0, 1, 3]] for each in (before, scene))
         for windows in self._open:
-            settled, lost = windows.follow(first, last, same, self.period)
+            settled, lost = windows.follow(scene.states[: len(same), [0, 1, 3]], same)
             self.run.settle(lost, settled)
         self._open = [each for each in self._open if each.open.any()]
 

@@ -38,8 +38,8 @@ class CertificateSettings(Settings):
     """What the certificate claims."""
 
     method: Method = Method.PAC_POOLED
-    """how thresholds are calibrated; `coverdrive certify` compares all methods"""
-    epsilon: Epsilon = 0.1
+    """how thresholds are calibrated; `coverdrive calibrations` compares all methods"""
+    epsilon: Epsilon = "auto"
     """bound on the miss rate to ask for; "auto" is 0.1 or, where so few calibration samples cannot prove that, the
     smallest that their number can; post-bloating and svm compute their own and ignore it"""
     confidence: float = Field(default=0.99, gt=0, lt=1)

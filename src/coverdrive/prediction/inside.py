@@ -1,5 +1,7 @@
 """Whether vehicles are where they were predicted to be."""
 
+from dataclasses import replace
+
 import numpy as np
 from jaxtyping import Bool, Float
 
@@ -8,6 +10,23 @@ from coverdrive.paths import PredictedPaths
 
 _TOLERANCE = 0.01
 """[m] by which a body may leave a box, because between two steps of a simulation its position is not exact"""
+
+_ROUNDING = 1e-6
+"""of a number of steps"""
+
+
+def every(step: float, paths: PredictedPaths) -> PredictedPaths:
+    """Paths with points ``step`` [s] apart, on the lines between those that they have."""
+    last = paths.points.shape[1] - 1
+    moments = step * np.arange(int(last * paths.dt / step + _ROUNDING) + 1) / paths.dt
+    before = np.minimum(np.floor(moments + _ROUNDING).astype(int), last - 1)
+    share = (moments - before)[:, None]
+    fields = {
+        name: (1 - share) * values[:, before] + share * values[:, before + 1]
+        for name in ("points", "half_sizes", "ellipses")
+        if (values := getattr(paths, name)) is not None
+    }
+    return replace(paths, **fields, dt=step)
 
 
 def inside(

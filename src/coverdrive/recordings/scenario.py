@@ -123,8 +123,9 @@ def states_of(obstacle: Any) -> Iterator[Any]:
 def _check_obstacle(file: Path, obstacle: Any) -> None:
     """Refuse sizes, times, places, headings and speeds that are no numbers, or none of this world."""
     name = f"obstacle {obstacle.obstacle_id}"
-    for part, value in vars(obstacle.obstacle_shape).items():
-        if not _are_numbers(value, -FARTHEST if part == "vertices" else 0.0 if part != "origin_x_shift" else -FARTHEST):
+    for part in ("length", "width", "radius", "orientation", "vertices", "shapes"):
+        value = getattr(obstacle.obstacle_shape, part, ())
+        if not _are_numbers(value, 0.0 if part in ("length", "width", "radius") else -FARTHEST):
             raise RecordingError(file, f"the {part} of {name} is {value}; expected numbers below {FARTHEST:g}")
     for state in filter(None, states_of(obstacle)):
         for part in ("time_step", "position", "orientation", "velocity"):

@@ -69,7 +69,7 @@ class Fitted:
     certified: Certified
     learned: Learned
     compared: Sequence[Compared] = ()
-    """all methods of calibration; empty before ``coverdrive certify``"""
+    """all methods of calibration; empty before ``coverdrive calibrations``"""
     dialled: Dialled | None = None
     """what drives were proved to risk with these sets; none before ``coverdrive dial``"""
     league: pl.DataFrame | None = None

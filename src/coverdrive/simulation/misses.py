@@ -13,8 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from coverdrive.paths import PredictedPaths
-from coverdrive.prediction.inside import inside
+from coverdrive.prediction.inside import every, inside
 from coverdrive.prediction.manoeuvres import gets_in_the_way, manoeuvres
 from coverdrive.simulation.initial import EGO
 from coverdrive.simulation.outcome import Cause, Kind
@@ -56,7 +55,7 @@ def find_windows(trace: Trace, boxes: bool = False) -> Windows:
     """Follow every vehicle over the horizon of every prediction, as far as the trace goes; or of their boxes alone."""
     step = float(trace.time[1] - trace.time[0])
     at, paths = trace.all_paths
-    paths = paths if paths.ellipses is not None else _every(step, paths)
+    paths = paths if paths.ellipses is not None else every(step, paths)
     times = paths.dt * np.arange(1, paths.points.shape[1])
     actual, observed = _poses(trace, np.arange(len(trace))[:, None] + times / step)
     present = np.asarray(trace.scene.valid[:-1]) & (np.arange(trace.scene.vehicles) != EGO)
@@ -102,18 +101,6 @@ def cause_of(trace: Trace) -> Cause:
         return Cause.NONE
     left = left_recently(trace, find_windows(trace, boxes=True))
     return Cause.PREDICTION if left[-1, outcome.partner] else Cause.PLANNING
-
-
-def _every(step: float, paths: PredictedPaths) -> PredictedPaths:
-    """Paths with points ``step`` [s] apart, on the lines between those that they have."""
-    last = paths.points.shape[1] - 1
-    moments = step * np.arange(int(last * paths.dt / step + _ROUNDING) + 1) / paths.dt
-    before = np.minimum(np.floor(moments + _ROUNDING).astype(int), last - 1)
-    share = (moments - before)[:, None]
-    points, half_sizes = (
-        (1 - share) * each[:, before] + share * each[:, before + 1] for each in (paths.points, paths.half_sizes)
-    )
-    return PredictedPaths(points, paths.vehicle, half_sizes, step)
 
 
 def _poses(

@@ -180,7 +180,7 @@ def test_a_saved_basis_is_the_same_basis(tmp_path: Path) -> None:
     assert np.array_equal(loaded.reach, basis.reach)
     with safe_open(tmp_path / "basis.safetensors", framework="numpy") as file:
         assert {name: value for name, value in file.metadata().items() if name != "fingerprint"} == {
-            "format": "coverdrive basis 3", "radius": "0.75", "aspect": "4.0", "growth": "1.0", "step": "0.5",
+            "format": "coverdrive basis 4", "radius": "0.75", "aspect": "4.0", "growth": "1.0", "step": "0.5",
             "source": '"abc"',
         }  # fmt: skip
 
@@ -189,5 +189,5 @@ def test_other_files_are_refused(tmp_path: Path) -> None:
     with pytest.raises(DataError, match="not a basis file"):
         Basis.load(tmp_path / "missing.safetensors")
     save_arrays(tmp_path / "other", "predictor", {}, {"points": np.zeros(1)})
-    with pytest.raises(DataError, match=r"expected the format 'coverdrive basis 3', got 'coverdrive predictor 3'"):
+    with pytest.raises(DataError, match=r"expected the format 'coverdrive basis 4', got 'coverdrive predictor 4'"):
         Basis.load(tmp_path / "other")

@@ -115,7 +115,7 @@ def test_missing_parts_name_their_command(tmp_path) -> None:
     with heard_by(lambda stage, share: told.append((stage, share))):
         write_page(contents, tmp_path / "new" / "report.html")
     html = (tmp_path / "new" / "report.html").read_text(encoding="utf-8")
-    assert "<code>coverdrive certify</code>" in html
+    assert "<code>coverdrive calibrations</code>" in html
     assert "<code>coverdrive study</code>" in html
     assert 'id="player"' not in html
     assert told[-1] == ("report", 1.0)

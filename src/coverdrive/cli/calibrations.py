@@ -1,4 +1,4 @@
-"""``coverdrive certify``: all methods of calibration side by side."""
+"""``coverdrive calibrations``: all methods of calibration side by side."""
 
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from coverdrive.cli.bars import stages, waiting
-from coverdrive.cli.options import TARGETS, Confidence, Out, Unit, between, console
+from coverdrive.cli.options import TARGETS, Confidence, Folder, Unit, between, console
 
 if TYPE_CHECKING:
     from coverdrive.certificates.certificate import Unit as Bounded
@@ -16,7 +16,9 @@ if TYPE_CHECKING:
     from coverdrive.results import Results
 
 
-def certify(
+def calibrations(
+    folder: Folder = Path("results"),
+    /,
     *,
     epsilon: Annotated[
         tuple[float, ...],
@@ -28,20 +30,19 @@ def certify(
     ] = TARGETS,
     confidence: Confidence = None,
     unit: Unit = None,
-    out: Out = Path("results"),
 ) -> dict[str, Any]:
     """Compare all methods of calibration on the predictor in a results folder, on the scores that its fit has kept.
 
     For example:
 
-    - of the predictor in `results/`: `coverdrive certify`
-    - with bounds on windows: `coverdrive certify --epsilon 0.1 --unit window --out us101`
+    - of the predictor in `results/`: `coverdrive calibrations`
+    - with bounds on windows: `coverdrive calibrations us101 --epsilon 0.1 --unit window`
     """
     with waiting():
         from coverdrive.reporting.report import draw_methods
         from coverdrive.reporting.terminal import methods_table
         from coverdrive.results import Results
-    results = Results(out)
+    results = Results(folder)
     compared = compare_and_save(results, epsilon, confidence, unit)
     console.print(methods_table(compared))
     for method in dict.fromkeys(each.method for each in compared):
@@ -51,8 +52,8 @@ def certify(
         console.print(f"• {refused.method.value}{asked}: {refused.refusal}")
     with waiting("drawing"):
         draw_methods(results.fitted)
-    console.print(f"The comparison is in {out}")
-    return {"results": str(out), "methods": [asdict(each) for each in compared]}
+    console.print(f"The comparison is in {folder}")
+    return {"results": str(folder), "methods": [asdict(each) for each in compared]}
 
 
 def compare_and_save(
