@@ -188,7 +188,7 @@ def test_roads_of_studies(quick_fit: Path, tmp_path: Path) -> None:
     assert results.study_name("drivers", "curved") == "study-drivers-curved"
     with pytest.raises(SettingError, match="a road like the recorded one needs recordings"):
         results.place("recorded")
-    with pytest.raises(DataError, match="coverdrive study .* --road curved"):
+    with pytest.raises(DataError, match=r"coverdrive study .* --road curved"):
         results.driven_study(road="curved")
     run = results.folder / "run.json"
     run.write_text(json.dumps({**results.run, "road": "recorded", "recorded_place": like.model_dump(mode="json")}))

@@ -11,7 +11,7 @@ from problem_fakes import TRAFFIC, between, box, goal, written
 from recordings_fakes import RADIUS, TURN, driving, on_map, scenario, three_lanes
 
 from coverdrive.driving.drivability import refusal
-from coverdrive.driving.planning_problem import PlanningProblem, read_problems
+from coverdrive.driving.planning_problem import PlanningProblem, read_problems, told
 from coverdrive.driving.single_track import BMW, SingleTrackCar
 from coverdrive.driving.solved import solve, write
 from coverdrive.driving.solving import drive, settings_for
@@ -143,3 +143,26 @@ def test_models_of_the_car() -> None:
     turned = SingleTrackCar.at(Start, "KS").moved(0.0, 1.0, 0.1)
     assert turned.values[2] == pytest.approx(0.1 * BMW.steering.v_max, rel=1e-5)
     assert SingleTrackCar.at(Start, "KS").pose == pytest.approx([3.0, -2.0, 12.0, 0.4])
+
+
+def test_uncertain_states_are_told_as_a_box_around_all_that_they_can_be() -> None:
+    from commonroad.common.util import AngleInterval, Interval
+    from commonroad.geometry.shape import Polygon, Rectangle
+    from commonroad.scenario.state import InitialState
+
+    rng, heading, spread = np.random.default_rng(0), 0.7, 0.3
+    angles = AngleInterval(heading - spread, heading + spread)
+    place = Rectangle(4.0, 1.0, np.array([10.0, 5.0]), heading)
+    state = InitialState(0, place, angles, Interval(8.0, 12.0))
+    for shape in (Rectangle(5.0, 2.0), Polygon(np.array([[-2.0, -1.0], [3.0, -1.0], [0.0, 2.0]]))):
+        (x, y, speed, turned), size = told(state, shape)
+        assert (speed, turned) == pytest.approx((10.0, heading))
+        along, across = (np.array([np.cos(angle), np.sin(angle)]) for angle in (heading, heading + np.pi / 2))
+        inside = np.array([
+            (np.array([10.0, 5.0]) + rng.choice([-2.0, 2.0]) * along + rng.choice([-0.5, 0.5]) * across)
+            + np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]) @ corner
+            for angle in heading + rng.choice([-spread, 0.0, spread], 400)
+            for corner in shape.shapely_object.exterior.coords
+        ])  # fmt: skip
+        seen = np.abs((inside - (x, y)) @ np.array([along, across]).T).max(axis=0)
+        assert seen == pytest.approx(np.array(size) / 2, abs=0.02)

@@ -24,6 +24,8 @@ from coverdrive.road import Road
 
 _SAME_PLACE, _SAME_SPEED = 1.0, 0.5
 """[m], [m/s] an obstacle that is nearer to the start is the recorded ego itself"""
+_HEADINGS = 9
+"""at which a body of uncertain heading is looked at"""
 _NO_GAP = 0.05
 """[m] by which lanelets may miss each other, on either side"""
 _BEHIND, _AHEAD = 4.0, 25.0
@@ -197,11 +199,17 @@ def told(state: Any, shape: Any) -> Told:
     elif exact and hasattr(shape, "width"):
         size = (shape.length, shape.width)
     else:
-        hull = get_coordinates(shape.compute_occupancy(state).shapely_object)
-        turn = np.array([[np.cos(heading), -np.sin(heading)], [np.sin(heading), np.cos(heading)]])
-        ends = np.stack([(hull @ turn).min(axis=0), (hull @ turn).max(axis=0)])
-        size, place = tuple(np.ptp(ends, axis=0).tolist()), turn @ ends.mean(axis=0)
+        backwards, apart = _turned(-heading), np.linspace(*_interval(state.orientation), _HEADINGS) - heading
+        around = np.concatenate([get_coordinates(shape_of(shape)) @ _turned(each) for each in apart])
+        places = get_coordinates(Point(place) if isinstance(place, np.ndarray) else shape_of(place)) @ backwards
+        least, most = places.min(axis=0) + around.min(axis=0), places.max(axis=0) + around.max(axis=0)
+        size, place = tuple((most - least).tolist()), backwards @ (least + most) / 2
     return (*place, speed, heading), size
+
+
+def _turned(angle: float) -> Float[np.ndarray, "2 2"]:
+    """What turns rows by an angle [rad]."""
+    return np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
 
 
 def _road_of(lanelets: list[Any], problem: Any) -> Road:
