@@ -1,9 +1,11 @@
 """What does each rule of the planner pay? `python benchmarks/rules.py --recording commonroad/ [--drives 100]`.
 
-Every rule is switched off by itself, on equal seeds: among drivers, among aggressive ones, and in replays of recorded
-scenes, half of which drive on what was learned from the other half, with which they share no vehicle. Of each: drives
-that end in contact, those at the ego's fault, the difference in mean speed with its paired 95 % interval, unsafe plans,
-and manners. ``--write`` puts the table into `benchmarks/RESULTS.md`.
+Every rule is switched off by itself, on equal seeds: among drivers, among aggressive ones, in highway-env at density 2,
+in replays of recorded scenes, half of which drive on what was learned from the other half, with which they share no
+vehicle, and in random emergencies with known futures. Of each: drives that end in contact, those at the ego's fault,
+the difference in mean speed with its paired 95 % interval, unsafe plans, and manners. Beside them stand bodies that
+keep their velocity, the least that one can believe, and the known future, the most. ``--write`` puts the table into
+`benchmarks/RESULTS.md`.
 """
 
 import argparse
@@ -19,6 +21,10 @@ from typing import Any
 import numpy as np
 
 import coverdrive
+from coverdrive.bridges.world import drive as watch
+from coverdrive.driving.driver import Driver
+from coverdrive.league.beliefs import ConstantVelocity, KnownFuture
+from coverdrive.league.others import OTHERS
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.prediction.fit import PredictionSettings, cut_and_split, fit
@@ -31,10 +37,13 @@ from coverdrive.simulation.fault import Fault
 from coverdrive.simulation.outcome import Kind
 from coverdrive.simulation.replay import cut_scenarios
 from coverdrive.simulation.setup import Setup
+from coverdrive.simulation.trial import measure
+from random_emergencies import compared, emergencies, planned
 from results import write_section
 
 ALL = "all rules"
 SECOND_PATH = "second path of lane changes"
+VELOCITY, FUTURE = "sets, but constant velocity", "sets, but the future is known"
 WITHOUT: dict[str, dict[str, Any]] = {
     ALL: {},
     "leaders that brake": {"leaders": {"deceleration": 0.0}},
@@ -46,8 +55,13 @@ WITHOUT: dict[str, dict[str, Any]] = {
     "cost of lanes that end": {"lane_end": 0.0},
     "grace": {"grace": 0.0},
     SECOND_PATH: {},
+    VELOCITY: {},
+    FUTURE: {},
 }
 TRAFFICS = {"drivers": (3, 4, 5, 6, 7), "aggressive": (8, 9, 10, 11, 12), "fold 1": (1,), "fold 2": (1,)}
+HIGHWAY, EMERGENCIES = "highway-env-2", "emergencies"
+WORLDS = (*TRAFFICS, HIGHWAY, EMERGENCIES)
+OF_SETS = {SECOND_PATH, VELOCITY, FUTURE}
 
 
 @dataclass(frozen=True)
@@ -68,24 +82,42 @@ class Single:
 
 
 @lru_cache(maxsize=4)
+def planner_without(rule: str) -> MpcPlanner:
+    """The planner with one rule switched off."""
+    usual = PlannerSettings().model_dump()
+    changed = {name: usual[name] | part if isinstance(part, dict) else part for name, part in WITHOUT[rule].items()}
+    return MpcPlanner(PlannerSettings.model_validate(usual | changed))
+
+
+def emergency(planner: MpcPlanner, seed: int, trial: int) -> dict[str, Any]:
+    """What one random emergency came to [m/s]."""
+    scene, braking, best = next(emergencies((seed * 1000 + trial) * 1000))
+    return {"planner": planned(planner, scene), "braking": braking, "best of 40": best}
+
+
+@lru_cache(maxsize=4)
 def setup_of(folder: Path, rule: str, traffic: str, seed: int, recordings: tuple[Path, ...]) -> Setup:
     """Of one rule switched off, in one traffic."""
     predictor = Predictor.load(folder / f"{traffic if 'fold' in traffic else 'generated'}.safetensors")
-    changed = {
-        name: PlannerSettings().model_dump()[name] | part if isinstance(part, dict) else part
-        for name, part in WITHOUT[rule].items()
-    }
-    planner = MpcPlanner(PlannerSettings.model_validate(PlannerSettings().model_dump() | changed))
-    known = Single(predictor) if rule == SECOND_PATH else predictor
+    planner = planner_without(rule)
+    known = {SECOND_PATH: Single(predictor), VELOCITY: ConstantVelocity()}.get(rule, predictor)
     if "fold" not in traffic:
         return Setup(known, planner, traffic, vehicles=TRAFFICS[traffic], seed=seed, sampled=predictor)
     own = set(json.loads((folder / f"{traffic}.json").read_text()))
     scenes = cut_scenarios([each for each in coverdrive.read(list(recordings)) if each.name in own])
+    known = KnownFuture(scenes) if rule == FUTURE else known
     return Setup(known, planner, "replay", vehicles=(1,), seed=seed, scenarios=scenes, sampled=predictor)
 
 
 def drive(folder: Path, rule: str, traffic: str, seed: int, trial: int, recordings: tuple[Path, ...]) -> dict[str, Any]:
     """The row of one drive."""
+    if traffic == EMERGENCIES:
+        return emergency(planner_without(rule), seed, trial)
+    if traffic == HIGHWAY:
+        other, setup = OTHERS[HIGHWAY], setup_of(folder, rule, "drivers", seed, recordings)
+        world = other.make(other.of)
+        driver = Driver(setup.predictor, setup.planner.settings, **other.ego, period=world.car.period)
+        return measure(watch(world, driver, seed * 10_000 + trial), seed, trial) | {"reason": ""}
     setup = setup_of(folder, rule, traffic, seed, recordings)
     return setup.row(trial, participants(folder, rule, traffic, seed, recordings))
 
@@ -117,6 +149,8 @@ def prepare(folder: Path, recordings: tuple[Path, ...]) -> None:
 
 def summary(rows: list[dict[str, Any]], base: list[dict[str, Any]]) -> dict[str, Any]:
     """What drives came to, against those with all rules on the same seeds."""
+    if "planner" in rows[0]:
+        return compared(rows)
     both = [(ours, theirs) for ours, theirs in zip(rows, base, strict=True) if not ours["reason"] + theirs["reason"]]
     ours = [each for each, _ in both]
     column = {name: np.array([each[name] for each in ours], float) for name in (
@@ -140,20 +174,35 @@ def table(found: dict[str, dict[str, dict[str, Any]]]) -> str:
     """Rows are rules that were switched off."""
     lines = []
     for traffic, rules in found.items():
+        if traffic == EMERGENCIES:
+            keys = [key for key in rules[ALL] if key not in ("scenes", "mean [m/s]")]
+            lines += [
+                f"\nRandom emergencies, {rules[ALL]['scenes']} a row:\n",
+                f"| without | {' | '.join(keys)} | mean |",
+            ]
+            lines += ["|---" * (len(keys) + 2) + "|"]
+            for rule, each in rules.items():
+                counts = " | ".join(str(each[key]) for key in keys)
+                lines += [f"| {_name(rule)} | {counts} | {each['mean [m/s]']['planner']:.2f} m/s |"]
+            continue
         lines += [f"\n`{traffic}`, {rules[ALL]['drives']} drives a row:\n"]
         lines += ["| without | contacts (own fault) | mean speed [m/s] (paired 95 %) | unsafe | headway [s] | < 1 s to collision | jerk [m/s³] |"]  # fmt: skip  # noqa: E501
         lines += ["|---|---|---|---|---|---|---|"]
         for rule, each in rules.items():
             apart = "" if rule == ALL else " ({:+.2f} … {:+.2f})".format(*each["faster by"])
-            lines += [f"| {'nothing' if rule == ALL else rule} | {each['contacts']} ({each['own fault']}) | {each['mean speed']:.2f}{apart} | {each['unsafe']:.2%} | {each['headway in nine of ten moments']:.2f} | {each['within 1 s of collision']:.0%} | {each['jerk']:.2f} |"]  # fmt: skip  # noqa: E501
+            lines += [f"| {_name(rule)} | {each['contacts']} ({each['own fault']}) | {each['mean speed']:.2f}{apart} | {each['unsafe']:.2%} | {each['headway in nine of ten moments']:.2f} | {each['within 1 s of collision']:.0%} | {each['jerk']:.2f} |"]  # fmt: skip  # noqa: E501
     return "\n".join(lines)
+
+
+def _name(rule: str) -> str:
+    return "nothing" if rule == ALL else rule
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--recording", type=Path, nargs="*", default=[])
     parser.add_argument("--rules", nargs="+", choices=WITHOUT, default=list(WITHOUT))
-    parser.add_argument("--traffics", nargs="+", choices=TRAFFICS, default=list(TRAFFICS))
+    parser.add_argument("--traffics", nargs="+", choices=WORLDS, default=list(WORLDS))
     parser.add_argument("--drives", type=int, default=100)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--workers", type=int, default=2)
@@ -168,6 +217,8 @@ def main() -> None:
         for traffic in traffics:
             rows: dict[str, list[dict[str, Any]]] = {}
             for rule in dict.fromkeys([ALL, *given.rules]):
+                if rule in OF_SETS and (traffic == EMERGENCIES or (rule == FUTURE and "fold" not in traffic)):
+                    continue
                 kept = given.folder / f"{traffic}, {rule}, {given.seed}, {given.drives}.json"
                 if not kept.exists():
                     runs = [
