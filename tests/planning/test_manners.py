@@ -17,6 +17,9 @@ ROAD, PROBLEM, STATE = Road.straight(), ProblemSettings(), np.array([0.0, 5.4, 2
 EVERYWHERE = [(lon, lat, 20.0) for lat in (1.8, 9.0) for lon in range(-10, 60, 10)]
 
 
+FEW = MannersSettings(headway=0.0, beside=0.0, time_to_collision=0.0)
+
+
 def boxes_for(straight_paths, manners: MannersSettings, *cars: tuple[float, float, float]) -> np.ndarray:
     likely = obstacles_of(straight_paths(*cars), PROBLEM.obstacles)
     return wished_boxes(likely, STATE, PROBLEM, manners)
@@ -42,9 +45,11 @@ def test_the_paper_wishes_nothing(straight_paths) -> None:
 
 
 @pytest.mark.parametrize(("speed", "headway"), [(0.0, 1.0), (2.0, 1.072), (25 / 3, 1.3), (50 / 3, 1.6), (40.0, 1.6)])
-def test_the_regulation_has_a_headway_for_every_speed(speed: float, headway: float) -> None:
+def test_the_regulation_has_a_headway_for_every_speed(straight_paths, speed: float, headway: float) -> None:
     """The table of 5.2.3.3: 1.3 s at 30 km/h, 1.6 s at 60 km/h."""
-    assert MannersSettings(like="regulation").headway_at(np.array([speed])) == pytest.approx(headway)
+    manners = MannersSettings(like="regulation", time_to_collision=0.0)
+    alone, wished = (boxes_for(straight_paths, each, (50, 5.4, speed))[2] for each in (FEW, manners))
+    assert wished - alone == pytest.approx(headway * speed)
 
 
 def followed(straight_paths, settings: PlannerSettings) -> float:

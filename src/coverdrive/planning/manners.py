@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Float
 from pydantic import Field
 
+from coverdrive.compiled import compiled
 from coverdrive.planning.obstacles import FAR
 from coverdrive.planning.problem import ProblemSettings
 from coverdrive.settings import Settings
@@ -36,12 +37,6 @@ class MannersSettings(Settings):
     time_to_collision: float = Field(default=3.7, ge=0, le=60)
     """[s] until contact if all keep their velocity, as well"""
 
-    def headway_at(self, speed: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
-        """[s] at speeds [m/s] of the one ahead."""
-        if self.like == "regulation":
-            return np.clip(1 + 0.036 * speed, 1.0, 1.6)  # 5.2.3.3: a tenth more for every 10 km/h
-        return np.full_like(speed, self.headway)
-
 
 NONE = MannersSettings(like="paper")
 """nothing is wished for"""
@@ -64,10 +59,32 @@ def wished_boxes(
     across = likely[3, 0] + problem.vehicle.width / 2
     follower = (likely[0, 0] < 0) & (np.abs(likely[1, 0] - state[1]) < across)
     boxes, slack = likely.compress(~follower, axis=2), problem.cost.slack_weights(problem.steps)
-    speed = np.maximum(np.gradient(boxes[0], problem.dt, axis=0), 0.0)
-    slowing = state[2] - _EASE * problem.dt * np.arange(len(speed))[:, None]
-    boxes[2] += manners.headway_at(speed) * speed + manners.time_to_collision * np.maximum(slowing - speed, 0.0)
-    boxes[3] += manners.beside
-    boxes[4], boxes[5] = FAR, 0.0
-    boxes[6, 1:] = np.divide(_WEIGHT, slack, out=np.zeros_like(slack), where=slack > 0)[:, None]
+    share = np.divide(_WEIGHT, slack, out=np.zeros_like(slack), where=slack > 0)
+    headway = -1.0 if manners.like == "regulation" else manners.headway
+    _widen(boxes, float(state[2]), share, headway, manners.time_to_collision, manners.beside, problem.dt)
     return boxes
+
+
+@compiled
+def _headway(asked: float, speed: float) -> float:
+    """[s] behind who drives at a speed [m/s], of the regulation if none is asked for."""
+    return asked if asked >= 0 else min(max(1 + 0.036 * speed, 1.0), 1.6)  # 5.2.3.3: a tenth more for every 10 km/h
+
+
+@compiled
+def _widen(
+    boxes: Float[np.ndarray, "7 P w"], own: float, share: Float[np.ndarray, " K"], headway: float,
+    time_to_collision: float, beside: float, dt: float,
+) -> None:  # fmt: skip
+    """Let boxes reach as far as is wished for at an own speed [m/s]."""
+    moments = boxes.shape[1]
+    for i in range(boxes.shape[2]):
+        for k in range(moments):
+            first, last = max(k - 1, 0), min(k + 1, moments - 1)
+            speed = max((boxes[0, last, i] - boxes[0, first, i]) / (dt * (last - first)), 0.0)
+            closing = max(own - _EASE * dt * k - speed, 0.0)
+            boxes[2, k, i] += _headway(headway, speed) * speed + time_to_collision * closing
+            boxes[3, k, i] += beside
+            boxes[4, k, i], boxes[5, k, i] = FAR, 0.0
+            if k > 0:
+                boxes[6, k, i] = share[k - 1]
