@@ -1,11 +1,11 @@
-"""What the page on closed loops shows works."""
+"""What the page on traffics shows works."""
 
 import re
 from pathlib import Path
 
 from coverdrive.config import Experiment
 
-PAGE = (Path(__file__).parents[1] / "docs" / "closed-loop.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[1] / "docs" / "traffics.md").read_text(encoding="utf-8")
 
 
 def test_settings_are_known(tmp_path: Path) -> None:
