@@ -1,7 +1,7 @@
 """Roads that bend, with ramps and merges: `python benchmarks/roads.py FOLDER --predictor us101.safetensors`.
 
 Every CommonRoad scenario in the folder is read, predicted with a predictor of boxes that was fitted elsewhere, and
-driven in replay, each time in the place of another vehicle. The table is that of docs/recordings.md; `--out roads.json`
+driven in replay, each time in the place of another vehicle. The table is that of docs/real-roads.md; `--out roads.json`
 keeps it.
 """
 

@@ -15,12 +15,12 @@ from coverdrive.errors import MissingExtraError
 from coverdrive.extras import EXTRAS, require
 
 COMMANDS = {
-    "casadi": 'pip install "coverdrive[reference]"',
-    "piqp": 'pip install "coverdrive[svm]"',
-    "distributed": 'pip install "coverdrive[cluster]"',
-    "gymnasium": 'pip install "coverdrive[gymnasium]"',
-    "highway_env": 'pip install "coverdrive[highway-env]"',
-    "libsumo": 'pip install "coverdrive[sumo]"',
+    "casadi": "pip install '.[reference]'",
+    "piqp": "pip install '.[svm]'",
+    "distributed": "pip install '.[cluster]'",
+    "gymnasium": "pip install '.[gymnasium]'",
+    "highway_env": "pip install '.[highway-env]'",
+    "libsumo": "pip install '.[sumo]'",
 }
 
 

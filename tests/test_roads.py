@@ -24,7 +24,7 @@ from coverdrive.recordings.recording import Recording
 from coverdrive.reporting.recording_figures import road_figure
 
 PROJECT = Path(__file__).parents[1]
-PAGE = PROJECT / "docs" / "recordings.md"
+PAGE = PROJECT / "docs" / "real-roads.md"
 
 pytestmark = [pytest.mark.real_data, pytest.mark.slow]
 

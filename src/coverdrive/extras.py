@@ -18,8 +18,8 @@ class Extra(NamedTuple):
 
     @property
     def command(self) -> str:
-        """What installs it."""
-        return f'pip install "coverdrive[{self.extra}]"'
+        """What installs it, in the folder of the sources."""
+        return f"pip install '.[{self.extra}]'"
 
 
 EXTRAS = {
@@ -44,5 +44,5 @@ def require(module: str) -> Any:
     except ImportError as error:
         needed = EXTRAS[module]
         raise MissingExtraError(
-            f"{needed.purpose} needs {needed.package}; install it with `{needed.command}`"
+            f"{needed.purpose} needs {needed.package}; install it with `{needed.command}` in the folder of the sources"
         ) from error

@@ -53,7 +53,7 @@ def test_planning_problems_are_a_world(quick_fit: Path, tmp_path: Path, monkeypa
     assert table["solved"].to_list() == [1, 1, 1]
     assert "off road" in (tmp_path / "league" / "league.html").read_text(encoding="utf-8")
     monkeypatch.setattr(problems, "find_spec", lambda _: None)
-    assert 'install it with `pip install "coverdrive[commonroad]"`' in coverdrive(*called, status=2)
+    assert "install it with `pip install '.[commonroad]'`" in coverdrive(*called, status=2)
 
 
 @pytest.mark.slow

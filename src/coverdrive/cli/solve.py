@@ -52,7 +52,7 @@ def solve(
     of the table with its reason; the exit status is 3 then.
 
     Solutions are in the official XML format, for a BMW 320i. The drivability checker judges them if it is installed, by
-    `pip install "coverdrive[commonroad]"`.
+    `pip install '.[commonroad]'`.
 
     For example:
 

@@ -42,7 +42,7 @@ COLUMNS = pl.Schema(
 """of the rows: those of trials, of which ``reason`` says why a problem is not solved; and ``progress``, the share of
 the way to the place of the goal, null where there is none"""
 
-_CHECKER = 'pip install "coverdrive[commonroad]"'
+_CHECKER = "pip install '.[commonroad]'"
 _NUMBER = re.compile(rb'<planningProblem\s[^>]*\bid="(\d+)"')
 
 Read = Callable[[Path], dict[int, PlanningProblem | str]]
