@@ -12,11 +12,15 @@ import polars as pl
 import pytest
 from simulation_fakes import FAST, ConstantPlanner, fakes
 
+import coverdrive
 from coverdrive.errors import DataError, SettingError
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.progress import heard_by
+from coverdrive.simulation.episode import EpisodeSettings
+from coverdrive.simulation.motion import constant_velocity, with_states
 from coverdrive.simulation.statistics import widest_interval
 from coverdrive.simulation.study import Study, simulate
+from coverdrive.simulation.traffic import TrafficStep
 from coverdrive.simulation.trial import SCHEMA, measure
 
 SCRIPT = Path(__file__).with_name("run_fake_study.py")
@@ -99,6 +103,30 @@ def test_a_folder_that_holds_something_else_is_refused(tmp_path):
         (tmp_path / "study.json").write_text(text, encoding="utf-8")
         with pytest.raises(DataError, match=r"study.json is not the description of a study"):
             run(tmp_path, 1)
+
+
+class Brakes:
+    """A traffic of one's own, whose vehicles brake more or less."""
+
+    def reset(self, scene, road, rng):
+        self.braking = rng.uniform(0.0, 1.0, scene.vehicles)
+
+    def step(self, scene, dt):
+        states = constant_velocity(scene.states, np.array([dt]))[:, 0]
+        states[:, 2] = np.maximum(0.0, states[:, 2] - self.braking * dt)
+        states[0] = scene.states[0]
+        nobody = np.zeros(scene.vehicles, dtype=bool)
+        return TrafficStep(with_states(scene, states), np.full(scene.vehicles, -1), nobody, nobody)
+
+
+@pytest.mark.slow
+def test_an_own_traffic_and_an_own_planner_make_a_study(tmp_path):
+    predictor = fakes().predictor
+    study = coverdrive.study(
+        predictor, ConstantPlanner, traffic=Brakes, episode=EpisodeSettings(duration=10.0), folder=tmp_path, trials=10
+    )
+    assert study.trials.height == 10
+    assert set(study.trials["kind"]) == {"finished", "frontal"}  # careless, among vehicles that brake
 
 
 @pytest.mark.parametrize("wrong", [{"trials": 0}, {"trials": 1, "workers": 0}, {"trials": 1, "batch": 0}])
