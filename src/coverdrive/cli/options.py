@@ -76,7 +76,7 @@ Set = Annotated[
     Parameter(
         name="--set",
         consume_multiple=True,
-        help="Settings of config.toml by their names, as in `--set prediction.training.epochs=20 generated.lanes=4`; "
+        help="Settings of config.toml by their names, as in `--set planner.manners.like=regulation generated.lanes=4`; "
         "they hold over everything else.",
     ),
 ]
