@@ -134,12 +134,11 @@ def reference_costs(instance: dict, problem: ProblemSettings, period: float, roa
     """
     constants = constants_of(problem, period)
     table = table_of(road, problem)
-    state, paths, settings = instance["state"], instance["paths"], LeaderSettings()
-    leaders, lane = leaders_of(state, problem.vehicle.length / 2, paths, road), int(road.lane_at(*state[:2]))
-    wanted = min(problem.cost.reference_speed, leaders.speed_in(lane, state[2], settings.time_to_collision))
-    feared = paths.joined(braking(leaders, paths, settings))
+    state, paths = instance["state"], instance["paths"]
+    leaders = leaders_of(state, problem.vehicle.length / 2, paths, road)
+    feared = paths.joined(braking(leaders, paths, LeaderSettings()))
     for against in (feared, paths):
-        around = surroundings_of(state, instance["before"], against, table, problem, wanted)
+        around = surroundings_of(state, instance["before"], against, table, problem)
         own = own_plan(instance["plan"], around, road, constants)
         if own.clear[0]:  # of vehicles that brake ahead, too: that is the problem that it solves
             break

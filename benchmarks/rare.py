@@ -28,7 +28,7 @@ from coverdrive.simulation.setup import Setup
 def reckless(predictor: AnyPredictor) -> Setup:
     """An ego that collides now and then."""
     none = replace(predictor, rule=Thresholds(np.ones(1), predictor.rule.tube))
-    planner = MpcPlanner(PlannerSettings(leaders=LeaderSettings(deceleration=0.0, time_to_collision=0.0)))
+    planner = MpcPlanner(PlannerSettings(leaders=LeaderSettings(deceleration=0.0)))
     return Setup(none, planner, "aggressive", vehicles=(12,))
 
 

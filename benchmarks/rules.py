@@ -47,7 +47,6 @@ VELOCITY, FUTURE = "sets, but constant velocity", "sets, but the future is known
 WITHOUT: dict[str, dict[str, Any]] = {
     ALL: {},
     "leaders that brake": {"leaders": {"deceleration": 0.0}},
-    "time to collision": {"leaders": {"time_to_collision": 0.0}},
     "foresight": {"leaders": {"foresight": 0.0}},
     "careful follower": {"rear_last": False},
     "manners": {"manners": {"like": "paper"}},

@@ -100,7 +100,7 @@ class Experiment(Settings):
         free = {"max_steering": 1.57, "max_steering_rate": 1e4, "max_power": 1e4}  # a Dubins car turns at once
         cost = {"speed": 0.05, "heading": 20.0, "acceleration_change": 0.6}
         problem = {"branches": {"fail_safe": False}, "cost": cost, "vehicle": free}
-        alone = {"deceleration": 0.0, "time_to_collision": 0.0, "foresight": 0.0}
+        alone = {"deceleration": 0.0, "foresight": 0.0}
         single = {"planner": {"problem": problem, "leaders": alone, "manners": {"like": "paper"}}}
         return Experiment(prediction=PredictionSettings.paper()).updated(single)
 

@@ -9,7 +9,6 @@ from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Status
 from coverdrive.planning import planner as planning
 from coverdrive.planning.leaders import LeaderSettings, braking, leaders_of
-from coverdrive.planning.manners import NONE
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.road import Road
 
@@ -41,7 +40,8 @@ def test_nobody_brakes_where_nobody_is_ahead_or_nothing_is_assumed(straight_path
 
 def speed_ahead(paths: PredictedPaths) -> float:
     """[m/s] in the lane of the ego."""
-    return leaders_of(STATE, 2.4, paths, Road.straight()).speed_in(1, STATE[2], 10.0)
+    leaders = leaders_of(STATE, 2.4, paths, Road.straight())
+    return float(leaders.speed[leaders.lane == 1].min(initial=np.inf))
 
 
 def test_the_speed_ahead_is_that_of_the_nearest_in_the_own_lane(straight_paths) -> None:
@@ -49,23 +49,6 @@ def test_the_speed_ahead_is_that_of_the_nearest_in_the_own_lane(straight_paths) 
     assert speed_ahead(paths) == pytest.approx(22)
     assert speed_ahead(paths.of(np.array([2, 3]))) == np.inf
     assert speed_ahead(straight_paths((20, 5.4, -1))) == 0
-
-
-def test_who_is_reached_soon_is_told_by_the_gap_between_bumpers(straight_paths) -> None:
-    leaders = leaders_of(STATE, 2.4, straight_paths((24.7, 5.4, 20), (100, 1.8, 20)), Road.straight())
-    assert leaders.speed_in(1, 30.0, 2.0) == leaders.speed_in(0, 100.0, 2.0) == pytest.approx(20)
-    assert leaders.speed_in(1, 29.9, 2.0) == leaders.speed_in(1, 30.0, 1.9) == leaders.speed_in(0, 30.0, 2.0) == np.inf
-    assert leaders.speed_in(1, 19.0, 2.0) == np.inf
-
-
-@pytest.mark.parametrize(("time", "lane"), [(0.0, 5.4), (2.0, 1.8)])
-def test_who_is_about_to_reach_the_one_ahead_does_not_pull_out(straight_paths, time: float, lane: float) -> None:
-    """15 m behind a car that is 8 m/s slower."""
-    planner = MpcPlanner(PlannerSettings(leaders=LeaderSettings(time_to_collision=time), manners=NONE))
-    plan = planner.plan(np.array([0.0, 1.8, 28.0, 0.0]), straight_paths((19.8, 1.8, 20.0)), Road.straight())
-    assert plan.status is Status.SOLVED
-    assert plan.states[-1, 1] == pytest.approx(lane, abs=0.6)
-    assert (plan.states[-1, 2] < 21) == (time > 0)
 
 
 def test_what_is_lost_in_a_lane_is_the_time_behind_the_one_ahead(straight_paths) -> None:

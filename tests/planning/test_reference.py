@@ -7,7 +7,6 @@ from coverdrive.oracle import reference
 from coverdrive.oracle.reference import ReferencePlanner
 from coverdrive.oracle.solvers import SolverSettings
 from coverdrive.plan import Planner, Status
-from coverdrive.planning.leaders import LeaderSettings
 from coverdrive.planning.manners import NONE
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.planning.vehicle import step
@@ -15,7 +14,7 @@ from coverdrive.road import Road
 
 
 def test_overtakes_a_slower_car_as_the_planner_does(straight_paths) -> None:
-    settings = PlannerSettings(leaders=LeaderSettings(time_to_collision=0.0), manners=NONE)  # it is 1.9 s at the start
+    settings = PlannerSettings(manners=NONE)
     planner, compiled = ReferencePlanner(settings, SolverSettings(tolerance=1e-5)), MpcPlanner(settings)
     assert isinstance(planner, Planner)
     state, other = np.array([0.0, 1.8, 25.0, 0.0]), 30.0

@@ -2,8 +2,7 @@
 
 A set that is learned from what usually happens may leave out what seldom does, and it does not know who is braking
 already. Responsibility-sensitive safety (Shalev-Shwartz, Shammah, Shashua 2017) asks a car to keep clear of vehicles
-ahead that brake; so do plans here, wherever there is one that does, as if that were a member of their sets. Who is
-about to reach the vehicle ahead wants to be no faster than that, lest it pulls out so late that nothing else is left.
+ahead that brake; so do plans here, wherever there is one that does, as if that were a member of their sets.
 
 And they hold the ego up: a plan ends when an overtaking begins to pay. What comes after is told from their speeds.
 """
@@ -33,8 +32,6 @@ class LeaderSettings(Settings):
     deceleration: float = Field(default=4.0, ge=0, le=15)
     """[m/s²] at which they may brake to a stop from now on, beyond which hardly anybody does in normal traffic; 0: no
     such thing is assumed"""
-    time_to_collision: float = Field(default=1.0, ge=0, le=60)
-    """[s] within which the ego is to reach the vehicle directly ahead, if that one's speed is all it wants"""
     foresight: float = Field(default=6.0, ge=0, le=60)
     """[s] after the end of a plan for which lanes are compared by the speeds of those ahead"""
 
@@ -50,13 +47,6 @@ class Leaders(NamedTuple):
     """[m] from the ego's front to its rear"""
     speed: Float[np.ndarray, " l"]
     """[m/s]"""
-
-    def speed_in(self, lane: int, speed: float, within: float) -> float:
-        """Speed [m/s] of the one in a lane if an ego of a ``speed`` [m/s] reaches it ``within`` a time [s], else
-        infinity.
-        """
-        here = (self.lane == lane) & (self.gap < within * (speed - self.speed))
-        return float(self.speed[here].min(initial=np.inf))
 
     def lost(self, there: Bool[np.ndarray, " L"], wanted: float, begin: float, end: float) -> Float[np.ndarray, " L"]:
         """What is lost of a wanted speed [m/s] in each lane, or there first and beside it then: squared [m²/s].

@@ -223,8 +223,6 @@ class MpcPlanner:
         leaders = leaders_of(state, settings.problem.vehicle.length / 2, paths, road)
         targets = target_lanes(state, road, horizon)
         self._manners = NONE if self._wish.away(targets.lanes[:1]).any() else settings.manners
-        near = leaders.speed_in(targets.lanes[0], state[2], settings.leaders.time_to_collision)
-        self._speed = min(self._speed, near)
         lost = leaders.lost(targets.lasting, self._speed, horizon, horizon + settings.leaders.foresight)
         targets = targets._replace(lost=lost)
         found = self._clear_of_leaders(state, paths, leaders, targets, begun) if searching else None
