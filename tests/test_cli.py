@@ -257,7 +257,8 @@ def test_folds_print_their_spread_and_keep_nothing(quick_run: Path, tmp_path: Pa
     options = ("--folds", "3", "--config", quick_run / "quick.toml", "--out", tmp_path / "out")
     found = json.loads(coverdrive("fit", *options, "--json", only="stdout"))["folds"]
     assert len(found) == 6 and all(each["evaluation"]["windows"]["total"] > 0 for each in found)
-    printed = coverdrive("fit", *options, "--unit", "group", "--set", "prediction.certificate.method=pac-pooled")
+    claim = ("--epsilon", "0.1", "--unit", "group", "--set", "prediction.certificate.method=pac-pooled")
+    printed = coverdrive("fit", *options, *claim)
     assert "refused" in printed and "groups would do" in printed
     assert not (tmp_path / "out").exists()
 

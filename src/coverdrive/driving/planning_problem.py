@@ -140,7 +140,8 @@ class PlanningProblem:
         points = np.stack(self.road.to_map(np.full(400, np.mean(along)), places), axis=-1)
         inside = places[[shape.covers(Point(*each)) for each in points]]
         if len(inside) == 0:
-            raise DataError("the goal is not on the road that the start is on; choose another planning problem")
+            problem = f"planning problem {self.number}: the goal is not on the road that the start is on"
+            raise RecordingError(self.file, f"{problem}; choose another planning problem")
         return along, (float(inside.min()), float(inside.max()))
 
 

@@ -23,6 +23,12 @@ BACKWARDS, LONGEST_DRIVE = 1.0, 600.0
 LARGEST_ID = 2**63
 """Numbers of planning problems are smaller"""
 
+_PARTS = (
+    "center", "rect_center", "circle_center", "length", "width", "radius", "orientation", "vertices", "shapes",
+    "occupancies",
+)  # fmt: skip
+"""of shapes, by their names in all versions of commonroad-io"""
+
 STATED = {"time", "position", "orientation"}
 """of every initial state, and of those that move the velocity, too; commonroad-io takes 0 for what is missing"""
 
@@ -171,7 +177,7 @@ def check_problem(problem: Any, dt: float) -> None:
 
 
 def _has_size(shape: Any) -> bool:
-    parts = getattr(shape, "occupancies", [shape])
+    parts = getattr(shape, "occupancies", getattr(shape, "shapes", [shape]))
     return all(getattr(part, name, 1.0) > 0 for part in parts for name in ("length", "width", "radius"))
 
 
@@ -189,6 +195,4 @@ def numbers_of(value: Any) -> list[float]:
         return [number for part in value for number in numbers_of(part)]
     if hasattr(value, "x"):
         return [float(value.x), float(value.y)]
-    parts = ("rect_center", "circle_center", "length", "width", "radius", "orientation", "occupancies")
-    inside = [getattr(value, name) for name in parts if hasattr(value, name)] or getattr(value, "vertices", ())
-    return numbers_of(inside)
+    return [number for name in _PARTS if hasattr(value, name) for number in numbers_of(getattr(value, name))]
