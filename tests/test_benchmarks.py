@@ -2,6 +2,7 @@
 
 import importlib.util
 import json
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -189,3 +190,13 @@ def test_manners(quick_run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     headway = {name: each["headway"]["all moments"][0] for name, each in found.items()}
     assert headway["drivers: ours, paper"] < headway["drivers: ours, human"]
     assert found["drivers: IDM and MOBIL"]["drives"] == 2
+
+
+@pytest.mark.slow
+def test_rules(quick_predictor: Path, tmp_path: Path) -> None:
+    shutil.copy(quick_predictor, tmp_path / "generated.safetensors")
+    few = ("--drives", "1", "--workers", "1", "--traffics", "drivers", "emergencies", "--rules", "foresight")
+    command = [sys.executable, FOLDER / "rules.py", *few, "--folder", tmp_path]
+    printed = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    assert printed.count("| nothing |") == printed.count("| foresight |") == 2
+    assert "`drivers`, 1 drives a row" in printed and "Random emergencies, 1 a row" in printed
