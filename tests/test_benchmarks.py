@@ -195,8 +195,8 @@ def test_manners(quick_run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 @pytest.mark.slow
 def test_rules(quick_predictor: Path, tmp_path: Path) -> None:
     shutil.copy(quick_predictor, tmp_path / "generated.safetensors")
-    few = ("--drives", "1", "--workers", "1", "--traffics", "drivers", "emergencies", "--rules", "foresight")
+    few = ("--drives", "2", "--workers", "1", "--traffics", "drivers", "emergencies", "--rules", "foresight")
     command = [sys.executable, FOLDER / "rules.py", *few, "--folder", tmp_path]
     printed = subprocess.run(command, check=True, capture_output=True, text=True).stdout
     assert printed.count("| nothing |") == printed.count("| foresight |") == 2
-    assert "`drivers`, 1 drives a row" in printed and "Random emergencies, 1 a row" in printed
+    assert "`drivers`, 2 drives a row" in printed and "Random emergencies, 2 a row" in printed

@@ -61,7 +61,7 @@ def test_a_world_names_scenarios_folders_and_patterns_once(tmp_path: Path, judge
 
 def test_what_is_missing_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(problems, "find_spec", lambda _: None)
-    with pytest.raises(MissingExtraError, match=r'checker; install it with `pip install "coverdrive\[commonroad\]"`'):
+    with pytest.raises(MissingExtraError, match=r"checker; install it with `pip install '\.\[commonroad\]'`"):
         problems_of(f"commonroad:{tmp_path}")
     monkeypatch.setattr(problems, "find_spec", lambda _: True)
     with pytest.raises(DataError, match="names no planning problems"):
