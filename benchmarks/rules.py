@@ -11,6 +11,7 @@ keep their velocity, the least that one can believe, and the known future, the m
 import argparse
 import json
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
 from functools import lru_cache
 from multiprocessing import get_context
 from pathlib import Path
@@ -24,10 +25,13 @@ from coverdrive.bridges.world import drive as watch
 from coverdrive.driving.driver import Driver
 from coverdrive.league.beliefs import ConstantVelocity, KnownFuture
 from coverdrive.league.others import OTHERS
+from coverdrive.paths import PredictedPaths
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.prediction.fit import PredictionSettings, cut_and_split, fit
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.prediction.split import Split
+from coverdrive.road import Road
+from coverdrive.scene import Scene
 from coverdrive.simulation.comparison import paired_t
 from coverdrive.simulation.fault import Fault
 from coverdrive.simulation.outcome import Kind
@@ -38,6 +42,7 @@ from random_emergencies import compared, emergencies, planned
 from results import write_section
 
 ALL = "all rules"
+SECOND_PATH = "second path of lane changes"
 VELOCITY, FUTURE = "sets, but constant velocity", "sets, but the future is known"
 WITHOUT: dict[str, dict[str, Any]] = {
     ALL: {},
@@ -48,13 +53,31 @@ WITHOUT: dict[str, dict[str, Any]] = {
     "cost of another lane": {"lane_change": 0.0},
     "cost of lanes that end": {"lane_end": 0.0},
     "grace": {"grace": 0.0},
+    SECOND_PATH: {},
     VELOCITY: {},
     FUTURE: {},
 }
 TRAFFICS = {"drivers": (3, 4, 5, 6, 7), "aggressive": (8, 9, 10, 11, 12), "fold 1": (1,), "fold 2": (1,)}
 HIGHWAY, EMERGENCIES = "highway-env-2", "emergencies"
 WORLDS = (*TRAFFICS, HIGHWAY, EMERGENCIES)
-OF_SETS = {VELOCITY, FUTURE}
+OF_SETS = {SECOND_PATH, VELOCITY, FUTURE}
+
+
+@dataclass(frozen=True)
+class Single:
+    """A predictor without the second paths of vehicles that change lanes."""
+
+    predictor: Predictor
+
+    @property
+    def fingerprint(self) -> str:
+        """A short hash."""
+        return f"single {self.predictor.fingerprint}"
+
+    def predict(self, scene: Scene, road: Road, ego: int, dt: float, steps: int) -> PredictedPaths:
+        """The first paths."""
+        paths = self.predictor.predict(scene, road, ego, dt, steps)
+        return paths if paths.weight is None else paths.of(paths.weight == 1)
 
 
 @lru_cache(maxsize=4)
@@ -76,7 +99,7 @@ def setup_of(folder: Path, rule: str, traffic: str, seed: int, recordings: tuple
     """Of one rule switched off, in one traffic."""
     predictor = Predictor.load(folder / f"{traffic if 'fold' in traffic else 'generated'}.safetensors")
     planner = planner_without(rule)
-    known = ConstantVelocity() if rule == VELOCITY else predictor
+    known = {SECOND_PATH: Single(predictor), VELOCITY: ConstantVelocity()}.get(rule, predictor)
     if "fold" not in traffic:
         return Setup(known, planner, traffic, vehicles=TRAFFICS[traffic], seed=seed, sampled=predictor)
     own = set(json.loads((folder / f"{traffic}.json").read_text()))

@@ -18,6 +18,7 @@ from coverdrive.paths import PredictedPaths
 from coverdrive.prediction.boxes.boxes import TUBE, between
 from coverdrive.prediction.boxes.network import BoxNetwork
 from coverdrive.prediction.stored import ALONE, StoredPredictor, TimeGrid, features_of, grid_of, others_of
+from coverdrive.prediction.under_way import lane_changes
 from coverdrive.road import Road
 from coverdrive.scene import Scene, beside
 
@@ -57,7 +58,9 @@ class BoxPredictor(StoredPredictor):
         *,
         like: TimeGrid | None = None,
     ) -> PredictedPaths:
-        """One path for each arm of each vehicle's boxes.
+        """One path for each arm of each vehicle's boxes, and one for each lane change that is under way.
+
+        The latter is there for those whom boxes of scale 1 do not hold, whatever the scale, but for that of 0.
 
         Arguments and errors as of the predictor of a basis.
         """
@@ -68,8 +71,14 @@ class BoxPredictor(StoredPredictor):
         lon, lat, speed, heading, length, width = (np.asarray(each)[vehicle, None] for each in scene.measures)
         centre[..., 0] += lon + times * (speed * np.cos(heading))
         centre[..., 1] += lat
-        body, sizes = beside(length, width) / 2, self.scale * half_sizes
-        paths = [PredictedPaths(centre, vehicle, arm * sizes + body, period) for arm in self._arms]
+        body, arms = beside(length, width) / 2, self._arms
+        paths = [PredictedPaths(centre, vehicle, self.scale * arm * half_sizes + body, period) for arm in arms]
+        if self.scale > 0:
+            calibrated = paths[-1]
+            if self.scale != 1:
+                calibrated = PredictedPaths(centre, vehicle, arms[-1] * half_sizes + body, period)
+            changes = lane_changes(calibrated, scene)
+            paths += [changes] if len(changes) else []
         return reduce(PredictedPaths.joined, paths)
 
     @cached_property
