@@ -3,31 +3,34 @@
 Windows of a vehicle, and vehicles of a group, may depend on each other as they like: only the vehicles, or the groups,
 have to be independent. Of n units, unit i has the loss L_i in [0, 1], and the mean of a new one is to be at most ε.
 
-With a confidence, a bettor who starts with 1 stakes λ_i on every unit, so that its capital is Π (1 + λ_i (ε − L_i)).
-If the mean were at least ε, that capital would be expected to be at most 1: it is an e-value. The stakes are the
-predictable plug-in of Waudby-Smith and Ramdas (2024, §4.2), made from the units before, so that the capital depends on
-the order in which units come, which means nothing. It is therefore averaged over many orders that are drawn without
-looking at the losses (`orders`): a mean of e-values is one, and that it reaches 1 / (1 − confidence) has at most the
-probability 1 − confidence (Markov). Losses are sorted before, so that the same losses prove the same, however they are
-stored. Bounds that need no order were larger in simulation: mixtures of fixed stakes, and, where units lose shares,
-Hoeffding's and Bentkus'. Without a confidence, (Σ L_i + 1) / (n + 1) ≤ ε (conformal risk control, Angelopoulos et al.
-2024; for groups, hierarchical conformal prediction, Lee, Barber and Willett 2023).
+With a confidence, a bettor who starts with 1 stakes the fraction c of what can be staked on every unit, so that its
+capital is Π (1 + c·(ε − L_i) / (1 − ε)). If the mean were at least ε, that capital would be expected to be at most 1:
+it is an e-value, in whatever order units come, and so is its mean over several fractions that are fixed before the
+losses are seen. That it reaches 1 / (1 − confidence) has at most the probability 1 − confidence (Markov; Waudby-Smith
+and Ramdas 2024, §4). Where units lose everything or nothing, the best fraction is c = 1 − p/ε, with the share p of
+them that loses. Fractions go in equal ratios from the least that can pay, of the p with n·KL(p‖ε) = log 1 / (1 −
+confidence), up to nearly 1, because losses that are spread less allow larger ones. Capital grows with ε: a factor is
+linear in L_i, and both of its ends grow, since 1 − 1/x ≤ log x ≤ x − 1. Where few units lose much, as few vehicles do,
+other bounds were larger in simulation: stakes that are learned from the units before, averaged over orders, Hoeffding's
+and Bentkus'. Without a confidence, (Σ L_i + 1) / (n + 1) ≤ ε (conformal risk control, Angelopoulos et al. 2024; for
+groups, hierarchical conformal prediction, Lee, Barber and Willett 2023).
 
 Rules are nested, so that losses only grow from one to the next: the last one before the first that does not pass is
 valid, wherever the rules to try are (Bates et al. 2021, Theorem 1).
 """
 
-from collections.abc import Callable
+import math
 from functools import lru_cache
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
+from scipy import optimize, special
 
 from coverdrive.certificates.calibration import Calibration, Claim
 from coverdrive.errors import CertificateError
 
-_STAKE = 0.99
-"""the largest share of the capital that a unit can cost"""
+_MOST_STAKED, _FRACTIONS = 0.99, 6
+"""the largest fraction, and how many there are"""
 
 _EXACT = 1e-6
 """within which a smallest bound is found"""
@@ -35,64 +38,34 @@ _EXACT = 1e-6
 _MOST = 100_000
 """units that are looked at for how many would do"""
 
-_ORDERS, _FEWEST, _BETS = 100, 10, 20_000
-"""orders of the units over which capital is averaged; fewer where there would be more bets: with many units, the order
-hardly matters"""
-
 
 def proves(losses: Float[np.ndarray, " n"], epsilon: float, confidence: float | None) -> bool:
     """Whether losses prove that their mean is at most ε; the larger ε, the sooner."""
-    return _proof(losses, confidence)(epsilon)
-
-
-def _proof(losses: Float[np.ndarray, " n"], confidence: float | None) -> Callable[[float], bool]:
-    """`proves` of the same losses, for any ε."""
-    count = len(losses)
     if confidence is None:
-        mean = (losses.sum() + 1) / (count + 1)
-        return lambda epsilon: bool(mean <= epsilon)
-    goal = -np.log1p(-confidence)
-    ordered = np.sort(losses)
-    turned = ordered[orders(count) if count and ordered[0] < ordered[-1] else np.arange(count)[:, None]]
-    wanted = stakes(turned, goal)
-
-    def proved(epsilon: float) -> bool:
-        capital = log_capital(turned, wanted, epsilon)
-        return bool(np.logaddexp.reduce(capital) - np.log(len(capital)) >= goal)
-
-    return proved
+        return bool((losses.sum() + 1) / (len(losses) + 1) <= epsilon)
+    goal = -math.log1p(-confidence)
+    staked = fractions(len(losses), epsilon, goal)[:, None]
+    capital = np.log1p(staked * ((epsilon - np.sort(losses)) / (1 - epsilon))).sum(1)
+    return bool(np.logaddexp.reduce(capital) - np.log(len(capital)) >= goal)
 
 
-def stakes(losses: Float[np.ndarray, "n K"], goal: float) -> Float[np.ndarray, "n K"]:
-    """What a bettor wants to stake on each loss, after those before it in each of K orders, to reach ``goal``."""
-    count = len(losses)
-    number = np.arange(1, count + 1)[:, None]
-    mean = (0.5 + np.cumsum(losses, 0)) / (number + 1)
-    spread = (0.25 + np.cumsum((losses - mean) ** 2, 0)) / (number + 1)
-    known = np.concatenate([np.full_like(losses[:1], 0.25), spread[:-1]])
-    return np.sqrt(2 * goal / (count * known))
+@lru_cache(maxsize=64)
+def fractions(count: int, epsilon: float, goal: float) -> Float[np.ndarray, " K"]:
+    """What to stake of what can be staked on each of ``count`` losses against a mean of ε, to reach a log-capital."""
 
+    def short(share: float) -> float:
+        return float(special.rel_entr(share, epsilon) + special.rel_entr(1 - share, 1 - epsilon)) - goal / max(count, 1)
 
-def log_capital(
-    losses: Float[np.ndarray, "n K"], stakes: Float[np.ndarray, "n K"], epsilon: float
-) -> Float[np.ndarray, " K"]:
-    """Logarithm of what a bettor has in the end who stakes so much, or what can be lost at the most, in each order."""
-    return np.log1p(np.minimum(stakes, _STAKE / (1 - epsilon)) * (epsilon - losses)).sum(0)
-
-
-@lru_cache(maxsize=8)
-def orders(count: int) -> Int[np.ndarray, "n K"]:
-    """K orders of n units, the same for every n; fewer of very many units."""
-    number = min(_ORDERS, max(_BETS // count, _FEWEST))
-    return np.random.default_rng(count).permuted(np.tile(np.arange(count), (number, 1)), axis=1).T
+    least = 1 - float(optimize.brentq(short, 0.0, epsilon)) / epsilon if short(0.0) > 0 else 1.0
+    return np.geomspace(min(least, _MOST_STAKED), _MOST_STAKED, _FRACTIONS)
 
 
 def loss_limit(losses: Float[np.ndarray, " n"], confidence: float | None) -> float:
     """The smallest bound on the mean that losses prove; 1 if they prove none."""
-    low, high, proved = 0.0, 1.0, _proof(losses, confidence)
+    low, high = 0.0, 1.0
     while high - low > _EXACT:
         middle = (low + high) / 2
-        low, high = (low, middle) if proved(middle) else (middle, high)
+        low, high = (low, middle) if proves(losses, middle, confidence) else (middle, high)
     return high
 
 

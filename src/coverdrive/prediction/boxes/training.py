@@ -53,7 +53,7 @@ class BoxSettings(OptimiserSettings):
     power: float = Field(default=12.0, ge=1, le=100)
     """p of the norm that stands for a quantile of the scale, where every window of a vehicle has to stay inside; the
     larger, the fewer segments decide"""
-    window_power: float = Field(default=4.0, ge=1, le=100)
+    window_power: float = Field(default=3.0, ge=1, le=100)
     """the same where windows, or the share of a vehicle's windows, are counted: more of them may be missed"""
     hidden: Hidden = (64, 64)
     """neurons of the hidden layers"""
