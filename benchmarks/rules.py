@@ -50,6 +50,7 @@ WITHOUT: dict[str, dict[str, Any]] = {
     "foresight": {"leaders": {"foresight": 0.0}},
     "careful follower": {"rear_last": False},
     "manners": {"manners": {"like": "paper"}},
+    "calm lane changes": {"manners": {"sideways": 10.0}},
     "cost of another lane": {"lane_change": 0.0},
     "cost of lanes that end": {"lane_end": 0.0},
     "grace": {"grace": 0.0},

@@ -71,6 +71,26 @@ def test_a_headway_is_kept_behind_somebody_and_more_where_more_is_wished(straigh
     assert wished["paper"] < 0.5 < 0.65 < wished["human"] < 1.2 < wished["regulation"]
 
 
+def sideways(straight_paths, settings: PlannerSettings) -> float:
+    """[m/s] across the road at the most, on the way past a car that is slower."""
+    planner, state, most = MpcPlanner(settings), np.array([0.0, 5.4, 25.0, 0.0]), 0.0
+    planner.reset(0.1)
+    for moment in range(60):
+        paths = straight_paths((60 + 1.5 * moment, 5.4, 15), (60 + 1.5 * moment, 1.8, 15))
+        state = step(state, planner.plan(state, paths, ROAD).inputs[0], 0.1)
+        most = max(most, abs(state[2] * np.sin(state[3])))
+    assert state[1] > 8  # it has passed on the left
+    return most
+
+
+def test_lanes_are_changed_as_calmly_as_people_do(straight_paths) -> None:
+    wished = [
+        sideways(straight_paths, PlannerSettings(manners=MannersSettings(sideways=most))) for most in (1.0, 1.71, 10.0)
+    ]
+    assert wished[0] < 1.1 < 1.5 < wished[1] < 1.8 < wished[2]
+    assert NONE.fastest_sideways == np.inf
+
+
 def test_a_wish_takes_no_clear_plan_away(straight_paths) -> None:
     """Boxed in with half a headway to everybody."""
     paths = straight_paths((10, 5.4, 20), (-10, 5.4, 20), *EVERYWHERE)

@@ -25,7 +25,8 @@ def around() -> Surroundings:
     boxes = np.zeros((7, 13, 6))
     boxes[0], boxes[1] = rng.uniform(0, 70, (13, 6)), rng.uniform(0, 11, (13, 6))
     boxes[2], boxes[3], boxes[4], boxes[6] = rng.uniform(2, 4, (13, 6)), rng.uniform(1, 2, (13, 6)), 15.0, 1.0
-    return Surroundings(STATE, np.array([-0.5, 0.02]), between(0.0, 10.8), WANTED, boxes, boxes[:, :, :4].copy())
+    road, likely = between(0.0, 10.8), boxes[:, :, :4].copy()
+    return Surroundings(STATE, np.array([-0.5, 0.02]), road, WANTED, boxes, likely, sideways=0.5)
 
 
 def slack_of(state: np.ndarray, box: np.ndarray) -> float:
@@ -51,6 +52,7 @@ def by_hand(inputs: np.ndarray, around: Surroundings) -> float:
         value += PROBLEM.cost.off_road * np.square(np.maximum(0, off_road)).sum()
         value += 1e4 * np.square(np.maximum(0, [speed - CAR.max_speed, -speed])).sum()
         value += 1e6 * max(0.0, abs(heading) - CAR.max_heading) ** 2
+        value += 0.0 if tree.safe[n] else 1e3 * max(0.0, abs(speed * heading) - around.sideways) ** 2
         boxes = around.boxes if tree.careful[n] else around.likely
         slacks = [slack_of(states[n], boxes[:, tree.moment[n], slot]) for slot in range(boxes.shape[2])]
         value += tree.slack[n] * np.square(np.maximum(0, slacks)).sum()
@@ -73,7 +75,7 @@ def test_merit_is_the_cost_and_the_squares_of_all_violations(crowded, seed: int)
 
 def test_limits_and_edges_count_as_well(crowded) -> None:
     _, around = crowded(0)
-    around = around._replace(state=np.array([0.0, 1.0, 40.0, -0.2]))
+    around = around._replace(state=np.array([0.0, 1.0, 40.0, -0.2]), sideways=1.5)
     around.boxes[0] = around.likely[0] = FAR
     inputs = np.tile([6.0, -0.1], (NODES, 1))
     assert merit(inputs, TARGETS, around, CONSTANTS).value == pytest.approx(by_hand(inputs, around), rel=1e-9)

@@ -91,4 +91,11 @@ def test_manners_are_what_recorded_drivers_keep_in_nine_of_ten_moments(recording
     headways = np.concatenate(moments)
     assert manners is not None and manners.like == "human"
     assert manners.headway == pytest.approx(np.quantile(headways[np.isfinite(headways)], 0.1), abs=0.01)
+    fastest = [
+        np.abs(track["speed"].to_numpy() * np.sin(track["heading"].to_numpy())).max()
+        for each in recordings
+        for track in each.table.partition_by("vehicle", "group")
+        if len(set(each.road.lane_at(track["lon"].to_numpy(), track["lat"].to_numpy()).tolist())) > 1
+    ]
+    assert manners.sideways == pytest.approx(np.quantile(fastest, 0.9), abs=0.01)
     assert "like" not in recorded_place(recordings).parts["planner"]["manners"]  # whose manners is the user's choice

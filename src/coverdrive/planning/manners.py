@@ -1,9 +1,11 @@
-"""Manners: the distances to others that a plan keeps where it can, though it would be clear without them.
+"""Manners: the distances to others that a plan keeps where it can, though it would be clear without them; and how fast it
+changes lanes.
 
 Everybody is in a second box, which reaches as far ahead and behind as its vehicle comes in the wished time headway, and
 farther if the ego is faster: neither comes the ego that near to whoever is ahead, nor leaves it less to those behind
 it in a lane that it enters. To be in such a box costs along the drive branch; it is never a contact, and never decides
-whether a plan is clear. Whoever is directly behind in the ego's own lane keeps the distance itself.
+whether a plan is clear. Whoever is directly behind in the ego's own lane keeps the distance itself. Through a short gap
+that would be hurried; so sideways, along the drive branch, the ego is not to be faster than people are.
 """
 
 from typing import Literal
@@ -36,6 +38,14 @@ class MannersSettings(Settings):
     """[m] to those alongside, as well"""
     time_to_collision: float = Field(default=3.7, ge=0, le=60)
     """[s] until contact if all keep their velocity, as well"""
+    sideways: float = Field(default=1.71, gt=0, le=10)
+    """[m/s] that people reach at the most in nine of ten lane changes, as well"""
+
+
+    @property
+    def fastest_sideways(self) -> float:
+        """[m/s] that is not to be exceeded."""
+        return np.inf if self.like == "paper" else self.sideways
 
 
 NONE = MannersSettings(like="paper")

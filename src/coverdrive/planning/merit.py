@@ -23,11 +23,13 @@ _SPEED = 1e4
 """[s²/m²] penalty beyond the limits"""
 _HEADING = 1e6
 """[1/rad²] penalty beyond the limits"""
+_SIDEWAYS = 1e3
+"""[s²/m²] penalty beyond the speed across the road that is wished for: as much as of being in a wished box"""
 _IN_VIEW = 1.0
 """constraints that are further from being active than this are not seen by a step"""
 _HEADING_IN_VIEW = 0.2
 """[rad] the same of the limits of the heading"""
-_LIMITS = 7
+_LIMITS = 9
 """constraints of every node besides the boxes"""
 
 
@@ -173,6 +175,11 @@ def _limits(n: int, state: State, around: Surroundings, constants: Constants, se
     ):
         if value > -view:
             count = _append(seen, count, n, value, by, weight)
+    if not constants.tree.safe[n]:
+        for side in (1.0, -1.0):
+            value, by = side * state[2] * state[3] - around.sideways, (0.0, 0.0, side * state[3], side * state[2])
+            if value > -_IN_VIEW:
+                count = _append(seen, count, n, value, by, _SIDEWAYS)
     return count
 
 

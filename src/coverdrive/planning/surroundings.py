@@ -31,6 +31,8 @@ class Surroundings(NamedTuple):
     """`coverdrive.planning.obstacles.obstacles_of` every member, those apart that the ego cannot come near"""
     likely: Float[np.ndarray, "7 P m"]
     """the same of what is likely, and the boxes of `coverdrive.planning.manners.wished_boxes`"""
+    sideways: float = np.inf
+    """[m/s] across the road that the drive branch is not to exceed"""
 
 
 def surroundings_of(
@@ -52,4 +54,5 @@ def surroundings_of(
         wanted=table.wanted_from(lon, float(state[2]), problem, speed),
         boxes=every.compress(near, axis=2),
         likely=np.concatenate([likely, wished_boxes(others, state, problem, manners)], axis=2),
+        sideways=manners.fastest_sideways,
     )

@@ -153,7 +153,7 @@ def recorded_place(recordings: Sequence[Recording]) -> Place:
 
 
 def _manners(recordings: Sequence[Recording]) -> MannersSettings:
-    """What people keep in nine of ten moments in which there is somebody, of one moment a second."""
+    """What people keep in nine of ten moments in which there is somebody, of one moment a second, or lane changes."""
     found: dict[str, list[np.ndarray]] = {"headway": [], "beside": [], "time_to_collision": []}
     for each in recordings:
         frames = each.frames()
@@ -162,7 +162,13 @@ def _manners(recordings: Sequence[Recording]) -> MannersSettings:
             distances = kept(scene, each.road, np.flatnonzero(scene.valid[0]))
             for name, values in found.items():
                 values.append(getattr(distances, name)[0])
-    usual = dict[str, float]()
+    sideways = [
+        float(np.abs(track["speed"] * track["heading"].sin()).max())  # pyright: ignore[reportArgumentType]
+        for each in recordings
+        for track in each.table.partition_by("vehicle", "group")
+        if len(np.unique(each.road.lane_at(track["lon"].to_numpy(), track["lat"].to_numpy()))) > 1
+    ]
+    usual = {"sideways": _rounded(min(max(np.quantile(sideways, 0.9), 0.1), 10.0), 2)} if sideways else {}
     for name, values in found.items():
         there = np.concatenate(values)
         if np.isfinite(there).any():
