@@ -1,5 +1,5 @@
-"""Manners: the distances to others that a plan keeps where it can, though it would be clear without them; and how fast it
-changes lanes.
+"""Manners: the distances to others that a plan keeps where it can, though it would be clear without them; and how fast
+it changes lanes.
 
 Everybody is in a second box, which reaches as far ahead and behind as its vehicle comes in the wished time headway, and
 farther if the ego is faster: neither comes the ego that near to whoever is ahead, nor leaves it less to those behind
