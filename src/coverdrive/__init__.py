@@ -57,7 +57,7 @@ if TYPE_CHECKING:
 
     Planner = MpcPlanner
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 _PLACES = {
     "read": "recordings.read",

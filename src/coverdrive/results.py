@@ -318,7 +318,7 @@ class Results:
         by_paper = paper is None and not theirs.holds_fit and not {"paper", "paper-sets"}.isdisjoint(names)
         needed = recordings is not None and (by_paper or "constant-velocity-box" in names)
         read = self.experiment.recordings(recordings or ()) if needed else ()
-        read = read if self.seen.from_all(read) else ()
+        read = read if read and self.seen.from_all(read) else ()
         if by_paper and read:
             changed = self.experiment.model_copy(update={"prediction": paper_settings_like(self.settings)})
             theirs.save_fit(changed, fit(read, changed.prediction, changed.seed))

@@ -33,8 +33,8 @@ app = App(
     141, nobody reads the output any more.""",
 )
 _COMMANDS = (
-    "run", "inspect", "fit", "calibrations", "dial", "study", "drive", "compare", "league", "rare", "report", "figures",
-    "animate", "solve", "basis", "paper", "doctor",
+    "demo", "run", "inspect", "fit", "calibrations", "dial", "study", "drive", "compare", "league", "rare", "report",
+    "figures", "animate", "solve", "basis", "paper", "doctor",
 )  # fmt: skip
 """in the order of a first visit"""
 

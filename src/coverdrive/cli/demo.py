@@ -1,0 +1,87 @@
+"""``coverdrive demo``: a certified predictor and a drive that come with the package, on a page, at once."""
+
+import webbrowser
+import zipfile
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+
+from coverdrive.cli.bars import stages, waiting
+from coverdrive.cli.options import console
+from coverdrive.errors import SettingError
+
+STORED = Path(__file__).with_name("demo.zip")
+"""a results folder, made by ``tools/demo_results.py``"""
+
+
+def demo(
+    *,
+    out: Annotated[Path, Parameter(help="Folder to unpack to, as in `--out there`.")] = Path("coverdrive-demo"),
+    drive: Annotated[
+        bool,
+        Parameter(
+            negative="", help="Drive the drive now instead of showing the stored one; compiling takes minutes once."
+        ),
+    ] = False,
+    browser: Annotated[
+        bool, Parameter(name="--open", negative="--no-open", help="Open the page in the browser, if there is one.")
+    ] = True,
+) -> dict[str, Any]:
+    """Show a stored drive on a page, within seconds: nothing is learned or driven, unless you ask for it.
+
+    The predictor, its certificate and a study of 40 drives come with the package, made from generated traffic. The
+    folder is one of results like any other.
+
+    For example:
+
+    - the same drive, driven now: `coverdrive demo --drive`
+    - another drive of the study, driven now: `coverdrive report coverdrive-demo --trial 7`
+    - more drives in other traffic: `coverdrive study coverdrive-demo --traffic aggressive`
+    """
+    with waiting():
+        from coverdrive.dialling.dial import proof_of
+        from coverdrive.reporting.report import report
+        from coverdrive.results import Results
+        from coverdrive.simulation.driven_on import driven_on
+        from coverdrive.simulation.notable import liveliest
+    _unpack(out)
+    results = Results(out)
+    study = results.driven_study()
+    trial = liveliest(study.trials)
+    if drive:
+        for stored in (study.folder / "traces").glob("*.npz"):
+            stored.unlink()
+    with stages():
+        page = report(results.fitted, study, trials=[trial], replays=0)
+    setup, trials = study.setup, study.trials
+    sentences = [each.sentence for each in results.certified.planned_against]
+    proved = proof_of(trials, setup.episode.duration).sentence
+    row = trials.filter(trial=trial).row(0, named=True)
+    console.print(driven_on(setup))
+    for sentence in (*sentences, proved):
+        console.print(f"• {sentence}")
+    console.print(
+        f"• Trial {trial} of {trials.height}, the liveliest: {{kind}} at {{time:.1f}} s, {{mean_speed:.1f}} m/s on "
+        "average, {lane_changes} lane changes, {overtakes} overtakes".format(**row)
+    )
+    console.print(
+        "• It was driven just now"
+        if drive
+        else "• It was driven when the package was made, and rounded to a centimetre; `coverdrive demo --drive` drives "
+        "it now"
+    )
+    console.print(f"The page is {page}", soft_wrap=True)
+    if browser:
+        webbrowser.open(page.resolve().as_uri())
+    return {"demo": str(out), "report": str(page), "driven": drive, "sentences": sentences, "proved": proved, **row}
+
+
+def _unpack(folder: Path) -> None:
+    """Unpack the stored results to a folder that is empty, or holds them already; else a SettingError."""
+    with zipfile.ZipFile(STORED) as stored:
+        manifest = folder / "manifest.json"
+        same = manifest.is_file() and manifest.read_bytes() == stored.read(manifest.name)
+        if not same and folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+            raise SettingError(f"{folder} holds something else; name another folder, as in `--out there`")
+        stored.extractall(folder)
