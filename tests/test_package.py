@@ -46,3 +46,10 @@ def test_readme_has_the_two_commands() -> None:
 def test_no_name_of_the_facade_is_hidden_by_a_package() -> None:
     packages = {path.name for path in (Path(__file__).parents[1] / "src" / "coverdrive").iterdir()}
     assert not packages & set(coverdrive.__all__)
+
+
+def test_the_version_is_the_same_everywhere() -> None:
+    root = README.parent
+    cited = re.findall(r"^version: (\S+)$", (root / "CITATION.cff").read_text(encoding="utf-8"), re.MULTILINE)
+    changes = re.findall(r"^## (\d\S*)", (root / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE)
+    assert [cited[0], changes[0]] == [coverdrive.__version__] * 2
