@@ -60,8 +60,15 @@ def test_without_a_collision_there_are_marks_intervals_and_counts():
     figure = collisions_figure(results((3, 2, 0, 0)))
     for points, bars, texts in zip(*(marks_of(figure, kind) for kind in (Points, Bars, Texts)), strict=True):
         assert set(points.y) == {0} and points.colour == bars.colour == texts.colour
-        assert list(texts.text) == ["0", "0"] and all(each.startswith("0 of 2 ") for each in points.hover)
+        assert list(texts.text) == ["0"] and all(each.startswith("0 of 2 ") for each in points.hover)
         assert min(points.high) > 50
+
+
+def test_rates_of_a_few_trials_are_not_told_apart_by_number_of_vehicles():
+    few, enough = (collisions_figure(results((3, 20, 0, 1), (4, trials, 0, 0))) for trials in (19, 20))
+    assert list(few.panels[0].x.ticks.values()) == ["all (39)"]
+    assert list(enough.panels[0].x.ticks.values()) == ["3 (20)", "4 (20)", "all (40)"]
+    assert "by number" in enough.caption and "by number" not in few.caption
 
 
 def test_certain_collisions_can_be_drawn(tmp_path):

@@ -88,12 +88,22 @@ def test_every_trial_is_a_dot_of_its_speed_its_gap_and_its_jerk() -> None:
         drives_figure(trials.clear())
 
 
-def test_boxes_are_the_quartiles() -> None:
-    values = [1.0, 2.0, 3.0, 4.0, 100.0]
+def drawn(values: list[float]) -> list:
     trials = pl.DataFrame(
-        {"vehicles": [3] * 5, "mean_speed": values, "minimum_gap": values, "jerk_longitudinal": values}
+        {"vehicles": [3] * len(values), "mean_speed": values, "minimum_gap": values, "jerk_longitudinal": values}
     )
-    box, line, _ = drives_figure(trials).panels[0].marks
+    return list(drives_figure(trials).panels[0].marks)
+
+
+def test_boxes_are_the_quartiles() -> None:
+    box, line, _ = drawn([1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 100.0])
     assert (box.outlines[0][:, 1].min(), box.outlines[0][:, 1].max()) == (2.0, 4.0)
     whiskers = np.array(line.y)
-    assert whiskers[0] == 3.0 and np.nanmin(whiskers) == 1.0 and np.nanmax(whiskers) == 4.0
+    assert whiskers[0] == 3.0 and np.nanmin(whiskers) == 1.0 and np.nanmax(whiskers) == 4.5
+
+
+def test_a_few_values_have_no_box_and_no_whisker_ends_inside_of_one() -> None:
+    assert [type(mark) for mark in drawn([1.0] * 7)] == [Points]
+    box, line, _ = drawn([1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 9.0, 9.0])
+    top = box.outlines[0][:, 1].max()
+    assert 1.0 < top < 9.0 and line.y[-1] == top

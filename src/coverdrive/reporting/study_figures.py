@@ -14,6 +14,12 @@ _KINDS = {"frontal_or_side": ("frontal or side", style.BLUE, "o"), "rear_end": (
 _BAR = 0.36
 """of a bar; the numbers of vehicles are 1 apart"""
 
+_FEWEST = 20
+"""trials with each number of vehicles, with fewer of which a rate for every number says nothing"""
+
+_QUARTERS = 8
+"""values, with fewer of which quartiles say nothing"""
+
 _APART = 1.6
 """from the last number of vehicles to all trials together"""
 
@@ -33,7 +39,7 @@ _TIMES = {
 
 
 def collisions_figure(results: pl.DataFrame, confidence: float = 0.95) -> Figure:
-    """How often the ego collides, for every number of vehicles and for all trials together.
+    """How often the ego collides, for all trials together, and for every number of vehicles if each has enough.
 
     Args:
         results: one row per trial, with the columns ``vehicles`` and ``kind``; DataError if there is none.
@@ -41,20 +47,23 @@ def collisions_figure(results: pl.DataFrame, confidence: float = 0.95) -> Figure
     """
     _check(results, "collisions")
     table = collision_table(results, confidence)
+    if min(table["trials"]) < _FEWEST or table.height == 2:  # of one number all together say as much
+        table = table.tail(1)
     place = np.arange(table.height, dtype=float)
-    place[-1] = place[-2] + _APART
+    place[-1] += (_APART - 1) * (table.height > 1)
     numbers = [*table["vehicles"].drop_nulls().to_list(), "all"]
     ticks = {float(at): f"{n} ({trials})" for at, n, trials in zip(place, numbers, table["trials"], strict=True)}
-    marks: list[Mark] = [Rule(at=float(place[-1]) - _APART / 2, colour=style.MARKING, width=0.6, dashed=False)]
+    between = Rule(at=float(place[-1]) - _APART / 2, colour=style.MARKING, width=0.6, dashed=False)
+    marks: list[Mark] = [between] if table.height > 1 else []
     for side, kind in enumerate(_KINDS):
         marks += _collisions(table, kind, place + (side - 0.5) * _BAR)
     x = Axis("uncontrolled vehicles (number of trials)", -0.6, float(place[-1]) + 0.6, ticks=ticks)
     return Figure(
         [[Panel(marks, x, Axis("collisions per 100 trials", low=0))]],
         height=3.1,
-        caption="Collisions by number of uncontrolled vehicles (number of trials in brackets): the rate as a mark, its "
-        f"{100 * confidence:g} % Clopper–Pearson interval, and the number of collisions above it. Dashed: the paper's "
-        f"rates over all its {PAPER_TRIALS} trials.",
+        caption=f"{'Collisions by number of uncontrolled vehicles' if table.height > 1 else 'Collisions'} (number of "
+        f"trials in brackets): the rate as a mark, its {100 * confidence:g} % Clopper–Pearson interval, and the number "
+        f"of collisions above it. Dashed: the paper's rates over all its {PAPER_TRIALS} trials.",
         legend_columns=2,
     )
 
@@ -88,7 +97,8 @@ def drives_figure(trials: pl.DataFrame) -> Figure:
     panels = [Panel(_drives(trials, column, numbers), x, Axis(label, low=0)) for column, label in _DRIVES.items()]
     caption = (
         "Every trial as a dot: mean speed, least gap to another vehicle, and jerk (root mean square over the drive), "
-        "with the quartiles of all trials with as many vehicles; a whisker reaches over at most one and a half boxes."
+        f"with the quartiles of all trials with as many vehicles where these are {_QUARTERS} or more; a whisker "
+        "reaches over at most one and a half boxes."
     )
     return Figure([panels], height=2.6, caption=caption)
 
@@ -101,7 +111,7 @@ def _drives(trials: pl.DataFrame, column: str, numbers: list[int]) -> list[Mark]
         values = shown[column].to_numpy()
         if not len(values):
             continue
-        marks += _box(place, values)
+        marks += _box(place, values) if len(values) >= _QUARTERS else []
         beside = place + _BOX * 0.7 * (np.modf(0.618 * np.arange(1, len(values) + 1))[0] - 0.5)
         names = shown["trial"].to_list() if "trial" in shown.columns else range(len(values))
         hover = [f"trial {trial}: {value:.2f}" for trial, value in zip(names, values, strict=True)]
@@ -113,7 +123,7 @@ def _box(place: float, values: np.ndarray) -> list[Mark]:
     """From quartile to quartile with the median, and whiskers to the last value within 1.5 times as far."""
     low, middle, high = np.quantile(values, [0.25, 0.5, 0.75])
     reach = 1.5 * (high - low)
-    least, most = values[values >= low - reach].min(), values[values <= high + reach].max()
+    least, most = min(low, values[values >= low - reach].min()), max(high, values[values <= high + reach].max())
     left, right = place - _BOX / 2, place + _BOX / 2
     lines_x = [left, right, np.nan, place, place, np.nan, place, place]
     lines_y = [middle, middle, np.nan, least, low, np.nan, high, most]
