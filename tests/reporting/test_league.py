@@ -44,7 +44,7 @@ def test_cells_have_counts_and_differences() -> None:
     drivers, sumo = worlds_of(TABLE)
     cells = dict(zip(COLUMNS, drivers.rows[2], strict=True))
     assert cells["at fault"] == "4 (8–18 %)"
-    assert cells["mean speed [m/s]"] == "28.00 (+2.50 … +3.75)"
+    assert cells["mean speed [m/s]"] == "28.00 (Δ +2.50 … +3.75)"
     assert (cells["unsafe [%]"], cells["gap [m]"], cells["least"], cells["step [ms]"]) == ("–", "2.5", "0.4", "4.2")
     assert drivers.rows[0][4] == "25.00"
     assert drivers.left_out == ["own<er> does not drive: not here"]
@@ -65,7 +65,7 @@ def test_problems_have_columns_and_an_axis_of_their_own() -> None:
     drivers, problems = worlds_of(table)
     assert (drivers.columns, problems.columns) == (COLUMNS, ON_PROBLEMS)
     first, second = (dict(zip(ON_PROBLEMS, row, strict=True)) for row in problems.rows)
-    assert (first["solved"], second["solved"]) == ("35 (76–94 %)", "14 (76–94 %), -62 … -38")
+    assert (first["solved"], second["solved"]) == ("35 (76–94 %)", "14 (76–94 %) (Δ -62 … -38)")
     assert (first["off road"], first["progress [%]"]) == ("0 (0–7 %)", "90")
     figure = league_figure(table)
     assert figure is not None
@@ -97,7 +97,7 @@ def test_the_page_stands_alone(tmp_path: Path) -> None:
     write_league(TABLE, tmp_path)
     page = (tmp_path / "league.html").read_text(encoding="utf-8")
     assert (tmp_path / "league.png").exists() and (tmp_path / "league.pdf").exists()
-    assert "28.00 (+2.50 … +3.75)" in page and "own&lt;er&gt; does not drive: not here" in page
+    assert "28.00 (Δ +2.50 … +3.75)" in page and "own&lt;er&gt; does not drive: not here" in page
     assert page.count("<table>") == 2 and '"type":"Points"' in page
     assert not re.findall(r"(?:src|href)=\"(?!#|data:)", page)
     write_league(TABLE.filter(pl.col("drives") == 0), tmp_path)
@@ -108,4 +108,4 @@ def test_the_report_has_a_section_for_it() -> None:
     contents = make_contents()
     assert 'id="league"' not in page(contents)
     text = page(replace(contents, league=TABLE))
-    assert '<a href="#league">' in text and 'id="figure-league"' in text and "28.00 (+2.50 … +3.75)" in text
+    assert '<a href="#league">' in text and 'id="figure-league"' in text and "28.00 (Δ +2.50 … +3.75)" in text

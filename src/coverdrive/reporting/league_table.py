@@ -20,11 +20,11 @@ ON_PROBLEMS = (
 """columns where planning problems are solved"""
 
 NOTE = (
-    "Collisions at the ego's fault and all others, with 95 % Clopper–Pearson intervals; means over drives, and in "
-    "brackets 95 % intervals of the paired difference to the first. Unsafe: plans for which nothing clear was found. "
+    "Collisions at the ego's fault and all others, with 95 % Clopper–Pearson intervals; means over drives, and "
+    "after Δ the 95 % interval of the paired difference to the first. Unsafe: plans for which nothing clear was found. "
     "Headway: kept in nine of ten moments behind somebody. Gap: the smallest one of a drive, on average and of all. "
     "Step: median time of prediction and plan. Solved: goals reached, as the judge of CommonRoad accepts, with the "
-    "interval, and after a comma that of the paired difference. Progress: share of the way to the place of the goal."
+    "interval. Progress: share of the way to the place of the goal."
 )
 
 
@@ -82,7 +82,7 @@ def _cells(row: dict[str, Any]) -> tuple[str, ...]:
 
 def _solved(row: dict[str, Any]) -> tuple[str, ...]:
     ends = [row[f"solved_minus_{end}"] for end in ("low", "high")]
-    compared = "" if None in ends else ", " + " … ".join(f"{100 * end:+.0f}" for end in ends)
+    compared = "" if None in ends else " (Δ " + " … ".join(f"{100 * end:+.0f}" for end in ends) + ")"
     return (
         row["planner"],
         str(row["drives"]),
@@ -110,4 +110,4 @@ def _compared(row: dict[str, Any], name: str, factor: float, form: str) -> str:
     if row[name] is None:
         return "–"
     shown, ends = f"{factor * row[name]:{form}}", (row[f"{name}_minus_low"], row[f"{name}_minus_high"])
-    return shown if None in ends else f"{shown} ({factor * ends[0]:+{form}} … {factor * ends[1]:+{form}})"
+    return shown if None in ends else f"{shown} (Δ {factor * ends[0]:+{form}} … {factor * ends[1]:+{form}})"
