@@ -90,10 +90,14 @@ class Contents(Fitted):
     """one row for each trial; none before ``coverdrive study``"""
     traffic: str = ""
     """in which the trials were driven"""
+    replayed: bool = False
+    """whether that replays scenes, of which several drives may be alike"""
     road: str = ""
     """on which they were driven, in a sentence"""
     period: float = 0.1
     """[s] between two plans"""
+    kept: float | None = None
+    """[s] time headway that people keep in nine of ten moments, which the planner knows; none if it has no manners"""
     constraints: ActiveConstraints | None = None
     """tells which are active in a plan; none are marked if it is left out"""
     traces: Mapping[int, Trace] = field(default_factory=dict[int, Trace])

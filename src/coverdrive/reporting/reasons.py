@@ -37,7 +37,7 @@ def reason_of(trace: Trace, step: int) -> Reason:
     if met:
         path = int(np.lexsort((times, -speeds, np.isinf(times)))[0])
         when = f"in {times[path]:.1f} s" if times[path] > 0 else "now"
-        who = _where(trace, step, int(paths.vehicle[path]))
+        who = where_is(trace, step, int(paths.vehicle[path]))
         most = ", hardest" if met > 1 else ":"
         said = [f"meets {met} of {len(paths)} paths{most} the vehicle {who}, {when}, at {speeds[path]:.1f} m/s"]
     if departure > _OFF_ROAD:
@@ -49,11 +49,11 @@ def reason_of(trace: Trace, step: int) -> Reason:
     return Reason(text, path, float(times[path]) if met else 0.0)
 
 
-def _where(trace: Trace, step: int, slot: int) -> str:
+def where_is(trace: Trace, moment: int, slot: int) -> str:
     """Where a vehicle is, seen from the ego."""
     scene = trace.scene
-    ahead = float(scene.lon[step, slot] - scene.lon[step, EGO])
-    long = float(scene.length[step, slot] + scene.length[step, EGO]) / 2
-    lane, own = (int(trace.road.lane_at(scene.lon[step, each], scene.lat[step, each])) for each in (slot, EGO))
+    ahead = float(scene.lon[moment, slot] - scene.lon[moment, EGO])
+    long = float(scene.length[moment, slot] + scene.length[moment, EGO]) / 2
+    lane, own = (int(trace.road.lane_at(scene.lon[moment, each], scene.lat[moment, each])) for each in (slot, EGO))
     along = "beside" if abs(ahead) <= long else "ahead" if ahead > 0 else "behind"
     return f"{along} {'in its lane' if lane == own else 'on the left' if lane > own else 'on the right'}"

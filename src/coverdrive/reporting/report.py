@@ -6,6 +6,7 @@ from typing import Literal
 
 from coverdrive.arguments import of_kind
 from coverdrive.errors import DataError
+from coverdrive.planning.planner import MpcPlanner
 from coverdrive.prediction.fit import Fit
 from coverdrive.reporting.active_constraints import ActiveConstraints
 from coverdrive.reporting.animation import animate
@@ -77,13 +78,15 @@ def contents_of(fitted: Fit | Fitted, study: Study | None, replayed: Sequence[in
     known = vars(Fitted.of(fitted) if isinstance(fitted, Fit) else fitted)
     if study is None:
         return Contents(**known)
-    other = "" if study.folder.name == "study" else f", {study.folder.name}"
+    planner, other = study.setup.planner, "" if study.folder.name == "study" else f", {study.folder.name}"
     return Contents(
         **known | {"name": known["name"] + other},
         trials=study.files.table() if study.files.finished else None,
         traffic=study.setup.traffic_name,
+        replayed=study.setup.replays,
         road=driven_on(study.setup),
         period=study.setup.episode.step,
+        kept=planner.settings.manners.headway if isinstance(planner, MpcPlanner) else None,
         constraints=ActiveConstraints.of_study(study),
         traces=study.traces(replayed),
     )

@@ -12,7 +12,12 @@ import pytest
 from report_fakes import COMES, LEAVES, make_contents, make_crowd, make_stray, make_trace
 
 from coverdrive.reporting.page.page import write_page
+from coverdrive.reporting.page.replay import replay_data
+from coverdrive.reporting.worst_moment import Worst, worst_moment
+from coverdrive.simulation.metrics import distances, gaps
+from coverdrive.simulation.misses import find_windows
 from coverdrive.simulation.outcome import Kind
+from coverdrive.simulation.trace import Trace
 
 pytestmark = pytest.mark.slow
 
@@ -83,10 +88,15 @@ def page(tab, address: str) -> Iterator:
     tab.goto("about:blank")
     tab.goto(address)
     tab.wait_for_selector("#player[data-loaded='0']")
+    tab.evaluate("document.querySelectorAll('details').forEach((each) => { each.open = true; })")
     yield tab
     assert tab.said == []
     assert {url for url in tab.asked if not url.startswith(("data:", "blob:", "about:"))} == {address}
     tab.emulate_media(color_scheme="light")
+
+
+def worst_of(trace: Trace) -> Worst:
+    return worst_moment(trace, find_windows(trace))
 
 
 def moment(page) -> int:
@@ -171,20 +181,32 @@ def test_what_a_pointer_is_told_is_text(page) -> None:
     assert page.inner_text(".tip").startswith("<img") and page.locator(".tip img").count() == 0
 
 
-def test_the_first_screen_has_the_verdict_and_the_road(page) -> None:
-    for place in (".verdict", ".tiles", ".certificate", "#road"):
+@pytest.mark.parametrize("size", [(1440, 900), (390, 844)])
+def test_the_first_screen_has_the_verdict_and_the_road_at_its_worst_moment(browser, address: str, size) -> None:
+    context = browser.new_context(viewport={"width": size[0], "height": size[1]})
+    page = context.new_page()
+    page.goto(address)
+    page.wait_for_selector("#player[data-loaded='0']")
+    for place in ("h1", ".tiles", "#read-worst", "#road"):
         box = page.locator(place).bounding_box()
-        assert box["y"] + box["height"] < 900
+        assert box["y"] + box["height"] <= size[1], place
+    assert page.locator("#road").bounding_box()["height"] >= size[1] / 3
+    worst = worst_of(make_trace(STEPS))
+    assert moment(page) == worst.moment > 0
+    assert page.inner_text("#worst") == f"worst moment {worst.moment / 10:.1f} s"
+    assert page.inner_text("#read-worst") == worst.text
+    context.close()
 
 
 def test_it_is_small_and_ready_soon(page, address: str) -> None:
     """Without a busy machine it takes half a second."""
-    assert Path(url2pathname(urlparse(address).path)).stat().st_size < 3e6
+    assert Path(url2pathname(urlparse(address).path)).stat().st_size < 1.5e6
     assert page.evaluate("performance.getEntriesByType('navigation')[0].domContentLoadedEventEnd") < 5000
 
 
 def test_space_plays_and_pauses(page) -> None:
     page.focus("#player")
+    page.keyboard.press("Home")
     page.keyboard.press("Space")
     page.wait_for_function("Number(document.getElementById('scrub').value) >= 3")
     page.keyboard.press("Space")
@@ -221,6 +243,7 @@ def crowd(browser, address: str) -> Iterator:
     page.clock.install(time=0)
     page.goto(f"{address}#replay-3")
     page.wait_for_selector("#player[data-loaded='3']")
+    page.keyboard.press("Home")
     page.clock.pause_at(60_000)
     yield page
     context.close()
@@ -229,6 +252,7 @@ def crowd(browser, address: str) -> Iterator:
 @pytest.mark.parametrize(("rate", "moment"), [("1", 50), ("4", STEPS), ("0.25", 12.5)])
 def test_it_plays_in_real_time_with_light_frames(crowd, rate: str, moment: float) -> None:
     crowd.select_option("#rate", rate)
+    crowd.click("#all")  # the most that there is to draw
     crowd.evaluate(COUNT)
     crowd.click("#play")
     crowd.clock.run_for(5000)
@@ -248,6 +272,7 @@ def test_time_before_the_click_is_not_played(crowd) -> None:
 
 def test_arrows_step(page) -> None:
     page.focus("#player")
+    page.keyboard.press("Home")
     for key in ("ArrowRight", "ArrowRight", "ArrowRight", "ArrowLeft"):
         page.keyboard.press(key)
     assert moment(page) == 2
@@ -288,13 +313,14 @@ def test_vehicles_come_and_those_that_left_their_sets_are_framed(page) -> None:
     page.wait_for_selector("#player[data-loaded='9']")
     page.evaluate(DRAWN)
     page.focus("#player")
+    page.keyboard.press("Home")
     before = drawn_at(page, "ArrowRight", COMES - 1)
     assert len(before["body"]) == 2
     there = drawn_at(page, "ArrowRight", LEAVES - COMES)
-    assert len(there["body"]) == 3 and "frame" not in there
+    assert len(there["body"]) == 3 and [colour for _, colour, _ in there.get("frame", [])] in ([], ["bad"])
     assert page.inner_text("#read-left") == "0"
     left = drawn_at(page, "ArrowRight", 1)
-    assert [vehicle["lat"] for (vehicle,) in left["frame"]] == [pytest.approx(6.0)]
+    assert [vehicle["lat"] for vehicle, colour, _ in left["frame"] if colour == "ink"] == [pytest.approx(6.0)]
     assert page.inner_text("#read-left") == "1"
 
 
@@ -302,7 +328,7 @@ def test_the_last_moment_shows_the_sets_and_the_plan_of_the_step_before(page) ->
     page.evaluate(DRAWN)
     page.focus("#player")
     last = drawn_at(page, "End", 1)
-    assert [step for _, step, _ in last["sets"]] == [step for _, step, _ in last["plan"]] == [STEPS - 1]
+    assert [step for _, step, *_ in last["sets"]] == [step for _, step, *_ in last["plan"]] == [STEPS - 1]
 
 
 RECTANGLES = """() => {
@@ -323,10 +349,12 @@ RECTANGLES = """() => {
 def test_sets_are_drawn_at_all_times_or_at_one_where_the_boxes_are_then(page) -> None:
     page.evaluate(RECTANGLES)
     page.focus("#player")
-    page.keyboard.press("ArrowRight")
+    for key in ("Home", "ArrowRight", "a"):
+        page.keyboard.press(key)
     everything = page.evaluate("window.rectangles")
     assert len(everything) == 6 * 9 and len({colour for colour, *_ in everything}) == 9  # every half step has its hue
     assert page.inner_text("#read-ahead") == "0 … 2 s" and page.get_attribute("#all", "aria-pressed") == "true"
+    assert page.get_attribute("#deciding", "aria-pressed") == "false"
     page.focus("#ahead")
     page.keyboard.press("End")
     last = page.evaluate("window.rectangles")
@@ -345,7 +373,72 @@ def test_sets_are_drawn_at_all_times_or_at_one_where_the_boxes_are_then(page) ->
     assert moment(page) == 1
 
 
+def test_at_rest_the_sets_that_bind_are_drawn_with_the_ego_at_their_time(page) -> None:
+    """All are pale but those of one vehicle at one time; nothing binds in this drive, so it is what is nearest."""
+    page.evaluate(RECTANGLES)
+    page.focus("#player")
+    page.keyboard.press("Home")
+    rectangles = page.evaluate("window.rectangles")
+    pale, shown = rectangles[: 6 * 9], rectangles[6 * 9 :]
+    assert len({colour for colour, *_ in pale}) == 1 and len(shown) == 3 and len({colour for colour, *_ in shown}) == 1
+    assert pale[0][0] != shown[0][0]
+    page.keyboard.press("a")
+    where = [box[1:] for box in page.evaluate("window.rectangles")]
+    assert all(box[1:] in where for box in shown)
+
+
+BOUND = """() => {
+    const drive = {
+        planPoints: 5, planDt: 0.5, own: 0, sizes: [[5, 2]], first: [0, 3], total: 3, vehicle: [1, 1, 2], met: [-1],
+        metAt: [0], active: [0b11100, 0b01000, 0], held: new Float64Array(15), paths: new Float64Array(30).fill(99),
+        boxes: new Float64Array(30),
+    };
+    const pairs = (changed) => [...binding({ ...drive, ...changed }, 0)], none = [0, 0, 0];
+    const near = Float64Array.from(drive.paths);
+    near[2 * 2 * 3 + 2] = 4;      // of path 2 at point 2, along and across
+    near[(2 * 2 + 1) * 3 + 2] = 1;
+    return [{}, { met: [2], metAt: [1.5] }, { active: none, paths: near }, { active: none }].map(pairs);
+}"""
+"""whose sets bind made-up plans: two paths of vehicle 1, and one of vehicle 2 that is met, or near, or neither"""
+
+
+def test_what_binds_a_plan(page) -> None:
+    """The middle one of the points 2, 3, 3, 4; what is met; else what is nearest, if it is near."""
+    assert page.evaluate(BOUND) == [[[1, 3]], [[1, 3], [2, 3]], [[2, 2]], []]
+
+
+def test_a_click_isolates_a_vehicle_with_its_set(page) -> None:
+    page.evaluate(RECTANGLES)
+    page.focus("#player")
+    for key in ("Home", "ArrowRight", "v"):
+        page.keyboard.press(key)
+    assert page.inner_text("#release") == "vehicle 1 alone ✕"
+    assert len(page.evaluate("window.rectangles")) == 3 * 9  # at all times
+    page.keyboard.press(".")
+    assert len(page.evaluate("window.rectangles")) == 3  # at that of the slider
+    page.keyboard.press("Escape")
+    assert not page.locator("#release").is_visible() and len(page.evaluate("window.rectangles")) == 6
+    page.evaluate("""() => {
+        const show = RoadView.prototype.show;
+        RoadView.prototype.show = function (...what) {
+            show.apply(this, what);
+            window.places = this.now.map((vehicle) => vehicle && this.place(vehicle.lon, vehicle.lat));
+        };
+    }""")
+    page.keyboard.press("Home")
+    x, y = page.evaluate("window.places[2]")
+    for shown in (True, False):  # a second click shows all again
+        page.locator("#road").click(position={"x": x + 3, "y": y - 3})
+        assert page.locator("#release").is_visible() == shown
+    page.locator("#road").click(position={"x": x, "y": y})
+    assert page.inner_text("#release") == "vehicle 2 alone ✕"
+    page.click("#release")
+    assert not page.locator("#release").is_visible()
+
+
 def test_the_ego_is_drawn_at_that_time_on_both_branches(page) -> None:
+    page.focus("#player")
+    page.keyboard.press("Home")
     page.evaluate("""() => {
         const draw = RoadView.prototype.outline;
         RoadView.prototype.outline = function (body) {
@@ -363,17 +456,19 @@ def test_the_ego_is_drawn_at_that_time_on_both_branches(page) -> None:
 
 def test_what_is_not_clear_is_said_with_gap_and_time_to_collision(page) -> None:
     page.focus("#player")
+    page.keyboard.press("Home")
     page.keyboard.press("ArrowRight")
     assert page.inner_text("#read-reason").startswith("the rest of the last plan")
     for _ in range(2):
         page.keyboard.press("ArrowRight")
     assert page.inner_text("#read-status") == "unsafe"
-    assert page.inner_text("#read-reason") == "meets nothing that is seen now"
+    assert page.inner_text("#read-reason") == "plan unsafe: meets nothing that is seen now"
     assert [page.inner_text(f"#read-{name}") for name in ("gap", "ttc", "severity")] == ["3.7 m", "0.8 s", "–"]
 
 
 def test_space_on_a_button_presses_that_button(page) -> None:
     page.focus("#player")
+    page.keyboard.press("Home")
     for _ in range(5):
         page.keyboard.press("ArrowRight")
     for button, key, expected in (("#back", "Space", 4), ("#forward", "Space", 5), ("#forward", "Enter", 6)):
@@ -422,28 +517,107 @@ def test_a_phone_sees_three_seconds_of_road_and_every_section(browser, address: 
     assert page.locator("#road").bounding_box()["height"] >= 160
     assert page.evaluate("new RoadView(document.getElementById('road')).window()[1]") >= 60
     assert page.evaluate("(nav => nav.scrollWidth <= nav.clientWidth)(document.querySelector('nav'))")
+    assert not page.locator(".hint").is_visible()
+    page.click("#affordance summary")
     assert page.locator(".hint").is_visible()
     context.close()
 
 
 def test_keys_work_without_the_focus_while_the_player_is_in_view(page) -> None:
+    first = moment(page)
     page.keyboard.press("ArrowRight")
-    assert moment(page) == 1
+    assert moment(page) == first + 1
     page.focus("#theme")
     page.keyboard.press("ArrowRight")
-    assert moment(page) == 1
+    assert moment(page) == first + 1
     page.evaluate("document.activeElement.blur()")
     page.evaluate("document.getElementById('basis').scrollIntoView({ behavior: 'instant' })")
     page.keyboard.press("ArrowRight")
-    assert moment(page) == 1
+    assert moment(page) == first + 1
 
 
-def test_a_click_on_a_mark_of_the_ruler_goes_there(page) -> None:
-    marks = page.locator("#events button")
-    assert marks.count() > 3
-    (first, *_) = page.evaluate("[...document.querySelectorAll('#events button')].map((mark) => mark.title)")
-    page.evaluate("document.querySelector('#events button').click()")
-    assert f"{moment(page) / 10:.1f} s" == first.split(":")[0]
+def marks_of(kind: str | None = None) -> list[int]:
+    """Moments of the marks, of a kind if one is named."""
+    marks = replay_data(0, make_trace(STEPS), None)["marks"]
+    return sorted({step for step, each, _ in marks if kind in (None, each)})
+
+
+def test_marks_are_reached_by_click_and_by_key(page) -> None:
+    page.focus("#player")
+    page.keyboard.press("Home")
+    expected = [step for step in marks_of() if step > 0]
+    for step in expected[:3]:
+        page.keyboard.press("n")
+        assert moment(page) == step
+    page.keyboard.press("p")
+    assert moment(page) == expected[1]
+    for kind in ("gap", "time", "lane", "lost"):
+        button = page.locator(f"#marks button[data-kind='{kind}']")
+        page.keyboard.press("Home")
+        button.press("Enter")
+        assert moment(page) == next(step for step in marks_of(kind) if step > 0)
+        button.click()
+        later = marks_of(kind)
+        assert moment(page) == [*later, *later][1 + (later[0] == 0)]
+    assert page.locator("#marks button[data-kind='contact']").is_hidden()
+    page.keyboard.press("w")
+    assert moment(page) == worst_of(make_trace(STEPS)).moment
+    page.keyboard.press("Home")
+    page.click("#worst")
+    assert moment(page) == worst_of(make_trace(STEPS)).moment
+
+
+def test_a_click_above_the_slider_goes_to_the_nearest_mark(page) -> None:
+    ticks = page.locator("#ticks")
+    width, at = ticks.bounding_box()["width"], marks_of("gap")[0]
+    assert ticks.locator("i").count() == len(replay_data(0, make_trace(STEPS), None)["marks"])
+    ticks.hover(position={"x": width * at / STEPS, "y": 12})
+    assert page.inner_text(".tip").startswith(f"{at / 10:.1f} s: ")
+    ticks.click(position={"x": width * at / STEPS, "y": 12})
+    assert moment(page) == at and "least gap" in page.inner_text("#read-reason")
+
+
+SMALL = """() => [...document.querySelectorAll(
+        "#player :is(button, select, input, #ticks), .key button, th button, summary, nav a",
+    )]
+    .filter((each) => each.getClientRects().length && Math.min(each.offsetWidth, each.offsetHeight) < 24)
+    .map((each) => each.outerHTML)"""
+"""what is smaller than a finger"""
+
+
+def test_what_is_touched_is_large_enough(browser, address: str) -> None:
+    context = browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True)
+    page = context.new_page()
+    page.goto(address)
+    page.wait_for_selector("#player[data-loaded='0']")
+    page.evaluate("document.querySelectorAll('details').forEach((each) => { each.open = true; })")
+    assert page.evaluate(SMALL) == []
+    page.locator("#marks button[data-kind='lane']").tap()
+    assert moment(page) in marks_of("lane")
+    context.close()
+
+
+def serious(page) -> list[str]:
+    found = page.evaluate("axe.run()")["violations"]
+    return [each["id"] for each in found if each["impact"] in ("serious", "critical")]
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("size", [(1440, 900), (390, 844)])
+def test_axe_finds_nothing_serious(browser, address: str, scheme: str, size: tuple[int, int]) -> None:
+    package = pytest.importorskip("axe_playwright_python", reason="install it: pip install '.[test]'")
+    context = browser.new_context(viewport={"width": size[0], "height": size[1]}, color_scheme=scheme)
+    page = context.new_page()
+    page.goto(address)
+    page.wait_for_selector("#player[data-loaded='0']")
+    page.evaluate("document.querySelectorAll('details').forEach((each) => { each.open = true; })")
+    page.evaluate("figures.forEach((view) => view.draw())")
+    page.evaluate((Path(package.__file__).parent / "axe.min.js").read_text(encoding="utf-8"))
+    found = page.evaluate("axe.run()")["violations"]
+    assert [
+        (each["id"], each["nodes"][0]["target"]) for each in found if each["impact"] in ("serious", "critical")
+    ] == []
+    context.close()
 
 
 def test_plus_and_minus_change_the_speed(page) -> None:
@@ -470,8 +644,31 @@ def test_scrubbing_draws_the_moment(page) -> None:
 
 def test_a_click_on_the_course_goes_there(page) -> None:
     course = page.locator("#course")
-    course.click(position={"x": course.bounding_box()["width"] / 2, "y": 60})
-    assert abs(moment(page) - STEPS / 2) < 8
+    width = course.bounding_box()["width"]
+    for x in (width / 4, 3 * width / 4):  # in either column
+        page.keyboard.press("Home")
+        course.click(position={"x": x, "y": 60})
+        assert abs(moment(page) - STEPS / 2) < 8
+
+
+def test_a_pointer_over_the_course_tells_the_values_there(page) -> None:
+    page.evaluate("""() => {
+        const show = CourseView.prototype.show;
+        CourseView.prototype.show = function (moment, pointed = null) {
+            const values = pointed === null ? null : this.panels.map((panel) => panel.values[pointed]);
+            window.pointed = [moment, pointed, values];
+            return show.call(this, moment, pointed);
+        };
+    }""")
+    course, before = page.locator("#course"), moment(page)
+    course.hover(position={"x": course.bounding_box()["width"] / 4, "y": 60})
+    at, pointed, (gap, time, speed, *_) = page.evaluate("window.pointed")
+    trace = make_trace(STEPS)
+    assert at == moment(page) == before and abs(pointed - STEPS / 2) < 8
+    assert gap == pytest.approx(min(gaps(trace)[pointed], 100), abs=0.01) and speed == pytest.approx(24.4, abs=0.01)
+    assert time == pytest.approx(min(distances(trace).time_to_collision[pointed], 100), abs=0.01)
+    page.mouse.move(5, 5)
+    assert page.evaluate("window.pointed")[1] is None
 
 
 def test_the_table_opens_sorts_and_filters(page) -> None:

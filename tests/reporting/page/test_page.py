@@ -8,6 +8,9 @@ import polars as pl
 import pytest
 from report_fakes import make_contents, make_stray
 
+from coverdrive.certificates.drives import Proof, anytime_limit
+from coverdrive.dialling.dial import Dialled
+from coverdrive.numbers import at_most
 from coverdrive.progress import heard_by
 from coverdrive.reporting.page.page import _script_json, page, write_page
 from coverdrive.reporting.page.summary import ends, heading, tiles, verdict
@@ -66,22 +69,57 @@ def test_every_figure_is_valid_json_with_marks(html: str) -> None:
 
 def test_replay_and_verdict_come_first(html: str) -> None:
     sections = re.findall(r'<section id="(\w+)">', html)
-    assert sections == ["summary", "replay", "study", "calibration", "basis", "affordance", "settings"]
-    assert html.index('class="verdict"') < html.index('class="tiles"') < html.index('class="certificate"')
+    assert sections == ["summary", "replay", "certificate", "study", "calibration", "settings"]
+    assert html.index("<h1>") < html.index('class="tiles"') < html.index('id="read-worst"') < html.index("<blockquote")
 
 
-def test_the_verdict_is_one_sentence_with_collisions_speed_and_misses() -> None:
-    contents = make_contents()
-    missed = (
-        "of vehicles at most 14.4 % are missed by their predicted sets (with 99 % confidence), and 4 % were on unseen "
+def test_the_verdict_is_one_sentence_of_the_sets_without_drives() -> None:
+    assert verdict(replace(make_contents(), trials=None)) == (
+        "Of vehicles at most 14.4 % are missed by their predicted sets (with 99 % confidence), and 4 % were on unseen "
         "scenes."
     )
-    assert verdict(contents) == f"1 of 2 drives ended in a collision, at 24.4 m/s on average; {missed}"
-    assert verdict(replace(contents, trials=None)) == missed[0].upper() + missed[1:]
-    labels = [tile.label for tile in tiles(contents)]
-    assert labels[:4] == ["drives with a collision", "of vehicles missed, with 99 % confidence", "mean speed",
-                          "jerk along the road"]  # fmt: skip
-    assert "95 %: 1.3–99 %" in tiles(contents)[0].note
+
+
+def test_the_verdict_is_what_the_drives_prove_whenever_the_study_was_stopped() -> None:
+    contents = make_contents()
+    assert verdict(contents) == (
+        "1 of 2 drives (2.4 s, 0.0576 km) touched anybody, which proves nothing of others with 99 % confidence; "
+        "24.4 m/s on average."
+    )
+    calm = replace(contents, trials=pl.concat([contents.trials.head(1)] * 100))
+    bound = anytime_limit(0, 100, 0.99)
+    assert verdict(calm) == (
+        f"With 99 % confidence at most {at_most(bound, 2)} of drives like these touch anybody: none of 100 drives "
+        "(2.0 min, 2.88 km) did; 24.4 m/s on average."
+    )
+    assert "proves nothing of scenes other than those replayed" in verdict(replace(calm, replayed=True))
+
+
+def test_the_verdict_is_what_was_dialled_with_the_speed_of_knowing_the_future() -> None:
+    proof = Proof("touch anybody", 0, 2301, 0.002, 0.002, 0.99, "named beforehand", "20-s drives")
+    contents = make_contents()
+    lines = pl.DataFrame({"who": ["default", "known-future"], "mean_speed": [34.0, 35.5]})
+    dialled = Dialled(0.5, True, (proof,), 34.5, contents.predictor.certificate, "There.", {}, lines)
+    said = "With 99 % confidence at most 0.2 % of 20-s drives like these touch anybody (0 of 2,301); 34.5 m/s"
+    assert verdict(replace(contents, dialled=dialled)) == f"{said}, 97 % of knowing the future."
+    alone = replace(dialled, frontier=lines.head(1))
+    assert verdict(replace(contents, dialled=alone)) == f"{said}."
+
+
+def test_the_numbers_say_how_close_it_was_and_how_mannered() -> None:
+    contents = replace(make_contents(), kept=0.72)
+    near, headway, jerk, plans, sets = tiles(contents)
+    assert near.value == "1 of 2" and near.main and near.note.endswith("2.4 s, 0.0576 km")
+    assert near.note.startswith(f"least gap {contents.trials['minimum_gap'].min():.2f} m, least time to collision ")
+    assert (
+        headway.value == f"{contents.trials['usual_headway'].median():.2f} s"
+        and headway.note == "recorded drivers: 0.72 s"
+    )
+    assert jerk.note.startswith("hardest braking") and plans.label.startswith("of 24 plans clear")
+    assert (
+        sets.value == "≤ 14.4 %" and "4 % on unseen scenes (95 %: 1–10 %)" in sets.note and "in the drives" in sets.note
+    )
+    assert len(tiles(replace(contents, trials=None))) == 2
 
 
 def test_trials_that_could_not_start_are_rows_and_counted_apart() -> None:
@@ -89,7 +127,7 @@ def test_trials_that_could_not_start_are_rows_and_counted_apart() -> None:
     idle = dict.fromkeys(contents.trials.columns) | {"trial": 8, "vehicles": 9, "kind": IDLE, "reason": "no room"}
     more = pl.concat([contents.trials, pl.DataFrame([idle], schema=contents.trials.schema)])
     some = replace(contents, trials=more)
-    assert ends(some).startswith("1 of 2 drives ended") and "1 more could not start" in ends(some)
+    assert ends(some).startswith("1 of 2 drives (2.4 s, 0.0576 km) ended") and "1 more could not start" in ends(some)
     row = trial_rows(some)[-1]
     assert (row.kind, row.mark, row.remark, row.replay) == (IDLE, "", "no room", False)
     assert {text for _, text in row.numbers[1:]} == {"–"}
@@ -129,8 +167,7 @@ def test_the_heading_says_what_was_run() -> None:
     three = {"recordings": [{"name": name} for name in "abc"]}
     assert heading(replace(contents, run=three, trials=None)) == "coverdrive on 3 recordings"
     html = page(contents)
-    assert "<h1>coverdrive on made up, 2 closed-loop trials</h1>" in html
-    assert "driven in set-sampling traffic" in html
+    assert "coverdrive on made up, 2 closed-loop trials, in set-sampling traffic; “results &lt;1&gt;”" in html
     assert html.count("Driven on a road of its own.") == 2  # beside the drives, and in the list of facts
 
 
@@ -138,12 +175,12 @@ def test_ends_are_counted_by_cause_and_fault() -> None:
     contents = make_contents()
     columns = {"share_unsafe": pl.Series([0.5, 0.2]), "time": pl.Series([20.0, 10.0])}
     assert ends(replace(contents, trials=contents.trials.with_columns(**columns))) == (
-        "1 of 2 drives ended in a collision (planning failure: 1, prediction miss: 0). At fault: ego: 0, other "
-        "vehicle: 1, nobody: 0. 1 was a near miss. 40 % of all plans were unsafe: nothing clear of the "
+        "1 of 2 drives (30.0 s, 0.0576 km) ended in a collision (planning failure: 1, prediction miss: 0). At fault: "
+        "ego: 0, other vehicle: 1, nobody: 0. 1 was a near miss. 40 % of all plans were unsafe: nothing clear of the "
         "predicted paths was found."
     )
     calm = ends(replace(contents, trials=contents.trials.head(1).with_columns(share_unsafe=pl.lit(0.0))))
-    assert calm.startswith("None of 1 drives ended in a collision. 1 was a near miss. 0 % of")
+    assert calm.startswith("None of 1 drives (1.2 s, 0.0288 km) ended in a collision. 1 was a near miss. 0 % of")
     assert ends(replace(contents, trials=None)) == ""
 
 

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 from report_fakes import COMES, LEAVES, STEPS, make_contents, make_stray
 
-from coverdrive.reporting.page.replay import replay_data
+from coverdrive.reporting.page.replay import MARKS, replay_data
 from coverdrive.reporting.reasons import reason_of
+from coverdrive.reporting.worst_moment import worst_moment
 from coverdrive.simulation.metrics import distances, gaps
+from coverdrive.simulation.misses import find_windows
 
 
 def restored(data: dict) -> dict[str, np.ndarray]:
@@ -82,10 +84,21 @@ def test_without_constraints_none_is_marked() -> None:
     assert not restored(replay_data(0, make_contents().traces[0], None))["active"].any()
 
 
-def test_the_ruler_has_lane_changes_misses_bad_plans_and_the_collision() -> None:
-    events = replay_data(7, make_contents().traces[7], None)["events"]
-    assert [step for step, _, text in events if text == "the ego changes lane"] == [5, 12]
-    assert (STEPS, "bad", "side collision") in events
-    assert [step for step, colour, _ in events if colour == "unsafe"] == [3, 8]
-    gone = [step for step, _, text in replay_data(9, make_stray(), None)["events"] if "left its predicted set" in text]
+def test_marks_are_what_is_near_lost_left_and_hit_and_lane_changes() -> None:
+    trace = make_contents().traces[7]
+    data = replay_data(7, trace, None)
+    steps = {kind: [step for step, each, _ in data["marks"] if each == kind] for kind in MARKS}
+    assert (
+        steps["lane"] == [5, 12]
+        and steps["contact"] == [STEPS]
+        and (STEPS, "contact", "side collision") in data["marks"]
+    )
+    assert steps["gap"] == [gaps(trace).argmin()] and steps["time"] == [distances(trace).time_to_collision.argmin()]
+    assert steps["lost"] == [2, 7] and steps["unsafe"] == [3, 4, 8, 9]  # rear first, then unsafe and invalid in turn
+    gone = [step for step, kind, _ in replay_data(9, make_stray(), None)["marks"] if kind == "left"]
     assert gone == [LEAVES]
+
+
+def test_the_worst_moment_is_told() -> None:
+    trace = make_stray()
+    assert replay_data(9, trace, None)["worst"] == worst_moment(trace, find_windows(trace))._asdict()

@@ -1,6 +1,7 @@
 """The page: its parts put into the template, with all scripts and styles inside."""
 
 import json
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ from coverdrive.reporting.drawing import inline_svg
 from coverdrive.reporting.figure import Figure, to_json
 from coverdrive.reporting.figures import figures_of
 from coverdrive.reporting.league_table import league_of
-from coverdrive.reporting.page.replay import SEVERITY, SLACK, STATUSES, replay_data
+from coverdrive.reporting.page.replay import MARKS, SEVERITY, SLACK, STATUSES, replay_data
 from coverdrive.reporting.page.summary import ends, facts, heading, shown_certificates, tiles, verdict
 from coverdrive.reporting.page.trials import COLUMNS, LEAST_FIRST, trial_rows
 from coverdrive.simulation.notable import NEAR_GAP, NEAR_TIME, NEARLY
@@ -55,6 +56,7 @@ def page(contents: Contents) -> str:
             near_gap=NEAR_GAP,
             near_time=NEAR_TIME,
             statuses=STATUSES,
+            marks=MARKS,
             slack=SLACK,
             severity=SEVERITY,
             replays=replays,
@@ -68,11 +70,17 @@ def rendered(template: str, figures: Mapping[str, Figure], **parts: Any) -> str:
         loader=FileSystemLoader(_TEMPLATES), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
         lstrip_blocks=True,
     )  # fmt: skip
+    environment.filters["unbroken"] = _unbroken
     return environment.get_template(f"{template}.html.jinja").render(
         asset=lambda name: Markup((_TEMPLATES / name).read_text(encoding="utf-8")),  # a style sheet or script
         drawn={name: {"caption": each.caption, "json": _script_json(to_json(each))} for name, each in figures.items()},
         **parts,
     )
+
+
+def _unbroken(text: str) -> str:
+    """Words in which no line ends between a number and its unit."""
+    return re.sub(r"(?<=\d) (?=%|m\b|m/s|km\b|s\b|min\b|h\b)", "\u00a0", text)
 
 
 def _replays(contents: Contents) -> list[dict[str, Any]]:

@@ -15,8 +15,9 @@ from jaxtyping import Bool, Float, Int
 
 from coverdrive.plan import Status
 from coverdrive.reporting.active_constraints import ActiveConstraints
-from coverdrive.reporting.reasons import reason_of
+from coverdrive.reporting.reasons import reason_of, where_is
 from coverdrive.reporting.road_markings import across, bends, markings
+from coverdrive.reporting.worst_moment import nearest, worst_moment
 from coverdrive.simulation.initial import EGO
 from coverdrive.simulation.metrics import distances, gaps
 from coverdrive.simulation.misses import cause_of, find_windows, left_recently
@@ -41,6 +42,19 @@ STATUSES = MappingProxyType(
 )
 """how plans were found, each in one line"""
 
+MARKS = MappingProxyType(
+    {
+        "contact": "contact",
+        "gap": "least gap",
+        "time": "least time to collision",
+        "lost": "clear plan lost",
+        "unsafe": "no clear plan",
+        "left": "set left",
+        "lane": "lane change",
+    }
+)
+"""kinds of moments that are marked, in a few words"""
+
 SLACK = "how far a plan reaches into a predicted box, tube included: 0 at its edge, 1 at its centre"
 """in one line"""
 
@@ -51,7 +65,8 @@ SEVERITY = "where nothing is clear: relative speed at the worst first contact wi
 def replay_data(trial: int, trace: Trace, constraints: ActiveConstraints | None) -> dict[str, Any]:
     """A drive, the trial of this number, as JSON values; ``constraints`` tells which are active, none if left out."""
     scene, plans, paths = trace.scene, trace.plans, trace.paths
-    left = left_recently(trace, find_windows(trace))
+    windows = find_windows(trace)
+    left = left_recently(trace, windows)
     reasons = [reason_of(trace, step) for step in range(len(trace))]
     arrays, data = _packed({
         "lon": (scene.lon, _CENTIMETRE, 0),
@@ -91,7 +106,8 @@ def replay_data(trial: int, trace: Trace, constraints: ActiveConstraints | None)
         "statuses": [status.value for status in Status],
         "reasons": [reason.text for reason in reasons],
         "milliseconds": (1e3 * trace.planning_seconds).round(1).tolist(),
-        "events": _events(trace, left, [reason.text for reason in reasons]),
+        "marks": _marks(trace, left, [reason.text for reason in reasons]),
+        "worst": worst_moment(trace, windows)._asdict(),
         "arrays": arrays,
         "data": data,
     }
@@ -121,20 +137,25 @@ def _active(trace: Trace, constraints: ActiveConstraints | None) -> Int[np.ndarr
     return everything.astype(np.int64) @ (1 << np.arange(everything.shape[1], dtype=np.int64))
 
 
-def _events(trace: Trace, left: Bool[np.ndarray, "m A"], reasons: list[str]) -> list[tuple[int, str, str]]:
-    """Moments that the ruler of the replay marks: when, which colour of the page, and what happened."""
+def _marks(trace: Trace, left: Bool[np.ndarray, "m A"], reasons: list[str]) -> list[tuple[int, str, str]]:
+    """Moments of note: when, which kind of `MARKS`, and what happened."""
     lane = trace.road.lane_at(trace.scene.lon[:, EGO], trace.scene.lat[:, EGO])
-    changed = [(int(step) + 1, "own", "the ego changes lane") for step in np.flatnonzero(lane[1:] != lane[:-1])]
-    begins = np.flatnonzero(np.diff(left.sum(1), prepend=0) > 0)
-    gone = [(int(step), "ink", "a vehicle has left its predicted set") for step in begins]
-    statuses = [plan.status for plan in trace.plans]
-    plans = [
-        (step, status.value, f"plan {status.value}: {reasons[step]}")
-        for step, (status, before) in enumerate(zip(statuses, [Status.SOLVED, *statuses], strict=False))
-        if status is not before and status not in (Status.SOLVED, Status.FALLBACK)
+    changed = [(int(step) + 1, "lane", "the ego changes lane") for step in np.flatnonzero(lane[1:] != lane[:-1])]
+    newly = left & ~np.concatenate([np.zeros_like(left[:1]), left[:-1]])
+    gone = [
+        (moment, "left", f"the vehicle {where_is(trace, moment, slot)} has left its set")
+        for moment, slot in np.argwhere(newly).tolist()
     ]
-    hit = [(len(trace), "bad", f"{trace.outcome.kind.value} collision")] * (trace.outcome.kind is not Kind.FINISHED)
-    return sorted([*changed, *gone, *plans, *hit])
+    near = [(measure, nearest(trace, measure)) for measure in ("gap", "time")]
+    least = [(each.moment, measure, each.text) for measure, each in near if each]
+    clear, statuses = (Status.SOLVED, Status.FALLBACK), [plan.status for plan in trace.plans]
+    plans = [
+        (step, "lost" if before in clear and step else "unsafe", f"plan {status.value}: {reasons[step]}")
+        for step, (status, before) in enumerate(zip(statuses, [Status.SOLVED, *statuses], strict=False))
+        if status is not before and status not in clear
+    ]
+    hit = [(len(trace), "contact", f"{trace.outcome.kind.value} collision")] * (trace.outcome.kind is not Kind.FINISHED)
+    return sorted([*changed, *gone, *least, *plans, *hit])
 
 
 def _packed(values: dict[str, tuple[Any, float, int | None]]) -> tuple[dict[str, dict[str, Any]], str]:

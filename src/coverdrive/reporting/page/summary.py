@@ -7,6 +7,7 @@ import numpy as np
 import polars as pl
 
 from coverdrive.certificates.certificate import Certificate
+from coverdrive.certificates.drives import limit_of
 from coverdrive.certificates.evaluation import Rate
 from coverdrive.numbers import at_most, interval, percent
 from coverdrive.plan import Status
@@ -14,7 +15,13 @@ from coverdrive.reporting.claim import set_facts, strength, whose
 from coverdrive.reporting.contents import Contents
 from coverdrive.simulation.notable import COLLIDED, NEARLY
 from coverdrive.simulation.outcome import Cause, Fault
-from coverdrive.simulation.statistics import miss_rate, misses_by_manoeuvre
+from coverdrive.simulation.statistics import MissRate, miss_rate, misses_by_manoeuvre
+
+_CONFIDENCE = 0.99
+"""with which the drives of a study prove something"""
+
+_BEST = "known-future"
+"""the entrant of the league whose speed no prediction beats"""
 
 _CAUSES = {cause: cause.value for cause in (Cause.PLANNING, Cause.PREDICTION)}
 _FAULTS = {Fault.EGO: "ego", Fault.OTHER: "other vehicle", Fault.NONE: "nobody"}
@@ -40,21 +47,52 @@ def heading(contents: Contents) -> str:
 
 
 def verdict(contents: Contents) -> str:
-    """What came out, in one sentence."""
+    """What is proved, in one sentence: of drives by the dial, else by those of the study, else of the sets."""
+    if contents.dialled is not None:
+        return f"{contents.dialled.proofs[0].sentence}; {contents.dialled.mean_speed:.1f} m/s{_of_the_best(contents)}."
+    if contents.driven is not None:
+        return f"{_proved(contents)}; {_mean(contents.driven, 'mean_speed'):.1f} m/s on average."
     certificate, observed = contents.certified.driven[0], _observed(contents)
     missed = (
         f"of {whose(certificate)} {_bounded(certificate)} missed by their predicted sets "
-        f"({strength(certificate)}), and {percent(observed.value)} were on unseen scenes"
+        f"({strength(certificate)}), and {percent(observed.value)} were on unseen scenes."
     )
     if contents.trials is None:
-        return f"{missed[0].upper()}{missed[1:]}."
-    if contents.driven is None:
-        return f"None of {contents.trials.height} drives could start; {missed}."
-    collided = _collided(contents.driven)
+        return f"{missed[0].upper()}{missed[1:]}"
+    return f"None of {contents.trials.height} drives could start; {missed}"
+
+
+def _of_the_best(contents: Contents) -> str:
+    """The speed of the dial as a share of that with the future known, if that was driven beside."""
+    assert contents.dialled is not None
+    known = contents.dialled.frontier.filter(pl.col("who") == _BEST)
+    if known.is_empty():
+        return ""
+    share = contents.dialled.mean_speed / float(known["mean_speed"].to_numpy().max())
+    return f", {percent(share, 2)} of knowing the future"
+
+
+def _proved(contents: Contents) -> str:
+    """What the drives of the study prove of new ones, whenever it was stopped, with what they were."""
+    assert contents.driven is not None
+    trials, hits = contents.driven, contents.driven.select(COLLIDED).to_series().to_numpy()
+    counted = f"{int(hits.sum()) or 'None'} of {len(hits)} drives ({exposure(trials)})"
+    if contents.replayed:
+        return f"{counted} touched anybody, which proves nothing of scenes other than those replayed"
+    bound = at_most(limit_of(hits, _CONFIDENCE, anytime=True), 2)
+    if bound == percent(1):
+        return f"{counted} touched anybody, which proves nothing of others with {percent(_CONFIDENCE)} confidence"
     return (
-        f"{collided.count or 'None'} of {collided.total} drives ended in a collision, at "
-        f"{_mean(contents.driven, 'mean_speed'):.1f} m/s on average; {missed}."
+        f"With {percent(_CONFIDENCE)} confidence at most {bound} of drives like these touch anybody: "
+        f"{counted[0].lower()}{counted[1:]} did"
     )
+
+
+def exposure(trials: pl.DataFrame) -> str:
+    """How long and how far drives went."""
+    seconds, way = (float(trials[name].to_numpy().sum()) for name in ("time", "distance"))
+    unit, name = (3600, "h") if seconds >= 3600 else (60, "min") if seconds >= 60 else (1, "s")
+    return f"{seconds / unit:.1f} {name}, {way / 1000:.3g} km"
 
 
 def shown_certificates(contents: Contents) -> list[Certificate]:
@@ -66,13 +104,10 @@ def shown_certificates(contents: Contents) -> list[Certificate]:
 def tiles(contents: Contents) -> list[Tile]:
     """The numbers that count."""
     certificate, observed, trials = contents.certified.driven[0], _observed(contents), contents.driven
+    seen = f"{percent(observed.value)} on unseen scenes (95 %: {interval(observed.low, observed.high)})"
+    scale = "" if certificate.scale == 1 else f"sets of scale {certificate.scale:.2g}; "
     certified = Tile(
-        f"≤ {at_most(certificate.epsilon, 3)}",
-        f"of {whose(certificate)} missed, {strength(certificate)}"
-        + ("" if certificate.scale == 1 else f"; sets of scale {certificate.scale:.2g}"),
-        f"observed on unseen scenes: {percent(observed.value)} ({observed.counts}; 95 %: "
-        f"{interval(observed.low, observed.high)})",
-        main=True,
+        f"≤ {at_most(certificate.epsilon, 3)}", f"of {whose(certificate)} missed, {strength(certificate)}", scale + seen
     )
     if trials is None:
         evaluation = contents.certified.driven[1]
@@ -84,25 +119,37 @@ def tiles(contents: Contents) -> list[Tile]:
                 "mean size of the predicted set",
             ),
         ]
-    collided, missed = _collided(trials), miss_rate(trials, "shares_missed", "vehicles_seen")
+    near, headway = trials.filter(NEARLY).height, trials["usual_headway"].to_numpy()
+    usual = float(np.median(headway[np.isfinite(headway)])) if np.isfinite(headway).any() else None
+    gap, time = (_least(trials, name) for name in ("minimum_gap", "minimum_time_to_collision"))
+    plans = round(float(trials["time"].to_numpy().sum()) / contents.period)
+    missed = _missed_in_drives(certificate.unit, trials)
     unsafe, rear = (percent(plan_share(trials, status)) for status in (Status.UNSAFE, Status.REAR))
     braking = float(trials["hardest_braking"].to_numpy().max())
     return [
-        Tile(f"{collided.count} of {collided.total}", "drives with a collision",
-             f"95 %: {interval(collided.low, collided.high)}", main=True),
-        certified,
-        Tile(f"{_mean(trials, 'mean_speed'):.1f} m/s", "mean speed", "of the ego over all drives"),
-        Tile(f"{_mean(trials, 'jerk_longitudinal'):.1f} m/s³", "jerk along the road",
-             f"root mean square, mean of the drives; hardest braking {braking:.1f} m/s²"),
-        Tile(percent(plan_share(trials, Status.SOLVED, Status.FALLBACK)), "plans clear of all predicted paths",
-             f"unsafe: {unsafe}; rear: {rear}"),
-        Tile(percent(missed.value), "of a vehicle's windows missed in the drives",
-             f"95 %: {interval(missed.low, missed.high)}; not certified for this traffic"),
+        Tile(f"{near} of {trials.height}", "drives are near misses",
+             f"least gap {gap} m, least time to collision {time} s; {exposure(trials)}", main=True),
+        Tile("–" if usual is None else f"{usual:.2f} s", "headway in 9 of 10 moments, median drive",
+             "" if contents.kept is None else f"recorded drivers: {contents.kept:.2f} s"),
+        Tile(f"{_mean(trials, 'jerk_longitudinal'):.1f} m/s³", "jerk along the road, root mean square",
+             f"hardest braking {braking:.1f} m/s²"),
+        Tile(percent(plan_share(trials, Status.SOLVED, Status.FALLBACK)),
+             f"of {plans:,} plans clear of all predicted paths",
+             f"clear plan lost {int(trials['lost_clear'].sum())} times; unsafe: {unsafe}; rear: {rear}"),
+        certified._replace(note=f"{certified.note}, {percent(missed.value)} in the drives "
+                           f"({interval(missed.low, missed.high)})"),
     ]  # fmt: skip
 
 
-def _collided(trials: pl.DataFrame) -> Rate:
-    return Rate.of(trials.select(COLLIDED).to_series().to_numpy())
+def _least(trials: pl.DataFrame, column: str) -> str:
+    value = float(trials[column].to_numpy().min())
+    return f"{value:.2f}" if np.isfinite(value) else "–"
+
+
+def _missed_in_drives(unit: str, trials: pl.DataFrame) -> MissRate:
+    """How many were missed in the drives, of what a certificate counts."""
+    columns = {"window": ("prediction_misses", "windows"), "share": ("shares_missed", "vehicles_seen")}
+    return miss_rate(trials, *columns.get(unit, ("vehicles_missed", "vehicles_seen")))
 
 
 def _mean(trials: pl.DataFrame, column: str) -> float:
@@ -138,12 +185,15 @@ def ends(contents: Contents) -> str:
 def _collisions(trials: pl.DataFrame) -> str:
     collided = trials.filter(COLLIDED)
     if collided.height == 0:
-        return f"None of {trials.height} drives ended in a collision."
+        return f"None of {trials.height} drives ({exposure(trials)}) ended in a collision."
     causes, faults = (
         ", ".join(f"{name}: {(collided[column] == each.value).sum()}" for each, name in names.items())
         for column, names in (("cause", _CAUSES), ("at_fault", _FAULTS))
     )
-    return f"{collided.height} of {trials.height} drives ended in a collision ({causes}). At fault: {faults}."
+    return (
+        f"{collided.height} of {trials.height} drives ({exposure(trials)}) ended in a collision ({causes}). At fault: "
+        f"{faults}."
+    )
 
 
 def plan_share(trials: pl.DataFrame, *statuses: Status) -> float:

@@ -7,12 +7,13 @@
   const road = new RoadView(element("road")), course = new CourseView(element("course"));
   const scrub = element("scrub"), play = element("play"), rate = element("rate"), chooser = element("trial");
   const drives = new Map();
-  const ahead = element("ahead"), all = element("all");
-  let drive = null, moment = 0, within = null, playing = false, last = 0, shown = -1;  // within the horizon [s]; null: all times
+  const ahead = element("ahead"), all = element("all"), deciding = element("deciding"), release = element("release"), ticks = element("ticks");
+  let drive = null, moment = 0, playing = false, last = 0, shown = -1;
+  let within = "deciding", slot = null;  // of what `RoadView.show` is told
 
   const show = () => {
     if (!drive || !player.clientWidth) return;
-    road.show(drive, moment, within);
+    road.show(drive, moment, { within, slot });
     course.show(moment);
     const step = Math.floor(moment + 1e-9);
     scrub.value = Math.round(moment);
@@ -29,7 +30,9 @@
     element("read-gap").textContent = least(drive.gap[step], "m");
     element("read-ttc").textContent = least(drive.ttc[step], "s");
     element("read-severity").textContent = now.severity > 0 ? `${now.severity.toFixed(1)} m/s` : "–";
-    element("read-reason").textContent = now.reason || element("status-" + slug(now.status)).title;
+    const happened = drive.marks.filter(([at]) => at === step).map(([, , text]) => text);
+    element("read-reason").textContent = happened.join("; ") || now.reason || element("status-" + slug(now.status)).title;
+    element("worst").setAttribute("aria-pressed", step === drive.worst.moment);
     element("read-status").textContent = now.status;
     element("read-status").title = element("status-" + slug(now.status)).title;
     element("read-status").style.color = Theme.colour(slug(now.status));
@@ -45,12 +48,32 @@
     moment = Math.max(0, Math.min(drive ? drive.steps : 0, to));
     show();
   };
-  const look = (seconds) => {
-    within = seconds === null ? null : Math.max(0, Math.min(Number(ahead.max), seconds));
-    ahead.value = within ?? 0;
-    all.setAttribute("aria-pressed", within === null);
-    element("read-ahead").textContent = within === null ? `0 … ${ahead.max} s` : `+${within.toFixed(2)} s`;
+  const look = (what) => {
+    within = typeof what === "number" ? Math.max(0, Math.min(Number(ahead.max), what)) : what;
+    ahead.value = typeof within === "number" ? within : 0;
+    all.setAttribute("aria-pressed", within === "all");
+    deciding.setAttribute("aria-pressed", within === "deciding");
+    element("read-ahead").textContent = typeof within === "number" ? `+${within.toFixed(2)} s` : `0 … ${ahead.max} s`;
     show();
+  };
+  /* Shows the set of one vehicle alone; null: those of all. */
+  const isolate = (which) => {
+    slot = which === drive.own ? null : which;
+    release.hidden = slot === null;
+    release.textContent = `vehicle ${slot} alone ✕`;
+    show();
+  };
+  const nextVehicle = () => {
+    const there = road.now.map((vehicle, number) => vehicle && number !== drive.own ? number : null).filter((number) => number !== null);
+    isolate(there.find((number) => number > (slot ?? -1)) ?? null);
+  };
+  /* To the next mark (or the previous one: by −1), of a kind if one is named, round the end. */
+  const toMark = (by, kind = null) => {
+    const places = drive.marks.filter((mark) => kind === null || mark[1] === kind).map(([at]) => at);
+    if (!places.length) return;
+    if (by < 0) places.reverse();
+    setPlaying(false);
+    go(places.find((at) => by * (at - Math.round(moment)) > 0) ?? places[0]);
   };
   const setPlaying = (on) => {
     if (!drive) return;
@@ -88,27 +111,36 @@
     drive = drives.get(trial);
     chooser.value = trial;
     scrub.max = drive.steps;
-    moment = 0;
+    moment = drive.worst.moment;
     ahead.max = drive.planDt * (drive.points - 1);
-    within = null;
+    slot = null;
+    release.hidden = true;
+    element("worst").textContent = `worst moment ${(moment * drive.dt).toFixed(1)} s`;
+    element("read-worst").textContent = drive.worst.text;
     redraw();
-    look(null);
+    look("deciding");
     marks();
     player.dataset.loaded = trial;
   };
-  const marks = () => element("events").replaceChildren(...drive.events.map(([step, colour, text]) => {
-    const mark = document.createElement("button");
-    mark.type = "button";
-    mark.tabIndex = -1;
-    mark.title = `${(step * drive.dt).toFixed(1)} s: ${text}`;
-    mark.style.left = `${100 * step / drive.steps}%`;
-    mark.style.background = `var(--${slug(colour)})`;
-    mark.addEventListener("click", () => {
-      setPlaying(false);
-      go(step);
-    });
-    return mark;
-  }));
+  /* A tick above the slider for every mark, and a button for every kind, which goes from one to the next. */
+  const marks = () => {
+    ticks.replaceChildren(...drive.marks.map(([step, kind]) => {
+      const tick = document.createElement("i");
+      tick.className = "mark-" + kind;
+      tick.style.left = `${100 * step / drive.steps}%`;
+      return tick;
+    }));
+    for (const button of element("marks").children) {
+      const found = drive.marks.filter(([, kind]) => kind === button.dataset.kind);
+      button.hidden = !found.length;
+      button.lastElementChild.textContent = found.length > 1 ? `× ${found.length}` : found.length ? `${(found[0][0] * drive.dt).toFixed(1)} s` : "";
+    }
+  };
+  /* The mark that is nearest to a pointer over the ticks. */
+  const pointed = (event) => {
+    const { left, width } = ticks.getBoundingClientRect(), at = (event.clientX - left) / width * drive.steps;
+    return drive.marks.reduce((best, mark) => Math.abs(mark[0] - at) < Math.abs(best[0] - at) ? mark : best, drive.marks[0] ?? [0, "", ""]);
+  };
   const fromAddress = () => {
     const named = /^#replay-(\d+)$/.exec(location.hash);
     if (!named || !element("replay-data-" + named[1])) return false;
@@ -123,19 +155,36 @@
   element("back").addEventListener("click", () => step(-1));
   element("forward").addEventListener("click", () => step(1));
   chooser.addEventListener("change", () => load(chooser.value));
-  all.addEventListener("click", () => look(null));
+  all.addEventListener("click", () => look("all"));
+  deciding.addEventListener("click", () => look("deciding"));
+  release.addEventListener("click", () => isolate(null));
+  element("worst").addEventListener("click", () => step(drive.worst.moment - Math.round(moment)));
+  for (const button of element("marks").children) button.addEventListener("click", () => toMark(1, button.dataset.kind));
+  ticks.addEventListener("click", (event) => step(pointed(event)[0] - Math.round(moment)));
+  ticks.addEventListener("pointermove", (event) => {
+    const [at, , text] = pointed(event);
+    if (text) Tip.show(`${(at * drive.dt).toFixed(1)} s: ${text}`, event);
+  });
+  ticks.addEventListener("pointerleave", () => Tip.hide());
+  element("road").addEventListener("click", (event) => {
+    const { left, top } = element("road").getBoundingClientRect(), found = road.slotAt(event.clientX - left, event.clientY - top);
+    isolate(found === slot ? null : found);
+  });
   ahead.addEventListener("input", () => look(Number(ahead.value)));
   scrub.addEventListener("input", () => {
     setPlaying(false);
     go(Number(scrub.value));
   });
   const seek = (event) => {
-    if (!drive || !event.buttons) return;
+    if (!drive) return;
+    const at = Math.round(course.moment(event.clientX - element("course").getBoundingClientRect().left));
+    if (!event.buttons) return playing || course.show(moment, at);
     setPlaying(false);
-    go(Math.round(course.moment(event.clientX - element("course").getBoundingClientRect().left)));
+    go(at);
   };
   element("course").addEventListener("pointerdown", seek);
   element("course").addEventListener("pointermove", seek);
+  element("course").addEventListener("pointerleave", () => drive && course.show(moment));
   const faster = (by) => {
     rate.selectedIndex = Math.max(0, Math.min(rate.options.length - 1, rate.selectedIndex + by));
   };
@@ -143,7 +192,10 @@
     " ": () => setPlaying(!playing), ArrowLeft: (event) => step(event.shiftKey ? -Math.round(1 / drive.dt) : -1),
     ArrowRight: (event) => step(event.shiftKey ? Math.round(1 / drive.dt) : 1), Home: () => step(-Infinity), End: () => step(Infinity),
     "+": () => faster(1), "-": () => faster(-1),
-    ",": () => look((within ?? drive.planDt) - drive.planDt), ".": () => look((within ?? -drive.planDt) + drive.planDt), a: () => look(null),
+    ",": () => look((typeof within === "number" ? within : drive.planDt) - drive.planDt),
+    ".": () => look((typeof within === "number" ? within : -drive.planDt) + drive.planDt),
+    a: () => look("all"), d: () => look("deciding"), v: nextVehicle, Escape: () => isolate(null),
+    n: () => toMark(1), p: () => toMark(-1), w: () => step(drive.worst.moment - Math.round(moment)),
   };
   /* Keys work where the player has the focus, and where nothing has it while the player is in view. */
   const meant = ({ key, target }) => {

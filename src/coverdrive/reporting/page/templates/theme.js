@@ -4,7 +4,7 @@ const Theme = (() => {
   const root = document.documentElement;
   const system = matchMedia("(prefers-color-scheme: dark)");
   const listeners = [];
-  let chosen = null;
+  let chosen = null, unfolded = [];
   const set = (theme) => {
     root.dataset.theme = theme;
     listeners.forEach((listener) => listener());
@@ -17,10 +17,13 @@ const Theme = (() => {
   });
   addEventListener("beforeprint", () => {
     root.classList.add("printing");
+    unfolded = [...document.querySelectorAll("details:not([open]):has(figure)")];  // paper shows all figures
+    for (const each of unfolded) each.open = true;
     set("light");
   });
   addEventListener("afterprint", () => {
     root.classList.remove("printing");
+    for (const each of unfolded) each.open = false;
     update();
   });
   update();
