@@ -1,7 +1,7 @@
 """The picture ``replay.png`` of the documentation: the player of a report at one moment of a drive.
 
-    coverdrive run && coverdrive report --trial 14
-    python docs/images/replay.py results/report.html docs/images/replay.png --trial 14 --time 6.6
+    coverdrive run
+    python docs/images/replay.py results/report.html docs/images/replay.png --trial 3 --time 5.5
 
 Needs Chromium, and Playwright of ``pip install '.[test]'``.
 """

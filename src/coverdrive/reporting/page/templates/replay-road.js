@@ -74,7 +74,7 @@ class RoadView {
     this.met(drive, planned, view);
     now.forEach((vehicle, slot) => {
       if (!vehicle) return;
-      const pale = view.within > 0 || (view.slot !== null && slot !== view.slot && slot !== drive.own);
+      const pale = view.slot === null ? view.within > 0 : slot !== view.slot && slot !== drive.own;
       context.globalAlpha = pale ? 0.45 : 1;  // what is now is not what is drawn around it
       if (step === drive.worst.moment && slot === drive.worst.slot) this.frame(vehicle, "bad", 7);
       if (drive.left[step * drive.slots + slot]) this.frame(vehicle, "ink", 3);
@@ -82,6 +82,12 @@ class RoadView {
     });
     context.restore();
     this.ruler(behind, ahead, height, drive.road.bends);
+  }
+
+  /* Slots of the vehicles that are in the picture. */
+  inView() {
+    const shown = (vehicle) => vehicle && Math.abs(this.place(vehicle.lon, 0)[0] / this.canvas.clientWidth - 0.5) < 0.5;
+    return this.now.map((vehicle, slot) => shown(vehicle) ? slot : null).filter((slot) => slot !== null);
   }
 
   /* The slot of the vehicle at a place [pixel] of the canvas, or near it; null for none. */

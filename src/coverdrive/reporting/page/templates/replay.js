@@ -25,7 +25,7 @@
     const now = reading(drive, Math.min(step, drive.steps - 1));  // in the last moment, of the last plan
     const ended = drive.kind === "finished" ? (drive.near ? "finished, near miss" : "finished") : `${drive.kind} collision (at fault: ${drive.fault}; ${drive.cause})`;
     element("read-speed").textContent = `${drive.speed[step * drive.slots + drive.own].toFixed(1)} m/s`;
-    element("read-acceleration").textContent = `${now.acceleration.toFixed(1).replace("-", "−")} m/s²`;
+    element("read-acceleration").textContent = `${now.acceleration.toFixed(1).replace("-0.0", "0.0").replace("-", "−")} m/s²`;
     const least = (value, unit) => value < 99.5 ? `${value.toFixed(1)} ${unit}` : "–";
     element("read-gap").textContent = least(drive.gap[step], "m");
     element("read-ttc").textContent = least(drive.ttc[step], "s");
@@ -64,8 +64,8 @@
     show();
   };
   const nextVehicle = () => {
-    const there = road.now.map((vehicle, number) => vehicle && number !== drive.own ? number : null).filter((number) => number !== null);
-    isolate(there.find((number) => number > (slot ?? -1)) ?? null);
+    const next = road.inView().filter((number) => number !== drive.own).find((number) => number > (slot ?? -1));
+    isolate(next ?? null);
   };
   /* To the next mark (or the previous one: by −1), of a kind if one is named, round the end. */
   const toMark = (by, kind = null) => {
