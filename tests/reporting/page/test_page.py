@@ -42,6 +42,11 @@ def test_nothing_is_fetched(html: str) -> None:
     assert "@import" not in html.split("</style>")[0]
 
 
+def test_no_line_ends_between_a_number_and_its_unit(html: str) -> None:
+    (title,) = re.findall("<h1>(.*?)</h1>", html)
+    assert title.startswith("1 of 2 drives (2.4\u00a0s, 0.0576\u00a0km)") and "24.4\u00a0m/s" in title
+
+
 def test_names_are_escaped(html: str) -> None:
     assert "results &lt;1&gt;" in html
     assert "results <1>" not in html
