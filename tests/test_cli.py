@@ -314,12 +314,12 @@ def test_help_lists_commands_in_the_order_of_a_first_visit(capsys: pytest.Captur
 
 def test_help_says_the_defaults_of_the_settings(capsys: pytest.CaptureFixture[str]) -> None:
     experiment = Experiment()
-    vehicles, basis = " ".join(map(str, experiment.study.vehicles)), experiment.prediction.basis
+    vehicles = " ".join(map(str, experiment.study.vehicles))
     defaults = {
         "study": (experiment.study.trials, experiment.study.workers, experiment.seed, experiment.traffic.kind),
         "run": (f"{vehicles}, as in the paper,",),
         "calibrations": (experiment.prediction.certificate.unit,),
-        "basis": (experiment.prediction.segments.stride, "yes" if basis.symmetric else "no", basis.centres),
+        "basis": (experiment.prediction.segments.stride,),
     }
     for command, values in defaults.items():
         app.help_print([command], console=Console(width=1000))

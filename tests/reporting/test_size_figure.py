@@ -1,7 +1,5 @@
 """The figure of size against ε."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from report_fakes import make_basis
@@ -36,13 +34,6 @@ def test_sizes_bounds_and_masses_are_drawn(tmp_path) -> None:
         np.testing.assert_allclose(points.y, 100 * each.cumulative)
     png, pdf = save(figure, tmp_path / "size")
     assert png.stat().st_size > 10_000 and pdf.read_bytes().startswith(b"%PDF-")
-
-
-def test_a_bound_for_segments_is_not_drawn_for_free_centres() -> None:
-    free = [replace(studied(size, epsilon), among_segments=None) for size, epsilon in ((40, 0.5), (12, 1.0))]
-    figure = size_figure(free)
-    assert [list(line.y) for line in lines_of(figure.panels[0])] == [[40, 12], [10, 3]]
-    assert not any("segments" in name for name in figure.named)
 
 
 def test_one_basis_can_be_drawn_and_none_is_refused(tmp_path) -> None:

@@ -1,7 +1,7 @@
 """``coverdrive basis``: the trajectory basis as a tool of its own."""
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 
@@ -28,16 +28,6 @@ def basis(
             show_default=usually("0.2"),
         ),
     ] = None,
-    symmetric: Annotated[
-        bool | None, Parameter(help="With every base trajectory its mirror image.", show_default=usually("no"))
-    ] = None,
-    centres: Annotated[
-        Literal["segments", "free"] | None,
-        Parameter(
-            help="Base trajectories are segments, or any: fewer, with a longer search; as in `--centres free`.",
-            show_default=usually("segments"),
-        ),
-    ] = None,
     seed: Seed = None,
     out: Out = Path("results"),
     config: Config = None,
@@ -48,14 +38,9 @@ def basis(
     For example:
 
     - of generated traffic, to `results/bases/`: `coverdrive basis`
-    - of recordings, with one ε: `coverdrive basis scenarios/ --epsilon 1 --symmetric --out us101`
+    - of recordings, with one ε: `coverdrive basis scenarios/ --epsilon 1 --out us101`
     """
-    experiment = experiment_of(
-        config,
-        seed=seed,
-        **vars(files),
-        prediction={"segments": {"stride": stride}, "basis": {"symmetric": symmetric, "centres": centres}},
-    )
+    experiment = experiment_of(config, seed=seed, **vars(files), prediction={"segments": {"stride": stride}})
     with waiting():
         from coverdrive.prediction.cover.basis_study import basis_record, study_bases
         from coverdrive.prediction.segments import cut_segments

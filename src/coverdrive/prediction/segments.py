@@ -13,9 +13,11 @@ from jaxtyping import Float, Int
 from pydantic import Field, model_validator
 
 from coverdrive.errors import DataError, SettingError
-from coverdrive.prediction.cover.greedy import MIRROR
 from coverdrive.recordings.recording import Recording
 from coverdrive.settings import Settings
+
+MIRROR = np.array([1.0, -1.0])
+"""times a point or a deviation (lon, lat): its mirror image, left for right"""
 
 WATCHED = 0.1
 """[s] between two moments at which a body has to be in its box"""

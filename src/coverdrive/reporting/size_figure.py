@@ -25,15 +25,13 @@ def size_figure(studied: Sequence[StudiedBasis]) -> Figure:
 def _sizes(studied: Sequence[StudiedBasis]) -> list[Mark]:
     epsilon = [each.basis.radius for each in studied]
     size = [len(each.basis) for each in studied]
-    among = [each.among_segments for each in studied if each.among_segments is not None]
-    anywhere = [each.anywhere for each in studied]
-    of_segments = len(among) == len(studied)
-    lowest, name = (among, "greedy cover") if of_segments else (anywhere, "cover, free centres")
-    curves = [(size, name, style.BLUE, "o")]
-    if of_segments:
-        curves.append((among, "lower bound, bases are segments", style.VERMILION, "^"))
-    curves.append((anywhere, "lower bound, any bases", style.GREY, "v"))
-    marks: list[Mark] = [Band(x=epsilon, low=lowest, high=size, colour=style.SKY, opacity=0.2)]
+    among = [each.among_segments for each in studied]
+    curves = [
+        (size, "greedy cover", style.BLUE, "o"),
+        (among, "lower bound, bases are segments", style.VERMILION, "^"),
+        ([each.anywhere for each in studied], "lower bound, any bases", style.GREY, "v"),
+    ]
+    marks: list[Mark] = [Band(x=epsilon, low=among, high=size, colour=style.SKY, opacity=0.2)]
     for values, label, colour, marker in curves:
         marks += [Line(x=epsilon, y=values, colour=colour), Points(x=epsilon, y=values, colour=colour, marker=marker,
                                                                    name=label)]  # fmt: skip

@@ -137,7 +137,7 @@ def bases_table(studied: Sequence[StudiedBasis]) -> Table:
     rows = [
         (
             f"{each.basis.radius:g}", str(len(each.basis)),
-            "" if each.among_segments is None else str(each.among_segments), str(each.anywhere),
+            str(each.among_segments), str(each.anywhere),
             f"{each.covered:.2%}", f"{each.largest:.4f}", f"{each.cumulative[:10][-1]:.1%}", f"{each.seconds:.1f}",
             f"{each.bound_seconds:.1f}",
         )

@@ -12,8 +12,8 @@ from safetensors import safe_open
 
 from coverdrive.errors import DataError
 from coverdrive.prediction.cover.basis import Basis, BasisSettings, make_basis
-from coverdrive.prediction.cover.greedy import MIRROR, greedy_cover
-from coverdrive.prediction.segments import Segments
+from coverdrive.prediction.cover.greedy import greedy_cover
+from coverdrive.prediction.segments import MIRROR, Segments
 from coverdrive.prediction.storage import save_arrays
 
 
@@ -97,27 +97,6 @@ def test_every_segment_is_covered(count: int, seed: int, epsilon: float, candida
     assert len(basis) <= count
 
 
-def test_a_symmetric_basis_holds_every_mirror_image_and_covers() -> None:
-    mirror = np.array([1.0, -1.0])
-    made = random_segments(150, seed=3, scale=2.0).points
-    straight = made[:30] * np.array([1.0, 0.0])
-    segments = segments_of(np.concatenate([made, straight]))
-    basis = make_basis(segments, BasisSettings(radius=0.7, candidates=40, symmetric=True))
-    bases = {base.tobytes() for base in basis.points + 0.0}
-    assert bases == {base.tobytes() for base in basis.points * mirror + 0.0}
-    assert len(bases) == len(basis)
-    for points in (segments.points, segments.points * mirror):
-        assert (basis.distance(points).min(1) <= 0.7).all()
-
-
-def test_one_pair_covers_a_turn_and_its_mirror_image() -> None:
-    points = np.zeros((2, 7, 2))
-    points[0, :, 1] = np.linspace(0, 3, 7)
-    points[1] = -points[0]
-    basis = make_basis(segments_of(points), BasisSettings(radius=0.5, symmetric=True))
-    assert len(basis) == 2
-
-
 def test_the_cover_equals_the_plain_algorithm() -> None:
     segments = random_segments(200, seed=0)
     basis = basis_of(segments.points)
@@ -135,15 +114,12 @@ def test_the_cover_equals_the_plain_algorithm() -> None:
     assert len(expected) < greedy
 
 
-@pytest.mark.parametrize("symmetric", [False, True])
-def test_no_base_can_be_left_out(symmetric: bool) -> None:
+def test_no_base_can_be_left_out() -> None:
     segments = random_segments(2000, seed=2)
     scaled = basis_of(segments.points).scaled(segments.points)
-    chosen = greedy_cover(scaled, 0.5, candidates=100, symmetric=symmetric)
+    chosen = greedy_cover(scaled, 0.5, candidates=100)
     basis = basis_of(segments.points[chosen])
     covers = basis.distance(segments.points) <= 0.5
-    if symmetric:
-        covers |= basis.distance(segments.points * MIRROR) <= 0.5
     assert covers.any(1).all()
     assert all((covers.sum(1)[covers[:, base]] == 1).any() for base in range(len(basis)))
 

@@ -53,21 +53,6 @@ def test_bounds_and_masses(studied: tuple[StudiedBasis, ...]) -> None:
     assert len(studied[0].basis) > len(studied[1].basis)
 
 
-def test_bounds_of_a_symmetric_basis(segments: Segments) -> None:
-    (each,) = study_bases(segments, (1.0,), BasisSettings(symmetric=True))
-    assert 1 < each.anywhere <= each.among_segments <= len(each.basis)
-    assert each.covered == 1.0
-
-
-def test_free_centres_are_bounded_only_by_what_holds_for_any_bases(
-    segments: Segments, studied: tuple[StudiedBasis, ...]
-) -> None:
-    (each,) = study_bases(segments, (0.5,), BasisSettings(candidates=64, centres="free"), seed=2)
-    assert each.among_segments is None and basis_record(each)["at_least_among_segments"] is None
-    assert each.anywhere == studied[0].anywhere <= len(each.basis) < len(studied[0].basis)
-    assert each.covered == 1.0
-
-
 def test_points_in_rows(studied: tuple[StudiedBasis, ...]) -> None:
     basis, table = studied[1].basis, point_table(studied[1])
     assert table.columns == ["base", "time", "lon", "lat", "share"]

@@ -8,7 +8,6 @@ segments need that a base covers: a narrower tube, which covers the same segment
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
 
 import equinox as eqx
 import jax
@@ -20,14 +19,10 @@ from pydantic import Field
 from scipy.interpolate import CubicSpline
 
 from coverdrive.errors import DataError
-from coverdrive.prediction.cover.free_centres import free_centres
-from coverdrive.prediction.cover.greedy import CAUTION, MIRROR, greedy_cover, with_mirror_images
-from coverdrive.prediction.segments import Segments
+from coverdrive.prediction.cover.greedy import CAUTION, greedy_cover
+from coverdrive.prediction.segments import MIRROR, Segments
 from coverdrive.prediction.storage import load_arrays, reading, save_arrays
 from coverdrive.settings import Settings
-
-Centres = Literal["segments", "free"]
-"""Where base trajectories are taken from"""
 
 _CHUNK = 65_536
 _LEAST_REACH = 0.05
@@ -46,12 +41,8 @@ class BasisSettings(Settings):
     """relative growth of the tolerance over the horizon (authors' scripts: it doubles)"""
     candidates: int = Field(default=4096, ge=1, le=10_000_000)
     """segments that greedy choice picks from at a time; more can give a smaller basis and takes longer"""
-    symmetric: bool = False
-    """with every base trajectory, its mirror image (left for right) is in the basis"""
     cut: bool = True
     """whether the tube is cut, at every point, to what the segments need that a base covers; the paper's is not"""
-    centres: Centres = "segments"
-    """whether base trajectories are segments, as in the paper, or any trajectories, of which fewer are enough"""
 
 
 class Basis(eqx.Module):
@@ -163,7 +154,7 @@ def _distance(
 
 
 def make_basis(segments: Segments, settings: BasisSettings | None = None, seed: int = 0) -> Basis:
-    """Cover all segments with few of them, of their mirror images, or of free trajectories, as the settings say.
+    """Cover all segments with few of them.
 
     Raises:
         DataError: there is no segment, or a point is not finite.
@@ -173,14 +164,8 @@ def make_basis(segments: Segments, settings: BasisSettings | None = None, seed: 
         raise DataError(f"a basis needs segments of finite points, got {len(segments)} segments")
     everything = Basis(segments.points, settings.radius, settings.aspect, settings.growth, segments.step)
     scaled = everything.scaled(segments.points)
-    chosen = greedy_cover(scaled, settings.radius, settings.candidates, seed, settings.symmetric)
-    points = segments.points[chosen]
-    if settings.centres == "free":
-        centres = free_centres(scaled, scaled[chosen], settings.radius, seed, settings.symmetric)
-        points = centres * everything.tolerance(1.0, everything.times)
-    if settings.symmetric:
-        points = with_mirror_images(points)
-    basis = replace(everything, points=points)
+    chosen = greedy_cover(scaled, settings.radius, settings.candidates, seed)
+    basis = replace(everything, points=segments.points[chosen])
     if settings.cut:
         basis = replace(basis, reach=_reach_of(basis, segments.points))
     uncovered = int((basis.distance(segments.points).min(1) > settings.radius).sum())

@@ -13,7 +13,6 @@ from jaxtyping import Float
 from coverdrive.certificates.certificate import fingerprint
 from coverdrive.errors import SettingError
 from coverdrive.prediction.cover.basis import Basis, BasisSettings, make_basis
-from coverdrive.prediction.cover.greedy import MIRROR
 from coverdrive.prediction.cover.lower_bounds import fractional_bound, packing
 from coverdrive.prediction.segments import Segments
 from coverdrive.progress import part
@@ -32,9 +31,8 @@ class StudiedBasis:
     """distance of the farthest segment to the basis"""
     anywhere: int
     """no basis has fewer base trajectories, whatever they are (packing)"""
-    among_segments: int | None
-    """no basis whose base trajectories are segments has fewer (fractional packing); None where they need not be
-    segments. Of a symmetric basis, both bounds are on symmetric ones, whose base trajectories may be mirror images"""
+    among_segments: int
+    """no basis whose base trajectories are segments has fewer (fractional packing)"""
     seconds: float
     bound_seconds: float
     """[s] wall time of the cover, and of both bounds"""
@@ -72,11 +70,8 @@ def _study(segments: Segments, settings: BasisSettings, seed: int, source: str) 
     basis = make_basis(segments, settings, seed)
     made = time.perf_counter()
     scaled = basis.scaled(segments.points)
-    bounded_by = np.concatenate([scaled, scaled * MIRROR]) if settings.symmetric else scaled
-    anywhere = len(packing(bounded_by, settings.radius, seed))
-    among_segments = None
-    if settings.centres == "segments":
-        among_segments = max(anywhere, ceil(fractional_bound(bounded_by, settings.radius, seed=seed).value))
+    anywhere = len(packing(scaled, settings.radius, seed))
+    among_segments = max(anywhere, ceil(fractional_bound(scaled, settings.radius, seed=seed).value))
     bounded = time.perf_counter()
     nearest = replace(basis, reach=None).distance(segments.points).argmin(1)
     distance = np.linalg.norm(scaled - basis.scaled(basis.points)[nearest], axis=-1).max(-1)

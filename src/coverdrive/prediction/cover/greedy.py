@@ -19,21 +19,17 @@ from coverdrive.progress import done
 _CHUNK = 256
 _WORD = 64
 
-MIRROR = np.array([1.0, -1.0])
-"""Times a point or a deviation (lon, lat): its mirror image, left for right"""
-
 CAUTION = 1e-5
 """Share of ε that is given away, so that single precision never claims a cover that double precision denies"""
 
 
 def greedy_cover(
-    scaled: Float[np.ndarray, "N T 2"], radius: float, candidates: int = 4096, seed: int = 0, symmetric: bool = False
+    scaled: Float[np.ndarray, "N T 2"], radius: float, candidates: int = 4096, seed: int = 0
 ) -> Int[np.ndarray, " M"]:
     """Indices of few segments such that every one is within ε of a chosen one, in order; none can be left out.
 
     The norm of ``scaled`` segments is the maximum over t of the Euclidean length. Greedy choice picks from so many
-    candidates at a time, drawn by the seed; if symmetric, the mirror image of a chosen segment, left for right, covers
-    too.
+    candidates at a time, drawn by the seed.
     """
     points = np.asarray(scaled, dtype=np.float32)
     reach = radius * (1 - CAUTION)
@@ -42,33 +38,15 @@ def greedy_cover(
     chosen: list[int] = []
     while len(remaining):
         pool = np.sort(random.permutation(remaining)[:candidates])
-        covers = _coverage(points[pool], points[remaining], reach, symmetric)
+        covers = _coverage(points[pool], points[remaining], reach)
         uncovered = _pack(np.ones((1, len(remaining)), dtype=bool))[0]
         for index in _lazy_greedy(covers, uncovered):
             chosen.append(int(pool[index]))
             done(len(scaled) - int(np.bitwise_count(uncovered).sum()), len(scaled))
         remaining = remaining[np.unpackbits(uncovered.view(np.uint8), count=len(remaining)).astype(bool)]
     picked = np.array(chosen, dtype=np.int64)
-    covers = _coverage(points[picked], points, reach, symmetric)
+    covers = _coverage(points[picked], points, reach)
     return picked[_needed(np.unpackbits(covers.view(np.uint8), axis=1, count=len(scaled)).astype(bool))]
-
-
-def greedy_order(
-    centres: Float[np.ndarray, "M T 2"], scaled: Float[np.ndarray, "N T 2"], radius: float, symmetric: bool = False
-) -> Int[np.ndarray, " L"]:
-    """Indices of the centres of a cover, each the one that covers most of what is left; without those not needed.
-
-    Every segment has to be within ε · (1 − 2 · `CAUTION`) of a centre, or if symmetric, of its mirror image.
-    """
-    pool, points = np.asarray(centres, dtype=np.float32), np.asarray(scaled, dtype=np.float32)
-    covers = _coverage(pool, points, radius * (1 - CAUTION), symmetric)
-    return np.array(list(_lazy_greedy(covers, _pack(np.ones((1, len(scaled)), dtype=bool))[0])), dtype=np.int64)
-
-
-def with_mirror_images(points: Float[np.ndarray, "M T 2"]) -> Float[np.ndarray, "L T 2"]:
-    """Base trajectories followed by the mirror images, left for right, of those that are not their own."""
-    turning = (points[..., 1] != 0).any(1)
-    return np.concatenate([points, points[turning] * MIRROR])
 
 
 def _needed(covers: Bool[np.ndarray, "M N"]) -> Bool[np.ndarray, " M"]:
@@ -98,14 +76,13 @@ def _lazy_greedy(covers: UInt64[np.ndarray, "C words"], uncovered: UInt64[np.nda
 
 
 def _coverage(
-    pool: Float[np.ndarray, "C T 2"], segments: Float[np.ndarray, "R T 2"], radius: float, symmetric: bool
+    pool: Float[np.ndarray, "C T 2"], segments: Float[np.ndarray, "R T 2"], radius: float
 ) -> UInt64[np.ndarray, "C words"]:
     """Which members cover which segments; their number is rounded up, so that few shapes have to be compiled."""
     nowhere = np.full((-len(segments) % _WORD, *segments.shape[1:]), np.inf, dtype=np.float32)
     padded = np.concatenate([segments, nowhere])
     rows = [_pack(np.asarray(within(pool[i : i + _CHUNK], padded, radius))) for i in range(0, len(pool), _CHUNK)]
-    covers = np.concatenate(rows)
-    return covers | _coverage(pool * MIRROR.astype(np.float32), segments, radius, False) if symmetric else covers
+    return np.concatenate(rows)
 
 
 @jax.jit
