@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from coverdrive.certificates import support_vectors
-from coverdrive.certificates.bounds import binomial_tail, discards_allowed, marginal_misses_allowed, misses_allowed
+from coverdrive.certificates.bounds import discards_allowed, marginal_misses_allowed, misses_allowed
 from coverdrive.certificates.calibration import Calibration, Claim, ScoredSamples
 from coverdrive.certificates.methods import Method, certify
 from coverdrive.certificates.nested_sets import quantile_sets
@@ -77,18 +77,6 @@ def nested_sets(task: Task) -> np.ndarray:
     return [values for values in rules if (driven < values[samples.base]).sum() <= allowed][-1]
 
 
-def tested_in_turn(task: Task) -> np.ndarray:
-    samples = task.samples
-    driven = samples.scores[np.arange(len(samples)), samples.base]
-    passed = None
-    for values in quantile_sets(task.training).values:
-        misses = int((driven < values[samples.base]).sum())
-        if binomial_tail(EPSILON, misses, len(samples)) > 1 - CONFIDENCE:
-            break
-        passed = values
-    return passed
-
-
 def pooled(allowed: Callable[[int], int]) -> Callable[[Task], np.ndarray]:
     def thresholds(task: Task) -> np.ndarray:
         samples = task.samples
@@ -134,7 +122,6 @@ BASELINES = {
     Method.SVM: hyperplanes,
     Method.DISCARDING: discarding,
     Method.NESTED_SETS: nested_sets,
-    Method.LEARN_THEN_TEST: tested_in_turn,
     Method.POOLED: pooled(marginal),
     Method.PER_BASE: per_base(marginal),
     Method.CLUSTERED: per_base(marginal),

@@ -494,7 +494,6 @@ def _row(each: Compared) -> dict[str, Any]:
         "high": missed.high if missed else None,
         "mean_set_size": evaluation.mean_set_size if evaluation else None,
         "mean_area": evaluation.mean_area if evaluation else None,
-        "mean_tube": evaluation.mean_tube if evaluation else None,
         "seconds": each.seconds,
         "refusal": each.refusal,
     }

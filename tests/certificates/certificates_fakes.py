@@ -1,16 +1,20 @@
 """Methods called with samples and numbers in one line each, for many small cases."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from coverdrive.certificates import bloating, discarding, methods
 from coverdrive.certificates import conformal as regression
-from coverdrive.certificates import learn_then_test as testing
 from coverdrive.certificates import nested_sets as nesting
 from coverdrive.certificates import support_vectors as vectors
+from coverdrive.certificates.bounds import binomial_tail
 from coverdrive.certificates.calibration import Calibration, Claim, ScoredSamples
-from coverdrive.certificates.certificate import Tubes, Unit
+from coverdrive.certificates.certificate import Unit
+from coverdrive.certificates.drives import fixed_sequence
+from coverdrive.certificates.mean_loss import proves
+from coverdrive.certificates.rule import Thresholds
 
 NOBODY = np.array([], dtype=np.int64)
 
@@ -27,7 +31,6 @@ class Task:
     unit: Unit = "window"
     training: ScoredSamples | None = None
     seed: int = 0
-    tubes: Tubes = "cover"
 
     @property
     def calibration(self) -> Calibration:
@@ -35,7 +38,7 @@ class Task:
 
     @property
     def claim(self) -> Claim:
-        return Claim(self.epsilon, self.confidence, self.tubes)
+        return Claim(self.epsilon, self.confidence)
 
 
 def certify(method, task: Task):
@@ -46,16 +49,14 @@ def make_units(samples, tube, unit) -> Calibration:
     return Calibration.of(samples, tube, NOBODY, unit)
 
 
-def post_bloat(samples, tube, trained_on, confidence=0.99, unit="window", seed=0, tubes="cover"):
+def post_bloat(samples, tube, trained_on, confidence=0.99, unit="window", seed=0):
     calibration = Calibration.of(samples, tube, trained_on, unit, seed)
-    return bloating.post_bloat(calibration, Claim(None, confidence, tubes))
+    return bloating.post_bloat(calibration, Claim(None, confidence))
 
 
-def discard(
-    samples, tube, trained_on, discarded=None, epsilon=None, confidence=0.99, unit="window", seed=0, tubes="cover"
-):
+def discard(samples, tube, trained_on, discarded=None, epsilon=None, confidence=0.99, unit="window", seed=0):
     calibration = Calibration.of(samples, tube, trained_on, unit, seed)
-    return discarding.discard(calibration, Claim(epsilon, confidence, tubes), discarded)
+    return discarding.discard(calibration, Claim(epsilon, confidence), discarded)
 
 
 def nested_sets(
@@ -65,9 +66,22 @@ def nested_sets(
     return nesting.nested_sets(calibration, Claim(epsilon, confidence), nested, discarded)
 
 
-def learn_then_test(samples, tube, trained_on, rules, epsilon, confidence=0.99, unit="window", seed=0):
-    calibration = Calibration.of(samples, tube, trained_on, unit, seed)
-    return testing.learn_then_test(calibration, Claim(epsilon, confidence), rules)
+def losses(calibration: Calibration, rule: Thresholds) -> np.ndarray:
+    """Share of the pieces of every unit of a mean loss that a rule misses."""
+    parts, owner = calibration.pieces
+    return np.bincount(owner, parts.missed(rule)) / np.bincount(owner)
+
+
+def learn_then_test(calibration: Calibration, claim: Claim, rules: Sequence[Thresholds]) -> Thresholds | None:
+    """The oracle of nested sets (Angelopoulos et al. 2021): the last rule before the first that fails its own test."""
+
+    def passes(rule: Thresholds) -> bool:
+        if calibration.kind in ("share", "group"):
+            return proves(losses(calibration, rule), claim.bound, claim.sure)
+        return binomial_tail(claim.bound, int(calibration.missed(rule).sum()), len(calibration)) <= 1 - claim.sure
+
+    number = fixed_sequence(map(passes, rules))
+    return rules[number - 1] if number else None
 
 
 def conformal(samples, tube, trained_on, epsilon, confidence=None, group=None, unit="window", seed=0):
@@ -75,6 +89,6 @@ def conformal(samples, tube, trained_on, epsilon, confidence=None, group=None, u
     return regression.conformal(calibration, Claim(epsilon, confidence), group)
 
 
-def support_vectors(samples, tube, trained_on, training, confidence=0.99, unit="window", seed=0, tubes="cover"):
+def support_vectors(samples, tube, trained_on, training, confidence=0.99, unit="window", seed=0):
     calibration = replace(Calibration.of(samples, tube, trained_on, unit, seed), training=training)
-    return vectors.support_vectors(calibration, Claim(None, confidence, tubes))
+    return vectors.support_vectors(calibration, Claim(None, confidence))

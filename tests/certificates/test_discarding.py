@@ -129,6 +129,16 @@ def test_impossible_requests_are_refused(draw: Draw) -> None:
         discard(samples, TUBE, NOBODY, discarded=-1)
 
 
+@pytest.mark.parametrize("discarded", [0, 5, 20])
+def test_what_is_left_is_tight(draw: Draw, discarded: int) -> None:
+    samples = draw(300, 3, seed=4)
+    rule, certificate = discard(samples, TUBE, NOBODY, discarded=discarded)
+    assert certificate.discarded <= discarded
+    kept = ~make_units(samples, TUBE, "window").missed(rule)
+    for base in range(3):
+        assert rule.values[base] == pytest.approx(samples.score_of_base[kept & (samples.base == base)].min(), abs=2e-6)
+
+
 @pytest.mark.slow
 def test_bound_holds_and_without_the_discards_it_does_not(draw: Draw) -> None:
     repeats, outside, honest, careless = 1000, 0.01, 0, 0

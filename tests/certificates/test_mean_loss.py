@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from certificates_fakes import learn_then_test, losses
 from scipy.special import ndtr, xlogy
 from scipy.stats import binom
 
@@ -12,6 +13,7 @@ from coverdrive.certificates.certificate import Unit
 from coverdrive.certificates.evaluation import Rate, evaluate
 from coverdrive.certificates.mean_loss import fractions, loss_limit, proves, units_needed
 from coverdrive.certificates.methods import Method, certify
+from coverdrive.certificates.nested_sets import quantile_sets
 from coverdrive.certificates.rule import Thresholds
 from coverdrive.errors import CertificateError
 
@@ -185,11 +187,13 @@ def test_nested_rules_and_their_tests_agree() -> None:
     training = replace(training, vehicle=training.vehicle + 1000)
     for unit in ("share", "group"):
         calibration = Calibration.of(samples, 1.0, NOBODY, unit, training=training)
-        nested, tested = (certify(each, calibration, CLAIM) for each in (Method.NESTED_SETS, Method.LEARN_THEN_TEST))
-        assert isinstance(nested[0], Thresholds) and isinstance(tested[0], Thresholds)
-        assert nested[0].values.tolist() == tested[0].values.tolist()
-        assert nested[0].values[0] > 0.001
-        assert proves(calibration.losses(nested[0]), 0.2, 0.9)
+        sets = quantile_sets(training)
+        nested, _ = certify(Method.NESTED_SETS, calibration, CLAIM)
+        tested = learn_then_test(calibration, CLAIM, [sets.rule(number, 1.0) for number in range(len(sets.values))])
+        assert isinstance(nested, Thresholds) and tested is not None
+        assert nested.values.tolist() == tested.values.tolist()
+        assert nested.values[0] > 0.001
+        assert proves(losses(calibration, nested), 0.2, 0.9)
 
 
 def test_too_few_groups_are_refused_with_how_many_would_do() -> None:
@@ -236,7 +240,7 @@ def test_a_vehicle_that_crosses_into_another_group_counts_in_its_first() -> None
     vehicle, group, zero = np.array([0, 1, 1]), np.array([0, 0, 1]), np.zeros(3, dtype=np.int64)
     samples = ScoredSamples(np.array([[0.9], [0.9], [0.1]]), zero, 0.0 * zero, vehicle, None, group)
     rule, calibration = Thresholds.at(np.array([0.5]), 1.0), Calibration.of(samples, 1.0, NOBODY, "group")
-    assert calibration.losses(rule).tolist() == [0.5]
+    assert losses(calibration, rule).tolist() == [0.5]
     assert evaluate(rule, samples).groups.value == 0.5
 
 

@@ -58,7 +58,7 @@ def test_names_reach_their_methods(task: Task) -> None:
     assert all(method.help for method in Method)
 
 
-@pytest.mark.parametrize("method", [Method.POOLED, Method.PAC_POOLED, Method.NESTED_SETS, Method.LEARN_THEN_TEST])
+@pytest.mark.parametrize("method", [Method.POOLED, Method.PAC_POOLED, Method.NESTED_SETS])
 def test_the_sentence_calls_a_method_as_settings_do(task: Task, method: Method) -> None:
     certificate = certify(method, task)[1]
     assert certificate.method == method.value and f"({method.value}, " in certificate.sentence
@@ -84,7 +84,7 @@ def test_training_vehicles_are_refused(task: Task, method: Method) -> None:
         certify(method, task)
 
 
-@pytest.mark.parametrize("method", ["nested-sets", "learn-then-test", "conformal-clustered", "pac-clustered"])
+@pytest.mark.parametrize("method", ["nested-sets", "conformal-clustered", "pac-clustered"])
 def test_vehicles_that_shape_the_thresholds_are_refused(task: Task, draw: Draw, method: str) -> None:
     shaping = draw(600, 4, seed=2, first=799)
     with pytest.raises(CertificateError, match="1 of 800 calibration vehicles also trained"):
@@ -98,36 +98,8 @@ def test_what_a_method_lacks_is_said(task: Task) -> None:
         certify("post-bloating", task)
     with pytest.raises(CertificateError, match="this method needs a bound ε"):
         certify("pac-pooled", replace(task, epsilon=None))
-    for method in ("nested-sets", "learn-then-test", "conformal-clustered"):
+    for method in ("nested-sets", "conformal-clustered"):
         with pytest.raises(CertificateError, match="needs the scores of the training split"):
             certify(method, replace(task, training=None))
     with pytest.raises(CertificateError, match="needs the scores of the training split"):
         certify("svm", replace(task, epsilon=None, training=None))
-    with pytest.raises(
-        CertificateError, match=r"conformal-pooled calibrates .* no tubes; take the cover's tube, or one"
-    ):
-        certify("conformal-pooled", replace(task, tubes="per base"))
-
-
-@pytest.mark.parametrize("unit", UNITS)
-@pytest.mark.parametrize("method", [method for method in Method if method.calibrates_tubes])
-def test_tubes_of_their_own_keep_the_claim(task: Task, draw: Draw, method: Method, unit: Unit) -> None:
-    def spread(samples: ScoredSamples, seed: int) -> ScoredSamples:
-        within = np.random.default_rng(seed).uniform(0, 0.3, len(samples))
-        return replace(samples, distance=np.where(samples.distance > TUBE, samples.distance, within))
-
-    assert task.training is not None
-    task = replace(
-        task,
-        samples=spread(task.samples, 1),
-        training=spread(task.training, 2),
-        unit=unit,
-        epsilon=None if method.computes_epsilon else 0.1,
-        tubes="per base",
-    )
-    rule, certificate = certify(method, task)
-    assert certificate.tubes == "per base"
-    assert "4 bases, each with a tube of its own" in certificate.sentence
-    evaluation = evaluate(rule, spread(draw(20_000, 4, seed=3, outside=0.005, first=10_000), 4))
-    assert evaluation.vehicles.value <= certificate.epsilon
-    assert evaluation.mean_tube <= rule.tube.max() <= 0.3 + 1e-6

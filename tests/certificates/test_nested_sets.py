@@ -4,11 +4,14 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from certificates_fakes import make_units, nested_sets
+from certificates_fakes import learn_then_test, make_units, nested_sets
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy import stats
 
 from coverdrive.certificates.bounds import misses_allowed, rate_limit
-from coverdrive.certificates.calibration import ScoredSamples
+from coverdrive.certificates.calibration import Claim, ScoredSamples
+from coverdrive.certificates.certificate import Unit
 from coverdrive.certificates.nested_sets import NestedSets, quantile_sets
 from coverdrive.errors import CertificateError
 
@@ -61,6 +64,20 @@ def test_quantile_sets_passes_through_the_lowest_training_score() -> None:
     assert nested.values[0].tolist() == [0, 0, 0]
     assert nested.values[4] == pytest.approx([0.32, 0.72, 0])
     assert nested.values[-1] == pytest.approx([0.8, 0.9, 0])  # base 2 never occurred: always possible
+
+
+@given(st.integers(0, 10_000), st.sampled_from(["window", "vehicle", "share"]), st.floats(0.05, 0.4))
+def test_testing_one_rule_after_the_other_gives_the_same(seed: int, unit: Unit, epsilon: float) -> None:
+    random = np.random.default_rng(seed)
+    samples = ScoredSamples(
+        random.random((300, 2)), random.integers(0, 2, 300), np.zeros(300), random.integers(0, 120, 300)
+    )
+    nested = NestedSets(np.sort(np.r_[np.zeros((1, 2)), random.random((30, 2))], axis=0))
+    tested = learn_then_test(
+        make_units(samples, TUBE, unit), Claim(epsilon, 0.9), [nested.rule(number, TUBE) for number in range(31)]
+    )
+    calibrated, _ = nested_sets(samples, TUBE, NOBODY, nested, None, epsilon, 0.9, unit, seed)
+    assert tested is not None and np.array_equal(tested.values, calibrated.values)
 
 
 def test_impossible_requests_are_refused(draw: Draw) -> None:

@@ -105,15 +105,6 @@ def test_where_no_direction_is_worth_its_slack_a_base_is_always_possible(draw: D
     assert evaluate(rule, draw(2000, 3, seed=3, first=5000)).mean_set_size == 3
 
 
-def test_tubes_add_to_the_support() -> None:
-    training = line([-2.0, -1.0, 1.0, 2.0], [0, 0, 1, 1], 100)
-    values, base = [-3.0] * 20 + [-0.5, 0.25, 0.75, 9.0], [0] * 21 + [1] * 3
-    samples = line(values, base, 0, [0.4] + [0.0] * 19 + [0.1, 0.0, 0.3, 0.7])
-    rule, certificate = support_vectors(samples, TUBE, NOBODY, training, 0.5, tubes="per base")
-    assert rule.tube == pytest.approx([0.4, 0.3], abs=2e-6)
-    assert certificate.support == 4
-
-
 def test_refusals(draw: Draw) -> None:
     samples, training = draw(100, 3, seed=1), draw(100, 3, seed=2, first=500)
     with pytest.raises(CertificateError, match="need the values of the last hidden layer"):

@@ -6,7 +6,6 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from prediction_fakes import SETTINGS
-from pydantic import ValidationError
 
 from coverdrive.certificates.bounds import rate_limit
 from coverdrive.certificates.evaluation import evaluate
@@ -83,9 +82,9 @@ def test_another_method_by_its_name(fitted: Fit) -> None:
 def hyperplanes(fitted: Fit) -> Predictor:
     """The same network with a hyperplane for every base."""
     predictor, sides = fitted.predictor, fitted.scored
-    settings = CertificateSettings(method=Method.SVM, confidence=0.5, unit="window", tube="per base")
+    settings = CertificateSettings(method=Method.SVM, confidence=0.5, unit="window")
     again, certificates = calibrate(predictor.basis, predictor.network, sides.train, sides.calibration, settings)
-    assert certificates[0].unit == "window" and certificates[0].tubes == "per base"
+    assert certificates[0].unit == "window"
     assert evaluate(again.rule, sides.calibration).windows.count == certificates[0].uncovered
     return again
 
@@ -105,11 +104,6 @@ def test_hyperplanes_are_stored_and_predict(hyperplanes: Predictor, fitted: Fit,
     paths = loaded.predict(scene, road, ego=0, dt=0.5, steps=6)
     foreseen = possible[1:] | ~possible[1:].any(1, keepdims=True)  # where nothing is possible, anything may happen
     assert len(paths) == foreseen.sum()
-
-
-def test_conformal_methods_calibrate_no_tubes() -> None:
-    with pytest.raises(ValidationError, match="pac-pooled calibrates no tubes"):
-        CertificateSettings(method=Method.PAC_POOLED, epsilon=0.1, tube="per base")
 
 
 def test_file_round_trip(fitted: Fit, tmp_path) -> None:

@@ -161,7 +161,6 @@ def make_contents(traces: dict[int, Trace] | None = None, bases: int = 5) -> Con
         outside_tube=0,
         mean_set_size=3.5,
         median_set_size=3,
-        mean_tube=0.75,
         bases=bases,
     )
     counts = random.integers(0, 9, (2, bases, 50))
@@ -210,7 +209,7 @@ def make_compared(method: Method, certificate: Certificate, target: float | None
     evaluation = Evaluation(
         windows=Rate(5, 1000, 0.002, 0.011), vehicles=Rate(4, 100, 0.01, 0.1), shares=Rate(0.7, 100, 0.0, 0.05),
         groups=Rate(0.2, 5, 0.0, 0.5), not_predicted=5, outside_tube=0, mean_set_size=size, median_set_size=size,
-        mean_tube=0.5, bases=certificate.bases,
+        bases=certificate.bases,
     )  # fmt: skip
     return Compared(method, target, certificate, evaluation, "", 0.1)
 

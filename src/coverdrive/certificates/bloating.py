@@ -2,8 +2,7 @@
 
 c_j is the smallest score of base j among the calibration samples that drove it and stayed within its tube. This is a
 convex program with M decision variables in which every calibration sample bounds at most one threshold (a vehicle:
-several), so that at most M samples support the solution. With a tube for each base, ρ_j is the largest distance of the
-same samples: 2M decision variables, and at most 2M samples that support them.
+several), so that at most M samples support the solution.
 
 A new sample is missed if no base covers it, or if it is covered and the rule misses it. The first is bounded by the
 one-sided Clopper–Pearson limit of the uncovered calibration units, the second by a scenario bound for the covered ones;
@@ -24,15 +23,14 @@ from coverdrive.errors import CertificateError
 
 def post_bloat(calibration: Calibration, claim: Claim) -> tuple[Thresholds, Certificate]:
     """Thresholds that miss no covered calibration sample, and the bound on missing a new one, window or vehicle."""
-    variables = calibration.bases * (2 if claim.tubes == "per base" else 1)
     certificate = scenario_certificate(
         calibration,
         claim,
         method="post-bloating",
-        bound=partial(violation_bound, support=variables, samples=len(calibration)),
-        paper_epsilon=rate_limit(claim.sure, variables + 1, len(calibration)),
+        bound=partial(violation_bound, support=calibration.bases, samples=len(calibration)),
+        paper_epsilon=rate_limit(claim.sure, calibration.bases + 1, len(calibration)),
     )
-    return Thresholds.at(calibration.lowest, calibration.radii(claim.tubes)), certificate
+    return Thresholds.at(calibration.lowest, calibration.tube), certificate
 
 
 def scenario_certificate(

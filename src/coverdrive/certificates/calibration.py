@@ -2,7 +2,7 @@
 
 A unit is a window, or a vehicle with all its windows; of a mean loss, a vehicle whose windows, or a scene group whose
 vehicles, are its pieces. It asks of base j that c_j be at most the lowest score that j had in a window of the unit that
-drove j, and that the tube of j reach as far as those windows were from j. A window that leaves the cover's tube around
+drove j. A window that leaves the cover's tube around
 its base is missed at every threshold: it asks with a score of −∞. A unit is missed if anything it asks for is.
 """
 
@@ -14,8 +14,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from coverdrive.certificates.bounds import check_confidence
-from coverdrive.certificates.certificate import NOUNS, Certificate, Tubes, Unit, fingerprint
-from coverdrive.certificates.rule import ROUNDING, Thresholds
+from coverdrive.certificates.certificate import NOUNS, Certificate, Unit, fingerprint
+from coverdrive.certificates.rule import Thresholds
 from coverdrive.errors import CertificateError
 
 
@@ -96,8 +96,6 @@ class Claim:
     """bound on the probability of a miss; all methods need one, except those that compute it"""
     confidence: float | None = 0.99
     """of the bound; None: on average over calibrations, which is all that conformal methods claim that are not PAC"""
-    tubes: Tubes = "cover"
-    """whether the tube of every base is that of the cover, or one of its own, calibrated with its threshold"""
 
     def __post_init__(self) -> None:
         """Refuse what is no probability."""
@@ -183,11 +181,6 @@ class Calibration:
         owner[parts.unit] = self.unit
         return parts, owner
 
-    def losses(self, rule: Thresholds) -> Float[np.ndarray, " N"]:
-        """Share of the pieces of every unit of a mean loss that a rule misses."""
-        parts, owner = self.pieces
-        return np.bincount(owner, parts.missed(rule)) / np.bincount(owner)
-
     def _design_effect(self, rule: Thresholds | None) -> float | None:
         by = replace(self, kind="vehicle")
         missed = ~by.covered if rule is None else by.missed(rule)
@@ -231,20 +224,6 @@ class Calibration:
         np.minimum.at(lowest, self.samples.base[self.in_tube], self.samples.score_of_base[self.in_tube])
         return lowest
 
-    @cached_property
-    def farthest(self) -> Float[np.ndarray, " M"]:
-        """Largest distance of the windows in the tube of every base; 0 if there are none."""
-        farthest = np.zeros(self.bases)
-        np.maximum.at(farthest, self.samples.base[self.in_tube], self.samples.distance[self.in_tube])
-        return farthest
-
-    def radii(self, tubes: Tubes) -> Float[np.ndarray, " M"]:
-        """Radius around every base: that of the cover, or just enough for the windows in its tube."""
-        cover = np.full(self.bases, self.tube)
-        if tubes == "cover":
-            return cover
-        return np.where(np.isfinite(self.lowest), np.minimum(self.farthest + ROUNDING, cover), cover)
-
     def level(self, demanded: Float[np.ndarray, " D"]) -> Float[np.ndarray, " N"]:
         """Least of one number for each demand, unit by unit."""
         least = np.full(len(self), np.inf)
@@ -287,7 +266,6 @@ class Calibration:
             discarded=0 if rule is None else int((self.missed(rule) & self.covered).sum()),
             tube=self.tube,
             fingerprint=fingerprint(self.samples.scores, self.samples.base, self.samples.distance),
-            tubes=claim.tubes,
             vehicles=len(np.unique(self.samples.vehicle)),
             scenes=len(np.unique(self.samples.scene)),
             design_effect=self._design_effect(rule),

@@ -18,9 +18,6 @@ NOUNS = {"share": "vehicle", "group": "scene group"}
 FEW, SEVERAL = 30, 2
 """Scene groups below which it is said what they do to a bound; windows for each vehicle, above which it is said, too"""
 
-Tubes = Literal["cover", "per base"]
-"""Radii of the tubes: the ε of the cover around every base, or one for each base, calibrated and not above it"""
-
 
 @dataclass(frozen=True)
 class Certificate:
@@ -54,12 +51,10 @@ class Certificate:
     groups: int = 1
     """groups of bases, for each of which the bound holds by itself; with one, it holds for all bases together"""
     prediction_epsilon: float | None = None
-    """bound on missing a covered sample alone; of post-bloating, Φ(ε, M − 1, N₂), or 2M − 1 with calibrated tubes, and
-    of support vectors"""
+    """bound on missing a covered sample alone; of post-bloating, Φ(ε, M − 1, N₂), and of support
+    vectors"""
     paper_epsilon: float | None = None
     """the same by the dimension alone: by the paper's Theorem 1, Φ(ε, M + 1, N₂), or for hyperplanes, by M(n̄ + 1)"""
-    tubes: Tubes = "cover"
-    """whether the vehicle has to stay within ``tube`` of its base, or within a radius calibrated for that base"""
     support: int | None = None
     """calibration samples that support the hyperplanes, counted in ``unit``"""
     vehicles: int = 0
@@ -94,7 +89,6 @@ class Certificate:
             f"{'with uncovered windows' if self.unit in NOUNS else 'uncovered'}, "
             f"{f'{self.bases} bases' if self.bases > 1 else 'boxes'}"
             f"{'' if self.scale == 1 else f' of {self.scale:g} times the calibrated size'}"
-            f"{', each with a tube of its own' if self.tubes == 'per base' else ''}"
             f"{'' if self.support is None else f', {self.support} supporting {self.noun}s'}), if new {self.noun}s are "
             f"independent draws from the same traffic as the calibration {self.noun}s.{self._limits}"
         )

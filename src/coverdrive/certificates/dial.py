@@ -21,6 +21,7 @@ from coverdrive.certificates.drives import (
     Procedure,
     Proof,
     drives_needed,
+    fixed_sequence,
     holm,
     limit_of,
     log_evidence,
@@ -28,7 +29,6 @@ from coverdrive.certificates.drives import (
     pilot_order,
     proved_at,
 )
-from coverdrive.certificates.learn_then_test import fixed_sequence
 from coverdrive.errors import CertificateError
 from coverdrive.numbers import percent
 

@@ -4,11 +4,10 @@ Up to r calibration units are discarded, and the thresholds are then taken as in
 and Garatti (2011), P{violation > ε} ≤ C(M + r − 1, r)·Φ(ε, M + r − 1, N₂), whatever chooses the discarded units, as
 long as the thresholds miss them all and r is fixed beforehand; discarding fewer only lowers the thresholds. Units that
 leave the cover's tube are missed by any thresholds: they are discarded first, so that no separate bound on the cover is
-needed. With a tube for each base, there are 2M decision variables.
+needed.
 
-The rest is greedy. Raising the threshold of one base to its next score, or shrinking its tube to its next distance,
-costs the units that have the present one; each step takes what shrinks the sets most for each unit that it costs, on
-the calibration scores. The size of a set is the sum of the radii of its bases.
+The rest is greedy. Raising the threshold of one base to its next score costs the units that have the present one; each
+step takes what shrinks the sets most for each unit that it costs, on the calibration scores.
 """
 
 from collections import defaultdict
@@ -20,8 +19,8 @@ import numpy as np
 
 from coverdrive.certificates.bounds import discarding_bound, discards_allowed, violation_bound
 from coverdrive.certificates.calibration import Calibration, Claim, check_epsilon
-from coverdrive.certificates.certificate import Certificate, Tubes
-from coverdrive.certificates.rule import ROUNDING, Thresholds
+from coverdrive.certificates.certificate import Certificate
+from coverdrive.certificates.rule import Thresholds
 from coverdrive.errors import CertificateError
 
 
@@ -31,7 +30,7 @@ def discard(calibration: Calibration, claim: Claim, discarded: int | None = None
     r is the greatest number that stays within the bound ε of the claim, or ``discarded``, fixed beforehand. Too few
     units, or more than r of them outside the tube, are a `CertificateError`.
     """
-    support, count = calibration.bases * (2 if claim.tubes == "per base" else 1), len(calibration)
+    support, count = calibration.bases, len(calibration)
     least = violation_bound(claim.sure, support, count)
     allowed = number_discarded(
         discarded, claim.epsilon, lambda bound: discards_allowed(bound, claim.sure, support, count), least, count
@@ -42,7 +41,7 @@ def discard(calibration: Calibration, claim: Claim, discarded: int | None = None
             f"{outside} of {count} calibration {calibration.kind}s leave the tube around their base, but only "
             f"{allowed} may be missed; allow more, or widen the tube or refine the basis"
         )
-    rule = _greedy(calibration, claim.tubes, allowed - outside)
+    rule = _greedy(calibration, allowed - outside)
     bound = discarding_bound(claim.sure, support, allowed, count)
     asking = calibration.covered[calibration.demands.unit]
     unseen = calibration.bases - len(np.unique(calibration.demands.base[asking]))
@@ -71,44 +70,41 @@ def number_discarded(
     return discarded
 
 
-def _greedy(calibration: Calibration, tubes: Tubes, budget: int) -> Thresholds:
+def _greedy(calibration: Calibration, budget: int) -> Thresholds:
     """The tightest rule for what is left after greedily discarding at most ``budget`` covered units."""
-    bases = calibration.bases
-    queues = _Queues(calibration, tubes)
+    queues = _Queues(calibration)
     columns = np.sort(calibration.samples.scores, axis=0)
 
     def size(base: int, without: Set[int] = frozenset()) -> float:
-        """Windows whose set holds the base, times its radius; infinite if nothing is left that holds the rule."""
+        """Windows whose set holds the base; infinite if nothing is left that holds the rule."""
         lowest = queues.first(base, without)
         if np.isinf(lowest):
             return np.inf
-        return float(len(columns) - np.searchsorted(columns[:, base], lowest)) * queues.radius(base, without)
+        return float(len(columns) - np.searchsorted(columns[:, base], lowest))
 
-    def step(queue: int) -> _Step:
-        """What the next step in a queue would cost and bring."""
-        asks = set(queues.asking(queue, queues.first(queue), budget + 1))
+    def step(base: int) -> _Step:
+        """What the next step of a base would cost and bring."""
+        asks = set(queues.asking(base, queues.first(base), budget + 1))
         shrunk = set().union(*(queues.bases_of[unit] for unit in asks))
         if not 0 < len(asks) <= budget:
             return _Step(asks, shrunk, 0.0)
         return _Step(asks, shrunk, sum(size(base) - size(base, asks) for base in shrunk) / len(asks))
 
-    steps = [step(queue) for queue in range(len(queues))]
+    steps = [step(base) for base in range(calibration.bases)]
     while budget > 0:
         best = max(steps, key=lambda each: each.rate if len(each.asks) <= budget else 0.0)
         if best.rate <= 0 or len(best.asks) > budget:
             break
         queues.gone |= best.asks
         budget -= len(best.asks)
-        for queue, each in enumerate(steps):
+        for base, each in enumerate(steps):
             if each.shrunk & best.shrunk:
-                steps[queue] = step(queue)
-    lowest = np.array([queues.first(base) for base in range(bases)])
-    radii = [queues.radius(base) for base in range(bases)]
-    return Thresholds.at(lowest, np.minimum(np.array(radii) + ROUNDING, calibration.tube))
+                steps[base] = step(base)
+    return Thresholds.at(np.array([queues.first(base) for base in range(calibration.bases)]), calibration.tube)
 
 
 class _Step(NamedTuple):
-    """Discarding the units that ask for the tightest demand of a queue: how much sets of which bases shrink."""
+    """Discarding the units that ask for the lowest score of a base: how much sets of which bases shrink."""
 
     asks: set[int]
     shrunk: set[int]
@@ -116,50 +112,34 @@ class _Step(NamedTuple):
 
 
 class _Queues:
-    """What covered units ask for, tightest first, less what discarded units did.
+    """The scores of each base that covered units ask for, lowest first, less what discarded units did."""
 
-    Queue j < M holds the scores of base j. With a tube for each base, queue M + j holds the distances from it, negated.
-    """
-
-    def __init__(self, calibration: Calibration, tubes: Tubes):
+    def __init__(self, calibration: Calibration):
         """Sort the demands."""
         covered = calibration.covered[calibration.demands.unit]
-        unit, base, score, distance = (each[covered] for each in calibration.demands)
+        unit, base, score, _ = (each[covered] for each in calibration.demands)
         self.gone: set[int] = set()
         self.bases_of: dict[int, set[int]] = defaultdict(set)
         for at in range(len(unit)):
             self.bases_of[int(unit[at])].add(int(base[at]))
-        self._bases, self._tube = calibration.bases, calibration.tube
-        demands = [score] + ([-distance] if tubes == "per base" else [])
         self._queue = [
-            sorted(zip(demanded[base == each].tolist(), unit[base == each].tolist(), strict=True))
-            for demanded in demands
+            sorted(zip(score[base == each].tolist(), unit[base == each].tolist(), strict=True))
             for each in range(calibration.bases)
         ]
         self._head = [0] * len(self._queue)
 
-    def __len__(self) -> int:
-        """Number of queues, M or 2M."""
-        return len(self._queue)
+    def first(self, base: int, without: Set[int] = frozenset()) -> float:
+        """The lowest score, leaving out some units; infinite if nobody asks."""
+        return next((score for score, unit in self._remaining(base) if unit not in without), np.inf)
 
-    def first(self, queue: int, without: Set[int] = frozenset()) -> float:
-        """The tightest demand, leaving out some units; infinite if nobody asks."""
-        return next((demand for demand, unit in self._remaining(queue) if unit not in without), np.inf)
-
-    def radius(self, base: int, without: Set[int] = frozenset()) -> float:
-        """Radius that the tube of a base needs, leaving out some units; that of the cover if nobody asks."""
-        if len(self) == self._bases:
-            return self._tube
-        return min(self._tube, abs(self.first(self._bases + base, without)))
-
-    def asking(self, queue: int, demand: float, most: int) -> list[int]:
-        """At most so many units that ask for no less than a demand."""
-        low = takewhile(lambda entry: entry[0] <= demand, self._remaining(queue))
+    def asking(self, base: int, score: float, most: int) -> list[int]:
+        """At most so many units that ask for a score no higher than this."""
+        low = takewhile(lambda entry: entry[0] <= score, self._remaining(base))
         return [unit for _, unit in islice(low, most)]
 
-    def _remaining(self, queue: int) -> Iterator[tuple[float, int]]:
-        entries = self._queue[queue]
-        while self._head[queue] < len(entries) and entries[self._head[queue]][1] in self.gone:
-            self._head[queue] += 1
-        rest = islice(entries, self._head[queue], None)
+    def _remaining(self, base: int) -> Iterator[tuple[float, int]]:
+        entries = self._queue[base]
+        while self._head[base] < len(entries) and entries[self._head[base]][1] in self.gone:
+            self._head[base] += 1
+        rest = islice(entries, self._head[base], None)
         return (entry for entry in rest if entry[1] not in self.gone)

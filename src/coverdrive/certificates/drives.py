@@ -19,7 +19,9 @@ Most of the weight is where few events are expected. Drives that prove a risk of
 
 import math
 from bisect import bisect_left
+from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import takewhile
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -27,7 +29,6 @@ from jaxtyping import Bool, Float, Int
 from scipy import optimize, special
 
 from coverdrive.certificates.bounds import binomial_tail, check_confidence, rate_limit
-from coverdrive.certificates.learn_then_test import fixed_sequence
 from coverdrive.numbers import at_most, percent
 
 Procedure: TypeAlias = Literal["named beforehand", "fixed sequence", "Holm", "anytime"]
@@ -118,6 +119,14 @@ def pilot_order(
             front.append(candidate)
             fastest = speeds[candidate]
     return front
+
+
+def fixed_sequence(proved: Iterable[bool]) -> int:
+    """How many hypotheses are proved before the first that is not, in an order fixed beforehand.
+
+    No later one is looked at, so that each may be tested at the full level (Angelopoulos et al. 2021).
+    """
+    return sum(1 for _ in takewhile(bool, proved))
 
 
 def holm(p_values: Float[np.ndarray, " candidates"], confidence: float) -> Bool[np.ndarray, " candidates"]:

@@ -77,8 +77,6 @@ class Evaluation:
     mean_set_size: float
     median_set_size: float
     """possible bases of a window"""
-    mean_tube: float
-    """mean radius of the tubes of all bases in all sets, in the norm of the basis"""
     bases: int
     """number M of bases: the size of the set that never misses a base"""
     mean_area: float | None = None
@@ -130,7 +128,6 @@ def evaluate(
         outside_tube=int(outside.sum()),
         mean_set_size=float(sizes.mean()),
         median_set_size=float(np.median(sizes)),
-        mean_tube=float((possible @ rule.tube).sum() / max(sizes.sum(), 1)),
         bases=samples.scores.shape[1],
         mean_area=None if samples.area is None else float(samples.area.mean()) * scale_of(rule) ** 2,
         kinds={name: Rate.by_cluster(missed[own], vehicle[own]) for name, own in (kinds or {}).items() if own.any()},

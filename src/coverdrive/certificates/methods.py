@@ -11,7 +11,6 @@ from coverdrive.certificates.calibration import Calibration, Claim
 from coverdrive.certificates.certificate import NOUNS, Certificate
 from coverdrive.certificates.conformal import clustered, conformal, per_base, units_needed
 from coverdrive.certificates.discarding import discard
-from coverdrive.certificates.learn_then_test import learn_then_test
 from coverdrive.certificates.nested_sets import nested_sets
 from coverdrive.certificates.rule import Rule
 from coverdrive.certificates.support_vectors import support_vectors
@@ -33,7 +32,6 @@ class Method(StrEnum):
     SVM = "svm", "hyperplanes in the last hidden layer that miss no covered calibration sample (the paper's appendix)"
     DISCARDING = "discarding", "post-bloating that may miss as many calibration samples as a given ε allows"
     NESTED_SETS = "nested-sets", "thresholds at one level of quantiles of the training scores, calibrated for a given ε"
-    LEARN_THEN_TEST = "learn-then-test", "tests the same thresholds one by one against a given ε (the reference)"
     POOLED = "conformal-pooled", "conformal with one threshold for all bases; ε on average over calibrations"
     PER_BASE = "conformal-per-base", "the same, with ε for every base by itself (the paper's appendix)"
     CLUSTERED = "conformal-clustered", "the same, with bases that are rare in training sharing one threshold"
@@ -54,12 +52,7 @@ class Method(StrEnum):
     @property
     def bounds_losses(self) -> bool:
         """Whether it can bound a share of windows, or of the vehicles of a scene group."""
-        return self in (Method.POOLED, Method.PAC_POOLED, Method.NESTED_SETS, Method.LEARN_THEN_TEST)
-
-    @property
-    def calibrates_tubes(self) -> bool:
-        """Whether it can give every base a tube of its own."""
-        return self in (Method.POST_BLOATING, Method.SVM, Method.DISCARDING, Method.NESTED_SETS, Method.LEARN_THEN_TEST)
+        return self in (Method.POOLED, Method.PAC_POOLED, Method.NESTED_SETS)
 
 
 def certify(method: Method | str, calibration: Calibration, claim: Claim) -> tuple[Rule, Certificate]:
@@ -79,11 +72,6 @@ def certify(method: Method | str, calibration: Calibration, claim: Claim) -> tup
         )
     if Method(method).computes_epsilon and claim.epsilon is not None:
         raise CertificateError(f"{method} computes its ε and takes none; leave it out, or use discarding")
-    if claim.tubes == "per base" and not Method(method).calibrates_tubes:
-        raise CertificateError(
-            f"{method} calibrates one number for each group of bases and no tubes; take the cover's tube, or one of "
-            f"{', '.join(each for each in Method if each.calibrates_tubes)}"
-        )
     return calibrate(calibration, replace(claim, confidence=None) if Method(method).marginal else claim)
 
 
@@ -104,7 +92,6 @@ _METHODS: dict[Method, Callable[[Calibration, Claim], tuple[Rule, Certificate]]]
     Method.SVM: support_vectors,
     Method.DISCARDING: discard,
     Method.NESTED_SETS: nested_sets,
-    Method.LEARN_THEN_TEST: learn_then_test,
     Method.POOLED: conformal,
     Method.PER_BASE: _per_base,
     Method.CLUSTERED: _clustered,

@@ -26,14 +26,13 @@ def smallest_epsilon(
     group. ``uncovered`` of them leave the tube of every base, so that every rule misses them; of a mean loss they are
     not looked at. The ε of the claim is not used.
     """
-    variables = bases * (2 if claim.tubes == "per base" else 1)
     shared = (1 + claim.sure) / 2
     if method == Method.POST_BLOATING:
-        return min(1.0, rate_limit(shared, uncovered, count) + _support_limit(shared, variables, 0, count))
+        return min(1.0, rate_limit(shared, uncovered, count) + _support_limit(shared, bases, 0, count))
     if method == Method.SVM:
         return min(1.0, rate_limit(shared, uncovered, count) + judged_bound(shared, 0, count))
     if method == Method.DISCARDING:
-        return _support_limit(claim.sure, variables, uncovered, count)
+        return _support_limit(claim.sure, bases, uncovered, count)
     if unit in NOUNS:
         return loss_limit(np.zeros(count), None if method.marginal else claim.sure)
     if method in (Method.PER_BASE, Method.CLUSTERED, Method.PAC_PER_BASE, Method.PAC_CLUSTERED):

@@ -6,7 +6,7 @@ samples that drove another base (soft): a convex program of H + 1 decision varia
 constraints alone. Base j is possible iff w·h + b ≥ 1: what the calibration samples satisfy is what is certified. Of all
 solutions the one with the least b counts, which makes it unique.
 
-At most M·(H + 1) calibration samples support the solution; with a tube for each base, M more. Often far fewer do, and
+At most M·(H + 1) calibration samples support the solution. Often far fewer do, and
 the wait-and-judge bound is for the number found. For every base, all samples on the margin count, or H + 1 if there are
 more: a little noise on the constraints, as small as one likes, leaves no more than these, and the miss probability can
 only be smaller than its limit (as in Calafiore 2010). Where no direction is worth its slack, w = 0: all samples are on
@@ -72,11 +72,8 @@ def support_vectors(calibration: Calibration, claim: Claim) -> tuple[Hyperplanes
         weights[base] = normal / scale
         slack = _TOLERANCE + ROUNDING * (np.abs(weights[base]) @ np.abs(hidden[windows]).max(0))
         offsets[base] = slack - (hidden[windows] @ weights[base]).min()
-    if claim.tubes == "per base":
-        farthest = samples.distance == calibration.farthest[samples.base]
-        supporting.append(calibration.unit[calibration.in_tube & farthest])
     support = min(len(np.unique(np.concatenate(supporting))) + degenerate * most, len(calibration))
-    dimension = calibration.bases * (hidden.shape[1] + (2 if claim.tubes == "per base" else 1))
+    dimension = calibration.bases * (hidden.shape[1] + 1)
     certificate = scenario_certificate(
         calibration,
         claim,
@@ -85,7 +82,7 @@ def support_vectors(calibration: Calibration, claim: Claim) -> tuple[Hyperplanes
         paper_epsilon=rate_limit(claim.sure, dimension - 1, len(calibration)),
         support=support,
     )
-    return Hyperplanes(weights, offsets, calibration.radii(claim.tubes)), certificate
+    return Hyperplanes(weights, offsets, np.full(calibration.bases, calibration.tube)), certificate
 
 
 def _hidden(samples: ScoredSamples) -> Float[np.ndarray, "N H"]:

@@ -7,10 +7,10 @@ from typing import Annotated, Literal, TypeVar
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from coverdrive.certificates.calibration import Calibration, Claim, ScoredSamples, unit_of
-from coverdrive.certificates.certificate import Certificate, Tubes, Unit
+from coverdrive.certificates.certificate import Certificate, Unit
 from coverdrive.certificates.methods import Method
 from coverdrive.certificates.methods import certify as certify_scores
 from coverdrive.certificates.provable import provable_epsilon
@@ -48,15 +48,6 @@ class CertificateSettings(Settings):
     """what the bound stored with the predictor is about: the share of a vehicle's windows (chosen by what it gives in
     closed loop: docs/closed-loop.md); whole vehicles, missed in any of their windows; windows as in the paper, which
     takes those of one vehicle for independent; or vehicles of a new group of scenes"""
-    tube: Tubes = "cover"
-    """radius around every base within which a vehicle has to stay: that of the cover, or one of its own, calibrated
-    with the threshold of the base and never above it"""
-
-    @model_validator(mode="after")
-    def _asks_for_what_there_is(self) -> "CertificateSettings":
-        if self.tube == "per base" and not self.method.calibrates_tubes:
-            raise ValueError(f"{self.method.value} calibrates no tubes; take the tube of the cover, or another method")
-        return self
 
 
 def provable(
@@ -73,7 +64,7 @@ def provable(
     """
     unit = unit_of(vehicle, group, settings.unit)
     count, uncovered = int(unit.max()) + 1, len(np.unique(unit[outside]))
-    claim = Claim(confidence=settings.confidence, tubes=settings.tube)
+    claim = Claim(confidence=settings.confidence)
     return provable_epsilon(settings.epsilon, settings.method, claim, bases, count, uncovered, settings.unit)
 
 
@@ -141,7 +132,7 @@ def calibrated(
     trained_on = np.unique(training.vehicle)
     outside, bases = calibration.distance > tube, calibration.scores.shape[1]
     epsilon = provable(calibration.vehicle, calibration.scene, outside, bases, settings)
-    claim = Claim(epsilon, settings.confidence, settings.tube)
+    claim = Claim(epsilon, settings.confidence)
 
     def certified(unit: Unit) -> tuple[P, Certificate]:
         units = Calibration.of(calibration, tube, trained_on, unit, seed, training)

@@ -53,7 +53,7 @@ def certify(
     """
     predictor, scored, settings = fitted.predictor, fitted.scored, fitted.settings.certificate
     scored.refuse_other(predictor)
-    wanted = Claim(confidence=settings.confidence if confidence is None else confidence, tubes=settings.tube)
+    wanted = Claim(confidence=settings.confidence if confidence is None else confidence)
     tube, unit = predictor.tube, unit or settings.unit
     calibration = Calibration.of(scored.calibration, tube, predictor.trained_on, unit, fitted.seed, scored.train)
     with stage("methods"):

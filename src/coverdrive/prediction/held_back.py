@@ -6,6 +6,8 @@ part. The network has seen none of them. This is what the procedure misses with 
 all of them calibrate, which is the one that is kept, is not tested.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from coverdrive.certificates.calibration import ScoredSamples
@@ -35,7 +37,7 @@ def held_back(
         )
     _, vehicle = np.unique(samples.vehicle, return_inverse=True)
     part = np.random.default_rng(seed).permutation(vehicle.max() + 1)[vehicle] % PARTS
-    scores, distance = samples.scores.astype(float), samples.distance.astype(float)
+    scores = samples.scores.astype(float)
     for number in np.unique(part):
         inside, others = part == number, np.flatnonzero(part != number)
         found = _calibrated(tube, training, samples.of(others), settings, seed)
@@ -44,11 +46,7 @@ def held_back(
         else:
             farther = 1 / np.maximum(scores[inside], LEAST) - 1
             scores[inside] = 1 / (1 + farther * scale_of(rule) / max(scale_of(found), LEAST))
-        ratio = rule.tube / found.tube
-        distance[inside] *= ratio[samples.base[inside]]
-    return ScoredSamples(
-        scores.clip(0, 1), samples.base, distance, samples.vehicle, samples.hidden, samples.group, samples.area
-    )
+    return replace(samples, scores=scores.clip(0, 1))
 
 
 def _calibrated(

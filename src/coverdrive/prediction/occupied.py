@@ -83,7 +83,7 @@ def trivial_box(
     if the bound cannot be proved.
     """
     method = Method.PAC_POOLED if settings.method.computes_epsilon else settings.method
-    claim = settings.model_copy(update={"method": method, "epsilon": certificate.epsilon, "tube": "cover"})
+    claim = settings.model_copy(update={"method": method, "epsilon": certificate.epsilon})
     learned_from = segments.of(sides.train)
     boxes = constant_velocity(learned_from, early_share(learned_from, recordings))
     training, calibration, test = (

@@ -77,8 +77,6 @@ def _fit_facts(result: Fit) -> Iterator[tuple[str, str]]:
             f"{proved(driven)}; observed {found.missed(driven.unit)}; {found.sized}",
         )
     yield from set_facts(result.predictor.basis, evaluation, result.occupied, result.uncovered)
-    if result.predictor.certificate.tubes == "per base":
-        yield "mean radius of their tubes", f"{evaluation.mean_tube:.3f}"
     for stage, seconds in result.seconds.items():
         yield f"time for {stage}", f"{seconds:.1f} s"
 

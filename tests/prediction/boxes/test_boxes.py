@@ -266,7 +266,7 @@ def test_file_round_trip(fitted: Fit, tmp_path) -> None:
 def test_all_methods_calibrate_the_scale(fitted: Fit) -> None:
     compared = certify(fitted, [0.2], "window", 0.9)
     made = {each.method for each in compared if each.certificate}
-    assert {Method.PAC_POOLED, Method.NESTED_SETS, Method.LEARN_THEN_TEST, Method.DISCARDING} <= made
+    assert {Method.PAC_POOLED, Method.NESTED_SETS, Method.DISCARDING} <= made
     assert Method.SVM not in made
     for each in compared:
         if each.evaluation is not None:
