@@ -124,12 +124,9 @@ BASELINES = {
     Method.NESTED_SETS: nested_sets,
     Method.POOLED: pooled(marginal),
     Method.PER_BASE: per_base(marginal),
-    Method.CLUSTERED: per_base(marginal),
     Method.PAC_POOLED: pooled(pac),
     Method.PAC_PER_BASE: per_base(pac_in_groups),
-    Method.PAC_CLUSTERED: per_base(pac_in_groups),
 }
-"""All bases are equally common, so that clusters are single bases."""
 
 
 def compared(method: Method, training: ScoredSamples, samples: ScoredSamples) -> dict[str, float | bool]:

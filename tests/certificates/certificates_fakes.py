@@ -84,9 +84,9 @@ def learn_then_test(calibration: Calibration, claim: Claim, rules: Sequence[Thre
     return rules[number - 1] if number else None
 
 
-def conformal(samples, tube, trained_on, epsilon, confidence=None, group=None, unit="window", seed=0):
+def conformal(samples, tube, trained_on, epsilon, confidence=None, per_base=False, unit="window", seed=0):
     calibration = Calibration.of(samples, tube, trained_on, unit, seed)
-    return regression.conformal(calibration, Claim(epsilon, confidence), group)
+    return regression.conformal(calibration, Claim(epsilon, confidence), per_base)
 
 
 def support_vectors(samples, tube, trained_on, training, confidence=0.99, unit="window", seed=0):

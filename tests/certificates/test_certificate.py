@@ -34,7 +34,6 @@ def test_the_whole_sentence() -> None:
     [
         ("vehicle", 1, "a vehicle leaves its predicted set in any window in which it is seen is"),
         ("window", 17, "within the horizon of one window, whichever calibrated base it drives there, is"),
-        ("window", 5, "within the horizon of one window, whichever calibrated group of bases it drives there, is"),
         (
             "vehicle",
             17,

@@ -13,7 +13,6 @@ from scipy import stats
 
 from coverdrive.certificates.bounds import binomial_tail, marginal_misses_allowed, misses_allowed
 from coverdrive.certificates.calibration import ScoredSamples
-from coverdrive.certificates.conformal import clustered, per_base, units_needed
 from coverdrive.certificates.evaluation import evaluate
 from coverdrive.errors import CertificateError
 
@@ -45,15 +44,6 @@ def test_pac_rank_is_the_greatest_that_proves(epsilon: float, confidence: float,
     assert misses_allowed(epsilon, confidence, count) == max(proves, default=-1)
 
 
-@pytest.mark.parametrize("confidence", [None, 0.9, 0.99])
-@pytest.mark.parametrize("epsilon", [0.3, 0.05, 0.01])
-def test_units_needed_is_the_least(epsilon: float, confidence: float | None) -> None:
-    needed = units_needed(epsilon, confidence)
-    conformal(one_base([0.5] * needed), TUBE, NOBODY, epsilon, confidence)
-    with pytest.raises(CertificateError, match="smallest ε possible"):
-        conformal(one_base([0.5] * (needed - 1)), TUBE, NOBODY, epsilon, confidence)
-
-
 def test_pooled_by_hand() -> None:
     scores = [0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1]  # residuals 0.1 … 0.9; rank ⌈10 · 0.7⌉ = 7, so d = 0.7
     rule, certificate = conformal(one_base(scores), TUBE, NOBODY, epsilon=0.3)
@@ -76,23 +66,11 @@ def test_samples_outside_the_tube_have_infinite_residuals() -> None:
 def test_every_base_has_its_own_rank() -> None:
     scores = np.array([[0.9, 0.0], [0.5, 0.0], [0.4, 0.0], [0.0, 0.7]])
     samples = ScoredSamples(scores, np.array([0, 0, 0, 1]), np.zeros(4), np.arange(4))
-    rule, certificate = conformal(samples, TUBE, NOBODY, epsilon=0.25, group=per_base(2))
+    rule, certificate = conformal(samples, TUBE, NOBODY, epsilon=0.25, per_base=True)
     assert rule.values == pytest.approx([0.4, 0.0], abs=2e-6)  # base 1: rank ⌈2 · 0.75⌉ = 2 of one sample
     assert (certificate.unseen_bases, certificate.groups) == (1, 2)
     assert "not calibrated, because too few windows stay near them for this ε: 1." in certificate.sentence
     assert rule.possible(np.zeros((1, 2))).tolist() == [[False, True]]
-
-
-def test_rare_bases_share_a_threshold() -> None:
-    assert clustered(np.array([100, 12, 50, 9]), least=20).tolist() == [0, -1, 2, -1]
-    assert clustered(np.array([100, 3, 50, 2]), least=20).tolist() == [0, -1, -1, -1]  # 5 are too few: the 50 join
-    assert clustered(np.array([100, 20, 50, 30]), least=20).tolist() == [0, 1, 2, 3]
-    assert clustered(np.array([1, 2, 3]), least=20).tolist() == [-1, -1, -1]
-    scores = np.array([[0.0, 0.5, 0.0], [0.0, 0.0, 0.6], [0.9, 0.0, 0.0], [0.8, 0.0, 0.0], [0.0, 0.9, 0.0]])
-    samples = ScoredSamples(scores, np.array([1, 2, 0, 0, 1]), np.zeros(5), np.arange(5))
-    rule, certificate = conformal(samples, TUBE, NOBODY, epsilon=0.34, group=np.array([0, 4, 4]))
-    assert rule.values == pytest.approx([0.8, 0.5, 0.5], abs=2e-6)
-    assert (certificate.method, certificate.unseen_bases) == ("conformal-clustered", 0)
 
 
 def test_vehicles_count_with_their_worst_window() -> None:
@@ -116,7 +94,7 @@ def test_epsilon_outside_the_unit_interval_is_refused(bad: float) -> None:
         conformal(one_base([0.5] * 9), TUBE, NOBODY, epsilon=bad)
 
 
-def test_groups_share_the_allowed_error_probability() -> None:
+def test_bases_share_the_allowed_error_probability() -> None:
     """44 units prove ε = 0.1 with 99 % (0.9⁴⁴ = 0.0097), but not with 99.5 %, which each of two bases needs."""
 
     def two_bases(count: int) -> ScoredSamples:
@@ -124,14 +102,9 @@ def test_groups_share_the_allowed_error_probability() -> None:
         return ScoredSamples(np.full((2 * count, 2), 0.5), base, np.zeros(2 * count), np.arange(2 * count))
 
     conformal(one_base([0.5] * 44), TUBE, NOBODY, 0.1, 0.99)
-    conformal(two_bases(51), TUBE, NOBODY, 0.1, 0.99, group=per_base(2))
+    conformal(two_bases(51), TUBE, NOBODY, 0.1, 0.99, per_base=True)
     with pytest.raises(CertificateError, match="50 calibration windows cannot prove"):
-        conformal(two_bases(50), TUBE, NOBODY, 0.1, 0.99, group=per_base(2))
-
-
-def test_wrong_number_of_groups_is_refused() -> None:
-    with pytest.raises(CertificateError, match="every one of the 1 bases needs a group, got 2"):
-        conformal(one_base([0.5] * 9), TUBE, NOBODY, epsilon=0.5, group=np.array([0, 1]))
+        conformal(two_bases(50), TUBE, NOBODY, 0.1, 0.99, per_base=True)
 
 
 @pytest.mark.parametrize("epsilon", [0.1, 0.03])
@@ -143,7 +116,7 @@ def test_sets_are_those_of_crepes(draw: Draw, epsilon: float) -> None:
     theirs = crepes.ConformalClassifier().fit(residual)
     sets = theirs.predict_set(1 - new.scores, confidence=1 - epsilon, smoothing=False)
     assert np.array_equal(rule.possible(new.scores), sets == 1)
-    rule, _ = conformal(calibration, TUBE, NOBODY, epsilon, group=per_base(3))
+    rule, _ = conformal(calibration, TUBE, NOBODY, epsilon, per_base=True)
     theirs = crepes.ConformalClassifier().fit(residual, bins=calibration.base)
     for base in range(3):
         sets = theirs.predict_set(1 - new.scores, bins=np.full(300, base), confidence=1 - epsilon, smoothing=False)
@@ -213,12 +186,12 @@ def test_every_base_follows_its_own_law(draw: Draw) -> None:
     all_hold = 0
     for repeat in range(1000):
         samples = draw(240, 3, repeat)
-        rule, _ = conformal(samples, TUBE, NOBODY, 0.1, group=per_base(3))
+        rule, _ = conformal(samples, TUBE, NOBODY, 0.1, per_base=True)
         count = np.bincount(samples.base, minlength=3)[repeat % 3]
         misses = marginal_misses_allowed(0.1, int(count))
         uniform.append(stats.beta.cdf(rule.values[repeat % 3], misses + 1, count - misses))
         shifted.append(stats.beta.cdf(rule.values[repeat % 3], misses + 2, count - misses - 1))
-        pac, _ = conformal(samples, TUBE, NOBODY, 0.1, confidence=0.9, group=per_base(3))
+        pac, _ = conformal(samples, TUBE, NOBODY, 0.1, confidence=0.9, per_base=True)
         all_hold += bool((pac.values <= 0.1).all())
     assert stats.kstest(uniform, "uniform").pvalue > 0.001
     assert stats.kstest(shifted, "uniform").pvalue < 0.001

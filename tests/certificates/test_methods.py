@@ -38,7 +38,7 @@ def test_every_method_keeps_its_claim(task: Task, draw: Draw, method: Method, un
     assert (certificate.unit, certificate.samples) == (unit, 1600 if unit == "window" else 800)
     new = draw(20_000, 4, seed=3, outside=0.005, first=10_000)
     assert evaluate(rule, new).vehicles.value <= certificate.epsilon * (1 if certificate.confidence else 1.3)
-    marginal = method in (Method.POOLED, Method.PER_BASE, Method.CLUSTERED)
+    marginal = method in (Method.POOLED, Method.PER_BASE)
     assert (certificate.confidence is None) == marginal
     assert ("Over calibration and test together" in certificate.sentence) == marginal
     assert ("With 99 % confidence" in certificate.sentence) != marginal
@@ -64,16 +64,9 @@ def test_the_sentence_calls_a_method_as_settings_do(task: Task, method: Method) 
     assert certificate.method == method.value and f"({method.value}, " in certificate.sentence
 
 
-def test_rare_bases_are_found_by_their_training_counts(draw: Draw) -> None:
-    samples, training = draw(1000, 4, seed=1), draw(1000, 4, seed=2, first=5000)
-    base = np.where(training.base >= 2, 0, training.base)
-    base[:24] = np.arange(24) % 2 + 2  # ε = 0.1 needs 9 units in a group, so that 12 are rare and 24 are not
-    rare = ScoredSamples(training.scores, base, training.distance, training.vehicle)
-    _, certificate = certify("conformal-clustered", Task(samples, TUBE, NOBODY, 0.1, training=rare))
-    assert (certificate.groups, certificate.method) == (3, "conformal-clustered")
-    assert "whichever calibrated group of bases it drives there" in certificate.sentence
-    _, certificate = certify("conformal-clustered", Task(samples, TUBE, NOBODY, 0.1, training=training))
-    assert certificate.method == "conformal-per-base"
+def test_the_sentence_says_that_bases_are_by_themselves(task: Task) -> None:
+    _, certificate = certify("conformal-per-base", task)
+    assert (certificate.groups, certificate.method) == (4, "conformal-per-base")
     assert "whichever calibrated base it drives there" in certificate.sentence
 
 
@@ -84,11 +77,10 @@ def test_training_vehicles_are_refused(task: Task, method: Method) -> None:
         certify(method, task)
 
 
-@pytest.mark.parametrize("method", ["nested-sets", "conformal-clustered", "pac-clustered"])
-def test_vehicles_that_shape_the_thresholds_are_refused(task: Task, draw: Draw, method: str) -> None:
+def test_vehicles_that_shape_the_thresholds_are_refused(task: Task, draw: Draw) -> None:
     shaping = draw(600, 4, seed=2, first=799)
     with pytest.raises(CertificateError, match="1 of 800 calibration vehicles also trained"):
-        certify(method, replace(task, trained_on=NOBODY, training=shaping))
+        certify("nested-sets", replace(task, trained_on=NOBODY, training=shaping))
 
 
 def test_what_a_method_lacks_is_said(task: Task) -> None:
@@ -98,8 +90,7 @@ def test_what_a_method_lacks_is_said(task: Task) -> None:
         certify("post-bloating", task)
     with pytest.raises(CertificateError, match="this method needs a bound ε"):
         certify("pac-pooled", replace(task, epsilon=None))
-    for method in ("nested-sets", "conformal-clustered"):
-        with pytest.raises(CertificateError, match="needs the scores of the training split"):
-            certify(method, replace(task, training=None))
+    with pytest.raises(CertificateError, match="needs the scores of the training split"):
+        certify("nested-sets", replace(task, training=None))
     with pytest.raises(CertificateError, match="needs the scores of the training split"):
         certify("svm", replace(task, epsilon=None, training=None))

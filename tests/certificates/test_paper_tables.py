@@ -8,7 +8,6 @@ from certificates_fakes import conformal
 from scipy import stats
 
 from coverdrive.certificates.calibration import ScoredSamples
-from coverdrive.certificates.conformal import per_base
 from coverdrive.certificates.paper_tables import TABLE_1, TABLE_2, make_tables, table_1_bounds, table_1_sizes
 from coverdrive.errors import CertificateError
 from coverdrive.progress import heard_by, stage
@@ -80,7 +79,7 @@ def test_average_residual_by_hand(sides: tuple[ScoredSamples, ScoredSamples, Sco
     train, calibration, test = sides
     covered = calibration.of(np.flatnonzero(calibration.distance <= TUBE))
     row = make_tables(train, calibration, test, TUBE).table_2[1]
-    rule, _ = conformal(covered, TUBE, np.unique(train.vehicle), 0.01, None, per_base(BASES))
+    rule, _ = conformal(covered, TUBE, np.unique(train.vehicle), 0.01, None, True)
     share = np.bincount(covered.base, minlength=BASES) / len(covered)
     assert row.per_base is not None
     assert row.per_base.average == pytest.approx(float(share @ (1 - rule.values)))

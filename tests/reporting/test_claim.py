@@ -16,7 +16,7 @@ from coverdrive.reporting.terminal import methods_table
 BASES = 5
 SURE = make_certificate(BASES)
 AVERAGE = replace(SURE, confidence=None)
-PER_BASE, CLUSTERED = replace(SURE, groups=BASES), replace(SURE, groups=3)
+PER_BASE = replace(SURE, groups=BASES)
 AVERAGE_PER_BASE = replace(AVERAGE, groups=BASES)
 
 
@@ -37,13 +37,6 @@ AVERAGE_PER_BASE = replace(AVERAGE, groups=BASES)
             "the vehicles that drive a base, for each base by itself",
             "‡",
             "nested-sets (each base)",
-        ),
-        (
-            CLUSTERED,
-            "with 99 % confidence",
-            "the vehicles that drive a group of bases, for each group of bases by itself",
-            "‡",
-            "nested-sets (each group)",
         ),
         (
             AVERAGE_PER_BASE,

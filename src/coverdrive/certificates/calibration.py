@@ -134,7 +134,7 @@ class Calibration:
     seed: int
     """of the negatives of hyperplanes"""
     training: ScoredSamples | None
-    """scores of the training split Ω₁, which shape nested sets, clusters and hyperplanes"""
+    """scores of the training split Ω₁, which shape nested sets and hyperplanes"""
 
     @staticmethod
     def of(
@@ -242,11 +242,6 @@ class Calibration:
         if self.training is None:
             raise CertificateError("this method needs the scores of the training split, which shape its thresholds")
         return self.training
-
-    @property
-    def of_training(self) -> "Calibration":
-        """The training samples in the same units; they calibrate nothing, but say what is common."""
-        return replace(self, samples=self.shaping, training=None)
 
     def certificate(
         self, method: str, epsilon: float, claim: Claim, rule: Thresholds | None = None, **more: Any

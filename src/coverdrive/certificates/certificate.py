@@ -49,7 +49,7 @@ class Certificate:
     fingerprint: str
     """of the calibration samples"""
     groups: int = 1
-    """groups of bases, for each of which the bound holds by itself; with one, it holds for all bases together"""
+    """M, if the bound holds for every base by itself; with one, it holds for all bases together"""
     prediction_epsilon: float | None = None
     """bound on missing a covered sample alone; of post-bloating, Φ(ε, M − 1, N₂), and of support
     vectors"""
@@ -100,11 +100,6 @@ class Certificate:
         return vehicles + scenes if self.scenes else ""
 
     @property
-    def group(self) -> str:
-        """What each bound is about, where there is one for each of several groups of bases."""
-        return "base" if self.groups == self.bases else "group of bases"
-
-    @property
     def _miss(self) -> str:
         miss = {
             "window": "a vehicle leaves its predicted set within the horizon of one window",
@@ -117,10 +112,10 @@ class Certificate:
             return f"the probability that {miss[self.unit]}"
         if self.unit == "vehicle":
             return (
-                f"the probability that a vehicle that drives a calibrated {self.group} leaves its predicted set in any "
-                f"window in which it does, for every such {self.group},"
+                "the probability that a vehicle that drives a calibrated base leaves its predicted set in any window "
+                "in which it does, for every such base,"
             )
-        return f"the probability that {miss[self.unit]}, whichever calibrated {self.group} it drives there,"
+        return f"the probability that {miss[self.unit]}, whichever calibrated base it drives there,"
 
     @property
     def _limits(self) -> str:

@@ -3,13 +3,12 @@
 from collections.abc import Callable
 from dataclasses import replace
 from enum import StrEnum
-
-import numpy as np
+from functools import partial
 
 from coverdrive.certificates.bloating import post_bloat
 from coverdrive.certificates.calibration import Calibration, Claim
 from coverdrive.certificates.certificate import NOUNS, Certificate
-from coverdrive.certificates.conformal import clustered, conformal, per_base, units_needed
+from coverdrive.certificates.conformal import conformal
 from coverdrive.certificates.discarding import discard
 from coverdrive.certificates.nested_sets import nested_sets
 from coverdrive.certificates.rule import Rule
@@ -34,10 +33,8 @@ class Method(StrEnum):
     NESTED_SETS = "nested-sets", "thresholds at one level of quantiles of the training scores, calibrated for a given ε"
     POOLED = "conformal-pooled", "conformal with one threshold for all bases; ε on average over calibrations"
     PER_BASE = "conformal-per-base", "the same, with ε for every base by itself (the paper's appendix)"
-    CLUSTERED = "conformal-clustered", "the same, with bases that are rare in training sharing one threshold"
     PAC_POOLED = "pac-pooled", "conformal with one threshold for all bases; ε with the given confidence"
     PAC_PER_BASE = "pac-per-base", "the same, with ε for every base by itself, for all of them at once"
-    PAC_CLUSTERED = "pac-clustered", "the same, with bases that are rare in training sharing one threshold"
 
     @property
     def computes_epsilon(self) -> bool:
@@ -47,7 +44,7 @@ class Method(StrEnum):
     @property
     def marginal(self) -> bool:
         """Whether the bound is on average over calibrations, without confidence."""
-        return self in (Method.POOLED, Method.PER_BASE, Method.CLUSTERED)
+        return self in (Method.POOLED, Method.PER_BASE)
 
     @property
     def bounds_losses(self) -> bool:
@@ -75,27 +72,13 @@ def certify(method: Method | str, calibration: Calibration, claim: Claim) -> tup
     return calibrate(calibration, replace(claim, confidence=None) if Method(method).marginal else claim)
 
 
-def _per_base(calibration: Calibration, claim: Claim) -> tuple[Rule, Certificate]:
-    return conformal(calibration, claim, per_base(calibration.bases))
-
-
-def _clustered(calibration: Calibration, claim: Claim) -> tuple[Rule, Certificate]:
-    """A group should have, by its share of Ω₁, twice the calibration units that ε needs."""
-    bases, trained = calibration.bases, calibration.of_training
-    shared = None if claim.confidence is None else 1 - (1 - claim.confidence) / bases
-    least = 2 * units_needed(claim.bound, shared) * len(trained) / len(calibration)
-    return conformal(calibration, claim, clustered(np.bincount(trained.demands.base, minlength=bases), least))
-
-
 _METHODS: dict[Method, Callable[[Calibration, Claim], tuple[Rule, Certificate]]] = {
     Method.POST_BLOATING: post_bloat,
     Method.SVM: support_vectors,
     Method.DISCARDING: discard,
     Method.NESTED_SETS: nested_sets,
     Method.POOLED: conformal,
-    Method.PER_BASE: _per_base,
-    Method.CLUSTERED: _clustered,
+    Method.PER_BASE: partial(conformal, per_base=True),
     Method.PAC_POOLED: conformal,
-    Method.PAC_PER_BASE: _per_base,
-    Method.PAC_CLUSTERED: _clustered,
+    Method.PAC_PER_BASE: partial(conformal, per_base=True),
 }

@@ -10,12 +10,11 @@ Erratum: of the bounds printed in Table 1, only the first is the 99 % bound of T
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Int
 
 from coverdrive.certificates.bloating import post_bloat
 from coverdrive.certificates.bounds import rate_limit, violation_bound
 from coverdrive.certificates.calibration import Calibration, Claim, ScoredSamples
-from coverdrive.certificates.conformal import conformal, per_base
+from coverdrive.certificates.conformal import conformal
 from coverdrive.certificates.evaluation import Rate, evaluate
 from coverdrive.certificates.nested_sets import nested_sets, quantile_sets
 from coverdrive.errors import CertificateError
@@ -223,15 +222,14 @@ def _conformal_row(
     tube: float,
     printed: tuple[float, float, float],
 ) -> ConformalRow:
-    bases, units = test.scores.shape[1], Calibration.of(calibration, tube, np.unique(train.vehicle))
+    units = Calibration.of(calibration, tube, np.unique(train.vehicle))
 
-    def residuals(group: Int[np.ndarray, " M"] | None, confidence: float | None) -> Residuals | None:
+    def residuals(per_base: bool, confidence: float | None) -> Residuals | None:
         try:
-            rule, _ = conformal(units, Claim(printed[0], confidence), group)
+            rule, _ = conformal(units, Claim(printed[0], confidence), per_base)
         except CertificateError:
             return None
         found = evaluate(rule, test)
         return Residuals(float((1 - rule.values[calibration.base]).mean()), found.windows, found.mean_set_size)
 
-    groups = per_base(bases), None
-    return ConformalRow(*printed, *(residuals(group, sure) for sure in (None, CONFIDENCE) for group in groups))
+    return ConformalRow(*printed, *(residuals(own, sure) for sure in (None, CONFIDENCE) for own in (True, False)))

@@ -22,8 +22,8 @@ def smallest_epsilon(
 ) -> float:
     """A bound below which the method can prove nothing; 1 if it can prove nothing at all.
 
-    Of methods that calibrate groups of bases, it is the one that all ``count`` units would prove if they drove one
-    group. ``uncovered`` of them leave the tube of every base, so that every rule misses them; of a mean loss they are
+    Of methods that calibrate every base by itself, it is the one that all ``count`` units would prove if they drove one
+    base. ``uncovered`` of them leave the tube of every base, so that every rule misses them; of a mean loss they are
     not looked at. The ε of the claim is not used.
     """
     shared = (1 + claim.sure) / 2
@@ -35,8 +35,8 @@ def smallest_epsilon(
         return _support_limit(claim.sure, bases, uncovered, count)
     if unit in NOUNS:
         return loss_limit(np.zeros(count), None if method.marginal else claim.sure)
-    if method in (Method.PER_BASE, Method.CLUSTERED, Method.PAC_PER_BASE, Method.PAC_CLUSTERED):
-        uncovered = 0  # they may all have driven another group
+    if method in (Method.PER_BASE, Method.PAC_PER_BASE):
+        uncovered = 0  # they may all have driven another base
     if method.marginal:
         return min(1.0, (uncovered + 1) / (count + 1))
     groups = bases if method == Method.PAC_PER_BASE else 1

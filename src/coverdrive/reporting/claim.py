@@ -1,8 +1,8 @@
 """What the ε of a certificate bounds, in the words of captions, hovers and tables.
 
 Bounds differ in two ways. They hold with a confidence over the draw of the calibration samples, or only on average over
-such draws (marginal conformal prediction). And they are about a miss of any kind, or about those who drive one base, or
-one of a group of bases, for each by itself.
+such draws (marginal conformal prediction). And they are about a miss of any kind, or about those who drive one base,
+for each by itself.
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,7 +16,7 @@ from coverdrive.prediction.manoeuvres import MANOEUVRES
 from coverdrive.prediction.occupied import Occupied
 
 ON_AVERAGE, BY_ITSELF = "†", "‡"
-"""signs at a bound in a table: it holds on average; it is about every base or group of bases by itself"""
+"""signs at a bound in a table: it holds on average; it is about every base by itself"""
 
 
 WHOSE = {"share": "the average vehicle's windows", "group": "the vehicles of a new scene group"}
@@ -41,7 +41,7 @@ def whose(certificate: Certificate) -> str:
     """Of which samples the bound says how many are missed."""
     if certificate.groups == 1:
         return WHOSE.get(certificate.unit, f"{certificate.unit}s")
-    return f"the {certificate.unit}s that drive a {certificate.group}, for each {certificate.group} by itself"
+    return f"the {certificate.unit}s that drive a base, for each base by itself"
 
 
 def signs(certificate: Certificate) -> str:
@@ -53,7 +53,7 @@ def legend(compared: Sequence[Compared]) -> str:
     """The name of a method with what sets its bounds apart from those on a miss of any kind with confidence."""
     certificates = [each.certificate for each in compared if each.certificate]
     kinds = ["on average" for each in certificates if each.confidence is None]
-    kinds += [f"each {each.group.split()[0]}" for each in certificates if each.groups > 1]
+    kinds += ["each base" for each in certificates if each.groups > 1]
     named = ", ".join(dict.fromkeys(kinds))
     return compared[0].method.value + (f" ({named})" if named else "")
 

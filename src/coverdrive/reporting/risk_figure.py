@@ -19,7 +19,7 @@ _MARGIN = 1.06
 """from the largest bound to the end of an axis that is not cut"""
 _CAPTION = (
     "Every method of calibration on the same scores. Large marks are bounds: filled, with confidence; hollow, only on "
-    "average over calibrations, so that this one may miss more; with a dot, for each base or group of bases by itself, "
+    "average over calibrations, so that this one may miss more; with a dot, for each base by itself, "
     "so that more of all {unit}s may be missed. Small marks: what was missed on unseen scenes, with its 95 % interval. "
     "Left is safer, low is more useful. An arrow at the right edge stands for what is beyond it."
 )

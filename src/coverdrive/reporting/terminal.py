@@ -111,7 +111,7 @@ def methods_table(compared: Sequence[Compared]) -> Table:
         ("method", "asked ε", "bound ε", "observed (95 %)", "set size", "s"),
         [(each.method.value, "" if each.target is None else f"{each.target:.3g}", *_found(each)) for each in compared],
         f"bounds hold with the confidence asked for, but {ON_AVERAGE} only on average over calibrations, without it; "
-        f"{BY_ITSELF} each base or group of bases by itself: a vehicle that drives several may be missed more often; "
+        f"{BY_ITSELF} each base by itself: a vehicle that drives several may be missed more often; "
         "set size: mean number of bases, or of m²",
         first={"no_wrap": True},
         no_wrap=True,
