@@ -35,7 +35,6 @@ CLAIMS: tuple[tuple[Unit, float], ...] = (("window", 0.01), ("window", 0.05), ("
 PLAIN = TrainingSettings(inputs="affordance", mirrored=False, members=1, prior=0.0)
 VARIANTS = {
     PAPER: TrainingSettings.paper(),
-    "weighted binary cross-entropy": PLAIN.model_copy(update={"loss": "weighted-bce"}),
     "cross-entropy": PLAIN,
     "… with prior": PLAIN.model_copy(update={"prior": 0.3}),
     "… and derived inputs": PLAIN.model_copy(update={"prior": 0.3, "inputs": "derived"}),

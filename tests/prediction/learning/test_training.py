@@ -1,12 +1,12 @@
-"""That training learns with every loss, and is reproducible."""
+"""The losses by hand; that training learns with each, and is reproducible."""
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from coverdrive.errors import DataError
-from coverdrive.prediction.learning.losses import Loss
 from coverdrive.prediction.learning.samples import Samples
-from coverdrive.prediction.learning.training import TrainingSettings, train
+from coverdrive.prediction.learning.training import Loss, TrainingSettings, cross_entropy, margin_loss, train
 
 FEW = TrainingSettings(epochs=2, members=3)
 """settings of several tests, for which training is compiled once"""
@@ -23,7 +23,19 @@ def toy_samples(count: int, seed: int) -> Samples:
     return Samples(features, distance, collides, base, np.arange(count), np.arange(count))
 
 
-@pytest.mark.parametrize("loss", ["margin", "weighted-bce", "cross-entropy"])
+def test_margin_loss_by_hand() -> None:
+    scores = jnp.array([[0.5, 0.5, 0.5], [0.9, 0.1, 0.2]], dtype=jnp.float32)
+    labels = jnp.array([[1, 0, -1], [1, 0, -1]], dtype=jnp.int8)
+    first = 100 * (0.8 - 0.5) + 0.1 * (0.5 - 0.2) + 5 * (0.5 - 0.2)
+    assert float(margin_loss(jnp.log(scores / (1 - scores)), labels)) == pytest.approx(first / 2)
+
+
+def test_cross_entropy_is_the_surprise_at_the_driven_base() -> None:
+    outputs, labels = jnp.log(jnp.array([[0.5, 0.3, 0.2]])), jnp.array([[1, 0, -1]], dtype=jnp.int8)
+    assert float(cross_entropy(outputs, labels)) == pytest.approx(np.log(2))
+
+
+@pytest.mark.parametrize("loss", ["margin", "cross-entropy"])
 def test_training_learns_the_pattern(loss: Loss) -> None:
     settings = TrainingSettings.paper().model_copy(update={"loss": loss, "epochs": 40})
     network, losses = train(toy_samples(4000, seed=0), settings)

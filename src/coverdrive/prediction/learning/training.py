@@ -1,8 +1,11 @@
-"""Training the network, or every member of an ensemble (paper §3.1)."""
+"""Training the network, or every member of an ensemble (paper §3.1).
+
+Of scores, either the paper's margin loss is minimised, or cross-entropy; averaged over a batch of B samples.
+"""
 
 import math
 from collections.abc import Callable
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import equinox as eqx
 import jax
@@ -10,16 +13,25 @@ import jax.numpy as jnp
 import numpy as np
 import optax
 from jax import Array
-from jaxtyping import Float, PRNGKeyArray, Shaped
+from jaxtyping import Float, Int8, PRNGKeyArray, Shaped
 from pydantic import Field
 
 from coverdrive.errors import DataError
 from coverdrive.prediction.learning.inputs import Inputs
-from coverdrive.prediction.learning.losses import OUTPUT, Loss, MarginSettings, loss_function
 from coverdrive.prediction.learning.network import Network, affine
-from coverdrive.prediction.learning.samples import Samples
+from coverdrive.prediction.learning.samples import COLLIDES, POSSIBLE, Samples
 from coverdrive.progress import done
 from coverdrive.settings import Settings
+
+Loss = Literal["cross-entropy", "margin"]
+
+WEIGHT_POSSIBLE, WEIGHT_COLLIDES, WEIGHT_OTHER = 100.0, 5.0, 0.1
+"""w₁, w_0̄, w₀ of the margin loss: of the base that was driven, of those that would collide, of all others (authors'
+scripts)"""
+
+MARGIN_POSSIBLE, MARGIN_OTHER = 0.8, 0.2
+"""γ₁, γ₂: scores of driven bases above the one (paper §3.1), and of others below the other one (authors' scripts), cost
+nothing"""
 
 Hidden = Annotated[tuple[Annotated[int, Field(ge=1, le=10_000)], ...], Field(max_length=20)]
 """Neurons of hidden layers"""
@@ -67,8 +79,6 @@ class TrainingSettings(OptimiserSettings):
 
     loss: Loss = "cross-entropy"
     """what is minimised"""
-    margin: MarginSettings = MarginSettings()
-    """of the margin loss"""
     prior: float = Field(default=0.3, ge=0, lt=1)
     """share of every score that comes from how often each base was driven in training"""
 
@@ -100,13 +110,32 @@ def train(
     settings = settings or TrainingSettings()
     start, order = jax.random.split(jax.random.key(seed))
     labels = samples.labels
-    sizes, output = (settings.hidden, labels.shape[1]), OUTPUT[settings.loss]
+    sizes, margin = (settings.hidden, labels.shape[1]), settings.loss == "margin"
+    output = "sigmoid" if margin else "softmax"
     network = Network.create(samples.features, *sizes, start, settings.members, settings.inputs, output)
-    loss = loss_function(settings.loss, settings.margin)
-    network, losses = optimised(network, samples.features, labels, loss, settings, order)
+    network, losses = optimised(
+        network, samples.features, labels, margin_loss if margin else cross_entropy, settings, order
+    )
     shares = np.bincount(samples.base, minlength=labels.shape[1]) / len(samples)
     prior = (settings.prior * shares).astype(np.float32)
     return eqx.tree_at(lambda made: made.prior, network, prior), losses
+
+
+def margin_loss(outputs: Float[Array, "B M"], labels: Int8[Array, "B M"]) -> Float[Array, ""]:
+    """The paper's loss J (§3.1), of the last layer's outputs, which a sigmoid makes the scores y.
+
+    J(y, z) = Σ over bases of w₁·ReLU(γ₁ − y) where z = 1, w₀·ReLU(y − γ₂) where z = 0, w_0̄·ReLU(y − γ₂) where z = 0̄.
+    """
+    scores = jax.nn.sigmoid(outputs)
+    low, high = jax.nn.relu(MARGIN_POSSIBLE - scores), jax.nn.relu(scores - MARGIN_OTHER)
+    weight = jnp.where(labels == COLLIDES, WEIGHT_COLLIDES, WEIGHT_OTHER)
+    return jnp.where(labels == POSSIBLE, WEIGHT_POSSIBLE * low, weight * high).sum(-1).mean()
+
+
+def cross_entropy(outputs: Float[Array, "B M"], labels: Int8[Array, "B M"]) -> Float[Array, ""]:
+    """The surprise at the driven base, of outputs of which a softmax makes scores."""
+    driven = (labels == POSSIBLE).argmax(-1)
+    return optax.softmax_cross_entropy_with_integer_labels(outputs, driven).mean()
 
 
 def optimised(
