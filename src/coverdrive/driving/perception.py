@@ -118,7 +118,7 @@ class Perception:
                     states[i, :2], rates[i] = found[:2], found[2:]
         lon, lat = states[measured, :2].T
         along, across = rates[measured].T
-        states[measured, 2:] = np.transpose(motion(along * road.stretch(lon, lat), across, self._smoothing))
+        states[measured, 2:] = np.transpose(motion(along * road.stretch(lon, lat), across))
         return known
 
     def _new(self, name: Hashable) -> _Vehicle:

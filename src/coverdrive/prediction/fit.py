@@ -12,7 +12,7 @@ from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
-from pydantic import Field, ValidationError
+from pydantic import Field
 
 from coverdrive.arguments import all_of
 from coverdrive.certificates.calibration import ScoredSamples
@@ -20,7 +20,6 @@ from coverdrive.certificates.certificate import Certificate, Unit
 from coverdrive.certificates.evaluation import Evaluation, Rate, evaluate
 from coverdrive.certificates.methods import Method
 from coverdrive.certificates.rule import LEAST, Rule, scale_of
-from coverdrive.errors import SettingError
 from coverdrive.prediction.boxes.boxes import TUBE, early_share, scored_by
 from coverdrive.prediction.boxes.predictor import BoxPredictor
 from coverdrive.prediction.boxes.training import BoxSettings, train_boxes
@@ -49,7 +48,7 @@ from coverdrive.prediction.stored import LARGEST
 from coverdrive.progress import stage
 from coverdrive.recordings.read import together
 from coverdrive.recordings.recording import Recording
-from coverdrive.settings import Settings
+from coverdrive.settings import Settings, checked
 
 USUALLY_LEFT = 0.4
 """share of a calibration vehicle's windows in which it leaves the sets that are planned against, as long as no scale is
@@ -298,14 +297,7 @@ def _with_claim(
     """The settings with another claim where one is given."""
     given = {"epsilon": epsilon, "confidence": confidence, "unit": unit}
     changes = {name: value for name, value in given.items() if value is not None}
-    try:
-        claim = CertificateSettings.model_validate(settings.certificate.model_dump() | changes)
-    except ValidationError as error:
-        first = error.errors()[0]
-        raise SettingError(
-            f"{first['loc'][0]}: {first['msg']}, got {first['input']!r}; ε and the confidence are shares between 0 and "
-            '1 (ε may be "auto"), the unit is "vehicle", "window", "share" or "group"'
-        ) from error
+    claim = checked(CertificateSettings, settings.certificate.model_dump() | changes)
     return settings.model_copy(update={"certificate": claim})
 
 

@@ -14,6 +14,13 @@ from pydantic import Field
 
 from coverdrive.settings import Settings
 
+STAND_STILL = 1.0
+"""[m/s] below this speed the direction of motion is noise and the heading is 0"""
+
+SLOW = 3.0
+"""[m/s] speed at which the direction of motion is half noise: that of a lateral speed (0.1 m/s) over how far headings
+on a motorway spread (0.035 rad)"""
+
 
 class SmoothingSettings(Settings):
     """How recorded positions are smoothed."""
@@ -23,11 +30,6 @@ class SmoothingSettings(Settings):
     is mostly faster than 1 s (Thiemann, Treiber & Kesting 2008), real manoeuvres are slower than 2 s"""
     order: int = Field(default=3, ge=1, le=5)
     """order of the fitted polynomial"""
-    stand_still: float = Field(default=1.0, ge=0, le=10)
-    """[m/s] below this speed the direction of motion is noise and the heading is set to 0"""
-    slow: float = Field(default=3.0, ge=0, le=50)
-    """[m/s] speed at which the direction of motion is half noise: that of a lateral speed (0.1 m/s) over how far
-    headings on a motorway spread (0.035 rad)"""
     position_noise: float = Field(default=0.1, gt=0, le=5)
     """[m] of a measured position, for what is seen at a moment (`coverdrive.recordings.filtering`)"""
     acceleration_noise: float = Field(default=4.0, gt=0, le=100)
@@ -71,7 +73,7 @@ def smooth(
 
 
 def motion(
-    lon_rate: Float[np.ndarray, " R"], lat_rate: Float[np.ndarray, " R"], settings: SmoothingSettings
+    lon_rate: Float[np.ndarray, " R"], lat_rate: Float[np.ndarray, " R"]
 ) -> tuple[Float[np.ndarray, " R"], Float[np.ndarray, " R"]]:
     """Speed [m/s] and heading [rad] of velocities [m/s] along and across the road.
 
@@ -79,8 +81,8 @@ def motion(
     the heading is the mean of what it may be, if both are normally distributed.
     """
     speed = np.hypot(lon_rate, lat_rate)
-    share = speed**2 / np.maximum(speed**2 + settings.slow**2, 1e-12)
-    heading = np.where(speed < settings.stand_still, 0.0, np.arctan2(share * lat_rate, lon_rate))
+    share = speed**2 / np.maximum(speed**2 + SLOW**2, 1e-12)
+    heading = np.where(speed < STAND_STILL, 0.0, np.arctan2(share * lat_rate, lon_rate))
     return speed, heading
 
 

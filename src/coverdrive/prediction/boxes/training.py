@@ -29,6 +29,9 @@ _SMOOTH = 12.0
 _CALM = 0.1
 """factor of the first weights of the last layer, so that training begins near the usual sizes"""
 
+_POWER_OF_WINDOWS = 3.0
+"""p of the norm where windows, or the share of a vehicle's windows, are counted: more of them may be missed"""
+
 _KEPT = 0.7
 """of differences in size that few vehicles taught: the worst windows of others show less of them"""
 
@@ -53,8 +56,6 @@ class BoxSettings(OptimiserSettings):
     power: float = Field(default=12.0, ge=1, le=100)
     """p of the norm that stands for a quantile of the scale, where every window of a vehicle has to stay inside; the
     larger, the fewer segments decide"""
-    window_power: float = Field(default=3.0, ge=1, le=100)
-    """the same where windows, or the share of a vehicle's windows, are counted: more of them may be missed"""
     hidden: Hidden = (64, 64)
     """neurons of the hidden layers"""
     noise: float = Field(default=0.3, ge=0, le=100)
@@ -87,7 +88,7 @@ def train_boxes(
     """
     start, order = jax.random.split(jax.random.key(seed))
     windows = unit in ("window", "share")
-    power = settings.window_power if windows else settings.power
+    power = _POWER_OF_WINDOWS if windows else settings.power
     usual = np.sqrt((segments.points[:, 1:] ** 2).mean(0)).astype(np.float32)
     few = len(np.unique(segments.vehicle)) < settings.few
     targets = _targets(segments)
