@@ -9,8 +9,7 @@ import pytest
 
 import coverdrive as cd
 from coverdrive.errors import SettingError
-from coverdrive.league.agents import AgentPlanner, Witness
-from coverdrive.league.lane_keeping import Idm
+from coverdrive.league.agents import AgentPlanner, Idm, Witness
 from coverdrive.plan import Plan, Status
 from coverdrive.results import Results
 from coverdrive.simulation.episode import EpisodeSettings

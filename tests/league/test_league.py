@@ -9,9 +9,8 @@ import pytest
 from simulation_fakes import FAST, FakeBasis, FakePredictor
 
 from coverdrive.errors import DataError, SettingError
-from coverdrive.league.drives import drives_of
 from coverdrive.league.entrants import Known
-from coverdrive.league.league import league
+from coverdrive.league.league import drives_of, league
 from coverdrive.league.others import OTHERS
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.progress import heard_by

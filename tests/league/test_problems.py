@@ -13,7 +13,7 @@ from simulation_fakes import FakeBasis, FakePredictor
 
 from coverdrive.driving.planning_problem import PlanningProblem, read_problems
 from coverdrive.errors import DataError, MissingExtraError
-from coverdrive.league import fiss, problems, unseen
+from coverdrive.league import fiss, known, problems
 from coverdrive.league.entrants import Known
 from coverdrive.league.league import league
 from coverdrive.league.problems import COLUMNS, problems_of
@@ -208,11 +208,11 @@ def test_nothing_of_a_scene_was_seen(monkeypatch: pytest.MonkeyPatch, tmp_path: 
         assert boxed[-1] == set(sizes) - certificate
         return f"box {len(boxed)}", None
 
-    monkeypatch.setattr(unseen, "left_out", lambda paths, files: [shows[file.stem] for file in files])
-    monkeypatch.setattr(unseen, "fit_without", fit_without)
-    monkeypatch.setattr(unseen, "box_of", box_of)
+    monkeypatch.setattr(known, "left_out", lambda paths, files: [shows[file.stem] for file in files])
+    monkeypatch.setattr(known, "fit_without", fit_without)
+    monkeypatch.setattr(known, "box_of", box_of)
     files = [scenes[name] for name in (*sizes, "elsewhere", "a")]
-    found = unseen.unseen_of(KNOWN, files, [], recordings, PredictionSettings(), 0, tmp_path, boxed=True)
+    found = known.unseen_of(KNOWN, files, [], recordings, PredictionSettings(), 0, tmp_path, boxed=True)
     assert set(fitted) == {frozenset("a"), frozenset("b"), frozenset("c"), frozenset("de")}
     by_name = dict(zip(sizes, found, strict=False))
     assert all(name in by_name[name].predictor.certificate for name in sizes)

@@ -9,8 +9,7 @@ from prediction_fakes import SETTINGS
 
 from coverdrive.certificates.bounds import rate_limit
 from coverdrive.certificates.evaluation import evaluate
-from coverdrive.certificates.methods import Method
-from coverdrive.certificates.provable import rounded_up
+from coverdrive.certificates.methods import Method, rounded_up
 from coverdrive.certificates.rule import Hyperplanes, Thresholds
 from coverdrive.errors import CertificateError, DataError, SettingError
 from coverdrive.prediction.calibrate import CertificateSettings, calibrate

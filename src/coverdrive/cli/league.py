@@ -182,7 +182,7 @@ def _unseen(
     """The same with what entrants are made of that have not seen the problems, where they are made of anything."""
     from dataclasses import replace
 
-    from coverdrive.league.unseen import unseen_of
+    from coverdrive.league.known import unseen_of
 
     boxed, experiment = "constant-velocity-box" in planners, results.experiment
     if not boxed and not any(name == "default" or ":" in name for name in planners):

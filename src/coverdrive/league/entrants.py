@@ -17,11 +17,9 @@ from typing import Any, NamedTuple
 
 from coverdrive.errors import SettingError
 from coverdrive.extras import EXTRAS
-from coverdrive.league.agents import Agent, AgentPlanner, Witness
+from coverdrive.league.agents import Agent, AgentPlanner, Idm, IdmMobil, KeepVelocity, Witness
 from coverdrive.league.beliefs import ConstantVelocity, KnownFuture
 from coverdrive.league.fiss import FISS, absent
-from coverdrive.league.idm_mobil import IdmMobil
-from coverdrive.league.lane_keeping import Idm, KeepVelocity
 from coverdrive.plan import Planner
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.simulation.predictor import Belief, Predictor

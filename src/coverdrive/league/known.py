@@ -1,6 +1,12 @@
-"""What entrants are made of, from a fit and the recordings that it was made from."""
+"""What entrants are made of, from a fit and the recordings that it was made from.
 
-from collections.abc import Sequence
+Where they are judged in scenes of these recordings, it is made anew without what shows them. Scenes are left out in a
+few bundles, so that there are few fits.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Int
@@ -11,6 +17,7 @@ from coverdrive.league.beliefs import ConstantVelocity
 from coverdrive.league.entrants import Known
 from coverdrive.planning.planner import PlannerSettings
 from coverdrive.prediction.fit import PredictionSettings, cut_and_split
+from coverdrive.prediction.left_out import fit_without, left_out, tested_elsewhere
 from coverdrive.prediction.occupied import trivial_box
 from coverdrive.prediction.predictor import AnyPredictor
 from coverdrive.recordings.recording import Recording
@@ -65,3 +72,54 @@ def box_of(
 def paper_settings_like(settings: PredictionSettings) -> PredictionSettings:
     """The paper's preset on the windows and sides of other settings."""
     return PredictionSettings.paper().model_copy(update={"segments": settings.segments, "split": settings.split})
+
+
+_FITS = 4
+_SEEN = "its fit has seen these scenes"
+
+
+def unseen_of(
+    known: Known,
+    scenarios: Sequence[Path],
+    paths: Sequence[Path],
+    recordings: Sequence[Recording],
+    settings: PredictionSettings,
+    seed: int,
+    folder: Path,
+    *,
+    boxed: bool,
+) -> tuple[Known, ...]:
+    """What there is for each scenario.
+
+    Args:
+        known: where nothing of a scenario is in the recordings.
+        scenarios: files.
+        paths: of the recordings.
+        recordings: the same, as they were read.
+        settings: of the fits.
+        seed: of the fits.
+        folder: where fits are kept.
+        boxed: whether constant velocity is to have its box.
+    """
+    files = list(dict.fromkeys(scenarios))
+    out = dict(zip(files, left_out(paths, files), strict=True))
+    rows = {each.name: len(each.table) for each in recordings}
+    made = dict[frozenset[str], Known]()
+    for names in _bundled(set(out.values()) - {frozenset()}, rows):
+        predictor, box = fit_without(names, recordings, settings, seed, folder), _SEEN
+        if boxed:
+            kept = [each for each in recordings if each.name not in names]
+            box = box_of(kept, tested_elsewhere(settings), predictor.certificate, seed)[0]
+        made[names] = replace(known, predictor=predictor, paper=_SEEN, box=box)
+    return tuple(
+        next((each for names, each in made.items() if out[file] and out[file] <= names), known) for file in scenarios
+    )
+
+
+def _bundled(sets: Collection[frozenset[str]], rows: Mapping[str, int]) -> list[frozenset[str]]:
+    """A few unions of sets of recordings, of about as many rows each, the largest first."""
+    bundles = [frozenset[str]() for _ in range(_FITS)]
+    for each in sorted(sets, key=lambda names: (-sum(map(rows.__getitem__, names)), sorted(names))):
+        smallest = min(range(_FITS), key=lambda i: sum(map(rows.__getitem__, bundles[i])))
+        bundles[smallest] |= each
+    return [each for each in bundles if each]

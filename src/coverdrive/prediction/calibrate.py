@@ -11,9 +11,8 @@ from pydantic import Field
 
 from coverdrive.certificates.calibration import Calibration, Claim, ScoredSamples, unit_of
 from coverdrive.certificates.certificate import Certificate, Unit
-from coverdrive.certificates.methods import Method
+from coverdrive.certificates.methods import Method, provable_epsilon
 from coverdrive.certificates.methods import certify as certify_scores
-from coverdrive.certificates.provable import provable_epsilon
 from coverdrive.certificates.rule import Rule, scale_of
 from coverdrive.errors import CertificateError
 from coverdrive.prediction.cover.basis import Basis

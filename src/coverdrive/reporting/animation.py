@@ -2,22 +2,28 @@
 
 Above the road as in the snapshots, below it what the ego did so far: its speed, gap and time to collision, how long
 each plan took and how it was found. The still parts are drawn once; every frame draws only what moves.
+
+A GIF has one palette for all frames: the colours of `coverdrive.reporting.style` and their blends. A palette made from
+the frames would miss what is rare, and one for every frame would flicker.
 """
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import av
 import numpy as np
+from jaxtyping import UInt8
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
+from PIL import Image
 
 from coverdrive.errors import SettingError
 from coverdrive.files import write_atomically
@@ -25,7 +31,6 @@ from coverdrive.plan import Status
 from coverdrive.progress import done, stage
 from coverdrive.reporting import style
 from coverdrive.reporting.active_constraints import ActiveConstraints
-from coverdrive.reporting.gif import write_gif
 from coverdrive.reporting.reasons import reason_of
 from coverdrive.reporting.road_drawing import RoadDrawing, Window
 from coverdrive.reporting.road_markings import ahead_label
@@ -180,3 +185,49 @@ def _planning_panel(axes: Axes, trace: Trace, milliseconds: np.ndarray) -> dict[
         for status, marker in _MARKERS.items()
         if any(plan.status is status for plan in trace.plans)
     }
+
+
+WIDTH = 1200
+"""[pixel]"""
+
+_SHADES = 8
+"""from one colour to another"""
+
+
+def write_gif(path: Path, frames: Iterable[UInt8[np.ndarray, "height width 4"]], rate: float) -> None:
+    """Write frames, RGBA pixels of at least one, as a GIF that plays for ever, so many per second."""
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(_palette().ravel().tolist())
+    pictures = (_small(frame).quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames)
+    first = next(pictures)
+    first.save(
+        path, format="GIF", save_all=True, append_images=pictures, duration=round(1000 / rate), loop=0, optimize=False
+    )
+
+
+def _small(frame: UInt8[np.ndarray, "height width 4"]) -> Image.Image:
+    picture = Image.fromarray(np.asarray(frame)).convert("RGB")
+    return picture.resize((WIDTH, round(WIDTH * picture.height / picture.width)), Image.Resampling.LANCZOS)
+
+
+def _palette() -> UInt8[np.ndarray, "_ 3"]:
+    """All colours that a frame is drawn with, blended into what they are drawn on."""
+    sets = [style.SETS(age)[:3] for age in np.linspace(0, 1, 24)]
+    inks = (
+        style.EGO,
+        style.OTHER,
+        style.GREEN,
+        style.ORANGE,
+        style.PURPLE,
+        style.BAD,
+        style.BLACK,
+        style.GREY,
+    )
+    blends = [(ink, "white") for ink in inks]
+    blends += [(style.TIMES(age)[:3], style.SETS(age)[:3]) for age in (0.33, 0.67, 1.0)]
+    blends += [(ink, sets[8]) for ink in (style.EGO, style.OTHER, style.MARKING, "white")]
+    blends += [(ink, style.ROAD) for ink in (style.EGO, style.OTHER, style.MARKING)]
+    share = np.linspace(0, 1, _SHADES)[:, None]
+    shades = [share * to_rgb(above) + (1 - share) * to_rgb(below) for above, below in blends]
+    colours = np.concatenate([np.array(sets), *shades])
+    return np.unique((255 * colours).round().astype(np.uint8), axis=0)

@@ -12,7 +12,7 @@ from coverdrive.progress import done, stage
 from coverdrive.reporting.active_constraints import ActiveConstraints
 from coverdrive.reporting.affordance_figure import affordance_figure
 from coverdrive.reporting.animation import animate
-from coverdrive.reporting.basis_figure import basis_figure
+from coverdrive.reporting.basis_figure import basis_figure, size_figure
 from coverdrive.reporting.contents import Contents
 from coverdrive.reporting.drawing import save
 from coverdrive.reporting.figure import Figure
@@ -20,7 +20,6 @@ from coverdrive.reporting.frontier import frontier_figure
 from coverdrive.reporting.league_figure import league_figure
 from coverdrive.reporting.learned_figures import areas_figure, losses_figure, scores_figure, set_sizes_figure
 from coverdrive.reporting.risk_figure import risk_figure
-from coverdrive.reporting.size_figure import size_figure
 from coverdrive.reporting.snapshots import snapshots
 from coverdrive.reporting.study_figures import collisions_figure, drives_figure, planning_figure
 from coverdrive.simulation.trace import Trace

@@ -6,9 +6,15 @@ import pytest
 
 from coverdrive.prediction.cover.basis import Basis
 from coverdrive.prediction.learning.affordance import described
-from coverdrive.prediction.learning.bodies import body_radius
-from coverdrive.prediction.learning.collision import colliding_bases
-from coverdrive.prediction.learning.samples import COLLIDES, OTHER, POSSIBLE, make_features, make_samples
+from coverdrive.prediction.learning.samples import (
+    COLLIDES,
+    OTHER,
+    POSSIBLE,
+    body_radius,
+    colliding_bases,
+    make_features,
+    make_samples,
+)
 from coverdrive.prediction.segments import SegmentSettings, cut_segments
 from coverdrive.prediction.stored import SLOTS, features_of
 from coverdrive.recordings.recording import SCHEMA, Recording

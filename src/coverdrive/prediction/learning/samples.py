@@ -1,17 +1,29 @@
-"""Training samples: the affordance of a moment, and a label for every base trajectory (paper §2.3)."""
+"""Training samples: the affordance of a moment, and a label for every base trajectory (paper §2.3).
+
+Which bases would collide is seen by putting each on the vehicle's position and speed, and checking for overlap of boxes
+with every other vehicle of the scene, which drives on along the road at its present speed.
+
+Which bases cover what a vehicle did is a matter of bodies: it makes a certificate a statement about what planning keeps
+clear of. Around every point of a path there is a box: the vehicle's body, turned as the base trajectory turns, and the
+tube. A vehicle in the tube sticks out of the box if it is turned otherwise, so its body has to stay in the boxes, too,
+for a base to cover what it did. A base that would go backwards is measured as it is; predicted, it stands still
+(`motion.follow`), nearer to a vehicle that does not go backwards either: the covered stays in the predicted boxes.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Literal
 
 import jax
+import jax.numpy as jnp
 import numpy as np
+from jax import Array
 from jaxtyping import Bool, Float, Float32, Int, Int8
 
+from coverdrive.geometry import turned_half_extents
 from coverdrive.prediction.cover.basis import Basis
 from coverdrive.prediction.learning.affordance import FEATURES, MOTION, described_at, mirrored_features
-from coverdrive.prediction.learning.bodies import body_radius
-from coverdrive.prediction.learning.collision import colliding_bases
+from coverdrive.prediction.motion import follow
 from coverdrive.prediction.segments import Segments
 from coverdrive.progress import done
 from coverdrive.recordings.recording import Recording
@@ -20,7 +32,11 @@ from coverdrive.scene import Scene
 POSSIBLE, OTHER, COLLIDES = 1, 0, -1
 """Labels: the base that stands for what the vehicle did; one that it did not drive; one that would collide (0̄)."""
 
+CHECK_INTERVAL = 0.25
+"""[s] between two moments at which overlap is checked; relative speeds are far below a car length per interval"""
+
 _CHUNK = 512
+_ROWS = 65_536
 _SLOTS = 16
 
 
@@ -36,7 +52,7 @@ class Samples:
     """affordance at the start of the segment, followed by the lateral speed"""
     distance: Float[np.ndarray, "N M"]
     """radius of the tube around every base in which the vehicle stays: its centre by the atomic norm, its body by the
-    boxes (`coverdrive.prediction.learning.bodies`); where none is within the basis' ε, no base covers the segment"""
+    boxes; where none is within the basis' ε, no base covers the segment"""
     collides: Bool[np.ndarray, "N M"]
     """whether each base would collide"""
     base: Int[np.ndarray, " N"]
@@ -123,3 +139,52 @@ def _colliding(
             collides[place] = np.asarray(found)[: len(place)]
         done(index + 1, len(recordings))
     return collides
+
+
+def colliding_bases(basis: Basis, scene: Scene, own: Int[np.ndarray, " N"]) -> Bool[Array, "N M"]:
+    """Whether each base trajectory of one vehicle per scene, in slot ``own``, hits another within the horizon."""
+    times = np.arange(CHECK_INTERVAL, basis.horizon + 1e-9, CHECK_INTERVAL)
+    deviation, _ = basis.rollout(times)
+    return _collides(deviation, times, scene, own)
+
+
+@jax.jit
+def _collides(
+    deviation: Float[Array, "M n 2"], times: Float[Array, " n"], scene: Scene, own: Int[Array, " N"]
+) -> Bool[Array, "N M"]:
+    slots = own[:, None]
+    speed = scene.speed * jnp.cos(scene.heading)
+
+    def own_of(values: Array | np.ndarray) -> Array:
+        return jnp.take_along_axis(jnp.asarray(values), slots, axis=1)
+
+    others = scene.valid & (jnp.arange(scene.vehicles) != slots)
+    lon, lat, closing = (values - own_of(values) for values in (scene.lon, scene.lat, speed))
+    length, width = ((sizes + own_of(sizes)) / 2 for sizes in (scene.length, scene.width))
+    hit = jnp.zeros((len(own), deviation.shape[0]), dtype=bool)
+    for k in range(len(times)):
+        apart_lon = (lon + closing * times[k])[:, None, :] - deviation[None, :, k, 0, None]
+        apart_lat = lat[:, None, :] - deviation[None, :, k, 1, None]
+        overlap = (jnp.abs(apart_lon) < length[:, None, :]) & (jnp.abs(apart_lat) < width[:, None, :])
+        hit |= (overlap & others[:, None, :]).any(-1)
+    return hit
+
+
+def body_radius(basis: Basis, segments: Segments) -> Float[np.ndarray, "N M"]:
+    """The least radius of the tube around every base with which the boxes hold the whole body at every point."""
+    parts = (np.arange(i, min(i + _ROWS, len(segments))) for i in range(0, len(segments), _ROWS))
+    return np.concatenate([np.zeros((0, len(basis))), *(_distance(basis, segments.of(part)) for part in parts)])
+
+
+def _distance(basis: Basis, segments: Segments) -> Float[np.ndarray, "N M"]:
+    """The same of a few segments."""
+    tube, (deviation, rate) = basis.tube(basis.times)[1:], basis.rollout(basis.times)
+    body = turned_half_extents(segments.half_sizes[:, None], segments.heading)
+    still = np.zeros(len(segments))
+    state = np.stack([still, still, segments.speed, still], axis=-1)
+    result = np.empty((len(segments), len(basis)))
+    for base, points in enumerate(basis.points):
+        heading = follow(state, basis.times, deviation[base], rate[base])[..., 3]
+        beyond = body - turned_half_extents(segments.half_sizes[:, None], heading)
+        result[:, base] = ((np.abs(segments.points - points) + beyond)[:, 1:] / tube).max((1, 2))
+    return result
