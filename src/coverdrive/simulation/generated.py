@@ -28,6 +28,9 @@ BATCH = 24
 WARM_UP = 10.0
 """[s] that each scene is driven before it is recorded"""
 
+MOOD_PAUSE = 12.0
+"""[s] between two times that somebody slows down without a reason, on average"""
+
 _FARTHEST = 1e4
 """[m] a road that is longer than anybody drives"""
 
@@ -60,14 +63,10 @@ class GeneratedSettings(RoadSettings):
     slowing down, as it is in recorded US-101 traffic"""
     moody_share: float = Field(default=0.15, ge=0, le=1)
     """share of drivers, besides those in front, who slow down now and then without a reason"""
-    mood_pause: float = Field(default=12.0, gt=0, le=1e6)
-    """[s] between two such whims on average"""
     wander: float = Field(default=0.15, ge=0, le=0.3)
     """[m] largest amplitude of the lateral motion within the lane"""
     noise: float = Field(default=0.0, ge=0, le=10)
     """[m] standard deviation of the measured positions; if positive, they are smoothed like recorded ones"""
-    smoothing: SmoothingSettings = SmoothingSettings()
-    """how noisy positions are smoothed"""
 
     @model_validator(mode="after")
     def _fits_into_memory(self) -> "GeneratedSettings":
@@ -106,7 +105,7 @@ def _batch(settings: GeneratedSettings, random: np.random.Generator, scenes: int
         if step >= warm_up:
             sizes = np.stack([traffic.length, traffic.width], axis=-1)
             track[:, :, step - warm_up] = np.concatenate([traffic.states(settings.lane_width), sizes], axis=-1)
-        traffic.change_desires(random, dt, settings.mood_pause)
+        traffic.change_desires(random, dt, MOOD_PAUSE)
         if step % decide == 0:
             traffic.change_lanes()
         traffic.advance(dt)
@@ -187,7 +186,7 @@ def _recording(
             values[name] += settings.noise * random.standard_normal(len(moment))
         positions = {name: values[name] for name in MEASURES if name != "heading"}
         raw = RawTracks(vehicle=vehicle, moment=moment, group=group, **positions)
-        table = regular_table(raw, settings.dt, settings.smoothing, Counter(), road)
+        table = regular_table(raw, settings.dt, SmoothingSettings(), Counter(), road)
     else:
         head = {"vehicle": vehicle, "group": group, "time": moment * settings.dt}
         table = pl.DataFrame(head | values, schema=SCHEMA)
