@@ -19,6 +19,11 @@ FEW, SEVERAL = 30, 2
 """Scene groups below which it is said what they do to a bound; windows for each vehicle, above which it is said, too"""
 
 
+def of_mean(unit: Unit) -> bool:
+    """Whether what is bounded is the mean of a loss, instead of how many are missed."""
+    return unit in ("share", "group")
+
+
 @dataclass(frozen=True)
 class Certificate:
     """With probability ``confidence`` over the calibration samples, a new one misses with probability at most ε.
@@ -86,7 +91,7 @@ class Certificate:
         return (
             f"{sure}, {self._miss} is at most {at_most(self.epsilon)} "
             f"({self.method}, {self.samples} calibration {self.noun}s{self._origin}, {self.uncovered} of them "
-            f"{'with uncovered windows' if self.unit in NOUNS else 'uncovered'}, "
+            f"{'with uncovered windows' if of_mean(self.unit) else 'uncovered'}, "
             f"{f'{self.bases} bases' if self.bases > 1 else 'boxes'}"
             f"{'' if self.scale == 1 else f' of {self.scale:g} times the calibrated size'}"
             f"{'' if self.support is None else f', {self.support} supporting {self.noun}s'}), if new {self.noun}s are "

@@ -15,7 +15,7 @@ from jaxtyping import Float
 
 from coverdrive.certificates.bounds import marginal_misses_allowed, misses_allowed, rate_limit
 from coverdrive.certificates.calibration import Calibration, Claim
-from coverdrive.certificates.certificate import NOUNS, Certificate
+from coverdrive.certificates.certificate import Certificate, of_mean
 from coverdrive.certificates.mean_loss import last_level
 from coverdrive.certificates.rule import Thresholds
 from coverdrive.errors import CertificateError
@@ -28,7 +28,7 @@ def conformal(calibration: Calibration, claim: Claim, per_base: bool = False) ->
     counts for every base that it drives, with its windows there. Without a confidence, ε is marginal.
     """
     epsilon, bases, promise = claim.bound, calibration.bases, "conformal" if claim.confidence is None else "pac"
-    if calibration.kind in NOUNS:
+    if of_mean(calibration.kind):
         level = last_level(calibration, claim, _scores(calibration.pieces[0]))
         rule = Thresholds.at(np.full(bases, level), calibration.tube)
         return rule, calibration.certificate(f"{promise}-pooled", epsilon, claim, rule, unseen_bases=0)

@@ -12,7 +12,7 @@ import numpy as np
 from coverdrive.certificates.bloating import post_bloat
 from coverdrive.certificates.bounds import discarding_bound, judged_bound, rate_limit
 from coverdrive.certificates.calibration import Calibration, Claim, check_epsilon
-from coverdrive.certificates.certificate import NOUNS, Certificate, Unit
+from coverdrive.certificates.certificate import NOUNS, Certificate, Unit, of_mean
 from coverdrive.certificates.conformal import conformal
 from coverdrive.certificates.discarding import discard
 from coverdrive.certificates.mean_loss import loss_limit, units_needed
@@ -72,7 +72,7 @@ def certify(method: Method | str, calibration: Calibration, claim: Claim) -> tup
         calibrate = _METHODS[Method(method)]
     except ValueError as error:
         raise CertificateError(f"no method is called {method!r}; choose one of {', '.join(Method)}") from error
-    if calibration.kind in NOUNS and not Method(method).bounds_losses:
+    if of_mean(calibration.kind) and not Method(method).bounds_losses:
         raise CertificateError(
             f"{method} counts units that are missed or not, and bounds no shares of them; claim vehicles or windows, "
             f"or take one of {', '.join(each for each in Method if each.bounds_losses)}"
@@ -110,7 +110,7 @@ def smallest_epsilon(
         return min(1.0, rate_limit(shared, uncovered, count) + judged_bound(shared, 0, count))
     if method == Method.DISCARDING:
         return _support_limit(claim.sure, bases, uncovered, count)
-    if unit in NOUNS:
+    if of_mean(unit):
         return loss_limit(np.zeros(count), None if method.marginal else claim.sure)
     if method in (Method.PER_BASE, Method.PAC_PER_BASE):
         uncovered = 0  # they may all have driven another base
@@ -140,7 +140,7 @@ def provable_epsilon(
     rest is as in `smallest_epsilon`.
     """
     least = smallest_epsilon(method, claim, bases, count, uncovered, unit)
-    outside = f", of which {uncovered} leave the tube of every base," if uncovered and unit not in NOUNS else ""
+    outside = f", of which {uncovered} leave the tube of every base," if uncovered and not of_mean(unit) else ""
     units = f"{count} calibration {NOUNS.get(unit, unit)}{'s' * (count != 1)}{outside}"
     by = f" by {method}" + ("" if method.marginal else f" with {percent(claim.sure, 4)} confidence")
     more = "give more recordings, or a larger share of them to calibration, or ask for less confidence"

@@ -14,7 +14,7 @@ from jaxtyping import Float, Int
 
 from coverdrive.certificates.bounds import misses_allowed, rate_limit
 from coverdrive.certificates.calibration import Calibration, Claim, ScoredSamples
-from coverdrive.certificates.certificate import NOUNS, Certificate
+from coverdrive.certificates.certificate import Certificate, of_mean
 from coverdrive.certificates.discarding import number_discarded
 from coverdrive.certificates.mean_loss import last_level
 from coverdrive.certificates.rule import Thresholds
@@ -73,7 +73,7 @@ def nested_sets(
     """
     nested = nested or quantile_sets(calibration.shaping)
     count = len(calibration)
-    if calibration.kind in NOUNS:
+    if of_mean(calibration.kind):
         passed = nested.last_passed(calibration.pieces[0])
         chosen, bound = int(last_level(calibration, claim, np.where(passed < 0, -np.inf, passed))), claim.bound
     else:
