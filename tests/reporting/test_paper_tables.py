@@ -10,7 +10,6 @@ from rich.table import Table
 from coverdrive.certificates.calibration import ScoredSamples
 from coverdrive.certificates.paper_tables import PaperTables, make_tables, table_1_bounds
 from coverdrive.reporting.drawing import save
-from coverdrive.reporting.paper_figure import paper_figure
 from coverdrive.reporting.paper_tables import (
     bounds_frame,
     bounds_table,
@@ -18,6 +17,7 @@ from coverdrive.reporting.paper_tables import (
     conformal_table,
     growth_frame,
     growth_table,
+    paper_figure,
 )
 
 

@@ -36,7 +36,7 @@ def paper(
         from coverdrive.prediction.paper_settings import paper_settings
         from coverdrive.reporting import paper_tables
         from coverdrive.reporting.drawing import save
-        from coverdrive.reporting.paper_figure import paper_figure
+        from coverdrive.reporting.paper_tables import paper_figure
     experiment = experiment_of(config, seed=seed, **vars(files)).model_copy(update={"prediction": paper_settings()})
     sources = {"generated": [], **({"recordings": recording} if recording else {})}
     titles = {"generated": "generated traffic", "recordings": "the recordings"}

@@ -1,7 +1,13 @@
-"""The formats that the package reads, under their names; the last one is asked first whether a file is of its own."""
+"""The formats that the package reads, under their names; the last one is asked first whether a file is of its own.
 
+One is recognised, but not read.
+"""
+
+from pathlib import Path
+from typing import Any, NoReturn
+
+from coverdrive.errors import RecordingError
 from coverdrive.recordings.commonroad import read_commonroad
-from coverdrive.recordings.foreign import refuse_citysim
 from coverdrive.recordings.highd import HIGHD, HIGHD_RECORDING, HIGHD_VEHICLES, read_highd
 from coverdrive.recordings.i24 import I24, read_i24
 from coverdrive.recordings.interaction import INTERACTION, MONA, PEDESTRIANS, read_interaction, read_mona
@@ -12,6 +18,14 @@ from coverdrive.recordings.registry import having, readers, register_reader
 from coverdrive.recordings.tgsim import TGSIM, has_centre_lines, read_tgsim
 
 __all__ = ["readers", "register_reader"]
+
+
+def refuse_citysim(file: Path, how: Any) -> NoReturn:
+    """Refuse CitySim tracks, whose boxes are in pixels and in feet of images that are not rectified alike."""
+    problem = "these look like CitySim tracks (pixels and feet), which are not read; the format is described at"
+    where = "https://github.com/UCF-SST-Lab/UCF-SST-CitySim1-Dataset"
+    raise RecordingError(file, f"{problem} {where}: convert it to own Parquet, as the tutorial 'Your recordings' shows")
+
 
 register_reader(
     "NGSIM",

@@ -1,4 +1,7 @@
-"""Tables 1 and 2 of the paper with ours beside them, for the terminal and as CSV."""
+"""Tables 1 and 2 of the paper with ours beside them: for the terminal, as CSV, and as curves.
+
+The curves are bounds and observed misses against N₂, and observed against nominal ε.
+"""
 
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -9,6 +12,8 @@ from rich.table import Table
 
 from coverdrive.certificates.evaluation import Rate
 from coverdrive.certificates.paper_tables import BASES, TABLE_1, Bounds, PaperTables, Residuals
+from coverdrive.reporting import style
+from coverdrive.reporting.figure import Axis, Figure, Line, Mark, Panel, Points
 from coverdrive.reporting.fitting import columns_table
 
 ERRATUM = (
@@ -16,7 +21,12 @@ ERRATUM = (
     "the other six are the 90 % bound."
 )
 
-_METHODS = ("per_base", "pooled", "pac_per_base", "pac_pooled")
+_METHODS = (
+    ("per_base", "conformal per base", style.BLUE, "o"),
+    ("pooled", "conformal pooled", style.GREEN, "s"),
+    ("pac_per_base", "PAC per base", style.SKY, "^"),
+    ("pac_pooled", "PAC pooled", style.PURPLE, "D"),
+)
 
 
 def bounds_table(rows: Sequence[Bounds]) -> Table:
@@ -56,7 +66,7 @@ def conformal_table(tables: PaperTables, name: str) -> Table:
     """Table 2 of the paper, and its experiment on other samples."""
     rows = [
         (f"{100 * row.nominal:g}", f"{row.printed_average:.4f} {100 * row.printed_observed:.3f}",
-         *(_residuals(getattr(row, method)) for method in _METHODS))
+         *(_residuals(getattr(row, method)) for method, *_ in _METHODS))
         for row in tables.table_2
     ]  # fmt: skip
     return columns_table(
@@ -92,7 +102,7 @@ def conformal_frame(tables: PaperTables) -> pl.DataFrame:
     rows = [
         {"nominal": row.nominal, "method": method} | _flat(values)
         for row in tables.table_2
-        for method in _METHODS
+        for method, *_ in _METHODS
         if (values := getattr(row, method)) is not None
     ]
     printed = [
@@ -111,3 +121,55 @@ def _flat(row: Any) -> dict[str, float]:
         else:
             flat[name] = value
     return flat
+
+
+def paper_figure(tables: PaperTables) -> Figure:
+    """Both tables of one network."""
+    growth = Panel(_growth(tables), Axis("calibration windows N₂", low=0, ticks=_sizes(tables)),
+                   Axis("missed windows [%]", log=True), "Table 1")  # fmt: skip
+    conformal = Panel(_conformal(tables), Axis("nominal ε [%]", log=True), Axis("observed ε [%]", log=True), "Table 2")
+    return Figure([[growth, conformal]], height=4.2, legend_columns=4)
+
+
+def _sizes(tables: PaperTables) -> dict[float, str]:
+    """Ticks at the numbers of samples of both, as far as they are apart."""
+    sizes = sorted({row.samples for row in tables.table_1} | {size for size, _, _ in TABLE_1})
+    apart = [size for size, last in zip(sizes, [0, *sizes], strict=False) if size - last > sizes[-1] / 8]
+    return {float(size): f"{size:,}" for size in apart}
+
+
+def _growth(tables: PaperTables) -> list[Mark]:
+    rows = tables.table_1
+    samples = [row.samples for row in rows]
+    return [
+        Line(x=samples, y=[100 * row.theorem for row in rows], colour=style.BLACK, dashed=True, name="Theorem 1, 99 %"),
+        Line(x=samples, y=[100 * row.exact for row in rows], name="exact, 99 %"),
+        Line(x=samples, y=[100 * row.family for row in rows], colour=style.GREEN, name="family, 99 %"),
+        _rates(samples, [row.observed for row in rows], style.BLUE, "o", "observed on new vehicles"),
+        _rates(samples, [row.mixed for row in rows], style.ORANGE, "^", "observed, windows mixed"),
+        _rates(samples, [row.family_observed for row in rows], style.GREEN, "s", "observed, family"),
+        Points(x=[size for size, _, _ in TABLE_1], y=[100 * observed for _, _, observed in TABLE_1], marker="x",
+               colour=style.VERMILION, name="paper, observed"),
+    ]  # fmt: skip
+
+
+def _conformal(tables: PaperTables) -> list[Mark]:
+    rows = tables.table_2
+    nominal = [100 * row.nominal for row in rows]
+    marks: list[Mark] = [Line(x=nominal, y=nominal, colour=style.GREY, dashed=True, name="observed = nominal")]
+    for column, name, colour, marker in _METHODS:
+        shown = [(row.nominal, getattr(row, column).observed) for row in rows if getattr(row, column) is not None]
+        marks.append(_rates([100 * each for each, _ in shown], [rate for _, rate in shown], colour, marker, name))
+    printed = [100 * row.printed_observed for row in rows]
+    return [*marks, Points(x=nominal, y=printed, marker="x", colour=style.VERMILION, name="paper")]
+
+
+def _rates(places: Sequence[float], rates: Sequence[Rate], colour: str, marker: str, name: str) -> Mark:
+    """Observed rates with their intervals; rates of zero are left out of a logarithmic axis."""
+    shown = [(place, rate) for place, rate in zip(places, rates, strict=True) if rate.count]
+    return Points(
+        x=[place for place, _ in shown], y=[100 * rate.value for _, rate in shown], colour=colour, marker=marker,
+        low=[100 * rate.low for _, rate in shown], high=[100 * rate.high for _, rate in shown], hollow=True,
+        name=name if shown else f"{name}: none",
+        hover=[f"{name}: {100 * rate.value:.3g} % ({100 * rate.low:.2g}–{100 * rate.high:.2g} %)" for _, rate in shown],
+    )  # fmt: skip
