@@ -176,8 +176,9 @@ def check_problem(problem: Any, dt: float) -> None:
                 raise DataError(f"the {part} of its goal is {value}; expected finite numbers, and sizes above 0")
 
 
-def _has_size(shape: Any) -> bool:
-    parts = getattr(shape, "occupancies", getattr(shape, "shapes", [shape]))
+def _has_size(value: Any) -> bool:
+    """Whether a shape has an extent; an interval, which may be a single value, has the attribute ``length``, too."""
+    parts = [] if hasattr(value, "start") else getattr(value, "occupancies", getattr(value, "shapes", [value]))
     return all(getattr(part, name, 1.0) > 0 for part in parts for name in ("length", "width", "radius"))
 
 
