@@ -11,7 +11,6 @@ from jaxtyping import Float
 from numpy.lib.stride_tricks import sliding_window_view
 
 from coverdrive.compiled import compiled
-from coverdrive.errors import DataError
 from coverdrive.road import Road
 
 CURVATURE, RIGHT, LEFT, FASTEST = range(4)
@@ -138,15 +137,10 @@ def bend_at(state: State, dt: float, road: RoadAhead) -> Bend:
 def lane_ends(road: Road, lon: Float[np.ndarray, " R"]) -> Float[np.ndarray, "E 2"]:
     """Where [m] something stands because an outer lane ends between two of these positions [m].
 
-    Raises:
-        DataError: if a lane in the middle of the road begins or ends.
+    Where one in the middle ends, those beside it come together, and nothing stands.
     """
     there = road.has_lane(lon)
     first, last = there.argmax(axis=1), road.lanes - 1 - there[:, ::-1].argmax(axis=1)
-    gap = there.sum(axis=1) != last - first + 1
-    if gap.any():
-        where = f"{lon[np.argmax(gap)]:.0f} m after its beginning"
-        raise DataError(f"a lane in the middle of the road begins or ends {where}; choose a road whose lanes go on")
     found = [
         [lon[i] + LANE_END[0], road.edges_at(lon[i])[side] + outwards * LANE_END[1]]
         for outermost, side, outwards in ((first, 0, -1), (-last, -1, 1))

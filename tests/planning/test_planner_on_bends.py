@@ -125,6 +125,28 @@ def test_lanes_are_aimed_at_where_they_are() -> None:
     assert (got.lanes, got.lat.tolist()) == ([2, 1], [9.0, 5.4])
 
 
+def middle_ends() -> Road:
+    """Of three lanes that in the middle narrows to nothing between 300 and 360 m."""
+    lat = np.array([[0, 3.6, 7.2, 10.8], [0, 3.6, 7.2, 10.8], [1.8, 5.4, 5.4, 9.0], [1.8, 5.4, 5.4, 9.0]])
+    return Road(EDGES, LENGTH, changing=LaneEdges(np.array([0.0, 300.0, 360.0, LENGTH]), lat))
+
+
+def test_where_a_lane_in_the_middle_has_ended_those_beside_it_are_neighbours() -> None:
+    road = middle_ends()
+    got = target_lanes(np.array([450.0, 3.6, 20.0, 0.0]), road, 3.0)
+    assert (got.lanes, got.lat.tolist()) == ([0, 2], [3.6, 7.2])
+    assert target_lanes(np.array([450.0, 7.2, 20.0, 0.0]), road, 3.0).lanes == [2, 0]
+    assert target_lanes(np.array([100.0, 1.8, 20.0, 0.0]), road, 3.0).lanes == [0, 1]
+    assert target_lanes(np.array([290.0, 1.8, 20.0, 0.0]), road, 3.0).lanes == [0]  # the next one ends
+
+
+def test_it_leaves_a_lane_in_the_middle_before_it_ends() -> None:
+    states, plans = drive(np.array([50.0, 5.4, 25.0, 0.0]), middle_ends(), 130)
+    assert {plan.status for plan in plans} == {Status.SOLVED}
+    assert abs(np.interp(290.0, states[:, 0], states[:, 1]) - 5.4) > 2.0
+    assert states[:, 2].min() > 24
+
+
 @pytest.mark.parametrize(("lon", "lane"), [(20.0, 5.4), (250.0, 9.0)])
 def test_nobody_changes_lanes_for_one_beyond_that_ends(straight_paths, lon: float, lane: float) -> None:
     """Lanes 1 and 2 are as slow as each other; lane 0 is free, but ends 400 m from the origin."""

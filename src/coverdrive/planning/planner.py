@@ -180,7 +180,7 @@ class MpcPlanner:
 
         Raises:
             SettingError: if the paths have other times than the plan.
-            DataError: if a lane in the middle of the road begins or ends, or lanes are too near to a curve's centre.
+            DataError: if lanes are too near to the centre of a curve.
         """
         begun, problem = time.perf_counter(), self.settings.problem
         paths.check_times(problem.dt, problem.steps)

@@ -1,4 +1,4 @@
-"""The lanes that a plan may aim at: the own one, and those beside it that are there as far as the plan gets."""
+"""The lanes that a plan may aim at: the own one, and the next on either side that are there as far as it gets."""
 
 from typing import NamedTuple
 
@@ -29,12 +29,13 @@ class TargetLanes(NamedTuple):
 def target_lanes(state: Float[np.ndarray, " 4"], road: Road, horizon: float) -> TargetLanes:
     """The target lanes of a plan over a horizon [s] from a state (lon, lat, speed, heading); nothing lost in any."""
     lane, nothing = int(road.lane_at(state[0], state[1])), np.zeros(road.lanes)
-    beside = [side for side in (lane - 1, lane + 1) if 0 <= side < road.lanes]
     if road.changing is None:
-        return TargetLanes([lane, *beside], np.array(road.centres, dtype=float)[[lane, *beside]], nothing == 0, nothing)
+        lanes = [lane, *(side for side in (lane - 1, lane + 1) if 0 <= side < road.lanes)]
+        return TargetLanes(lanes, np.array(road.centres, dtype=float)[lanes], nothing == 0, nothing)
     lon, way = float(state[0]), max(float(state[2]), 0.0)
-    soon = _all_along(road, lon, horizon * way)
-    lanes = [lane, *(side for side in beside if soon[side])]
+    soon, there = _all_along(road, lon, horizon * way), road.has_lane(lon)
+    next_ones = np.flatnonzero(there[:lane])[-1:], lane + 1 + np.flatnonzero(there[lane + 1 :])[:1]
+    lanes = [lane, *(side for side in np.concatenate(next_ones).tolist() if soon[side])]
     there = road.edges_at(lon + (horizon / 2 * way if soon[lane] else 0.0))
     return TargetLanes(lanes, ((there[:-1] + there[1:]) / 2)[lanes], _all_along(road, lon, _AHEAD * way), nothing)
 
