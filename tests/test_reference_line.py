@@ -9,7 +9,7 @@ from coverdrive.errors import DataError
 from coverdrive.reference_line import SMALLEST_RADIUS, ReferenceLine
 
 
-def winding(seed: int, length: float = 400.0, radius: float = 2 * SMALLEST_RADIUS) -> ReferenceLine:
+def winding(seed: int, length: float = 400.0, radius: float = 100.0) -> ReferenceLine:
     """A random line that turns both ways, with its lat and its place in the map at random."""
     random = np.random.default_rng(seed)
     way = np.arange(0.0, length + 1)
@@ -41,10 +41,10 @@ def test_the_foot_is_the_nearest_point(seed: int):
     assert np.all(np.abs(lat - line.lat)[inside] < nearest[inside] + 0.26)
 
 
-@pytest.mark.parametrize("radius", [SMALLEST_RADIUS, 150.0, -1000.0])
-def test_arcs_are_exact(radius: float):
+@pytest.mark.parametrize(("radius", "aside"), [(SMALLEST_RADIUS, 9.0), (150.0, 15.0), (-1000.0, 15.0)])
+def test_arcs_are_exact(radius: float, aside: float):
     line = ReferenceLine(np.zeros(2), 0.0, np.full(101, 1 / radius), 100.0, lat=3.0)
-    lon, lat = np.meshgrid(np.linspace(0, 100, 21), np.linspace(-15, 15, 7))
+    lon, lat = np.meshgrid(np.linspace(0, 0.75 * np.pi * min(abs(radius), 40.0), 21), np.linspace(-aside, aside, 7))
     expected = (radius - lat) * np.sin(lon / radius), radius - (radius - lat) * np.cos(lon / radius)
     assert np.stack(line.to_map(lon, lat + 3.0)) == pytest.approx(np.stack(expected), abs=1e-9)
     assert np.stack(line.to_road(*expected)) == pytest.approx(np.stack([lon, lat + 3.0]), abs=1e-8)
@@ -79,9 +79,11 @@ def test_mirrored():
 
 def test_tight_curves_and_few_points_are_refused():
     curvature = np.zeros(201)
-    curvature[100:150] = 1 / 40
-    with pytest.raises(DataError, match=r"a curve of 40 m radius, 100 m after.*at least 50 m"):
+    curvature[100:150] = 1 / 16
+    with pytest.raises(DataError, match=r"a curve of 16 m radius, 100 m after.*at least 20 m"):
         ReferenceLine(np.zeros(2), 0.0, curvature, 200.0)
+    with pytest.raises(DataError, match=r"every 2 m; expected more than 0 and at most 1\.25 m"):
+        ReferenceLine(np.zeros(2), 0.0, np.full(101, 1 / 25), 200.0)
     with pytest.raises(DataError, match="every 10 m; expected"):
         ReferenceLine(np.zeros(2), 0.0, np.zeros(21), 200.0)
 

@@ -116,16 +116,28 @@ def test_what_stands_where_a_lane_ends_is_an_obstacle() -> None:
     assert paths.points[0, 0, 1] - paths.half_sizes[0, 0, 1] > 3.6
 
 
-def test_roads_that_are_not_for_it() -> None:
-    edges, places = np.arange(4) * 3.6, np.array([0, 200, 220, 600.0])
+def test_nothing_stands_where_a_lane_in_the_middle_ends() -> None:
     lat = np.array([[0, 3.6, 7.2, 10.8], [0, 3.6, 7.2, 10.8], [0, 5.4, 5.4, 10.8], [0, 5.4, 5.4, 10.8]])
-    with pytest.raises(DataError, match=r"lane in the middle of the road begins or ends 2[012]\d m after"):
-        table_of(Road(edges, LENGTH, changing=LaneEdges(places, lat)), PROBLEM)
+    changing = LaneEdges(np.array([0, 200, 220, 600.0]), lat)
+    assert len(table_of(Road(np.arange(4) * 3.6, LENGTH, changing=changing), PROBLEM).ends) == 0
+
+
+def test_a_wide_road_far_from_a_tight_curve_makes_nobody_larger() -> None:
+    lat = np.array([[0, 3.6, 32.4], [0, 3.6, 32.4], [0, 3.6, 3.6], [0, 3.6, 3.6]])
+    changing = LaneEdges(np.array([0, 200, 300, 600.0]), lat)
+    line = ReferenceLine(np.zeros(2), 0.0, np.where(np.arange(601) < 400, 0.0, 1 / 30), LENGTH)
+    wide = table_of(Road(np.array([0.0, 3.6, 32.4]), LENGTH, line, changing), PROBLEM)
+    narrow = table_of(Road(np.array([0.0, 3.6]), LENGTH, line), PROBLEM)
+    assert (wide.vehicle.length, wide.vehicle.width) == pytest.approx((narrow.vehicle.length, narrow.vehicle.width))
+
+
+def test_roads_that_are_not_for_it() -> None:
+    edges = np.arange(4) * 3.6
     line = ReferenceLine(np.zeros(2), 0.0, np.full(301, 1 / 50), LENGTH, lat=-20.0)
     with pytest.raises(DataError, match=r"curve of 50 m radius on a road whose edge is 31 m"):
         table_of(Road(edges, LENGTH, line), PROBLEM)
-    with pytest.raises(DataError, match=r"curve of 40 m radius"):
-        ReferenceLine(np.zeros(2), 0.0, np.full(301, 1 / 40), LENGTH)
+    with pytest.raises(DataError, match=r"curve of 16 m radius"):
+        ReferenceLine(np.zeros(2), 0.0, np.full(601, 1 / 16), LENGTH)
 
 
 def test_wanted_speeds_fall_before_a_curve_and_hold_in_it() -> None:

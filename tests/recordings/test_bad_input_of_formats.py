@@ -130,9 +130,9 @@ def test_missing_meta_files(write: Callable[..., Path], missing: str, tmp_path: 
         read([path])
 
 
-def test_a_curve_below_50_m(tmp_path: Path):
-    (tmp_path / "scene.xml").write_text(bent(300))
-    with pytest.raises(RecordingError, match=r"scene\.xml: a curve of [34]\d m radius, \d+ m after.*at least 50 m"):
+def test_a_curve_below_20_m(tmp_path: Path):
+    (tmp_path / "scene.xml").write_text(bent(700))
+    with pytest.raises(RecordingError, match=r"scene\.xml: a curve of 1\d m radius, \d+ m after.*at least 20 m"):
         read([tmp_path])
 
 

@@ -35,6 +35,8 @@ _UNSURE = 0.5
 """[m] by which a body may be elsewhere along the road than evenly between the ends of a step, less than dt²·|f'|/8"""
 _LEAST = 0.25
 """share of full braking that is taken for sure on any road"""
+_NEAREST = 0.5
+"""share of the way to the centre of a curve that lanes and bodies may be beside the line"""
 
 
 class RoadTable(NamedTuple):
@@ -80,7 +82,7 @@ def table_of(road: Road, problem: ProblemSettings) -> RoadTable:
     """The table of a road for the ego of a problem.
 
     Raises:
-        DataError: if a lane in the middle of the road begins or ends, or the road is too near to the centre of a curve.
+        DataError: if the road is too near to the centre of a curve.
     """
     car, cost, plain = problem.vehicle, problem.cost, vehicle_of(problem.vehicle)
     if road.line is None and road.changing is None:
@@ -95,21 +97,24 @@ def table_of(road: Road, problem: ProblemSettings) -> RoadTable:
     curvature = road.curvature(np.minimum(lon, length))
     change = np.abs(np.diff(curvature, append=curvature[-1])) / spacing
     edges, sharpest = innermost_edges(road, lon), largest_within(np.abs(curvature), _NEAR / spacing)
-    most, aside = sharpest.max(), np.abs(np.append(edges * [1, -1], road.edges_at(lon)) - line).max()
-    if most * aside > 0.5:
-        tight = f"a curve of {1 / most:.0f} m radius on a road whose edge is {aside:.0f} m beside its line"
-        raise DataError(f"{tight}; expected at most half of the radius, choose or cut another road")
-    half_length, half_width = bent_half_sizes(car.half_sizes, np.hypot(*car.half_sizes), most, aside)
+    aside = np.abs(np.concatenate([edges * [1, -1], road.edges_at(lon)], axis=1) - line).max(axis=1)
+    aside = largest_within(aside, _NEAR / spacing)
+    most, near = sharpest.max(), float((sharpest * aside).max())
+    if near > _NEAREST:
+        place = int(np.argmax(sharpest * aside))
+        tight = f"a curve of {1 / sharpest[place]:.0f} m radius on a road whose edge is {aside[place]:.0f} m beside"
+        raise DataError(f"{tight} its line; expected at most half of the radius, choose or cut another road")
+    half_length, half_width = bent_half_sizes(car.half_sizes, np.hypot(*car.half_sizes), sharpest, aside).max(axis=0)
     right, left = largest_within(edges, 2 + (half_length + half_width + _UNSURE) / spacing).T
-    square = car.max_lateral_acceleration / np.maximum(np.abs(curvature) * (1 + most * aside), TINY)
+    square = car.max_lateral_acceleration / np.maximum(np.abs(curvature) * (1 + near), TINY)
     held = _allowed(lon, _HELD * square, car.max_deceleration / 2)
     wanted = _allowed(lon, cost.curve_share * square, cost.curve_braking)
-    farther, nearer = 1 + most * aside, 1 - most * aside
-    braking = car.max_deceleration / farther - (held**2 * change).max() * aside
+    farther, nearer = 1 + near, 1 - near
+    braking = car.max_deceleration / farther - (held**2 * change * aside).max()
     vehicle = plain._replace(
         length=2 * half_length, width=2 * half_width, braking=max(braking, _LEAST * car.max_deceleration)
     )
-    gain = car.max_speed**2 * (change.max() * aside + most * np.sin(car.max_heading))
+    gain = car.max_speed**2 * ((change * aside).max() + most * np.sin(car.max_heading))
     reaching = vehicle._replace(
         max_deceleration=(car.max_deceleration + gain) / nearer,
         max_acceleration=(car.max_acceleration + gain) / nearer,
@@ -141,6 +146,7 @@ def on_road(paths: PredictedPaths, lon: float, table: RoadTable) -> PredictedPat
     curvature = table.sharpest[place].max(axis=1, initial=0.0)
     curvature[half[..., 0].max(axis=1, initial=0.0) > _NEAR - _WIDE] = table.sharpest.max()
     aside = (np.abs(paths.points[..., 1] - road.line) + half[..., 1]).max(axis=1, initial=0.0)
+    aside = np.minimum(aside, _NEAREST / np.maximum(curvature, TINY))  # who is nearer to the centre is on no lane
     diagonal = np.hypot(half[:, 0, 0], half[:, 0, 1])
     paths = replace(paths, half_sizes=bent_half_sizes(half, *(each[:, None] for each in (diagonal, curvature, aside))))
     ends = table.ends[np.abs(table.ends[:, 0] - lon) < _SEEN]

@@ -10,7 +10,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import AfterValidator, Field
 
-from coverdrive.reference_line import WIDEST_STEP, ReferenceLine
+from coverdrive.reference_line import MOST_TURNED, WIDEST_STEP, ReferenceLine
 from coverdrive.road import LaneEdges, Road
 from coverdrive.settings import Settings
 
@@ -51,8 +51,9 @@ class RoadSettings(Settings):
         edges = np.arange(lanes + 1) * self.lane_width
         line, changing = None, None
         if any(curvature for _, curvature in self.curvature):
-            spots = np.linspace(0.0, length, int(np.ceil(length / WIDEST_STEP)) + 1)
             positions, values = np.array(self.curvature).T
+            step = min(WIDEST_STEP, MOST_TURNED / np.abs(values).max())
+            spots = np.linspace(0.0, length, int(np.ceil(length / step)) + 1)
             line = ReferenceLine(
                 np.zeros(2), 0.0, np.interp(spots, positions, values), length, lat=lanes * self.lane_width / 2
             )
