@@ -42,6 +42,8 @@ def test_lanelets_and_the_nearest_of_several_goals(tmp_path: Path) -> None:
     wanted = read(written(tmp_path, far, near)).goal
     assert wanted.lanes == (1,)
     assert wanted.position == pytest.approx((110.0, 180.0), abs=1.0)
+    at_once = read(written(tmp_path, goal(first=50, last=50)))
+    assert (at_once.goal.time, at_once.last) == ((5.0, 5.0), 50)
     anywhere = read(written(tmp_path, goal())).goal
     assert (anywhere.lanes, anywhere.position, anywhere.time) == ((), None, (5.0, 6.0))
 

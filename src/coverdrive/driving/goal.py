@@ -1,6 +1,6 @@
 """Where a drive is to lead: what a planning problem asks for, as wishes of the planner."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -22,6 +22,13 @@ _HARDEST = 40.0
 """[m/s²] to accelerate or brake harder makes no difference to a car"""
 _RESPONSE = 2.5
 """[s] a planner of usual weights accelerates by the difference to a wanted speed over this time"""
+_BEFORE_END = 4.0
+"""[m] the centre of a car stays so far before the end of the map, where no position is asked for"""
+_UNTURNED = 0.02
+"""[rad] by which one aims at the inside of a heading"""
+_ACROSS, _LAG = 3.0, 1.2
+"""[s] before the arrival when one begins to move across the road with a heading, and by which a planner of usual
+weights is behind a place that moves"""
 
 
 @dataclass(frozen=True)
@@ -36,12 +43,14 @@ class Goal:
     """[m] where in the lanes; None: in their middle"""
     speed: Interval | None = None
     """[m/s]"""
+    heading: Interval | None = None
+    """[rad] relative to the road, in which one is to arrive at the position"""
     time: Interval | None = None
-    """[s] since the driver's reset at which the position is to be reached; without a position it is of no use"""
+    """[s] since the driver's reset at which the position is to be reached, or any one before the end of the road"""
 
     def __post_init__(self) -> None:
         """Refuse what nobody can reach."""
-        for name in ("position", "speed", "time"):
+        for name in ("position", "speed", "heading", "time"):
             interval = getattr(self, name)
             if interval is not None and not (len(interval) == 2 and interval[0] <= interval[1]):
                 raise SettingError(f"the {name} of a goal is {interval}; expected its least and its largest value")
@@ -66,21 +75,55 @@ class Goal:
         lanes = self.any_lane
         if any(not 0 <= lane < road.lanes for lane in lanes):
             raise SettingError(f"the goal names the lanes {lanes}; expected some of 0 to {road.lanes - 1}")
+        usual = min(usual, road.speed_limit or usual)
         speed = usual if self.speed is None else float(np.clip(usual, *self.speed))
-        if self.position is not None and self.time is not None and (time < self.time[1] or state[0] < self.position[0]):
-            speed = self._on_the_way(state, time, speed)
-        return Wish(speed, lanes, self.lat)
+        wish = Wish(speed, lanes, self.lat)
+        if self.time is None:
+            return wish
+        last = max(float(road.length) - _BEFORE_END, float(state[0]))
+        if self.position is None:
+            free = state[0] + (state[2] + speed) / 2 * (self.time[0] - time) <= last
+            return wish if free else replace(wish, speed=self._on_the_way(state, time, speed, (-np.inf, last))[0])
+        if time >= self.time[1] and state[0] >= self.position[0]:
+            return wish
+        nearest, farthest = self.position
+        speed, left = self._on_the_way(state, time, speed, (nearest, max(nearest, min(farthest, last))))
+        return self._turned(replace(wish, speed=speed), state, road, left)
 
-    def _on_the_way(self, state: Float[np.ndarray, " 4"], time: float, usual: float) -> float:
-        """Speed [m/s] to aim at now to be at the position in time and at an allowed speed, on the gentlest way.
+    def _turned(self, wish: Wish, state: Float[np.ndarray, " 4"], road: Road, left: float) -> Wish:
+        """The wish with a place that moves across the road as one does who arrives with the heading in some time [s].
 
-        It says how hard to accelerate, and may be less than 0 where one has to brake hard.
+        Until it is time the lane is kept from which that leads to the goal.
+        """
+        if self.heading is None or self.position is None or not wish.lanes:
+            return wish
+        low, high = self.heading
+        inside = min((high - low) / 4, _UNTURNED)
+        sideways = float(state[2]) * np.sin(np.clip(0.0, low + inside, high - inside))
+        if sideways == 0.0:
+            return wish
+        middle = float(np.mean(self.position))
+        edges, own = road.edges_at(middle), int(road.lane_at(state[0], state[1]))
+        lane = min(self.any_lane, key=lambda each: abs(each - own))
+        centre = float(edges[lane] + edges[lane + 1]) / 2
+        place, before = centre if self.lat is None else self.lat, lane - int(np.sign(sideways))
+        if left <= _ACROSS:
+            return replace(wish, lanes=(lane,), lat=place + sideways * (_LAG - left))
+        coming = (place - centre) * sideways < 0 and 0 <= before < road.lanes and road.has_lane(middle)[before]
+        return replace(wish, lanes=(before if coming else lane,), lat=None if coming else place)
+
+    def _on_the_way(
+        self, state: Float[np.ndarray, " 4"], time: float, usual: float, position: Interval
+    ) -> tuple[float, float]:
+        """Speed [m/s] to aim at now to be at a position in time and at an allowed speed, on the gentlest way.
+
+        It says how hard to accelerate, and may be less than 0 where one has to brake hard. And the time [s] until then.
 
         Of the arrivals within the time, each of which has an acceleration that is linear in time and costs its integral
         of squares, the cheapest, and rather one in the middle than at the ends.
         """
-        assert self.position is not None and self.time is not None
-        nearest, farthest = self.position
+        assert self.time is not None
+        nearest, farthest = position
         spare = min((farthest - nearest) / 2, _SPARE)
         soonest, latest = (max(each - time, _SOONEST) for each in self.time)
         arrival, speed = np.linspace(soonest, latest, 21), float(state[2])
@@ -95,4 +138,4 @@ class Goal:
         change = 2 * (last - speed) / arrival - 2 * first
         cost = arrival * (first**2 + first * change + change**2 / 3) + _MIDDLE * (arrival - arrival.mean()) ** 2
         best = int(np.argmin(cost))
-        return float(speed + _RESPONSE * np.clip(first[best], -_HARDEST, _HARDEST))
+        return float(speed + _RESPONSE * np.clip(first[best], -_HARDEST, _HARDEST)), float(arrival[best])

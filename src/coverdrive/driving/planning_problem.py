@@ -9,14 +9,17 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 from shapely import contains_xy, get_coordinates, prepare
-from shapely.geometry import Point
+from shapely.geometry import Point, Polygon
 from shapely.geometry.base import BaseGeometry
 from shapely.ops import unary_union
 
 from coverdrive.driving.goal import Goal, Interval
 from coverdrive.driving.perception import Told
+from coverdrive.driving.route import drawn_near, route
 from coverdrive.errors import DataError, RecordingError
 from coverdrive.recordings.boundary import naming
+from coverdrive.recordings.commonroad import speed_limit
+from coverdrive.recordings.drawn_road import TOUCHING
 from coverdrive.recordings.driven_road import roads_of
 from coverdrive.recordings.repair import VERGE
 from coverdrive.recordings.scenario import check_problem, numbers_of, open_scenario
@@ -119,6 +122,10 @@ class PlanningProblem:
         shape = shape_of(state.position)
         lon, lat = self._across(shape)
         middle = float(np.mean(lon))
+        if state.has_value("orientation"):
+            low, high = _interval(state.orientation)
+            turned = float(self.road.heading_to_road(middle, low))
+            goal = replace(goal, heading=(turned, turned + high - low))
         centres = self.road.edges_at(middle)
         centres = (centres[:-1] + centres[1:]) / 2
         inside = [shape.covers(Point(*self.road.to_map(middle, centre))) for centre in centres]
@@ -135,7 +142,8 @@ class PlanningProblem:
         """Extent of a shape along the road, and across it in its middle, [m]."""
         hull = get_coordinates(shape.convex_hull)
         lon, _ = self.road.to_road(*hull.T)
-        along = float(lon.min()), float(lon.max())
+        first, last = np.clip((lon.min(), lon.max()), 0.0, float(self.road.length))
+        along = float(first), float(last)
         places = np.linspace(self.road.edges[0] - VERGE, self.road.edges[-1] + VERGE, 400)
         points = np.stack(self.road.to_map(np.full(400, np.mean(along)), places), axis=-1)
         inside = places[[shape.covers(Point(*each)) for each in points]]
@@ -165,7 +173,7 @@ def read_problems(file: Path) -> Iterator[PlanningProblem | RecordingError]:
 def _problem(file: Path, scenario: Any, problem: Any) -> PlanningProblem:
     try:
         check_problem(problem, float(scenario.dt))
-        road = _road_of(scenario.lanelet_network.lanelets, problem)
+        road = _road_of(scenario.lanelet_network, problem, float(scenario.dt))
         return PlanningProblem(file, _without_ego(file, problem.initial_state), problem, road)
     except DataError as error:
         raise DataError(f"planning problem {problem.planning_problem_id}: {error}") from error
@@ -213,16 +221,28 @@ def _turned(angle: float) -> Float[np.ndarray, "2 2"]:
     return np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
 
 
-def _road_of(lanelets: list[Any], problem: Any) -> Road:
-    """The first carriageway on which the start is, ahead of it the goal if there is such a one."""
+def _road_of(network: Any, problem: Any, dt: float) -> Road:
+    """The first carriageway on which the start is, with the goal on it if there is such a one; as far as it matters.
+
+    Lanes between which the map has a gap are beside each other only if the start is on no road else.
+    """
     start, found, problems = problem.initial_state, list[Road](), list[str]()
-    places = [shape_of(each.position).centroid for each in problem.goal.state_list if each.has_value("position")]
+    goals, heading = problem.goal.state_list, float(start.orientation)
+    areas = [shape_of(each.position) for each in goals if each.has_value("position")]
+    time = dt * (max(_interval(each.time_step)[1] for each in goals) - start.time_step)
+    through = route(network.lanelets, start.position, heading, areas) or ()
+    limit = speed_limit(network, through[0] if through else ())
     try:
-        for road in roads_of(lanelets, problems):
-            if _is_on(road, start.position) and np.abs(road.heading_to_road(*_lon(road, start))) < np.pi / 4:
-                found.append(road)
-                if not places or any(_is_on(road, (place.x, place.y)) for place in places):
-                    return road
+        for touching in (2 * _NO_GAP, TOUCHING):
+            draw = drawn_near(start.position, float(start.velocity), time, touching)
+            for road in roads_of(network.lanelets, problems, through, draw):
+                lon, lat = road.to_road(*start.position)
+                lane = road.lane_at(lon, lat)
+                edges = road.edges_at(lon)[lane : lane + 2]
+                if edges[0] <= lat <= edges[1] and 0 <= lon <= road.length and _along(road, lon, heading):
+                    found.append(replace(road, speed_limit=limit))
+                    if not areas or any(area.intersects(_surface_of(road)) for area in areas):
+                        return found[-1]
     except KeyError as error:
         raise DataError(f"a lanelet refers to {error}, which is not in the file; check the file") from error
     if not found:
@@ -230,14 +250,16 @@ def _road_of(lanelets: list[Any], problem: Any) -> Road:
     return found[0]
 
 
-def _lon(road: Road, state: Any) -> tuple[float, float]:
-    return float(road.to_road(*state.position)[0]), float(state.orientation)
+def _along(road: Road, lon: float, heading: float) -> bool:
+    """Whether a road leads in about a direction [rad] of the map at a position [m]."""
+    return bool(np.abs(road.heading_to_road(lon, heading)) < np.pi / 4)
 
 
-def _is_on(road: Road, place: Float[np.ndarray, " 2"] | tuple[float, float]) -> bool:
-    lon, lat = road.to_road(*place)
-    edges = road.edges_at(lon)
-    return bool(0 <= lon <= road.length and edges[0] <= lat <= edges[-1])
+def _surface_of(road: Road) -> BaseGeometry:
+    """All lanes of a road on the map."""
+    lon = np.linspace(0.0, float(road.length), max(2, round(float(road.length) / 2)))
+    right, left = (np.stack(road.to_map(lon, road.edges_at(lon)[:, side]), axis=-1) for side in (0, -1))
+    return Polygon(np.concatenate([right, left[::-1]])).buffer(0)
 
 
 def shape_of(position: Any) -> BaseGeometry:

@@ -5,7 +5,7 @@ comes from the bounds of the lanelets (`coverdrive.recordings.lanelets`, `coverd
 """
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import replace
 from itertools import tee
@@ -38,7 +38,7 @@ def read_commonroad(file: Path, settings: SmoothingSettings | None = None) -> tu
     repairs: Counter[str] = Counter()
     rows = _rows(file, scenario.dynamic_obstacles, repairs)
     side = "left" if scenario.scenario_id.country_id in LEFT else "right"
-    limit, how = _speed_limit(scenario.lanelet_network), settings or SmoothingSettings()
+    limit, how = speed_limit(scenario.lanelet_network), settings or SmoothingSettings()
 
     def reading(name: str, road: Road, raw: RawTracks, repairs: Counter[str]) -> Reading:
         road, tracks = replace(road, side=side, speed_limit=limit), tidy(raw, dt, repairs)
@@ -107,10 +107,10 @@ def _touch(one: Road, other: Road) -> bool:
     return bool(np.any(inside & (lat > limits[:, 0]) & (lat < limits[:, -1])))
 
 
-def _speed_limit(network: Any) -> float | None:
-    """[m/s] that holds on most of the lanelets that have a limit."""
+def speed_limit(network: Any, through: Collection[int] = ()) -> float | None:
+    """[m/s] that holds on most of the lanelets that have a limit, of those with the numbers ``through`` if given."""
     limits = dict[float, float]()
-    for part in network.lanelets:
+    for part in (each for each in network.lanelets if not through or each.lanelet_id in through):
         signs = map(network.find_traffic_sign_by_id, part.traffic_signs)
         for element in (each for sign in signs if sign is not None for each in sign.traffic_sign_elements):
             with suppress(ValueError, IndexError):

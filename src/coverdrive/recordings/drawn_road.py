@@ -30,8 +30,9 @@ SHORTEST_LANE = 20.0
 AT_END = 10.0
 """[m] from the ends of the road: the lanes of a cross-section do not end exactly side by side"""
 
-ASIDE = 45.0
-"""[m] points farther from the line have nothing to do with the road, which is within its smallest radius"""
+ASIDE, INSIDE = 45.0, 0.2
+"""[m] points farther from the line have nothing to do with the road, and [m] those that are as near to the centre of a
+curve that one drives so little for 1 m of the line"""
 
 EVEN = 0.05
 """[m] by which edges may differ from even ones that stand for them"""
@@ -50,12 +51,16 @@ class DrawnLane(NamedTuple):
         aside = np.stack([-ahead[:, 1], ahead[:, 0]], axis=-1) / np.hypot(*ahead.T)[:, None] * width / 2
         return DrawnLane(centre + aside, centre - aside)
 
+    def cut(self, place: Float[np.ndarray, " 2"], behind: float, ahead: float) -> "DrawnLane":
+        """The stretch from so far [m] behind what is nearest to a place [m] to so far ahead of it."""
+        return DrawnLane(*(_cut(bound, place, behind, ahead) for bound in self))
 
-def drawn_road(lanes: Sequence[DrawnLane]) -> Road:
+
+def drawn_road(lanes: Sequence[DrawnLane], touching: float = TOUCHING) -> Road:
     """The road along the first of some lanes, with those beside it; its right edge is at lat = 0.
 
-    Lanes that run against the direction of the first one, or do not touch the road, are left out. A DataError if the
-    road bends too sharply, or its first lane has no width.
+    Lanes that run against the direction of the first one, or are farther from the road than ``touching`` [m], are left
+    out. A DataError if the road bends too sharply, or its first lane has no width.
     """
     line = fit_line(lanes[0].left)
     stations = np.linspace(0.0, line.length, max(2, round(line.length / STATION) + 1))
@@ -67,14 +72,28 @@ def drawn_road(lanes: Sequence[DrawnLane]) -> Road:
         problem = f"the lane that leads the road is {width:.2g} m wide"
         raise DataError(f"{problem}; expected at least {NARROWEST:g} m, its left bound left of its right one")
     inner = [np.interp(stations, stations[~np.isnan(edge)], edge[~np.isnan(edge)]) for edge in own]
-    left = _outwards(inner[1], bounds)
-    right = _outwards(-inner[0], [-bound[::-1] for bound in bounds])
+    left = _outwards(inner[1], bounds, touching)
+    right = _outwards(-inner[0], [-bound[::-1] for bound in bounds], touching)
     edges = np.stack([*(-edge for edge in reversed(right)), *left], axis=-1)
     usual = _usual(edges)
     road = Road(edges=usual - usual[0], length=line.length, line=replace(line, lat=float(-usual[0])))
     if np.abs(edges - usual).max() <= EVEN:
         return road
     return replace(road, changing=LaneEdges(stations, edges - usual[0]))
+
+
+def _cut(
+    bound: Float[np.ndarray, "P 2"], place: Float[np.ndarray, " 2"], behind: float, ahead: float
+) -> Float[np.ndarray, "C 2"]:
+    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(bound, axis=0).T))])
+    if not way[-1] <= LONGEST_ROAD:
+        return bound
+    dense = np.linspace(0.0, way[-1], max(2, round(way[-1]) + 1))
+    points = np.stack([np.interp(dense, way, values) for values in bound.T], axis=-1)
+    here = dense[np.argmin(np.hypot(*(points - place).T))]
+    first, last = max(0.0, here - behind), min(way[-1], here + ahead)
+    ways = np.concatenate([[first], way[(way > first) & (way < last)], [last]])
+    return np.stack([np.interp(ways, way, values) for values in bound.T], axis=-1)
 
 
 def _offsets(line: ReferenceLine, bound: Float[np.ndarray, "P 2"], stations: Float[np.ndarray, " S"]) -> np.ndarray:
@@ -84,8 +103,9 @@ def _offsets(line: ReferenceLine, bound: Float[np.ndarray, "P 2"], stations: Flo
         return np.full(len(stations), np.nan)
     grid = np.linspace(0.0, way[-1], max(2, round(way[-1]) + 1))
     lon, lat = line.to_road(*(np.interp(grid, way, values) for values in bound.T))
-    forward = np.gradient(lon) > 0
-    kept = forward & (np.abs(lat) < ASIDE) & (lon >= np.maximum.accumulate(lon))
+    beside = (lon > -AT_END) & (lon < line.length + AT_END) & (np.abs(lat) < ASIDE)
+    forward = beside & (1 - line.curvature_at(lon) * lat > INSIDE) & (np.gradient(lon) > 0)
+    kept = forward & (lon >= np.maximum.accumulate(np.where(forward, lon, -np.inf)))
     if kept.sum() < 2:
         return np.full(len(stations), np.nan)
     lon, lat = lon[kept], lat[kept]
@@ -94,7 +114,9 @@ def _offsets(line: ReferenceLine, bound: Float[np.ndarray, "P 2"], stations: Flo
     return np.interp(stations, lon, lat, left=before, right=after)
 
 
-def _outwards(inner: Float[np.ndarray, " S"], bounds: Sequence[Float[np.ndarray, "2 S"]]) -> list[np.ndarray]:
+def _outwards(
+    inner: Float[np.ndarray, " S"], bounds: Sequence[Float[np.ndarray, "2 S"]], touching: float
+) -> list[np.ndarray]:
     """The edges [m] of the lanes to the left of an edge, from it outwards.
 
     Of the bounds (right, left) of lanes, those that touch the road are taken, the nearest first. Lanes that are there
@@ -106,7 +128,7 @@ def _outwards(inner: Float[np.ndarray, " S"], bounds: Sequence[Float[np.ndarray,
     outer = inner
     for bound in near:
         gap, width = bound[0] - outer, bound[1] - outer
-        there = (gap <= TOUCHING) & (width > 0)
+        there = (gap <= touching) & (width > 0)
         if np.sum(there & (width >= NARROWEST)) * STATION < SHORTEST_LANE:
             continue
         column = len(columns)

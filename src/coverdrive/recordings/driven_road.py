@@ -3,7 +3,7 @@
 R is the number of rows.
 """
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from itertools import islice
 from typing import Any
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from coverdrive.errors import DataError
 from coverdrive.recordings.checks import LONGEST_ROAD
-from coverdrive.recordings.drawn_road import drawn_road
+from coverdrive.recordings.drawn_road import DrawnLane, drawn_road
 from coverdrive.recordings.lanelets import carriageways
 from coverdrive.recordings.repair import RawTracks, on_road
 from coverdrive.road import Road
@@ -20,17 +20,23 @@ MOST_CARRIAGEWAYS = 20
 """of a map that are looked at, the longest and widest first"""
 
 
-def roads_of(lanelets: list[Any], problems: list[str]) -> Iterator[Road]:
+def roads_of(
+    lanelets: list[Any],
+    problems: list[str],
+    through: Sequence[Collection[int]] = (),
+    draw: Callable[[list[DrawnLane]], Road] = drawn_road,
+) -> Iterator[Road]:
     """The roads of the carriageways of a lanelet network; ``problems`` gains why others are none.
 
-    A KeyError if a lanelet names one that is not there, a DataError if the network is none of lanes.
+    ``through`` is that of `carriageways`; ``draw`` makes the road of the lanes of each. A KeyError if a lanelet names
+    one that is not there, a DataError if the network is none of lanes.
     """
-    for lanes in islice(carriageways(lanelets), MOST_CARRIAGEWAYS):
+    for lanes in islice(carriageways(lanelets, through), MOST_CARRIAGEWAYS):
         longest = max(float(np.sum(np.hypot(*np.diff(bound, axis=0).T))) for lane in lanes for bound in lane)
         if longest > LONGEST_ROAD:
             raise DataError(f"a lane is {longest:g} m long; expected up to {LONGEST_ROAD:g} m")
         try:
-            road = drawn_road(lanes)
+            road = draw(lanes)
         except DataError as error:
             problems.append(str(error))
             continue

@@ -4,7 +4,7 @@ A lanelet is a piece of a lane; it names those before and after it, and those be
 chain of lanelets, in which every lanelet counts as often as there are lanes beside it.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -34,10 +34,12 @@ Neighbours = dict[tuple[int, str], list[int]]
 _BOUNDS = ("left_vertices", "right_vertices")
 
 
-def carriageways(lanelets: list[Any]) -> Iterator[list[DrawnLane]]:
+def carriageways(lanelets: list[Any], through: Sequence[Collection[int]] = ()) -> Iterator[list[DrawnLane]]:
     """All lanes, the leftmost one of a carriageway first: of the main one, then of the next, and so on.
 
-    A KeyError if a lanelet names one that is not there, a DataError if one lies beside itself.
+    Before them comes the one along a route, if ``through`` has the numbers of its lanelets, and of those among them of
+    which it leads through one. A KeyError if a lanelet names one that is not there, a DataError if one lies beside
+    itself.
     """
     parts = {part.lanelet_id: part for part in lanelets}
     stated = {(first, second) for second, part in parts.items() for first in part.predecessor}
@@ -49,11 +51,21 @@ def carriageways(lanelets: list[Any]) -> Iterator[list[DrawnLane]]:
             after[first].append(second)
             before[second].append(first)
     beside = {(number, side): _beside(parts, number, side) for number in parts for side in ("left", "right")}
+
+    def lanes(guide: list[int]) -> list[DrawnLane]:
+        return [_drawn([parts[number] for number in chain]) for chain in (guide, *_joined(parts, after, before, guide))]
+
+    if through:
+        route, by = through
+        onwards, back = (
+            {number: [each for each in links[number] if each in route] for number in parts} for links in (after, before)
+        )
+        yield lanes(_guide(parts, onwards, back, beside, set(by)))
     left = set(parts)
     while left:
         guide = _guide(parts, after, before, beside, left)
         left -= {other for number in guide for side in ("left", "right") for other in (number, *beside[number, side])}
-        yield [_drawn([parts[number] for number in chain]) for chain in (guide, *_joined(parts, after, before, guide))]
+        yield lanes(guide)
 
 
 def _drawn(chain: list[Any]) -> DrawnLane:

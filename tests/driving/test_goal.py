@@ -1,0 +1,58 @@
+"""What a goal asks for on the way: speeds, lanes and places across the road."""
+
+import numpy as np
+import pytest
+
+from coverdrive.driving.goal import Goal
+from coverdrive.road import Road
+
+ROAD = Road.straight(length=200.0)
+
+
+def state(lon: float, lat: float, speed: float) -> np.ndarray:
+    return np.array([lon, lat, speed, 0.0])
+
+
+def test_who_has_time_left_stays_on_the_map() -> None:
+    goal = Goal(time=(8.0, 8.0))
+    assert goal.wish(state(20.0, 1.8, 15.0), ROAD, 0.0, 15.0).speed == 15.0
+    late = goal.wish(state(120.0, 1.8, 15.0), ROAD, 0.0, 15.0).speed
+    assert late is not None and late < 12.0
+    assert goal.wish(state(150.0, 1.8, 15.0), ROAD, 7.0, 15.0).speed == 15.0
+
+
+def test_the_end_of_the_map_is_not_reached_before_the_time() -> None:
+    goal, at, dt = Goal(time=(10.0, 10.0)), state(60.0, 1.8, 20.0), 0.1
+    for moment in range(100):
+        speed = goal.wish(at, ROAD, moment * dt, 20.0).speed
+        assert speed is not None
+        at[2] = max(0.0, at[2] + dt * np.clip((speed - at[2]) / 2.5, -8.0, 3.0))
+        at[0] += dt * at[2]
+    assert 180.0 < at[0] < 197.0
+
+
+def test_a_speed_limit_holds_unless_the_goal_needs_more() -> None:
+    limited = Road(ROAD.edges, 1000.0, speed_limit=12.0)
+    assert Goal().wish(state(0.0, 1.8, 12.0), limited, 0.0, 20.0).speed == 12.0
+    hurried = Goal(position=(300.0, 310.0), time=(0.0, 15.0)).wish(state(0.0, 1.8, 12.0), limited, 0.0, 20.0).speed
+    assert hurried is not None and hurried > 14.0
+
+
+@pytest.mark.parametrize(("low", "high", "lane", "to"), [(0.03, 0.2, 1, 1), (-0.2, -0.03, 3, -1)])
+def test_a_heading_is_that_of_a_lane_change_which_begins_in_time(low: float, high: float, lane: int, to: int) -> None:
+    road = Road.straight(lanes=5)
+    place = float(road.centres[2]) - 1.2 * to
+    goal = Goal(lanes=2, lat=place, position=(200.0, 202.0), heading=(low, high), time=(11.0, 12.0))
+    early = goal.wish(state(0.0, float(road.centres[lane]), 17.0), road, 0.0, 17.0)
+    assert (early.lanes, early.lat) == ((lane,), None)
+    late = [goal.wish(state(at, place, 17.0), road, at / 17.0, 17.0) for at in (160.0, 180.0, 195.0)]
+    assert {wish.lanes for wish in late} == {(2,)}
+    places = to * np.array([wish.lat for wish in late])
+    assert (np.diff(places) > 0.5).all() and places[-1] > to * place > places[0]
+
+
+def test_a_heading_along_the_road_changes_nothing() -> None:
+    plain = Goal(lanes=1, position=(100.0, 105.0), time=(6.0, 7.0))
+    turned = Goal(lanes=1, position=(100.0, 105.0), time=(6.0, 7.0), heading=(-0.1, 0.1))
+    at = state(40.0, 1.8, 15.0)
+    assert turned.wish(at, ROAD, 3.0, 15.0) == plain.wish(at, ROAD, 3.0, 15.0)

@@ -1,0 +1,114 @@
+"""Problems on roads that split, end lanes in their middle or bend sharply."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from driving_fakes import PREDICTOR
+from problem_fakes import between, box, goal, problem
+from recordings_fakes import driving, lanelet, on_map, scenario
+
+from coverdrive.driving.planning_problem import PlanningProblem, read_problems
+from coverdrive.driving.solved import solve
+
+AT = np.linspace(90.0, 200.0, 30)
+ASIDE = -20 * ((AT - 90) / 110) ** 2
+"""[m] to the left of the road that goes on, the branch leaves it"""
+
+
+def split(before: str = "", limits: str = "") -> str:
+    """A lane that splits after 90 m: one goes on, and is the longer one, one leaves to the right."""
+    fork = lanelet(10, 0.0, 90.0, 0.0, 3.5, f'{before}<successor ref="11"/><successor ref="12"/>')
+    onwards = lanelet(11, 90.0, 300.0, 0.0, 3.5, '<predecessor ref="10"/>')
+    return fork + onwards + branch(limits)
+
+
+def branch(limits: str) -> str:
+    return lanelet(12, 90.0, 200.0, ASIDE, 3.5, f'<predecessor ref="10"/>{limits}')
+
+
+def read(folder: Path, lanelets: str, *goals: str, traffic: str = "", **start: float) -> PlanningProblem:
+    (found,) = read_problems(written(folder, lanelets, *goals, traffic=traffic, **start))
+    assert isinstance(found, PlanningProblem), str(found)
+    return found
+
+
+def written(folder: Path, lanelets: str, *goals: str, traffic: str = "", **start: float) -> Path:
+    path = folder / "USA_Test-1_1_T-1.xml"
+    path.write_text(scenario(lanelets, (traffic or driving(100, 5.0, -1.75, 10.0, 40)) + problem(*goals, **start)))
+    return path
+
+
+@pytest.mark.parametrize("aside", [False, True])
+def test_the_route_follows_the_goal(tmp_path: Path, aside: bool) -> None:
+    at = 160.0
+    left = float(np.interp(at, AT, ASIDE)) * aside - 1.75
+    found = read(tmp_path, split(), goal(box(at, left)))
+    (middle,) = on_map(np.array([at]), left)
+    lon, lat = found.road.to_road(*middle)
+    right, *_, leftmost = found.road.edges_at(lon)
+    assert right + 1.5 < lat < leftmost - 1.5
+    assert found.goal.position is not None and found.goal.position[0] < lon < found.goal.position[1]
+
+
+def test_the_limit_is_that_of_the_route(tmp_path: Path) -> None:
+    sign = (
+        '<trafficSign id="900"><trafficSignElement><trafficSignID>R2-1</trafficSignID>'
+        "<additionalValue>9</additionalValue></trafficSignElement></trafficSign>"
+    )
+    lanelets = split(limits='<trafficSignRef ref="900"/>') + sign
+    assert read(tmp_path, lanelets, goal(box(160.0, -1.75))).road.speed_limit is None
+    left = float(np.interp(160.0, AT, ASIDE)) - 1.75
+    assert read(tmp_path, lanelets, goal(box(160.0, left))).road.speed_limit == pytest.approx(9.0)
+
+
+def test_the_branch_is_driven(tmp_path: Path) -> None:
+    left = float(np.interp(110.0, AT, ASIDE)) - 1.75
+    path = written(tmp_path, split(), goal(box(110.0, left, length=8.0), last=80), at=40.0)
+    (found,) = solve(path, PREDICTOR)
+    assert found.row["solved"], found.row["reason"]
+
+
+def arc(radius: float, turn: float, straight: float, number: int = 1) -> str:
+    """One lane, straight on along x for some way [m], then an arc to the left by an angle [rad]."""
+
+    def bound(left: float) -> str:
+        angle = np.linspace(0.0, turn, 60)
+        x = np.append(np.linspace(0.0, straight, 40)[:-1], straight + (radius - left) * np.sin(angle))
+        y = np.append(np.full(39, left), radius - (radius - left) * np.cos(angle))
+        return "".join(f"<point><x>{a:.4f}</x><y>{b:.4f}</y></point>" for a, b in zip(x, y, strict=True))
+
+    return (
+        f'<lanelet id="{number}"><leftBound>{bound(1.75)}</leftBound><rightBound>{bound(-1.75)}</rightBound></lanelet>'
+    )
+
+
+def started(x: float, speed: float, *goals: str) -> str:
+    return (
+        '<planningProblem id="7"><initialState><time><exact>0</exact></time>'
+        f"<position><point><x>{x}</x><y>0</y></point></position><orientation><exact>0</exact></orientation>"
+        f"<velocity><exact>{speed}</exact></velocity><yawRate><exact>0</exact></yawRate><slipAngle><exact>0</exact>"
+        f"</slipAngle></initialState>{''.join(goals)}</planningProblem>"
+    )
+
+
+def test_a_junction_far_ahead_does_not_matter(tmp_path: Path) -> None:
+    path = tmp_path / "USA_Test-1_1_T-1.xml"
+    path.write_text(scenario(arc(6.0, 1.5, 180.0), driving(100, -500.0, 0.0, 0.0, 20) + started(100.0, 10.0, goal())))
+    (found,) = read_problems(path)
+    assert isinstance(found, PlanningProblem)
+    lon, lat = found.road.to_road(100.0, 0.0)
+    assert found.road.length - lon > 50.0 and lat == pytest.approx(1.75, abs=0.1)
+
+
+def test_a_loop_of_25_m_is_driven_slowly(tmp_path: Path) -> None:
+    x, y = 30.0 + 25.0 * np.sin(0.9), 25.0 - 25.0 * np.cos(0.9)
+    place = (
+        f"<position><rectangle><length>5</length><width>2.5</width><orientation>0.9</orientation><center><x>{x}</x>"
+        f"<y>{y}</y></center></rectangle></position>"
+    )
+    wanted = goal(place, between("orientation", 0.7, 1.1), first=20, last=80)
+    path = tmp_path / "USA_Test-1_1_T-1.xml"
+    path.write_text(scenario(arc(25.0, 1.6, 30.0), driving(100, -500.0, 0.0, 0.0, 20) + started(5.0, 9.0, wanted)))
+    (found,) = solve(path, PREDICTOR)
+    assert found.row["solved"], found.row["reason"]
