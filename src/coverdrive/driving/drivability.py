@@ -4,13 +4,20 @@ The checker is the extra ``commonroad``. It judges the road by a triangulation w
 installed, as the CommonRoad server does, and else by rectangles.
 """
 
+from copy import deepcopy
 from importlib import import_module
 from importlib.util import find_spec
 
+import numpy as np
 from commonroad.common.solution import Solution
 from commonroad.planning.planning_problem import PlanningProblemSet
 
 from coverdrive.driving.solving import Drive
+
+
+FARTHEST = 1e5
+"""[m] from the origin of the map from which on a drive is judged where it is at the origin: the triangulation knows too
+few digits, and ends the process"""
 
 
 def refusal(drive: Drive) -> str | None:
@@ -25,8 +32,13 @@ def refusal(drive: Drive) -> str | None:
             "feasibility.solution_checker",
         )
     )
-    scenario, problems = drive.problem.scenario, PlanningProblemSet([drive.problem.problem])
-    solution = Solution(scenario.scenario_id, [drive.solution()])
+    scenario, problem, solved = drive.problem.scenario, drive.problem.problem, drive.solution()
+    if np.abs(problem.initial_state.position).max() > FARTHEST:
+        back = -problem.initial_state.position
+        scenario, problem = deepcopy((scenario, problem))
+        for part in (scenario, problem, solved.trajectory):
+            part.translate_rotate(back, 0.0)
+    problems, solution = PlanningProblemSet([problem]), Solution(scenario.scenario_id, [solved])
 
     def on_road() -> bool:
         if find_spec("triangle"):
