@@ -18,6 +18,8 @@ Pairs = Float[Array, "*#n 2"]
 
 CORNERS = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
 """of a body, in half lengths and widths from its centre"""
+_LEAST = 0.25
+"""of 1 − κe beside a body; where a long one is so near to the centre of a curve that it would be less, this holds"""
 
 
 def turned_half_extents(half_sizes: Pairs, heading: Numbers) -> Pairs:
@@ -46,7 +48,8 @@ def bent_half_sizes(
         aside: [m] distance of the reference line from the farthest side of the box; a tenth of the radius, say.
     """
     bend = np.abs(curvature)
-    least = 1 - bend * (aside + bend * diagonal**2) / (1 - 2 * bend * diagonal)  # of 1 − κe
+    turning = np.maximum(1 - 2 * bend * diagonal, _LEAST)
+    least = np.maximum(1 - bend * (aside + bend * diagonal**2) / turning, _LEAST)  # of 1 − κe
     bow = bend * diagonal**2 / (2 * least)
     longer = diagonal * (1 / least**2 - 1) + bow / least * (1 + bend * diagonal / (3 * least))
     return np.stack([half_sizes[..., 0] + longer, half_sizes[..., 1] / least + bow], axis=-1)

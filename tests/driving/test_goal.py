@@ -51,8 +51,9 @@ def test_a_heading_is_that_of_a_lane_change_which_begins_in_time(low: float, hig
     assert (np.diff(places) > 0.5).all() and places[-1] > to * place > places[0]
 
 
-def test_a_heading_along_the_road_changes_nothing() -> None:
+def test_a_heading_along_the_road_changes_nothing_nor_one_across_it() -> None:
     plain = Goal(lanes=1, position=(100.0, 105.0), time=(6.0, 7.0))
     turned = Goal(lanes=1, position=(100.0, 105.0), time=(6.0, 7.0), heading=(-0.1, 0.1))
     at = state(40.0, 1.8, 15.0)
-    assert turned.wish(at, ROAD, 3.0, 15.0) == plain.wish(at, ROAD, 3.0, 15.0)
+    across = Goal(lanes=1, position=(100.0, 105.0), time=(6.0, 7.0), heading=(0.6, 0.9))
+    assert turned.wish(at, ROAD, 3.0, 15.0) == plain.wish(at, ROAD, 3.0, 15.0) == across.wish(at, ROAD, 3.0, 15.0)

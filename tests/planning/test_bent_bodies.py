@@ -116,6 +116,13 @@ def test_what_stands_where_a_lane_ends_is_an_obstacle() -> None:
     assert paths.points[0, 0, 1] - paths.half_sizes[0, 0, 1] > 3.6
 
 
+def test_a_long_body_in_a_tight_curve_is_large() -> None:
+    for aside in (0.0, 4.0, 10.0):
+        sizes = bent_half_sizes(np.array([9.0, 1.3]), 9.1, np.linspace(0.0, 1 / 20, 50), aside)
+        assert (np.diff(sizes, axis=0) >= -1e-9).all()
+        assert sizes[-1, 0] > 18.0
+
+
 def test_nothing_stands_where_a_lane_in_the_middle_ends() -> None:
     lat = np.array([[0, 3.6, 7.2, 10.8], [0, 3.6, 7.2, 10.8], [0, 5.4, 5.4, 10.8], [0, 5.4, 5.4, 10.8]])
     changing = LaneEdges(np.array([0, 200, 220, 600.0]), lat)

@@ -14,7 +14,6 @@ from commonroad.planning.planning_problem import PlanningProblemSet
 
 from coverdrive.driving.solving import Drive
 
-
 FARTHEST = 1e5
 """[m] from the origin of the map from which on a drive is judged where it is at the origin: the triangulation knows too
 few digits, and ends the process"""

@@ -26,6 +26,8 @@ _BEFORE_END = 4.0
 """[m] the centre of a car stays so far before the end of the map, where no position is asked for"""
 _UNTURNED = 0.02
 """[rad] by which one aims at the inside of a heading"""
+_STEEPEST = 0.2
+"""[rad] to the road that a lane change takes at the most; another heading is that of another road"""
 _ACROSS, _LAG = 3.0, 1.2
 """[s] before the arrival when one begins to move across the road with a heading, and by which a planner of usual
 weights is behind a place that moves"""
@@ -99,9 +101,10 @@ class Goal:
             return wish
         low, high = self.heading
         inside = min((high - low) / 4, _UNTURNED)
-        sideways = float(state[2]) * np.sin(np.clip(0.0, low + inside, high - inside))
-        if sideways == 0.0:
+        turned = float(np.clip(0.0, low + inside, high - inside))
+        if turned == 0.0 or abs(turned) > _STEEPEST:
             return wish
+        sideways = float(state[2]) * np.sin(turned)
         middle = float(np.mean(self.position))
         edges, own = road.edges_at(middle), int(road.lane_at(state[0], state[1]))
         lane = min(self.any_lane, key=lambda each: abs(each - own))
