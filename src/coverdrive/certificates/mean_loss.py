@@ -56,7 +56,8 @@ def fractions(count: int, epsilon: float, goal: float) -> Float[np.ndarray, " K"
     def short(share: float) -> float:
         return float(special.rel_entr(share, epsilon) + special.rel_entr(1 - share, 1 - epsilon)) - goal / max(count, 1)
 
-    least = 1 - float(optimize.brentq(short, 0.0, epsilon)) / epsilon if short(0.0) > 0 else 1.0
+    share = optimize.root_scalar(short, bracket=(0.0, epsilon), method="brentq").root if short(0.0) > 0 else 0.0
+    least = 1 - float(share) / epsilon
     return np.geomspace(min(least, _MOST_STAKED), _MOST_STAKED, _FRACTIONS)
 
 

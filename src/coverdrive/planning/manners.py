@@ -41,7 +41,6 @@ class MannersSettings(Settings):
     sideways: float = Field(default=1.71, gt=0, le=10)
     """[m/s] that people reach at the most in nine of ten lane changes, as well"""
 
-
     @property
     def fastest_sideways(self) -> float:
         """[m/s] that is not to be exceeded."""
