@@ -2,6 +2,8 @@
 
 import importlib.util
 import os
+import subprocess
+import sys
 from pathlib import Path
 from types import ModuleType
 
@@ -15,6 +17,19 @@ from coverdrive.compiled import compiled
 @compiled
 def twice(value):
     return 2 * value
+"""
+
+
+PARTS = """
+from coverdrive.compiled import compiled
+
+@compiled
+def twice(value):
+    return 2 * value
+
+@compiled
+def four_times(value):
+    return twice(twice(value))
 """
 
 
@@ -73,3 +88,29 @@ def test_other_sources_are_compiled_anew(kept: Path) -> None:
     (kept.parent / "sources" / "helper.py").write_text("changed = True")
     again = loaded(kept)
     assert again.twice(2) == 4 and sum(again.twice.stats.cache_misses.values()) == 1
+
+
+def test_code_that_other_code_calls_is_compiled_but_as_a_part_of_it(kept: Path) -> None:
+    (kept.parent / "sources" / "doubling.py").write_text(PARTS)
+    made = loaded(kept)
+    assert made.four_times(2) == 8
+    assert made.four_times.signatures and not made.twice.signatures
+    assert [file.name.split("-")[0] for file in kept.rglob("*.nbc")] == ["doubling.four_times"]
+    assert made.twice(1.5) == 3.0  # of Python's own call it becomes a whole, too
+    assert loaded(kept).four_times(3) == 12
+
+
+def test_code_is_there_once_it_was_compiled_by_whatever_process(kept: Path) -> None:
+    first = loaded(kept)
+    assert not module.is_there(first.twice)
+    first.twice(2)
+    assert module.is_there(first.twice) and module.is_there(loaded(kept).twice)
+
+
+def test_of_several_processes_one_compiles(kept: Path) -> None:
+    script = (
+        f"import sys; sys.path.insert(0, {str(kept.parent / 'sources')!r}); import doubling; doubling.twice(2); "
+        "print(sum(doubling.twice.stats.cache_misses.values()))"
+    )
+    processes = [subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) for _ in range(3)]
+    assert sorted(process.communicate(timeout=300)[0].strip() for process in processes) == ["0", "0", "1"]

@@ -252,7 +252,7 @@ def compiled_functions() -> dict[str, int]:
         f"{module.__name__}.{name}": len(function.signatures)
         for module in modules
         for name, function in vars(module).items()
-        if hasattr(function, "signatures")
+        if hasattr(function, "signatures") and not isinstance(function, type)
     }
 
 

@@ -230,7 +230,7 @@ def test_code_that_was_just_compiled_drives_like_code_that_was_kept(tmp_path):
         ).stdout
         for _ in range(2)
     ]  # fmt: skip
-    assert list(tmp_path.rglob("search.choose-*.nbc"))
+    assert list(tmp_path.rglob("search._search-*.nbc"))
     assert ends[0] == ends[1] and ends[0].startswith("[[[")
 
 

@@ -11,8 +11,9 @@ from jaxtyping import Bool, Float
 
 from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
-from coverdrive.planning.merit import input_bounds, merit
+from coverdrive.planning.merit import Model, input_bounds, merit, within
 from coverdrive.planning.quadratic import best_step
+from coverdrive.planning.rollout import write_rows
 from coverdrive.planning.surroundings import Surroundings
 
 _FIRST_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 0.1, 1e-4, 1e3
@@ -25,6 +26,17 @@ _GOOD = 0.75
 """share of the promised gain from which on the damping falls"""
 _POOR = 0.25
 """share of the promised gain below which the damping rises"""
+
+
+class _Reached(NamedTuple):
+    """Where a plan is on its way down."""
+
+    inputs: Float[np.ndarray, "N 2"]
+    low: Float[np.ndarray, "N 2"]
+    """least change of the inputs from there"""
+    high: Float[np.ndarray, "N 2"]
+    """largest change of the inputs from there"""
+    model: Model
 
 
 class Descent(NamedTuple):
@@ -45,13 +57,29 @@ def _moved(
 
     To first order this is the sum; a plan across the road then does not grow with its speed.
     """
-    result, speeds = inputs + change, np.empty((len(inputs), 2))
+    result, speeds = np.empty_like(inputs), np.empty((len(inputs), 2))
     for n in range(len(inputs)):
         p = constants.tree.parent[n]
         before, after = (speeds[p, 0], speeds[p, 1]) if p >= 0 else (around.state[2], around.state[2])
+        result[n, 0] = inputs[n, 0] + change[n, 0]
         result[n, 1] = inputs[n, 1] + max(before, _CREEP) / max(after, _CREEP) * change[n, 1]
         speeds[n, 0], speeds[n, 1] = before + constants.dt * inputs[n, 0], after + constants.dt * result[n, 0]
     return result
+
+
+@compiled
+def _reached(
+    wanted: Float[np.ndarray, "N 2"], targets: Float[np.ndarray, " 2"], around: Surroundings, constants: Constants
+) -> _Reached:
+    """The inputs nearest to wanted ones that keep the bounds that follow from these."""
+    low, high = input_bounds(wanted, around, constants)
+    inputs = np.empty_like(wanted)
+    for n in range(len(inputs)):
+        for i in range(2):
+            inputs[n, i] = within(wanted[n, i], low[n, i], high[n, i])
+            low[n, i] -= inputs[n, i]
+            high[n, i] -= inputs[n, i]
+    return _Reached(inputs, low, high, merit(inputs, targets, around, constants))
 
 
 @compiled
@@ -76,30 +104,29 @@ def descend(
         tolerance: a step that lowers the merit by a smaller share is the last.
     """
     plans = len(inputs)
-    at, bounds = np.empty_like(inputs), [input_bounds(inputs[b], around, constants) for b in range(plans)]
+    at = [_reached(inputs[b], targets[b], around, constants) for b in range(plans)]
+    value, damping, done = np.empty(plans), np.empty(plans), np.zeros(plans, np.bool_)
     for b in range(plans):
-        at[b] = np.minimum(np.maximum(inputs[b], bounds[b][0]), bounds[b][1])
-    models = [merit(at[b], targets[b], around, constants) for b in range(plans)]
-    value = np.array([model.value for model in models])
-    damping, done = np.full(plans, _FIRST_DAMPING), np.zeros(plans, np.bool_)
+        value[b], damping[b] = at[b].model.value, _FIRST_DAMPING
     iteration = 0
     while iteration < iterations and not done.all() and (iteration < _PATIENCE or not done[np.argmin(value + extra)]):
         for b in range(plans):
             if done[b]:
                 continue
-            change, promised = best_step(models[b], damping[b], bounds[b][0] - at[b], bounds[b][1] - at[b], constants)
-            wanted = _moved(at[b], change, around, constants)
-            low, high = input_bounds(wanted, around, constants)
-            trial = np.minimum(np.maximum(wanted, low), high)
-            model = merit(trial, targets[b], around, constants)
-            gain = value[b] - model.value
+            here = at[b]
+            change, promised = best_step(here.model, damping[b], here.low, here.high, constants)
+            trial = _reached(_moved(here.inputs, change, around, constants), targets[b], around, constants)
+            gain = value[b] - trial.model.value
             done[b] = abs(gain) < tolerance * value[b]
             if gain > 0:
-                at[b], bounds[b], models[b], value[b] = trial, (low, high), model, model.value
+                at[b], value[b] = trial, trial.model.value
             if gain > _GOOD * promised:
                 damping[b] = max(damping[b] / 10, _LEAST_DAMPING)
             elif not gain > _POOR * promised:
                 damping[b] *= 5
                 done[b] |= damping[b] > _MOST_DAMPING
         iteration += 1
-    return Descent(at, value, done)
+    end = np.empty_like(inputs)
+    for b in range(plans):
+        write_rows(end[b], at[b].inputs)
+    return Descent(end, value, done)

@@ -15,7 +15,7 @@ from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.contact import box_between, box_excess, box_of, half_sizes_of, parts_of
 from coverdrive.planning.merit import input_at, merit_of
-from coverdrive.planning.rollout import after_step, rollout_of, state_at
+from coverdrive.planning.rollout import after_step, rollout_of, state_at, write
 from coverdrive.planning.surroundings import Surroundings
 from coverdrive.planning.sweep import NEVER, contact_at, impact, impact_beyond, may_touch, reach, write_edges
 from coverdrive.planning.vehicle import within_limits
@@ -100,8 +100,7 @@ def evaluate(plans: Plans, first: int, last: int, around: Surroundings, constant
             elapsed = dt if tree.parent[n] >= 0 else constants.period
             bend = STRAIGHT if straight else bend_at(state, dt, around.road)
             (inputs[n, 0], inputs[n, 1]), after = drive_step(state, wish, before, elapsed, dt, bend, constants.vehicle)
-            for j in range(4):
-                states[n, j] = after[j]
+            write(states[n], after)
         complete(plans, i, around, constants)
 
 
@@ -113,11 +112,14 @@ def complete(plans: Plans, i: int, around: Surroundings, constants: Constants) -
     tree, steps, boxes = constants.tree, constants.steps, around.boxes
     rollout = rollout_of(plans.states[i], constants.dt)
     model = merit_of(rollout, plans.inputs[i], plans.targets[i], around, constants)
-    plans.cost[i], plans.driving[i] = model.value, (model.shares * ~tree.safe).sum()
+    plans.cost[i], plans.driving[i] = model.value, 0.0
+    for n in range(len(tree.safe)):
+        plans.driving[i] += model.shares[n] * (0.0 if tree.safe[n] else 1.0)
     states, inputs = np.empty((steps + 1, 4)), np.empty((steps, 2))
-    states[0] = around.state
+    write(states[0], around.state)
     for k in range(steps):
-        states[k + 1], inputs[k] = plans.states[i, tree.fail_safe[k]], plans.inputs[i, tree.fail_safe[k]]
+        write(states[k + 1], plans.states[i, tree.fail_safe[k]])
+        write(inputs[k], plans.inputs[i, tree.fail_safe[k]])
     edges = np.empty((steps, 2, 4))
     write_edges(states, inputs, edges, constants)
     departure, severity, harm, touching = 0.0, 0.0, 0.0, False

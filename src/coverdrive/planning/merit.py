@@ -14,7 +14,7 @@ from jaxtyping import Float, Int
 from coverdrive.compiled import compiled
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.contact import MOST_PARTS, box_between, box_excess, box_of, parts_of, smooth_half_sizes
-from coverdrive.planning.rollout import Rollout, after_step, rolled, state_at
+from coverdrive.planning.rollout import Rollout, after_step, rolled, state_at, write
 from coverdrive.planning.surroundings import Surroundings
 from coverdrive.planning.vehicle import accelerations, yaw_rates
 from coverdrive.road_ahead import FASTEST, LEFT, RIGHT, STRAIGHT, State, bend_at, value_at
@@ -148,8 +148,7 @@ def _append(
 ) -> int:
     """Append a constraint; returns the number of constraints."""
     seen.excess[count], seen.node[count], seen.weight[count] = excess, node, weight
-    for i in range(4):
-        seen.normal[count, i] = normal[i]
+    write(seen.normal[count], normal)
     return count + 1
 
 
@@ -248,5 +247,5 @@ def input_bounds(
         speed[n] = now + constants.dt * applied[n, 0]
         if not straight:
             origin = state_at(states, p, around.state)
-            states[n] = after_step(origin, (applied[n, 0], applied[n, 1]), constants.dt)
+            write(states[n], after_step(origin, (applied[n, 0], applied[n, 1]), constants.dt))
     return low, high

@@ -15,7 +15,7 @@ from pydantic import Field
 from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Status
 from coverdrive.planning.constants import constants_of
-from coverdrive.planning.evaluate import Plans, empty_plans, evaluate, write_slack
+from coverdrive.planning.evaluate import Plans, write_slack
 from coverdrive.planning.fallback import assumed_state, continued, plausible
 from coverdrive.planning.follower import FollowerSettings, with_careful_follower, without_follower
 from coverdrive.planning.leaders import Leaders, LeaderSettings, braking, leaders_of
@@ -24,11 +24,22 @@ from coverdrive.planning.path_memory import PathMemory
 from coverdrive.planning.problem import ProblemSettings
 from coverdrive.planning.road_table import table_of
 from coverdrive.planning.rollout import after_step
-from coverdrive.planning.search import SearchSettings, Wanted, begin, choose, go_on, hopeless, room_for, write_manoeuvre
+from coverdrive.planning.search import (
+    SearchSettings,
+    Wanted,
+    begin,
+    choose,
+    go_on,
+    hopeless,
+    is_compiled,
+    judge,
+    room_for,
+)
 from coverdrive.planning.surroundings import Surroundings, surroundings_of
 from coverdrive.planning.target_lanes import TargetLanes, target_lanes
 from coverdrive.planning.tree import held_on
 from coverdrive.planning.wish import NO_WISH, Wish
+from coverdrive.progress import stage
 from coverdrive.road import Road
 from coverdrive.settings import Settings
 
@@ -96,6 +107,7 @@ class _Found(NamedTuple):
     """What a search chose."""
 
     plans: Plans
+    wanted: Wanted
     chosen: int
     """index of the plan"""
     optimised: bool
@@ -151,6 +163,12 @@ class MpcPlanner:
         points[..., 0] = 3.0  # not clear, so that everything is needed
         self.plan(state, PredictedPaths(points, np.zeros(1, int), np.ones_like(points), self.dt), road)
         self._start(period)
+
+    def compile(self) -> None:
+        """Compile the search, as a stage of the work, unless that was done before, in whatever process."""
+        if not is_compiled():
+            with stage("compiling the planner (once)"):
+                MpcPlanner(self.settings).reset(self._period)
 
     def _start(self, period: float) -> None:
         problem = self.settings.problem
@@ -237,7 +255,7 @@ class MpcPlanner:
         if yielded is None:
             return found, targets, Status.UNSAFE
         status = Status.REAR if yielded.clear else Status.UNSAFE
-        evaluate(yielded.plans, yielded.chosen, yielded.chosen + 1, found.around, self._constants)
+        judge(yielded.plans, yielded.wanted, yielded.chosen, found.around, self._constants)
         return yielded._replace(around=found.around), targets, status
 
     def _clear_of_leaders(
@@ -254,7 +272,7 @@ class MpcPlanner:
         if found is None or not self._spent(begun):
             return self._search(state, paths, targets, begun)
         found = found._replace(around=self._around(state, paths))
-        evaluate(found.plans, found.chosen, found.chosen + 1, found.around, self._constants)
+        judge(found.plans, found.wanted, found.chosen, found.around, self._constants)
         return found
 
     def _spent(self, begun: float) -> bool:
@@ -289,7 +307,7 @@ class MpcPlanner:
         self._improve(plans, wanted, around, begun)
         best = wanted.last.copy()
         chosen, optimised = choose(plans, wanted, around, constants, best)
-        return _Found(plans, chosen, optimised, best, around) if chosen >= 0 else None
+        return _Found(plans, wanted, chosen, optimised, best, around) if chosen >= 0 else None
 
     def _extra(self, targets: TargetLanes, held: int) -> Float[np.ndarray, " L"]:
         """What each target lane costs besides its plan, given the lane that the last plan aimed at."""
@@ -318,11 +336,18 @@ class MpcPlanner:
 
     def _braking(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, own: TargetLanes) -> _Found:
         """Full braking in the own lane."""
-        around = self._around(state, paths)
-        plans = empty_plans(1, len(self._constants.tree.parent))
-        lat, hardest = float(own.lat[0]), -self.settings.problem.vehicle.max_deceleration
-        write_manoeuvre(plans, 0, lat, 0, lat, hardest, 1.0, around, self._constants)
-        return _Found(plans, 0, False, plans.inputs, around)
+        around, constants = self._around(state, paths), self._constants
+        wanted = Wanted(
+            lanes=own.lat,
+            held=0,
+            extra=np.zeros(1),
+            last=np.zeros((1, len(constants.tree.parent), 2)),
+            rest=np.zeros((self.steps, 2)),
+            accelerations=-np.array([self.settings.problem.vehicle.max_deceleration]),
+        )
+        plans = room_for(wanted, constants)
+        begin(plans, wanted, around, constants)
+        return _Found(plans, wanted, 0, False, plans.inputs[:1], around)
 
     def _around(
         self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, manners: MannersSettings | None = None

@@ -5,7 +5,7 @@ a small change of speed or heading moves the node itself, and all that follow, b
 N nodes, as in `coverdrive.planning.tree`; states are lon [m], lat [m], speed [m/s], heading [rad].
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -25,6 +25,21 @@ class Rollout(NamedTuple):
     states: Float[np.ndarray, "N 4"]
     way: Float[np.ndarray, "N 2 2"]
     """derivatives of half a step's way along lon (0) and lat (1) with respect to the speed (0) and the heading (1)"""
+
+
+@compiled
+def write(row: Any, values: Any) -> None:
+    """Write numbers, of an array or a tuple, into an array of as many."""
+    for i in range(len(row)):
+        row[i] = values[i]
+
+
+@compiled
+def write_rows(rows: Float[np.ndarray, "N n"], values: Float[np.ndarray, "N n"]) -> None:
+    """The same of two dimensions: much less to compile than what assigning to a slice is, with its broadcasting."""
+    for i in range(len(rows)):
+        for j in range(rows.shape[1]):
+            rows[i, j] = values[i, j]
 
 
 @compiled

@@ -14,15 +14,15 @@ L target lanes, g accelerations, m plans, N nodes, K steps, P = K + 1 states.
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from pydantic import Field
 
-from coverdrive.compiled import compiled
+from coverdrive.compiled import compiled, is_there
 from coverdrive.planning.constants import Constants
 from coverdrive.planning.descent import descend
 from coverdrive.planning.evaluate import Plans, complete, drive_step, empty_plans, evaluate
 from coverdrive.planning.merit import input_at, merit
-from coverdrive.planning.rollout import state_at
+from coverdrive.planning.rollout import state_at, write, write_rows
 from coverdrive.planning.surroundings import Surroundings
 from coverdrive.planning.vehicle import VehicleSettings
 from coverdrive.road_ahead import LEFT, RIGHT, STRAIGHT, bend_at, value_at
@@ -57,6 +57,8 @@ _HOPELESS = 2
 """iterations after which the descent ends where nothing is clear: what is clear is so by then, but for very few"""
 _HALVINGS = 4
 """of the way from a clear plan to one that is not"""
+_BEGIN, _GO_ON, _HOPELESS_YET, _CHOOSE, _JUDGE = range(5)
+"""parts of a search"""
 _EVASIONS = len(_HARD) * (_PLACES + 1)
 _LANE_TIME = 0.8
 """[s] in which a lane-seeking car would be back on the centre of its lane"""
@@ -107,83 +109,25 @@ def room_for(wanted: Wanted, constants: Constants) -> Plans:
     return empty_plans(wanted.guesses + 1 + len(wanted.lanes) + _EVASIONS, len(constants.tree.parent))
 
 
-@compiled
 def begin(plans: Plans, wanted: Wanted, around: Surroundings, constants: Constants) -> None:
     """Write the guesses with all that follows from them, and write the starts."""
-    tree, lanes, tried = constants.tree, wanted.lanes, len(wanted.accelerations)
-    guesses = len(lanes) * tried
-    for i in range(guesses):
-        lane, acceleration = i // tried, wanted.accelerations[i % tried]
-        write_manoeuvre(plans, i, lanes[lane], lane, lanes[lane], acceleration, 1.0, around, constants)
-    for n in range(len(tree.parent)):
-        plans.inputs[guesses, n] = wanted.rest[tree.moment[n] - 1]
-    plans.lane[guesses] = wanted.held
-    plans.targets[guesses] = lanes[plans.lane[guesses]]
-    evaluate(plans, guesses, guesses + 1, around, constants)
-    allowed = _allowed_departure(plans, guesses + 1)
-    safest, least = 0, np.inf
-    for i in range(guesses + 1):
-        rank = _rank(plans, i, allowed)
-        if rank < least:
-            safest, least = i, rank
-    for lane in range(len(lanes)):
-        start, pair = guesses + 1 + lane, np.empty_like(plans.inputs[0])
-        plans.inputs[start], plans.lane[start], plans.targets[start] = wanted.last[lane], lane, lanes[lane]
-        least = merit(plans.inputs[start], plans.targets[start], around, constants).value
-        if lane == wanted.held:
-            start, least = guesses + 1 + len(lanes), np.inf
-            plans.lane[start], plans.targets[start] = lane, lanes[lane]
-        for i in lane * tried + np.argsort(plans.driving[lane * tried : (lane + 1) * tried]):
-            if plans.driving[i] >= least:  # no fail-safe branch makes it cheaper
-                break
-            for n in range(len(pair)):
-                pair[n] = plans.inputs[safest if tree.safe[n] else i, n]
-            targets = np.array([lanes[lane], plans.targets[safest, 0]])
-            cost = merit(pair, targets, around, constants).value
-            if cost < least:
-                least = cost
-                plans.inputs[start], plans.targets[start] = pair, targets
+    _search(_BEGIN, plans, wanted, 0, 0.0, around, constants, wanted.last)
 
 
-@compiled
 def go_on(
     plans: Plans, wanted: Wanted, iterations: int, tolerance: float, around: Surroundings, constants: Constants
 ) -> bool:
     """Let the starts descend by so many steps at the most; returns whether that is all: whether the last step of the
     cheapest has lowered the merit by a smaller share than the tolerance, or nothing is clear after the first steps.
     """
-    first = len(wanted.lanes) * len(wanted.accelerations) + 1
-    if plans.clear[:first].any():
-        return _descended(plans, wanted, iterations, tolerance, around, constants)
-    soon = min(iterations, _HOPELESS)
-    if _descended(plans, wanted, soon, tolerance, around, constants) or hopeless(plans, wanted, around, constants):
-        return True
-    return _descended(plans, wanted, iterations - soon, tolerance, around, constants)
+    return _search(_GO_ON, plans, wanted, iterations, tolerance, around, constants, wanted.last)[1]
 
 
-@compiled
-def _descended(
-    plans: Plans, wanted: Wanted, iterations: int, tolerance: float, around: Surroundings, constants: Constants
-) -> bool:
-    """Let the starts descend by so many steps at the most; returns whether the cheapest has arrived."""
-    first = len(wanted.lanes) * len(wanted.accelerations) + 1
-    starts = slice(first, first + 1 + len(wanted.lanes))
-    extra = wanted.extra[plans.lane[starts]]
-    descent = descend(plans.inputs[starts], plans.targets[starts], extra, around, constants, iterations, tolerance)
-    plans.inputs[starts] = descent.inputs
-    return bool(descent.done[np.argmin(descent.value + extra)])
-
-
-@compiled
 def hopeless(plans: Plans, wanted: Wanted, around: Surroundings, constants: Constants) -> bool:
     """Whether neither a guess is clear nor what the starts have become."""
-    first = len(wanted.lanes) * len(wanted.accelerations) + 1
-    last = first + 1 + len(wanted.lanes)
-    evaluate(plans, first, last, around, constants)
-    return not plans.clear[:last].any()
+    return _search(_HOPELESS_YET, plans, wanted, 0, 0.0, around, constants, wanted.last)[1]
 
 
-@compiled
 def choose(
     plans: Plans, wanted: Wanted, around: Surroundings, constants: Constants, best: Float[np.ndarray, "L N 2"]
 ) -> tuple[int, bool]:
@@ -200,6 +144,136 @@ def choose(
         The index of the chosen plan, −1 if none has a cost, and whether it comes out of the descent and keeps to the
         jerk limit.
     """
+    return _search(_CHOOSE, plans, wanted, 0, 0.0, around, constants, best)
+
+
+def judge(plans: Plans, wanted: Wanted, i: int, around: Surroundings, constants: Constants) -> None:
+    """Evaluate a plan of a search, as `coverdrive.planning.evaluate.evaluate`, by what may be other surroundings."""
+    _search(_JUDGE, plans, wanted, i, 0.0, around, constants, wanted.last)
+
+
+def is_compiled() -> bool:
+    """Whether the search need not be compiled any more, which takes some seconds."""
+    return is_there(_search)
+
+
+@compiled
+def _search(
+    part: int, plans: Plans, wanted: Wanted, number: int, tolerance: float, around: Surroundings, constants: Constants,
+    best: Float[np.ndarray, "L N 2"],
+) -> tuple[int, bool]:  # fmt: skip
+    """All parts of a search: machine code of whatever Python calls comprises all that is called from there."""
+    chosen, whether = -1, False
+    if part == _BEGIN:
+        _begin(plans, wanted, around, constants)
+    elif part == _GO_ON:
+        whether = _go_on(plans, wanted, number, tolerance, around, constants)
+    elif part == _HOPELESS_YET:
+        whether = _hopeless(plans, wanted, around, constants)
+    elif part == _CHOOSE:
+        chosen, whether = _choose(plans, wanted, around, constants, best)
+    else:
+        evaluate(plans, number, number + 1, around, constants)
+    return chosen, whether
+
+
+@compiled
+def _begin(plans: Plans, wanted: Wanted, around: Surroundings, constants: Constants) -> None:
+    """See `begin`."""
+    tree, lanes, tried = constants.tree, wanted.lanes, len(wanted.accelerations)
+    guesses = len(lanes) * tried
+    for i in range(guesses):
+        lane, acceleration = i // tried, wanted.accelerations[i % tried]
+        write_manoeuvre(plans, i, lanes[lane], lane, lanes[lane], acceleration, 1.0, around, constants)
+    for n in range(len(tree.parent)):
+        write(plans.inputs[guesses, n], wanted.rest[tree.moment[n] - 1])
+    plans.lane[guesses] = wanted.held
+    plans.targets[guesses, 0] = plans.targets[guesses, 1] = lanes[wanted.held]
+    evaluate(plans, guesses, guesses + 1, around, constants)
+    allowed = _allowed_departure(plans, guesses + 1)
+    safest, least = 0, np.inf
+    for i in range(guesses + 1):
+        rank = _rank(plans, i, allowed)
+        if rank < least:
+            safest, least = i, rank
+    for lane in range(len(lanes)):
+        start, pair = guesses + 1 + lane, np.empty_like(plans.inputs[0])
+        write_rows(plans.inputs[start], wanted.last[lane])
+        _aim(plans, start, lane, lanes[lane])
+        least = merit(plans.inputs[start], plans.targets[start], around, constants).value
+        if lane == wanted.held:
+            start, least = guesses + 1 + len(lanes), np.inf
+            _aim(plans, start, lane, lanes[lane])
+        seen = np.zeros(tried, np.bool_)
+        for _ in range(tried):
+            i = _cheapest(plans.driving, lane * tried, seen)
+            if i < 0 or plans.driving[i] >= least:  # no fail-safe branch makes it cheaper
+                break
+            seen[i - lane * tried] = True
+            for n in range(len(pair)):
+                write(pair[n], plans.inputs[safest if tree.safe[n] else i, n])
+            targets = np.array([lanes[lane], plans.targets[safest, 0]])
+            cost = merit(pair, targets, around, constants).value
+            if cost < least:
+                least = cost
+                write_rows(plans.inputs[start], pair)
+                write(plans.targets[start], targets)
+
+
+@compiled
+def _cheapest(driving: Float[np.ndarray, " m"], first: int, seen: Bool[np.ndarray, " g"]) -> int:
+    """Index of the plan with the cheapest drive branch among those not seen of a lane, −1 if none has a cost."""
+    cheapest, least = -1, np.inf
+    for i in range(len(seen)):
+        if not seen[i] and driving[first + i] < least:
+            cheapest, least = first + i, driving[first + i]
+    return cheapest
+
+
+@compiled
+def _go_on(
+    plans: Plans, wanted: Wanted, iterations: int, tolerance: float, around: Surroundings, constants: Constants
+) -> bool:
+    """See `go_on`."""
+    first = len(wanted.lanes) * len(wanted.accelerations) + 1
+    if plans.clear[:first].any():
+        return _descended(plans, wanted, iterations, tolerance, around, constants)
+    soon = min(iterations, _HOPELESS)
+    if _descended(plans, wanted, soon, tolerance, around, constants) or _hopeless(plans, wanted, around, constants):
+        return True
+    return _descended(plans, wanted, iterations - soon, tolerance, around, constants)
+
+
+@compiled
+def _descended(
+    plans: Plans, wanted: Wanted, iterations: int, tolerance: float, around: Surroundings, constants: Constants
+) -> bool:
+    """Let the starts descend by so many steps at the most; returns whether the cheapest has arrived."""
+    first = len(wanted.lanes) * len(wanted.accelerations) + 1
+    starts = slice(first, first + 1 + len(wanted.lanes))
+    extra = np.empty(1 + len(wanted.lanes))
+    for b in range(len(extra)):
+        extra[b] = wanted.extra[plans.lane[first + b]]
+    descent = descend(plans.inputs[starts], plans.targets[starts], extra, around, constants, iterations, tolerance)
+    for b in range(len(extra)):
+        write_rows(plans.inputs[first + b], descent.inputs[b])
+    return bool(descent.done[np.argmin(descent.value + extra)])
+
+
+@compiled
+def _hopeless(plans: Plans, wanted: Wanted, around: Surroundings, constants: Constants) -> bool:
+    """See `hopeless`."""
+    first = len(wanted.lanes) * len(wanted.accelerations) + 1
+    last = first + 1 + len(wanted.lanes)
+    evaluate(plans, first, last, around, constants)
+    return not plans.clear[:last].any()
+
+
+@compiled
+def _choose(
+    plans: Plans, wanted: Wanted, around: Surroundings, constants: Constants, best: Float[np.ndarray, "L N 2"]
+) -> tuple[int, bool]:
+    """See `choose`."""
     first, lanes = len(wanted.lanes) * len(wanted.accelerations) + 1, len(wanted.lanes)
     last = first + 1 + lanes
     evaluate(plans, first, last, around, constants)
@@ -222,7 +296,8 @@ def choose(
         if plans.clear[i]:
             rank += _ABRUPT * ((i < first) + 2 * abrupt(plans.inputs[i], around, constants))
         if rank < standing[lane]:
-            standing[lane], best[lane] = rank, plans.inputs[i]
+            standing[lane] = rank
+            write_rows(best[lane], plans.inputs[i])
         if rank + wanted.extra[lane] < least:
             chosen, least = i, rank + wanted.extra[lane]
     return chosen, first <= chosen < first + 1 + lanes and not abrupt(plans.inputs[chosen], around, constants)
@@ -237,6 +312,23 @@ def abrupt(inputs: Float[np.ndarray, "N 2"], around: Surroundings, constants: Co
 
 
 @compiled
+def _aim(plans: Plans, i: int, lane: int, target: float) -> None:
+    """Let both branches of a plan end in a lane."""
+    plans.lane[i] = lane
+    plans.targets[i, 0] = plans.targets[i, 1] = target
+
+
+@compiled
+def _mix(
+    to: Float[np.ndarray, "N 2"], base: Float[np.ndarray, "N 2"], wanted: Float[np.ndarray, "N 2"], share: float
+) -> None:
+    """Write what lies a share of the way from a base to what is wanted."""
+    for n in range(len(to)):
+        for i in range(2):
+            to[n, i] = base[n, i] + share * (wanted[n, i] - base[n, i])
+
+
+@compiled
 def _draw_back(
     plans: Plans, i: int, base: Float[np.ndarray, "N 2"], around: Surroundings, constants: Constants
 ) -> None:
@@ -244,13 +336,13 @@ def _draw_back(
     wanted, clear, unclear = plans.inputs[i].copy(), 0.0, 1.0
     for _ in range(_HALVINGS):
         share = (clear + unclear) / 2
-        plans.inputs[i] = base + share * (wanted - base)
+        _mix(plans.inputs[i], base, wanted, share)
         evaluate(plans, i, i + 1, around, constants)
         if plans.clear[i]:
             clear = share
         else:
             unclear = share
-    plans.inputs[i] = base + clear * (wanted - base)
+    _mix(plans.inputs[i], base, wanted, clear)
     evaluate(plans, i, i + 1, around, constants)
 
 
@@ -313,8 +405,9 @@ def write_manoeuvre(
         wish = acceleration, lane_seeking(state[1], state[2], state[3], place, hurry)
         bend = STRAIGHT if straight else bend_at(state, dt, around.road)
         (applied[k, 0], applied[k, 1]), state = drive_step(state, wish, before, elapsed, dt, bend, constants.vehicle)
-        states[k, 0], states[k, 1], states[k, 2], states[k, 3] = state
+        write(states[k], state)
     for n in range(len(tree.parent)):
-        plans.inputs[i, n], plans.states[i, n] = applied[tree.moment[n] - 1], states[tree.moment[n] - 1]
-    plans.lane[i], plans.targets[i] = lane, target
+        write(plans.inputs[i, n], applied[tree.moment[n] - 1])
+        write(plans.states[i, n], states[tree.moment[n] - 1])
+    _aim(plans, i, lane, target)
     complete(plans, i, around, constants)

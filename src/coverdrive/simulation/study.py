@@ -133,7 +133,10 @@ def drive_missing(
         if (kept := files.row_of(trial, setup.seed)) is not None:
             rows[trial] = kept
     done(len(rows), last or end)
-    for row in run_trials(setup, [trial for trial in range(end) if trial not in rows], workers, cluster):
+    missing = [trial for trial in range(end) if trial not in rows]
+    if missing and cluster is None and isinstance(setup, Setup) and isinstance(setup.planner, MpcPlanner):
+        setup.planner.compile()  # here, where progress is heard, and not in every process
+    for row in run_trials(setup, missing, workers, cluster):
         rows[row["trial"]] = files.save(row)
         done(len(rows), last or end)
     return pl.concat([rows[number] for number in range(end)])
