@@ -21,8 +21,15 @@ from coverdrive.prediction.parts import parts
 _TERMS = 3
 """of the polynomials, fewer where there are fewer points"""
 
-_BOUND = 2.5
+BOUND = 2.5
 """of the logarithm of a half size, from the usual"""
+
+
+def shapes_of(points: int) -> tuple[Float[np.ndarray, "P k"], Float[np.ndarray, "P k"]]:
+    """What each of k terms contributes to the centres of P boxes, and to the logarithms of their half sizes."""
+    time = np.arange(1, points + 1) / points
+    shapes = legvander(2 * time - 1, min(_TERMS, points) - 1)
+    return time[:, None] * shapes, shapes
 
 
 class BoxNetwork(eqx.Module):
@@ -45,11 +52,10 @@ class BoxNetwork(eqx.Module):
         self, outputs: Float[Array, "*batch O"]
     ) -> tuple[Float[Array, "*batch P 2"], Float[Array, "*batch P 2"]]:
         """Centres [m], and logarithms of the half sizes over the usual ones, for outputs of the last layer."""
-        time = np.arange(1, len(self.usual) + 1) / len(self.usual)
-        shapes = legvander(2 * time - 1, min(_TERMS, len(time)) - 1)
+        place, shapes = shapes_of(len(self.usual))
         parts = outputs.reshape(*outputs.shape[:-1], 2, -1, 2)
-        centre = jnp.einsum("tk,...ka->...ta", time[:, None] * shapes, parts[..., 0, :, :]) * self.usual
-        return centre, _BOUND * jnp.tanh(jnp.einsum("tk,...ka->...ta", shapes, parts[..., 1, :, :]) / _BOUND)
+        centre = jnp.einsum("tk,...ka->...ta", place, parts[..., 0, :, :]) * self.usual
+        return centre, BOUND * jnp.tanh(jnp.einsum("tk,...ka->...ta", shapes, parts[..., 1, :, :]) / BOUND)
 
     def members(
         self, features: Float[Array | np.ndarray, "*batch F"]

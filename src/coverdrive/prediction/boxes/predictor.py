@@ -2,22 +2,20 @@
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
-from functools import cached_property, reduce
+from functools import cached_property, partial, reduce
 from itertools import product
 from typing import Any, ClassVar
 
-import jax
-import jax.numpy as jnp
 import numpy as np
-from jax import Array
 from jaxtyping import Bool, Float, Float32, Int
 
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.rule import Rule, rule_of, scale_of
 from coverdrive.paths import PredictedPaths
 from coverdrive.prediction.boxes.boxes import TUBE, between
+from coverdrive.prediction.boxes.forward import boxes_at, forward_of
 from coverdrive.prediction.boxes.network import BoxNetwork
-from coverdrive.prediction.stored import ALONE, StoredPredictor, TimeGrid, features_of, grid_of, others_of
+from coverdrive.prediction.stored import StoredPredictor, TimeGrid, features_of, grid_of, others_of
 from coverdrive.prediction.under_way import lane_changes
 from coverdrive.road import Road
 from coverdrive.scene import Scene, beside
@@ -109,16 +107,15 @@ class BoxPredictor(StoredPredictor):
         self, scene: Scene, road: Road, vehicle: Int[np.ndarray, " n"], times: Float[np.ndarray, " K"]
     ) -> tuple[Float[np.ndarray, "n K 2"], Float[np.ndarray, "n K 2"]]:
         """Centres and half sizes of the calibrated boxes of some slots at ``times`` [s]."""
-        values = np.asarray(self._values(features_of(scene, road, vehicle)), dtype=float)[:, : len(vehicle)]
+        values = self._values(features_of(scene, road, vehicle)[: len(vehicle)])
         place, size, early = between(len(self.network.usual), self.step, tuple(times.tolist()))
         at_first = np.asarray(self.network.early) * values[1, :, :1]
         return place @ values[0], scale_of(self.rule) * (size @ values[1] + early[:, None] * at_first)
 
     @cached_property
-    def _values(self) -> Callable[[Float32[np.ndarray, "n F"]], Array]:
-        """The function of features that gives centres and half sizes (2, n, P, 2)."""
-        network = self.network
-        return jax.jit(lambda features: jnp.stack(network.boxes(features)), compiler_options=ALONE)
+    def _values(self) -> Callable[[Float32[np.ndarray, "n F"]], Float[np.ndarray, "2 n P 2"]]:
+        """The function of features that gives centres and half sizes."""
+        return partial(boxes_at, forward=forward_of(self.network))
 
     @property
     def _arrays(self) -> dict[str, np.ndarray]:

@@ -15,8 +15,9 @@ from typing import Literal
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
-from jaxtyping import Float
+from jaxtyping import Float, Float32
 
+from coverdrive.compiled import compiled
 from coverdrive.prediction.learning.affordance import FEATURES
 
 Inputs = Literal["affordance", "derived", "motion", "urgency"]
@@ -28,10 +29,11 @@ _OWN = ("speed", "distance to lane centre", "front clearance")
 _URGENT = [FEATURES.index(name) for name in (*_OWN, *(f"{each} relative speed" for each in _NEIGHBOURS))]
 """columns of the features that are left where only the urgency counts"""
 _CLEARANCE, _FASTER = (
-    [FEATURES.index(f"{each} {measure}") for each in _NEIGHBOURS] for measure in ("clearance", "relative speed")
+    tuple(FEATURES.index(f"{each} {measure}") for each in _NEIGHBOURS) for measure in ("clearance", "relative speed")
 )
 """their columns"""
-_APPROACHING = np.array([1 if "rear" in each else -1 for each in _NEIGHBOURS], dtype=np.float32)
+_SIGNS = tuple(1 if "rear" in each else -1 for each in _NEIGHBOURS)
+_APPROACHING = np.array(_SIGNS, dtype=np.float32)
 """sign of the relative speed at which their clearance shrinks"""
 _CLOSEST = 1.0
 """[m] clearances below it are taken as this much where they divide"""
@@ -54,7 +56,7 @@ def network_inputs(features: Float[Array | np.ndarray, "*batch F"], inputs: Inpu
         jnp.abs(values[..., FEATURES.index("distance to lane centre")]),
     )
     crawls = jnp.where(speed < _CRAWLING, 1.0, 0.0)
-    clearance, relative = values[..., _CLEARANCE], values[..., _FASTER]
+    clearance, relative = values[..., list(_CLEARANCE)], values[..., list(_FASTER)]
     inverse = 1 / jnp.maximum(clearance, _CLOSEST)
     pairs = jnp.stack([inverse, jnp.clip(_APPROACHING * relative, -_FASTEST, _FASTEST) * inverse], axis=-1)
     gaps = [jnp.clip(clearance[..., i] / jnp.maximum(speed, 1.0), -1, 5)[..., None] for i in range(len(_NEIGHBOURS))]
@@ -66,3 +68,29 @@ def network_inputs(features: Float[Array | np.ndarray, "*batch F"], inputs: Inpu
     own = jnp.stack([offset, jnp.log1p(jnp.maximum(speed, 0)), crawls], axis=-1)
     derived = [values, *urgency, own]
     return jnp.concatenate([*derived, motion] if inputs == "motion" else derived, axis=-1)
+
+
+COLUMNS: dict[Inputs, list[int]] = {
+    "affordance": list(range(21)),
+    "derived": list(range(39)),
+    "motion": list(range(40)),
+    "urgency": [*_URGENT, 21, 22, 23, *(column + 3 * i for i in range(1, 5) for column in (21, 22)), 36, 38, 39],
+}
+"""which of those that `write_inputs` writes a network sees"""
+
+
+@compiled
+def write_inputs(features: Float32[np.ndarray, "N F"], result: Float32[np.ndarray, "N I"]) -> None:
+    """Write the `network_inputs` of kind "motion", among which are those of all other kinds."""
+    for row in range(len(features)):
+        speed = features[row, 0]
+        for i in range(21):
+            result[row, i] = features[row, i]
+        for i in range(5):
+            clearance, relative = features[row, _CLEARANCE[i]], features[row, _FASTER[i]]
+            inverse = 1 / np.maximum(clearance, _CLOSEST)
+            result[row, 21 + 3 * i] = inverse
+            result[row, 22 + 3 * i] = np.minimum(np.maximum(_SIGNS[i] * relative, -_FASTEST), _FASTEST) * inverse
+            result[row, 23 + 3 * i] = np.minimum(np.maximum(clearance / np.maximum(speed, 1.0), -1.0), 5.0)
+        result[row, 36], result[row, 37] = abs(features[row, 1]), np.log1p(np.maximum(speed, 0.0))
+        result[row, 38], result[row, 39] = 1.0 if speed < _CRAWLING else 0.0, features[row, 21]

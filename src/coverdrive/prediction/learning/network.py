@@ -21,7 +21,7 @@ from coverdrive.prediction.parts import part_by_part
 
 Output = Literal["sigmoid", "softmax", "boxes"]
 
-_LIMIT = 3.0
+LIMIT = 3.0
 """of scaled inputs to networks that give boxes, which have to make sense of what no training sample was like"""
 
 
@@ -84,7 +84,7 @@ class Network(eqx.Module):
     def scaled(self, features: Float[Array | np.ndarray, "*batch F"]) -> Float[Array, "*batch I"]:
         """What the first layer sees."""
         values = (network_inputs(features, self.inputs) - self.mean) / self.scale
-        return jnp.clip(values, -_LIMIT, _LIMIT) if self.output == "boxes" else values
+        return jnp.clip(values, -LIMIT, LIMIT) if self.output == "boxes" else values
 
     @eqx.filter_jit
     def hidden(self, features: Float[Array | np.ndarray, "*batch F"]) -> Float[Array, "*batch H"]:
