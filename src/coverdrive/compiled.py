@@ -28,6 +28,7 @@ from tempfile import mkdtemp
 from typing import Any, ParamSpec, TypeVar
 
 import numba  # pyright: ignore[reportMissingTypeStubs]
+from llvmlite.binding import Linkage  # pyright: ignore[reportMissingTypeStubs]
 from numba.core import codegen, compiler, registry, types  # pyright: ignore[reportMissingTypeStubs]
 
 P = ParamSpec("P")
@@ -76,6 +77,12 @@ class _WholeLibrary(_Library):
             for each in library._linking_libraries:
                 if each not in self._linking_libraries:
                     self.add_linking_library(each)
+
+    def _optimize_final_module(self) -> None:
+        for function in self._final_module.functions:
+            if function.linkage == Linkage.linkonce_odr:  # a part: nobody else calls this copy of it
+                function.linkage = "internal"
+        super()._optimize_final_module()
 
 
 class _PartLibrary(_Library):
