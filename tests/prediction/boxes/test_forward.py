@@ -33,6 +33,7 @@ def test_boxes_are_those_of_the_network(inputs: Inputs, members: int, points: in
     )
     centre, half_sizes = network.boxes(SOME)
     found = boxes_at(SOME, forward_of(network))
+    assert all(each.flags.writeable for each in forward_of(network).weights)  # of one type, freshly trained or read
     np.testing.assert_allclose(found[0], centre, rtol=1e-4, atol=1e-5)
     np.testing.assert_allclose(found[1], half_sizes, rtol=1e-5)
     assert boxes_at(SOME[:0], forward_of(network)).shape == (2, 0, points, 2)

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Float32, Int
+from numpy.typing import ArrayLike
 
 from coverdrive.compiled import compiled
 from coverdrive.prediction.boxes.network import BOUND, BoxNetwork, shapes_of
@@ -37,18 +38,18 @@ def forward_of(network: BoxNetwork) -> Forward:
     """A network for `boxes_at`."""
     layers, (place, shapes) = network.network, shapes_of(len(network.usual))
 
-    def single(values: object) -> np.ndarray:
-        return np.ascontiguousarray(values, dtype=np.float32)
+    def plain(values: ArrayLike, kind: type = np.float32) -> np.ndarray:
+        return np.array(values, dtype=kind, order="C")  # a copy, for which code need not be compiled anew
 
     return Forward(
         np.array(COLUMNS[layers.inputs]),
-        single(layers.mean),
-        single(layers.scale),
-        tuple(single(np.swapaxes(np.asarray(each), 1, 2)) for each in layers.weights),
-        tuple(single(each) for each in layers.biases),
-        np.ascontiguousarray(place, dtype=float),
-        np.ascontiguousarray(shapes, dtype=float),
-        np.ascontiguousarray(network.usual, dtype=float),
+        plain(layers.mean),
+        plain(layers.scale),
+        tuple(plain(np.swapaxes(np.asarray(each), 1, 2)) for each in layers.weights),
+        tuple(plain(each) for each in layers.biases),
+        plain(place, float),
+        plain(shapes, float),
+        plain(network.usual, float),
     )
 
 
