@@ -198,6 +198,7 @@ def first_contact(
             state, applied = state_at(states, k, states[0]), (inputs[k, 0], inputs[k, 1])
             share, behind = contact_at(state, applied, boxes, k, slot, grown, constants)
             if share < NEVER:
+                share = share if share > 0 else 1.0  # what is touched now is, whatever the ego does
                 speed = impact(state, applied, share, boxes, k, slot, constants.dt)
                 return k + share, -speed if behind else speed
     end = state_at(states, constants.steps, states[0])

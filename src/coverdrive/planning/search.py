@@ -36,11 +36,9 @@ _PER_WORSE = 1e10
 """price of more harm than full braking in the own lane does, the first guess: only leaving the road costs more"""
 _PER_DEPARTURE = 1e15
 """[1/m] price of leaving the road: more than any contact"""
-_NO_DEPARTURE = 0.005
-"""[m] of leaving the road that count for nothing where nothing is clear"""
 _MORE_DEPARTURE = 0.05
-"""[m] beyond the least that any plan leaves the road that count for nothing where all do: the rear corner of a car at
-the edge moves out as it turns away"""
+"""[m] beyond the least that any plan leaves the road that count for nothing where nothing is clear: the rear corner of
+a car at the edge moves out as it turns away"""
 _ABRUPT = 1e6
 """more than a clear plan costs; added to manoeuvres, and twice to what exceeds the jerk limit"""
 _ROUNDING = 1e-9
@@ -49,6 +47,8 @@ _PLACES = 9
 """across the road, to which a car evades"""
 _FARTHEST = 4.0
 """[m] across the road to such a place"""
+_SHORT = 0.9
+"""share of the way to the edge that is steered for: a car swings beyond where it steers to"""
 _HURRY = 1.6
 """times faster than a lane is changed in comfort"""
 _HARD = np.array([1.0, 0.5, 0.0])
@@ -352,7 +352,7 @@ def _allowed_departure(plans: Plans, last: int) -> float:
     least = np.inf
     for i in range(last):
         least = min(least, plans.departure[i])
-    return _NO_DEPARTURE if least <= _NO_DEPARTURE else least + _MORE_DEPARTURE
+    return least + _MORE_DEPARTURE
 
 
 @compiled
@@ -372,6 +372,7 @@ def _evade(plans: Plans, first: int, wanted: Wanted, around: Surroundings, const
     lat, half_width = around.state[1], constants.vehicle.width / 2 + constants.shape.edge_margin
     right = max(lat - _FARTHEST, min(lat, value_at(0.0, RIGHT, around.road)[0] + half_width))
     left = min(lat + _FARTHEST, max(lat, value_at(0.0, LEFT, around.road)[0] - half_width))
+    right, left = lat + _SHORT * (right - lat), lat + _SHORT * (left - lat)
     for i in range(_EVASIONS):
         place = i // len(_HARD)
         at = lat if place == _PLACES else right + (left - right) * place / (_PLACES - 1)
