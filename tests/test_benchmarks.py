@@ -54,7 +54,7 @@ def test_certify(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_set_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     quick = ("--scenes", "6", "--seeds", "1", "--epochs", "1")
     result = ran("set_size", tmp_path / "set_size.json", monkeypatch, *quick)
-    assert len(result) == 9
+    assert len(result) == 8
     assert result["the paper's network"]["ratio"][1] == pytest.approx(1.0)
 
 

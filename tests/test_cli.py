@@ -307,7 +307,7 @@ def test_every_option_has_an_example(command: str) -> None:
 def test_help_lists_commands_in_the_order_of_a_first_visit(capsys: pytest.CaptureFixture[str]) -> None:
     printed = coverdrive_alone("--help", only="stdout")
     listed = re.findall(r"^│ (\w+)  ", printed, re.MULTILINE)
-    assert listed[:4] == ["run", "inspect", "fit", "calibrations"] and sorted(listed) == sorted(COMMANDS)
+    assert listed[:4] == ["demo", "run", "inspect", "fit"] and sorted(listed) == sorted(COMMANDS)
     for status in ("0, done", "1, an error", "2, something", "130, stopped"):
         assert status in " ".join(printed.split())
 

@@ -100,10 +100,15 @@ def test_what_is_called_clear_is_so_in_many_scenes(part: int) -> None:
     assert clear > 2_400
 
 
+def _straight(half_sizes: np.ndarray, _: object, curvature: np.ndarray, *__: object) -> np.ndarray:
+    """Bodies as on a straight road."""
+    return half_sizes + np.zeros_like(curvature)[..., None]
+
+
 def test_straight_bodies_and_wider_roads_would_not_do(monkeypatch: pytest.MonkeyPatch) -> None:
     """The negative control: with bodies as on a straight road some touch, with edges 0.3 m further out some leave."""
     innermost = road_table.innermost_edges
-    monkeypatch.setattr(road_table, "bent_half_sizes", lambda half_sizes, *_: half_sizes)
+    monkeypatch.setattr(road_table, "bent_half_sizes", _straight)
     monkeypatch.setattr(road_table, "innermost_edges", lambda *given: innermost(*given) - 0.3)
     _, touching, leaving = clear_and_wrong(0, 120)
     assert touching > 0

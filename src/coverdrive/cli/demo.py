@@ -36,8 +36,9 @@ def demo(
     For example:
 
     - the same drive, driven now: `coverdrive demo --drive`
-    - another drive of the study, driven now: `coverdrive report coverdrive-demo --trial 7`
-    - more drives in other traffic: `coverdrive study coverdrive-demo --traffic aggressive`
+    - to another folder, without a browser: `coverdrive demo --out there --no-open`
+
+    Go on with the other commands: report for another drive of the study, study for other traffic.
     """
     with waiting():
         from coverdrive.dialling.dial import proof_of

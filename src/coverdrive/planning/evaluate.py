@@ -139,6 +139,12 @@ def complete(plans: Plans, i: int, around: Surroundings, constants: Constants) -
                 break
             if grown == 1:
                 severity = max(severity, abs(speed))
+            if time == 0:  # what is touched now is, whatever the ego does
+                behind, time = speed < 0, 1.0
+                speed = impact(
+                    state_at(states, 0, states[0]), (inputs[0, 0], inputs[0, 1]), 1.0, boxes, 0, slot, constants.dt
+                )
+                speed = -speed if behind else speed
             harm += likely * boxes[6, 0, slot] * _harm_of(time / steps, speed)
     plans.departure[i], plans.severity[i], plans.harm[i] = departure, severity, harm
     plans.clear[i] = departure == 0 and not touching
@@ -198,7 +204,6 @@ def first_contact(
             state, applied = state_at(states, k, states[0]), (inputs[k, 0], inputs[k, 1])
             share, behind = contact_at(state, applied, boxes, k, slot, grown, constants)
             if share < NEVER:
-                share = share if share > 0 else 1.0  # what is touched now is, whatever the ego does
                 speed = impact(state, applied, share, boxes, k, slot, constants.dt)
                 return k + share, -speed if behind else speed
     end = state_at(states, constants.steps, states[0])

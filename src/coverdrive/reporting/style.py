@@ -28,9 +28,9 @@ EGO, OTHER = BLUE, VERMILION
 BAD = "#B3261E"
 """where a plan that is not clear first meets what was predicted"""
 
-STATUS = MappingProxyType({Status.SOLVED: GREEN, Status.FALLBACK: PURPLE, Status.REAR: SKY, Status.UNSAFE: VERMILION,
-                           Status.INVALID_INPUT: "#882255"})  # fmt: skip
-"""how plans were found; the page has the same"""
+STATUS = MappingProxyType({Status.SOLVED: "#007A58", Status.FALLBACK: "#A8437F", Status.REAR: "#5360C4",
+                           Status.UNSAFE: "#B84A00", Status.INVALID_INPUT: "#882255"})  # fmt: skip
+"""how plans were found, dark enough to be read as text; the page has the same"""
 
 ROAD, MARKING, PAPER = "#EFEFEF", "#A0A0A0", "#FFFFFF"
 """surface, lane markings, and the background of a figure"""
