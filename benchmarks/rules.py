@@ -208,6 +208,7 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--folder", type=Path, default=Path(gettempdir()) / "coverdrive-rules", help="of fits and rows")
     parser.add_argument("--write", action="store_true")
+    parser.add_argument("--title", default="Rules of the planner, each switched off", help="of the section")
     given = parser.parse_args()
     recordings = tuple(given.recording)
     prepare(given.folder, recordings)
@@ -231,7 +232,7 @@ def main() -> None:
                 print(traffic, "without", rule, found[traffic][rule], flush=True)
     print(table(found))
     if given.write:
-        write_section("Rules of the planner, each switched off", __doc__, table(found))
+        write_section(given.title, __doc__, table(found))
 
 
 if __name__ == "__main__":
