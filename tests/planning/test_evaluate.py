@@ -237,6 +237,15 @@ def test_harm_counts_how_deep_a_box_is_entered(straight_paths, gap: float, share
     assert got.harm[0] == pytest.approx(harm, rel=0.04)  # a contact later counts less
 
 
+def test_what_is_touched_now_is_judged_by_how_the_ego_meets_it_a_step_later(straight_paths) -> None:
+    """Somebody at 25 m/s is in the ego's rear: who goes on from 20 m/s is hit less hard than who brakes at 8 m/s²."""
+    state, paths = np.array([0, 1.8, 20.0, 0]), straight_paths((-4.0, 1.8, 25.0))
+    for acceleration, faster in ((0.0, 5.0), (-8.0, 7.0)):
+        got = evaluated(whole(np.tile([acceleration, 0.0], (STEPS, 1))), around(state, paths))
+        assert got.severity[0] == pytest.approx(5.0)  # now, whatever the ego does
+        assert got.harm[0] == pytest.approx(0.1 * (1 - 0.4 / STEPS) * (5.0 + faster) ** 4 / 20.0**3)
+
+
 def test_harm_counts_what_is_likely_and_soon(straight_paths) -> None:
     """Two paths of a vehicle that stands in the lane, one of them with more weight."""
     state, straight, harm = np.array([0, 1.8, 20.0, 0]), whole(np.zeros((STEPS, 2))), []

@@ -140,11 +140,9 @@ def complete(plans: Plans, i: int, around: Surroundings, constants: Constants) -
             if grown == 1:
                 severity = max(severity, abs(speed))
             if time == 0:  # what is touched now is, whatever the ego does
-                behind, time = speed < 0, 1.0
-                speed = impact(
-                    state_at(states, 0, states[0]), (inputs[0, 0], inputs[0, 1]), 1.0, boxes, 0, slot, constants.dt
-                )
-                speed = -speed if behind else speed
+                start, applied = state_at(states, 0, states[0]), (inputs[0, 0], inputs[0, 1])
+                later = impact(start, applied, 1.0, boxes, 0, slot, constants.dt)
+                time, speed = 1.0, -later if speed < 0 else later
             harm += likely * boxes[6, 0, slot] * _harm_of(time / steps, speed)
     plans.departure[i], plans.severity[i], plans.harm[i] = departure, severity, harm
     plans.clear[i] = departure == 0 and not touching

@@ -118,7 +118,7 @@ def test_the_numbers_say_how_close_it_was_and_how_mannered() -> None:
     assert near.note.startswith(f"least gap {contents.trials['minimum_gap'].min():.2f} m, least time to collision ")
     assert (
         headway.value == f"{contents.trials['usual_headway'].median():.2f} s"
-        and headway.note == "recorded drivers: 0.72 s"
+        and headway.note == "people: 0.72 s"
     )
     assert jerk.note.startswith("hardest braking") and plans.label.startswith("of 24 plans clear")
     assert (

@@ -130,7 +130,7 @@ def tiles(contents: Contents) -> list[Tile]:
         Tile(f"{near} of {trials.height}", "drives are near misses",
              f"least gap {gap} m, least time to collision {time} s; {exposure(trials)}", main=True),
         Tile("–" if usual is None else f"{usual:.2f} s", "headway in 9 of 10 moments, median drive",
-             "" if contents.kept is None else f"recorded drivers: {contents.kept:.2f} s"),
+             "" if contents.kept is None else f"people: {contents.kept:.2f} s"),
         Tile(f"{_mean(trials, 'jerk_longitudinal'):.1f} m/s³", "jerk along the road, root mean square",
              f"hardest braking {braking:.1f} m/s²"),
         Tile(percent(plan_share(trials, Status.SOLVED, Status.FALLBACK)),
