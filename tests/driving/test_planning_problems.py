@@ -1,7 +1,9 @@
 """Planning problems of a drawn scenario: what is read of them, how they are driven, and what is written."""
 
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ from commonroad.common.solution import CommonRoadSolutionReader
 from driving_fakes import PREDICTOR
 from problem_fakes import TRAFFIC, between, box, goal, written
 from recordings_fakes import RADIUS, TURN, driving, on_map, scenario, three_lanes
+from shapely.geometry import Point
 
 from coverdrive.driving.drivability import refusal
 from coverdrive.driving.planning_problem import PlanningProblem, read_problems, told
@@ -147,16 +150,28 @@ def test_models_of_the_car() -> None:
     assert SingleTrackCar.at(Start, "KS").pose == pytest.approx([3.0, -2.0, 12.0, 0.4])
 
 
+def shapes(pose: tuple[float, float, float], corners: np.ndarray) -> tuple[Any, Any, Any]:
+    """An area of 4 by 1 m at a pose, an obstacle of 5 by 2 m, and one with these corners, in any commonroad-io."""
+    *centre, heading = pose
+    if find_spec("commonroad.geometry.shape"):
+        old = import_module("commonroad.geometry.shape")
+        return old.Rectangle(4.0, 1.0, np.array(centre), heading), old.Rectangle(5.0, 2.0), old.Polygon(corners)
+    area = import_module("commonroad.geometry.occupancy.rect_occupancy").RectOccupancy(Point(centre), 1.0, 4.0, heading)
+    rectangle = import_module("commonroad.geometry.obstacle_shapes.rect_obstacle_shape").RectObstacleShape(2.0, 5.0)
+    drawn = import_module("commonroad.geometry.obstacle_shapes.polygon_obstacle_shape").PolygonObstacleShape
+    return area, rectangle, drawn(tuple(map(tuple, corners.tolist())))
+
+
 def test_uncertain_states_are_told_as_a_box_around_all_that_they_can_be() -> None:
     from commonroad.common.util import AngleInterval, Interval
-    from commonroad.geometry.shape import Polygon, Rectangle
     from commonroad.scenario.state import InitialState
 
     rng, heading, spread = np.random.default_rng(0), 0.7, 0.3
     angles = AngleInterval(heading - spread, heading + spread)
-    place = Rectangle(4.0, 1.0, np.array([10.0, 5.0]), heading)
+    triangle = np.array([[-2.0, -1.0], [3.0, -1.0], [0.0, 2.0]])
+    place, rectangle, polygon = shapes((10.0, 5.0, heading), triangle)
     state = InitialState(0, place, angles, Interval(8.0, 12.0))
-    for shape in (Rectangle(5.0, 2.0), Polygon(np.array([[-2.0, -1.0], [3.0, -1.0], [0.0, 2.0]]))):
+    for shape, corners in ((rectangle, [(2.5, 1.0), (2.5, -1.0), (-2.5, 1.0), (-2.5, -1.0)]), (polygon, triangle)):
         (x, y, speed, turned), size = told(state, shape)
         assert (speed, turned) == pytest.approx((10.0, heading))
         along, across = (np.array([np.cos(angle), np.sin(angle)]) for angle in (heading, heading + np.pi / 2))
@@ -164,7 +179,7 @@ def test_uncertain_states_are_told_as_a_box_around_all_that_they_can_be() -> Non
             (np.array([10.0, 5.0]) + rng.choice([-2.0, 2.0]) * along + rng.choice([-0.5, 0.5]) * across)
             + np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]) @ corner
             for angle in heading + rng.choice([-spread, 0.0, spread], 400)
-            for corner in shape.shapely_object.exterior.coords
+            for corner in corners
         ])  # fmt: skip
         seen = np.abs((inside - (x, y)) @ np.array([along, across]).T).max(axis=0)
         assert seen == pytest.approx(np.array(size) / 2, abs=0.02)

@@ -4,6 +4,7 @@ from collections.abc import Hashable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -209,7 +210,7 @@ def told(state: Any, shape: Any) -> Told:
         size = (shape.length, shape.width)
     else:
         backwards, apart = _turned(-heading), np.linspace(*_interval(state.orientation), _HEADINGS) - heading
-        around = np.concatenate([get_coordinates(shape_of(shape)) @ _turned(each) for each in apart])
+        around = np.concatenate([get_coordinates(_at_origin(shape)) @ _turned(each) for each in apart])
         places = get_coordinates(Point(place) if isinstance(place, np.ndarray) else shape_of(place)) @ backwards
         least, most = places.min(axis=0) + around.min(axis=0), places.max(axis=0) + around.max(axis=0)
         size, place = tuple((most - least).tolist()), backwards @ (least + most) / 2
@@ -266,6 +267,12 @@ def shape_of(position: Any) -> BaseGeometry:
     """The area of a position of commonroad-io."""
     parts = getattr(position, "shapes", [position])
     return unary_union([part.shapely_object for part in parts])
+
+
+def _at_origin(shape: Any) -> BaseGeometry:
+    """The area of an obstacle's shape, which from commonroad-io 2026.1 on is none of its own until it is placed."""
+    placed = getattr(shape, "compute_occupancy_for_state", lambda _: shape)
+    return shape_of(placed(SimpleNamespace(position=np.zeros(2), orientation=0.0)))
 
 
 def _interval(value: Any) -> Interval:

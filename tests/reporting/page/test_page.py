@@ -116,10 +116,7 @@ def test_the_numbers_say_how_close_it_was_and_how_mannered() -> None:
     near, headway, jerk, plans, sets = tiles(contents)
     assert near.value == "1 of 2" and near.main and near.note.endswith("2.4 s, 0.0576 km")
     assert near.note.startswith(f"least gap {contents.trials['minimum_gap'].min():.2f} m, least time to collision ")
-    assert (
-        headway.value == f"{contents.trials['usual_headway'].median():.2f} s"
-        and headway.note == "people: 0.72 s"
-    )
+    assert headway.value == f"{contents.trials['usual_headway'].median():.2f} s" and headway.note == "people: 0.72 s"
     assert jerk.note.startswith("hardest braking") and plans.label.startswith("of 24 plans clear")
     assert (
         sets.value == "≤ 14.4 %" and "4 % on unseen scenes (95 %: 1–10 %)" in sets.note and "in the drives" in sets.note
