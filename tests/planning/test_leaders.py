@@ -31,6 +31,22 @@ def test_the_nearest_ahead_in_every_lane_brakes_to_a_stop(straight_paths) -> Non
     assert got.weight is not None and got.weight.max() < 0.5
 
 
+def test_who_comes_ahead_from_beside_brakes_on_the_way(straight_paths) -> None:
+    """Of two who change to the ego's lane ahead of it the nearer one, by its last path; nobody who does so behind."""
+    paths = straight_paths((60, 1.8, 20), (20, 1.8, 20), (20, 1.8, 20), (-10, 9.0, 20), (30, 9.0, 20))
+    paths = replace(paths, vehicle=np.array([0, 1, 1, 2, 3]))
+    paths.points[:4, :, 1] += np.linspace(0, [3.6, 3.0, 3.6, -3.6], 13).T
+    paths.half_sizes[2, 1:, 1] += 0.3
+    leaders = leaders_of(STATE, 2.4, paths, Road.straight())
+    assert leaders.lane.tolist() == [0, 2] and leaders.entering.tolist() == [2]
+    got = braking(leaders, paths, LeaderSettings(deceleration=4.0))
+    assert got.vehicle.tolist() == [1, 3, 1]
+    np.testing.assert_allclose(got.points[2, :, 0], 20 + 20 * TIMES - 2 * TIMES**2)
+    np.testing.assert_array_equal(got.points[2, :, 1], paths.points[2, :, 1])
+    np.testing.assert_array_equal(got.half_sizes[2, :, 1], paths.half_sizes[2, :, 1])
+    assert np.ptp(got.points[:2, :, 1]) > 0 == np.ptp(got.points[0, :, 1])
+
+
 def test_nobody_brakes_where_nobody_is_ahead_or_nothing_is_assumed(straight_paths) -> None:
     behind, ahead = straight_paths((-10, 5.4, 20)), straight_paths((30, 5.4, 20))
     for paths, deceleration in ((behind, 4.0), (straight_paths(), 4.0), (ahead, 0.0)):

@@ -47,6 +47,8 @@ class Leaders(NamedTuple):
     """[m] from the ego's front to its rear"""
     speed: Float[np.ndarray, " l"]
     """[m/s]"""
+    entering: Int[np.ndarray, " e"]
+    """a path of each vehicle that is to come into a lane from beside, ahead of the ego and of whoever else does"""
 
     def lost(self, there: Bool[np.ndarray, " L"], wanted: float, begin: float, end: float) -> Float[np.ndarray, " L"]:
         """What is lost of a wanted speed [m/s] in each lane, or there first and beside it then: squared [m²/s].
@@ -71,14 +73,16 @@ def leaders_of(state: Float[np.ndarray, " 4"], half_length: float, paths: Predic
         paths: predicted paths; all of a vehicle begin at the same point and speed.
         road: its lanes.
     """
-    now, nearest = paths.points[:, 0], np.full(road.lanes, -1)
-    _mark_nearest(paths.points, road.lane_at(now[:, 0], now[:, 1]), float(state[0]), nearest)
+    now, end, nearest, first = paths.points[:, 0], paths.points[:, -1], *np.full((2, road.lanes), -1)
+    begun, there = road.lane_at(now[:, 0], now[:, 1]), road.lane_at(end[:, 0], end[:, 1])
+    _mark_nearest(paths.points, begun, float(state[0]), nearest)
+    _mark_nearest(paths.points, np.where(there == begun, -1, there), float(state[0]), first)
     lane = (nearest >= 0).nonzero()[0]
     path = nearest[lane]
     lon, then = paths.points[path, :2, 0].T
     speed = np.maximum(0.0, then - lon) / paths.dt
     gap = lon - paths.half_sizes[path, 0, 0] - state[0] - half_length
-    return Leaders(lane, path, gap, speed)
+    return Leaders(lane, path, gap, speed, first[first >= 0])
 
 
 @compiled
@@ -105,33 +109,42 @@ def _write_lost(
 def _mark_nearest(
     points: Float[np.ndarray, "S P 2"], lane: Int[np.ndarray, " S"], lon: float, nearest: Int[np.ndarray, " L"]
 ) -> None:
-    """Write which path begins as the nearest ahead of a position [m] in every lane, given the lane of each."""
+    """Write which path begins as the nearest ahead of a position [m] in every lane, given the lane of each, if any: the
+    last one of its vehicle.
+    """
     for i in range(len(points)):
+        if lane[i] < 0:
+            continue
         first = nearest[lane[i]]
-        if points[i, 0, 0] > lon and (first < 0 or points[i, 0, 0] < points[first, 0, 0]):
+        if points[i, 0, 0] > lon and (first < 0 or points[i, 0, 0] <= points[first, 0, 0]):
             nearest[lane[i]] = i
 
 
 def braking(leaders: Leaders, paths: PredictedPaths, settings: LeaderSettings) -> PredictedPaths:
-    """A path for each of them, given those of all vehicles, on which it brakes to a stop."""
+    """A path for each of them, and of who is to come ahead, on which it brakes to a stop, given those of all."""
     if settings.deceleration == 0:
         return paths.of(leaders.path[:0])
-    points, half_sizes = paths.points[leaders.path], paths.half_sizes[leaders.path]
-    _write_braking(points, half_sizes, leaders.speed, settings.deceleration, paths.dt)
+    path = np.concatenate([leaders.path, leaders.entering])
+    points, half_sizes = paths.points[path], paths.half_sizes[path]
+    _write_braking(points, half_sizes, len(leaders.path), settings.deceleration, paths.dt)
     least = 1.0 if paths.weight is None else float(paths.weight.min(initial=1.0))
     weight = np.full(len(points), _LIKELIHOOD * least)
-    return PredictedPaths(points, paths.vehicle[leaders.path], half_sizes, paths.dt, weight=weight)
+    return PredictedPaths(points, paths.vehicle[path], half_sizes, paths.dt, weight=weight)
 
 
 @compiled
 def _write_braking(
-    points: Float[np.ndarray, "l P 2"], half_sizes: Float[np.ndarray, "l P 2"], speed: Float[np.ndarray, " l"],
-    deceleration: float, dt: float,
+    points: Float[np.ndarray, "l P 2"], half_sizes: Float[np.ndarray, "l P 2"], leading: int, deceleration: float,
+    dt: float,
 ) -> None:  # fmt: skip
-    """Write how vehicles brake from speeds [m/s] at the first of the points."""
+    """Write how vehicles brake from their speeds at the first of the points: so many in their lanes, the others on the
+    way across the road that is there.
+    """
     for i in range(len(points)):
+        speed = max(0.0, points[i, 1, 0] - points[i, 0, 0]) / dt
         for k in range(1, points.shape[1]):
-            elapsed = min(dt * k, speed[i] / deceleration)
-            points[i, k, 0] = points[i, 0, 0] + (speed[i] - deceleration / 2 * elapsed) * elapsed
-            points[i, k, 1] = points[i, 0, 1]
-            half_sizes[i, k, 0], half_sizes[i, k, 1] = half_sizes[i, 0, 0], half_sizes[i, 0, 1]
+            elapsed = min(dt * k, speed / deceleration)
+            points[i, k, 0] = points[i, 0, 0] + (speed - deceleration / 2 * elapsed) * elapsed
+            half_sizes[i, k, 0] = half_sizes[i, 0, 0]
+            if i < leading:
+                points[i, k, 1], half_sizes[i, k, 1] = points[i, 0, 1], half_sizes[i, 0, 1]
