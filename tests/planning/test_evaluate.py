@@ -222,7 +222,7 @@ def test_a_contact_from_behind_does_little_harm_but_more_than_a_graze_ahead(stra
 
 
 @pytest.mark.parametrize(
-    ("gap", "share"), [(1.05, 0.0), (0.95, 0.03), (0.7, 0.07), (0.45, 0.15), (0.2, 0.35), (-0.1, 1.0)]
+    ("gap", "share"), [(1.03, 0.0), (0.95, 0.06), (0.7, 0.1), (0.45, 0.18), (0.2, 0.38), (-0.1, 1.0)]
 )
 @pytest.mark.parametrize("faster", [-3.0, 0.0, 3.0])
 def test_harm_counts_how_deep_a_box_is_entered(straight_paths, gap: float, share: float, faster: float) -> None:
@@ -235,6 +235,34 @@ def test_harm_counts_how_deep_a_box_is_entered(straight_paths, gap: float, share
     assert bool(got.clear[0]) is (share == 0)
     harm = share * (5.0 + abs(faster)) ** 4 / 20.0**3
     assert got.harm[0] == pytest.approx(harm, rel=0.04)  # a contact later counts less
+
+
+def test_passing_with_no_room_counts_a_little_where_something_is_touched(straight_paths) -> None:
+    """A car beside the ego, 3 or 7 cm from it, while the ego runs into somebody who stands."""
+    harm = []
+    for gap in (0.03, 0.07):
+        paths = straight_paths((60.0, 1.8, 0.0), (0, 1.8 + 1.9 + gap, 20.0))
+        harm.append(float(evaluated(whole(np.zeros((STEPS, 2))), around(np.array([0, 1.8, 20.0, 0]), paths)).harm[0]))
+    ahead = float(
+        evaluated(
+            whole(np.zeros((STEPS, 2))), around(np.array([0, 1.8, 20.0, 0]), straight_paths((60.0, 1.8, 0.0)))
+        ).harm[0]
+    )
+    assert harm[1] == pytest.approx(ahead)
+    assert harm[0] - 0.97 * ahead == pytest.approx(0.03 * (5.0**4 / 20.0**3 + 0.1 * ahead), rel=0.01)
+
+
+def test_what_is_touched_after_something_else_counts_less(straight_paths) -> None:
+    """Two who stand in the lane, one behind the other: the second counts fully only if it is met at the same time."""
+    state, straight = np.array([0, 1.8, 20.0, 0]), whole(np.zeros((STEPS, 2)))
+
+    def harm(*lon: float) -> float:
+        return float(evaluated(straight, around(state, straight_paths(*((each, 1.8, 0.0) for each in lon)))).harm[0])
+
+    first = harm(24.8)  # 20 m ahead: after 1 s
+    assert harm(24.8, 24.8) == pytest.approx(2 * first)
+    assert harm(24.8, 29.8) == pytest.approx(first + 0.5 * harm(29.8))
+    assert harm(24.8, 44.8) == pytest.approx(first + 0.1 * harm(44.8))
 
 
 def test_what_is_touched_now_is_judged_by_how_the_ego_meets_it_a_step_later(straight_paths) -> None:
