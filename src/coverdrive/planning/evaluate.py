@@ -29,10 +29,6 @@ _UNCERTAIN = 0.4
 """by how much less a contact at the end of the plan counts than one now"""
 _FROM_BEHIND = 0.1
 """share of the harm that a contact counts where the other one runs into the ego"""
-_AFTER = 0.1
-"""share of the harm that a contact counts after another one, as the ego is not where it was to be then"""
-_AT_ONCE = 0.5
-"""[s] after another contact by which that share is reached: until then it goes on about as it was to"""
 _LEVELS = ((1.0, 0.05, 0.03), (1.0, 0.0, 0.03), (0.75, 0.0, 0.04), (0.5, 0.0, 0.08), (0.25, 0.0, 0.2), (0.0, 0.0, 0.62))
 """shares of what boxes have grown beyond the bodies in their middle, [m] around them, and shares of the harm that
 contact with these counts: who passes with no room to spare may well not pass, for a plan is driven in other steps"""
@@ -59,8 +55,7 @@ class Plans(NamedTuple):
     """[m/s] relative speed at the first contact of the fail-safe branch with a box, of the worst box; 0 without one"""
     harm: Float[np.ndarray, " m"]
     """of the first contacts of the fail-safe branch with every member: the fourth power of their speed, so that the
-    worst one decides, times their likelihood, less from behind, at the rim of a box, after another one, and later,
-    thus less certain"""
+    worst one decides, times their likelihood, less from behind, at the rim of a box, and later, thus less certain"""
     departure: Float[np.ndarray, " m"]
     """[m] by which the fail-safe branch gets beyond the road's edges during each of its steps, summed"""
     clear: Bool[np.ndarray, " m"]
@@ -149,24 +144,19 @@ def _contacts(
     boxes: Float[np.ndarray, "7 P n"], constants: Constants,
 ) -> tuple[float, float]:  # fmt: skip
     """Severity and harm of a motion, see `Plans`."""
-    severity, harm, times, speeds = 0.0, 0.0, np.zeros(boxes.shape[2]), np.empty(boxes.shape[2])
-    for grown, margin, likely in _LEVELS:
-        for slot in range(len(times)):
-            if times[slot] == np.inf:  # not even with more room
-                continue
+    severity, harm = 0.0, 0.0
+    for slot in range(boxes.shape[2]):
+        for grown, margin, likely in _LEVELS:
             time, speed = first_contact(states, inputs, edges, slot, grown, margin, boxes, constants)
-            if grown == 1 and margin == 0 and time < np.inf:
+            if time == np.inf:
+                break
+            if grown == 1 and margin == 0:
                 severity = max(severity, abs(speed))
             if time == 0:  # what is touched now is, whatever the ego does
                 start, applied = state_at(states, 0, states[0]), (inputs[0, 0], inputs[0, 1])
                 later = impact(start, applied, 1.0, boxes, 0, slot, constants.dt)
                 time, speed = 1.0, -later if speed < 0 else later
-            times[slot], speeds[slot] = time, speed
-        first = times.min()
-        for slot in range(len(times)):
-            if times[slot] < np.inf:
-                after = max(_AFTER, 1 - (times[slot] - first) * constants.dt / _AT_ONCE)
-                harm += likely * after * boxes[6, 0, slot] * _harm_of(times[slot] / constants.steps, speeds[slot])
+            harm += likely * boxes[6, 0, slot] * _harm_of(time / constants.steps, speed)
     return severity, harm
 
 
