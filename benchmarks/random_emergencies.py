@@ -19,6 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
+from results import save
 
 from coverdrive.geometry import boxes_overlap, turned_half_extents
 from coverdrive.paths import PredictedPaths
@@ -297,6 +298,7 @@ def main() -> None:
     parser.add_argument("--scenes", type=int, default=5000, help="number of emergencies")
     parser.add_argument("--seed", type=int, default=0, help="of the first scene")
     parser.add_argument("--out", type=Path, default=Path("random_emergencies.json"))
+    parser.add_argument("--save", help="name of the file in benchmarks/results")
     arguments = parser.parse_args()
     planner, rows, found = MpcPlanner(), list[dict](), emergencies(arguments.seed)
     for scene, braking, best in (next(found) for _ in range(arguments.scenes)):
@@ -311,6 +313,8 @@ def main() -> None:
     arguments.out.write_text(
         json.dumps({**result, "first seed": arguments.seed, "drives": rows}, indent=1) + "\n", encoding="utf-8"
     )
+    if arguments.save:
+        save(arguments.save, result, arguments.seed)
 
 
 if __name__ == "__main__":

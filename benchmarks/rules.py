@@ -39,7 +39,7 @@ from coverdrive.simulation.replay import cut_scenarios
 from coverdrive.simulation.setup import Setup
 from coverdrive.simulation.trial import measure
 from random_emergencies import compared, emergencies, planned
-from results import write_section
+from results import save, write_section
 
 ALL = "all rules"
 SECOND_PATH = "second path of lane changes"
@@ -208,6 +208,7 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--folder", type=Path, default=Path(gettempdir()) / "coverdrive-rules", help="of fits and rows")
     parser.add_argument("--write", action="store_true")
+    parser.add_argument("--save", help="name of the file in benchmarks/results")
     parser.add_argument("--title", default="Rules of the planner, each switched off", help="of the section")
     given = parser.parse_args()
     recordings = tuple(given.recording)
@@ -233,6 +234,8 @@ def main() -> None:
     print(table(found))
     if given.write:
         write_section(given.title, __doc__, table(found))
+    if given.save:
+        save(given.save, found, given.seed)
 
 
 if __name__ == "__main__":
