@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import polars as pl
+
 from results import save
 
 NEAR_GAP, NEAR_TIME = 1.0, 1.0
@@ -56,6 +57,19 @@ def of_dial(said: dict[str, Any]) -> dict[str, Any]:
     }
 
 
+def of_cover(said: dict[str, Any]) -> dict[str, Any]:
+    """Sizes of covers, and what they cannot be below."""
+    names = {
+        "epsilon": "radius",
+        "bases": "bases",
+        "among segments": "at_least_among_segments",
+        "anywhere": "at_least_anywhere",
+        "farthest": "largest_distance",
+    }
+    covers = [{name: each[key] for name, key in names.items()} for each in said["bases"]]
+    return {"segments": said["segments"], "covers": covers}
+
+
 def of_league(said: list[dict[str, str]]) -> dict[str, Any]:
     """Each planner in each world."""
     driven = [row for row in said if row["mean_speed"]]
@@ -96,6 +110,10 @@ def of_drives(folder: Path) -> dict[str, Any]:
     return rows.select(**told).row(0, named=True)
 
 
+KINDS = {"proofs": of_dial, "evaluation": of_fit, "segments": of_cover}
+"""what a command printed is told by a key"""
+
+
 def _rate(of: dict[str, float]) -> list[float]:
     return [of["count"] / of["total"], of["low"], of["high"]]
 
@@ -112,7 +130,10 @@ def main() -> None:
     given = parser.parse_args()
     text = given.printed.read_text(encoding="utf-8")
     said = list(csv.DictReader(text.splitlines())) if given.printed.suffix == ".csv" else json.loads(text)
-    values = of_league(said) if isinstance(said, list) else of_dial(said) if "proofs" in said else of_fit(said)
+    if isinstance(said, list):
+        values = of_league(said)
+    else:
+        values = next(of for key, of in KINDS.items() if key in said)(said)
     if given.drives is not None:
         values |= of_drives(given.drives)
     known = {name: getattr(given, name) for name in ("command", "commit", "date") if getattr(given, name)}

@@ -1,18 +1,22 @@
 """Says measured numbers in README and docs: `{{ measured("dial-drivers.speed.0", ".1f") }}`.
 
-Pages of the documentation call these macros (mkdocs-macros). README cannot, and has each behind its number in a
-comment, `32.6 m/s<!-- {{ measured("dial-drivers.speed.0", ".1f") }} m/s -->`; a test renders it and compares. A name
-that no file in `benchmarks/results/` has is an error.
+Pages of the documentation call these macros (mkdocs-macros); a name that no file in `benchmarks/results/` has is an
+error. README cannot: its part between two comments is `came_out.md`, filled in by `python benchmarks/measured.py`.
 """
 
 import json
 import math
+import re
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+import jinja2
+
 FOLDER = Path(__file__).with_name("results")
+TOLD, README = Path(__file__).with_name("came_out.md"), Path(__file__).parents[1] / "README.md"
+PART = re.compile(r"(?<=<!-- came_out -->\n).*(?=<!-- /came_out -->)", re.DOTALL)
 
 
 @cache
@@ -20,7 +24,8 @@ def kept(name: str) -> Mapping[str, Any]:
     """A file of `results.save`."""
     file = FOLDER / f"{name}.json"
     if not file.exists():
-        raise KeyError(f"no {file.name} in {FOLDER}: there are {', '.join(sorted(each.stem for each in FOLDER.iterdir()))}")
+        there = ", ".join(sorted(each.stem for each in FOLDER.glob("*.json")))
+        raise KeyError(f"no {file.name} in {FOLDER}: there are {there}")
     return json.loads(file.read_text(encoding="utf-8"))
 
 
@@ -37,8 +42,7 @@ def value(key: str) -> Any:
 
 
 def measured(key: str, form: str = "g") -> str:
-    """A measured number, with its interval if it has one, as in 5.1 % (2.6–9.2), or −7.8 (−9.2 … −6.4) with a sign; – if
-    there is none.
+    """A measured number with its interval, if it has one: 5.1 % (2.6–9.2), or with a sign −7.8 (−9.2 … −6.4).
 
     Args:
         key: see `value`.
@@ -69,11 +73,10 @@ def outcome(key: str) -> str:
 
 def source(name: str) -> str:
     """By what a file was measured."""
-    kept = kept(name)
-    return f"`{kept['command']}`, {kept['date']}, commit {kept['commit']}"
+    return "`{command}`, {date}, commit {commit}".format_map(kept(name))
 
 
-MACROS = (measured, at_most, outcome, source)
+MACROS = (measured, at_most, outcome, source, value)
 
 
 def define_env(env: Any) -> None:
@@ -82,6 +85,23 @@ def define_env(env: Any) -> None:
         env.macro(each)
 
 
+def filled(text: str) -> str:
+    """A page with its macros called."""
+    environment = jinja2.Environment(undefined=jinja2.StrictUndefined, autoescape=False)
+    environment.globals |= {each.__name__: each for each in MACROS}
+    return environment.from_string(text).render()
+
+
+def readme() -> str:
+    """README with what is kept now."""
+    told = filled(TOLD.read_text(encoding="utf-8"))
+    return PART.sub(lambda _: f"\n{told.strip()}\n\n", README.read_text(encoding="utf-8"))
+
+
 def _said(number: float, form: str) -> str:
     text = f"{100 * number:{form[:-1]}f} %" if form.endswith("%") else f"{number:{form}}"
     return text.replace("-", "−")
+
+
+if __name__ == "__main__":
+    README.write_text(readme(), encoding="utf-8")

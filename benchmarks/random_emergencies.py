@@ -19,7 +19,6 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
-from results import save
 
 from coverdrive.geometry import boxes_overlap, turned_half_extents
 from coverdrive.paths import PredictedPaths
@@ -32,6 +31,7 @@ from coverdrive.planning.vehicle import step
 from coverdrive.reference_line import ReferenceLine
 from coverdrive.road import Road
 from coverdrive.road_ahead import bend_at
+from results import save
 
 PERIOD, SMALL, LONGEST, FORESEEN = 0.1, 0.01, 6.0, 9.0
 """[s] between plans, between looks at contacts, of a drive, and for which the future is known"""

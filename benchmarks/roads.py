@@ -1,8 +1,8 @@
 """Roads that bend, with ramps and merges: `python benchmarks/roads.py FOLDER --predictor us101.safetensors`.
 
 Every CommonRoad scenario in the folder is read, predicted with a predictor of boxes that was fitted elsewhere, and
-driven in replay, each time in the place of another vehicle. The table is that of docs/real-roads.md; `--out roads.json`
-keeps it.
+driven in replay, each time in the place of another vehicle. Without a predictor they are only read. `--save roads`
+keeps the table, which is that of docs/real-roads.md.
 """
 
 import argparse
@@ -27,6 +27,7 @@ from coverdrive.simulation.episode import EpisodeSettings, run_episode
 from coverdrive.simulation.outcome import Fault, Kind
 from coverdrive.simulation.replay import ReplaySettings, ReplayTraffic, cut_scenarios
 from coverdrive.simulation.trace import Trace
+from results import save
 
 READ = ("scenario", "lanes", "length", "bend", "radius", "limit", "vehicles", "rows left out")
 TRIED = ("predicted", "missed", "driven", "contacts")
@@ -111,23 +112,26 @@ def table(rows: Iterable[Sequence[str]]) -> str:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--predictor", type=Path, required=True)
+    parser.add_argument("--predictor", type=Path)
     parser.add_argument("--drives", type=int, default=4)
     parser.add_argument("--duration", type=float, default=20.0)
     parser.add_argument("--out", type=Path)
+    parser.add_argument("--save", help="name of the file in benchmarks/results")
     chosen = parser.parse_args()
-    predictor = Predictor.load(chosen.predictor)
-    if not isinstance(predictor, BoxPredictor):
+    predictor = Predictor.load(chosen.predictor) if chosen.predictor else None
+    if predictor is not None and not isinstance(predictor, BoxPredictor):
         raise SystemExit(f"{chosen.predictor} has base trajectories; give a predictor of boxes")
     rows: list[tuple[str, ...]] = []
     for file in sorted(chosen.folder.glob("*.xml")):
         cells = read_cells(file)
-        if len(cells) == len(READ):
+        if predictor is not None and len(cells) == len(READ):
             cells = (*cells, *tried_cells(read(file)[0], predictor, chosen.drives, chosen.duration))
         rows.append(cells)
     print(table(rows))
     if chosen.out is not None:
         chosen.out.write_text(json.dumps([dict(zip(COLUMNS, row, strict=False)) for row in rows], indent=2), "utf-8")
+    if chosen.save:
+        save(chosen.save, {"rows": rows})
 
 
 if __name__ == "__main__":
