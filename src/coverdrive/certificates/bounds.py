@@ -130,6 +130,11 @@ def judged_bound(confidence: float, support: int, samples: int) -> float:
 
 def clopper_pearson(successes: int, trials: int, confidence: float = 0.95) -> tuple[float, float]:
     """Exact two-sided interval of a rate (Clopper and Pearson 1934); of no trials, it is [0, 1]."""
+    return _exact(successes, trials, confidence)
+
+
+def _exact(successes: float, trials: float, confidence: float) -> tuple[float, float]:
+    """Clopper and Pearson's interval, whose numbers need not be whole."""
     check_confidence(confidence)
     tail = (1 - confidence) / 2
     low = float(stats.beta.ppf(tail, successes, trials - successes + 1)) if successes > 0 else 0.0
@@ -142,20 +147,22 @@ def clustered_interval(
 ) -> tuple[float, float]:
     """Interval of the rate Σ hits / Σ totals over C clusters, within which anything may depend on anything.
 
-    Student's, of a ratio estimator over clusters (Cochran, *Sampling Techniques*, 1977, §2.11). Where no cluster has a
-    hit it reaches up to the Clopper–Pearson bound on the probability that a cluster has any; likewise where all are.
+    Clopper and Pearson's, of as many independent trials as have the variance that the ratio has over clusters, and
+    fewer for the C − 1 degrees of freedom of that variance (Korn and Graubard, *Confidence intervals for proportions
+    with small expected number of positive counts estimated from survey data*, 1998). Clusters that do not differ are
+    counted. Means of losses or shares in [0, 1] are the case of equal totals; of a single cluster it is [0, 1].
     """
-    count = len(hits)
-    if not hits.any():
-        return clopper_pearson(0, count, confidence)
-    if (hits == totals).all():
-        return clopper_pearson(count, count, confidence)
+    hits, totals = hits[totals > 0], totals[totals > 0]
+    count, total = len(hits), float(totals.sum())
     if count < 2:
         return 0.0, 1.0
-    rate = float(hits.sum() / totals.sum())
-    spread = float(np.sqrt(count / (count - 1) * ((hits - rate * totals) ** 2).sum()) / totals.sum())
-    half = float(stats.t.ppf((1 + confidence) / 2, count - 1)) * spread
-    return max(0.0, rate - half), min(1.0, rate + half)
+    rate = min(float(hits.sum()) / total, 1.0)
+    variance = count / (count - 1) * float(((hits - rate * totals) ** 2).sum()) / total**2
+    if variance <= 1e-12 * rate**2:
+        return _exact(rate * count, count, confidence)
+    level = (1 + confidence) / 2
+    trials = rate * (1 - rate) / variance * float(stats.norm.ppf(level) / stats.t.ppf(level, count - 1)) ** 2
+    return _exact(rate * trials, trials, confidence)
 
 
 def check_confidence(confidence: float) -> None:

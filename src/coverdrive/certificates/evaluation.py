@@ -4,19 +4,22 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from jaxtyping import Bool, Int
+from jaxtyping import Bool, Float, Int, Num
 
 from coverdrive.certificates.bounds import clopper_pearson, clustered_interval
 from coverdrive.certificates.calibration import ScoredSamples
 from coverdrive.certificates.certificate import Unit
-from coverdrive.certificates.mean_loss import loss_limit
 from coverdrive.certificates.rule import Rule, Thresholds, scale_of
 from coverdrive.numbers import interval, percent
 
 
 @dataclass(frozen=True)
 class Rate:
-    """An observed rate with the ends of its 95 % interval, by what is independent: units, or clusters of them."""
+    """An observed rate with the ends of its 95 % interval, by what is independent: units, or clusters of them.
+
+    Every interval of a rate or share in the package is one of two: of units that are independent, such as drives,
+    Clopper and Pearson's; of all else that of `coverdrive.certificates.bounds.clustered_interval`.
+    """
 
     count: int | float
     """of ``total``; the sum of losses where they are no counts"""
@@ -26,8 +29,8 @@ class Rate:
 
     @property
     def value(self) -> float:
-        """Observed rate."""
-        return self.count / self.total
+        """Observed rate; 0 of none."""
+        return self.count / max(self.total, 1)
 
     @staticmethod
     def of(hits: np.ndarray) -> "Rate":
@@ -39,23 +42,33 @@ class Rate:
     def by_cluster(hits: Bool[np.ndarray, " N"], cluster: Int[np.ndarray, " N"]) -> "Rate":
         """Rate of the true entries, of which those of one cluster, such as a vehicle, may be alike."""
         member = np.unique(cluster, return_inverse=True)[1]
-        interval = clustered_interval(np.bincount(member, hits), np.bincount(member).astype(float))
-        return Rate(int(hits.sum()), len(hits), *interval)
+        return Rate.of_totals(np.bincount(member, hits).astype(int), np.bincount(member))
 
     @staticmethod
-    def of_losses(losses: np.ndarray) -> "Rate":
-        """Mean of losses in [0, 1], for which units may depend on each other within."""
-        low, high = 1 - loss_limit(1 - losses, 0.975), loss_limit(losses, 0.975)
-        return Rate(round(float(losses.sum()), 3), len(losses), max(low, 0.0), high)
+    def of_losses(losses: Float[np.ndarray, " C"]) -> "Rate":
+        """Mean of the losses in [0, 1] of independent units."""
+        return Rate.of_totals(losses, np.ones(len(losses), dtype=int))
+
+    @staticmethod
+    def of_totals(hits: Num[np.ndarray, " C"], totals: Int[np.ndarray, " C"], confidence: float = 0.95) -> "Rate":
+        """Σ hits / Σ totals of independent clusters; where hits are no whole numbers, they are sums of losses."""
+        count = float(hits.sum()) if hits.dtype.kind == "f" else int(hits.sum())
+        low, high = clustered_interval(hits.astype(float), totals.astype(float), confidence)
+        return Rate(count, int(totals.sum()), low, high)
 
     def __str__(self) -> str:
         """The rate, its counts and its interval."""
         return f"{percent(self.value)} ({self.counts}; 95 % {interval(self.low, self.high)})"
 
     @property
+    def brief(self) -> str:
+        """The rate and its interval alone."""
+        return f"{percent(self.value)} ({interval(self.low, self.high)})"
+
+    @property
     def counts(self) -> str:
         """What was counted."""
-        return f"{self.count} of {self.total}" if isinstance(self.count, int) else f"mean of {self.total}"
+        return f"{self.count:,} of {self.total:,}" if isinstance(self.count, int) else f"mean of {self.total:,}"
 
 
 @dataclass(frozen=True)

@@ -56,9 +56,9 @@ def growth_table(tables: PaperTables, name: str) -> Table:
         ("N₂", "vehicles", "M+1", "M−1", "missed", "95 %", "set", "mixed", "family", "missed", "set"),
         rows,
         f"{tables.train:,} training, {tables.calibration:,} calibration and {tables.test:,} test windows that a base "
-        f"covers; left out: {tables.uncovered}. Bounds and intervals take windows for independent, as the paper does; "
-        "windows of one vehicle are not, so that rates observed on new vehicles can exceed the bound. mixed: missed "
-        "where windows are dealt out at random, so that each vehicle is on both sides.",
+        f"covers; left out: {tables.uncovered}. Bounds take windows for independent, as the paper does; "
+        "windows of one vehicle are not, so that rates observed on new vehicles, with intervals by vehicle, can exceed "
+        "them. mixed: missed where windows are dealt out at random, so that each vehicle is on both sides.",
     )
 
 

@@ -12,6 +12,8 @@ from rich.text import Text
 
 from coverdrive.certificates.bounds import clopper_pearson
 from coverdrive.certificates.certificate import Certificate
+from coverdrive.certificates.evaluation import Rate
+from coverdrive.numbers import interval
 from coverdrive.plan import Status
 from coverdrive.reporting.claim import proved
 from coverdrive.reporting.fitting import columns_table, facts_table
@@ -22,7 +24,6 @@ from coverdrive.simulation.outcome import Cause, Fault
 from coverdrive.simulation.statistics import (
     PAPER,
     PAPER_TRIALS,
-    MissRate,
     collision_table,
     miss_rate,
     misses_by_manoeuvre,
@@ -43,7 +44,7 @@ def collisions_table(trials: pl.DataFrame) -> Table:
          *(_rate(row[kind], row["trials"]) for kind in PAPER))
         for row in (counted if trials["vehicles"].n_unique() <= _ROWS else counted[-1:])
     ]  # fmt: skip
-    rows.append(("paper", str(PAPER_TRIALS), *(_rate(count, PAPER_TRIALS, 2) for count in PAPER.values())))
+    rows.append(("paper", str(PAPER_TRIALS), *(_rate(count, PAPER_TRIALS) for count in PAPER.values())))
     title, columns = (
         "Collisions (95 % Clopper–Pearson intervals)",
         ("vehicles", "trials", "frontal or side", "rear-end"),
@@ -53,15 +54,14 @@ def collisions_table(trials: pl.DataFrame) -> Table:
     return table
 
 
-def _rate(count: int, trials: int, digits: int = 1) -> str:
-    low, high = clopper_pearson(count, trials)
-    return f"{count}  ({low:.{digits}%}–{high:.{digits}%})"
+def _rate(count: int, trials: int) -> str:
+    return f"{count} ({interval(*clopper_pearson(count, trials))})"
 
 
 def safety_table(trials: pl.DataFrame, certificates: Sequence[Certificate] = ()) -> Table:
     """Why the ego collided, and how often vehicles left the sets that were planned against, beside their bounds."""
     collided = trials.filter(COLLIDED)
-    causes = {cause: _rate(int((collided["cause"] == cause.value).sum()), trials.height) for cause in Cause}
+    causes = {cause: Rate.of((trials["cause"] == cause.value).fill_null(False).to_numpy()) for cause in Cause}
     bounds = {certificate.unit: certificate for certificate in certificates}
     windows = miss_rate(trials, "prediction_misses", "windows")
     vehicles = miss_rate(trials, "vehicles_missed", "vehicles_seen")
@@ -69,10 +69,8 @@ def safety_table(trials: pl.DataFrame, certificates: Sequence[Certificate] = ())
     near = miss_rate(trials, "near_shares_missed", "near_seen")
     each = windows.total / max(vehicles.total, 1)
     return facts_table("Faults, failures and misses", [
-        ("collisions after a prediction miss: with a vehicle that had left its set",
-         f"{causes[Cause.PREDICTION]} of {trials.height} trials"),
-        ("planning failures: collisions with a vehicle that had not",
-         f"{causes[Cause.PLANNING]} of {trials.height} trials"),
+        ("collisions after a prediction miss: with a vehicle that had left its set", str(causes[Cause.PREDICTION])),
+        ("planning failures: collisions with a vehicle that had not", str(causes[Cause.PLANNING])),
         ("at fault: ego / other / nobody",
          " / ".join(str((collided["at_fault"] == fault.value).sum()) for fault in Fault)),
         ("windows that left their set", _missed(windows, bounds.get("window"))),
@@ -85,7 +83,7 @@ def safety_table(trials: pl.DataFrame, certificates: Sequence[Certificate] = ())
     ])  # fmt: skip
 
 
-def _missed(rate: MissRate, bound: Certificate | None) -> str:
+def _missed(rate: Rate, bound: Certificate | None) -> str:
     return str(rate) if bound is None else f"{rate}; bound in traffic like the recorded one: {proved(bound)}"
 
 
@@ -154,7 +152,7 @@ def _variant(name: str, trials: pl.DataFrame) -> tuple[str | Text, ...]:
         Text(re.sub(r"[\w.]+\.(\w+=)", r"\1", name)),
         str(trials.height),
         *(_rate(total[kind], trials.height) for kind in PAPER),
-        f"{missed.value:.2%} ({missed.low:.2%}–{missed.high:.2%})",
+        missed.brief,
         f"{trials['mean_speed'].mean():.1f}",
         f"{1e3 * np.median(trials['planning_median'].to_numpy()):.1f}",
     )

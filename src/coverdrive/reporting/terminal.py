@@ -7,7 +7,7 @@ from rich.table import Table
 from rich.text import Text
 
 from coverdrive.certificates.comparison import Compared
-from coverdrive.numbers import at_most
+from coverdrive.numbers import at_most, percent
 from coverdrive.prediction.cover.basis_study import StudiedBasis
 from coverdrive.prediction.fit import Fit
 from coverdrive.prediction.folds import Fold
@@ -93,7 +93,7 @@ def folds_table(folds: Sequence[Fold]) -> Table:
         found = each.evaluation
         rates.append((each.certificate.epsilon, found.missed(each.certificate.unit).value, found.windows.value))
         own = found.missed(each.certificate.unit)
-        shown = f"{own.value:.1%} ({own.low:.1%}–{own.high:.1%})", f"{found.windows.value:.2%}"
+        shown = own.brief, percent(found.windows.value)
         rows.append((*places, at_most(each.certificate.epsilon), *shown, found.sized))
         rates[-1] += (found.size,)
     if rates:
@@ -123,7 +123,7 @@ def _found(each: Compared) -> tuple[str, ...]:
         return ("refused",)
     return (
         f"{at_most(each.certificate.epsilon)}{signs(each.certificate):\u00a0<2}",
-        f"{each.missed.value:.2%} ({each.missed.low:.1%}–{each.missed.high:.1%})",
+        each.missed.brief,
         each.evaluation.sized,
         f"{each.seconds:.2f}",
     )

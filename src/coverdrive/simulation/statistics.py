@@ -3,11 +3,10 @@
 As in the paper, frontal and side collisions are counted together, and rear-end collisions apart.
 """
 
-from typing import NamedTuple
-
 import polars as pl
 
-from coverdrive.certificates.bounds import clopper_pearson, clustered_interval
+from coverdrive.certificates.bounds import clopper_pearson
+from coverdrive.certificates.evaluation import Rate
 from coverdrive.prediction.manoeuvres import MANOEUVRES
 from coverdrive.simulation.outcome import Kind
 
@@ -53,7 +52,7 @@ def _row(vehicles: int | None, results: pl.DataFrame, confidence: float) -> dict
     return row
 
 
-def misses_by_manoeuvre(results: pl.DataFrame) -> dict[str, "MissRate"]:
+def misses_by_manoeuvre(results: pl.DataFrame) -> dict[str, Rate]:
     """Missed windows of each manoeuvre that any vehicle does, by its name in words, with intervals over trials."""
     return {
         words: miss_rate(results, f"misses_{name}", f"windows_{name}")
@@ -62,37 +61,13 @@ def misses_by_manoeuvre(results: pl.DataFrame) -> dict[str, "MissRate"]:
     }
 
 
-class MissRate(NamedTuple):
-    """How often vehicles left their predicted sets."""
-
-    missed: int | float
-    """windows or vehicles, or the sum of vehicles' shares of windows"""
-    total: int
-    """windows or vehicles"""
-    low: float
-    """lower end of the interval"""
-    high: float
-    """upper end of the interval"""
-
-    @property
-    def value(self) -> float:
-        """The rate; 0 of none."""
-        return self.missed / max(self.total, 1)
-
-    def __str__(self) -> str:
-        """The rate, its counts, and its interval by drives."""
-        counts = f"{self.missed} of {self.total}" if isinstance(self.missed, int) else f"mean of {self.total} vehicles"
-        return f"{self.value:.2%} ({counts}; 95 % {self.low:.2%}–{self.high:.2%})"
-
-
-def miss_rate(results: pl.DataFrame, missed: str, total: str, confidence: float = 0.95) -> MissRate:
+def miss_rate(results: pl.DataFrame, missed: str, total: str, confidence: float = 0.95) -> Rate:
     """The share of windows, or of vehicles, that left their predicted sets, with an interval over trials.
 
-    What happens in one trial is not independent, trials are (`coverdrive.certificates.bounds.clustered_interval`).
+    What happens in one trial is not independent, trials are.
 
-    ``missed`` and ``total`` are the columns, of one row per trial, that count the misses and what could be missed.
+    ``missed`` and ``total`` are the columns, of one row per trial, that count the misses, or sum up vehicles' shares of
+    windows, and what could be missed.
     """
-    misses, totals = (results[name].fill_null(0).to_numpy().astype(float) for name in (missed, total))
-    low, high = clustered_interval(misses, totals, confidence)
-    counted = float if results[missed].dtype.is_float() else int
-    return MissRate(counted(misses.sum()), int(totals.sum()), low, high)
+    misses, totals = (results[name].fill_null(0) for name in (missed, total))
+    return Rate.of_totals(misses.to_numpy(), totals.to_numpy().astype(int), confidence)

@@ -15,7 +15,7 @@ from coverdrive.reporting.claim import set_facts, strength, whose
 from coverdrive.reporting.contents import Contents
 from coverdrive.simulation.notable import COLLIDED, NEARLY
 from coverdrive.simulation.outcome import Cause, Fault
-from coverdrive.simulation.statistics import MissRate, miss_rate, misses_by_manoeuvre
+from coverdrive.simulation.statistics import miss_rate, misses_by_manoeuvre
 
 _CONFIDENCE = 0.99
 """with which the drives of a study prove something"""
@@ -146,7 +146,7 @@ def _least(trials: pl.DataFrame, column: str) -> str:
     return f"{value:.2f}" if np.isfinite(value) else "–"
 
 
-def _missed_in_drives(unit: str, trials: pl.DataFrame) -> MissRate:
+def _missed_in_drives(unit: str, trials: pl.DataFrame) -> Rate:
     """How many were missed in the drives, of what a certificate counts."""
     columns = {"window": ("prediction_misses", "windows"), "share": ("shares_missed", "vehicles_seen")}
     return miss_rate(trials, *columns.get(unit, ("vehicles_missed", "vehicles_seen")))
