@@ -1,7 +1,7 @@
 """Is the planner ever worse than full braking in the lane? `python benchmarks/emergency.py [--out emergency.json]`.
 
 In every scene the true future of the others is known to the planner. The car plans every 0.1 s; its motion is followed
-every 10 ms, and so are the contacts of the bodies, as boxes. The baseline brakes at 8 m/s² in its lane from the first
+every 10 ms, and so are the contacts of the bodies, as rectangles: that of the ego turns. The baseline brakes at 8 m/s² in its lane from the first
 moment. A drive counts the largest relative speed at its first contact with any of the others, 0 without contact.
 
 - *blocked*: one lane, or all three, by standing cars, motorcycles, or cars that brake to a stop at 8 m/s².
@@ -19,6 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from coverdrive.geometry import boxes_overlap
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.road import Road
@@ -120,7 +121,7 @@ def impact(drive: Callable, scene: Scene) -> float:
             state[2], now = max(state[2], 0.0), now + SMALL
             for other in untouched.copy():
                 there = other.at(np.array([now, now + SMALL]))
-                if (np.abs(state[:2] - there[0]) < other.half + OWN).all():
+                if boxes_overlap(state[:2], state[3], OWN, there[0], 0.0, other.half):
                     worst = max(worst, float(np.linalg.norm(velocity - np.diff(there, axis=0)[0] / SMALL)))
                     untouched.remove(other)
     return worst
