@@ -130,10 +130,7 @@ def main() -> None:
     given = parser.parse_args()
     text = given.printed.read_text(encoding="utf-8")
     said = list(csv.DictReader(text.splitlines())) if given.printed.suffix == ".csv" else json.loads(text)
-    if isinstance(said, list):
-        values = of_league(said)
-    else:
-        values = next(of for key, of in KINDS.items() if key in said)(said)
+    values = of_league(said) if isinstance(said, list) else next(KINDS[key] for key in KINDS if key in said)(said)
     if given.drives is not None:
         values |= of_drives(given.drives)
     known = {name: getattr(given, name) for name in ("command", "commit", "date") if getattr(given, name)}

@@ -161,8 +161,9 @@ def test_what_a_command_printed_is_kept(
     drives = {"reason": ["", "", "no room"], "time": [20.0, 20.0, None], "minimum_gap": [0.9, 2.0, None]}
     numbers = ("minimum_time_to_collision", "distance", "usual_headway", "jerk_longitudinal", "jerk_lateral")
     numbers += ("lost_clear", "planning_median", "planning_p99", "shares_missed", "vehicles_seen")
+    drives |= {each: [2.0, 0.5, None] for each in numbers}
     (tmp_path / "proof").mkdir()
-    pl.DataFrame(drives | dict.fromkeys(numbers, [2.0, 0.5, None])).write_parquet(tmp_path / "proof" / "trials.parquet")
+    pl.DataFrame(drives).write_parquet(tmp_path / "proof" / "trials.parquet")
     monkeypatch.setattr(
         "sys.argv",
         ["keep", "mine", str(printed), "--command", "coverdrive dial", "--drives", str(tmp_path), "--seed", "5"],
