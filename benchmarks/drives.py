@@ -3,7 +3,7 @@
 The same trials are driven and measured with this package and with that of another checkout, in turn, each in a process
 of its own on the same core. What counts is processor time, and the first trial of every number of vehicles, which
 compiles, does not. Rows are equal if all columns that both have are, those of times apart. Without a predictor, one is
-trained for a few steps.
+trained for a few steps; a baseline that cannot read its file needs one of its own (`--baseline-predictor`).
 """
 
 import argparse
@@ -105,6 +105,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--baseline", type=Path, default=OURS)
     parser.add_argument("--predictor", type=Path)
+    parser.add_argument("--baseline-predictor", type=Path)
     parser.add_argument("--trials", type=int, default=20)
     parser.add_argument("--traffics", nargs="+", choices=TRAFFICS, default=list(TRAFFICS))
     parser.add_argument("--out", type=Path)
@@ -117,7 +118,8 @@ def main() -> None:
         predictor = chosen.predictor or trained(Path(folder))
         if hasattr(os, "sched_setaffinity"):
             os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
-        checkouts = [Checkout(source, predictor) for source in (OURS, chosen.baseline)]
+        theirs = chosen.baseline_predictor or predictor
+        checkouts = [Checkout(OURS, predictor), Checkout(chosen.baseline, theirs)]
         try:
             result = {traffic: compared(checkouts, traffic, chosen.trials) for traffic in chosen.traffics}
         finally:

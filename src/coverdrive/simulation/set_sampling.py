@@ -19,7 +19,7 @@ from pydantic import Field
 
 from coverdrive.compiled import compiled
 from coverdrive.errors import SettingError
-from coverdrive.geometry import turned_half_extents
+from coverdrive.geometry import turned_extents
 from coverdrive.prediction.motion import follow
 from coverdrive.road import Road
 from coverdrive.scene import Scene
@@ -29,6 +29,9 @@ from coverdrive.simulation.initial import EGO
 from coverdrive.simulation.motion import constant_velocity, with_states
 from coverdrive.simulation.predictor import Predictor
 from coverdrive.simulation.traffic import TrafficStep
+
+
+_turned_extents = compiled(turned_extents)
 
 
 class SetSamplingSettings(Settings):
@@ -132,23 +135,26 @@ def clearance(
     It is that along lon or lat, whichever is larger; negative where bodies overlap.
     """
     result = np.full(len(paths), np.inf)
-    extent = turned_half_extents(half_size, paths[..., 3])
-    extents = turned_half_extents(half_sizes[:, None], others[..., 3])
-    _lower_to_gaps(np.ascontiguousarray(paths), extent, np.ascontiguousarray(others), extents, result)
+    _lower_to_gaps(np.ascontiguousarray(paths), half_size, np.ascontiguousarray(others), half_sizes, result)
     return result
 
 
 @compiled
 def _lower_to_gaps(
-    paths: Float[np.ndarray, "M n 4"], extent: Float[np.ndarray, "M n 2"], others: Float[np.ndarray, "B n 4"],
-    extents: Float[np.ndarray, "B n 2"], least: Float[np.ndarray, " M"],
+    paths: Float[np.ndarray, "M n 4"], half_size: Float[np.ndarray, " 2"], others: Float[np.ndarray, "B n 4"],
+    half_sizes: Float[np.ndarray, "B 2"], least: Float[np.ndarray, " M"],
 ) -> None:  # fmt: skip
-    """Lower numbers to the least gaps of paths and others, all of these half extents, at any time."""
+    """Lower numbers to the least gaps of a vehicle's paths and others at any time."""
+    extent = np.empty((len(paths), paths.shape[1], 2))
     for m in range(len(paths)):
-        for b in range(len(others)):
-            for k in range(paths.shape[1]):
-                along = abs(paths[m, k, 0] - others[b, k, 0]) - (extent[m, k, 0] + extents[b, k, 0])
-                across = abs(paths[m, k, 1] - others[b, k, 1]) - (extent[m, k, 1] + extents[b, k, 1])
+        for k in range(paths.shape[1]):
+            extent[m, k, 0], extent[m, k, 1] = _turned_extents(half_size[0], half_size[1], paths[m, k, 3])
+    for b in range(len(others)):
+        for k in range(paths.shape[1]):
+            long, wide = _turned_extents(half_sizes[b, 0], half_sizes[b, 1], others[b, k, 3])
+            for m in range(len(paths)):
+                along = abs(paths[m, k, 0] - others[b, k, 0]) - (extent[m, k, 0] + long)
+                across = abs(paths[m, k, 1] - others[b, k, 1]) - (extent[m, k, 1] + wide)
                 least[m] = min(least[m], max(along, across))
 
 
@@ -156,10 +162,27 @@ def road_clearance(
     paths: Float[np.ndarray, "M n 4"], half_size: Float[np.ndarray, " 2"], road: Road
 ) -> Float[np.ndarray, " M"]:
     """How far every path stays on the road [m]; negative: the body leaves it, further than it is off at the start."""
-    extent = turned_half_extents(half_size, paths[..., 3])[..., 1]
-    lat, edges = paths[..., 1], road.edges_at(paths[..., 0])
-    inside = np.minimum(lat - extent - edges[..., 0], edges[..., -1] - lat - extent)
-    return inside[:, 1:].min(1) - np.minimum(inside[:, 0], 0.0)
+    result = np.empty(len(paths))
+    _write_room(np.ascontiguousarray(paths), half_size, road.edges_at(paths[..., 0]), result)
+    return result
+
+
+@compiled
+def _write_room(
+    paths: Float[np.ndarray, "M n 4"], half_size: Float[np.ndarray, " 2"], edges: Float[np.ndarray, "M n E"],
+    result: Float[np.ndarray, " M"],
+) -> None:  # fmt: skip
+    """Write what `road_clearance` returns, given the lane edges beside every path."""
+    for m in range(len(paths)):
+        start, least = 0.0, np.inf
+        for k in range(paths.shape[1]):
+            lat, aside = paths[m, k, 1], _turned_extents(half_size[0], half_size[1], paths[m, k, 3])[1]
+            inside = min(lat - aside - edges[m, k, 0], edges[m, k, -1] - lat - aside)
+            if k == 0:
+                start = min(inside, 0.0)
+            else:
+                least = min(least, inside)
+        result[m] = least - start
 
 
 def directly_in_front(scene: Scene, road: Road) -> Bool[np.ndarray, " A"]:
