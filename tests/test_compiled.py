@@ -90,6 +90,17 @@ def test_other_sources_are_compiled_anew(kept: Path) -> None:
     assert again.twice(2) == 4 and sum(again.twice.stats.cache_misses.values()) == 1
 
 
+def test_code_in_a_room_depends_on_all_of_its_hall(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for room in ("hall/one", "hall/other", "elsewhere"):
+        (tmp_path / room).mkdir(parents=True)
+    monkeypatch.setattr(module, "__file__", str(tmp_path / "compiled.py"))
+    named = module._fingerprint(tmp_path / "hall" / "one")
+    (tmp_path / "elsewhere" / "apart.py").write_text("apart = 1")
+    assert module._fingerprint(tmp_path / "hall" / "one") == named
+    (tmp_path / "hall" / "other" / "called.py").write_text("called = 1")
+    assert module._fingerprint(tmp_path / "hall" / "one") != named
+
+
 def test_code_that_other_code_calls_is_compiled_but_as_a_part_of_it(kept: Path) -> None:
     (kept.parent / "sources" / "doubling.py").write_text(PARTS)
     made = loaded(kept)

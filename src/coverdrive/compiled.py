@@ -6,9 +6,9 @@ linked nor optimised on its own, as Numba would do it, which takes several times
 whole holds all its parts, few functions with many parts should be called from Python.
 
 Numba takes kept code for valid as long as the file of the function is the same, whatever became of the functions that
-it calls in other files. Code is therefore kept in a folder that is named after all sources of its own package and
-those at the top of `coverdrive`; compiled functions call no others. Where several processes need the same code, one
-compiles it while the others wait.
+it calls in other files. Code is therefore kept in a folder that is named after all sources of its own hall (a package
+of `coverdrive` with all that is in it) and those at the top of `coverdrive`; compiled functions call no others. Where
+several processes need the same code, one compiles it while the others wait.
 
 Sums are computed in the order in which they are written: with Numba's ``fastmath``, the last digits would depend on
 whether code was compiled in this process or read from the disk, and drives with the same seed would drift apart.
@@ -189,5 +189,8 @@ def _shown(kept: Path) -> Path | None:
 
 
 def _fingerprint(package: Path) -> str:
-    files = sorted({*package.glob("*.py"), *Path(__file__).parent.glob("*.py")})
+    top = Path(__file__).parent
+    hall = next((each for each in (package, *package.parents) if each.parent == top), None)
+    own = package.glob("*.py") if hall is None else hall.rglob("*.py")
+    files = sorted({*own, *top.glob("*.py")})
     return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()[:16]
