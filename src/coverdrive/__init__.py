@@ -19,6 +19,8 @@ guarantees", CoRL 2020.
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from coverdrive._version import __version__ as __version__
+
 if TYPE_CHECKING:
     from coverdrive.certificates.certificate import Certificate as Certificate
     from coverdrive.certificates.comparison import Compared as Compared
@@ -56,8 +58,6 @@ if TYPE_CHECKING:
     from coverdrive.simulation.trace import Trace as Trace
 
     Planner = MpcPlanner
-
-__version__ = "0.2.0"
 
 _PLACES = {
     "read": "recordings.read",

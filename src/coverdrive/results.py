@@ -21,7 +21,7 @@ from typing import Any, Literal, TypeVar
 import polars as pl
 from pydantic import BaseModel, TypeAdapter
 
-import coverdrive
+from coverdrive._version import __version__
 from coverdrive.certificates.comparison import Compared
 from coverdrive.certificates.drives import drives_needed
 from coverdrive.certificates.evaluation import evaluate
@@ -438,7 +438,7 @@ class Results:
         """Write the digests of files into the manifest, and leave out those that are void."""
         known = {name: each for name, each in (self._digests if self.holds_fit else {}).items() if name not in void}
         files = known | {name: _digest(self.folder / name) for name in names}
-        write_json(self.folder / MANIFEST, {"format": _FORMAT, "coverdrive": coverdrive.__version__, "files": files})
+        write_json(self.folder / MANIFEST, {"format": _FORMAT, "coverdrive": __version__, "files": files})
         self.__dict__ = {"folder": self.folder}  # whatever was read is void
 
     def _sealed(self, name: str) -> Path:

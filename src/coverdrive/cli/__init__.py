@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from cyclopts import App, Group, Parameter
 
-from coverdrive import __version__
+from coverdrive._version import __version__
 from coverdrive.cli.bars import console as progress_console
 from coverdrive.cli.edge import status_of
 from coverdrive.cli.options import console

@@ -5,7 +5,7 @@ from dataclasses import asdict
 from importlib.metadata import version
 from typing import Any
 
-import coverdrive
+from coverdrive._version import __version__
 from coverdrive.prediction.fit import Fit
 
 _PACKAGES = ("jax", "equinox", "numba", "numpy", "scipy", "polars")
@@ -20,4 +20,4 @@ def provenance(fit: Fit) -> dict[str, Any]:
 def versions() -> dict[str, Any]:
     """Versions of this package, of Python, and of what numbers depend on."""
     packages = {name: version(name) for name in _PACKAGES}
-    return {"coverdrive": coverdrive.__version__, "python": platform.python_version(), "packages": packages}
+    return {"coverdrive": __version__, "python": platform.python_version(), "packages": packages}

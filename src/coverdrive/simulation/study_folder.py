@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-import coverdrive
+from coverdrive._version import __version__
 from coverdrive.certificates.certificate import fingerprint
 from coverdrive.errors import DataError
 from coverdrive.files import write_atomically, write_json
@@ -57,7 +57,7 @@ class StudyFolder:
 
     def claim(self, description: dict[str, Any]) -> None:
         """Say in the folder what is studied, or check that it says the same; else a DataError."""
-        wanted = json.loads(json.dumps({"format": _FORMAT, "version": coverdrive.__version__} | description))
+        wanted = json.loads(json.dumps({"format": _FORMAT, "version": __version__} | description))
         if not self.exists:
             write_json(self._description, wanted)
         found, wanted = flat(self.description()), flat(wanted)
