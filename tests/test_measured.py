@@ -24,9 +24,9 @@ README = ROOT / "README.md"
 PAGES = sorted((ROOT / "docs").rglob("*.md"))
 NO_PROSE = re.compile(r"^```.*?^```|`[^`]*`|\{[{%].*?[}%]\}|\]\([^)]*\)", re.DOTALL | re.MULTILINE)
 UNIT = r"(%|(?:m/s[²³]?|m²|ms|s|min|GB|MB|kB)(?![\w/²³]))"
-RANGE = re.compile(r"(?<![\w.])(\d[\d,.]*\d|\d)(?:[–/]| (?:to|and|or|instead of) )(?=\d)")
-NUMBER = re.compile(rf"(?<![\w./§^])(\d[\d,]*(?:\.\d+)?)[ -]?{UNIT}")
-COUNT = re.compile(r"(?<![\w.])(\d[\d,]*) of (?:the )?(\d[\d,]*)(?![\w.])")
+NUMBER = r"\d+(?:,\d{3})*(?:\.\d+)?"
+CHAIN = re.compile(rf"(?<![\w./§^])({NUMBER}(?:(?:[–/]| (?:to|and|or|instead of) ){NUMBER})*)[ -]?{UNIT}")
+COUNT = re.compile(rf"(?<![\w.])({NUMBER}) of (?:the )?({NUMBER})(?!\w|\.\d)")
 
 
 @pytest.fixture
@@ -55,10 +55,8 @@ def defaults(of: BaseModel) -> Iterator[tuple[float, str]]:
 def numbers(text: str) -> Iterator[str]:
     """What has to have a source: "32.6 m/s", "4.7 %", "7 of 2,196"; of "2 to 9 s" both."""
     prose = NO_PROSE.sub("", text).replace("\n", " ")
-    while found := RANGE.search(prose):  # the unit stands behind the last one only
-        unit = re.match(rf"[\d,.]*\d[ -]?{UNIT}", prose[found.end() :])
-        prose = f"{prose[: found.start()]}{found[1]} {unit[1] if unit else ''}; {prose[found.end() :]}"
-    yield from (f"{number} {unit}" for number, unit in NUMBER.findall(prose))
+    for chain, unit in CHAIN.findall(prose):
+        yield from (f"{number} {unit}" for number in re.findall(NUMBER, chain))
     yield from (f"{part} of {whole}" for part, whole in COUNT.findall(prose))
 
 
