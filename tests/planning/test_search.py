@@ -157,6 +157,38 @@ def test_evasions_reach_places_between_the_lanes_and_keep_to_the_road(straight_p
     assert len(ends) >= 9
 
 
+@pytest.mark.parametrize("away", [3.0, 4.0])
+@pytest.mark.parametrize("speed", [20.0, 35.0])
+@pytest.mark.parametrize("left", [False, True])
+def test_evasions_that_brake_stop_short_of_the_edge_and_keep_to_the_road(
+    straight_paths, away: float, speed: float, left: bool
+) -> None:
+    """The negative control is steered to the edge itself: a car swings beyond where it steers to."""
+    room = CAR.width / 2 + CONSTANTS.shape.edge_margin
+    lat, edge = (10.8 - away, 10.8 - room) if left else (away, room)
+    surroundings, wanted = around(np.array([0.0, lat, speed, 0.0]), straight_paths()), wanted_of([5.4, 1.8, 9.0])
+    plans, tried = room_for(wanted, CONSTANTS), len(search._HARD)
+    search._evade(plans, 0, wanted, surroundings, CONSTANTS)
+    outermost = (search._PLACES - 1) * tried if left else 0
+    for i in range(outermost, outermost + 2):
+        assert plans.departure[i] == 0
+        assert plans.states[i, CONSTANTS.tree.drive[-1], 1] == pytest.approx(lat + 0.9 * (edge - lat), abs=0.02)
+        braking = -CAR.max_deceleration * search._HARD[i % tried]
+        search.write_manoeuvre(plans, i, edge, 0, 5.4, braking, search._HURRY, surroundings, CONSTANTS)
+        assert plans.departure[i] > 0.05
+
+
+def test_where_nothing_is_clear_5_cm_beyond_the_least_departure_count_for_nothing() -> None:
+    plans = empty_plans(4, NODES)
+    plans.cost[:], plans.departure[:], plans.harm[:] = 1.0, [0.2, 0.249, 0.251, 0.9], [5.0, 3.0, 1.0, 0.0]
+    allowed = search._allowed_departure(plans, 4)
+    assert allowed == pytest.approx(0.25)
+    ranks = [search._rank(plans, i, allowed) for i in range(4)]
+    assert np.argsort(ranks).tolist() == [1, 0, 2, 3]  # the least harmful of those two; who leaves further is worse
+    strict = [search._rank(plans, i, 0.2) for i in range(4)]
+    assert np.argsort(strict).tolist() == [0, 1, 2, 3]  # the negative control: any departure counts
+
+
 def test_whoever_is_clear_is_better_than_whoever_is_not_and_leaving_the_road_is_worst() -> None:
     plans = empty_plans(5, NODES)
     plans.cost[:], plans.harm[:], plans.departure[:] = [9e9, 1.0, 2.0, 1.0, 0.0], [0, 5, 5, 9, 0], [0, 0, 0, 0, 0.1]
