@@ -222,7 +222,7 @@ def test_a_contact_from_behind_does_little_harm_but_more_than_a_graze_ahead(stra
 
 
 @pytest.mark.parametrize(
-    ("gap", "share"), [(1.03, 0.0), (0.95, 0.06), (0.7, 0.1), (0.45, 0.18), (0.2, 0.38), (-0.1, 1.0)]
+    ("gap", "share"), [(1.05, 0.0), (0.95, 0.03), (0.7, 0.07), (0.45, 0.15), (0.2, 0.35), (-0.1, 1.0)]
 )
 @pytest.mark.parametrize("faster", [-3.0, 0.0, 3.0])
 def test_harm_counts_how_deep_a_box_is_entered(straight_paths, gap: float, share: float, faster: float) -> None:
@@ -235,21 +235,6 @@ def test_harm_counts_how_deep_a_box_is_entered(straight_paths, gap: float, share
     assert bool(got.clear[0]) is (share == 0)
     harm = share * (5.0 + abs(faster)) ** 4 / 20.0**3
     assert got.harm[0] == pytest.approx(harm, rel=0.04)  # a contact later counts less
-
-
-def test_passing_with_no_room_counts_a_little_where_something_is_touched(straight_paths) -> None:
-    """A car beside the ego, 3 or 7 cm from it, while the ego runs into somebody who stands."""
-    harm = []
-    for gap in (0.03, 0.07):
-        paths = straight_paths((60.0, 1.8, 0.0), (0, 1.8 + 1.9 + gap, 20.0))
-        harm.append(float(evaluated(whole(np.zeros((STEPS, 2))), around(np.array([0, 1.8, 20.0, 0]), paths)).harm[0]))
-    ahead = float(
-        evaluated(
-            whole(np.zeros((STEPS, 2))), around(np.array([0, 1.8, 20.0, 0]), straight_paths((60.0, 1.8, 0.0)))
-        ).harm[0]
-    )
-    assert harm[1] == pytest.approx(ahead)
-    assert harm[0] - ahead == pytest.approx(0.03 * 5.0**4 / 20.0**3, rel=0.04)
 
 
 def test_what_is_touched_now_is_judged_by_how_the_ego_meets_it_a_step_later(straight_paths) -> None:

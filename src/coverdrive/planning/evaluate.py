@@ -29,9 +29,8 @@ _UNCERTAIN = 0.4
 """by how much less a contact at the end of the plan counts than one now"""
 _FROM_BEHIND = 0.1
 """share of the harm that a contact counts where the other one runs into the ego"""
-_LEVELS = ((1.0, 0.05, 0.03), (1.0, 0.0, 0.03), (0.75, 0.0, 0.04), (0.5, 0.0, 0.08), (0.25, 0.0, 0.2), (0.0, 0.0, 0.62))
-"""shares of what boxes have grown beyond the bodies in their middle, [m] around them, and shares of the harm that
-contact with these counts: who passes with no room to spare may well not pass, for a plan is driven in other steps"""
+_LEVELS = ((1.0, 0.03), (0.75, 0.04), (0.5, 0.08), (0.25, 0.2), (0.0, 0.65))
+"""shares of what boxes have grown beyond the bodies in their middle, and of the harm that contact with these counts"""
 _ON_THE_ROAD = 1e-9
 """[m] by which a body may be beyond the edge of the road"""
 
@@ -131,33 +130,22 @@ def complete(plans: Plans, i: int, around: Surroundings, constants: Constants) -
     if faster > 0:  # it would leave the road in a curve to come
         departure += faster * states[steps, 2] / constants.vehicle.braking
     for slot in range(boxes.shape[2]):
-        touching = touching or _touching(states, edges, slot, boxes, constants)
-    if touching:
-        severity, harm = _contacts(states, inputs, edges, boxes, constants)
-    plans.departure[i], plans.severity[i], plans.harm[i] = departure, severity, harm
-    plans.clear[i] = departure == 0 and not touching
-
-
-@compiled
-def _contacts(
-    states: Float[np.ndarray, "P 4"], inputs: Float[np.ndarray, "K 2"], edges: Float[np.ndarray, "K 2 4"],
-    boxes: Float[np.ndarray, "7 P n"], constants: Constants,
-) -> tuple[float, float]:  # fmt: skip
-    """Severity and harm of a motion, see `Plans`."""
-    severity, harm = 0.0, 0.0
-    for slot in range(boxes.shape[2]):
-        for grown, margin, likely in _LEVELS:
-            time, speed = first_contact(states, inputs, edges, slot, grown, margin, boxes, constants)
+        if not _touching(states, edges, slot, boxes, constants):
+            continue
+        touching = True
+        for grown, likely in _LEVELS:
+            time, speed = first_contact(states, inputs, edges, slot, grown, boxes, constants)
             if time == np.inf:
                 break
-            if grown == 1 and margin == 0:
+            if grown == 1:
                 severity = max(severity, abs(speed))
             if time == 0:  # what is touched now is, whatever the ego does
                 start, applied = state_at(states, 0, states[0]), (inputs[0, 0], inputs[0, 1])
                 later = impact(start, applied, 1.0, boxes, 0, slot, constants.dt)
                 time, speed = 1.0, -later if speed < 0 else later
-            harm += likely * boxes[6, 0, slot] * _harm_of(time / constants.steps, speed)
-    return severity, harm
+            harm += likely * boxes[6, 0, slot] * _harm_of(time / steps, speed)
+    plans.departure[i], plans.severity[i], plans.harm[i] = departure, severity, harm
+    plans.clear[i] = departure == 0 and not touching
 
 
 @compiled
@@ -195,7 +183,7 @@ def _touching(
     """Whether a motion is not clear of a box: may touch it at any time, or cannot brake behind it at the end."""
     steps, braking = constants.steps, constants.vehicle.braking
     for k in range(steps):
-        if may_touch(edges, boxes, k, slot, 0.0):
+        if may_touch(edges, boxes, k, slot):
             return True
     return impact_beyond(state_at(states, steps, states[0]), edges[steps - 1, 1], boxes, slot, braking) >= 0
 
@@ -203,16 +191,16 @@ def _touching(
 @compiled
 def first_contact(
     states: Float[np.ndarray, "P 4"], inputs: Float[np.ndarray, "K 2"], edges: Float[np.ndarray, "K 2 4"], slot: int,
-    grown: float, margin: float, boxes: Float[np.ndarray, "7 P n"], constants: Constants,
+    grown: float, boxes: Float[np.ndarray, "7 P n"], constants: Constants,
 ) -> tuple[float, float]:  # fmt: skip
     """When [steps] the turned body first touches a box, infinity for never, and how fast [m/s], below 0 if from behind.
 
     Its edges tell where it may.
     """
     for k in range(constants.steps):
-        if may_touch(edges, boxes, k, slot, margin):
+        if may_touch(edges, boxes, k, slot):
             state, applied = state_at(states, k, states[0]), (inputs[k, 0], inputs[k, 1])
-            share, behind = contact_at(state, applied, boxes, k, slot, grown, margin, constants)
+            share, behind = contact_at(state, applied, boxes, k, slot, grown, constants)
             if share < NEVER:
                 speed = impact(state, applied, share, boxes, k, slot, constants.dt)
                 return k + share, -speed if behind else speed

@@ -73,9 +73,7 @@ def write_edges(
 
 
 @compiled
-def may_touch(
-    edges: Float[np.ndarray, "K 2 4"], boxes: Float[np.ndarray, "7 P n"], step: int, slot: int, margin: float
-) -> bool:
+def may_touch(edges: Float[np.ndarray, "K 2 4"], boxes: Float[np.ndarray, "7 P n"], step: int, slot: int) -> bool:
     """Whether the edges of a body and a box overlap at any time of a step.
 
     Args:
@@ -83,11 +81,10 @@ def may_touch(
         boxes: lon, lat, half length, half width [m], speed, deceleration and likelihood of the boxes.
         step: index of the step, from 0.
         slot: index of the box.
-        margin: [m] by which the box is larger on all sides.
     """
     first, last = 0.0, 1.0
     for axis in range(2):
-        half_now, half_then = boxes[2 + axis, step, slot] + margin, boxes[2 + axis, step + 1, slot] + margin
+        half_now, half_then = boxes[2 + axis, step, slot], boxes[2 + axis, step + 1, slot]
         for side in (-1.0, 1.0):  # the body's front is beyond the box's rear; its rear is not beyond the box's front
             own = axis + 2 if side < 0 else axis
             now = side * (boxes[axis, step, slot] - edges[step, 0, own]) + half_now
@@ -104,7 +101,7 @@ def may_touch(
 @compiled
 def contact_at(
     state: State, applied: tuple[float, float], boxes: Float[np.ndarray, "7 P n"], step: int, slot: int, grown: float,
-    margin: float, constants: Constants,
+    constants: Constants,
 ) -> tuple[float, bool]:  # fmt: skip
     """The share of a step after which the turned body and a box first overlap, `NEVER` if they do not, and whether the
     box's front then meets the body's rear.
@@ -116,14 +113,13 @@ def contact_at(
         step: index of the step, from 0.
         slot: index of the box.
         grown: share of what the box has grown since the start of the plan: 1 for all of it, 0 for the body alone.
-        margin: [m] by which it is larger than that on all sides.
         constants: of the problem.
     """
     before = 0.0
     for look in range(_LOOKS + 1):
         share = look / _LOOKS
         body = after_step(state, applied, share * constants.dt)
-        along, across, ahead = _depth(body, boxes, step, share, slot, grown, margin, constants)
+        along, across, ahead = _depth(body, boxes, step, share, slot, grown, constants)
         depth = min(along, across)
         if depth > 0:
             since = share if look == 0 else share - depth / (depth - before) / _LOOKS
@@ -135,15 +131,15 @@ def contact_at(
 @compiled
 def _depth(
     body: State, boxes: Float[np.ndarray, "7 P n"], step: int, share: float, slot: int, grown: float,
-    margin: float, constants: Constants,
+    constants: Constants,
 ) -> tuple[float, float, bool]:  # fmt: skip
     """How deep [m] a body is in a box, by the directions along road and body and by those across them, below 0 where
     they are apart, and whether the box is ahead.
     """
     vehicle, rest = constants.vehicle, 1 - share
     long, wide = boxes[2, 0, slot], boxes[3, 0, slot]
-    long += grown * (rest * boxes[2, step, slot] + share * boxes[2, step + 1, slot] - long) + margin
-    wide += grown * (rest * boxes[3, step, slot] + share * boxes[3, step + 1, slot] - wide) + margin
+    long += grown * (rest * boxes[2, step, slot] + share * boxes[2, step + 1, slot] - long)
+    wide += grown * (rest * boxes[3, step, slot] + share * boxes[3, step + 1, slot] - wide)
     lon = rest * boxes[0, step, slot] + share * boxes[0, step + 1, slot] - body[0]
     lat = rest * boxes[1, step, slot] + share * boxes[1, step + 1, slot] - body[1]
     cosine, sine = np.cos(body[3]), np.sin(body[3])
