@@ -26,7 +26,7 @@ NO_PROSE = re.compile(r"^```.*?^```|`[^`]*`|\{[{%].*?[}%]\}|\]\([^)]*\)", re.DOT
 UNIT = r"(%|(?:m/s[²³]?|m²|ms|s|min|GB|MB|kB)(?![\w/²³]))"
 NUMBER = r"\d+(?:,\d{3})*(?:\.\d+)?"
 CHAIN = re.compile(rf"(?<![\w./§^])({NUMBER}(?:(?:[–/]| (?:to|and|or|instead of) ){NUMBER})*)[ -]?{UNIT}")
-COUNT = re.compile(rf"(?<![\w.])({NUMBER}) of (?:the )?({NUMBER})(?!\w|\.\d)")
+COUNT = re.compile(r"(?<![\w.])(\d+(?:,\d{3})*) of (?:the )?(\d+(?:,\d{3})*)(?!\w|\.\d)")
 
 
 @pytest.fixture
