@@ -1,9 +1,7 @@
 """Compilation of plain loops to machine code with Numba, kept on disk between runs.
 
-What Python calls becomes a *whole*: its code and that of all compiled functions that it calls are linked, optimised and
-turned into machine code together, once, and kept. A function that other code calls is a *part* of these: it is neither
-linked nor optimised on its own, as Numba would do it, which takes several times as long the deeper calls go. As every
-whole holds all its parts, few functions with many parts should be called from Python.
+What Python calls becomes a *whole* with all that it calls (`coverdrive.wholes`), so that few functions with many parts
+should be called from Python.
 
 Numba takes kept code for valid as long as the file of the function is the same, whatever became of the functions that
 it calls in other files. Code is therefore kept in a folder that is named after all sources of its own hall (a package
@@ -16,30 +14,24 @@ whether code was compiled in this process or read from the disk, and drives with
 
 import atexit
 import hashlib
-import importlib
 import inspect
 import os
-from collections.abc import Callable, Generator
-from contextlib import contextmanager, suppress
-from functools import cache, cached_property
+from collections.abc import Callable
+from contextlib import suppress
+from functools import cache
 from pathlib import Path
 from shutil import rmtree
 from tempfile import mkdtemp
 from typing import Any, ParamSpec, TypeVar
 
 import numba  # pyright: ignore[reportMissingTypeStubs]
-from llvmlite.binding import Linkage  # pyright: ignore[reportMissingTypeStubs]
-from numba.core import codegen, compiler, registry, types  # pyright: ignore[reportMissingTypeStubs]
+
+from coverdrive.wholes import Whole
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
 _numba: Any = numba
-_Library: Any = codegen.JITCodeLibrary
-_Compiler: Any = compiler.Compiler
-_Dispatcher: Any = registry.CPUDispatcher
-_types: Any = types
-_OPTIONS = {"nopython": True, "error_model": "numpy", "no_cfunc_wrapper": True}
 
 
 def compiled(function: Callable[P, R]) -> Callable[P, R]:
@@ -54,7 +46,7 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
     folder = _folder(Path(inspect.getfile(inspect.unwrap(function))).parent)
     kept, _numba.config.CACHE_DIR = _numba.config.CACHE_DIR, str(folder or "")
     try:
-        whole = _Whole(inspect.unwrap(function), targetoptions=_OPTIONS, pipeline_class=_WholeCompiler)
+        whole: Any = Whole(inspect.unwrap(function))
         if folder is not None:
             whole.enable_caching()
         return whole
@@ -66,93 +58,6 @@ def is_there(function: Any) -> bool:
     """Whether a compiled function need not be compiled any more: it was, in this process or one whose code is kept."""
     kept = function.stats.cache_path
     return bool(function.overloads or (kept and any(Path(kept).glob(f"*.{function.py_func.__qualname__}-*.nbc"))))
-
-
-class _WholeLibrary(_Library):
-    """Code that Python calls, to be linked with that of all parts."""
-
-    def add_linking_library(self, library: Any) -> None:
-        super().add_linking_library(library)
-        if isinstance(library, _PartLibrary):
-            for each in library._linking_libraries:
-                if each not in self._linking_libraries:
-                    self.add_linking_library(each)
-
-    def _optimize_final_module(self) -> None:
-        for function in self._final_module.functions:
-            if function.linkage == Linkage.linkonce_odr:  # a part: nobody else calls this copy of it
-                function.linkage = "internal"
-        super()._optimize_final_module()
-
-
-class _PartLibrary(_Library):
-    """Code that other code calls, as it is."""
-
-    def finalize(self) -> None:
-        self._finalize_dynamic_globals()
-        self._finalized = True
-
-
-class _WholeCompiler(_Compiler):
-    def define_pipelines(self) -> Any:
-        self._into(_WholeLibrary).enable_object_caching()
-        return super().define_pipelines()
-
-    def _into(self, kind: Any) -> Any:
-        """Let what is compiled become a library of a kind."""
-        self.state.library = kind(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
-        return self.state.library
-
-
-class _PartCompiler(_WholeCompiler):
-    def define_pipelines(self) -> Any:
-        self._into(_PartLibrary)
-        self.state.flags.no_compile = True
-        return _Compiler.define_pipelines(self)
-
-
-class _Part(_Dispatcher):
-    """A function as other code calls it."""
-
-    def get_call_template(self, args: tuple[Any, ...], kws: dict[str, Any]) -> Any:
-        return super().get_call_template(tuple(map(_types.unliteral, args)), kws)  # one code for all constants
-
-    def add_overload(self, cres: Any) -> None:
-        cres = cres._replace(entry_point=object())  # there is nothing to call, but Numba finds the code by it
-        self.targetctx.insert_user_function(cres.entry_point, cres.fndesc, [cres.library])
-        self.overloads[tuple(cres.signature.args)] = cres
-
-
-class _Whole(_Dispatcher):
-    """A function as Python calls it."""
-
-    @cached_property
-    def _part(self) -> _Part:
-        return _Part(self.py_func, targetoptions=_OPTIONS | {"no_cpython_wrapper": True}, pipeline_class=_PartCompiler)
-
-    @property
-    def _numba_type_(self) -> Any:
-        """What it is to other code."""
-        return _types.Dispatcher(self._part)
-
-    def compile(self, sig: Any) -> Any:
-        with _alone(self.stats.cache_path):
-            return super().compile(sig)
-
-
-@contextmanager
-def _alone(folder: str | None) -> Generator[None]:
-    """Wait until no other process compiles what is kept in a folder, as far as folders can be locked."""
-    held = None
-    with suppress(ImportError, OSError):
-        if folder is not None:
-            fcntl, held = importlib.import_module("fcntl"), os.open(folder, os.O_RDONLY)
-            fcntl.flock(held, fcntl.LOCK_EX)
-    try:
-        yield
-    finally:
-        if held is not None:
-            os.close(held)
 
 
 def cache_folder() -> Path:

@@ -1,12 +1,15 @@
 """How trials are run."""
 
 import gc
+import os
 from collections.abc import Generator
+from functools import partial
+from pathlib import Path
 
 import pytest
 
 from coverdrive.simulation import workers
-from coverdrive.simulation.workers import run_trials
+from coverdrive.simulation.workers import call_all, run_trials
 
 
 class Looking:
@@ -44,3 +47,14 @@ def test_in_a_worker_too_and_what_another_study_needed_is_collected(nothing_froz
     first, other = (workers._run_in_worker(Looking(), name, 0) for name in ("first", "other"))
     assert min(first["frozen"], other["frozen"]) > 1000
     assert other["frozen"] < first["frozen"] + 1000
+
+
+def note_process(file: Path) -> None:
+    file.write_text(str(os.getpid()))
+
+
+@pytest.mark.parametrize("processes", [1, 2])
+def test_functions_are_all_called_in_this_process_or_in_others(processes: int, tmp_path: Path) -> None:
+    files = [tmp_path / str(number) for number in range(3)]
+    assert len(list(call_all([partial(note_process, file) for file in files], processes))) == 3
+    assert all((file.read_text() == str(os.getpid())) == (processes == 1) for file in files)

@@ -1,5 +1,6 @@
 """``coverdrive run``: everything, from recordings to the report."""
 
+import os
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -62,21 +63,21 @@ def run(
 
     with waiting():
         from coverdrive.reporting.contents import Certified
-        from coverdrive.reporting.report import animate_drive, draw_figures, report
+        from coverdrive.reporting.report import draw_everything
         from coverdrive.results import Results, certificate_record
+        from coverdrive.simulation.ahead import compiled_ahead
     results = Results(out)
-    fitted = fit_and_print(settle, recording or [], results, road, preset)
-    compared = compare_and_save(results)
-    if risk is not None:
-        from coverdrive.dialling.dial import Request
+    with compiled_ahead():
+        fitted = fit_and_print(settle, recording or [], results, road, preset)
+        compared = compare_and_save(results)
+        if risk is not None:
+            from coverdrive.dialling.dial import Request
 
-        dial_and_print(results, results.experiment, Request(risk), recording or [], None)
-    study = results.study(results.experiment, recording or [])
-    studied = study_and_print(study, results, results.experiment.study)
+            dial_and_print(results, results.experiment, Request(risk), recording or [], None)
+        study = results.study(results.experiment, recording or [])
+        studied = study_and_print(study, results, results.experiment.study)
     with stages():
-        draw_figures(results.fitted, study)
-        animate_drive(results.fitted, study)
-        page = report(results.fitted, study)
+        page = draw_everything(results.fitted, study, results.experiment.study.workers or os.cpu_count() or 1)
     console.print(f"Results are in {out}; look at {page}")
     return {
         **certificate_record(Certified.of(fitted)),

@@ -1,6 +1,8 @@
 """From a fit and a study to what a person looks at: the page, the figures, the video of a drive."""
 
 from collections.abc import Sequence
+from contextlib import nullcontext
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
@@ -8,6 +10,7 @@ from coverdrive.arguments import of_kind
 from coverdrive.errors import DataError
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.prediction.fit import Fit
+from coverdrive.progress import done, stage
 from coverdrive.reporting.active_constraints import ActiveConstraints
 from coverdrive.reporting.animation import animate
 from coverdrive.reporting.contents import Contents, Fitted
@@ -18,6 +21,10 @@ from coverdrive.reporting.risk_figure import risk_figure
 from coverdrive.simulation.driven_on import driven_on
 from coverdrive.simulation.notable import liveliest, notable
 from coverdrive.simulation.study import Study
+from coverdrive.simulation.workers import call_all
+
+_REPLAYS = 8
+"""notable trials that a page replays"""
 
 
 def report(
@@ -26,7 +33,7 @@ def report(
     path: Path | str | None = None,
     *,
     trials: Sequence[int] = (),
-    replays: int = 8,
+    replays: int = _REPLAYS,
 ) -> Path:
     """Write one HTML page that shows everything and needs no network, with drives to replay.
 
@@ -66,6 +73,16 @@ def animate_drive(
     path = _beside(fitted, study, "figures") / f"drive_{chosen[0]}.{file_format}"
     animate(study.trace(chosen[0]), path, ActiveConstraints.of_study(study))
     return path
+
+
+def draw_everything(fitted: Fitted, study: Study, workers: int = 1) -> Path:
+    """Draw all figures and the video of a study, and write its page, on so many processes; returns the page's path."""
+    study.traces(list(dict.fromkeys([*_one(study, None), *_replayed(study, (), _REPLAYS)])))  # driven once, for all
+    tasks = [partial(draw, fitted, study) for draw in (animate_drive, report, draw_figures)]
+    with stage("figures, video and page") if workers > 1 else nullcontext():
+        for number, _ in enumerate(call_all(tasks, workers), start=1):
+            done(number, len(tasks))
+    return _beside(fitted, study, "report").with_suffix(".html")
 
 
 def draw_methods(fitted: Fitted) -> None:

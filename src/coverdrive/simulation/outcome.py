@@ -10,12 +10,14 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from coverdrive.geometry import axis_gap, boxes_overlap
+from coverdrive.geometry import axis_gap, boxes_overlap, turned_extents
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.simulation.initial import EGO
 
 _STRAIGHT = Road.straight()
+_ROUNDING = 1e-6
+"""[m] of a distance"""
 
 
 class Kind(enum.StrEnum):
@@ -72,10 +74,12 @@ def judge(before: Scene, after: Scene, road: Road | None = None) -> tuple[Kind, 
 
     The road is to be told where it bends.
     """
-    bent = road is not None and road.line is not None  # 1 m of lon is 0.5 m at the least
-    reach = np.hypot(after.length, after.width) / (1 if bent else 2)
-    apart = np.maximum(np.abs(after.lon - after.lon[EGO]), np.abs(after.lat - after.lat[EGO]))
-    if np.count_nonzero(apart < reach + reach[EGO]) <= 1:  # most moments, on any road
+    along, across = turned_extents(after.length / 2, after.width / 2, after.heading)
+    if road is not None and road.line is not None:  # 1 m of lon is 0.5 m at the least
+        along = across = np.hypot(after.length, after.width)
+    near = np.abs(after.lon - after.lon[EGO]) < along + along[EGO] + _ROUNDING
+    near &= np.abs(after.lat - after.lat[EGO]) < across + across[EGO] + _ROUNDING
+    if np.count_nonzero(near) <= 1:  # most moments, on any road
         return None
     contact = contacts(after, road)[EGO]
     partner = int(contact.argmax())

@@ -30,7 +30,6 @@ from coverdrive.simulation.motion import constant_velocity, with_states
 from coverdrive.simulation.predictor import Predictor
 from coverdrive.simulation.traffic import TrafficStep
 
-
 _turned_extents = compiled(turned_extents)
 
 
@@ -118,7 +117,7 @@ class SetSamplingTraffic:
         """
         passing = np.flatnonzero(possible & (clear > 0))
         if len(passing) > 0:
-            return int(self._rng.choice(passing)), False
+            return int(passing[self._rng.integers(len(passing))]), False
         if possible.any():
             return int(np.argmax(np.where(possible, clear, -np.inf))), True
         return int(np.argmin(deviation[:, -1, 0])), True

@@ -8,7 +8,7 @@ import gc
 import os
 import threading
 import uuid
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from functools import partial
@@ -61,15 +61,8 @@ def run_trials(setup: Drives, trials: Sequence[int], workers: int, cluster: str 
         with _cluster(cluster):
             yield from _run_parallel(setup, trials, -1)
     elif workers > 1 and len(trials) > 1:
-        watch = partial(end_with_parent, os.getpid())
-        try:
-            with _one_thread_each(), parallel_config("loky", inner_max_num_threads=1, initializer=watch):
-                yield from _run_parallel(setup, trials, min(workers, len(trials)))
-        except BrokenProcessPool as error:
-            raise DataError(
-                "a worker process was killed, most often because memory ran out; finished trials are kept: start the "
-                "same command again, with fewer --workers"
-            ) from error
+        with _processes():
+            yield from _run_parallel(setup, trials, min(workers, len(trials)))
     else:
         participants = setup.participants()
         _freeze()
@@ -79,6 +72,42 @@ def run_trials(setup: Drives, trials: Sequence[int], workers: int, cluster: str 
                 _freeze()
         finally:
             gc.unfreeze()
+
+
+def call_all(functions: Sequence[Callable[[], object]], workers: int) -> Generator[None]:
+    """Call functions that any process can call, in the processes of the trials, yielding after each; or one by one.
+
+    Raises:
+        DataError: a worker process was killed.
+    """
+    if workers > 1 and len(functions) > 1:
+        with _processes():
+            parallel: Any = Parallel(n_jobs=workers, batch_size=1, return_as="generator_unordered")  # pyright: ignore[reportArgumentType]
+            for _ in parallel(delayed(_called)(each) for each in functions):
+                yield
+    else:
+        for each in functions:
+            each()
+            yield
+
+
+def _called(function: Callable[[], object]) -> None:
+    """Call a function; what it returns stays in this process."""
+    function()
+
+
+@contextmanager
+def _processes() -> Generator[None]:
+    """Let joblib run on processes of this machine, which end with this one."""
+    watch = partial(end_with_parent, os.getpid())
+    try:
+        with _one_thread_each(), parallel_config("loky", inner_max_num_threads=1, initializer=watch):
+            yield
+    except BrokenProcessPool as error:
+        raise DataError(
+            "a worker process was killed, most often because memory ran out; finished trials are kept: start the "
+            "same command again, with fewer --workers"
+        ) from error
 
 
 def _run_parallel(setup: Drives, trials: Sequence[int], workers: int) -> Generator[Row]:

@@ -110,7 +110,12 @@ class BoxPredictor(StoredPredictor):
         values = self._values(features_of(scene, road, vehicle)[: len(vehicle)])
         place, size, early = between(len(self.network.usual), self.step, tuple(times.tolist()))
         at_first = np.asarray(self.network.early) * values[1, :, :1]
-        return place @ values[0], scale_of(self.rule) * (size @ values[1] + early[:, None] * at_first)
+        return place @ values[0], self._size * (size @ values[1] + early[:, None] * at_first)
+
+    @cached_property
+    def _size(self) -> float:
+        """How many times as large as they were learned the calibrated boxes are."""
+        return scale_of(self.rule)
 
     @cached_property
     def _values(self) -> Callable[[Float32[np.ndarray, "n F"]], Float[np.ndarray, "2 n P 2"]]:
