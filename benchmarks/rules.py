@@ -26,6 +26,7 @@ from coverdrive.driving.driver import Driver
 from coverdrive.league.beliefs import ConstantVelocity, KnownFuture
 from coverdrive.league.others import OTHERS
 from coverdrive.paths import PredictedPaths
+from coverdrive.planning.leaders import Leaders
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.prediction.fit import PredictionSettings, cut_and_split, fit
 from coverdrive.prediction.predictor import Predictor
@@ -43,10 +44,12 @@ from results import save, write_section
 
 ALL = "all rules"
 SECOND_PATH = "second path of lane changes"
+ENTERING = "who comes in brakes"
 VELOCITY, FUTURE = "sets, but constant velocity", "sets, but the future is known"
 WITHOUT: dict[str, dict[str, Any]] = {
     ALL: {},
     "leaders that brake": {"leaders": {"deceleration": 0.0}},
+    ENTERING: {},
     "foresight": {"leaders": {"foresight": 0.0}},
     "careful follower": {"rear_last": False},
     "manners": {"manners": {"like": "paper"}},
@@ -81,12 +84,20 @@ class Single:
         return paths if paths.weight is None else paths.of(paths.weight == 1)
 
 
+class OfLanes(MpcPlanner):
+    """A planner that fears braking only of those ahead in their lanes, of nobody who is to come in."""
+
+    def _clear_of_leaders(self, state: Any, paths: PredictedPaths, leaders: Leaders, *others: Any) -> Any:
+        return super()._clear_of_leaders(state, paths, leaders._replace(entering=leaders.entering[:0]), *others)
+
+
 @lru_cache(maxsize=4)
 def planner_without(rule: str) -> MpcPlanner:
     """The planner with one rule switched off."""
     usual = PlannerSettings().model_dump()
     changed = {name: usual[name] | part if isinstance(part, dict) else part for name, part in WITHOUT[rule].items()}
-    return MpcPlanner(PlannerSettings.model_validate(usual | changed))
+    planner = OfLanes if rule == ENTERING else MpcPlanner
+    return planner(PlannerSettings.model_validate(usual | changed))
 
 
 def emergency(planner: MpcPlanner, seed: int, trial: int) -> dict[str, Any]:
