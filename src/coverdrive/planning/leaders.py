@@ -2,8 +2,8 @@
 
 A set that is learned from what usually happens may leave out what seldom does, and it does not know who is braking
 already. Responsibility-sensitive safety (Shalev-Shwartz, Shammah, Shashua 2017) asks a car to keep clear of vehicles
-ahead that brake; so do plans here, wherever there is one that does, as if that were a member of their sets. Who is about
-to come ahead from beside brakes on the way: those who cut in often do.
+ahead that brake; so do plans here, wherever there is one that does, as if that were a member of their sets. Who is
+about to come ahead from beside brakes on the way: those who cut in often do.
 
 And they hold the ego up: a plan ends when an overtaking begins to pay. What comes after is told from their speeds.
 """
