@@ -55,8 +55,8 @@ def measured(key: str, form: str = "g") -> str:
         return _said(found, form)
     *itself, low, high = found
     ends = (_said(each, form).removesuffix(" %") for each in (low, high))
-    interval = f"({(' … ' if '+' in form else '–').join(ends)})"
-    return " ".join([*(_said(each, form) for each in itself), interval])
+    interval = (" … " if "+" in form else "–").join(ends)
+    return f"{_said(itself[0], form)} ({interval})" if itself else interval
 
 
 def at_most(key: str, digits: int = 1) -> str:

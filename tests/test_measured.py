@@ -103,13 +103,14 @@ def test_numbers_are_said_with_their_intervals(
     measured: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     values = {"rate": [0.051, 0.026, 0.0922], "apart": [-7.79, -9.22, -6.36], "bound": 0.00201}
-    values |= {"drives": 2301, "no": None}
+    values |= {"drives": 2301, "no": None, "between": [-0.06, 0.092]}
     (tmp_path / "mine.json").write_text(json.dumps({"values": values}), encoding="utf-8")
     monkeypatch.setattr(measured, "FOLDER", tmp_path)
     measured.kept.cache_clear()
     assert measured.measured("mine.rate", ".1%") == "5.1 % (2.6–9.2)"
     assert measured.measured("mine.rate.2", ".0%") == "9 %"
     assert measured.measured("mine.apart", "+.1f") == "−7.8 (−9.2 … −6.4)"
+    assert measured.measured("mine.between", "+.1f") == "−0.1 … +0.1"
     assert measured.measured("mine.drives", ",") == "2,301"
     assert measured.measured("mine.no", ".1f") == "–"
     assert measured.at_most("mine.bound") == "0.3 %"
