@@ -1,8 +1,9 @@
 """Is the planner ever worse than full braking in the lane? `python benchmarks/emergency.py [--out emergency.json]`.
 
-In every scene the true future of the others is known to the planner. The car plans every 0.1 s; its motion is followed
-every 10 ms, and so are the contacts of the bodies, as rectangles: that of the ego turns. The baseline brakes at 8 m/s² in its lane from the first
-moment. A drive counts the largest relative speed at its first contact with any of the others, 0 without contact.
+In every scene the true future of the others is known to the planner. The car plans every 0.1 s; its motion is
+followed every 10 ms, and so are the contacts of the bodies, as rectangles: that of the ego turns. The baseline brakes
+at 8 m/s² in its lane from the first moment. A drive counts the largest relative speed at its first contact with any
+of the others, 0 without contact.
 
 - *blocked*: one lane, or all three, by standing cars, motorcycles, or cars that brake to a stop at 8 m/s².
 - *cut-in*: a slower car comes over from the side, 1 s long, and stays ahead.
