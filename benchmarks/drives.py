@@ -25,8 +25,8 @@ OURS = Path(__file__).parents[1] / "src"
 def serve(file: Path) -> None:
     """Drive what is asked for, line by line, with the package that this process finds, as a worker of a study does."""
     from coverdrive.prediction.predictor import Predictor
-    from coverdrive.simulation.setup import Setup
-    from coverdrive.simulation.workers import _run_in_worker
+    from coverdrive.simulation.studies.setup import Setup
+    from coverdrive.simulation.studies.workers import _run_in_worker
 
     predictor = Predictor.load(file)
     setups = {name: Setup(predictor, traffic=name, vehicles=vehicles) for name, vehicles in TRAFFICS.items()}
@@ -93,7 +93,7 @@ def trained(folder: Path) -> Path:
     """A predictor that has seen little."""
     from coverdrive.prediction.boxes.training import BoxSettings
     from coverdrive.prediction.fit import PredictionSettings, fit
-    from coverdrive.simulation.generated import GeneratedSettings, generate
+    from coverdrive.simulation.drivers.generated import GeneratedSettings, generate
 
     quick = PredictionSettings(boxes=BoxSettings(most_steps=200, few=0))
     file = folder / "predictor.safetensors"

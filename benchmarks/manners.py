@@ -19,13 +19,13 @@ import coverdrive
 from coverdrive.certificates.bounds import clopper_pearson
 from coverdrive.distances import Kept, kept
 from coverdrive.league.entrants import Known, Place, Seat, entrant
-from coverdrive.planning.manners import MannersSettings
 from coverdrive.planning.planner import MpcPlanner
+from coverdrive.planning.rules.manners import MannersSettings
 from coverdrive.results import Results
-from coverdrive.simulation.initial import EGO
-from coverdrive.simulation.outcome import Kind
-from coverdrive.simulation.setup import Setup
-from coverdrive.simulation.trial import measure
+from coverdrive.simulation.drives.outcome import Kind
+from coverdrive.simulation.measures.trial import measure
+from coverdrive.simulation.roads.initial import EGO
+from coverdrive.simulation.studies.setup import Setup
 
 VEHICLES = {"drivers": (3, 4, 5, 6, 7), "set-sampling": (3, 4, 5, 6, 7), "aggressive": (8, 9, 10, 11, 12)}
 _SHORTEST = 5.0

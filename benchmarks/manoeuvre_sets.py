@@ -31,15 +31,15 @@ from coverdrive.prediction.boxes import boxes as of_boxes
 from coverdrive.prediction.boxes.boxes import TUBE, Boxes, scored_by
 from coverdrive.prediction.boxes.network import BoxNetwork
 from coverdrive.prediction.boxes.training import BoxSettings, train_boxes
-from coverdrive.prediction.calibrate import CertificateSettings, calibrated
+from coverdrive.prediction.certifying.calibrate import CertificateSettings, calibrated
+from coverdrive.prediction.certifying.held_back import held_back
 from coverdrive.prediction.cover.greedy import MIRROR
+from coverdrive.prediction.data.manoeuvres import ACROSS, ALONG, manoeuvres_of
+from coverdrive.prediction.data.segments import Segments
 from coverdrive.prediction.fit import USUALLY_LEFT, PredictionSettings, cut_and_split
-from coverdrive.prediction.held_back import held_back
 from coverdrive.prediction.learning.affordance import mirrored_features
 from coverdrive.prediction.learning.samples import Samples, make_features
 from coverdrive.prediction.learning.training import TrainingSettings, train
-from coverdrive.prediction.manoeuvres import ACROSS, ALONG, manoeuvres_of
-from coverdrive.prediction.segments import Segments
 from coverdrive.recordings.recording import Recording
 from results import write_section
 

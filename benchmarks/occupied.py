@@ -1,9 +1,9 @@
 """How large certified sets are: `python benchmarks/occupied.py --recording PATH … [--folds 4] [--out occupied.json]`.
 
-With scene groups in every role (`coverdrive.prediction.folds`), the boxes of the default and constant velocity in one
-conformal box are certified on the same vehicles for the same claim, 99 % confidence: at most 10 % of vehicles missed at
-all, and at most 5 % of windows, as if these were independent. The ratio to constant velocity is also given for a box
-that has to hold no bodies, but centres alone. Without recordings, on generated traffic.
+With scene groups in every role (`coverdrive.prediction.fits.folds`), the boxes of the default and constant velocity in
+one conformal box are certified on the same vehicles for the same claim, 99 % confidence: at most 10 % of vehicles
+missed at all, and at most 5 % of windows, as if these were independent. The ratio to constant velocity is also given
+for a box that has to hold no bodies, but centres alone. Without recordings, on generated traffic.
 """
 
 import argparse
@@ -17,13 +17,13 @@ import numpy as np
 from coverdrive.certificates.certificate import Unit
 from coverdrive.errors import CertificateError
 from coverdrive.prediction.boxes.training import BoxSettings
-from coverdrive.prediction.calibrate import CertificateSettings
+from coverdrive.prediction.certifying.calibrate import CertificateSettings
+from coverdrive.prediction.certifying.occupied import compared
+from coverdrive.prediction.data.segments import cut_segments
+from coverdrive.prediction.data.split import rotations
 from coverdrive.prediction.fit import Fit, PredictionSettings, fit
-from coverdrive.prediction.occupied import compared
-from coverdrive.prediction.segments import cut_segments
-from coverdrive.prediction.split import rotations
 from coverdrive.recordings.read import read
-from coverdrive.simulation.generated import GeneratedSettings, generate
+from coverdrive.simulation.drivers.generated import GeneratedSettings, generate
 
 CLAIMS: tuple[tuple[Unit, float], ...] = (("vehicle", 0.1), ("window", 0.05))
 

@@ -28,20 +28,20 @@ from coverdrive.league.paper_way import situation_for, solve_paper_program
 from coverdrive.oracle.solvers import SolverSettings, solve
 from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Status
-from coverdrive.planning.constants import Constants, constants_of
-from coverdrive.planning.evaluate import Plans, empty_plans, evaluate
-from coverdrive.planning.follower import with_careful_follower
-from coverdrive.planning.leaders import LeaderSettings, braking, leaders_of
+from coverdrive.planning.check.evaluate import Plans, empty_plans, evaluate
 from coverdrive.planning.planner import MpcPlanner
-from coverdrive.planning.problem import ProblemSettings
-from coverdrive.planning.road_table import table_of
-from coverdrive.planning.search import SearchSettings, write_manoeuvre
+from coverdrive.planning.problem.constants import Constants, constants_of
+from coverdrive.planning.problem.road_table import table_of
+from coverdrive.planning.problem.settings import ProblemSettings
+from coverdrive.planning.rules.follower import with_careful_follower
+from coverdrive.planning.rules.leaders import LeaderSettings, braking, leaders_of
+from coverdrive.planning.solver.search import SearchSettings, write_manoeuvre
 from coverdrive.planning.surroundings import Surroundings, surroundings_of
 from coverdrive.prediction.fit import fit
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.road import Road
-from coverdrive.simulation.generated import generate
-from coverdrive.simulation.setup import Setup
+from coverdrive.simulation.drivers.generated import generate
+from coverdrive.simulation.studies.setup import Setup
 
 MANOEUVRES = SearchSettings(braking_guesses=5)  # seven starts, and the plan
 EXACT = SolverSettings(tolerance=1e-6, max_iterations=500)

@@ -59,7 +59,7 @@ def main() -> None:
 
 def write_portal_csv(path: Path, rows: int) -> None:
     """Platoons side by side and behind one another, and again and again, until there are enough rows."""
-    from coverdrive.simulation.generated import GeneratedSettings, generate
+    from coverdrive.simulation.drivers.generated import GeneratedSettings, generate
 
     settings = GeneratedSettings(scenes=math.ceil(rows / ROWS_OF_SCENE), duration=BLOCK)
     places = 2 * STRETCHES  # of platoons at a time
@@ -104,7 +104,7 @@ def fitted(path: Path) -> dict[str, object]:
     from coverdrive.prediction.fit import fit
     from coverdrive.progress import heard_by
     from coverdrive.results import Results
-    from coverdrive.simulation.places import recorded_place
+    from coverdrive.simulation.roads.places import recorded_place
 
     stages = Stages(begun)
     with heard_by(lambda name, _: stages.enter(name)), tempfile.TemporaryDirectory() as folder:

@@ -12,12 +12,12 @@ from pathlib import Path
 
 import numpy as np
 
-from coverdrive.planning.problem import ProblemSettings
+from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.prediction.boxes.training import BoxSettings
 from coverdrive.prediction.fit import PredictionSettings, fit
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.scene import Scene
-from coverdrive.simulation.generated import GeneratedSettings, generate
+from coverdrive.simulation.drivers.generated import GeneratedSettings, generate
 
 
 def main() -> None:

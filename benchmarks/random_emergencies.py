@@ -22,12 +22,12 @@ from jaxtyping import Bool, Float
 
 from coverdrive.geometry import boxes_overlap, turned_half_extents
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.evaluate import drive_step
+from coverdrive.planning.check.evaluate import drive_step
 from coverdrive.planning.planner import MpcPlanner
-from coverdrive.planning.problem import ProblemSettings
-from coverdrive.planning.road_table import RoadTable, table_of
-from coverdrive.planning.search import lane_seeking
-from coverdrive.planning.vehicle import step
+from coverdrive.planning.problem.road_table import RoadTable, table_of
+from coverdrive.planning.problem.settings import ProblemSettings
+from coverdrive.planning.problem.vehicle import step
+from coverdrive.planning.solver.search import lane_seeking
 from coverdrive.reference_line import ReferenceLine
 from coverdrive.road import Road
 from coverdrive.road_ahead import bend_at

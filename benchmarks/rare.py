@@ -17,12 +17,12 @@ import coverdrive
 from coverdrive.certificates.bounds import clopper_pearson
 from coverdrive.certificates.rule import Thresholds
 from coverdrive.dialling.rare import rare
-from coverdrive.planning.leaders import LeaderSettings
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
+from coverdrive.planning.rules.leaders import LeaderSettings
 from coverdrive.prediction.predictor import AnyPredictor, Predictor
-from coverdrive.simulation.episode import EpisodeSettings
-from coverdrive.simulation.outcome import Kind
-from coverdrive.simulation.setup import Setup
+from coverdrive.simulation.drives.episode import EpisodeSettings
+from coverdrive.simulation.drives.outcome import Kind
+from coverdrive.simulation.studies.setup import Setup
 
 
 def reckless(predictor: AnyPredictor) -> Setup:

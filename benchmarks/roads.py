@@ -17,16 +17,16 @@ from coverdrive.errors import DataError, RecordingError
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.prediction.boxes.boxes import scored_by
 from coverdrive.prediction.boxes.predictor import BoxPredictor
+from coverdrive.prediction.data.segments import cut_segments
 from coverdrive.prediction.learning.samples import make_features
 from coverdrive.prediction.predictor import Predictor
-from coverdrive.prediction.segments import cut_segments
-from coverdrive.recordings.commonroad import read_commonroad
+from coverdrive.recordings.formats.commonroad import read_commonroad
 from coverdrive.recordings.read import read
 from coverdrive.recordings.recording import Recording
-from coverdrive.simulation.episode import EpisodeSettings, run_episode
-from coverdrive.simulation.outcome import Fault, Kind
-from coverdrive.simulation.replay import ReplaySettings, ReplayTraffic, cut_scenarios
-from coverdrive.simulation.trace import Trace
+from coverdrive.simulation.drives.episode import EpisodeSettings, run_episode
+from coverdrive.simulation.drives.outcome import Fault, Kind
+from coverdrive.simulation.drives.trace import Trace
+from coverdrive.simulation.traffic.replay import ReplaySettings, ReplayTraffic, cut_scenarios
 from results import save
 
 READ = ("scenario", "lanes", "length", "bend", "radius", "limit", "vehicles", "rows left out")

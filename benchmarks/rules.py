@@ -26,19 +26,19 @@ from coverdrive.driving.driver import Driver
 from coverdrive.league.beliefs import ConstantVelocity, KnownFuture
 from coverdrive.league.others import OTHERS
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.leaders import Leaders
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
+from coverdrive.planning.rules.leaders import Leaders
+from coverdrive.prediction.data.split import Split
 from coverdrive.prediction.fit import PredictionSettings, cut_and_split, fit
 from coverdrive.prediction.predictor import Predictor
-from coverdrive.prediction.split import Split
 from coverdrive.road import Road
 from coverdrive.scene import Scene
-from coverdrive.simulation.comparison import paired_t
-from coverdrive.simulation.fault import Fault
-from coverdrive.simulation.outcome import Kind
-from coverdrive.simulation.replay import cut_scenarios
-from coverdrive.simulation.setup import Setup
-from coverdrive.simulation.trial import measure
+from coverdrive.simulation.drives.fault import Fault
+from coverdrive.simulation.drives.outcome import Kind
+from coverdrive.simulation.measures.trial import measure
+from coverdrive.simulation.studies.comparison import paired_t
+from coverdrive.simulation.studies.setup import Setup
+from coverdrive.simulation.traffic.replay import cut_scenarios
 from random_emergencies import compared, emergencies, planned
 from results import save, write_section
 

@@ -19,16 +19,16 @@ from coverdrive.certificates.certificate import Unit
 from coverdrive.certificates.evaluation import evaluate
 from coverdrive.certificates.methods import Method, certify
 from coverdrive.errors import CertificateError
+from coverdrive.prediction.certifying.scored import score
 from coverdrive.prediction.cover.basis import Basis, make_basis
+from coverdrive.prediction.data.split import Split
 from coverdrive.prediction.fit import PredictionSettings, cut_and_split
 from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.learning.samples import Samples, make_samples
 from coverdrive.prediction.learning.training import TrainingSettings, train
-from coverdrive.prediction.scored import score
-from coverdrive.prediction.split import Split
 from coverdrive.recordings.read import read
 from coverdrive.recordings.recording import Recording
-from coverdrive.simulation.generated import GeneratedSettings, generate
+from coverdrive.simulation.drivers.generated import GeneratedSettings, generate
 
 PAPER = "the paper's network"
 CLAIMS: tuple[tuple[Unit, float], ...] = (("window", 0.01), ("window", 0.05), ("vehicle", 0.1))

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 
 import coverdrive as cd
-from coverdrive.simulation.episode import EpisodeSettings
-from coverdrive.simulation.initial import EGO
-from coverdrive.simulation.motion import with_states
-from coverdrive.simulation.traffic import TrafficStep
+from coverdrive.simulation.drives.episode import EpisodeSettings
+from coverdrive.simulation.roads.initial import EGO
+from coverdrive.simulation.traffic.model import TrafficStep
+from coverdrive.simulation.traffic.motion import with_states
 
 
 class OneBrakes:

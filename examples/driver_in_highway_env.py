@@ -9,9 +9,9 @@ from pathlib import Path
 import coverdrive as cd
 from coverdrive.bridges.highway_env import HighwayEnv
 from coverdrive.bridges.world import drive
-from coverdrive.planning.leaders import LeaderSettings
 from coverdrive.planning.planner import PlannerSettings
-from coverdrive.simulation.trial import measure
+from coverdrive.planning.rules.leaders import LeaderSettings
+from coverdrive.simulation.measures.trial import measure
 
 
 def main() -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 import coverdrive as cd
 from coverdrive.bridges.sumo import Sumo
 from coverdrive.bridges.world import drive
-from coverdrive.simulation.trial import measure
+from coverdrive.simulation.measures.trial import measure
 
 LANE = '<lane id="road_{0}" index="{0}" speed="33.3" length="{length}" width="3.6" shape="0,{1} {length},{1}"/>'
 NET = """<net version="1.20">

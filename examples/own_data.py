@@ -9,7 +9,7 @@ from pathlib import Path
 import polars as pl
 
 import coverdrive as cd
-from coverdrive.simulation.generated import GeneratedSettings
+from coverdrive.simulation.drivers.generated import GeneratedSettings
 
 FOOT, MILE_PER_HOUR = 0.3048, 0.44704
 

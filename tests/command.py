@@ -12,8 +12,8 @@ from typing import Literal
 import pytest
 
 from coverdrive import cli
-from coverdrive.cli.bars import console as progress_console
-from coverdrive.cli.options import console
+from coverdrive.cli.shared.bars import console as progress_console
+from coverdrive.cli.shared.options import console
 
 WIDTH = 200
 """[characters] of the terminal"""

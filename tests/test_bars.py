@@ -6,8 +6,8 @@ import signal
 import pytest
 from rich.console import Console
 
-from coverdrive.cli import bars as module
-from coverdrive.cli.bars import Stages, display, stages, waiting
+from coverdrive.cli.shared import bars as module
+from coverdrive.cli.shared.bars import Stages, display, stages, waiting
 from coverdrive.progress import done, stage
 
 

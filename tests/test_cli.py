@@ -22,10 +22,10 @@ from coverdrive import cli
 from coverdrive.certificates.methods import Method
 from coverdrive.cli import app
 from coverdrive.config import Experiment
-from coverdrive.recordings.parquet import write_parquet
+from coverdrive.recordings.formats.parquet import write_parquet
 from coverdrive.results import Results
-from coverdrive.simulation.generated import generate
-from coverdrive.simulation.storage import load_trace
+from coverdrive.simulation.drivers.generated import generate
+from coverdrive.simulation.drives.storage import load_trace
 
 
 @pytest.fixture

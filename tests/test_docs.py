@@ -15,10 +15,10 @@ import pytest
 from coverdrive.cli import app
 from coverdrive.config import Experiment
 from coverdrive.prediction.cover.basis_study import study_bases
+from coverdrive.prediction.data.segments import cut_segments
 from coverdrive.prediction.fit import fit
-from coverdrive.prediction.segments import cut_segments
 from coverdrive.results import Results, save_bases
-from coverdrive.simulation.generated import GeneratedSettings, generate
+from coverdrive.simulation.drivers.generated import GeneratedSettings, generate
 
 ROOT = Path(__file__).parents[1]
 COMMAND = re.compile(r"^(?:.*&& )?(?:\S*/)?coverdrive (.+?)(?:\s{2,}.*|\s+#.*)?$", re.MULTILINE)

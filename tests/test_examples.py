@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from coverdrive.cli.demo import STORED
-from coverdrive.recordings import registry
+from coverdrive.recordings.formats import reader as registry
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 

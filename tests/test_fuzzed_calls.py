@@ -19,10 +19,10 @@ from command import status_of_main
 from coverdrive.bridges.gymnasium import Motorway, RewardSettings
 from coverdrive.cli import _COMMANDS, app
 from coverdrive.errors import CoverdriveError, DataError
-from coverdrive.planning.vehicle import VehicleSettings
-from coverdrive.simulation.episode import EpisodeSettings
-from coverdrive.simulation.generated import GeneratedSettings, generate
-from coverdrive.simulation.replay import ReplaySettings
+from coverdrive.planning.problem.vehicle import VehicleSettings
+from coverdrive.simulation.drivers.generated import GeneratedSettings, generate
+from coverdrive.simulation.drives.episode import EpisodeSettings
+from coverdrive.simulation.traffic.replay import ReplaySettings
 from shape_checks import unchecked
 
 FIRST = 30

@@ -12,7 +12,7 @@ from coverdrive.errors import SettingError
 from coverdrive.league.agents import AgentPlanner, Idm, Witness
 from coverdrive.plan import Plan, Status
 from coverdrive.results import Results
-from coverdrive.simulation.episode import EpisodeSettings
+from coverdrive.simulation.drives.episode import EpisodeSettings
 from shape_checks import unchecked
 
 SHORT = EpisodeSettings(duration=0.3)

@@ -13,9 +13,9 @@ from coverdrive.certificates.evaluation import evaluate
 from coverdrive.config import Experiment
 from coverdrive.errors import DataError, SettingError
 from coverdrive.league.table import SCHEMA as LEAGUE
-from coverdrive.prediction.certify import certify
+from coverdrive.prediction.fits.calibrations import certify
 from coverdrive.results import Results
-from coverdrive.simulation.places import PLACES, Place
+from coverdrive.simulation.roads.places import PLACES, Place
 
 FILES = (
     "config.toml", "run.json", "predictor.safetensors", "scores.safetensors", "certificate.json", "learned.safetensors",

@@ -13,15 +13,15 @@ import pytest
 
 from coverdrive.geometry import turned_half_extents
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.problem import ProblemSettings
-from coverdrive.planning.road_table import on_road, table_of
+from coverdrive.planning.problem.road_table import on_road, table_of
+from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.prediction.boxes.predictor import BoxPredictor
 from coverdrive.prediction.boxes.training import BoxSettings
-from coverdrive.prediction.calibrate import CertificateSettings
+from coverdrive.prediction.certifying.calibrate import CertificateSettings
 from coverdrive.prediction.fit import PredictionSettings, fit
 from coverdrive.recordings.read import read
 from coverdrive.recordings.recording import Recording
-from coverdrive.reporting.recording_figures import road_figure
+from coverdrive.reporting.figures.recording import road_figure
 
 PROJECT = Path(__file__).parents[1]
 KEPT = PROJECT / "benchmarks" / "results" / "roads.json"

@@ -2,7 +2,7 @@ from typing import get_args
 
 import pytest
 
-from coverdrive.cli.options import TrafficName
+from coverdrive.cli.shared.options import TrafficName
 from coverdrive.config import Experiment
 from coverdrive.errors import SettingError
 from coverdrive.sweep import changes_of, sweep

@@ -25,9 +25,9 @@ from coverdrive.config import Experiment
 from coverdrive.files import write_atomically
 from coverdrive.prediction.fit import fit
 from coverdrive.results import SCORES, SEEN, Results
-from coverdrive.simulation.notable import liveliest
-from coverdrive.simulation.storage import load_trace, save_trace
-from coverdrive.simulation.trace import Trace
+from coverdrive.simulation.drives.storage import load_trace, save_trace
+from coverdrive.simulation.drives.trace import Trace
+from coverdrive.simulation.measures.notable import liveliest
 
 _COARSE, _FINE = 2**-6, 2**-9
 """units of predicted paths [m], and of all else [m, m/s, rad, …]; powers of two, for the sake of compression"""

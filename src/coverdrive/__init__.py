@@ -35,39 +35,39 @@ if TYPE_CHECKING:
     from coverdrive.plan import Plan as Plan
     from coverdrive.planning.planner import MpcPlanner
     from coverdrive.prediction.adaptive import Adaptive as Adaptive
-    from coverdrive.prediction.certify import certify as certify
     from coverdrive.prediction.fit import Fit as Fit
     from coverdrive.prediction.fit import fit as fit
-    from coverdrive.prediction.folds import Fold as Fold
-    from coverdrive.prediction.folds import fit_folds as fit_folds
+    from coverdrive.prediction.fits.calibrations import certify as certify
+    from coverdrive.prediction.fits.folds import Fold as Fold
+    from coverdrive.prediction.fits.folds import fit_folds as fit_folds
     from coverdrive.prediction.predictor import Predictor as Predictor
-    from coverdrive.recordings.formats import readers as readers
-    from coverdrive.recordings.formats import register_reader as register_reader
+    from coverdrive.recordings.formats.registry import readers as readers
+    from coverdrive.recordings.formats.registry import register_reader as register_reader
     from coverdrive.recordings.map_tracks import MapTracks as MapTracks
     from coverdrive.recordings.read import read as read
     from coverdrive.recordings.recording import Recording as Recording
     from coverdrive.reporting.report import report as report
     from coverdrive.road import Road as Road
     from coverdrive.scene import Scene as Scene
-    from coverdrive.simulation.comparison import Comparison as Comparison
-    from coverdrive.simulation.comparison import compare as compare
-    from coverdrive.simulation.generated import generate as generate
-    from coverdrive.simulation.study import Study as Study
-    from coverdrive.simulation.study import simulate as simulate
-    from coverdrive.simulation.study import study as study
-    from coverdrive.simulation.trace import Trace as Trace
+    from coverdrive.simulation.drivers.generated import generate as generate
+    from coverdrive.simulation.drives.trace import Trace as Trace
+    from coverdrive.simulation.studies.comparison import Comparison as Comparison
+    from coverdrive.simulation.studies.comparison import compare as compare
+    from coverdrive.simulation.studies.study import Study as Study
+    from coverdrive.simulation.studies.study import simulate as simulate
+    from coverdrive.simulation.studies.study import study as study
 
     Planner = MpcPlanner
 
 _PLACES = {
     "read": "recordings.read",
-    "readers": "recordings.formats",
-    "register_reader": "recordings.formats",
+    "readers": "recordings.formats.registry",
+    "register_reader": "recordings.formats.registry",
     "MapTracks": "recordings.map_tracks",
-    "generate": "simulation.generated",
+    "generate": "simulation.drivers.generated",
     "fit": "prediction.fit",
-    "fit_folds": "prediction.folds",
-    "certify": "prediction.certify",
+    "fit_folds": "prediction.fits.folds",
+    "certify": "prediction.fits.calibrations",
     "dial": "dialling.dial",
     "Predictor": "prediction.predictor",
     "Adaptive": "prediction.adaptive",
@@ -76,23 +76,23 @@ _PLACES = {
     "Command": "driving.driver",
     "Goal": "driving.goal",
     "Recorder": "driving.recorder",
-    "simulate": "simulation.study",
-    "study": "simulation.study",
-    "compare": "simulation.comparison",
+    "simulate": "simulation.studies.study",
+    "study": "simulation.studies.study",
+    "compare": "simulation.studies.comparison",
     "report": "reporting.report",
     "Recording": "recordings.recording",
     "Scene": "scene",
     "Road": "road",
     "Fit": "prediction.fit",
-    "Fold": "prediction.folds",
+    "Fold": "prediction.fits.folds",
     "Dialled": "dialling.dial",
     "Certificate": "certificates.certificate",
     "Compared": "certificates.comparison",
     "PredictedPaths": "paths",
     "Plan": "plan",
-    "Trace": "simulation.trace",
-    "Study": "simulation.study",
-    "Comparison": "simulation.comparison",
+    "Trace": "simulation.drives.trace",
+    "Study": "simulation.studies.study",
+    "Comparison": "simulation.studies.comparison",
     "CoverdriveError": "errors",
 }
 """module of every name, and its name there where that is another one"""

@@ -19,13 +19,13 @@ from coverdrive.progress import stage
 from coverdrive.recordings.checks import TIME_STEPS
 from coverdrive.recordings.read import read
 from coverdrive.recordings.recording import Recording
-from coverdrive.recordings.resampling import STEP
-from coverdrive.recordings.smoothing import SmoothingSettings
+from coverdrive.recordings.tracks.resampling import STEP
+from coverdrive.recordings.tracks.smoothing import SmoothingSettings
 from coverdrive.settings import Settings, checked, merged, to_toml
-from coverdrive.simulation.episode import EpisodeSettings
-from coverdrive.simulation.generated import GeneratedSettings, generate
-from coverdrive.simulation.set_sampling import SetSamplingSettings
-from coverdrive.simulation.traffics import TrafficSettings
+from coverdrive.simulation.drivers.generated import GeneratedSettings, generate
+from coverdrive.simulation.drives.episode import EpisodeSettings
+from coverdrive.simulation.traffic.registry import TrafficSettings
+from coverdrive.simulation.traffic.set_sampling import SetSamplingSettings
 
 Preset = Literal["default", "paper"]
 

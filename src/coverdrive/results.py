@@ -4,7 +4,7 @@
 (versions, data, times) · ``predictor.safetensors`` · ``scores.safetensors`` (of every side of the split) ·
 ``certificate.json`` · ``seen.parquet`` (tracks of all that trained or calibrated) · ``learned.safetensors`` (what
 pictures of the fit show) · ``methods.json`` (all methods of
-calibration) · ``study/`` (`coverdrive.simulation.study_folder`) · ``dialled.json`` (what drives are proved to risk) ·
+calibration) · ``study/`` (`coverdrive.simulation.studies.folder`) · ``dialled.json`` (what drives are proved to risk) ·
 ``dial/`` (`coverdrive.dialling.dial`) · ``league/`` (`coverdrive.league.league`) ·
 ``figures/`` · ``report.html``.
 
@@ -35,20 +35,20 @@ from coverdrive.league.entrants import Known
 from coverdrive.league.known import known_of, paper_settings_like
 from coverdrive.league.table import SCHEMA
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
+from coverdrive.prediction.certifying.scored import ScoredSides
 from coverdrive.prediction.cover.basis_study import StudiedBasis, basis_record, point_table
+from coverdrive.prediction.data.held_out import Seen, Source
 from coverdrive.prediction.fit import Fit, PredictionSettings, fit, scale_left
-from coverdrive.prediction.held_out import Seen, Source
-from coverdrive.prediction.learned import Learned
-from coverdrive.prediction.left_out import legible
+from coverdrive.prediction.fits.learned import Learned
+from coverdrive.prediction.fits.left_out import legible
+from coverdrive.prediction.fits.provenance import provenance, versions
 from coverdrive.prediction.predictor import AnyPredictor, Predictor
-from coverdrive.prediction.provenance import provenance, versions
-from coverdrive.prediction.scored import ScoredSides
 from coverdrive.reporting.contents import Certified, Fitted
-from coverdrive.simulation.places import Place, check_replayed_road, place_of
-from coverdrive.simulation.replay import REPLAYS, Scenario, cut_scenarios
-from coverdrive.simulation.setup import Setup
-from coverdrive.simulation.study import Study
-from coverdrive.simulation.study_folder import StudyFolder
+from coverdrive.simulation.roads.places import Place, check_replayed_road, place_of
+from coverdrive.simulation.studies.folder import StudyFolder
+from coverdrive.simulation.studies.setup import Setup
+from coverdrive.simulation.studies.study import Study
+from coverdrive.simulation.traffic.replay import REPLAYS, Scenario, cut_scenarios
 
 MANIFEST, CONFIG, RUN = "manifest.json", "config.toml", "run.json"
 PREDICTOR, SCORES, LEARNED = "predictor.safetensors", "scores.safetensors", "learned.safetensors"

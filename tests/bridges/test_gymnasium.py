@@ -11,22 +11,22 @@ from gymnasium.vector import AutoresetMode
 from simulation_fakes import make_scene
 
 import coverdrive.bridges.gymnasium as bridge
-import coverdrive.simulation.episode as episode
+import coverdrive.simulation.drives.episode as episode
 from coverdrive.bridges.gymnasium import ACTION, NAME, Motorway, RewardSettings
 from coverdrive.bridges.observations import observation_of
 from coverdrive.driving.driver import Driver
 from coverdrive.errors import SettingError
 from coverdrive.planning.planner import MpcPlanner
-from coverdrive.planning.vehicle import VehicleSettings
+from coverdrive.planning.problem.vehicle import VehicleSettings
 from coverdrive.prediction.learning.affordance import FEATURES, affordance
 from coverdrive.road import Road
-from coverdrive.simulation.driver_traffic import DriverTraffic
-from coverdrive.simulation.episode import EpisodeSettings, run_episode
-from coverdrive.simulation.generated import GeneratedSettings, generate
-from coverdrive.simulation.initial import InitialSettings
-from coverdrive.simulation.misses import find_windows
-from coverdrive.simulation.outcome import Kind
-from coverdrive.simulation.trial import measure
+from coverdrive.simulation.drivers.generated import GeneratedSettings, generate
+from coverdrive.simulation.drives.episode import EpisodeSettings, run_episode
+from coverdrive.simulation.drives.outcome import Kind
+from coverdrive.simulation.measures.misses import find_windows
+from coverdrive.simulation.measures.trial import measure
+from coverdrive.simulation.roads.initial import InitialSettings
+from coverdrive.simulation.traffic.driver_traffic import DriverTraffic
 from shape_checks import unchecked
 
 SHORT = EpisodeSettings(duration=1.0)

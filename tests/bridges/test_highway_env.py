@@ -10,8 +10,8 @@ from coverdrive.bridges.highway_env import HighwayEnv
 from coverdrive.bridges.world import drive
 from coverdrive.driving.driver import Driver
 from coverdrive.errors import DataError
-from coverdrive.simulation.metrics import gaps
-from coverdrive.simulation.outcome import Kind
+from coverdrive.simulation.drives.outcome import Kind
+from coverdrive.simulation.measures.metrics import gaps
 
 PREDICTOR = FakePredictor(FakeBasis.make(accelerations=(0.0, -2.0), shifts=(0.0,)))
 

@@ -12,7 +12,7 @@ from coverdrive.bridges.sumo import Sumo
 from coverdrive.bridges.world import drive
 from coverdrive.driving.driver import Driver
 from coverdrive.errors import DataError
-from coverdrive.simulation.outcome import Kind
+from coverdrive.simulation.drives.outcome import Kind
 
 PREDICTOR = FakePredictor(FakeBasis.make(accelerations=(0.0, -2.0), shifts=(0.0,)))
 UP = np.array([0.6, 0.8])

@@ -16,8 +16,8 @@ import pytest
 from command import coverdrive
 from coverdrive.cli.demo import STORED
 from coverdrive.results import Results
-from coverdrive.simulation.setup import Setup
-from coverdrive.simulation.storage import load_trace
+from coverdrive.simulation.drives.storage import load_trace
+from coverdrive.simulation.studies.setup import Setup
 
 ROOT = Path(__file__).parents[2]
 

@@ -5,15 +5,15 @@ from typing import Any
 
 import pytest
 
-from coverdrive.cli.fit import fit
-from coverdrive.cli.options import experiment_of
+from coverdrive.cli.learning.fit import fit
+from coverdrive.cli.shared.options import experiment_of
 from coverdrive.config import Experiment
 from coverdrive.errors import SettingError
 from coverdrive.prediction import fit as fitting
-from coverdrive.recordings.parquet import write_parquet
+from coverdrive.recordings.formats.parquet import write_parquet
 from coverdrive.results import Results
-from coverdrive.simulation.generated import GeneratedSettings, generate
-from coverdrive.simulation.places import PLACES, Place
+from coverdrive.simulation.drivers.generated import GeneratedSettings, generate
+from coverdrive.simulation.roads.places import PLACES, Place
 
 
 class SavedError(Exception):

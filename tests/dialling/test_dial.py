@@ -14,10 +14,10 @@ from coverdrive.certificates.drives import drives_needed
 from coverdrive.dialling.dial import SCALES, Dialled, Request, dial, dialled, proof_of, said_of_dial
 from coverdrive.errors import CertificateError, DataError, SettingError
 from coverdrive.road import Road
-from coverdrive.simulation.episode import EpisodeSettings
-from coverdrive.simulation.setup import Setup
-from coverdrive.simulation.study_folder import StudyFolder
-from coverdrive.simulation.traffic import Start, TrafficStep
+from coverdrive.simulation.drives.episode import EpisodeSettings
+from coverdrive.simulation.studies.folder import StudyFolder
+from coverdrive.simulation.studies.setup import Setup
+from coverdrive.simulation.traffic.model import Start, TrafficStep
 
 CLAIM = Certificate("conformal, pooled", 0.1, 0.99, 100, "share", 1, 0, 0, 0, 1.0, "0")
 

@@ -15,9 +15,9 @@ from coverdrive.dialling.splitting import _Walk
 from coverdrive.dialling.tape import Tape
 from coverdrive.errors import DataError, SettingError
 from coverdrive.planning.planner import MpcPlanner
-from coverdrive.simulation.outcome import Kind
-from coverdrive.simulation.setup import Setup
-from coverdrive.simulation.storage import load_trace
+from coverdrive.simulation.drives.outcome import Kind
+from coverdrive.simulation.drives.storage import load_trace
+from coverdrive.simulation.studies.setup import Setup
 
 TRAFFICS = "set-sampling", "drivers", "aggressive", "mixed"
 

@@ -5,15 +5,15 @@ from collections.abc import Iterator
 import numpy as np
 from simulation_fakes import FakeBasis, FakePredictor
 
-from coverdrive.planning.vehicle import step
+from coverdrive.planning.problem.vehicle import step
 from coverdrive.reference_line import ReferenceLine
 from coverdrive.road import Road
 from coverdrive.scene import Scene
-from coverdrive.simulation.driver_traffic import DriverTraffic
-from coverdrive.simulation.episode import EpisodeSettings
-from coverdrive.simulation.initial import EGO
-from coverdrive.simulation.motion import with_states
-from coverdrive.simulation.traffic import Start
+from coverdrive.simulation.drives.episode import EpisodeSettings
+from coverdrive.simulation.roads.initial import EGO
+from coverdrive.simulation.traffic.driver_traffic import DriverTraffic
+from coverdrive.simulation.traffic.model import Start
+from coverdrive.simulation.traffic.motion import with_states
 
 PREDICTOR = FakePredictor(FakeBasis.make(accelerations=(0.0, -2.0), shifts=(0.0,)))
 ROAD = Road.straight()

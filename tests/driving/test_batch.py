@@ -14,8 +14,8 @@ from coverdrive.driving import batch
 from coverdrive.driving.batch import solve_all
 from coverdrive.driving.solved import solve
 from coverdrive.errors import DataError
+from coverdrive.simulation.measures.trial import Row
 from coverdrive.simulation.predictor import Belief
-from coverdrive.simulation.trial import Row
 
 SOON = goal(between("velocity", 0.0, 60.0), first=3, last=4)
 """reached by whoever drives on"""

@@ -11,8 +11,8 @@ from coverdrive.driving.driver import Driver
 from coverdrive.driving.goal import Goal
 from coverdrive.errors import DataError, SettingError
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
-from coverdrive.planning.vehicle import VehicleSettings, step
-from coverdrive.planning.wish import NO_WISH
+from coverdrive.planning.problem.vehicle import VehicleSettings, step
+from coverdrive.planning.rules.wish import NO_WISH
 
 OTHERS = {"ahead": ((60.0, 1.8, 15.0, 0.0), CAR), 7: ((-30.0, 5.4, 22.0, 0.0), CAR)}
 OWN = (0.0, 1.8, 20.0, 0.0)

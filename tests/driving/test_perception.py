@@ -7,18 +7,18 @@ import numpy as np
 import pytest
 from driving_fakes import CAR, ROAD, line
 
-import coverdrive.recordings.formats  # noqa: F401  (the readers)
+import coverdrive.recordings.formats.registry  # noqa: F401  (the readers)
 from coverdrive.driving.perception import Perception
 from coverdrive.errors import DataError
-from coverdrive.recordings import formats as formats
-from coverdrive.recordings.filtering import seen
+from coverdrive.recordings.formats import registry as registry
+from coverdrive.recordings.formats.reader import How, reader_of
 from coverdrive.recordings.recording import SEEN
-from coverdrive.recordings.registry import How, reader_of
-from coverdrive.recordings.repair import RawTracks
-from coverdrive.recordings.smoothing import SmoothingSettings
-from coverdrive.recordings.tracks import make_reading
+from coverdrive.recordings.tracks.filtering import seen
+from coverdrive.recordings.tracks.reading import make_reading
+from coverdrive.recordings.tracks.repair import RawTracks
+from coverdrive.recordings.tracks.smoothing import SmoothingSettings
 from coverdrive.road import Road
-from coverdrive.simulation.replay import cut_scenarios
+from coverdrive.simulation.traffic.replay import cut_scenarios
 
 OWN = (0.0, 1.8, 20.0, 0.0)
 SMOOTHING = SmoothingSettings()

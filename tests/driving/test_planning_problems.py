@@ -19,8 +19,8 @@ from coverdrive.driving.single_track import BMW, SingleTrackCar
 from coverdrive.driving.solved import solve, write
 from coverdrive.driving.solving import drive, settings_for
 from coverdrive.errors import RecordingError
-from coverdrive.planning.manners import NONE
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
+from coverdrive.planning.rules.manners import NONE
 
 
 def read(path: Path) -> PlanningProblem:

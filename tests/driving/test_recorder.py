@@ -14,11 +14,11 @@ from coverdrive.errors import DataError
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.reporting.page.replay import replay_data
 from coverdrive.road import Road
-from coverdrive.simulation.driver_traffic import DriverTraffic
-from coverdrive.simulation.episode import run_episode
-from coverdrive.simulation.outcome import Fault, Kind, Outcome
-from coverdrive.simulation.trace import Trace
-from coverdrive.simulation.trial import measure
+from coverdrive.simulation.drives.episode import run_episode
+from coverdrive.simulation.drives.outcome import Fault, Kind, Outcome
+from coverdrive.simulation.drives.trace import Trace
+from coverdrive.simulation.measures.trial import measure
+from coverdrive.simulation.traffic.driver_traffic import DriverTraffic
 
 
 def record(driver: Driver, seed: int) -> Trace:

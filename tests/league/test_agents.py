@@ -6,10 +6,10 @@ from simulation_fakes import make_scene
 
 from coverdrive.league.agents import Agent, Idm, IdmMobil, KeepVelocity
 from coverdrive.planning.planner import PlannerSettings
-from coverdrive.planning.vehicle import step
+from coverdrive.planning.problem.vehicle import step
 from coverdrive.road import LaneEdges, Road
 from coverdrive.scene import Scene
-from coverdrive.simulation.motion import with_states
+from coverdrive.simulation.traffic.motion import with_states
 
 ROAD = Road.straight()
 

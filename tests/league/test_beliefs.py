@@ -7,9 +7,9 @@ from simulation_fakes import ConstantPlanner, make_scene
 from coverdrive.errors import DataError
 from coverdrive.league.beliefs import ConstantVelocity, KnownFuture
 from coverdrive.road import Road
-from coverdrive.simulation.episode import EpisodeSettings, run_episode
-from coverdrive.simulation.misses import find_windows
-from coverdrive.simulation.replay import ReplaySettings, ReplayTraffic, Scenario
+from coverdrive.simulation.drives.episode import EpisodeSettings, run_episode
+from coverdrive.simulation.measures.misses import find_windows
+from coverdrive.simulation.traffic.replay import ReplaySettings, ReplayTraffic, Scenario
 
 ROAD = Road.straight()
 

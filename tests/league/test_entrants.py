@@ -14,7 +14,7 @@ from coverdrive.league.entrants import ENTRANTS, Known, Place, Seat, entrant
 from coverdrive.plan import Planner, Status
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.road import Road
-from coverdrive.simulation.setup import made
+from coverdrive.simulation.studies.setup import made
 
 KNOWN = Known(FakePredictor(FakeBasis.make()), "no paper", "no box", PlannerSettings())
 PLACE = Place(PlannerSettings(lane_change=7.0))

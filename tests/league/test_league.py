@@ -14,8 +14,8 @@ from coverdrive.league.league import drives_of, league
 from coverdrive.league.others import OTHERS
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.progress import heard_by
-from coverdrive.simulation.setup import Setup
-from coverdrive.simulation.trial import measure
+from coverdrive.simulation.measures.trial import measure
+from coverdrive.simulation.studies.setup import Setup
 
 KNOWN = Known(FakePredictor(FakeBasis.make()), "no paper", "no box", PlannerSettings())
 PLANNERS = ("constant-velocity", "idm-mobil", "known-future")

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from coverdrive.plan import Planner, Status
-from coverdrive.planning.cost import CostSettings
-from coverdrive.planning.obstacles import ObstacleSettings
-from coverdrive.planning.problem import ProblemSettings
+from coverdrive.planning.problem.cost import CostSettings
+from coverdrive.planning.problem.obstacles import ObstacleSettings
+from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.road import Road
 
 STATE = np.array([0.0, 1.8, 20.0, 0.0])

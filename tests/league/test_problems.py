@@ -21,7 +21,7 @@ from coverdrive.planning.planner import PlannerSettings
 from coverdrive.prediction.fit import PredictionSettings
 from coverdrive.recordings.recording import Recording
 from coverdrive.road import Road
-from coverdrive.simulation.comparison import compare
+from coverdrive.simulation.studies.comparison import compare
 
 KNOWN = Known(FakePredictor(FakeBasis.make()), "no paper", "no box", PlannerSettings())
 AHEAD, BESIDE = goal(box(92.0, -1.75, length=20.0)), goal(box(95.0, -5.25, length=20.0))

@@ -8,8 +8,8 @@ from scipy.stats import t as student
 from coverdrive.certificates.bounds import clopper_pearson
 from coverdrive.league.problems import COLUMNS
 from coverdrive.league.table import SCHEMA, league_table
-from coverdrive.simulation.comparison import newcombe_interval
-from coverdrive.simulation.trial import table_of, unstarted
+from coverdrive.simulation.measures.trial import table_of, unstarted
+from coverdrive.simulation.studies.comparison import newcombe_interval
 
 
 def drives(speeds: list[float], collided: dict[int, tuple[str, str]] | None = None, **others: float) -> pl.DataFrame:

@@ -8,13 +8,13 @@ from jaxtyping import Float
 
 from coverdrive.geometry import boxes_overlap
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.constants import Constants, constants_of
-from coverdrive.planning.evaluate import Plans, drive_step, empty_plans, evaluate
-from coverdrive.planning.obstacles import obstacles_of, reachable
-from coverdrive.planning.problem import ProblemSettings
-from coverdrive.planning.road_table import table_of
+from coverdrive.planning.check.evaluate import Plans, drive_step, empty_plans, evaluate
+from coverdrive.planning.problem.constants import Constants, constants_of
+from coverdrive.planning.problem.obstacles import obstacles_of, reachable
+from coverdrive.planning.problem.road_table import table_of
+from coverdrive.planning.problem.settings import ProblemSettings
+from coverdrive.planning.problem.vehicle import VehicleSettings, step
 from coverdrive.planning.surroundings import Surroundings
-from coverdrive.planning.vehicle import VehicleSettings, step
 from coverdrive.road import Road
 from coverdrive.road_ahead import STRAIGHT, RoadAhead
 

@@ -8,8 +8,8 @@ from planning_scenes import CAR, CONSTANTS, PROBLEM
 from coverdrive.errors import DataError
 from coverdrive.geometry import bent_half_sizes, turned_half_extents
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.obstacles import own_half_sizes
-from coverdrive.planning.road_table import on_road, table_of
+from coverdrive.planning.problem.obstacles import own_half_sizes
+from coverdrive.planning.problem.road_table import on_road, table_of
 from coverdrive.reference_line import ReferenceLine
 from coverdrive.road import LaneEdges, Road
 

@@ -5,10 +5,10 @@ import pytest
 from bent_roads import bent_road, in_map, outline
 from planning_scenes import CAR, CONSTANTS, DT, PROBLEM, SIZES, STEPS, driven, evaluated, fail_safe, sampled, wishes
 
-import coverdrive.planning.road_table as road_table
+import coverdrive.planning.problem.road_table as road_table
 from coverdrive.geometry import boxes_overlap, turned_half_extents
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.road_table import table_of
+from coverdrive.planning.problem.road_table import table_of
 from coverdrive.planning.surroundings import surroundings_of
 from coverdrive.road import Road
 

@@ -23,8 +23,8 @@ from vehiclemodels.parameters_vehicle2 import parameters_vehicle2
 
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.planner import MpcPlanner
-from coverdrive.planning.road_table import table_of
-from coverdrive.planning.vehicle import step, within_limits
+from coverdrive.planning.problem.road_table import table_of
+from coverdrive.planning.problem.vehicle import step, within_limits
 from coverdrive.road import Road
 from coverdrive.road_ahead import bend_at, controls
 

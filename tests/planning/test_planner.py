@@ -17,16 +17,16 @@ from coverdrive.errors import SettingError
 from coverdrive.geometry import boxes_overlap, turned_half_extents
 from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Status
-from coverdrive.planning.follower import FollowerSettings, with_careful_follower
-from coverdrive.planning.manners import NONE
-from coverdrive.planning.obstacles import ObstacleSettings, obstacles_of
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
-from coverdrive.planning.problem import ProblemSettings
-from coverdrive.planning.tree import BranchSettings, held_on
-from coverdrive.planning.vehicle import VehicleSettings, step
-from coverdrive.planning.wish import Wish
+from coverdrive.planning.problem.obstacles import ObstacleSettings, obstacles_of
+from coverdrive.planning.problem.settings import ProblemSettings
+from coverdrive.planning.problem.tree import BranchSettings, held_on
+from coverdrive.planning.problem.vehicle import VehicleSettings, step
+from coverdrive.planning.rules.follower import FollowerSettings, with_careful_follower
+from coverdrive.planning.rules.manners import NONE
+from coverdrive.planning.rules.wish import Wish
 from coverdrive.reference_line import ReferenceLine
-from coverdrive.reporting.active_constraints import clearances
+from coverdrive.reporting.drives.active_constraints import clearances
 from coverdrive.road import Road
 
 ROAD = Road.straight()

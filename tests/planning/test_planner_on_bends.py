@@ -11,8 +11,8 @@ from coverdrive.oracle.reference import ReferencePlanner
 from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Status
 from coverdrive.planning.planner import MpcPlanner
-from coverdrive.planning.target_lanes import target_lanes
-from coverdrive.planning.vehicle import step
+from coverdrive.planning.problem.vehicle import step
+from coverdrive.planning.rules.target_lanes import target_lanes
 from coverdrive.reference_line import ReferenceLine
 from coverdrive.road import LaneEdges, Road
 from coverdrive.road_ahead import controls

@@ -7,9 +7,9 @@ from coverdrive.oracle import reference
 from coverdrive.oracle.reference import ReferencePlanner
 from coverdrive.oracle.solvers import SolverSettings
 from coverdrive.plan import Planner, Status
-from coverdrive.planning.manners import NONE
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
-from coverdrive.planning.vehicle import step
+from coverdrive.planning.problem.vehicle import step
+from coverdrive.planning.rules.manners import NONE
 from coverdrive.road import Road
 
 

@@ -5,8 +5,8 @@ import pytest
 from bent_roads import LENGTH, bent_road, in_map
 from planning_scenes import CAR, CONSTANTS, DT, PROBLEM
 
-from coverdrive.planning.road_table import table_of
-from coverdrive.planning.vehicle import accelerations, step, within_limits, yaw_rates
+from coverdrive.planning.problem.road_table import table_of
+from coverdrive.planning.problem.vehicle import accelerations, step, within_limits, yaw_rates
 from coverdrive.reference_line import ReferenceLine
 from coverdrive.road import Road
 from coverdrive.road_ahead import STRAIGHT, bend_at, controls

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from coverdrive.oracle.solvers import SolverSettings, compiled_program, compiled_solver, solve
-from coverdrive.planning.constants import constants_of
-from coverdrive.planning.evaluate import drive_step
-from coverdrive.planning.merit import input_at, merit
-from coverdrive.planning.problem import ProblemSettings
-from coverdrive.planning.road_table import table_of
+from coverdrive.planning.check.evaluate import drive_step
+from coverdrive.planning.check.merit import input_at, merit
+from coverdrive.planning.problem.constants import constants_of
+from coverdrive.planning.problem.road_table import table_of
+from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.planning.surroundings import Surroundings, surroundings_of
 from coverdrive.road import Road
 from coverdrive.road_ahead import STRAIGHT

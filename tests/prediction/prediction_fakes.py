@@ -3,11 +3,11 @@
 import numpy as np
 import polars as pl
 
-from coverdrive.prediction.calibrate import CertificateSettings
+from coverdrive.prediction.certifying.calibrate import CertificateSettings
 from coverdrive.prediction.cover.basis import BasisSettings
+from coverdrive.prediction.data.segments import Segments, SegmentSettings
 from coverdrive.prediction.fit import PredictionSettings
 from coverdrive.prediction.learning.training import TrainingSettings
-from coverdrive.prediction.segments import Segments, SegmentSettings
 from coverdrive.recordings.recording import SCHEMA, Recording
 from coverdrive.road import Road
 

@@ -18,9 +18,9 @@ from coverdrive.prediction.adaptive import Adaptive, LongRun, near
 from coverdrive.prediction.fit import Fit
 from coverdrive.road import Road
 from coverdrive.scene import Scene
-from coverdrive.simulation.episode import EpisodeSettings, run_episode
-from coverdrive.simulation.misses import find_windows
-from coverdrive.simulation.setup import Setup
+from coverdrive.simulation.drives.episode import EpisodeSettings, run_episode
+from coverdrive.simulation.measures.misses import find_windows
+from coverdrive.simulation.studies.setup import Setup
 
 BOXES = ConstantVelocity(np.array([[1.0, 0.2], [2.0, 0.4], [4.0, 0.8]]))
 ROAD = Road.straight()

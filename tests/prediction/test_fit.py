@@ -12,12 +12,12 @@ from coverdrive.certificates.evaluation import evaluate
 from coverdrive.certificates.methods import Method, rounded_up
 from coverdrive.certificates.rule import Hyperplanes, Thresholds
 from coverdrive.errors import CertificateError, DataError, SettingError
-from coverdrive.prediction.calibrate import CertificateSettings, calibrate
-from coverdrive.prediction.certify import certify
+from coverdrive.prediction.certifying.calibrate import CertificateSettings, calibrate
+from coverdrive.prediction.data.segments import cut_segments
 from coverdrive.prediction.fit import Fit, fit
+from coverdrive.prediction.fits.calibrations import certify
 from coverdrive.prediction.learning.affordance import affordance
 from coverdrive.prediction.predictor import Predictor
-from coverdrive.prediction.segments import cut_segments
 from coverdrive.progress import heard_by
 from coverdrive.recordings.recording import Recording
 from coverdrive.road import LaneEdges, Road

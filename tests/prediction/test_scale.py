@@ -12,10 +12,10 @@ from coverdrive.certificates.methods import Method
 from coverdrive.errors import SettingError
 from coverdrive.prediction.boxes.predictor import BoxPredictor
 from coverdrive.prediction.boxes.training import BoxSettings
-from coverdrive.prediction.calibrate import CertificateSettings, proved_scales
+from coverdrive.prediction.certifying.calibrate import CertificateSettings, proved_scales
+from coverdrive.prediction.data.segments import SegmentSettings
 from coverdrive.prediction.fit import USUALLY_LEFT, Fit, PredictionSettings, fit, scale_left
 from coverdrive.prediction.predictor import Predictor
-from coverdrive.prediction.segments import SegmentSettings
 from coverdrive.recordings.recording import Recording
 from coverdrive.road import Road
 from coverdrive.scene import Scene

@@ -15,11 +15,11 @@ from coverdrive.certificates.calibration import ScoredSamples
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.rule import Thresholds
 from coverdrive.errors import DataError
+from coverdrive.prediction.certifying.scored import ScoredSides
 from coverdrive.prediction.cover.basis import Basis
-from coverdrive.prediction.learned import Learned
+from coverdrive.prediction.fits.learned import Learned
 from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.predictor import Predictor
-from coverdrive.prediction.scored import ScoredSides
 from coverdrive.prediction.storage import fingerprint_of, load_arrays, save_arrays
 
 BASES = 3

@@ -13,7 +13,7 @@ import numpy as np
 import polars as pl
 
 from coverdrive.recordings.recording import Recording
-from coverdrive.simulation.generated import GeneratedSettings, generate
+from coverdrive.simulation.drivers.generated import GeneratedSettings, generate
 
 LENGTH, MEDIAN, WIDTH = 800.0, 6.0, 10.8
 """[m] of the road, between the carriageways, and of each of these"""

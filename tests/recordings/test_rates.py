@@ -5,13 +5,13 @@ import polars as pl
 import pytest
 from recordings_fakes import traffic
 
+from coverdrive.prediction.data.segments import SegmentSettings, cut_segments
 from coverdrive.prediction.learning.affordance import FEATURES
 from coverdrive.prediction.learning.samples import make_features
-from coverdrive.prediction.segments import SegmentSettings, cut_segments
 from coverdrive.recordings.recording import SCHEMA, Recording
 from coverdrive.reference_line import ReferenceLine
 from coverdrive.road import LaneEdges, Road
-from coverdrive.simulation.replay import cut_scenarios
+from coverdrive.simulation.traffic.replay import cut_scenarios
 
 EDGES = np.array([0.0, 3.6, 7.2, 10.8])
 ALONG = np.array([0.0, 60.0, 80.0, 600.0])

@@ -8,9 +8,9 @@ import pytest
 
 from coverdrive.errors import RecordingError
 from coverdrive.progress import heard_by, stage
-from coverdrive.recordings.parquet import write_parquet
+from coverdrive.recordings.formats.parquet import write_parquet
 from coverdrive.recordings.read import read, together
-from coverdrive.simulation.generated import GeneratedSettings, generate
+from coverdrive.simulation.drivers.generated import GeneratedSettings, generate
 
 
 def test_folders_are_read_in_natural_order(make_ngsim, tmp_path: Path):

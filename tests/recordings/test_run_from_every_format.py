@@ -27,13 +27,13 @@ from published_ngsim import write_ngsim
 
 import coverdrive as cd
 from command import coverdrive
-from coverdrive.recordings.formats import readers
-from coverdrive.recordings.parquet import write_parquet
+from coverdrive.recordings.formats.parquet import write_parquet
+from coverdrive.recordings.formats.registry import readers
 from coverdrive.reporting import report
 from coverdrive.results import Results
-from coverdrive.simulation.episode import EpisodeSettings
-from coverdrive.simulation.generated import GeneratedSettings, generate
-from coverdrive.simulation.places import recorded_place
+from coverdrive.simulation.drivers.generated import GeneratedSettings, generate
+from coverdrive.simulation.drives.episode import EpisodeSettings
+from coverdrive.simulation.roads.places import recorded_place
 
 SECONDS, SCENES = 5.0, 3
 """Of a recording, and the number of them: to train, to calibrate and to test"""

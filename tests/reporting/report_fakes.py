@@ -14,20 +14,20 @@ from coverdrive.certificates.methods import Method
 from coverdrive.certificates.rule import Thresholds
 from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Status
-from coverdrive.planning.obstacles import ObstacleSettings
-from coverdrive.planning.vehicle import VehicleSettings
+from coverdrive.planning.problem.obstacles import ObstacleSettings
+from coverdrive.planning.problem.vehicle import VehicleSettings
+from coverdrive.prediction.certifying.occupied import Occupied
 from coverdrive.prediction.cover.basis import Basis
-from coverdrive.prediction.learned import Learned
+from coverdrive.prediction.fits.learned import Learned
 from coverdrive.prediction.learning.network import Network
-from coverdrive.prediction.occupied import Occupied
 from coverdrive.prediction.predictor import Predictor
-from coverdrive.reporting.active_constraints import ActiveConstraints
 from coverdrive.reporting.contents import Certified, Contents
+from coverdrive.reporting.drives.active_constraints import ActiveConstraints
 from coverdrive.road import Road
 from coverdrive.scene import Scene
-from coverdrive.simulation.outcome import Fault, Kind, Outcome
-from coverdrive.simulation.trace import Trace
-from coverdrive.simulation.trial import measure, table_of
+from coverdrive.simulation.drives.outcome import Fault, Kind, Outcome
+from coverdrive.simulation.drives.trace import Trace
+from coverdrive.simulation.measures.trial import measure, table_of
 
 STEPS, HORIZON = 12, 4
 COMES, LEAVES = 4, 6

@@ -9,9 +9,9 @@ from rich.console import Console
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.methods import Method
 from coverdrive.reporting.claim import legend, signs, strength, whose
-from coverdrive.reporting.figure import Points, Texts
-from coverdrive.reporting.risk_figure import risk_figure
-from coverdrive.reporting.terminal import methods_table
+from coverdrive.reporting.figures.risk import risk_figure
+from coverdrive.reporting.plotting.figure import Points, Texts
+from coverdrive.reporting.tables.summaries import methods_table
 
 BASES = 5
 SURE = make_certificate(BASES)

@@ -10,11 +10,11 @@ import pytest
 from report_fakes import make_contents
 
 from coverdrive.league.table import SCHEMA
-from coverdrive.reporting.figure import Line, Points
+from coverdrive.reporting.figures.league import league_figure
 from coverdrive.reporting.league import write_league
-from coverdrive.reporting.league_figure import league_figure
-from coverdrive.reporting.league_table import COLUMNS, ON_PROBLEMS, worlds_of
 from coverdrive.reporting.page.page import page
+from coverdrive.reporting.plotting.figure import Line, Points
+from coverdrive.reporting.tables.league import COLUMNS, ON_PROBLEMS, worlds_of
 
 
 def line(world: str, planner: str, at_fault: int, speed: float, minus: float | None = None, drives: int = 40) -> dict:

@@ -5,10 +5,10 @@ import numpy as np
 
 from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Status
-from coverdrive.planning.vehicle import step
+from coverdrive.planning.problem.vehicle import step
 from coverdrive.scene import Scene
-from coverdrive.simulation.episode import EpisodeSettings
-from coverdrive.simulation.setup import Setup
+from coverdrive.simulation.drives.episode import EpisodeSettings
+from coverdrive.simulation.studies.setup import Setup
 
 
 class FakeBasis(eqx.Module):

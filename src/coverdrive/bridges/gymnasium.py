@@ -1,6 +1,6 @@
 """The closed loop as an environment of Gymnasium, ``coverdrive/Motorway-v0``, for agents learned or written by hand.
 
-An episode is that of `coverdrive.simulation.episode` with the same seed: traffics, starts, motion of the ego,
+An episode is that of `coverdrive.simulation.drives.episode` with the same seed: traffics, starts, motion of the ego,
 collisions and fault are the same code. Importing this module registers the environment.
 """
 
@@ -18,24 +18,24 @@ from coverdrive.errors import SettingError
 from coverdrive.extras import require
 from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Status
-from coverdrive.planning.constants import vehicle_of
-from coverdrive.planning.search import lane_seeking
-from coverdrive.planning.vehicle import VehicleSettings, within_limits
+from coverdrive.planning.problem.constants import vehicle_of
+from coverdrive.planning.problem.vehicle import VehicleSettings, within_limits
+from coverdrive.planning.solver.search import lane_seeking
 from coverdrive.recordings.recording import Recording
 from coverdrive.road import Road
 from coverdrive.road_ahead import bent_on
 from coverdrive.scene import Scene
 from coverdrive.settings import Settings, checked
-from coverdrive.simulation.episode import EpisodeSettings, begin, move
-from coverdrive.simulation.fault import collision_at
-from coverdrive.simulation.initial import EGO
-from coverdrive.simulation.misses import find_windows
-from coverdrive.simulation.outcome import Fault, Kind, Outcome
+from coverdrive.simulation.drives.episode import EpisodeSettings, begin, move
+from coverdrive.simulation.drives.fault import collision_at
+from coverdrive.simulation.drives.outcome import Fault, Kind, Outcome
+from coverdrive.simulation.drives.trace import Step, Trace, make_trace
+from coverdrive.simulation.measures.misses import find_windows
 from coverdrive.simulation.predictor import Predictor
-from coverdrive.simulation.replay import cut_scenarios
-from coverdrive.simulation.setup import MOST_VEHICLES, AnyTraffic, traffic_of
-from coverdrive.simulation.trace import Step, Trace, make_trace
-from coverdrive.simulation.traffic import TrafficStep
+from coverdrive.simulation.roads.initial import EGO
+from coverdrive.simulation.studies.setup import MOST_VEHICLES, AnyTraffic, traffic_of
+from coverdrive.simulation.traffic.model import TrafficStep
+from coverdrive.simulation.traffic.replay import cut_scenarios
 
 if TYPE_CHECKING:
     import gymnasium
@@ -150,7 +150,8 @@ class Motorway(gymnasium.Env[Any, Any]):
         self._scenes, self._steps, self._open = list[Scene](), list[Step](), False
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
-        """Begin an episode: that of `coverdrive.simulation.episode.run_episode` with the same seed, where one is given.
+        """Begin an episode: that of `coverdrive.simulation.drives.episode.run_episode` with the same seed, where one is
+        given.
 
         There are no ``options``; a SettingError if any are given.
         """

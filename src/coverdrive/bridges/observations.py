@@ -10,7 +10,7 @@ from coverdrive.prediction.learning.affordance import FEATURES, MOTION
 from coverdrive.prediction.stored import features_of
 from coverdrive.road import Road
 from coverdrive.scene import Scene
-from coverdrive.simulation.initial import EGO
+from coverdrive.simulation.roads.initial import EGO
 
 if TYPE_CHECKING:
     import gymnasium

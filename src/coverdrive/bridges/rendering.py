@@ -11,7 +11,7 @@ from coverdrive.geometry import CORNERS, body_corners
 from coverdrive.paths import PredictedPaths
 from coverdrive.road import Road
 from coverdrive.scene import Scene
-from coverdrive.simulation.initial import EGO
+from coverdrive.simulation.roads.initial import EGO
 
 _SIZE, _SCALE, _BEHIND = (1200, 240), 8.0, 40.0
 """[pixel] width and height of a picture, [pixel/m], and [m] of road behind the ego"""

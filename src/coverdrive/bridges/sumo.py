@@ -13,8 +13,8 @@ from coverdrive.bridges.world import FAR, Car, Observation
 from coverdrive.driving.driver import Command
 from coverdrive.errors import DataError
 from coverdrive.extras import require
-from coverdrive.planning.vehicle import moved
-from coverdrive.recordings.drawn_road import DrawnLane, drawn_road
+from coverdrive.planning.problem.vehicle import moved
+from coverdrive.recordings.roads.drawn_road import DrawnLane, drawn_road
 
 _ANYWHERE, _FREELY, _UNCHECKED = -1, 2, 0
 """lane index, how to map positions to the network, and bits of speed and lane change modes"""

@@ -16,15 +16,15 @@ from coverdrive.driving.perception import Perception, Told
 from coverdrive.driving.recorder import Recorder, trace_of
 from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Status
-from coverdrive.recordings.smoothing import SmoothingSettings
+from coverdrive.recordings.tracks.smoothing import SmoothingSettings
 from coverdrive.road import Road
 from coverdrive.scene import Scene
-from coverdrive.simulation.episode import Decision
-from coverdrive.simulation.fault import collision_at
-from coverdrive.simulation.initial import EGO
-from coverdrive.simulation.motion import constant_velocity, with_states
-from coverdrive.simulation.outcome import Fault, Kind, Outcome
-from coverdrive.simulation.trace import Trace
+from coverdrive.simulation.drives.episode import Decision
+from coverdrive.simulation.drives.fault import collision_at
+from coverdrive.simulation.drives.outcome import Fault, Kind, Outcome
+from coverdrive.simulation.drives.trace import Trace
+from coverdrive.simulation.roads.initial import EGO
+from coverdrive.simulation.traffic.motion import constant_velocity, with_states
 
 FAR = 200.0
 """[m] from the ego beyond which nobody matters within a plan of some seconds"""

@@ -8,10 +8,10 @@ from typing import Annotated, Any
 from cyclopts import App, Group, Parameter
 
 from coverdrive._version import __version__
-from coverdrive.cli.bars import console as progress_console
-from coverdrive.cli.edge import status_of
-from coverdrive.cli.options import console
-from coverdrive.cli.terminal import Terminal
+from coverdrive.cli.shared.bars import console as progress_console
+from coverdrive.cli.shared.edge import status_of
+from coverdrive.cli.shared.options import console
+from coverdrive.cli.shared.terminal import Terminal
 
 app = App(
     name="coverdrive",
@@ -33,13 +33,14 @@ app = App(
     141, nobody reads the output any more.""",
 )
 _COMMANDS = (
-    "demo", "run", "inspect", "fit", "calibrations", "dial", "study", "drive", "compare", "league", "rare", "report",
-    "figures", "animate", "solve", "basis", "paper", "doctor",
+    "demo", "run", "learning.inspect", "learning.fit", "learning.calibrations", "driving.dial", "driving.study",
+    "driving.drive", "driving.compare", "driving.league", "driving.rare", "showing.report", "showing.figures",
+    "showing.animate", "driving.solve", "learning.basis", "paper", "doctor",
 )  # fmt: skip
 """in the order of a first visit"""
 
 for number, name in enumerate(_COMMANDS):
-    app.command(getattr(import_module(f"coverdrive.cli.{name}"), name), sort_key=number)
+    app.command(getattr(import_module(f"coverdrive.cli.{name}"), name.rpartition(".")[2]), sort_key=number)
 
 app.meta.group_parameters = Group("Options of every command")
 app.meta.suppress_keyboard_interrupt = False

@@ -7,8 +7,8 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from coverdrive.cli.bars import stages, waiting
-from coverdrive.cli.options import console
+from coverdrive.cli.shared.bars import stages, waiting
+from coverdrive.cli.shared.options import console
 from coverdrive.errors import SettingError
 
 STORED = Path(__file__).with_name("demo.zip")
@@ -44,8 +44,8 @@ def demo(
         from coverdrive.dialling.dial import proof_of
         from coverdrive.reporting.report import report
         from coverdrive.results import Results
-        from coverdrive.simulation.driven_on import driven_on
-        from coverdrive.simulation.notable import liveliest
+        from coverdrive.simulation.measures.notable import liveliest
+        from coverdrive.simulation.studies.driven_on import driven_on
     _unpack(out)
     results = Results(out)
     study = results.driven_study()

@@ -4,8 +4,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from coverdrive.cli.bars import stages
-from coverdrive.cli.options import Folder, console
+from coverdrive.cli.shared.bars import stages
+from coverdrive.cli.shared.options import Folder, console
 
 
 def doctor(folder: Folder = Path("results")) -> dict[str, Any]:
@@ -22,7 +22,7 @@ def doctor(folder: Folder = Path("results")) -> dict[str, Any]:
     from rich.text import Text
 
     from coverdrive.doctor import examine
-    from coverdrive.reporting.fitting import FittingTable
+    from coverdrive.reporting.tables.fitting import FittingTable
 
     with stages():
         findings = examine(folder)

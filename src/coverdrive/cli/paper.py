@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import Any
 
-from coverdrive.cli.bars import stages, waiting
-from coverdrive.cli.options import AS_USUAL, Config, Files, Out, Recordings, Seed, console, experiment_of
+from coverdrive.cli.shared.bars import stages, waiting
+from coverdrive.cli.shared.options import AS_USUAL, Config, Files, Out, Recordings, Seed, console, experiment_of
 
 
 def paper(
@@ -30,13 +30,13 @@ def paper(
     - on recordings, too: `coverdrive paper --recording scenarios/ --out us101`
     """
     with waiting():
-        from coverdrive.certificates.paper_tables import make_tables, table_1_bounds
         from coverdrive.files import write_atomically
+        from coverdrive.paper import shown as paper_tables
+        from coverdrive.paper.settings import paper_settings
+        from coverdrive.paper.shown import paper_figure
+        from coverdrive.paper.tables import make_tables, table_1_bounds
         from coverdrive.prediction.fit import fit
-        from coverdrive.prediction.paper_settings import paper_settings
-        from coverdrive.reporting import paper_tables
-        from coverdrive.reporting.drawing import save
-        from coverdrive.reporting.paper_tables import paper_figure
+        from coverdrive.reporting.plotting.drawing import save
     experiment = experiment_of(config, seed=seed, **vars(files)).model_copy(update={"prediction": paper_settings()})
     sources = {"generated": [], **({"recordings": recording} if recording else {})}
     titles = {"generated": "generated traffic", "recordings": "the recordings"}

@@ -5,13 +5,13 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from coverdrive.cli import options
-from coverdrive.cli.bars import stages, waiting
-from coverdrive.cli.calibrations import compare_and_save
-from coverdrive.cli.dial import Risk, dial_and_print
-from coverdrive.cli.fit import fit_and_print
-from coverdrive.cli.options import certificate, console, experiment_of
-from coverdrive.cli.study import study_and_print
+from coverdrive.cli.driving.dial import Risk, dial_and_print
+from coverdrive.cli.driving.study import study_and_print
+from coverdrive.cli.learning.calibrations import compare_and_save
+from coverdrive.cli.learning.fit import fit_and_print
+from coverdrive.cli.shared import options
+from coverdrive.cli.shared.bars import stages, waiting
+from coverdrive.cli.shared.options import certificate, console, experiment_of
 
 if TYPE_CHECKING:
     from coverdrive.config import Experiment
@@ -65,7 +65,7 @@ def run(
         from coverdrive.reporting.contents import Certified
         from coverdrive.reporting.report import draw_everything
         from coverdrive.results import Results, certificate_record
-        from coverdrive.simulation.ahead import compiled_ahead
+        from coverdrive.simulation.studies.ahead import compiled_ahead
     results = Results(out)
     with compiled_ahead():
         fitted = fit_and_print(settle, recording or [], results, road, preset)

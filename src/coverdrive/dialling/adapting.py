@@ -6,11 +6,11 @@ import polars as pl
 from coverdrive.errors import SettingError, StartError
 from coverdrive.prediction.adaptive import Adaptive, near
 from coverdrive.progress import done, heard_by, stage
-from coverdrive.simulation.episode import run_episode
-from coverdrive.simulation.initial import EGO
-from coverdrive.simulation.misses import find_windows
-from coverdrive.simulation.setup import Setup
-from coverdrive.simulation.trial import SCHEMA, Row, measure
+from coverdrive.simulation.drives.episode import run_episode
+from coverdrive.simulation.measures.misses import find_windows
+from coverdrive.simulation.measures.trial import SCHEMA, Row, measure
+from coverdrive.simulation.roads.initial import EGO
+from coverdrive.simulation.studies.setup import Setup
 
 
 def life(setup: Setup, drives: int, first: int = 0) -> pl.DataFrame:
@@ -25,7 +25,7 @@ def life(setup: Setup, drives: int, first: int = 0) -> pl.DataFrame:
         first: number of the first trial.
 
     Returns:
-        One row for each drive that could start: those of `coverdrive.simulation.trial.COLUMNS`, and
+        One row for each drive that could start: those of `coverdrive.simulation.measures.trial.COLUMNS`, and
 
         - ``near``: windows of vehicles near the ego that were seen to the end of the horizon
         - ``near_missed``: those of them that were missed, as told from the trace afterwards

@@ -28,13 +28,13 @@ from coverdrive.files import write_atomically, write_json
 from coverdrive.prediction.stored import checked_scale
 from coverdrive.progress import stage
 from coverdrive.recordings.recording import Recording
-from coverdrive.simulation.driven_on import driven_on
-from coverdrive.simulation.episode import EpisodeSettings
+from coverdrive.simulation.drives.episode import EpisodeSettings
+from coverdrive.simulation.measures.trial import STARTED
 from coverdrive.simulation.predictor import Scalable
-from coverdrive.simulation.setup import AnyPlanner, AnyTraffic, Setup
-from coverdrive.simulation.study import drive_missing, setup_of
-from coverdrive.simulation.study_folder import StudyFolder, flat
-from coverdrive.simulation.trial import STARTED
+from coverdrive.simulation.studies.driven_on import driven_on
+from coverdrive.simulation.studies.folder import StudyFolder, flat
+from coverdrive.simulation.studies.setup import AnyPlanner, AnyTraffic, Setup
+from coverdrive.simulation.studies.study import drive_missing, setup_of
 
 SCALES = (0.0, 0.15, 0.3, 0.45, 0.6, 0.8, 1.0)
 """λ that are tried if nobody names others"""

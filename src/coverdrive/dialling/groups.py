@@ -19,20 +19,20 @@ from coverdrive.dialling.frontier import COLLIDED, OWN_FAULT
 from coverdrive.errors import DataError
 from coverdrive.files import write_atomically
 from coverdrive.league.beliefs import KnownFuture
+from coverdrive.prediction.certifying.scored import ScoredSides
+from coverdrive.prediction.data.segments import Segments, cut_segments
+from coverdrive.prediction.data.split import Split
 from coverdrive.prediction.fit import PredictionSettings, fit, scale_left
 from coverdrive.prediction.predictor import AnyPredictor, Predictor
-from coverdrive.prediction.scored import ScoredSides
-from coverdrive.prediction.segments import Segments, cut_segments
-from coverdrive.prediction.split import Split
 from coverdrive.progress import stage
 from coverdrive.recordings.recording import Recording
+from coverdrive.simulation.measures.trial import STARTED
 from coverdrive.simulation.predictor import Belief
-from coverdrive.simulation.reactive_replay import ReactiveReplaySettings
-from coverdrive.simulation.replay import cut_scenarios
-from coverdrive.simulation.setup import Setup
-from coverdrive.simulation.study import drive_missing
-from coverdrive.simulation.study_folder import StudyFolder
-from coverdrive.simulation.trial import STARTED
+from coverdrive.simulation.studies.folder import StudyFolder
+from coverdrive.simulation.studies.setup import Setup
+from coverdrive.simulation.studies.study import drive_missing
+from coverdrive.simulation.traffic.reactive_replay import ReactiveReplaySettings
+from coverdrive.simulation.traffic.replay import cut_scenarios
 
 SHARES = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8)
 """of a calibration vehicle's windows that leave the sets that are tried"""

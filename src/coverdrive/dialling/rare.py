@@ -29,16 +29,16 @@ from coverdrive.files import write_atomically, write_json
 from coverdrive.geometry import turned_half_extents
 from coverdrive.progress import done, stage
 from coverdrive.scene import Scene
-from coverdrive.simulation.episode import begin, take_step
-from coverdrive.simulation.fault import collision_at
-from coverdrive.simulation.initial import EGO
-from coverdrive.simulation.outcome import Fault, Kind, Outcome, judge
-from coverdrive.simulation.setup import Participants, Setup
-from coverdrive.simulation.storage import save_trace
-from coverdrive.simulation.study_folder import StudyFolder
-from coverdrive.simulation.trace import Step, Trace, make_trace
-from coverdrive.simulation.trial import Row
-from coverdrive.simulation.workers import run_trials
+from coverdrive.simulation.drives.episode import begin, take_step
+from coverdrive.simulation.drives.fault import collision_at
+from coverdrive.simulation.drives.outcome import Fault, Kind, Outcome, judge
+from coverdrive.simulation.drives.storage import save_trace
+from coverdrive.simulation.drives.trace import Step, Trace, make_trace
+from coverdrive.simulation.measures.trial import Row
+from coverdrive.simulation.roads.initial import EGO
+from coverdrive.simulation.studies.folder import StudyFolder
+from coverdrive.simulation.studies.setup import Participants, Setup
+from coverdrive.simulation.studies.workers import run_trials
 
 CONTACT = 1000.0
 """level of a contact, to which its relative speed [m/s] is added; before, levels are lower"""
@@ -198,7 +198,7 @@ class Rare:
 
 @dataclass(frozen=True)
 class _Repetitions:
-    """Repetitions as what `coverdrive.simulation.workers` runs."""
+    """Repetitions as what `coverdrive.simulation.studies.workers` runs."""
 
     setup: Setup
     folder: Path

@@ -1,7 +1,8 @@
 """Solves the planning problems of many scenarios, on one process or on several.
 
 A solution is written when all problems of its scenario are driven, the table after each. What is there already, of the
-same scenario with the same settings, is not solved again. A trial of `coverdrive.simulation.workers` is a scenario.
+same scenario with the same settings, is not solved again. A trial of `coverdrive.simulation.studies.workers` is a
+scenario.
 """
 
 import hashlib
@@ -20,15 +21,15 @@ from coverdrive.driving.solved import SCHEMA, TABLE, solve, unsolved, write_solu
 from coverdrive.driving.solving import Drive, solution_of
 from coverdrive.errors import CoverdriveError
 from coverdrive.progress import done, stage
-from coverdrive.recordings.tracks import name_of
+from coverdrive.recordings.tracks.reading import name_of
+from coverdrive.simulation.measures.trial import Row
 from coverdrive.simulation.predictor import Belief
-from coverdrive.simulation.trial import Row
-from coverdrive.simulation.workers import run_trials
+from coverdrive.simulation.studies.workers import run_trials
 
 
 @dataclass(frozen=True, eq=False)
 class _Scenarios:
-    """Implements `coverdrive.simulation.workers.Drives`."""
+    """Implements `coverdrive.simulation.studies.workers.Drives`."""
 
     files: Sequence[Path]
     predictors: Sequence[Belief | str]

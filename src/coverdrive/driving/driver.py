@@ -15,15 +15,15 @@ from coverdrive.errors import SettingError
 from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Planner, Status
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
-from coverdrive.planning.vehicle import step
-from coverdrive.recordings.smoothing import SmoothingSettings
+from coverdrive.planning.problem.vehicle import step
+from coverdrive.recordings.tracks.smoothing import SmoothingSettings
 from coverdrive.road import Road
 from coverdrive.road_ahead import controls
 from coverdrive.scene import Scene
 from coverdrive.settings import checked
-from coverdrive.simulation.episode import decide
-from coverdrive.simulation.initial import EGO
+from coverdrive.simulation.drives.episode import decide
 from coverdrive.simulation.predictor import Belief, check_belief, check_period
+from coverdrive.simulation.roads.initial import EGO
 
 
 @dataclass(frozen=True, eq=False)

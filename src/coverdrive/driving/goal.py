@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from coverdrive.errors import SettingError
-from coverdrive.planning.wish import Wish
+from coverdrive.planning.rules.wish import Wish
 from coverdrive.road import Road
 
 Interval = tuple[float, float]

@@ -1,7 +1,7 @@
 """What is told of vehicles by their names, in map coordinates, as scenes whose slots stay theirs.
 
 A vehicle is told as (x, y, speed, heading), which is taken as it is, or as a measured position (x, y) alone: then a
-Kalman filter says how it moves (`coverdrive.recordings.filtering`), as it does of recorded vehicles.
+Kalman filter says how it moves (`coverdrive.recordings.tracks.filtering`), as it does of recorded vehicles.
 """
 
 from collections.abc import Hashable, Mapping, Sequence
@@ -13,12 +13,12 @@ import numpy as np
 from jaxtyping import Float
 
 from coverdrive.errors import DataError
-from coverdrive.recordings.filtering import Sight
-from coverdrive.recordings.repair import LONGEST_GAP
-from coverdrive.recordings.smoothing import SmoothingSettings, motion
+from coverdrive.recordings.tracks.filtering import Sight
+from coverdrive.recordings.tracks.repair import LONGEST_GAP
+from coverdrive.recordings.tracks.smoothing import SmoothingSettings, motion
 from coverdrive.road import Road
 from coverdrive.scene import Scene
-from coverdrive.simulation.initial import EGO
+from coverdrive.simulation.roads.initial import EGO
 
 Numbers = Sequence[float] | Float[np.ndarray, " n"]
 Told = tuple[Numbers, Numbers]

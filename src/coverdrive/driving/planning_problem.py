@@ -18,12 +18,12 @@ from coverdrive.driving.goal import Goal, Interval
 from coverdrive.driving.perception import Told
 from coverdrive.driving.route import drawn_near, route
 from coverdrive.errors import DataError, RecordingError
-from coverdrive.recordings.boundary import naming
-from coverdrive.recordings.commonroad import speed_limit
-from coverdrive.recordings.drawn_road import TOUCHING
-from coverdrive.recordings.driven_road import roads_of
-from coverdrive.recordings.repair import VERGE
-from coverdrive.recordings.scenario import check_problem, numbers_of, open_scenario
+from coverdrive.recordings.files.boundary import naming
+from coverdrive.recordings.files.scenario import check_problem, numbers_of, open_scenario
+from coverdrive.recordings.formats.commonroad import speed_limit
+from coverdrive.recordings.roads.drawn_road import TOUCHING
+from coverdrive.recordings.roads.driven_road import roads_of
+from coverdrive.recordings.tracks.repair import VERGE
 from coverdrive.road import Road
 
 _SAME_PLACE, _SAME_SPEED = 1.0, 0.5

@@ -11,10 +11,10 @@ from coverdrive.driving.perception import Numbers, Told
 from coverdrive.errors import DataError
 from coverdrive.road import Road
 from coverdrive.scene import Scene
-from coverdrive.simulation.episode import Decision
-from coverdrive.simulation.fault import collision_at
-from coverdrive.simulation.outcome import Fault, Kind, Outcome
-from coverdrive.simulation.trace import Step, Trace, make_trace
+from coverdrive.simulation.drives.episode import Decision
+from coverdrive.simulation.drives.fault import collision_at
+from coverdrive.simulation.drives.outcome import Fault, Kind, Outcome
+from coverdrive.simulation.drives.trace import Step, Trace, make_trace
 
 
 class Recorder:

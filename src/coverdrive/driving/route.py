@@ -13,7 +13,7 @@ from shapely.geometry import Point
 from shapely.geometry.base import BaseGeometry
 
 from coverdrive.errors import DataError
-from coverdrive.recordings.drawn_road import DrawnLane, drawn_road
+from coverdrive.recordings.roads.drawn_road import DrawnLane, drawn_road
 from coverdrive.road import Road
 
 _ALONG = np.pi / 4

@@ -14,11 +14,11 @@ from coverdrive.driving.solving import Drive, drive, solution_of
 from coverdrive.errors import CoverdriveError
 from coverdrive.files import write_atomically
 from coverdrive.plan import Planner
-from coverdrive.recordings.boundary import naming
-from coverdrive.recordings.tracks import name_of
+from coverdrive.recordings.files.boundary import naming
+from coverdrive.recordings.tracks.reading import name_of
+from coverdrive.simulation.measures.trial import SCHEMA as MEASURED
+from coverdrive.simulation.measures.trial import Row, measure
 from coverdrive.simulation.predictor import Belief
-from coverdrive.simulation.trial import SCHEMA as MEASURED
-from coverdrive.simulation.trial import Row, measure
 
 TABLE = "solved.csv"
 
@@ -26,7 +26,7 @@ MEASURES = (
     "vehicles", "time", "mean_speed", "minimum_gap", "hardest_braking", "jerk_longitudinal", "share_unsafe", "windows",
     "prediction_misses", "planning_median",
 )  # fmt: skip
-"""those of `coverdrive.simulation.trial` that are of interest here"""
+"""those of `coverdrive.simulation.measures.trial` that are of interest here"""
 
 SCHEMA = pl.Schema(
     {"scenario": pl.String(), "problem": pl.Int64(), "model": pl.String(), "solved": pl.Boolean()}

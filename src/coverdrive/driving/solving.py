@@ -21,9 +21,9 @@ from coverdrive.driving.single_track import BMW, VEHICLE, ModelName, SingleTrack
 from coverdrive.plan import Planner
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.progress import done
-from coverdrive.simulation.outcome import Kind
+from coverdrive.simulation.drives.outcome import Kind
+from coverdrive.simulation.drives.trace import Trace
 from coverdrive.simulation.predictor import Belief, as_given
-from coverdrive.simulation.trace import Trace
 
 _LEAST_SPEED = 5.0
 """[m/s] wanted where the ego starts more slowly"""

@@ -14,14 +14,14 @@ from coverdrive.league.beliefs import ConstantVelocity
 from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Status
 from coverdrive.planning.planner import PlannerSettings
-from coverdrive.planning.search import lane_seeking
-from coverdrive.planning.vehicle import step
+from coverdrive.planning.problem.vehicle import step
+from coverdrive.planning.solver.search import lane_seeking
 from coverdrive.road import Road
 from coverdrive.scene import Scene
-from coverdrive.simulation.course import Course
-from coverdrive.simulation.drivers import FREE, Drivers, DriverSettings, draw_drivers, follow
-from coverdrive.simulation.freeway import DECISION, PAUSE, Freeway
-from coverdrive.simulation.initial import EGO
+from coverdrive.simulation.drivers.freeway import DECISION, PAUSE, Freeway
+from coverdrive.simulation.drivers.idm_mobil import FREE, Drivers, DriverSettings, draw_drivers, follow
+from coverdrive.simulation.roads.course import Course
+from coverdrive.simulation.roads.initial import EGO
 
 _HARDEST, _FASTEST = -8.0, 3.0
 """[m/s²] of those who keep their lane"""
@@ -100,8 +100,8 @@ class KeepVelocity:
 class Idm(KeepVelocity):
     """The same with the Intelligent Driver Model of a usual driver behind the nearest vehicle in the lane.
 
-    It wants the 30 m/s of `coverdrive.simulation.drivers.DriverSettings` wherever it is: who wants no more than the
-    speed of the start is run into where traffic gets faster.
+    It wants the 30 m/s of `coverdrive.simulation.drivers.idm_mobil.DriverSettings` wherever it is: who wants no more
+    than the speed of the start is run into where traffic gets faster.
     """
 
     def __init__(self):

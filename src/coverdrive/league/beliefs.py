@@ -20,7 +20,7 @@ from coverdrive.paths import PredictedPaths
 from coverdrive.prediction.stored import others_of
 from coverdrive.road import Road
 from coverdrive.scene import Scene
-from coverdrive.simulation.replay import Scenario
+from coverdrive.simulation.traffic.replay import Scenario
 
 _SAME = 1e-6
 """[m, m/s, rad] states that differ by less are the same"""

@@ -23,8 +23,8 @@ from coverdrive.league.fiss import FISS, absent
 from coverdrive.plan import Planner
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.simulation.predictor import Belief, Predictor
-from coverdrive.simulation.replay import Scenario
-from coverdrive.simulation.setup import AnyPlanner, described
+from coverdrive.simulation.studies.setup import AnyPlanner, described
+from coverdrive.simulation.traffic.replay import Scenario
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ import numpy as np
 
 from coverdrive.bridges.world import Car, Observation, watched
 from coverdrive.driving.planning_problem import PlanningProblem
-from coverdrive.simulation.trace import Trace
+from coverdrive.simulation.drives.trace import Trace
 
 FISS = {"fiss-future": "ground_truth", "fiss-constant-velocity": "constant_velocity"}
 """what it is told of the others, by the names of entrants: what they will do, or what they do now"""

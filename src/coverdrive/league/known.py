@@ -16,9 +16,9 @@ from coverdrive.errors import CertificateError, DataError
 from coverdrive.league.beliefs import ConstantVelocity
 from coverdrive.league.entrants import Known
 from coverdrive.planning.planner import PlannerSettings
+from coverdrive.prediction.certifying.occupied import trivial_box
 from coverdrive.prediction.fit import PredictionSettings, cut_and_split
-from coverdrive.prediction.left_out import fit_without, left_out, tested_elsewhere
-from coverdrive.prediction.occupied import trivial_box
+from coverdrive.prediction.fits.left_out import fit_without, left_out, tested_elsewhere
 from coverdrive.prediction.predictor import AnyPredictor
 from coverdrive.recordings.recording import Recording
 

@@ -1,9 +1,9 @@
 """Many entrants in many worlds on equal seeds; what was stopped goes on where it was.
 
 The folder of the league has one folder for every world, and in it one for every entrant: a study
-(`coverdrive.simulation.study_folder`), whose trials are kept one by one. Beside them are ``league.csv``, the table
+(`coverdrive.simulation.studies.folder`), whose trials are kept one by one. Beside them are ``league.csv``, the table
 (`coverdrive.league.table`), and ``drives.csv`` with every drive. An entrant's drives in a world are
-driven by `coverdrive.simulation.workers`; equal seeds begin alike.
+driven by `coverdrive.simulation.studies.workers`; equal seeds begin alike.
 """
 
 import hashlib
@@ -27,13 +27,13 @@ from coverdrive.league.table import league_table
 from coverdrive.plan import Planner
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.progress import heard_by, stage
+from coverdrive.simulation.measures.trial import SCHEMA, Row, measure
 from coverdrive.simulation.predictor import Learning, as_given
-from coverdrive.simulation.replay import REPLAYS
-from coverdrive.simulation.setup import Setup, described, made
-from coverdrive.simulation.study import drive_missing
-from coverdrive.simulation.study_folder import StudyFolder
-from coverdrive.simulation.trial import SCHEMA, Row, measure
-from coverdrive.simulation.workers import Drives
+from coverdrive.simulation.studies.folder import StudyFolder
+from coverdrive.simulation.studies.setup import Setup, described, made
+from coverdrive.simulation.studies.study import drive_missing
+from coverdrive.simulation.studies.workers import Drives
+from coverdrive.simulation.traffic.replay import REPLAYS
 
 _LONGEST = 100
 """characters of a name that the name of a folder keeps"""
@@ -135,7 +135,7 @@ def _driven(
 
 @dataclass(frozen=True, eq=False)
 class DrivesOfOthers:
-    """Drives in a world of others; implements `coverdrive.simulation.workers.Drives`."""
+    """Drives in a world of others; implements `coverdrive.simulation.studies.workers.Drives`."""
 
     world: str
     """its name"""

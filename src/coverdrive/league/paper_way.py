@@ -37,10 +37,10 @@ from jaxtyping import Float
 from coverdrive.extras import require
 from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Status
-from coverdrive.planning.cost import CostSettings
-from coverdrive.planning.follower import without_follower
-from coverdrive.planning.problem import ProblemSettings
-from coverdrive.planning.tree import held_on
+from coverdrive.planning.problem.cost import CostSettings
+from coverdrive.planning.problem.settings import ProblemSettings
+from coverdrive.planning.problem.tree import held_on
+from coverdrive.planning.rules.follower import without_follower
 from coverdrive.road import Road
 
 ca: Any = require("casadi")

@@ -27,9 +27,9 @@ from coverdrive.league.fiss import FISS
 from coverdrive.league.fiss import drive as drive_fiss
 from coverdrive.plan import Planner
 from coverdrive.progress import heard_by
-from coverdrive.simulation.setup import described, made
-from coverdrive.simulation.trace import Trace
-from coverdrive.simulation.trial import SCHEMA, Row, measure, unstarted
+from coverdrive.simulation.drives.trace import Trace
+from coverdrive.simulation.measures.trial import SCHEMA, Row, measure, unstarted
+from coverdrive.simulation.studies.setup import described, made
 
 MODELS: dict[str, ModelName] = {"commonroad": "KS", "commonroad-st": "ST"}
 """vehicle models, by how the names of worlds begin"""
@@ -103,7 +103,7 @@ def _numbers(file: Path) -> list[int]:
 
 @dataclass(frozen=True, eq=False)
 class DrivesOfProblems:
-    """Drives of one entrant; implements `coverdrive.simulation.workers.Drives`."""
+    """Drives of one entrant; implements `coverdrive.simulation.studies.workers.Drives`."""
 
     problems: Problems
     entrant: str

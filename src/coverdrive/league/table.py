@@ -2,7 +2,7 @@
 
 Rates of collisions, and of problems that are solved, have Clopper–Pearson intervals, means Student's over drives.
 Differences are to the first entrant of the world, drive by drive: Student's of the paired differences, of rates
-Newcombe's (`coverdrive.simulation.comparison`).
+Newcombe's (`coverdrive.simulation.studies.comparison`).
 """
 
 from collections.abc import Mapping
@@ -13,9 +13,9 @@ import polars as pl
 from jaxtyping import Bool, Float
 
 from coverdrive.certificates.bounds import clopper_pearson
-from coverdrive.simulation.comparison import newcombe_interval, paired_t
-from coverdrive.simulation.outcome import Fault, Kind
-from coverdrive.simulation.trial import STARTED
+from coverdrive.simulation.drives.outcome import Fault, Kind
+from coverdrive.simulation.measures.trial import STARTED
+from coverdrive.simulation.studies.comparison import newcombe_interval, paired_t
 
 MEASURES = (
     "mean_speed",

@@ -2,11 +2,11 @@
 
 It reads the same tree, vehicle and obstacles as the search. Variables are the inputs and states of the N nodes, and the
 slacks; first constraints are the N steps of the vehicle (= 0), then follow lateral acceleration and power (≤ 0), and
-for every slack what asks for it (≤ 0). As in `coverdrive.planning.merit` every box of every node and both road edges
-have a slack of their own, so that the objective with the smallest slacks is the merit, but for three differences: boxes
-count at the end of a step alone, not where a step passes them in parts; the limits of speed and heading are bounds, not
-penalties; and steering, which binds at low speeds only, is left to whoever drives the inputs, but for the first ones.
-Longitudinal positions are relative to the current one.
+for every slack what asks for it (≤ 0). As in `coverdrive.planning.check.merit` every box of every node and both road
+edges have a slack of their own, so that the objective with the smallest slacks is the merit, but for three differences:
+boxes count at the end of a step alone, not where a step passes them in parts; the limits of speed and heading are
+bounds, not penalties; and steering, which binds at low speeds only, is left to whoever drives the inputs, but for the
+first ones. Longitudinal positions are relative to the current one.
 """
 
 import contextlib
@@ -16,14 +16,14 @@ import numpy as np
 from jaxtyping import Float
 
 from coverdrive.extras import require
-from coverdrive.planning.constants import Constants
-from coverdrive.planning.contact import KINK
-from coverdrive.planning.merit import input_bounds
-from coverdrive.planning.obstacles import FAR, clearance, own_half_sizes, way_to_brake
-from coverdrive.planning.problem import ProblemSettings
-from coverdrive.planning.rollout import rolled
+from coverdrive.planning.check.contact import KINK
+from coverdrive.planning.check.merit import input_bounds
+from coverdrive.planning.problem.constants import Constants
+from coverdrive.planning.problem.obstacles import FAR, clearance, own_half_sizes, way_to_brake
+from coverdrive.planning.problem.rollout import rolled
+from coverdrive.planning.problem.settings import ProblemSettings
+from coverdrive.planning.problem.vehicle import moved
 from coverdrive.planning.surroundings import Surroundings
-from coverdrive.planning.vehicle import moved
 from coverdrive.road_ahead import LEFT, RIGHT
 
 ca: Any = require("casadi")

@@ -5,9 +5,9 @@ against, and as a baseline in closed loop.
 """
 
 from coverdrive.oracle.solvers import SolverSettings, solve
-from coverdrive.planning.evaluate import Plans
+from coverdrive.planning.check.evaluate import Plans
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
-from coverdrive.planning.search import Wanted
+from coverdrive.planning.solver.search import Wanted
 from coverdrive.planning.surroundings import Surroundings
 
 

@@ -1,7 +1,7 @@
 """The planner that drives: in every period the cheapest clear plan among the lanes that can be reached (paper §4).
 
 Each call packs what can be reached into arrays and runs the compiled search, again and again until it has converged or
-the time is spent. See `coverdrive.planning.search` for what is searched.
+the time is spent. See `coverdrive.planning.solver.search` for what is searched.
 """
 
 import math
@@ -14,17 +14,20 @@ from pydantic import Field
 
 from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Status
-from coverdrive.planning.constants import constants_of
-from coverdrive.planning.evaluate import Plans, write_slack
-from coverdrive.planning.fallback import assumed_state, continued, plausible
-from coverdrive.planning.follower import FollowerSettings, with_careful_follower, without_follower
-from coverdrive.planning.leaders import Leaders, LeaderSettings, braking, leaders_of
-from coverdrive.planning.manners import NONE, MannersSettings
-from coverdrive.planning.path_memory import PathMemory
-from coverdrive.planning.problem import ProblemSettings
-from coverdrive.planning.road_table import table_of
-from coverdrive.planning.rollout import after_step
-from coverdrive.planning.search import (
+from coverdrive.planning.check.evaluate import Plans, write_slack
+from coverdrive.planning.problem.constants import constants_of
+from coverdrive.planning.problem.road_table import table_of
+from coverdrive.planning.problem.rollout import after_step
+from coverdrive.planning.problem.settings import ProblemSettings
+from coverdrive.planning.problem.tree import held_on
+from coverdrive.planning.rules.fallback import assumed_state, continued, plausible
+from coverdrive.planning.rules.follower import FollowerSettings, with_careful_follower, without_follower
+from coverdrive.planning.rules.leaders import Leaders, LeaderSettings, braking, leaders_of
+from coverdrive.planning.rules.manners import NONE, MannersSettings
+from coverdrive.planning.rules.path_memory import PathMemory
+from coverdrive.planning.rules.target_lanes import TargetLanes, target_lanes
+from coverdrive.planning.rules.wish import NO_WISH, Wish
+from coverdrive.planning.solver.search import (
     SearchSettings,
     Wanted,
     begin,
@@ -36,9 +39,6 @@ from coverdrive.planning.search import (
     room_for,
 )
 from coverdrive.planning.surroundings import Surroundings, surroundings_of
-from coverdrive.planning.target_lanes import TargetLanes, target_lanes
-from coverdrive.planning.tree import held_on
-from coverdrive.planning.wish import NO_WISH, Wish
 from coverdrive.progress import stage
 from coverdrive.road import Road
 from coverdrive.settings import Settings

@@ -9,10 +9,10 @@ import numpy as np
 from jaxtyping import Float
 
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.manners import NONE, MannersSettings, wished_boxes
-from coverdrive.planning.obstacles import boxes_and_likeliest, reachable, with_share_of_tube
-from coverdrive.planning.problem import ProblemSettings
-from coverdrive.planning.road_table import RoadTable, on_road
+from coverdrive.planning.problem.obstacles import boxes_and_likeliest, reachable, with_share_of_tube
+from coverdrive.planning.problem.road_table import RoadTable, on_road
+from coverdrive.planning.problem.settings import ProblemSettings
+from coverdrive.planning.rules.manners import NONE, MannersSettings, wished_boxes
 from coverdrive.road_ahead import RoadAhead
 
 
@@ -28,9 +28,9 @@ class Surroundings(NamedTuple):
     wanted: Float[np.ndarray, " P"]
     """[m/s] speed at every moment"""
     boxes: Float[np.ndarray, "7 P n"]
-    """`coverdrive.planning.obstacles.obstacles_of` every member, those apart that the ego cannot come near"""
+    """`coverdrive.planning.problem.obstacles.obstacles_of` every member, those apart that the ego cannot come near"""
     likely: Float[np.ndarray, "7 P m"]
-    """the same of what is likely, and the boxes of `coverdrive.planning.manners.wished_boxes`"""
+    """the same of what is likely, and the boxes of `coverdrive.planning.rules.manners.wished_boxes`"""
     sideways: float = np.inf
     """[m/s] across the road that the drive branch is not to exceed"""
 

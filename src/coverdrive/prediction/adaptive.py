@@ -5,8 +5,8 @@ near the ego that were settled since the beginning, at most a share τ is lost i
 the next window, or about any group of them.
 
 A *window* is one vehicle at one moment of prediction. It is *lost* as soon as every path that was predicted for the
-vehicle has been left, by the body or by the centre (as in `coverdrive.simulation.misses`), and *kept* once it was seen
-to the end of the horizon. A vehicle that vanishes before leaves its windows unsettled.
+vehicle has been left, by the body or by the centre (as in `coverdrive.simulation.measures.misses`), and *kept* once it
+was seen to the end of the horizon. A vehicle that vanishes before leaves its windows unsettled.
 
 Online quantile tracking: Gibbs & Candès, "Adaptive conformal inference under distribution shift", NeurIPS 2021;
 Angelopoulos, Candès & Tibshirani, "Conformal PID control for time series prediction", NeurIPS 2023, its proportional

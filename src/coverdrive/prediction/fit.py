@@ -23,7 +23,7 @@ from coverdrive.certificates.rule import LEAST, Rule, scale_of
 from coverdrive.prediction.boxes.boxes import TUBE, early_share, scored_by
 from coverdrive.prediction.boxes.predictor import BoxPredictor
 from coverdrive.prediction.boxes.training import BoxSettings, train_boxes
-from coverdrive.prediction.calibrate import (
+from coverdrive.prediction.certifying.calibrate import (
     CertificateSettings,
     Epsilon,
     calibrate,
@@ -31,19 +31,19 @@ from coverdrive.prediction.calibrate import (
     provable,
     proved_scales,
 )
+from coverdrive.prediction.certifying.held_back import held_back
+from coverdrive.prediction.certifying.occupied import Occupied, areas_of_bases, compared
+from coverdrive.prediction.certifying.scored import ScoredSides, score
 from coverdrive.prediction.cover.basis import Basis, BasisSettings, make_basis
-from coverdrive.prediction.held_back import held_back
-from coverdrive.prediction.held_out import Seen
+from coverdrive.prediction.data.held_out import Seen
+from coverdrive.prediction.data.manoeuvres import manoeuvres_of
+from coverdrive.prediction.data.segments import Segments, SegmentSettings, cut_segments
+from coverdrive.prediction.data.split import Split, SplitSettings, split
 from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.learning.own_network import Learner, OwnNetwork, seen_by
 from coverdrive.prediction.learning.samples import Assignment, Samples, make_features, make_samples
 from coverdrive.prediction.learning.training import TrainingSettings, train
-from coverdrive.prediction.manoeuvres import manoeuvres_of
-from coverdrive.prediction.occupied import Occupied, areas_of_bases, compared
 from coverdrive.prediction.predictor import AnyPredictor
-from coverdrive.prediction.scored import ScoredSides, score
-from coverdrive.prediction.segments import Segments, SegmentSettings, cut_segments
-from coverdrive.prediction.split import Split, SplitSettings, split
 from coverdrive.prediction.stored import LARGEST
 from coverdrive.progress import stage
 from coverdrive.recordings.read import together

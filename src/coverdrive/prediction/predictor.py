@@ -22,9 +22,9 @@ from coverdrive.errors import DataError, SettingError
 from coverdrive.paths import PredictedPaths
 from coverdrive.prediction.boxes.predictor import BoxPredictor
 from coverdrive.prediction.cover.basis import Basis
+from coverdrive.prediction.cover.motion import add_bodies, follow
 from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.learning.own_network import OwnNetwork
-from coverdrive.prediction.motion import add_bodies, follow
 from coverdrive.prediction.storage import fingerprint_of, load_arrays, reading
 from coverdrive.prediction.stored import ALONE, StoredPredictor, TimeGrid, features_of, grid_of, others_of
 from coverdrive.road import Road

@@ -1,7 +1,7 @@
 """Tracks in map coordinates, as most readers yield them, become recordings: one for each direction of travel.
 
-Directions, lanes and the road's line are found here, for all formats alike (`coverdrive.recordings.carriageway`,
-`coverdrive.recordings.lanes`).
+Directions, lanes and the road's line are found here, for all formats alike (`coverdrive.recordings.roads.carriageway`,
+`coverdrive.recordings.roads.lanes`).
 """
 
 from collections import Counter
@@ -14,17 +14,17 @@ import polars as pl
 from jaxtyping import Float, Num
 
 from coverdrive.errors import RecordingError
-from coverdrive.recordings.boundary import naming
-from coverdrive.recordings.carriageway import Line, centred, check_apart, line_along, split_directions
-from coverdrive.recordings.columns import LENGTH, WIDTH, check_whole, plausible_sizes, time_step
-from coverdrive.recordings.delimited import ROW
-from coverdrive.recordings.driven_road import driven_road, roads_of
-from coverdrive.recordings.lanelet2 import Origin, read_lanelet2
-from coverdrive.recordings.lanes import edges_from_centres, edges_from_lanes, edges_from_tracks
-from coverdrive.recordings.partial_lanes import with_partial_lanes
-from coverdrive.recordings.repair import RawTracks, counted, tidy
-from coverdrive.recordings.smoothing import SmoothingSettings
-from coverdrive.recordings.tracks import Reading, make_reading
+from coverdrive.recordings.files.boundary import naming
+from coverdrive.recordings.files.columns import LENGTH, WIDTH, check_whole, plausible_sizes, time_step
+from coverdrive.recordings.files.delimited import ROW
+from coverdrive.recordings.files.lanelet2 import Origin, read_lanelet2
+from coverdrive.recordings.roads.carriageway import Line, centred, check_apart, line_along, split_directions
+from coverdrive.recordings.roads.driven_road import driven_road, roads_of
+from coverdrive.recordings.roads.lanes import edges_from_centres, edges_from_lanes, edges_from_tracks
+from coverdrive.recordings.roads.partial_lanes import with_partial_lanes
+from coverdrive.recordings.tracks.reading import Reading, make_reading
+from coverdrive.recordings.tracks.repair import RawTracks, counted, tidy
+from coverdrive.recordings.tracks.smoothing import SmoothingSettings
 from coverdrive.reference_line import ReferenceLine
 from coverdrive.road import Road
 

@@ -1,7 +1,7 @@
 """Reads recordings of any known kind; those that show the same vehicles become one group, and the vehicles one.
 
-Vehicles are the same if their motion is (`coverdrive.recordings.overlap`), or their number and size within a site
-(`coverdrive.recordings.numbering`).
+Vehicles are the same if their motion is (`coverdrive.recordings.tracks.overlap`), or their number and size within a
+site (`coverdrive.recordings.tracks.numbering`).
 """
 
 import re
@@ -19,16 +19,16 @@ from scipy.sparse.csgraph import connected_components
 from coverdrive.arguments import paths_of
 from coverdrive.errors import RecordingError
 from coverdrive.progress import part
-from coverdrive.recordings import formats as formats
-from coverdrive.recordings.boundary import naming
+from coverdrive.recordings.files.boundary import naming
+from coverdrive.recordings.formats import registry as registry
+from coverdrive.recordings.formats.reader import SUFFIXES, How, belongs_to_another, reader_of, readers
 from coverdrive.recordings.map_tracks import MapTracks, readings_from_map
-from coverdrive.recordings.numbering import Numbers, same_numbers, site_of
-from coverdrive.recordings.overlap import shared_vehicles
 from coverdrive.recordings.recording import Recording, vehicle_keys
-from coverdrive.recordings.registry import SUFFIXES, How, belongs_to_another, reader_of, readers
-from coverdrive.recordings.resampling import STEP, resampled
-from coverdrive.recordings.smoothing import SmoothingSettings
-from coverdrive.recordings.tracks import Reading, reading_of
+from coverdrive.recordings.tracks.numbering import Numbers, same_numbers, site_of
+from coverdrive.recordings.tracks.overlap import shared_vehicles
+from coverdrive.recordings.tracks.reading import Reading, reading_of
+from coverdrive.recordings.tracks.resampling import STEP, resampled
+from coverdrive.recordings.tracks.smoothing import SmoothingSettings
 
 BLOCK = 60.0
 """[s] a long recording is cut into groups of this length"""

@@ -30,7 +30,7 @@ IDENTITY = pl.Schema({"identity": pl.Int64})
 """Key of the physical vehicle: the same in all recordings that show it; without it, every recording has its own"""
 
 KIND = pl.Schema({"kind": pl.Int8})
-"""Number of the vehicle's class in `coverdrive.recordings.kinds.KINDS`; without it, unknown"""
+"""Number of the vehicle's class in `coverdrive.recordings.files.kinds.KINDS`; without it, unknown"""
 
 STATED_SPEED = pl.Schema({"stated": pl.Float32})
 """Speed [m/s] as the file states it, which copies of a vehicle have in common; NaN where a row was filled in; without

@@ -11,9 +11,9 @@ from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.comparison import Compared
 from coverdrive.certificates.evaluation import Evaluation, Rate
 from coverdrive.numbers import at_most, percent
+from coverdrive.prediction.certifying.occupied import Occupied
 from coverdrive.prediction.cover.basis import Basis
-from coverdrive.prediction.manoeuvres import MANOEUVRES
-from coverdrive.prediction.occupied import Occupied
+from coverdrive.prediction.data.manoeuvres import MANOEUVRES
 
 ON_AVERAGE, BY_ITSELF = "†", "‡"
 """signs at a bound in a table: it holds on average; it is about every base by itself"""

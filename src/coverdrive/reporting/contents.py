@@ -11,14 +11,14 @@ from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.comparison import Compared
 from coverdrive.certificates.evaluation import Evaluation, Rate
 from coverdrive.dialling.dial import Dialled
+from coverdrive.prediction.certifying.occupied import Occupied
 from coverdrive.prediction.fit import Fit
-from coverdrive.prediction.learned import Learned
-from coverdrive.prediction.occupied import Occupied
+from coverdrive.prediction.fits.learned import Learned
+from coverdrive.prediction.fits.provenance import provenance
 from coverdrive.prediction.predictor import AnyPredictor
-from coverdrive.prediction.provenance import provenance
-from coverdrive.reporting.active_constraints import ActiveConstraints
-from coverdrive.simulation.trace import Trace
-from coverdrive.simulation.trial import STARTED
+from coverdrive.reporting.drives.active_constraints import ActiveConstraints
+from coverdrive.simulation.drives.trace import Trace
+from coverdrive.simulation.measures.trial import STARTED
 
 
 @dataclass(frozen=True)

@@ -5,10 +5,10 @@ from pathlib import Path
 import polars as pl
 
 from coverdrive.files import write_atomically
-from coverdrive.reporting.drawing import save
-from coverdrive.reporting.league_figure import league_figure
-from coverdrive.reporting.league_table import league_of
+from coverdrive.reporting.figures.league import league_figure
 from coverdrive.reporting.page.page import rendered
+from coverdrive.reporting.plotting.drawing import save
+from coverdrive.reporting.tables.league import league_of
 
 
 def write_league(table: pl.DataFrame, folder: Path) -> None:

@@ -11,17 +11,17 @@ from coverdrive.errors import DataError
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.prediction.fit import Fit
 from coverdrive.progress import done, stage
-from coverdrive.reporting.active_constraints import ActiveConstraints
-from coverdrive.reporting.animation import animate
 from coverdrive.reporting.contents import Contents, Fitted
-from coverdrive.reporting.drawing import save
-from coverdrive.reporting.figures import draw_all
+from coverdrive.reporting.drives.active_constraints import ActiveConstraints
+from coverdrive.reporting.drives.animation import animate
+from coverdrive.reporting.figures.gallery import draw_all
+from coverdrive.reporting.figures.risk import risk_figure
 from coverdrive.reporting.page.page import write_page
-from coverdrive.reporting.risk_figure import risk_figure
-from coverdrive.simulation.driven_on import driven_on
-from coverdrive.simulation.notable import liveliest, notable
-from coverdrive.simulation.study import Study
-from coverdrive.simulation.workers import call_all
+from coverdrive.reporting.plotting.drawing import save
+from coverdrive.simulation.measures.notable import liveliest, notable
+from coverdrive.simulation.studies.driven_on import driven_on
+from coverdrive.simulation.studies.study import Study
+from coverdrive.simulation.studies.workers import call_all
 
 _REPLAYS = 8
 """notable trials that a page replays"""

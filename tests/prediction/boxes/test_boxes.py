@@ -13,13 +13,13 @@ from coverdrive.geometry import turned_half_extents
 from coverdrive.prediction.boxes.boxes import TUBE, WHOLE, Boxes, constant_velocity, scored_by
 from coverdrive.prediction.boxes.predictor import BoxPredictor
 from coverdrive.prediction.boxes.training import BoxSettings, train_boxes
-from coverdrive.prediction.calibrate import CertificateSettings
-from coverdrive.prediction.certify import certify
+from coverdrive.prediction.certifying.calibrate import CertificateSettings
+from coverdrive.prediction.certifying.occupied import union_area
+from coverdrive.prediction.data.segments import WATCHED, Segments, SegmentSettings, watched
 from coverdrive.prediction.fit import Fit, PredictionSettings, fit
+from coverdrive.prediction.fits.calibrations import certify
 from coverdrive.prediction.learning.affordance import mirrored_features
-from coverdrive.prediction.occupied import union_area
 from coverdrive.prediction.predictor import Predictor
-from coverdrive.prediction.segments import WATCHED, Segments, SegmentSettings, watched
 from coverdrive.recordings.recording import Recording
 from coverdrive.reference_line import ReferenceLine
 from coverdrive.road import Road
@@ -110,7 +110,7 @@ def test_boxes_are_the_same_part_by_part(monkeypatch: pytest.MonkeyPatch) -> Non
     network, losses = train_boxes(features, segments, settings)
     whole = network.boxes_of(features)
     scores = scored_by(whole, segments).scores
-    monkeypatch.setattr("coverdrive.prediction.parts.PART", 20)
+    monkeypatch.setattr("coverdrive.prediction.data.parts.PART", 20)
     parts = network.boxes_of(features)
     np.testing.assert_allclose(parts.centre, whole.centre, atol=1e-6)
     np.testing.assert_allclose(parts.half_sizes, whole.half_sizes, rtol=1e-6)

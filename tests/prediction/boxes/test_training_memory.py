@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from coverdrive.prediction.boxes.training import BoxSettings, train_boxes
-from coverdrive.prediction.segments import Segments
+from coverdrive.prediction.data.segments import Segments
 
 
 def most():

@@ -13,7 +13,7 @@ from safetensors import safe_open
 from coverdrive.errors import DataError
 from coverdrive.prediction.cover.basis import Basis, BasisSettings, make_basis
 from coverdrive.prediction.cover.greedy import greedy_cover
-from coverdrive.prediction.segments import MIRROR, Segments
+from coverdrive.prediction.data.segments import MIRROR, Segments
 from coverdrive.prediction.storage import save_arrays
 
 

@@ -8,7 +8,7 @@ from prediction_fakes import segments_of
 from coverdrive.errors import SettingError
 from coverdrive.prediction.cover.basis import BasisSettings, make_basis
 from coverdrive.prediction.cover.basis_study import StudiedBasis, basis_record, point_table, study_bases
-from coverdrive.prediction.segments import Segments
+from coverdrive.prediction.data.segments import Segments
 
 
 @pytest.fixture(scope="module")

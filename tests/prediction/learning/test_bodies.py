@@ -13,12 +13,12 @@ from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.rule import Thresholds
 from coverdrive.geometry import turned_half_extents
 from coverdrive.prediction.cover.basis import Basis
+from coverdrive.prediction.cover.motion import follow
+from coverdrive.prediction.data.segments import Segments, SegmentSettings, cut_segments
 from coverdrive.prediction.learning import samples as module
 from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.learning.samples import body_radius, make_samples
-from coverdrive.prediction.motion import follow
 from coverdrive.prediction.predictor import Predictor
-from coverdrive.prediction.segments import Segments, SegmentSettings, cut_segments
 from coverdrive.recordings.recording import Recording
 from coverdrive.road import Road
 from coverdrive.scene import Scene

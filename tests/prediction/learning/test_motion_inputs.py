@@ -5,13 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from coverdrive.prediction.calibrate import CertificateSettings
+from coverdrive.prediction.certifying.calibrate import CertificateSettings
 from coverdrive.prediction.cover.basis import BasisSettings
+from coverdrive.prediction.data.segments import SegmentSettings
 from coverdrive.prediction.fit import Fit, PredictionSettings, fit
 from coverdrive.prediction.learning.affordance import described
 from coverdrive.prediction.learning.training import TrainingSettings
 from coverdrive.prediction.predictor import Predictor
-from coverdrive.prediction.segments import SegmentSettings
 from coverdrive.recordings.recording import Recording
 from coverdrive.road import Road
 from coverdrive.scene import Scene

@@ -7,16 +7,16 @@ import pytest
 
 from coverdrive.errors import DataError, SettingError
 from coverdrive.planning.planner import MpcPlanner
-from coverdrive.prediction.calibrate import CertificateSettings
-from coverdrive.prediction.certify import certify
+from coverdrive.prediction.certifying.calibrate import CertificateSettings
 from coverdrive.prediction.cover.basis import BasisSettings
+from coverdrive.prediction.data.segments import SegmentSettings
 from coverdrive.prediction.fit import Fit, PredictionSettings, fit
+from coverdrive.prediction.fits.calibrations import certify
 from coverdrive.prediction.learning.own_network import OwnNetwork
 from coverdrive.prediction.learning.samples import Samples
-from coverdrive.prediction.segments import SegmentSettings
 from coverdrive.recordings.recording import Recording
-from coverdrive.simulation.driver_traffic import DriverTraffic
-from coverdrive.simulation.episode import EpisodeSettings, run_episode
+from coverdrive.simulation.drives.episode import EpisodeSettings, run_episode
+from coverdrive.simulation.traffic.driver_traffic import DriverTraffic
 
 SETTINGS = PredictionSettings(
     segments=SegmentSettings(stride=0.5),

@@ -5,6 +5,7 @@ import polars as pl
 import pytest
 
 from coverdrive.prediction.cover.basis import Basis
+from coverdrive.prediction.data.segments import SegmentSettings, cut_segments
 from coverdrive.prediction.learning.affordance import described
 from coverdrive.prediction.learning.samples import (
     COLLIDES,
@@ -15,7 +16,6 @@ from coverdrive.prediction.learning.samples import (
     make_features,
     make_samples,
 )
-from coverdrive.prediction.segments import SegmentSettings, cut_segments
 from coverdrive.prediction.stored import SLOTS, features_of
 from coverdrive.recordings.recording import SCHEMA, Recording
 from coverdrive.road import Road

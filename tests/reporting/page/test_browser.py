@@ -11,13 +11,13 @@ from urllib.request import url2pathname
 import pytest
 from report_fakes import COMES, LEAVES, make_contents, make_crowd, make_stray, make_trace
 
+from coverdrive.reporting.drives.worst_moment import Worst, worst_moment
 from coverdrive.reporting.page.page import write_page
 from coverdrive.reporting.page.replay import replay_data
-from coverdrive.reporting.worst_moment import Worst, worst_moment
-from coverdrive.simulation.metrics import distances, gaps
-from coverdrive.simulation.misses import find_windows
-from coverdrive.simulation.outcome import Kind
-from coverdrive.simulation.trace import Trace
+from coverdrive.simulation.drives.outcome import Kind
+from coverdrive.simulation.drives.trace import Trace
+from coverdrive.simulation.measures.metrics import distances, gaps
+from coverdrive.simulation.measures.misses import find_windows
 
 pytestmark = pytest.mark.slow
 

@@ -15,8 +15,8 @@ from coverdrive.progress import heard_by
 from coverdrive.reporting.page.page import _script_json, page, write_page
 from coverdrive.reporting.page.summary import ends, heading, tiles, verdict
 from coverdrive.reporting.page.trials import COLUMNS, trial_rows
-from coverdrive.simulation.outcome import Kind
-from coverdrive.simulation.trial import measure
+from coverdrive.simulation.drives.outcome import Kind
+from coverdrive.simulation.measures.trial import measure
 
 IDLE = Kind.NOT_STARTED.value
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from report_fakes import COMES, LEAVES, STEPS, make_contents, make_stray
 
+from coverdrive.reporting.drives.reasons import reason_of
+from coverdrive.reporting.drives.worst_moment import worst_moment
 from coverdrive.reporting.page.replay import MARKS, replay_data
-from coverdrive.reporting.reasons import reason_of
-from coverdrive.reporting.worst_moment import worst_moment
-from coverdrive.simulation.metrics import distances, gaps
-from coverdrive.simulation.misses import find_windows
+from coverdrive.simulation.measures.metrics import distances, gaps
+from coverdrive.simulation.measures.misses import find_windows
 
 
 def restored(data: dict) -> dict[str, np.ndarray]:

@@ -19,8 +19,8 @@ from scipy.interpolate import CubicSpline
 from coverdrive.certificates.calibration import ScoredSamples
 from coverdrive.certificates.rule import LEAST
 from coverdrive.geometry import turned_half_extents
-from coverdrive.prediction.parts import PART, parts
-from coverdrive.prediction.segments import Segments, watched
+from coverdrive.prediction.data.parts import PART, parts
+from coverdrive.prediction.data.segments import Segments, watched
 from coverdrive.recordings.recording import Recording
 
 TUBE = 1.0

@@ -15,8 +15,8 @@ from jaxtyping import Float
 from numpy.polynomial.legendre import legvander
 
 from coverdrive.prediction.boxes.boxes import WHOLE, Boxes
+from coverdrive.prediction.data.parts import parts
 from coverdrive.prediction.learning.network import Network
-from coverdrive.prediction.parts import parts
 
 _TERMS = 3
 """of the polynomials, fewer where there are fewer points"""

@@ -15,8 +15,8 @@ from coverdrive.paths import PredictedPaths
 from coverdrive.prediction.boxes.boxes import TUBE, between
 from coverdrive.prediction.boxes.forward import boxes_at, forward_of
 from coverdrive.prediction.boxes.network import BoxNetwork
+from coverdrive.prediction.boxes.under_way import lane_changes
 from coverdrive.prediction.stored import StoredPredictor, TimeGrid, features_of, grid_of, others_of
-from coverdrive.prediction.under_way import lane_changes
 from coverdrive.road import Road
 from coverdrive.scene import Scene, beside
 

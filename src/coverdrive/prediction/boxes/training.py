@@ -16,12 +16,12 @@ from pydantic import Field
 from coverdrive.certificates.certificate import Unit
 from coverdrive.prediction.boxes.boxes import WHOLE, body_excess
 from coverdrive.prediction.boxes.network import BoxNetwork
+from coverdrive.prediction.data.parts import parts
+from coverdrive.prediction.data.segments import Segments
 from coverdrive.prediction.learning.affordance import mirrored_features
 from coverdrive.prediction.learning.inputs import Inputs
 from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.learning.training import Hidden, OptimiserSettings, optimised
-from coverdrive.prediction.parts import parts
-from coverdrive.prediction.segments import Segments
 
 _SMOOTH = 12.0
 """power of the norm that stands for the largest over a segment's points and directions"""

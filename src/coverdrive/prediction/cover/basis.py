@@ -20,7 +20,7 @@ from scipy.interpolate import CubicSpline
 
 from coverdrive.errors import DataError
 from coverdrive.prediction.cover.greedy import CAUTION, greedy_cover
-from coverdrive.prediction.segments import MIRROR, Segments
+from coverdrive.prediction.data.segments import MIRROR, Segments
 from coverdrive.prediction.storage import load_arrays, reading, save_arrays
 from coverdrive.settings import Settings
 

@@ -14,7 +14,7 @@ from coverdrive.certificates.certificate import fingerprint
 from coverdrive.errors import SettingError
 from coverdrive.prediction.cover.basis import Basis, BasisSettings, make_basis
 from coverdrive.prediction.cover.lower_bounds import fractional_bound, packing
-from coverdrive.prediction.segments import Segments
+from coverdrive.prediction.data.segments import Segments
 from coverdrive.progress import part
 
 

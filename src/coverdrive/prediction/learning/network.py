@@ -16,8 +16,8 @@ from jax import Array
 from jaxtyping import Float, PRNGKeyArray
 
 from coverdrive.errors import DataError
+from coverdrive.prediction.data.parts import part_by_part
 from coverdrive.prediction.learning.inputs import Inputs, network_inputs
-from coverdrive.prediction.parts import part_by_part
 
 Output = Literal["sigmoid", "softmax", "boxes"]
 

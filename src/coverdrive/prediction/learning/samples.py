@@ -22,9 +22,9 @@ from jaxtyping import Bool, Float, Float32, Int, Int8
 
 from coverdrive.geometry import turned_half_extents
 from coverdrive.prediction.cover.basis import Basis
+from coverdrive.prediction.cover.motion import follow
+from coverdrive.prediction.data.segments import Segments
 from coverdrive.prediction.learning.affordance import FEATURES, MOTION, described_at, mirrored_features
-from coverdrive.prediction.motion import follow
-from coverdrive.prediction.segments import Segments
 from coverdrive.progress import done
 from coverdrive.recordings.recording import Recording
 from coverdrive.scene import Scene

@@ -12,17 +12,17 @@ from markupsafe import Markup
 from coverdrive.files import write_atomically
 from coverdrive.prediction.learning.affordance import FEATURES
 from coverdrive.progress import done, stage
-from coverdrive.reporting.affordance_figure import affordance_figure
 from coverdrive.reporting.contents import Contents
-from coverdrive.reporting.drawing import inline_svg
-from coverdrive.reporting.figure import Figure, to_json
-from coverdrive.reporting.figures import figures_of
-from coverdrive.reporting.league_table import league_of
+from coverdrive.reporting.figures.affordance import affordance_figure
+from coverdrive.reporting.figures.gallery import figures_of
 from coverdrive.reporting.page.replay import MARKS, SEVERITY, SLACK, STATUSES, replay_data
 from coverdrive.reporting.page.summary import ends, facts, heading, shown_certificates, tiles, verdict
 from coverdrive.reporting.page.trials import COLUMNS, LEAST_FIRST, trial_rows
-from coverdrive.simulation.notable import NEAR_GAP, NEAR_TIME, NEARLY
-from coverdrive.simulation.outcome import Kind
+from coverdrive.reporting.plotting.drawing import inline_svg
+from coverdrive.reporting.plotting.figure import Figure, to_json
+from coverdrive.reporting.tables.league import league_of
+from coverdrive.simulation.drives.outcome import Kind
+from coverdrive.simulation.measures.notable import NEAR_GAP, NEAR_TIME, NEARLY
 
 _TEMPLATES = Path(__file__).parent / "templates"
 

@@ -14,16 +14,16 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from coverdrive.plan import Status
-from coverdrive.reporting.active_constraints import ActiveConstraints
-from coverdrive.reporting.reasons import reason_of, where_is
-from coverdrive.reporting.road_markings import across, bends, markings
-from coverdrive.reporting.worst_moment import nearest, worst_moment
-from coverdrive.simulation.initial import EGO
-from coverdrive.simulation.metrics import distances, gaps
-from coverdrive.simulation.misses import cause_of, find_windows, left_recently
-from coverdrive.simulation.notable import NEAR_GAP, NEAR_TIME
-from coverdrive.simulation.outcome import Kind
-from coverdrive.simulation.trace import Trace
+from coverdrive.reporting.drives.active_constraints import ActiveConstraints
+from coverdrive.reporting.drives.reasons import reason_of, where_is
+from coverdrive.reporting.drives.road_markings import across, bends, markings
+from coverdrive.reporting.drives.worst_moment import nearest, worst_moment
+from coverdrive.simulation.drives.outcome import Kind
+from coverdrive.simulation.drives.trace import Trace
+from coverdrive.simulation.measures.metrics import distances, gaps
+from coverdrive.simulation.measures.misses import cause_of, find_windows, left_recently
+from coverdrive.simulation.measures.notable import NEAR_GAP, NEAR_TIME
+from coverdrive.simulation.roads.initial import EGO
 
 _COARSE, _CENTIMETRE, _FINE = 0.02, 0.01, 0.001
 _SEEN = 200.0

@@ -13,9 +13,9 @@ from coverdrive.numbers import at_most, interval, percent
 from coverdrive.plan import Status
 from coverdrive.reporting.claim import set_facts, strength, whose
 from coverdrive.reporting.contents import Contents
-from coverdrive.simulation.notable import COLLIDED, NEARLY
-from coverdrive.simulation.outcome import Cause, Fault
-from coverdrive.simulation.statistics import miss_rate, misses_by_manoeuvre
+from coverdrive.simulation.drives.outcome import Cause, Fault
+from coverdrive.simulation.measures.notable import COLLIDED, NEARLY
+from coverdrive.simulation.measures.statistics import miss_rate, misses_by_manoeuvre
 
 _CONFIDENCE = 0.99
 """with which the drives of a study prove something"""

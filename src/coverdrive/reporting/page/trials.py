@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 import polars as pl
 
 from coverdrive.reporting.contents import Contents
-from coverdrive.simulation.notable import COLLIDED, NEARLY
-from coverdrive.simulation.trial import STARTED
+from coverdrive.simulation.measures.notable import COLLIDED, NEARLY
+from coverdrive.simulation.measures.trial import STARTED
 
 
 class Row(NamedTuple):

@@ -1,5 +1,5 @@
 "use strict";
-/* Draws the figures that Python specifies (`coverdrive.reporting.figure`): one SVG for each panel, when it comes into view. */
+/* Draws the figures that Python specifies (`coverdrive.reporting.plotting.figure`): one SVG for each panel, when it comes into view. */
 const POINT = 4 / 3;  // [pixel] of a typographic point
 const make = (tag, attributes = {}, text = null) => {
   const element = document.createElementNS("http://www.w3.org/2000/svg", tag);

@@ -1,0 +1,4 @@
+"""Commands that drive.
+
+Door: all of it; commands are loaded by name.
+"""

@@ -1,0 +1,91 @@
+"""``coverdrive rare``: how probable a collision is where no drive that one can afford has one."""
+
+import os
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+from coverdrive.cli.shared import options
+from coverdrive.cli.shared.bars import stages, waiting
+from coverdrive.cli.shared.options import console, experiment_of
+
+
+def rare(
+    fit: options.Folder = Path("results"),
+    *,
+    traffic: options.TrafficName = None,
+    vehicles: options.Vehicles = None,
+    road: options.RoadOfStudy = None,
+    recording: options.ToReplay = None,
+    particles: Annotated[
+        int,
+        Parameter(validator=Number(gte=2), help="Drives that each repetition goes on with, as in `--particles 400`."),
+    ] = 200,
+    repetitions: Annotated[
+        int,
+        Parameter(
+            validator=Number(gte=2),
+            help="Independent repetitions, whose spread gives the standard error, as in `--repetitions 8`.",
+        ),
+    ] = 4,
+    seed: options.Seed = None,
+    out: Annotated[
+        Path | None,
+        Parameter(
+            help="Folder of the estimate, as in `--out rare`.",
+            show_default=lambda _: "`rare` in that of the fit, with the traffic and the road if they are others",
+        ),
+    ] = None,
+    config: options.Config = None,
+    workers: options.Workers = None,
+) -> dict[str, Any]:
+    """Estimate how probable a collision is in a drive, down to one in a million, and keep the collisions found.
+
+    Drives that come near a collision are copied, and what the traffic draws is changed a little, again and again
+    (multilevel splitting). An estimate that was stopped goes on with the same command, and more repetitions join it.
+
+    For example:
+
+    - in the paper's traffic: `coverdrive rare results --road paper`
+    - among few drivers: `coverdrive rare results --traffic drivers --vehicles 3 4 5 --repetitions 8`
+    """
+    with waiting():
+        from coverdrive.dialling.rare import rare as estimate
+        from coverdrive.results import Results
+        from coverdrive.simulation.studies.driven_on import driven_on
+    results = Results(fit)
+    place = results.place(road)
+    experiment = experiment_of(
+        config,
+        usual=place.parts,
+        base=results.experiment,
+        place=place if road else None,
+        seed=seed,
+        study={"workers": workers, "vehicles": vehicles},
+        traffic={"kind": traffic},
+    )
+    results.check_replay((experiment.traffic.kind,), recording or [], road)
+    name = results.study_name(experiment.traffic.kind, road)
+    setup = results.study(experiment, recording or [], name).setup
+    folder = out or results.folder / name.replace("study", "rare", 1)
+    with stages():
+        found = estimate(
+            setup, folder, particles=particles, repetitions=repetitions,
+            workers=experiment.study.workers or os.cpu_count() or 1,
+        )  # fmt: skip
+    console.print(driven_on(setup))
+    console.print(found.sentence)
+    console.print(f"It took {found.drives:.0f} drives and {found.seconds:.0f} s of the processes together")
+    console.print(f"{len(found.collisions)} drives with a collision are in {folder / 'collisions'}")
+    return {
+        "folder": str(folder),
+        "probability": found.probability,
+        "standard_error": found.standard_error,
+        "interval": found.interval,
+        "drives": found.drives,
+        "seconds": found.seconds,
+        "collisions": [str(file) for file in found.collisions],
+        "repetitions": found.repetitions,
+    }

@@ -1,0 +1,124 @@
+"""``coverdrive solve``: planning problems of CommonRoad scenarios."""
+
+import os
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from cyclopts import Parameter
+
+from coverdrive.cli.shared import options
+from coverdrive.cli.shared.bars import stages, waiting
+from coverdrive.cli.shared.options import console, experiment_of
+from coverdrive.errors import DataError, SettingError
+from coverdrive.progress import stage
+
+if TYPE_CHECKING:
+    from coverdrive.config import Experiment
+    from coverdrive.driving.solving import Drive
+    from coverdrive.prediction.predictor import AnyPredictor
+
+
+def solve(
+    *scenario: Annotated[Path, Parameter(help="CommonRoad scenarios, as in `USA_US101-9_1_T-1.xml`, or folders.")],
+    predictor: Annotated[
+        Path | None,
+        Parameter(help="Results folder whose predictor drives, as in `--predictor us101`; else one is fitted."),
+    ] = None,
+    recording: options.Recordings = None,
+    leave_one_out: Annotated[
+        bool,
+        Parameter(
+            name="--leave-one-out",
+            negative="",
+            help="Fit for each scenario on the recordings that show nothing of it, nor of others on its map.",
+        ),
+    ] = False,
+    model: Annotated[
+        Literal["KS", "ST"],
+        Parameter(help="Model of the car: kinematic single-track, or single-track with slip; as in `--model ST`."),
+    ] = "KS",
+    workers: options.Workers = None,
+    video: Annotated[bool, Parameter(negative="", help="Draw snapshots and a video of every drive.")] = False,
+    seed: options.Seed = None,
+    out: Annotated[Path, Parameter(help="Folder of the solutions, as in `--out solutions`.")] = Path("solutions"),
+    config: options.Config = None,
+    settings: options.Set = None,
+) -> dict[str, Any]:
+    """Drive planning problems of CommonRoad scenarios, told no more than the present, and write their solutions.
+
+    Each is written when it is made, and not made again with the same settings. What cannot be read or driven is a row
+    of the table with its reason; the exit status is 3 then.
+
+    Solutions are in the official XML format, for a BMW 320i. The drivability checker judges them if it is installed, by
+    `pip install '.[commonroad]'`.
+
+    For example:
+
+    - with a predictor that there is, which has not seen them: `coverdrive solve scenarios/ --predictor us101`
+    - none has seen its own scene: `coverdrive solve scenarios/ --recording scenarios/ --leave-one-out`
+    """
+    files = [file for each in scenario for file in (sorted(each.glob("*.xml")) if each.is_dir() else [each])]
+    if not files:
+        raise DataError("there is nothing to solve; name a scenario or a folder, as in `coverdrive solve scenarios/`")
+    for file in files:
+        if not file.is_file():
+            raise DataError(f"{file}: there is no such scenario; check the path")
+    with waiting():
+        from coverdrive.driving.batch import solve_all
+        from coverdrive.reporting.tables.summaries import solved_table
+    experiment = experiment_of(config, settings=settings, seed=seed, study={"workers": workers})
+    processes = experiment.study.workers or os.cpu_count() or 1
+    try:
+        with stages():
+            predictor_of = _predictors(files, predictor, recording or [], leave_one_out, experiment, out)
+            each = solve_all(files, predictor_of, out, model, processes, partial(_draw, out) if video else None)
+            found = [row for rows in each for row in rows]
+    except KeyboardInterrupt as stop:
+        stop.add_note("what is solved is kept, and the same command goes on from it")
+        raise
+    console.print(solved_table(found))
+    console.print(f"Solutions and solved.csv are in {out}")
+    undriven = [row["reason"] for row in found if row["time"] is None]
+    return {"solutions": str(out), "problems": found, "undriven": undriven}
+
+
+def _draw(folder: Path, drive: "Drive") -> None:
+    from coverdrive.recordings.tracks.reading import name_of
+    from coverdrive.reporting.figures.gallery import draw_drive
+
+    draw_drive(drive.trace, folder / f"{name_of(drive.problem.file)}_{drive.problem.number}", None)
+
+
+def _predictors(
+    files: Sequence[Path],
+    folder: Path | None,
+    paths: Sequence[Path],
+    leave_one_out: bool,
+    experiment: "Experiment",
+    out: Path,
+) -> "Callable[[Path], AnyPredictor]":
+    """The predictor for each scenario: that of a results folder, or one fitted on recordings and kept beside."""
+    if folder is not None:
+        if paths or leave_one_out:
+            raise SettingError("--predictor names one that is fitted; leave out --recording and --leave-one-out")
+        with waiting():
+            from coverdrive.results import Results
+        fitted = Results(folder)
+        with stage("shared scenes"):
+            fitted.refuse_seen(files)
+        return lambda _: fitted.predictor
+    with waiting():
+        from coverdrive.prediction.fits.left_out import fit_without, left_out
+    if leave_one_out and not paths:
+        raise SettingError("--leave-one-out is about recordings; name some, as in `--recording scenarios/`")
+    recordings, out_of = experiment.recordings(paths), dict.fromkeys(files, frozenset[str]())
+    if leave_one_out:
+        with stage("shared scenes"):
+            out_of = dict(zip(files, left_out(paths, files), strict=True))
+    fits = out / "fits"
+    if not leave_one_out:
+        fitted = fit_without(frozenset(), recordings, experiment.prediction, experiment.seed, fits)
+        return lambda _: fitted
+    return lambda file: fit_without(out_of[file], recordings, experiment.prediction, experiment.seed, fits)

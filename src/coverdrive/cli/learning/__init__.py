@@ -1,0 +1,4 @@
+"""Commands from recordings to a certified predictor.
+
+Door: all of it; commands are loaded by name.
+"""

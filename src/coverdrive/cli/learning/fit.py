@@ -1,0 +1,114 @@
+"""``coverdrive fit``: a certified predictor."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+from coverdrive.cli.shared import options
+from coverdrive.cli.shared.bars import stages, waiting
+from coverdrive.cli.shared.options import certificate, console, experiment_of
+
+if TYPE_CHECKING:
+    from coverdrive.config import Experiment
+    from coverdrive.prediction.fit import Fit
+    from coverdrive.results import Results
+
+
+def fit(
+    *,
+    recording: options.Recordings = None,
+    epsilon: options.Epsilon = None,
+    confidence: options.Confidence = None,
+    unit: options.Unit = None,
+    seed: options.Seed = None,
+    folds: Annotated[
+        int | None,
+        Parameter(
+            validator=Number(gte=3, lte=20),
+            help="Fit with every pair of so many parts of the scene groups as calibration and test side, print the "
+            "spread, and keep no predictor; as in `--folds 4`, which is 12 fits.",
+        ),
+    ] = None,
+    out: options.Out = Path("results"),
+    config: options.Config = None,
+    preset: options.Preset = "default",
+    road: options.RoadName = None,
+    files: options.Files = options.AS_USUAL,
+    settings: options.Set = None,
+) -> dict[str, Any]:
+    """Learn a predictor from recordings, certify it, and test it on scenes that it never saw.
+
+    For example:
+
+    - from a download of NGSIM: `coverdrive fit --recording us-101.csv --location us-101`
+    - another claim: `coverdrive fit --recording scenarios/ --epsilon 0.05 --unit window`
+    - how much depends on which scenes calibrate: `coverdrive fit --recording scenarios/ --folds 4`
+    - from generated traffic, as in the paper: `coverdrive fit --preset paper --out paper`
+    """
+    with waiting():
+        from coverdrive.reporting.contents import Certified
+        from coverdrive.results import Results, certificate_record
+
+    def settle(**around: Any) -> "Experiment":
+        claim = certificate(epsilon, confidence, unit)
+        return experiment_of(config, preset, settings, seed=seed, **vars(files), prediction=claim, **around)
+
+    if folds is not None:
+        return _folds_and_print(settle(), recording or [], folds)
+    result = fit_and_print(settle, recording or [], Results(out), road, preset)
+    console.print(f"The predictor is in {out}")
+    return {"results": str(out), **certificate_record(Certified.of(result))}
+
+
+def _folds_and_print(experiment: "Experiment", paths: Sequence[Path], folds: int) -> dict[str, Any]:
+    """Fit with scene groups in every role, and say how far results spread."""
+    with waiting():
+        from coverdrive.prediction.fits.folds import fit_folds
+        from coverdrive.reporting.tables.summaries import folds_table
+    with stages():
+        found = fit_folds(experiment.recordings(paths), experiment.prediction, experiment.seed, folds)
+    console.print(folds_table(found))
+    for refused in dict.fromkeys(each.refusal for each in found if each.refusal):
+        console.print(f"• {refused}")
+    return {"folds": [asdict(each) for each in found]}
+
+
+def fit_and_print(
+    settle: "Callable[..., Experiment]",
+    paths: Sequence[Path],
+    results: "Results",
+    road: options.Roads | None,
+    preset: options.Preset,
+) -> "Fit":
+    """Learn, certify, test, save, and say how it went.
+
+    ``settle`` makes the experiment as `experiment_of` does; where it drives is ``road``, or else like the recordings.
+    """
+    with waiting():
+        from coverdrive.prediction.fit import fit
+        from coverdrive.reporting.tables.summaries import fit_table
+        from coverdrive.simulation.roads.places import PLACES, place_of, recorded_place
+    asked = road or ("paper" if preset == "paper" else None)
+    if not paths:
+        place_of(asked, None)  # refuses a recorded one before traffic is generated
+    with stages():
+        named = PLACES.get(road or "")
+        experiment = settle(place=named, generated=named and named.road)
+        recordings = experiment.recordings(paths)
+        like = recorded_place(recordings) if paths else None
+        name, place = place_of(asked, like)
+        if name == "recorded":
+            experiment = settle(usual=place.parts)
+        elif like and like.manners:
+            manners = like.manners.model_dump(exclude={"like"})
+            experiment = settle(place=named, usual={"planner": {"manners": manners}})
+        result = fit(recordings, experiment.prediction, experiment.seed)
+        results.save_fit(experiment, result, name, like)
+    console.print(fit_table(result))
+    for each in (*result.certificates, *([result.predictor.certificate] if result.predictor.scale != 1 else [])):
+        console.print(f"• {each.sentence}")
+    return result

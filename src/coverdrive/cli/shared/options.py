@@ -1,0 +1,273 @@
+"""What several commands take, and what they make of it."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+from coverdrive.cli.shared.bars import waiting
+from coverdrive.cli.shared.terminal import Terminal
+
+if TYPE_CHECKING:
+    from coverdrive.config import Experiment
+    from coverdrive.simulation.roads.places import Place
+
+console = Terminal()
+
+TARGETS = (0.05, 0.1, 0.2)
+"""bounds ε on the miss rate at which methods of calibration are compared"""
+
+
+def usually(value: str) -> Callable[[Any], str]:
+    """What the help says of an option whose default is in the settings, which are slow to load."""
+    return lambda _: f"{value} unless the settings differ"
+
+
+def between(low: float, high: float) -> Callable[[Any, Any], None]:
+    """Refuses numbers that are not within these bounds, themselves excluded, and what is no number."""
+
+    def check(_: Any, values: Any) -> None:
+        for value in values if isinstance(values, tuple) else (values,):
+            if value is not None and not low < value < high:
+                raise ValueError(f"expected a number between {low:g} and {high:g}, got {value:g}")
+
+    return check
+
+
+_TRAFFICS = Literal["set-sampling", "drivers", "aggressive", "mixed", "replay", "reactive-replay"]
+_RECORDING = Parameter(name="--recording", consume_multiple=True)
+
+Recordings = Annotated[
+    list[Path] | None,
+    _RECORDING,
+    Parameter(
+        help="Files or folders of NGSIM, highD, CommonRoad and others, as in `--recording scenarios/ us-101.csv`. "
+        "Without any, traffic is generated.",
+    ),
+]
+ToReplay = Annotated[
+    list[Path] | None,
+    _RECORDING,
+    Parameter(
+        help="Only with --traffic replay or reactive-replay: files or folders to replay, as in `--recording "
+        "scenarios/`. Without any, the generated traffic is replayed.",
+    ),
+]
+Config = Annotated[
+    Path | None,
+    Parameter(
+        help="TOML file with the settings that differ from the defaults, as in `--config mine.toml`; the config.toml "
+        "of any result shows all of them, with units.",
+        show_default=False,
+    ),
+]
+Preset = Annotated[
+    Literal["default", "paper"],
+    Parameter(
+        help="What holds where nothing else says it: our defaults, or the paper's network and certificate, as in "
+        "`--preset paper`."
+    ),
+]
+Set = Annotated[
+    list[str] | None,
+    Parameter(
+        name="--set",
+        consume_multiple=True,
+        help="Settings of config.toml by their names, as in `--set planner.manners.like=regulation generated.lanes=4`; "
+        "they hold over everything else.",
+    ),
+]
+Epsilon = Annotated[
+    float | Literal["auto"] | None,
+    Parameter(
+        help="Bound to prove on the share that is missed, between 0 and 1, or auto: 0.1 if the data can prove it, else "
+        "the smallest that they can; as in `--epsilon 0.05`.",
+        show_default=usually("auto"),
+    ),
+]
+Confidence = Annotated[
+    float | None,
+    Parameter(
+        help="Probability with which the bound holds, between 0 and 1, as in `--confidence 0.9`.",
+        show_default=usually("0.99"),
+    ),
+]
+Unit = Annotated[
+    Literal["window", "vehicle", "share", "group"] | None,
+    Parameter(
+        help="What the bound is about: the share of a vehicle's windows of 3 s; whole vehicles; windows as in the "
+        "paper; vehicles of a new group of scenes; as in `--unit vehicle`.",
+        show_default=usually("share"),
+    ),
+]
+Seed = Annotated[
+    int | None,
+    Parameter(
+        help="Seed of every random choice, 0 to 2⁶³ − 1, as in `--seed 7`; the same seed gives the same result.",
+        show_default=usually("0"),
+    ),
+]
+Out = Annotated[Path, Parameter(help="Results folder, as in `--out us101`.")]
+Folder = Annotated[Path, Parameter(help="Results folder, as in `us101`.")]
+Trials = Annotated[
+    int | None,
+    Parameter(
+        help="Number of closed-loop trials of 20 s, as in `--trials 100`; the paper has 1000.",
+        show_default=usually("20"),
+    ),
+]
+Workers = Annotated[
+    int | None,
+    Parameter(help="Number of processes, as in `--workers 4`; 0: one for each processor.", show_default=usually("0")),
+]
+TrafficName = Annotated[
+    _TRAFFICS | None,
+    Parameter(
+        name="--traffic",
+        help="Uncontrolled vehicles: of the paper (set-sampling), IDM and MOBIL drivers, aggressive ones, a mixture, "
+        "or recorded ones that do not react (replay), or do so while the ego is in their way (reactive-replay); as in "
+        "`--traffic drivers`.",
+        show_default=usually("set-sampling"),
+    ),
+]
+Roads = Literal["recorded", "paper", "curved"]
+RoadName = Annotated[
+    Roads | None,
+    Parameter(
+        name="--road",
+        help="Road to drive on: like that of the recordings, with its lanes, bends, density and speeds (recorded); "
+        "three straight lanes on which the ego wants 40 m/s (paper); or bends of 231 m to 400 m radius and an on-ramp "
+        "whose lane ends (curved), on which generated traffic is recorded, too; as in `--road curved`.",
+        show_default=lambda _: "recorded, or paper where traffic is generated and for --preset paper",
+    ),
+]
+RoadOfStudy = Annotated[RoadName, Parameter(name="--road", show_default=lambda _: "that of the results folder")]
+Studied = Annotated[
+    _TRAFFICS | None,
+    Parameter(
+        name="--traffic",
+        help="Traffic of the study to show, as in `--traffic drivers`; else that of the results folder's settings.",
+    ),
+]
+StudiedRoad = Annotated[
+    Roads | None,
+    Parameter(
+        name="--road",
+        help="Road of the study to show, as in `--road curved`; else that of the results folder.",
+    ),
+]
+Replayed = Annotated[
+    list[Path] | None,
+    _RECORDING,
+    Parameter(
+        help="Recordings that the study replayed, as in `--recording scenarios/`; needed if drives in replayed traffic "
+        "are not stored yet.",
+    ),
+]
+Vehicles = Annotated[
+    list[int] | None,
+    Parameter(
+        consume_multiple=True,
+        help="Numbers of uncontrolled vehicles, 1 to 100, taken in turn by the trials; as in `--vehicles 5 10`.",
+        show_default=usually("3 4 5 6 7, as in the paper,"),
+    ),
+]
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Files:
+    """How recordings are read."""
+
+    location: Annotated[
+        str | None, Parameter(help="Site to take from an NGSIM file that holds several, as in `--location us-101`.")
+    ] = None
+    format: Annotated[
+        str | None,
+        Parameter(help="Format of the recordings where the files do not show it themselves, as in `--format NGSIM`."),
+    ] = None
+    map: Annotated[
+        str | None,
+        Parameter(
+            help="Lanelet2 map of the road, for exiD, inD, rounD, uniD and INTERACTION, as in `--map lanelets.osm`; "
+            "without it, lanes are estimated from the tracks."
+        ),
+    ] = None
+    dt: Annotated[
+        float | None,
+        Parameter(
+            help="Time step of the recordings in seconds, to which those of another one are resampled; as in "
+            "`--dt 0.05`.",
+            show_default=usually("0.1"),
+        ),
+    ] = None
+
+
+AS_USUAL = Files()
+_Number = Number(gte=0, lte=9_999_999)
+Named = Annotated[
+    list[Annotated[int, Parameter(validator=_Number)]] | None,
+    Parameter(
+        name="--trial",
+        consume_multiple=True,
+        help="Trials to replay besides the notable ones, by their numbers from 0; as in `--trial 7 12`.",
+    ),
+]
+Trial = Annotated[
+    int | None,
+    Parameter(
+        validator=_Number,
+        help="Number of the trial, from 0, as in `--trial 7`; else the drive in which most happens.",
+    ),
+]
+Replays = Annotated[
+    int,
+    Parameter(
+        validator=Number(gte=0, lte=1000),
+        help="Number of drives to replay at most, as in `--replays 3`: collisions, near misses, the liveliest.",
+    ),
+]
+
+
+def experiment_of(
+    config: Path | None = None,
+    preset: Preset = "default",
+    settings: Sequence[str] | None = None,
+    usual: dict[str, Any] | None = None,
+    base: "Experiment | None" = None,
+    place: "Place | None" = None,
+    **options: Any,
+) -> "Experiment":
+    """All settings: the usual ones, over them those of a file, then the options, and last what ``--set`` says.
+
+    Args:
+        config: TOML file.
+        preset: what is usual.
+        settings: of ``--set``.
+        usual: parts of an experiment that are usual for this command.
+        base: the settings of a results folder, which hold where no file is given.
+        place: where to drive, if it was asked for.
+        options: parts of an experiment by name; what is None was not asked for.
+
+    Raises:
+        SettingError: a setting is unknown, or has a value that makes no sense.
+    """
+    with waiting():
+        from coverdrive.config import Experiment
+        from coverdrive.settings import merged
+        from coverdrive.sweep import changes_of
+
+    preset_with = Experiment.preset(preset).updated(usual or {})
+    experiment = Experiment.load(config, preset_with) if config else base or preset_with
+    asked = merged(place.parts, options) if place else options
+    return experiment.updated(merged(asked, changes_of(settings or [])))
+
+
+def certificate(
+    epsilon: float | Literal["auto"] | None, confidence: float | None, unit: str | None
+) -> dict[str, dict[str, Any]]:
+    """What the options of the certificate say, as a part of an experiment."""
+    return {"certificate": {"epsilon": epsilon, "confidence": confidence, "unit": unit}}

@@ -1,0 +1,54 @@
+"""What a plan costs (paper §4: h, Q and the slack penalty c_k·γ_k²).
+
+The cost of a plan is the sum over the steps of lane, speed and heading errors, inputs and changes of the inputs, a
+terminal cost, and penalties of the slacks. The error of the current state is left out: no plan changes it. The weights
+become factors of every step in `coverdrive.planning.problem.tree`.
+"""
+
+from typing import Annotated
+
+import numpy as np
+from jaxtyping import Float
+from pydantic import Field
+
+from coverdrive.settings import Settings
+
+
+class CostSettings(Settings):
+    """Weights of the squared errors; each is the cost of one unit during one step."""
+
+    reference_speed: float = Field(default=40.0, ge=0, le=120)
+    """[m/s] wanted speed (authors' scripts)"""
+    curve_share: float = Field(default=0.5, gt=0, le=0.9)
+    """of the largest lateral acceleration that following a curve may take at the wanted speed"""
+    curve_braking: float = Field(default=1.5, gt=0, le=15)
+    """[m/s²] at which it falls before a curve"""
+    lane: float = Field(default=0.5, ge=0, le=1e6)
+    """[1/m²] distance from the centre of the target lane"""
+    speed: float = Field(default=0.1, ge=0, le=1e6)
+    """[s²/m²] difference from the reference speed"""
+    heading: float = Field(default=100.0, ge=0, le=1e6)
+    """[1/rad²] angle between car and road"""
+    acceleration: float = Field(default=0.1, ge=0, le=1e6)
+    """[s⁴/m²]"""
+    yaw_rate: float = Field(default=20.0, ge=0, le=1e6)
+    """[s²/rad²]"""
+    acceleration_change: float = Field(default=2.0, ge=0, le=1e6)
+    """[s⁴/m²] difference of the accelerations of two steps"""
+    yaw_rate_change: float = Field(default=50.0, ge=0, le=1e6)
+    """[s²/rad²] difference of the yaw rates of two steps"""
+    terminal: float = Field(default=5.0, ge=0, le=1e6)
+    """factor on the errors of the last state"""
+    slack: float = Field(default=1000.0, gt=0, le=1e9)
+    """cost of one unit of obstacle slack, times `slack_schedule`"""
+    slack_schedule: tuple[Annotated[float, Field(ge=0, le=1e6)], ...] = Field(
+        default=(400.0, 200.0, 100.0, 50.0, 10.0), min_length=1, max_length=100
+    )
+    """weights of the slack from the first to the last part of the horizon (authors' scripts)"""
+    off_road: float = Field(default=1e7, gt=0, le=1e9)
+    """[1/m²] distance by which the body leaves the road; so much that the edge is a hard one"""
+
+    def slack_weights(self, steps: int) -> Float[np.ndarray, " K"]:
+        """The weights c_k of the K steps: the schedule spread evenly over the horizon."""
+        parts = np.arange(steps) * len(self.slack_schedule) // steps
+        return self.slack * np.asarray(self.slack_schedule)[parts]

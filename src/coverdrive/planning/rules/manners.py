@@ -1,0 +1,99 @@
+"""Manners: the distances to others that a plan keeps where it can, though it would be clear without them; and how fast
+it changes lanes.
+
+Everybody is in a second box, which reaches as far ahead and behind as its vehicle comes in the wished time headway, and
+farther if the ego is faster: neither comes the ego that near to whoever is ahead, nor leaves it less to those behind
+it in a lane that it enters. To be in such a box costs along the drive branch; it is never a contact, and never decides
+whether a plan is clear. Whoever is directly behind in the ego's own lane keeps the distance itself. Through a short gap
+that would be hurried; so sideways, along the drive branch, the ego is not to be faster than people are.
+"""
+
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float
+from pydantic import Field
+
+from coverdrive.compiled import compiled
+from coverdrive.planning.problem.obstacles import FAR
+from coverdrive.planning.problem.settings import ProblemSettings
+from coverdrive.settings import Settings
+
+_WEIGHT = 1000.0
+"""cost of being in the middle of such a box for a step: as much as 100 m/s less than wanted"""
+
+_EASE = 2.0
+"""[m/s²] at which the ego is taken to slow down for others; comfortable"""
+
+
+class MannersSettings(Settings):
+    """How near the ego comes to others if it need not."""
+
+    like: Literal["human", "regulation", "paper"] = "human"
+    """people, as the numbers below say; these with the time headways of UN Regulation No. 157 (1 s at 7 km/h to 1.6 s
+    from 60 km/h on); or the paper, which has no such wishes"""
+    headway: float = Field(default=0.72, ge=0, le=10)
+    """[s] time headway of people in nine of ten moments, as recorded on US-101; a fit to recordings takes theirs"""
+    beside: float = Field(default=0.98, ge=0, le=10)
+    """[m] to those alongside, as well"""
+    time_to_collision: float = Field(default=3.7, ge=0, le=60)
+    """[s] until contact if all keep their velocity, as well"""
+    sideways: float = Field(default=1.71, gt=0, le=10)
+    """[m/s] that people reach at the most in nine of ten lane changes, as well"""
+
+    @property
+    def fastest_sideways(self) -> float:
+        """[m/s] that is not to be exceeded."""
+        return np.inf if self.like == "paper" else self.sideways
+
+
+NONE = MannersSettings(like="paper")
+"""nothing is wished for"""
+
+
+def wished_boxes(
+    likely: Float[np.ndarray, "7 P m"], state: Float[np.ndarray, " 4"], problem: ProblemSettings,
+    manners: MannersSettings,
+) -> Float[np.ndarray, "7 P w"]:  # fmt: skip
+    """The boxes that the ego is not to be in.
+
+    Args:
+        likely: where vehicles are likely to be, lon from that of the ego.
+        state: of the ego.
+        problem: whose slack weights count, of which the last row says the share that being in a box costs.
+        manners: what is wished for.
+    """
+    if manners.like == "paper":
+        return likely[:, :, :0]
+    across = likely[3, 0] + problem.vehicle.width / 2
+    follower = (likely[0, 0] < 0) & (np.abs(likely[1, 0] - state[1]) < across)
+    boxes, slack = likely.compress(~follower, axis=2), problem.cost.slack_weights(problem.steps)
+    share = np.divide(_WEIGHT, slack, out=np.zeros_like(slack), where=slack > 0)
+    headway = -1.0 if manners.like == "regulation" else manners.headway
+    _widen(boxes, float(state[2]), share, headway, manners.time_to_collision, manners.beside, problem.dt)
+    return boxes
+
+
+@compiled
+def _headway(asked: float, speed: float) -> float:
+    """[s] behind who drives at a speed [m/s], of the regulation if none is asked for."""
+    return asked if asked >= 0 else min(max(1 + 0.036 * speed, 1.0), 1.6)  # 5.2.3.3: a tenth more for every 10 km/h
+
+
+@compiled
+def _widen(
+    boxes: Float[np.ndarray, "7 P w"], own: float, share: Float[np.ndarray, " K"], headway: float,
+    time_to_collision: float, beside: float, dt: float,
+) -> None:  # fmt: skip
+    """Let boxes reach as far as is wished for at an own speed [m/s]."""
+    moments = boxes.shape[1]
+    for i in range(boxes.shape[2]):
+        for k in range(moments):
+            first, last = max(k - 1, 0), min(k + 1, moments - 1)
+            speed = max((boxes[0, last, i] - boxes[0, first, i]) / (dt * (last - first)), 0.0)
+            closing = max(own - _EASE * dt * k - speed, 0.0)
+            boxes[2, k, i] += _headway(headway, speed) * speed + time_to_collision * closing
+            boxes[3, k, i] += beside
+            boxes[4, k, i], boxes[5, k, i] = FAR, 0.0
+            if k > 0:
+                boxes[6, k, i] = share[k - 1]

@@ -1,0 +1,416 @@
+"""The search for a plan, compiled: manoeuvres as guesses, descent from the best of them, and the choice.
+
+Every target lane has a start: the last plan to that lane, or the cheapest of simple manoeuvres (steer to the lane at a
+constant acceleration, from full braking to full throttle) with the least harmful one as its fail-safe branch; the lane
+that the last plan aimed at has both. All starts descend together. Whatever comes out is evaluated
+(`coverdrive.planning.check.evaluate`), and so are the simple manoeuvres and the rest of the last fail-safe branch, as
+plans whose branches are one: they are taken where the descent finds nothing clear. What comes out unclear is drawn back
+to the cheapest clear plan until it is clear. If nothing at all is clear, more ways to evade are tried, and what does
+least harm is chosen; cost decides between what does about as much.
+
+L target lanes, g accelerations, m plans, N nodes, K steps, P = K + 1 states.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float
+from pydantic import Field
+
+from coverdrive.compiled import compiled, is_there
+from coverdrive.planning.check.evaluate import Plans, complete, drive_step, empty_plans, evaluate
+from coverdrive.planning.check.merit import input_at, merit
+from coverdrive.planning.problem.constants import Constants
+from coverdrive.planning.problem.rollout import state_at, write, write_rows
+from coverdrive.planning.problem.vehicle import VehicleSettings
+from coverdrive.planning.solver.descent import descend
+from coverdrive.planning.surroundings import Surroundings
+from coverdrive.road_ahead import LEFT, RIGHT, STRAIGHT, bend_at, value_at
+from coverdrive.settings import Settings
+
+_UNCLEAR = 1e12
+"""more than any plan costs; added to the cost of those that are not clear"""
+_PER_HARM = 1e7
+"""price of the harm of contacts, against what slack and comfort cost"""
+_PER_WORSE = 1e10
+"""price of more harm than full braking in the own lane does, the first guess: only leaving the road costs more"""
+_PER_DEPARTURE = 1e15
+"""[1/m] price of leaving the road: more than any contact"""
+_MORE_DEPARTURE = 0.05
+"""[m] beyond the least that any plan leaves the road that count for nothing where nothing is clear: the rear corner of
+a car at the edge moves out as it turns away"""
+_ABRUPT = 1e6
+"""more than a clear plan costs; added to manoeuvres, and twice to what exceeds the jerk limit"""
+_ROUNDING = 1e-9
+"""share of a limit"""
+_PLACES = 9
+"""across the road, to which a car evades"""
+_FARTHEST = 4.0
+"""[m] across the road to such a place"""
+_SHORT = 0.9
+"""share of the way to the edge that is steered for: a car swings beyond where it steers to"""
+_HURRY = 1.6
+"""times faster than a lane is changed in comfort"""
+_HARD = np.array([1.0, 0.5, 0.0])
+"""shares of full braking while it evades"""
+_HOPELESS = 2
+"""iterations after which the descent ends where nothing is clear: what is clear is so by then, but for very few"""
+_HALVINGS = 4
+"""of the way from a clear plan to one that is not"""
+_BEGIN, _GO_ON, _HOPELESS_YET, _CHOOSE, _JUDGE = range(5)
+"""parts of a search"""
+_EVASIONS = len(_HARD) * (_PLACES + 1)
+_LANE_TIME = 0.8
+"""[s] in which a lane-seeking car would be back on the centre of its lane"""
+_LATERAL_SPEED = 2.0
+"""[m/s] at which a lane-seeking car moves sideways at the most: 3.6 m in about 2.5 s"""
+_HEADING_TIME = 0.4
+"""[s] in which a lane-seeking car takes the wanted heading"""
+
+
+class SearchSettings(Settings):
+    """How long the search goes on."""
+
+    tolerance: float = Field(default=1e-3, gt=0, le=1)
+    """a step of the descent that lowers the merit by a smaller share is the last"""
+    braking_guesses: int = Field(default=6, ge=2, le=100)
+    """number of constant accelerations from full braking to none that are tried as manoeuvres"""
+
+    def accelerations(self, vehicle: VehicleSettings) -> Float[np.ndarray, " g"]:
+        """[m/s²] of the simple manoeuvres."""
+        braking = np.linspace(-vehicle.max_deceleration, 0.0, self.braking_guesses)
+        return np.concatenate([braking, [vehicle.max_acceleration / 2, vehicle.max_acceleration]])
+
+
+class Wanted(NamedTuple):
+    """What is searched for."""
+
+    lanes: Float[np.ndarray, " L"]
+    """[m] lat of the centres of the target lanes"""
+    held: int
+    """index of the lane that the last plan aimed at, of the own one where that is not among them"""
+    extra: Float[np.ndarray, " L"]
+    """cost of choosing each target lane, on top of its plan's"""
+    last: Float[np.ndarray, "L N 2"]
+    """inputs of the last plan to each target lane"""
+    rest: Float[np.ndarray, "K 2"]
+    """inputs of the rest of the last fail-safe branch"""
+    accelerations: Float[np.ndarray, " g"]
+    """[m/s²] of the simple manoeuvres"""
+
+    @property
+    def guesses(self) -> int:
+        """Number of plans that are known before the descent."""
+        return len(self.lanes) * len(self.accelerations) + 1
+
+
+def room_for(wanted: Wanted, constants: Constants) -> Plans:
+    """Room for the plans of a search: guesses, then a start for each target lane and one more, then evasions."""
+    return empty_plans(wanted.guesses + 1 + len(wanted.lanes) + _EVASIONS, len(constants.tree.parent))
+
+
+def begin(plans: Plans, wanted: Wanted, around: Surroundings, constants: Constants) -> None:
+    """Write the guesses with all that follows from them, and write the starts."""
+    _search(_BEGIN, plans, wanted, 0, 0.0, around, constants, wanted.last)
+
+
+def go_on(
+    plans: Plans, wanted: Wanted, iterations: int, tolerance: float, around: Surroundings, constants: Constants
+) -> bool:
+    """Let the starts descend by so many steps at the most; returns whether that is all: whether the last step of the
+    cheapest has lowered the merit by a smaller share than the tolerance, or nothing is clear after the first steps.
+    """
+    return _search(_GO_ON, plans, wanted, iterations, tolerance, around, constants, wanted.last)[1]
+
+
+def hopeless(plans: Plans, wanted: Wanted, around: Surroundings, constants: Constants) -> bool:
+    """Whether neither a guess is clear nor what the starts have become."""
+    return _search(_HOPELESS_YET, plans, wanted, 0, 0.0, around, constants, wanted.last)[1]
+
+
+def choose(
+    plans: Plans, wanted: Wanted, around: Surroundings, constants: Constants, best: Float[np.ndarray, "L N 2"]
+) -> tuple[int, bool]:
+    """Evaluate what the starts have become, and choose.
+
+    Args:
+        plans: the guesses evaluated.
+        wanted: target lanes.
+        around: what the plans are made for.
+        constants: of the problem.
+        best: where the inputs of the best plan to each target lane are written.
+
+    Returns:
+        The index of the chosen plan, −1 if none has a cost, and whether it comes out of the descent and keeps to the
+        jerk limit.
+    """
+    return _search(_CHOOSE, plans, wanted, 0, 0.0, around, constants, best)
+
+
+def judge(plans: Plans, wanted: Wanted, i: int, around: Surroundings, constants: Constants) -> None:
+    """Evaluate a plan of a search, as `coverdrive.planning.check.evaluate.evaluate`, by what may be other
+    surroundings.
+    """
+    _search(_JUDGE, plans, wanted, i, 0.0, around, constants, wanted.last)
+
+
+def is_compiled() -> bool:
+    """Whether the search need not be compiled any more, which takes some seconds."""
+    return is_there(_search)
+
+
+@compiled
+def _search(
+    part: int, plans: Plans, wanted: Wanted, number: int, tolerance: float, around: Surroundings, constants: Constants,
+    best: Float[np.ndarray, "L N 2"],
+) -> tuple[int, bool]:  # fmt: skip
+    """All parts of a search: machine code of whatever Python calls comprises all that is called from there."""
+    chosen, whether = -1, False
+    if part == _BEGIN:
+        _begin(plans, wanted, around, constants)
+    elif part == _GO_ON:
+        whether = _go_on(plans, wanted, number, tolerance, around, constants)
+    elif part == _HOPELESS_YET:
+        whether = _hopeless(plans, wanted, around, constants)
+    elif part == _CHOOSE:
+        chosen, whether = _choose(plans, wanted, around, constants, best)
+    else:
+        evaluate(plans, number, number + 1, around, constants)
+    return chosen, whether
+
+
+@compiled
+def _begin(plans: Plans, wanted: Wanted, around: Surroundings, constants: Constants) -> None:
+    """See `begin`."""
+    tree, lanes, tried = constants.tree, wanted.lanes, len(wanted.accelerations)
+    guesses = len(lanes) * tried
+    for i in range(guesses):
+        lane, acceleration = i // tried, wanted.accelerations[i % tried]
+        write_manoeuvre(plans, i, lanes[lane], lane, lanes[lane], acceleration, 1.0, around, constants)
+    for n in range(len(tree.parent)):
+        write(plans.inputs[guesses, n], wanted.rest[tree.moment[n] - 1])
+    plans.lane[guesses] = wanted.held
+    plans.targets[guesses, 0] = plans.targets[guesses, 1] = lanes[wanted.held]
+    evaluate(plans, guesses, guesses + 1, around, constants)
+    allowed = _allowed_departure(plans, guesses + 1)
+    safest, least = 0, np.inf
+    for i in range(guesses + 1):
+        rank = _rank(plans, i, allowed)
+        if rank < least:
+            safest, least = i, rank
+    for lane in range(len(lanes)):
+        start, pair = guesses + 1 + lane, np.empty_like(plans.inputs[0])
+        write_rows(plans.inputs[start], wanted.last[lane])
+        _aim(plans, start, lane, lanes[lane])
+        least = merit(plans.inputs[start], plans.targets[start], around, constants).value
+        if lane == wanted.held:
+            start, least = guesses + 1 + len(lanes), np.inf
+            _aim(plans, start, lane, lanes[lane])
+        seen = np.zeros(tried, np.bool_)
+        for _ in range(tried):
+            i = _cheapest(plans.driving, lane * tried, seen)
+            if i < 0 or plans.driving[i] >= least:  # no fail-safe branch makes it cheaper
+                break
+            seen[i - lane * tried] = True
+            for n in range(len(pair)):
+                write(pair[n], plans.inputs[safest if tree.safe[n] else i, n])
+            targets = np.array([lanes[lane], plans.targets[safest, 0]])
+            cost = merit(pair, targets, around, constants).value
+            if cost < least:
+                least = cost
+                write_rows(plans.inputs[start], pair)
+                write(plans.targets[start], targets)
+
+
+@compiled
+def _cheapest(driving: Float[np.ndarray, " m"], first: int, seen: Bool[np.ndarray, " g"]) -> int:
+    """Index of the plan with the cheapest drive branch among those not seen of a lane, −1 if none has a cost."""
+    cheapest, least = -1, np.inf
+    for i in range(len(seen)):
+        if not seen[i] and driving[first + i] < least:
+            cheapest, least = first + i, driving[first + i]
+    return cheapest
+
+
+@compiled
+def _go_on(
+    plans: Plans, wanted: Wanted, iterations: int, tolerance: float, around: Surroundings, constants: Constants
+) -> bool:
+    """See `go_on`."""
+    first = len(wanted.lanes) * len(wanted.accelerations) + 1
+    if plans.clear[:first].any():
+        return _descended(plans, wanted, iterations, tolerance, around, constants)
+    soon = min(iterations, _HOPELESS)
+    if _descended(plans, wanted, soon, tolerance, around, constants) or _hopeless(plans, wanted, around, constants):
+        return True
+    return _descended(plans, wanted, iterations - soon, tolerance, around, constants)
+
+
+@compiled
+def _descended(
+    plans: Plans, wanted: Wanted, iterations: int, tolerance: float, around: Surroundings, constants: Constants
+) -> bool:
+    """Let the starts descend by so many steps at the most; returns whether the cheapest has arrived."""
+    first = len(wanted.lanes) * len(wanted.accelerations) + 1
+    starts = slice(first, first + 1 + len(wanted.lanes))
+    extra = np.empty(1 + len(wanted.lanes))
+    for b in range(len(extra)):
+        extra[b] = wanted.extra[plans.lane[first + b]]
+    descent = descend(plans.inputs[starts], plans.targets[starts], extra, around, constants, iterations, tolerance)
+    for b in range(len(extra)):
+        write_rows(plans.inputs[first + b], descent.inputs[b])
+    return bool(descent.done[np.argmin(descent.value + extra)])
+
+
+@compiled
+def _hopeless(plans: Plans, wanted: Wanted, around: Surroundings, constants: Constants) -> bool:
+    """See `hopeless`."""
+    first = len(wanted.lanes) * len(wanted.accelerations) + 1
+    last = first + 1 + len(wanted.lanes)
+    evaluate(plans, first, last, around, constants)
+    return not plans.clear[:last].any()
+
+
+@compiled
+def _choose(
+    plans: Plans, wanted: Wanted, around: Surroundings, constants: Constants, best: Float[np.ndarray, "L N 2"]
+) -> tuple[int, bool]:
+    """See `choose`."""
+    first, lanes = len(wanted.lanes) * len(wanted.accelerations) + 1, len(wanted.lanes)
+    last = first + 1 + lanes
+    evaluate(plans, first, last, around, constants)
+    cheapest, least = -1, np.inf
+    for i in range(last):
+        price = plans.cost[i] + _ABRUPT * abrupt(plans.inputs[i], around, constants)
+        if plans.clear[i] and price < least:
+            cheapest, least = i, price
+    if cheapest >= 0:
+        base = plans.inputs[cheapest].copy()
+        for i in range(first, last):
+            if not plans.clear[i]:
+                _draw_back(plans, i, base, around, constants)
+    else:
+        last = _evade(plans, last, wanted, around, constants)
+    allowed = _allowed_departure(plans, last)
+    standing, chosen, least = np.full(lanes, np.inf), -1, np.inf
+    for i in range(last):
+        lane, rank = plans.lane[i], _rank(plans, i, allowed)
+        if plans.clear[i]:
+            rank += _ABRUPT * ((i < first) + 2 * abrupt(plans.inputs[i], around, constants))
+        if rank < standing[lane]:
+            standing[lane] = rank
+            write_rows(best[lane], plans.inputs[i])
+        if rank + wanted.extra[lane] < least:
+            chosen, least = i, rank + wanted.extra[lane]
+    return chosen, first <= chosen < first + 1 + lanes and not abrupt(plans.inputs[chosen], around, constants)
+
+
+@compiled
+def abrupt(inputs: Float[np.ndarray, "N 2"], around: Surroundings, constants: Constants) -> bool:
+    """Whether the first inputs differ from the previous ones by more than the jerk limit allows, along or across."""
+    most, before = constants.vehicle.max_jerk * constants.period * (1 + _ROUNDING), around.previous_input
+    across = max(around.state[2], 1.0) * abs(inputs[0, 1] - before[1])
+    return max(abs(inputs[0, 0] - before[0]), across) > most
+
+
+@compiled
+def _aim(plans: Plans, i: int, lane: int, target: float) -> None:
+    """Let both branches of a plan end in a lane."""
+    plans.lane[i] = lane
+    plans.targets[i, 0] = plans.targets[i, 1] = target
+
+
+@compiled
+def _mix(
+    to: Float[np.ndarray, "N 2"], base: Float[np.ndarray, "N 2"], wanted: Float[np.ndarray, "N 2"], share: float
+) -> None:
+    """Write what lies a share of the way from a base to what is wanted."""
+    for n in range(len(to)):
+        for i in range(2):
+            to[n, i] = base[n, i] + share * (wanted[n, i] - base[n, i])
+
+
+@compiled
+def _draw_back(
+    plans: Plans, i: int, base: Float[np.ndarray, "N 2"], around: Surroundings, constants: Constants
+) -> None:
+    """Replace a plan that is not clear by the nearest one on the way to a clear one that is, found by bisection."""
+    wanted, clear, unclear = plans.inputs[i].copy(), 0.0, 1.0
+    for _ in range(_HALVINGS):
+        share = (clear + unclear) / 2
+        _mix(plans.inputs[i], base, wanted, share)
+        evaluate(plans, i, i + 1, around, constants)
+        if plans.clear[i]:
+            clear = share
+        else:
+            unclear = share
+    _mix(plans.inputs[i], base, wanted, clear)
+    evaluate(plans, i, i + 1, around, constants)
+
+
+@compiled
+def _allowed_departure(plans: Plans, last: int) -> float:
+    """[m] of leaving the road that count for nothing where nothing is clear."""
+    least = np.inf
+    for i in range(last):
+        least = min(least, plans.departure[i])
+    return least + _MORE_DEPARTURE
+
+
+@compiled
+def _rank(plans: Plans, i: int, allowed: float) -> float:
+    """The lower, the better: clear plans by their cost; others by leaving the road, by being worse than full braking,
+    by the harm that they do, and by their cost, which counts how deep and how early they get into boxes.
+    """
+    if plans.clear[i]:
+        return plans.cost[i]
+    leaving, worse = max(0.0, plans.departure[i] - allowed), max(0.0, plans.harm[i] - plans.harm[0])
+    return _UNCLEAR + _PER_DEPARTURE * leaving + _PER_WORSE * worse + _PER_HARM * plans.harm[i] + plans.cost[i]
+
+
+@compiled
+def _evade(plans: Plans, first: int, wanted: Wanted, around: Surroundings, constants: Constants) -> int:
+    """Append ways to evade: to where the ego is, and across the road as far as it is near; returns their end."""
+    lat, half_width = around.state[1], constants.vehicle.width / 2 + constants.shape.edge_margin
+    right = max(lat - _FARTHEST, min(lat, value_at(0.0, RIGHT, around.road)[0] + half_width))
+    left = min(lat + _FARTHEST, max(lat, value_at(0.0, LEFT, around.road)[0] - half_width))
+    right, left = lat + _SHORT * (right - lat), lat + _SHORT * (left - lat)
+    for i in range(_EVASIONS):
+        place = i // len(_HARD)
+        at = lat if place == _PLACES else right + (left - right) * place / (_PLACES - 1)
+        lane = int(np.argmin(np.abs(wanted.lanes - at)))
+        braking = -constants.vehicle.max_deceleration * _HARD[i % len(_HARD)]
+        write_manoeuvre(plans, first + i, at, lane, wanted.lanes[lane], braking, _HURRY, around, constants)
+    return first + _EVASIONS
+
+
+@compiled
+def lane_seeking(lat: float, speed: float, heading: float, target_lat: float, hurry: float) -> float:
+    """The yaw rate [rad/s] that steers from a lat [m], speed [m/s] and heading [rad] to the centre of a lane [m], so
+    many times faster than in comfort.
+    """
+    fastest = hurry * _LATERAL_SPEED
+    sideways = min(max((target_lat - lat) * hurry / _LANE_TIME, -fastest), fastest)
+    return (np.arctan2(sideways, max(speed, 2 * fastest)) - heading) * hurry / _HEADING_TIME
+
+
+@compiled
+def write_manoeuvre(
+    plans: Plans, i: int, place: float, lane: int, target: float, acceleration: float, hurry: float,
+    around: Surroundings, constants: Constants,
+) -> None:  # fmt: skip
+    """Write a plan whose branches both steer to a lat at a constant acceleration, and what follows from it."""
+    tree, dt, straight = constants.tree, constants.dt, len(around.road.rows) == 1
+    applied, states = np.empty((constants.steps, 2)), np.empty((constants.steps, 4))
+    state = state_at(plans.states[i], -1, around.state)
+    for k in range(constants.steps):
+        before, elapsed = input_at(applied, k - 1, around.previous_input), dt if k > 0 else constants.period
+        wish = acceleration, lane_seeking(state[1], state[2], state[3], place, hurry)
+        bend = STRAIGHT if straight else bend_at(state, dt, around.road)
+        (applied[k, 0], applied[k, 1]), state = drive_step(state, wish, before, elapsed, dt, bend, constants.vehicle)
+        write(states[k], state)
+    for n in range(len(tree.parent)):
+        write(plans.inputs[i, n], applied[tree.moment[n] - 1])
+        write(plans.states[i, n], states[tree.moment[n] - 1])
+    _aim(plans, i, lane, target)
+    complete(plans, i, around, constants)

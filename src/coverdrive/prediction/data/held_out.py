@@ -1,0 +1,152 @@
+"""What a predictor was made from, and which scenes neither trained nor calibrated it, on which it may be tried.
+
+The tracks of all that trained or calibrated are kept. A recording shows something of them if a vehicle in it moves as
+one of them (`coverdrive.recordings.tracks.overlap`), or has the number and the size of one within a site
+(`coverdrive.recordings.tracks.numbering`), however it is cut, shifted, numbered or called. Keys of vehicles and numbers
+of groups depend on what is read together, and are not asked. A scene is what one recording shows of one group.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+from jaxtyping import Int
+
+from coverdrive.certificates.certificate import fingerprint
+from coverdrive.errors import DataError
+from coverdrive.files import write_atomically
+from coverdrive.prediction.data.segments import Segments
+from coverdrive.prediction.data.split import Split
+from coverdrive.recordings.read import numbers_of, together
+from coverdrive.recordings.recording import IDENTITY, Recording
+from coverdrive.recordings.tracks.numbering import Numbers, same_numbers, site_of
+from coverdrive.recordings.tracks.overlap import shared_vehicles
+from coverdrive.recordings.tracks.reading import tracks_of
+from coverdrive.recordings.tracks.repair import RawTracks
+
+_TRACK = ("vehicle", "moment", "speed", "length", "width")
+_OF_READING = ("group", *IDENTITY)
+"""columns that depend on what is read together"""
+
+
+@dataclass(frozen=True)
+class Source:
+    """One recording that a predictor was made from."""
+
+    name: str
+    rows: int
+    fingerprint: str
+    """of its scenes"""
+    numbers: Numbers
+    """what equal vehicle numbers in another recording of its site mean"""
+    dt: float
+    """[s] between two rows of a track"""
+    used: tuple[str, ...]
+    """fingerprints of its scenes that trained or calibrated"""
+    held_out: tuple[str, ...]
+    """fingerprints of those that are on the test side only"""
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """What trained or calibrated a predictor."""
+
+    sources: tuple[Source, ...]
+    tracks: pl.DataFrame
+    """their rows: number of the recording in ``sources``, vehicle, moment [dt], stated speed [m/s], length and width
+    [m]"""
+
+    @staticmethod
+    def of(recordings: Sequence[Recording], segments: Segments, split: Split) -> "Seen":
+        """What is to be remembered of the recordings that were split."""
+        used = segments.group[np.concatenate([split.train, split.calibration])]
+        free = np.setdiff1d(segments.group[split.test], used)
+        sources = list[Source]()
+        for each in recordings:
+            digests = {int(table["group"][0]): digest for table, digest in _scenes(each)}
+            sides = (tuple(digest for group, digest in digests.items() if group in side) for side in (used, free))
+            sources.append(Source(each.name, len(each.table), _digest(each), numbers_of(each), each.dt, *sides))
+        return Seen(tuple(sources), pl.concat(_tracks(each, used, n) for n, each in enumerate(recordings)))
+
+    def save(self, path: Path) -> None:
+        """Write the tracks to a file; `load` gives them back."""
+        write_atomically(path, self.tracks.write_parquet)
+
+    @staticmethod
+    def load(path: Path, sources: tuple[Source, ...]) -> "Seen":
+        """What `save` wrote."""
+        return Seen(sources, pl.read_parquet(path.read_bytes()))
+
+    def unseen(self, recordings: Sequence[Recording]) -> tuple[Recording, ...]:
+        """The recordings without all that trained or calibrated.
+
+        One that the predictor was made from is left with its scenes of the test side; one that shares no vehicle with
+        what trained or calibrated is left as a whole.
+
+        Raises:
+            DataError: one shows vehicles that trained or calibrated, but is not as it was then.
+        """
+        used = {digest for each in self.sources for digest in each.used}
+        held_out = {digest for each in self.sources for digest in each.held_out}
+        kept = list[Recording]()
+        for recording in together(recordings):
+            known = [(table, digest) for table, digest in _scenes(recording) if digest not in used]
+            new = [table for table, digest in known if digest not in held_out]
+            self.refuse([replace(recording, table=pl.concat(new))] if new else [])
+            if known:
+                kept.append(replace(recording, table=pl.concat(table for table, _ in known).sort("vehicle", "time")))
+        return tuple(kept)
+
+    def from_all(self, recordings: Sequence[Recording]) -> bool:
+        """Whether these are the recordings that the predictor was made from, as they were read for it."""
+        return [_digest(each) for each in together(recordings)] == [each.fingerprint for each in self.sources]
+
+    def refuse(self, recordings: Sequence[Recording]) -> None:
+        """Raise `DataError`, saying what they share, if recordings show vehicles that trained or calibrated."""
+        told = [f"{each.name} shows {told}" for each in recordings if (told := self.shared_with(each))]
+        if told:
+            raise DataError(
+                f"{'; '.join(told)}, which trained or calibrated the predictor; give the recordings of the fit as they "
+                "were read for it, of which only scenes of the test side are used, or entirely new ones"
+            )
+
+    def shared_with(self, recording: Recording) -> str:
+        """How many of its vehicles are in which of the recordings seen, in words; empty if none is."""
+        parts = self.tracks.partition_by("recording", maintain_order=True)
+        sources = [self.sources[part["recording"][0]] for part in parts]
+        names = [*(each.name for each in sources), recording.name]
+        tracks, files = [*map(_raw, parts), tracks_of(recording)], [0] * len(parts) + [1]
+        groups, steps = [each.group for each in tracks], [*(each.dt for each in sources), recording.dt]
+        worth: list[Numbers] = [*(each.numbers for each in sources), numbers_of(recording)]
+        by_number = same_numbers(tracks, files, [site_of(name) for name in names], worth)
+        pairs = pl.concat([shared_vehicles(tracks, groups, files, steps), by_number])
+        if pairs.is_empty():
+            return ""
+        count, where = pairs["vehicle_b"].n_unique(), [names[number] for number in pairs["recording"].unique().sort()]
+        return f"{count} vehicle{'s' * (count > 1)} of {', '.join(where)}"
+
+
+def _scenes(recording: Recording) -> Iterator[tuple[pl.DataFrame, str]]:
+    """The scenes of a recording, and a short hash of all in each that does not depend on what is read with it."""
+    for table in recording.table.partition_by("group", maintain_order=True):
+        yield table, fingerprint(*(table[name].to_numpy() for name in table.columns if name not in _OF_READING))
+
+
+def _digest(recording: Recording) -> str:
+    """A short hash of the scenes of a recording."""
+    return fingerprint(np.frombuffer("".join(digest for _, digest in _scenes(recording)).encode(), np.uint8))
+
+
+def _tracks(recording: Recording, groups: Int[np.ndarray, " G"], number: int) -> pl.DataFrame:
+    """The rows of some groups of a recording, as in `Seen.tracks`."""
+    raw = tracks_of(recording)
+    table = pl.DataFrame({name: getattr(raw, name) for name in _TRACK}).filter(np.isin(raw.group, groups))
+    return table.with_columns(pl.col(_TRACK[2:]).cast(pl.Float32), recording=pl.lit(number, pl.Int64))
+
+
+def _raw(part: pl.DataFrame) -> RawTracks:
+    columns = {name: part[name].cast(pl.Float64 if name in _TRACK[2:] else pl.Int64).to_numpy() for name in _TRACK}
+    zero = np.zeros(len(part))
+    return RawTracks(lon=zero, lat=zero, group=zero.astype(np.int64), **columns)

@@ -1,0 +1,60 @@
+"""All methods of calibration side by side, on the scores of one predictor."""
+
+from collections.abc import Sequence
+from typing import Protocol, runtime_checkable
+
+from coverdrive.certificates.calibration import Calibration, Claim
+from coverdrive.certificates.certificate import Unit
+from coverdrive.certificates.comparison import Compared, compare
+from coverdrive.prediction.certifying.scored import ScoredSides
+from coverdrive.prediction.fit import PredictionSettings
+from coverdrive.prediction.predictor import AnyPredictor
+from coverdrive.progress import stage
+
+TARGETS = (0.05, 0.1, 0.2)
+"""bounds ε on the miss rate that are asked for"""
+
+
+@runtime_checkable
+class Fitted(Protocol):
+    """A `Fit`, or what was stored of one."""
+
+    @property
+    def predictor(self) -> AnyPredictor:
+        """Whose network gave the scores."""
+        ...
+
+    @property
+    def scored(self) -> ScoredSides:
+        """Scores of the split that made it."""
+        ...
+
+    @property
+    def settings(self) -> PredictionSettings:
+        """That it was made with."""
+        ...
+
+    @property
+    def seed(self) -> int:
+        """That it was made with."""
+        ...
+
+
+def certify(
+    fitted: Fitted, targets: Sequence[float] = TARGETS, unit: Unit | None = None, confidence: float | None = None
+) -> list[Compared]:
+    """Calibrate by every method for every bound ε on the miss rate in ``targets``, and test on the test split.
+
+    What the bounds count and their confidence are those of the settings, unless given.
+
+    Raises:
+        DataError: the scores are another predictor's.
+        CertificateError: a target or the confidence is no share between 0 and 1.
+    """
+    predictor, scored, settings = fitted.predictor, fitted.scored, fitted.settings.certificate
+    scored.refuse_other(predictor)
+    wanted = Claim(confidence=settings.confidence if confidence is None else confidence)
+    tube, unit = predictor.tube, unit or settings.unit
+    calibration = Calibration.of(scored.calibration, tube, predictor.trained_on, unit, fitted.seed, scored.train)
+    with stage("methods"):
+        return compare(calibration, wanted, scored.test, targets)

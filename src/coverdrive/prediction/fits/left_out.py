@@ -1,0 +1,79 @@
+"""Predictors that have not seen the scene that they are judged in.
+
+Published scenarios are often cut from the same recording. What shares vehicles with one, as
+`coverdrive.recordings.tracks.overlap` finds them, is left out, and so is all of its map, which the first part of a
+benchmark id names: scenarios whose vehicles were moved by a little are not found otherwise.
+"""
+
+import hashlib
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+from coverdrive.errors import DataError, RecordingError
+from coverdrive.prediction.data.split import SplitSettings
+from coverdrive.prediction.fit import PredictionSettings, fit
+from coverdrive.prediction.predictor import AnyPredictor, Predictor
+from coverdrive.recordings.read import read
+from coverdrive.recordings.recording import Recording
+
+_MAP = re.compile(r"(?:C-)?[A-Z]{3}_[A-Za-z0-9]+-[0-9]+(?=_)")
+
+
+def left_out(recordings: Sequence[Path], scenarios: Sequence[Path]) -> list[frozenset[str]]:
+    """The names of the recordings that show something of each scenario.
+
+    Args:
+        recordings: files or folders.
+        scenarios: files; those that cannot be read as recordings are known by their map alone.
+    """
+    whole = [scenario for scenario in scenarios if legible(scenario)]
+    found = read([*recordings, *whole])
+    training, shown = found[: len(found) - len(whole)], found[len(found) - len(whole) :]
+    groups = dict(zip(whole, map(_groups, shown), strict=True))
+    result = list[frozenset[str]]()
+    for scenario in scenarios:
+        place = _MAP.match(scenario.stem)
+        same = [each for each in training if place and each.name.startswith(f"{place[0]}_")]
+        out = groups.get(scenario, set[int]()).union(*map(_groups, same))
+        result.append(frozenset(each.name for each in training if _groups(each) & out))
+    return result
+
+
+def fit_without(
+    names: frozenset[str], recordings: Sequence[Recording], settings: PredictionSettings, seed: int, folder: Path
+) -> AnyPredictor:
+    """The predictor of all recordings but some, which is fitted once and kept in a folder.
+
+    Args:
+        names: of the recordings that are left out.
+        recordings: to fit on.
+        settings: of the fit.
+        seed: of the fit.
+        folder: where predictors are kept, by what they were made from.
+    """
+    kept, settings = [each for each in recordings if each.name not in names], tested_elsewhere(settings)
+    made_from = (*sorted(each.name for each in kept), settings.model_dump_json(), str(seed))
+    path = folder / f"{hashlib.blake2b('/'.join(made_from).encode(), digest_size=8).hexdigest()}.safetensors"
+    if not path.exists():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        fit(kept, settings, seed).predictor.save(path)
+    return Predictor.load(path)
+
+
+def tested_elsewhere(settings: PredictionSettings) -> PredictionSettings:
+    """The same where what is left out is the test: of the rest, hardly anything is kept from a fit."""
+    return settings.model_copy(update={"split": SplitSettings(train=0.6, calibration=0.35)})
+
+
+def _groups(recording: Recording) -> set[int]:
+    return set(recording.table["group"].unique().to_list())
+
+
+def legible(scenario: Path) -> bool:
+    """Whether a scenario can be read as a recording."""
+    try:
+        read(scenario)
+    except (DataError, RecordingError):
+        return False
+    return True

@@ -1,0 +1,199 @@
+"""Opens CommonRoad scenarios, and checks what is in them where it enters: time, lanes, obstacles, planning problems."""
+
+import logging
+import warnings
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+from xml.parsers import expat
+
+import numpy as np
+
+from coverdrive.errors import DataError, RecordingError
+from coverdrive.recordings.checks import FASTEST
+from coverdrive.recordings.files.boundary import naming
+from coverdrive.recordings.tracks.reading import check_time_step
+
+FARTHEST = 1e8
+"""[m] coordinates of maps are smaller, and all other numbers, too"""
+
+BACKWARDS, LONGEST_DRIVE = 1.0, 600.0
+"""[m/s] that a recorded speed may be below 0 by noise, and [s] from the start of a planning problem to its goal"""
+
+LARGEST_ID = 2**63
+"""Numbers of planning problems are smaller"""
+
+_PARTS = (
+    "center", "rect_center", "circle_center", "length", "width", "radius", "orientation", "vertices", "shapes",
+    "occupancies",
+)  # fmt: skip
+"""of shapes, by their names in all versions of commonroad-io"""
+
+STATED = {"time", "position", "orientation"}
+"""of every initial state, and of those that move the velocity, too; commonroad-io takes 0 for what is missing"""
+
+
+def open_scenario(file: Path) -> tuple[Any, Any]:
+    """The scenario and its planning problems as commonroad-io reads them, without its warnings, and checked.
+
+    Raises:
+        RecordingError: it cannot be read, or time, lanes or obstacles are none.
+    """
+    with naming(file):
+        root = _root(file)
+        if root != "commonRoad":
+            raise RecordingError(file, f"not a CommonRoad file: expected the root element commonRoad, got {root}")
+        scenario, problems = _parsed(file)
+        check_time_step(file, float(scenario.dt), "the attribute timeStepSize")
+        _check_lanelets(file, scenario.lanelet_network)
+        for obstacle in (*scenario.static_obstacles, *scenario.dynamic_obstacles):
+            _check_obstacle(file, obstacle)
+        return scenario, problems
+
+
+def _parsed(file: Path) -> tuple[Any, Any]:
+    logger = logging.getLogger("commonroad")
+    level = logger.level
+    try:
+        logger.setLevel(logging.CRITICAL)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            from commonroad.common.file_reader import CommonRoadFileReader
+
+            return CommonRoadFileReader(file).open()
+    except OSError:
+        raise
+    except Exception as error:  # commonroad-io raises whatever the malformed place happens to trigger
+        problem = f"commonroad-io cannot read it ({type(error).__name__}: {error}); check the file"
+        raise RecordingError(file, problem) from error
+    finally:
+        logger.setLevel(level)
+
+
+def _root(file: Path) -> str:
+    """Name of the root element of a well-formed file whose initial states are stated.
+
+    Without entities, which could make a small file huge.
+    """
+    names, inside, stated = list[str](), list[str](), set[str]()
+    parser = expat.ParserCreate()
+
+    def refuse(*_: Any) -> None:
+        raise RecordingError(file, "it declares a document type; expected none, remove it", parser.CurrentLineNumber)
+
+    def opened(name: str, _: Any) -> None:
+        names.append(name)
+        if inside[-1:] == ["initialState"]:
+            stated.add(name)
+        elif name == "initialState":
+            stated.clear()
+        inside.append(name)
+
+    def closed(name: str) -> None:
+        inside.pop()
+        moves = {"velocity"} if inside[-1:] != ["staticObstacle"] else set[str]()
+        if name == "initialState" and (missing := sorted(STATED.union(moves) - stated)):
+            problem = f"the initial state of a {inside[-1]} has no {missing[0]}; expected one, or leave it out"
+            raise RecordingError(file, problem, parser.CurrentLineNumber)
+
+    parser.StartElementHandler, parser.EndElementHandler = opened, closed
+    parser.StartDoctypeDeclHandler = refuse
+    try:
+        parser.Parse(file.read_bytes(), True)
+    except expat.ExpatError as error:
+        what = "it is cut or damaged" if names else "it is no XML"
+        problem = f"not a CommonRoad file: {what} ({expat.ErrorString(error.code)}); check that it was copied whole"
+        raise RecordingError(file, problem, error.lineno) from None
+    except (LookupError, ValueError) as error:  # of encodings
+        raise RecordingError(file, f"not a CommonRoad file: {error}; expected UTF-8, save it so", 1) from None
+    return names[0]
+
+
+def _check_lanelets(file: Path, network: Any) -> None:
+    if not network.lanelets:
+        raise RecordingError(file, "the scenario has no lanes; choose another file")
+    for part in network.lanelets:
+        if not all(np.all(np.abs(bound) < FARTHEST) for bound in (part.left_vertices, part.right_vertices)):
+            problem = f"lanelet {part.lanelet_id} has a point that is not finite or beyond {FARTHEST:g} m"
+            raise RecordingError(file, f"{problem}; check the coordinates")
+
+
+def states_of(obstacle: Any) -> Iterator[Any]:
+    """All states of an obstacle, None for those of predictions that have none."""
+    yield obstacle.initial_state
+    prediction = getattr(obstacle, "prediction", None)
+    if prediction is not None:  # one of sets has no trajectory
+        yield from getattr(getattr(prediction, "trajectory", None), "state_list", [None])
+
+
+def _check_obstacle(file: Path, obstacle: Any) -> None:
+    """Refuse sizes, times, places, headings and speeds that are no numbers, or none of this world."""
+    name = f"obstacle {obstacle.obstacle_id}"
+    for part in ("length", "width", "radius", "orientation", "vertices", "shapes"):
+        value = getattr(obstacle.obstacle_shape, part, ())
+        if not _are_numbers(value, 0.0 if part in ("length", "width", "radius") else -FARTHEST):
+            raise RecordingError(file, f"the {part} of {name} is {value}; expected numbers below {FARTHEST:g}")
+    for state in filter(None, states_of(obstacle)):
+        for part in ("time_step", "position", "orientation", "velocity"):
+            value = getattr(state, part, None)
+            if not _are_numbers(value, 0.0 if part == "time_step" else -FARTHEST):
+                least = "0 or more" if part == "time_step" else f"finite numbers below {FARTHEST:g}"
+                found = f"the {part} of {name} at time step {state.time_step} is {value}"
+                raise RecordingError(file, f"{found}; expected {least}, check the file or leave the obstacle out")
+
+
+def check_problem(problem: Any, dt: float) -> None:
+    """Refuse a planning problem that nobody can drive.
+
+    Args:
+        problem: as commonroad-io reads it.
+        dt: [s] time step.
+
+    Raises:
+        DataError: start or goal are not known, or are none of this world.
+    """
+    start, goals = problem.initial_state, problem.goal.state_list
+    if not 0 <= problem.planning_problem_id < LARGEST_ID:
+        raise DataError(f"its number is not between 0 and {LARGEST_ID:g}; give it another one")
+    for part, (least, most) in {
+        "time_step": (0.0, FARTHEST),
+        "position": (-FARTHEST, FARTHEST),
+        "orientation": (-FARTHEST, FARTHEST),
+        "velocity": (-BACKWARDS, FASTEST),
+    }.items():
+        value = getattr(start, part, None)
+        if not _are_numbers(value, least, most) or not isinstance(value, int | float | np.ndarray):
+            raise DataError(f"the {part} of its start is {value}; expected exact numbers from {least:g} to {most:g}")
+    if not goals:
+        raise DataError("it has no goal; give it a state to be reached")
+    latest = max(numbers_of(goal.time_step)[-1] for goal in goals) - start.time_step
+    if not 0 <= latest * dt <= LONGEST_DRIVE:
+        raise DataError(f"its goal is at {latest * dt:g} s after the start; expected 0 to {LONGEST_DRIVE:g} s")
+    for goal in goals:
+        for part in goal.used_attributes:
+            value = getattr(goal, part)
+            if not _are_numbers(value) or not _has_size(value):
+                raise DataError(f"the {part} of its goal is {value}; expected finite numbers, and sizes above 0")
+
+
+def _has_size(value: Any) -> bool:
+    """Whether a shape has an extent; an interval, which may be a single value, has the attribute ``length``, too."""
+    parts = [] if hasattr(value, "start") else getattr(value, "occupancies", getattr(value, "shapes", [value]))
+    return all(getattr(part, name, 1.0) > 0 for part in parts for name in ("length", "width", "radius"))
+
+
+def _are_numbers(value: Any, least: float = -FARTHEST, most: float = FARTHEST) -> bool:
+    return all(least <= number <= most for number in numbers_of(value))
+
+
+def numbers_of(value: Any) -> list[float]:
+    """The numbers that a value of commonroad-io is made of: itself, ends of an interval, coordinates of a shape."""
+    if isinstance(value, int | float | np.number):
+        return [float(value)]
+    if hasattr(value, "start"):
+        return [float(value.start), float(value.end)]
+    if isinstance(value, Iterable):
+        return [number for part in value for number in numbers_of(part)]
+    if hasattr(value, "x"):
+        return [float(value.x), float(value.y)]
+    return [number for name in _PARTS if hasattr(value, name) for number in numbers_of(getattr(value, name))]

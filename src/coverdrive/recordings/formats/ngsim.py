@@ -1,0 +1,205 @@
+"""NGSIM recordings: the US DOT portal's CSV (25 columns) and the original text (18 columns) in feet, Parquet in metres.
+
+The metric columns hold no vehicle sizes; every vehicle becomes a car of usual size.
+
+NGSIM measures the front centre of a vehicle: ``Local_X`` from the left edge of the road to the right, ``Local_Y`` along
+the road. Its vehicle numbers start anew in each recording period.
+"""
+
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+from jaxtyping import Float, Int
+
+from coverdrive.errors import RecordingError
+from coverdrive.recordings.checks import LONGEST_ROAD
+from coverdrive.recordings.files.columns import LENGTH, WIDTH, check_whole, parquet_numbers, plausible_sizes, time_step
+from coverdrive.recordings.files.delimited import ROW, Layout, csv_layout, read_columns
+from coverdrive.recordings.roads.lanes import edges_from_lanes, edges_from_width
+from coverdrive.recordings.roads.partial_lanes import with_partial_lanes
+from coverdrive.recordings.tracks.reading import Reading, make_reading, name_of
+from coverdrive.recordings.tracks.repair import RawTracks, tidy
+from coverdrive.recordings.tracks.smoothing import SmoothingSettings
+from coverdrive.road import Road
+
+FOOT = 0.3048
+"""[m]"""
+
+PAUSE = 60.0
+"""[s] a new recording period begins after a longer pause, or when the frame counter was restarted by more"""
+
+MOST_PERIODS = 20
+"""More restarts of the frame counter show that it counts something else"""
+
+USUAL_LENGTHS = (8.0, 60.0)
+"""[ft] of the median vehicle; cars are 15 ft long"""
+
+TEXT_COLUMNS = (
+    "vehicle_id frame_id total_frames global_time local_x local_y global_x global_y v_length v_width v_class "
+    "v_vel v_acc lane_id preceding following space_headway time_headway"
+)
+REQUIRED = ("vehicle_id", "frame_id", "global_time", "local_x", "local_y", "v_length", "v_width", "v_vel")
+OPTIONAL = ("lane_id", "v_class")
+
+KIND_OF_CLASS = {1: 5, 2: 1, 3: 3}
+"""Number in `coverdrive.recordings.files.kinds.KINDS` of motorcycles, automobiles and trucks"""
+
+METRIC_COLUMNS = {
+    "Vehicle_ID": "vehicle",
+    "Frame_ID": "frame",
+    "Global_Time": "clock",
+    "local_x_m": "right",
+    "local_y_m": "front",
+    "v_vel_mps": "speed",
+}
+"""and what they are called from here on"""
+
+METRIC = "vehicle_id local_x_m local_y_m"
+"""The columns that tell this format"""
+
+
+_kind = pl.col("v_class").cast(pl.Int64).replace_strict(KIND_OF_CLASS, default=0, return_dtype=pl.Int8)
+
+
+def read_ngsim(
+    file: Path, location: str | None = None, settings: SmoothingSettings | None = None
+) -> tuple[Reading, ...]:
+    """Read one site of an NGSIM file, one recording for each recording period.
+
+    The site ``location``, such as ``us-101``, is needed where the file holds several; the original text cannot.
+    """
+    layout = _layout(file)
+    missing = [name for name in REQUIRED if name not in layout.columns]
+    if missing:
+        problem = f"the file has no column {missing[0]}; expected the columns {', '.join(REQUIRED)}"
+        raise RecordingError(file, problem, 1)
+    wanted = [name for name in (*REQUIRED, *OPTIONAL) if name in layout.columns]
+    repairs: Counter[str] = Counter()
+    feet = read_columns(layout, wanted, location if layout.separator == "," else None, repairs)
+    usual = float(np.median(feet["v_length"].to_numpy()))
+    if not USUAL_LENGTHS[0] <= usual <= USUAL_LENGTHS[1]:
+        least, most = USUAL_LENGTHS
+        problem = f"the median vehicle length is {usual:.2f}, which cannot be feet; expected {least:g} to {most:g}"
+        raise RecordingError(file, f"{problem}, convert the file to feet")
+    lengths = {"right": "local_x", "front": "local_y", "length": "v_length", "width": "v_width", "speed": "v_vel"}
+    metres = feet.select(
+        ROW,
+        vehicle="vehicle_id",
+        frame="frame_id",
+        clock=pl.col("global_time") / 1000,
+        **{name: pl.col(source) * FOOT for name, source in lengths.items()},
+        **({"lane": pl.col("lane_id")} if "lane_id" in wanted else {}),
+        **({"kind": _kind} if "v_class" in wanted else {}),
+    )
+    del feet  # a third of the memory
+    return recordings_from_local(file, metres, repairs, settings or SmoothingSettings())
+
+
+def _layout(file: Path) -> Layout:
+    """Tell the two formats apart by the first line."""
+    layout = csv_layout(file)
+    if layout.columns:
+        return layout
+    with file.open("rb") as stream:
+        first = stream.readline(100_000).decode("utf-8", errors="replace").lstrip("\ufeff")
+    columns = tuple(TEXT_COLUMNS.split())
+    if len(first.split()) != len(columns):
+        problem = f"the first line has {len(first.split())} columns and no comma; expected a header with commas, as"
+        problem += f" the NGSIM portal writes it, or the {len(columns)} columns of the original NGSIM text"
+        raise RecordingError(file, problem, 1)
+    return Layout(file, columns, " ")
+
+
+def read_metric(file: Path, settings: SmoothingSettings | None = None) -> tuple[Reading, ...]:
+    """Metric NGSIM tracks of a Parquet file, one recording for each recording period."""
+    metres = parquet_numbers(file, METRIC_COLUMNS)
+    metres = metres.with_columns(pl.col("clock") / 1000, length=pl.lit(LENGTH), width=pl.lit(WIDTH))
+    repairs = Counter({"assumed sizes": metres["vehicle"].n_unique()})
+    return recordings_from_local(file, metres, repairs, settings or SmoothingSettings())
+
+
+def recordings_from_local(
+    file: Path, table: pl.DataFrame, repairs: Counter[str], settings: SmoothingSettings
+) -> tuple[Reading, ...]:
+    """One recording for each period; their times count from the first row of the file.
+
+    The table has the columns ``vehicle``, ``frame`` (the period's frame counter), ``clock`` [s], ``right`` [m]
+    (Local_X), ``front`` [m] (Local_Y), ``length`` and ``width`` [m], ``speed`` [m/s], ``row`` (of the file), and if
+    known ``lane`` and ``kind`` (in `KINDS`); all numbers are finite and below 2⁵³. ``repairs`` gains ``odd lengths``
+    and ``odd widths``.
+    """
+    check_whole(file, table)
+    table = plausible_sizes(file, table, repairs)
+    clock = table["clock"].to_numpy()
+    dt = time_step(file, table, "Global_Time is in milliseconds")
+    moment = np.rint((clock - clock.min()) / dt).astype(np.int64)
+    vehicle, frame = (table[name].to_numpy().astype(np.int64) for name in ("vehicle", "frame"))
+    period = _periods(vehicle, moment, frame, dt)
+    raw, edges = _in_road_frame(file, table, vehicle, moment)
+    periods = np.unique(period)
+    counts = [repairs, *(Counter[str]() for _ in periods[1:])]
+    parts = [tidy(raw.take(period == number), dt, own) for number, own in zip(periods, counts, strict=True)]
+    length = max(float((part.lon + part.length / 2).max()) for part in parts)
+    if not 0 < length <= LONGEST_ROAD:
+        problem = f"the road is {length:.6g} m long; expected up to {LONGEST_ROAD:g} m, check the unit of the positions"
+        raise RecordingError(file, problem, None, "local_y")
+    found = with_partial_lanes(parts, edges)
+    parts = [replace(part, lat=part.lat - found.right) for part in parts]
+    road = Road(edges=found.edges, length=length, changing=found.changing)
+    lanes = ("lane numbers" if "lane" in table.columns else "12 ft from the left") + found.told
+    names = [name_of(file) + (f" period {number + 1}" if len(periods) > 1 else "") for number in periods]
+    return tuple(
+        make_reading(file, name, part, dt, road, settings, own, {"lanes": lanes})
+        for name, part, own in zip(names, parts, counts, strict=True)
+    )
+
+
+def _in_road_frame(
+    file: Path, table: pl.DataFrame, vehicle: Int[np.ndarray, " R"], moment: Int[np.ndarray, " R"]
+) -> tuple[RawTracks, Float[np.ndarray, " edges"]]:
+    """All rows with vehicle centres in the frame of the road, and the lane edges from its right edge on."""
+    right, length = table["right"].to_numpy(), table["length"].to_numpy()
+    lane = table["lane"].to_numpy() if "lane" in table.columns else None
+    edges = edges_from_width(right) if lane is None else edges_from_lanes(right, lane)
+    if edges is None:
+        problem = "the lanes cannot be told; expected a few lanes that most vehicles are in, check Lane_ID and Local_X"
+        raise RecordingError(file, problem)
+    raw = RawTracks(
+        vehicle=vehicle,
+        moment=moment,
+        lon=table["front"].to_numpy() - length / 2,
+        lat=edges[-1] - right,
+        length=length,
+        width=table["width"].to_numpy(),
+        speed=table["speed"].to_numpy(),
+        group=np.zeros_like(vehicle),
+        kind=table["kind"].to_numpy() if "kind" in table.columns else np.zeros_like(vehicle, dtype=np.int8),
+    )
+    return raw, (edges[-1] - edges)[::-1].copy()
+
+
+def _periods(
+    vehicle: Int[np.ndarray, " R"], moment: Int[np.ndarray, " R"], frame: Int[np.ndarray, " R"], dt: float
+) -> Int[np.ndarray, " R"]:
+    """The recording period of every row, from 0, in the order of time.
+
+    The frame counter starts anew in each period. Where it tells nothing, a period ends with a pause after which numbers
+    of vehicles are used again.
+    """
+    pause = round(PAUSE / dt)
+    by_counter = _clusters(moment - frame, pause)
+    if 0 < by_counter.max() < MOST_PERIODS:
+        return by_counter
+    by_pause = _clusters(moment, pause)
+    pairs = np.unique(np.stack([vehicle, by_pause]), axis=1)
+    reused = len(np.unique(pairs[0])) < pairs.shape[1]
+    return by_pause if reused else np.zeros_like(by_pause)
+
+
+def _clusters(values: Int[np.ndarray, " R"], distance: int) -> Int[np.ndarray, " R"]:
+    """Number of the cluster of every value, ascending; clusters are more than ``distance`` apart."""
+    distinct, inverse = np.unique(values, return_inverse=True)
+    return np.cumsum(np.diff(distinct, prepend=distinct[:1]) > distance)[inverse]

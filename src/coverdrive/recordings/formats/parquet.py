@@ -1,0 +1,147 @@
+"""The package's own recordings as Parquet: one file holds any number of recordings, exactly."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import BinaryIO, Literal
+
+import numpy as np
+import polars as pl
+from pydantic import BaseModel, TypeAdapter, ValidationError
+
+from coverdrive.errors import DataError, RecordingError
+from coverdrive.files import write_atomically
+from coverdrive.recordings.files.columns import damaged, whole_parquet
+from coverdrive.recordings.recording import SCHEMA, Recording
+from coverdrive.reference_line import ReferenceLine
+from coverdrive.road import LaneEdges, Road
+
+KEY = "coverdrive"
+"""Where the file's metadata hold name, dt, road and repairs of every recording"""
+
+
+class _Line(BaseModel):
+    start: list[float]
+    heading: float
+    curvature: list[float]
+    length: float
+    lat: float
+
+
+class _Changing(BaseModel):
+    lon: list[float]
+    lat: list[list[float]]
+
+
+class _Head(BaseModel):
+    """What the metadata say of one recording."""
+
+    name: str
+    dt: float
+    edges: list[float]
+    length: float
+    line: _Line | None = None
+    changing: _Changing | None = None
+    speed_limit: float | None = None
+    side: Literal["right", "left"] = "right"
+    repairs: dict[str, int]
+    notes: dict[str, str] = {}
+
+    @staticmethod
+    def of(recording: Recording) -> "_Head":
+        """What there is to say of a recording."""
+        road = recording.road
+        line, changing = road.line, road.changing
+        return _Head(
+            name=recording.name,
+            dt=recording.dt,
+            edges=np.asarray(road.edges, dtype=np.float64).tolist(),
+            length=float(road.length),
+            line=line
+            and _Line(
+                start=line.start.tolist(),
+                heading=line.heading,
+                curvature=line.curvature.tolist(),
+                length=line.length,
+                lat=line.lat,
+            ),
+            changing=changing and _Changing(lon=changing.lon.tolist(), lat=changing.lat.tolist()),
+            speed_limit=road.speed_limit,
+            side=road.side,
+            repairs=recording.repairs,
+            notes=recording.notes,
+        )
+
+    @property
+    def road(self) -> Road:
+        """The road, as it was."""
+        line, changing = self.line, self.changing
+        return Road(
+            edges=np.array(self.edges, dtype=np.float64),
+            length=self.length,
+            line=line
+            and ReferenceLine(np.array(line.start), line.heading, np.array(line.curvature), line.length, line.lat),
+            changing=changing and LaneEdges(np.array(changing.lon), np.array(changing.lat)),
+            speed_limit=self.speed_limit,
+            side=self.side,
+        )
+
+
+_HEADS = TypeAdapter(list[_Head])
+
+
+def write_parquet(recordings: Sequence[Recording], path: Path) -> None:
+    """Write one recording or more to a file, which appears or is replaced whole or not at all."""
+    if not recordings:
+        raise DataError("there is no recording to write; read or generate at least one")
+    heads = [_Head.of(recording) for recording in recordings]
+    rows = pl.concat(
+        recording.table.with_columns(recording=pl.lit(number, dtype=pl.Int64))
+        for number, recording in enumerate(recordings)
+    )
+    metadata = {KEY: _HEADS.dump_json(heads).decode()}
+    write_atomically(path, lambda file: rows.write_parquet(file, metadata=metadata))
+
+
+def is_own(stream: BinaryIO) -> bool:
+    """Whether `write_parquet` wrote a Parquet file."""
+    return KEY in pl.read_parquet_metadata(stream)
+
+
+def read_parquet(file: Path) -> tuple[Recording, ...]:
+    """What `write_parquet` wrote, exactly; a file that is not as it writes them is refused."""
+    rows = whole_parquet(file)
+    try:
+        heads = _heads(file, pl.read_parquet_metadata(file.read_bytes()))
+    except (pl.exceptions.PolarsError, pl.exceptions.PanicException) as error:
+        raise damaged(file, error) from error
+    found, schema = dict(rows.schema), dict(SCHEMA) | {"recording": pl.Int64}
+    if not schema.items() <= found.items():
+        problem = f"the file is damaged or of another version: expected the columns {schema}, got {found}"
+        raise RecordingError(file, f"{problem}; write the recordings anew")
+    for row in (~rows["recording"].is_between(0, len(heads) - 1).fill_null(False)).arg_true():
+        problem = f"expected the number of one of {len(heads)} recordings, got {rows['recording'][row]}"
+        raise RecordingError(file, f"{problem}; write the recordings anew", row + 1, "recording")
+    try:
+        return tuple(_recording(head, rows, number) for number, head in enumerate(heads))
+    except DataError as error:
+        raise RecordingError(file, str(error)) from error
+
+
+def _heads(file: Path, metadata: dict[str, str]) -> list[_Head]:
+    """What the metadata of a Parquet file say of its recordings."""
+    try:
+        heads = _HEADS.validate_json(metadata.get(KEY, "[]"))
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = " ".join(map(str, first["loc"]))
+        problem = f"the file is damaged or of another version ({place}: {first['msg']}); write the recordings anew"
+        raise RecordingError(file, problem) from None
+    if not heads:
+        raise RecordingError(file, "the file names no recording; write the recordings anew")
+    return heads
+
+
+def _recording(head: _Head, rows: pl.DataFrame, number: int) -> Recording:
+    """Recording ``number`` of a file, its rows found by the column ``recording``."""
+    table = rows.filter(pl.col("recording") == number).drop("recording")
+    return Recording(head.name, table, head.dt, head.road, head.repairs, head.notes)

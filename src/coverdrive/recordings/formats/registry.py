@@ -1,0 +1,56 @@
+"""The formats that the package reads, under their names; the last one is asked first whether a file is of its own.
+
+One is recognised, but not read.
+"""
+
+from pathlib import Path
+from typing import Any, NoReturn
+
+from coverdrive.errors import RecordingError
+from coverdrive.recordings.formats.commonroad import read_commonroad
+from coverdrive.recordings.formats.highd import HIGHD, HIGHD_RECORDING, HIGHD_VEHICLES, read_highd
+from coverdrive.recordings.formats.i24 import I24, read_i24
+from coverdrive.recordings.formats.interaction import INTERACTION, MONA, PEDESTRIANS, read_interaction, read_mona
+from coverdrive.recordings.formats.levelx import LEVELX, LEVELX_RECORDING, LEVELX_VEHICLES, read_levelx
+from coverdrive.recordings.formats.ngsim import METRIC, read_metric, read_ngsim
+from coverdrive.recordings.formats.parquet import read_parquet
+from coverdrive.recordings.formats.reader import having, readers, register_reader
+from coverdrive.recordings.formats.tgsim import TGSIM, has_centre_lines, read_tgsim
+
+__all__ = ["readers", "register_reader"]
+
+
+def refuse_citysim(file: Path, how: Any) -> NoReturn:
+    """Refuse CitySim tracks, whose boxes are in pixels and in feet of images that are not rectified alike."""
+    problem = "these look like CitySim tracks (pixels and feet), which are not read; the format is described at"
+    where = "https://github.com/UCF-SST-Lab/UCF-SST-CitySim1-Dataset"
+    raise RecordingError(file, f"{problem} {where}: convert it to own Parquet, as the tutorial 'Your recordings' shows")
+
+
+register_reader(
+    "NGSIM",
+    lambda file, how: read_ngsim(file, how.location, how.smoothing),
+    lambda head: (
+        head.suffix in (".csv", ".txt") and (not head.columns or bool(head.columns & {"vehicle_id", "local_x"}))
+    ),
+)
+register_reader("NGSIM-metric", lambda file, how: read_metric(file, how.smoothing), having(METRIC), numbers="restart")
+register_reader("CitySim", refuse_citysim, having("carcenterx boundingbox1x"))
+register_reader("highD", read_highd, having(HIGHD), having(HIGHD_RECORDING, HIGHD_VEHICLES), "restart")
+register_reader("exiD", read_levelx, having(LEVELX), having(LEVELX_RECORDING, LEVELX_VEHICLES), "restart")
+register_reader("TGSIM", read_tgsim, having(TGSIM), has_centre_lines)
+register_reader(
+    "INTERACTION",
+    read_interaction,
+    having(INTERACTION),
+    lambda head: having(PEDESTRIANS)(head) and "psi_rad" not in head.columns,
+    "restart",
+)
+register_reader("MONA", read_mona, having(MONA))
+register_reader("I-24", read_i24, having(I24))
+register_reader(
+    "CommonRoad",
+    lambda file, how: read_commonroad(file, how.smoothing),
+    lambda head: head.suffix == ".xml",
+)
+register_reader("own", lambda file, how: read_parquet(file), lambda head: head.own, numbers="restart")

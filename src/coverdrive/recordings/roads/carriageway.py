@@ -1,0 +1,217 @@
+"""Tracks in map coordinates are told apart by their direction of travel, and find the road they drive on.
+
+A reader may know lines along the road, such as lane markings; else its line follows the directions in which vehicles
+drive, and the middle of the lanes that they keep to.
+"""
+
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import polars as pl
+from jaxtyping import Float
+from scipy.interpolate import CubicSpline, make_smoothing_spline
+
+from coverdrive.errors import DataError, RecordingError
+from coverdrive.recordings.checks import LONGEST_ROAD
+from coverdrive.recordings.roads.line_fit import SPACING, fit_line
+from coverdrive.recordings.tracks.repair import counted
+from coverdrive.reference_line import ReferenceLine
+from coverdrive.road import Road
+
+Line = Float[np.ndarray, "P 2"]
+"""Points [m] of a line in map coordinates"""
+
+MOVING = 10.0
+"""[m] from its first to its last position show in which direction a vehicle drives"""
+
+CROSSING, MOST_CROSSING = 30.0, 0.1
+"""[degrees] from the axis of the road, and the share of the moving vehicles that may drive so without its being a
+junction"""
+
+FEW = 0.1
+"""Share of the moving vehicles up to which those that drive the other way are left out as strays"""
+
+STRETCH = 20.0
+"""[m] of the road over which the direction of every vehicle is taken"""
+
+FOLLOWINGS = 2
+"""How often the line is put along the vehicles' directions, from a straight one on"""
+
+SHORTEST_WAVE = 200.0
+"""[m] wave length below which bends that only vehicles show are smoothed out: lane changes, not motorways"""
+
+SHARPLY, ENOUGH = 5.0, 5
+"""[degrees] from a line that is put along their directions, in which so many vehicles or more may drive in the median;
+in curves of 100 m radius it is 3°, of 60 m 7°"""
+
+
+def split_directions(file: Path, table: pl.DataFrame, repairs: Counter[str]) -> list[pl.DataFrame]:
+    """The rows of each direction of travel, that with more vehicles first.
+
+    The table has the columns ``vehicle``, ``moment``, ``x`` and ``y`` [m], and is sorted by the first two. Vehicles
+    that stand belong to the direction whose vehicles pass nearest. ``repairs`` gains ``crossing vehicles`` and
+    ``vehicles the other way``.
+
+    Raises:
+        RecordingError: nothing moves, too much crosses the road, or vehicles drive both ways in the same place.
+    """
+    ends = pl.col("x", "y").last() - pl.col("x", "y").first()
+    way = table.group_by("vehicle", maintain_order=True).agg(ends, pl.col("x", "y").mean().name.suffix("_mean"))
+    moved = way.select("x", "y").to_numpy()
+    moving = np.hypot(*moved.T) >= MOVING
+    if not moving.any():
+        problem = f"no vehicle moves by {MOVING:g} m or more; expected traffic, check that positions are in metres"
+        raise RecordingError(file, problem)
+    doubled = (moved[:, 0] + 1j * moved[:, 1])[moving] ** 2
+    axis = np.sqrt(np.sum(doubled / np.abs(doubled) ** 0.5))  # twice the angle is the same for both directions
+    axis /= np.abs(axis)
+    turned = np.angle((moved[:, 0] + 1j * moved[:, 1]) / axis)
+    forward = np.cos(turned) > 0
+    crossing = moving & (np.abs(np.cos(turned)) < np.cos(np.radians(CROSSING)))
+    if crossing.sum() > MOST_CROSSING * moving.sum():
+        found = f"{crossing.sum()} of {moving.sum()} vehicles drive at more than {CROSSING:g}° to the others"
+        raise RecordingError(file, f"{found}; expected one road, no junction, that bends by little more than that")
+    counted(repairs, "crossing vehicles", int(crossing.sum()))
+    sides = [moving & ~crossing & forward, moving & ~crossing & ~forward]
+    sides.sort(key=np.sum, reverse=True)
+    across = (way["x_mean"].to_numpy() + 1j * way["y_mean"].to_numpy()) / axis
+    if sides[1].sum() <= FEW * moving.sum():
+        counted(repairs, "vehicles the other way", int(sides[1].sum()))
+        sides = [sides[0] | ~moving]
+    else:
+        standing = ~moving[:, None] & _nearest(across.imag, sides)
+        sides = [side | standing[:, number] for number, side in enumerate(sides)]
+    vehicles = [way["vehicle"].filter(pl.Series(side)) for side in sides]
+    return [table.filter(pl.col("vehicle").is_in(own.implode())) for own in vehicles]
+
+
+def _nearest(across: Float[np.ndarray, " V"], sides: list[np.ndarray]) -> np.ndarray:
+    """Which side (V, 2) each vehicle is nearest to, by its mean position [m] across the road."""
+    away = np.stack([np.abs(across - np.median(across[side])) for side in sides], axis=-1)
+    return away == away.min(axis=-1, keepdims=True)
+
+
+def check_apart(file: Path, road: Road, other: pl.DataFrame) -> Literal["right", "left"]:
+    """On which side of the traffic the other way the vehicles of a road keep; refused if that is on the road itself."""
+    low, high = np.quantile(road.to_road(other["x"], other["y"])[1], (0.05, 0.95))
+    if low > road.edges[-1]:
+        return "right"
+    if high < road.edges[0]:
+        return "left"
+    problem = "vehicles drive both ways in the same place; expected two carriageways side by side"
+    raise RecordingError(file, f"{problem}: leave out one direction, or choose another file")
+
+
+def line_along(file: Path, table: pl.DataFrame, known: tuple[Line, ...]) -> ReferenceLine:
+    """The line of the road of the vehicles of one direction: the longest of the known lines, or along the tracks.
+
+    Raises:
+        RecordingError: the road's length is that of no road, or it bends too sharply.
+    """
+    ends = table.group_by("vehicle").agg(pl.col("x", "y").last() - pl.col("x", "y").first())
+    travel = ends.select("x", "y").sum().to_numpy()[0]
+    points = max(known, key=lambda line: float(np.hypot(*(line[-1] - line[0])))) if known else _chord(table, travel)
+    if (points[-1] - points[0]) @ travel < 0:
+        points = points[::-1]
+    if not 1.0 <= float(np.sum(np.hypot(*np.diff(points, axis=0).T))) <= LONGEST_ROAD:
+        raise RecordingError(file, f"the road is not between 1 m and {LONGEST_ROAD:g} m long; check the coordinates")
+    try:
+        line = fit_line(points)
+        for _ in range(0 if known else FOLLOWINGS):
+            line = _followed(table, line)
+    except DataError as error:
+        raise RecordingError(file, str(error)) from error
+    if not known:
+        _check_followed(file, table, line)
+    return line
+
+
+def _chord(table: pl.DataFrame, travel: Float[np.ndarray, " 2"]) -> Line:
+    """The ends of a straight line in a direction, along all positions."""
+    along = travel / np.hypot(*travel)
+    places = table.select("x", "y").to_numpy()
+    way, middle = places @ along, places.mean(axis=0)
+    return middle + (np.array([way.min(), way.max()]) - middle @ along)[:, None] * along
+
+
+def _followed(table: pl.DataFrame, line: ReferenceLine) -> ReferenceLine:
+    """A line in the median direction of those who drive from one stretch to the next, all measured along a rough line.
+
+    It drifts off lanes by little, which `centred` puts right.
+    """
+    lon, lat = line.to_road(table["x"], table["y"])
+    slope = _smooth(*_slopes(table["vehicle"], lon, lat))
+    grid = np.arange(lon.min(), lon.max() + STRETCH, STRETCH)
+    offset = np.concatenate([[0.0], np.cumsum(slope((grid[1:] + grid[:-1]) / 2) * STRETCH)])
+    return _moved(line, grid, offset + float(lat.mean() - offset.mean()))
+
+
+def _check_followed(file: Path, table: pl.DataFrame, line: ReferenceLine) -> None:
+    """Refuse tracks that turn more sharply than the line along them can."""
+    _, slope, rows = _medians(*_slopes(table["vehicle"], *line.to_road(table["x"], table["y"])))
+    turned = np.degrees(np.arctan(np.abs(slope[rows >= ENOUGH]).max(initial=0.0)))
+    if turned > SHARPLY:
+        problem = f"the vehicles' way bends by {turned:.0f}° more than a road whose bends are estimated from tracks can"
+        raise RecordingError(file, f"{problem}, as in curves below about 60 m radius; name its map, or leave it out")
+
+
+def _slopes(
+    vehicle: pl.Series, lon: Float[np.ndarray, " R"], lat: Float[np.ndarray, " R"]
+) -> tuple[Float[np.ndarray, " N"], Float[np.ndarray, " N"]]:
+    """How much to the left of a line vehicles drive from one stretch to the next, and where [m]."""
+    places = (
+        pl.DataFrame({"vehicle": vehicle, "lon": lon, "lat": lat, "stretch": np.floor(lon / STRETCH)})
+        .group_by("vehicle", "stretch")
+        .agg(pl.col("lon", "lat").mean())
+        .sort("vehicle", "stretch")
+    )
+    change = pl.col("lon", "lat", "stretch").diff().over("vehicle").name.suffix("_step")
+    steps = places.with_columns(change).filter(pl.col("stretch_step") == 1)
+    return (steps["lon"] - steps["lon_step"] / 2).to_numpy(), (steps["lat_step"] / steps["lon_step"]).to_numpy()
+
+
+def centred(line: ReferenceLine, lon: Float[np.ndarray, " R"], beside: Float[np.ndarray, " R"]) -> ReferenceLine:
+    """The line moved to the left by what most vehicles at each place ``lon`` [m] are to the left of their lanes [m]."""
+    at = np.linspace(0.0, line.length, max(2, round(line.length / STRETCH) + 1))
+    return _moved(line, at, _smooth(lon, beside)(at))
+
+
+def _moved(line: ReferenceLine, lon: Float[np.ndarray, " G"], left: Float[np.ndarray, " G"]) -> ReferenceLine:
+    """The line through points [m] to the left of places [m] on a line, without smoothing, which would straighten it."""
+    fine = np.linspace(lon[0], lon[-1], max(4, round(float(np.ptp(lon)) / SPACING) + 1))
+    x, y = line.to_map(fine, CubicSpline(lon, left)(fine))
+    way = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
+    even = np.linspace(0.0, way[-1], len(way))
+    (dx, ddx), (dy, ddy) = ((spline(even, 1), spline(even, 2)) for spline in (CubicSpline(way, x), CubicSpline(way, y)))
+    curvature = (dx * ddy - dy * ddx) / np.hypot(dx, dy) ** 3
+    return ReferenceLine(np.array([x[0], y[0]]), float(np.arctan2(dy[0], dx[0])), curvature, float(way[-1]))
+
+
+def _medians(at: Float[np.ndarray, " N"], values: Float[np.ndarray, " N"]) -> tuple[Float[np.ndarray, " S"], ...]:
+    """Mean place [m] of each stretch, the median of its values, and how many there are."""
+    medians = (
+        pl.DataFrame({"stretch": pl.Series(at / STRETCH).floor(), "at": at, "value": values})
+        .group_by("stretch")
+        .agg(pl.col("at").mean(), pl.col("value").median(), rows=pl.len())
+        .sort("at")
+    )
+    return tuple(medians[name].to_numpy().astype(np.float64) for name in ("at", "value", "rows"))
+
+
+def _smooth(at: Float[np.ndarray, " N"], values: Float[np.ndarray, " N"]) -> Callable[[np.ndarray], np.ndarray]:
+    """A smooth curve through the medians of values over stretches of places [m], straight on beyond its ends."""
+    place, value, rows = _medians(at, values)
+    if len(place) < 5:  # too few for a spline
+        constant = float(np.average(value, weights=rows)) if len(place) else 0.0
+        return lambda places: np.full_like(places, constant)
+    stiffness = (SHORTEST_WAVE / (2 * np.pi)) ** 4 / STRETCH
+    curve = make_smoothing_spline(place, value, w=rows / rows.mean(), lam=stiffness)
+
+    def straight_on(places: np.ndarray) -> np.ndarray:
+        inside = np.clip(places, place[0], place[-1])
+        return curve(inside) + curve(inside, 1) * (places - inside)
+
+    return straight_on

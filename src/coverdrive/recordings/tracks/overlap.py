@@ -1,0 +1,118 @@
+"""Finds the vehicles that several recordings show at the same time: they count once, and a split must not put their
+recordings on two sides.
+
+Several published scenarios are cut from the same original. Their clocks, coordinates and vehicle numbers differ, but
+the speeds that the files state are copies. Two tracks belong to one vehicle if their stated speeds agree wherever, at
+some time offset, both exist. R is the number of rows.
+"""
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+import polars as pl
+from jaxtyping import Int
+
+from coverdrive.recordings.tracks.repair import RawTracks
+
+SPACING = 0.1
+"""[s] between two samples at least: those of 25 Hz differ by less than the resolution, so that any two tracks agree"""
+
+RUN = 8
+"""Samples of a run of speeds that is looked up in the other recordings"""
+
+STEP = 0.05
+"""[m/s] resolution of the look-up; copies that differ by rounding are found by those of their runs that do not"""
+
+LARGEST_DIFFERENCE = 0.02
+"""[m/s] between two copies of a stated speed"""
+
+LONE = 30
+"""Samples for which two tracks must agree to prove an overlap alone; shorter ones must be at least two"""
+
+SMOOTH = 3
+"""Degree of polynomials in time that smooth speeds follow"""
+
+COMMON = 50
+"""Runs that occur more often are not telling"""
+
+SHARED = pl.Schema({f"{name}{side}": pl.Int64 for side in ("", "_b") for name in ("recording", "vehicle", "group")})
+"""A vehicle in a group of one recording, and the same vehicle in one of another"""
+
+
+def shared_vehicles(
+    tracks: Sequence[RawTracks],
+    groups: Sequence[Int[np.ndarray, "..."]],
+    files: Sequence[int],
+    steps: Sequence[float] | None = None,
+) -> pl.DataFrame:
+    """The vehicles that two recordings share at the same time: recording, vehicle and group, and those ``_b`` there.
+
+    A pair of vehicles has a row for each pair of groups that they share. ``groups`` are those of every row of each of
+    the tracks, numbered through all of them; ``files`` the file that each of the recordings is from: those of one file
+    are not compared; ``steps`` the time [s] between their rows, 0.1 s if left out: those of different ones are neither.
+    """
+    if len(set(files)) < 2:
+        return pl.DataFrame(schema=SHARED)
+    every = [math.ceil(SPACING / step - 0.01) for step in steps or [SPACING] * len(tracks)]
+    ordered = [_ordered(track, group) for track, group in zip(tracks, groups, strict=True)]
+    runs = pl.concat([_runs(table, number, every[number]) for number, table in enumerate(ordered)])
+    runs = runs.join(pl.DataFrame({"recording": range(len(files)), "file": files}), on="recording")
+    runs = runs.filter(pl.len().over("key") <= COMMON, pl.col("file").n_unique().over("key") > 1)
+    matches = (
+        runs.join(runs, on="key", suffix="_b")
+        .filter(pl.col("file") < pl.col("file_b"))
+        .select("recording", "recording_b", "vehicle", "vehicle_b", offset=pl.col("moment_b") - pl.col("moment"))
+        .unique()
+        .sort("recording", "recording_b", "offset", "vehicle", "vehicle_b")
+    )
+    shared = [pl.DataFrame(schema=SHARED)]
+    for (a, b, offset), found in matches.group_by("recording", "recording_b", "offset", maintain_order=True):
+        lone = LONE * every[int(a)]
+        shared.append(_shared(ordered[int(a)], ordered[int(b)], int(offset), found, lone).select(SHARED.names()))
+    return pl.concat(shared, how="vertical_relaxed")
+
+
+def _ordered(track: RawTracks, group: Int[np.ndarray, " R"]) -> pl.DataFrame:
+    """One row per vehicle and moment, sorted."""
+    table = pl.DataFrame({"vehicle": track.vehicle, "moment": track.moment, "speed": track.speed, "group": group})
+    return table.unique(["vehicle", "moment"], keep="first", maintain_order=True).sort("vehicle", "moment")
+
+
+def _runs(table: pl.DataFrame, number: int, every: int) -> pl.DataFrame:
+    """A key of every run of successive, mostly different speeds, with its vehicle and first moment."""
+    whole = every * (RUN - 1)
+    vehicle, moment = table["vehicle"].to_numpy(), table["moment"].to_numpy()
+    rounded = np.rint(table["speed"].to_numpy() / STEP).astype(np.int64)
+    count = max(0, len(rounded) - whole)
+    factors = np.random.default_rng(0).integers(1, 2**62, RUN)
+    parts = [rounded[lag : lag + count] for lag in range(0, whole + 1, every)]
+    key = sum((part * factor for part, factor in zip(parts, factors, strict=True)), np.full(count, every))
+    changes = sum((part != before for before, part in pairwise(parts)), np.zeros(count, dtype=np.int64))
+    end = slice(whole, whole + count)
+    telling = (vehicle[:count] == vehicle[end]) & (moment[end] - moment[:count] == whole) & (changes > RUN // 2)
+    runs = pl.DataFrame({"key": key, "vehicle": vehicle[:count], "moment": moment[:count], "recording": number})
+    return runs.filter(telling)
+
+
+def _shared(a: pl.DataFrame, b: pl.DataFrame, offset: int, found: pl.DataFrame, lone: int) -> pl.DataFrame:
+    """The vehicles that are found in both, with the groups of their common rows; none if they prove no overlap."""
+    shared = (
+        found.select("recording", "recording_b", "vehicle", "vehicle_b")
+        .join(a, on="vehicle")
+        .with_columns(moment_b=pl.col("moment") + offset)
+        .join(b, left_on=("vehicle_b", "moment_b"), right_on=("vehicle", "moment"), suffix="_b")
+    )
+    agree = (pl.col("speed") - pl.col("speed_b")).abs().max().over("vehicle", "vehicle_b")
+    shared = shared.filter(agree <= LARGEST_DIFFERENCE)
+    pairs = shared.select("vehicle", "vehicle_b").n_unique()
+    telling = pairs >= 2 or (len(shared) >= lone and _fluctuates(shared))  # of one pair, all rows are its own
+    return (shared if telling else shared.clear()).unique(SHARED.names(), maintain_order=True)
+
+
+def _fluctuates(shared: pl.DataFrame) -> bool:
+    """Whether speeds leave every smooth curve by more than two copies differ: vehicles that roll out look alike."""
+    moment, speed = shared["moment"].to_numpy(), shared["speed"].to_numpy()
+    smooth = np.polynomial.Polynomial.fit(moment, speed, SMOOTH)
+    return float(np.abs(smooth(moment) - speed).max()) > LARGEST_DIFFERENCE

@@ -1,0 +1,164 @@
+"""From raw positions to recordings: repaired (`coverdrive.recordings.tracks.repair`), smoothed
+(`coverdrive.recordings.tracks.smoothing`), filtered (`coverdrive.recordings.tracks.filtering`), and refused where they
+cannot be traffic.
+
+R rows of raw positions become a recording's table: sorted by vehicle and time, one row per vehicle and moment, no gaps.
+"""
+
+from collections import Counter
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import polars as pl
+
+from coverdrive.errors import DataError, RecordingError
+from coverdrive.recordings.checks import TIME_STEPS, Rows, implausible_vehicles
+from coverdrive.recordings.recording import KIND, SCHEMA, SEEN, STATED_SPEED, Recording
+from coverdrive.recordings.tracks.filtering import SEEN_FOR, least_moments, seen
+from coverdrive.recordings.tracks.repair import (
+    LONGEST_GAP,
+    RawTracks,
+    counted,
+    drop_off_road,
+    drop_short,
+    fill_gaps,
+    tidy,
+)
+from coverdrive.recordings.tracks.smoothing import SmoothingSettings, motion, smooth
+from coverdrive.road import Road
+
+FASTEST = 60.0
+"""[m/s] hardly any vehicle drives faster, so a file in which many do is not in metres"""
+
+MOST_IMPLAUSIBLE, MOST_BESIDE = 0.2, 0.5
+"""Share of the vehicles that may be left out because of their motion, and of the rows because they are off the road"""
+
+STATED, MOVING, ENOUGH = (0.9, 1.1), 3.0, 20
+"""Median ratio of the speed of the positions to the one that a file states, of vehicles that move at more than so many
+m/s by one of them, in as many rows at the least"""
+
+
+class Reading(NamedTuple):
+    """A recording, and the tracks on the road as the file holds them."""
+
+    recording: Recording
+    raw: RawTracks
+
+
+def reading_of(recording: Recording) -> Reading:
+    """A recording that is finished, with its own rows as the tracks of the file."""
+    return Reading(recording, tracks_of(recording))
+
+
+def tracks_of(recording: Recording) -> RawTracks:
+    """The rows of a recording that its file holds, with the speeds that it states."""
+    table = recording.table.filter(pl.col("stated").is_not_nan())
+    values = {name: table[name].to_numpy() for name in ("vehicle", "group", "lon", "lat", "length", "width")}
+    moment = np.rint(table["time"].to_numpy() / recording.dt).astype(np.int64)
+    return RawTracks(moment=moment, speed=table["stated"].to_numpy().astype(float), **values)
+
+
+def regular_table(
+    raw: RawTracks, dt: float, settings: SmoothingSettings, repairs: Counter[str], road: Road
+) -> pl.DataFrame:
+    """The table of a recording from at least one row of positions on a road.
+
+    ``repairs`` gains what `tidy` repairs, ``interpolated rows``, ``split tracks`` (at long gaps and at jumps) and
+    ``dropped tracks`` (of too few rows to have a speed), each where any. A track begins when its vehicle is seen.
+    """
+    least = least_moments(dt)
+    tracks = drop_short(fill_gaps(tidy(raw, dt, repairs), dt, LONGEST_GAP, repairs), least, repairs)
+    starts = np.flatnonzero(np.diff(tracks.vehicle, prepend=tracks.vehicle[:1] - 1))
+    lon, lon_rate = smooth(tracks.lon, starts, dt, settings)
+    lat, lat_rate = smooth(tracks.lat, starts, dt, settings)
+    speed, heading = motion(lon_rate * road.stretch(lon, lat), lat_rate)
+    measures = (lon, lat, speed, heading, tracks.length, tracks.width)
+    columns = (tracks.vehicle, tracks.group, tracks.moment * dt, *measures)
+    measured, noises = ~np.isnan(tracks.speed), (settings.position_noise, settings.acceleration_noise)
+    lon, lon_rate = seen(tracks.lon, measured, starts, dt, noises)
+    lat, lat_rate = seen(tracks.lat, measured, starts, dt, noises)
+    columns += (lon, lat, *motion(lon_rate * road.stretch(lon, lat), lat_rate))
+    since_start = np.arange(len(lon)) - np.repeat(starts, np.diff(np.append(starts, len(lon))))
+    columns += (tracks.kind, tracks.speed)
+    schema = SCHEMA | SEEN | KIND | STATED_SPEED
+    return pl.DataFrame(dict(zip(schema, columns, strict=True)), schema=schema).filter(since_start >= least)
+
+
+def name_of(file: Path) -> str:
+    """What a recording is called: the file's name without its ending; bytes that are no UTF-8 become question marks."""
+    return file.stem.encode("utf-8", "replace").decode()
+
+
+def check_time_step(file: Path, dt: float, what: str) -> None:
+    """Refuse a time between two rows [s] that no recording of traffic has."""
+    if not TIME_STEPS[0] <= dt <= TIME_STEPS[1]:
+        problem = f"{what} is {dt:g} s; expected {TIME_STEPS[0]} to {TIME_STEPS[1]:g} s, check its unit"
+        raise RecordingError(file, problem)
+
+
+def make_reading(
+    file: Path,
+    name: str,
+    raw: RawTracks,
+    dt: float,
+    road: Road,
+    settings: SmoothingSettings,
+    repairs: Counter[str],
+    notes: dict[str, str],
+) -> Reading:
+    """A recording from raw positions as `tidy` returns them, repaired and smoothed.
+
+    ``notes`` are the recording's. ``repairs`` gains ``rows off the road``, what `regular_table` repairs, and
+    ``implausible vehicles``, which jump, speed or drive backwards.
+    """
+    kept = drop_off_road(raw, road, repairs)
+    if len(kept.vehicle) < MOST_BESIDE * len(raw.vehicle):
+        problem = f"only {len(kept.vehicle)} of {len(raw.vehicle)} rows are on the {road.lanes} lanes that were found, "
+        problem += f"{road.edges[-1]:.1f} m wide; expected a road that most vehicles drive on"
+        raise RecordingError(file, f"{problem}, choose another file")
+    _check_stated_speeds(file, kept, dt, road)
+    table = regular_table(kept, dt, settings, repairs, road)
+    if table.is_empty():
+        raise RecordingError(file, f"no vehicle is on the road for more than {SEEN_FOR:g} s; choose another file")
+    table = _drop_implausible(file, table, dt, road, repairs)
+    try:
+        return Reading(Recording(name, table, dt, road, dict(repairs), notes), kept)
+    except DataError as error:
+        raise RecordingError(file, str(error)) from error
+
+
+def _check_stated_speeds(file: Path, raw: RawTracks, dt: float, road: Road) -> None:
+    """Refuse positions, times and speeds of different units."""
+    seconds = np.diff(raw.moment) * dt
+    usable = (np.diff(raw.vehicle) == 0) & (seconds <= LONGEST_GAP)
+    along = np.diff(raw.lon) * road.stretch(raw.lon, raw.lat)[1:] / np.maximum(seconds, dt)
+    steps = pl.DataFrame({"vehicle": raw.vehicle[1:], "moved": along, "stated": raw.speed[1:]}).filter(usable)
+    usual = steps.group_by("vehicle").agg(pl.col("moved", "stated").median(), rows=pl.len())
+    moving = usual.filter((pl.col("moved").abs() > MOVING) | (pl.col("stated").abs() > MOVING))
+    if moving["rows"].sum() < ENOUGH:
+        return
+    moved, stated = moving["moved"].to_numpy(), moving["stated"].to_numpy()
+    with np.errstate(divide="ignore"):
+        ratio = float(np.median(np.repeat(moved / stated, moving["rows"].to_numpy())))
+    if not STATED[0] <= ratio <= STATED[1]:
+        found = f"the median ratio of the speeds of the positions to the speeds that the file states is {ratio:.3g}"
+        hint = f"check the units of positions and speeds, and the time step of {dt:g} s"
+        raise RecordingError(file, f"{found}; expected 1: {hint}")
+
+
+def _drop_implausible(file: Path, table: pl.DataFrame, dt: float, road: Road, repairs: Counter[str]) -> pl.DataFrame:
+    """Without the vehicles that move as none does, unless they are many: then the recording is refused."""
+    fast = float(np.quantile(table["speed"].to_numpy(), 0.99))
+    if fast > FASTEST:
+        problem = f"1 % of the rows are faster than {fast:.0f} m/s; expected at most {FASTEST:.0f} m/s"
+        hint = "check that the positions are in metres and the times in milliseconds"
+        raise RecordingError(file, f"{problem}, {hint}")
+    doubled = Rows(table, dt, road).doubled
+    counted(repairs, "doubled vehicles", len(doubled))
+    table = table.filter(~pl.col("vehicle").is_in(doubled.tolist())) if len(doubled) else table
+    wrong = implausible_vehicles(table, dt, road)
+    if not 0 < len(wrong) <= MOST_IMPLAUSIBLE * table["vehicle"].n_unique():
+        return table
+    repairs["implausible vehicles"] += len(wrong)
+    return table.filter(~pl.col("vehicle").is_in(wrong.tolist()))

@@ -1,0 +1,81 @@
+"""Recordings at another time step.
+
+Tracks were smoothed at the rate of the file's frames (`coverdrive.recordings.tracks.smoothing`); that fit is the
+low-pass filter. Between two frames a vehicle is on the cubic that has both their positions and velocities (Hermite).
+What is seen of it comes from the last frame before: the filter's position moved on by its velocity, so that nothing of
+the future shows. R is the number of rows.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import polars as pl
+from jaxtyping import Float
+
+from coverdrive.errors import SettingError
+from coverdrive.recordings.checks import TIME_STEPS
+from coverdrive.recordings.recording import Recording
+from coverdrive.recordings.tracks.smoothing import SmoothingSettings, motion
+
+STEP = 0.1
+"""[s] the usual time step of recordings"""
+
+SAME = 1e-9
+"""[s] time steps that differ by less are the same"""
+
+Rows = Float[np.ndarray, " R"]
+
+
+def resampled(recording: Recording, dt: float, settings: SmoothingSettings) -> Recording:
+    """The recording with a row of every vehicle at each multiple of ``dt`` [s]; itself if it has this step.
+
+    Its note ``resampled`` says from which rate and through which filter.
+    """
+    if not TIME_STEPS[0] <= dt <= TIME_STEPS[1]:
+        raise SettingError(f"the time step is {dt:g} s; expected {TIME_STEPS[0]} to {TIME_STEPS[1]:g} s")
+    if abs(recording.dt - dt) < SAME:
+        return recording
+    table = recording.table
+    column = {name: table[name].to_numpy() for name in table.columns}
+    time, last = column["time"], len(table) - 1
+    goes_on = (np.diff(column["vehicle"]) == 0) & (np.diff(time) < 1.5 * recording.dt)
+    starts = np.flatnonzero(np.insert(~goes_on, 0, True))
+    ends = np.append(starts[1:] - 1, last)
+    first = np.ceil(time[starts] / dt - 1e-6).astype(np.int64)
+    count = np.maximum(np.floor(time[ends] / dt + 1e-6).astype(np.int64) - first + 1, 0)
+    moment = np.repeat(first - np.cumsum(count) + count, count) + np.arange(count.sum())
+    since = moment * dt - np.repeat(time[starts], count)
+    step = np.clip(np.floor(since / recording.dt + 1e-6).astype(np.int64), 0, np.repeat(ends - starts, count))
+    before = np.repeat(starts, count) + step
+    after = np.minimum(before + 1, np.repeat(ends, count))
+    past = since - step * recording.dt
+
+    values = {name: column[name][before] for name in table.columns} | {"time": moment * dt}
+    for seen in ("", "seen_"):
+        speed, heading = column[f"{seen}speed"], column[f"{seen}heading"]
+        stretch = recording.road.stretch(column[f"{seen}lon"], column[f"{seen}lat"])
+        rates = speed * np.stack([np.cos(heading) / stretch, np.sin(heading)])
+        for place, rate in zip(("lon", "lat"), rates, strict=True):
+            at = column[seen + place]
+            if seen:
+                values[seen + place] = at[before] + past * rate[before]
+            else:
+                values[place] = _hermite(at[before], at[after], rate[before], rate[after], past, recording.dt)
+        if not seen:
+            share = past / recording.dt
+            between = (1 - share) * rates[:, before] + share * rates[:, after]
+            along = between[0] * recording.road.stretch(values["lon"], values["lat"])
+            values["speed"], values["heading"] = motion(along, between[1])
+    fit = f"Savitzky–Golay fit of {settings.window:g} s, order {settings.order}"
+    notes = recording.notes | {"resampled": f"{1 / recording.dt:g} Hz to {1 / dt:g} Hz after the {fit}"}
+    return replace(recording, table=pl.DataFrame(values, schema=table.schema), dt=dt, notes=notes)
+
+
+def _hermite(before: Rows, after: Rows, rate: Rows, rate_after: Rows, past: Rows, dt: float) -> Rows:
+    """The cubic through two positions [m] with two rates [m/s], ``past`` [s] after the first."""
+    s = past / dt
+    return (
+        (1 + 2 * s) * (1 - s) ** 2 * before
+        + s**2 * (3 - 2 * s) * after
+        + dt * s * (1 - s) * ((1 - s) * rate - s * rate_after)
+    )

@@ -1,0 +1,126 @@
+"""Moments of one drive, one above the other (paper, Fig. 3)."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.colors import to_rgba
+from matplotlib.figure import Figure
+from matplotlib.legend_handler import HandlerTuple
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from coverdrive.errors import DataError
+from coverdrive.reporting.drives.active_constraints import ActiveConstraints
+from coverdrive.reporting.drives.reasons import reason_of
+from coverdrive.reporting.drives.road_drawing import RoadDrawing, Window
+from coverdrive.reporting.drives.road_markings import ahead_label
+from coverdrive.reporting.plotting import style
+from coverdrive.reporting.plotting.figure import TWO_COLUMNS
+from coverdrive.simulation.drives.outcome import Kind
+from coverdrive.simulation.drives.trace import Trace
+from coverdrive.simulation.measures.misses import find_windows, left_recently
+from coverdrive.simulation.roads.initial import EGO
+
+NEAR = 20.0
+"""[m] along the road: vehicles nearer than this surround the ego"""
+
+_ABOVE, _ABOUT, _BESIDE, _LINE = 0.75, 0.32, 0.55, 0.13
+"""[inch] legend and label of the axis, title of a panel, labels of the lanes, one more line of a title or the legend"""
+
+
+class Moment(NamedTuple):
+    """A moment worth looking at."""
+
+    step: int
+    remark: str
+
+
+def snapshots(
+    trace: Trace,
+    steps: Sequence[int] | None = None,
+    window: Window | None = None,
+    constraints: ActiveConstraints | None = None,
+) -> Figure:
+    """Draw vehicles, predicted sets and the ego's plan at the starts of some steps, by default four interesting ones.
+
+    ``window`` is the stretch of road around the ego; active constraints are marked if ``constraints`` tells them.
+    DataError if there is no step, or one that the trace does not have.
+    """
+    if steps is not None and not (steps and all(0 <= step < len(trace) for step in steps)):
+        raise DataError(f"snapshots need steps from 0 to {len(trace) - 1}, got {list(steps)}; choose among these")
+    moments = interesting_moments(trace) if steps is None else [Moment(step, "") for step in steps]
+    left = left_recently(trace, find_windows(trace))
+    with style.style():
+        reasons = [reason_of(trace, moment.step) for moment in moments]
+        height = _ABOUT + (window or Window()).height(trace.road, TWO_COLUMNS - _BESIDE)
+        lines = sum(bool(reason.text) for reason in reasons)
+        figure = style.new_figure(TWO_COLUMNS, _ABOVE + height * len(moments) + _LINE * (lines + bool(lines)))
+        panels = figure.subplots(len(moments), 1, sharex=True, squeeze=False)[:, 0]
+        for letter, (axes, moment, reason) in enumerate(zip(panels, moments, reasons, strict=True), start=ord("a")):
+            drawing = RoadDrawing(axes, trace.road, trace.scene.vehicles, window)
+            scene = drawing.show_moment(trace, moment.step, constraints, left)
+            title = f"({chr(letter)})  {trace.time[moment.step]:.1f} s, ego {scene.speed[EGO]:.1f} m/s"
+            title += f":  {moment.remark}" * bool(moment.remark)
+            title += f"\n{trace.plans[moment.step].status.value}: {reason.text}" * bool(reason.text)
+            axes.set_title(title, loc="left")
+        panels[-1].set_xlabel(ahead_label(trace.road))
+        met = any(reason.path >= 0 for reason in reasons)
+        marked = bool(left[[moment.step for moment in moments]].any())
+        add_legend(figure, trace.horizon, constraints is not None, marked, met)
+    return figure
+
+
+def add_legend(figure: Figure, horizon: float, active: bool, left: bool, met: bool) -> None:
+    """Explain a drawing of the road above all panels, with what of the last three is marked."""
+    shades = tuple(Patch(color=style.SETS(age)) for age in (0.0, 0.25, 0.5, 0.75, 1.0))
+    dark = tuple(Patch(facecolor="none", edgecolor=style.TIMES(age)) for age in (0.33, 0.67, 1.0))
+    explained: dict[str, Patch | Line2D | tuple[Patch, ...]] = {
+        "ego": Patch(color=style.EGO),
+        "its plan, and dashed its fail-safe branch": Line2D([], [], color=style.EGO, linestyle="--"),
+        "that every second, in the hue of the sets then": dark,
+        "other vehicles, speed in m/s": Patch(color=style.OTHER),
+        f"predicted set, now … {horizon:g} s ahead": shades,
+    }
+    if active:
+        explained["active constraints, in that hue"] = dark
+    if met:
+        explained["first contact of a plan that is not clear"] = Patch(
+            facecolor=to_rgba(style.BAD, 0.25), edgecolor=style.BAD, linestyle="--"
+        )
+    if left:
+        explained["left its predicted set"] = Patch(facecolor=style.OTHER, edgecolor=style.BLACK, linewidth=2)
+    figure.legend(
+        list(explained.values()),  # pyright: ignore[reportArgumentType]  (Matplotlib takes tuples too)
+        list(explained),
+        loc="outside upper left",
+        ncols=3,
+        handler_map={tuple: HandlerTuple(ndivide=None, pad=0)},
+    )
+
+
+def interesting_moments(trace: Trace, count: int = 4) -> list[Moment]:
+    """The moment at which most happens in each of ``count`` equal parts of the drive, in the order of time.
+
+    A collision comes first, then lane changes, then overtaking, then dense traffic. Two moments are at least half a
+    part from each other.
+    """
+    lon, valid = np.asarray(trace.scene.lon), trace.scene.valid
+    ahead, lane = lon - lon[:, [EGO]], trace.road.lane_at(lon[:, EGO], trace.scene.lat[:, EGO])
+    near = ((np.abs(ahead) < NEAR) & valid)[:-1].sum(1) - 1
+    changes = np.asarray(lane[1:] != lane[:-1])
+    passes = np.asarray(((ahead[:-1] > 0) & (ahead[1:] <= 0) & valid[1:]).any(1))
+    collision = np.arange(len(trace)) == (len(trace) - 1 if trace.outcome.kind is not Kind.FINISHED else -1)
+    interest = near + 100 * passes + 1000 * changes + 10_000 * collision
+    parts = [part for part in np.array_split(np.arange(len(trace)), count) if len(part)]
+    steps: list[int] = []
+    for part in parts:
+        apart = part[part >= steps[-1] + len(part) // 2] if steps else part
+        steps.append(int(apart[np.argmax(interest[apart])]))
+    remarks = {
+        "changes lane": changes,
+        "overtakes": passes,
+        f"just before a {trace.outcome.kind.value} collision": collision,
+    }
+    said = {step: ", ".join(remark for remark, applies in remarks.items() if applies[step]) for step in steps}
+    return [Moment(step, said[step] or f"vehicles within {NEAR:.0f} m: {near[step]}") for step in steps]

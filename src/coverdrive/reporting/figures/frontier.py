@@ -1,0 +1,91 @@
+"""The frontier of risk and speed, as a table for the terminal and as a figure."""
+
+from typing import Any
+
+import polars as pl
+from rich.table import Table
+
+from coverdrive.dialling.frontier import OURS, drives_to_tell
+from coverdrive.numbers import at_most, interval, percent
+from coverdrive.reporting.plotting import style
+from coverdrive.reporting.plotting.figure import Axis, Figure, Mark, Panel, Points
+from coverdrive.reporting.tables.fitting import columns_table
+
+
+def frontier_table(lines: pl.DataFrame) -> Table:
+    """A line for every λ and everybody beside, pilot and proof apart."""
+    return columns_table(
+        "Risk and speed (95 % intervals)",
+        ("drives", "who", "scale", "windows", "collisions", "own", "m/s", "unsafe", "headway"),
+        [_cells(line) for line in lines.iter_rows(named=True)],
+        "windows: bound on what the sets miss of recorded traffic; headway: kept in 9 of 10 moments, median drive"
+        + untold(lines),
+        first={},
+    )
+
+
+_MARKERS = "osD^v*pHPXd"
+_CAPTION = (
+    "Collisions against the mean speed of the ego at every scale λ of the sets, and of others; up and left is better. "
+    "Horizontal: 95 % Clopper–Pearson intervals; vertical: 95 % intervals of the mean. "
+)
+
+
+def frontier_figure(lines: pl.DataFrame) -> Figure:
+    """Risk and speed of everybody at every scale."""
+    who = lines["who"].unique(maintain_order=True).to_list()
+    marks = [mark for line in lines.iter_rows(named=True) for mark in _marks(line, who.index(line["who"]))]
+    panel = Panel(marks, Axis("drives with a collision [%]"), Axis("mean speed [m/s]"), title="Risk and speed")
+    return Figure(
+        [[panel]], height=3.4, caption=(_CAPTION + untold(lines).removeprefix("; ")).strip(), legend_columns=4
+    )
+
+
+def _marks(line: dict[str, Any], number: int) -> list[Mark]:
+    """One mark, with its intervals along both axes."""
+    proof = line["drives_of"] == "proof"
+    look: dict[str, Any] = {
+        "x": [100 * line["collisions"] / line["drives"]], "y": [line["mean_speed"]],
+        "colour": style.CYCLE[(number + 4 * proof) % len(style.CYCLE)], "marker": _MARKERS[number % len(_MARKERS)],
+        "name": f"{line['who']}, {line['drives_of']}",
+    }  # fmt: skip
+    low, high = 100 * line["rate_low"], 100 * line["rate_high"]
+    scale = "" if line["scale"] is None else f", λ = {line['scale']:g}"
+    said = f"{line['who']}{scale}\n{line['collisions']} of {line['drives']} collided ({low:.2g}–{high:.2g} %)"
+    marks: list[Mark] = [
+        Points(**look, low=[low], high=[high], along="x", hover=[f"{said}\n{line['mean_speed']:.2f} m/s"])
+    ]
+    if line["speed_low"] is not None:
+        marks.append(Points(**look, low=[line["speed_low"]], high=[line["speed_high"]]))
+    return marks
+
+
+def _cells(line: dict[str, Any]) -> tuple[str, ...]:
+    speed = f"{line['mean_speed']:.1f}"
+    if line["speed_low"] is not None:
+        speed += f" ({line['speed_low']:.1f}–{line['speed_high']:.1f})"
+    claim = line["claim"]
+    return (
+        line["drives_of"],
+        line["who"],
+        "" if line["scale"] is None else f"{line['scale']:g}",
+        "" if claim is None else "none" if claim >= 1 else f"≤ {at_most(claim)}",
+        f"{line['collisions']} of {line['drives']:,} ({interval(line['rate_low'], line['rate_high'])})",
+        str(line["own_fault"]),
+        speed,
+        percent(line["share_unsafe"], 2),
+        f"{line['headway']:.2f} s",
+    )
+
+
+def untold(lines: pl.DataFrame) -> str:
+    """Whether the safest and the riskiest of our scales in the pilot are told apart, and how many drives would do."""
+    ours = lines.filter(pl.col("who") == OURS, pl.col("drives_of") == "pilot").sort("collisions")
+    if ours.height < 2:
+        return ""
+    best, worst = ((each["collisions"], each["drives"]) for each in (ours.row(i, named=True) for i in (0, -1)))
+    needed = drives_to_tell(best, worst)
+    if needed == 0:
+        return ""
+    would = "" if needed is None else f"; about {needed:,} each would, if their rates are as they were seen"
+    return f"; {best[1]:,} drives each do not tell the scales apart by collisions{would}"

@@ -1,0 +1,79 @@
+"""All figures of a report, each from the one file of its result."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from matplotlib.figure import Figure as Drawn
+
+from coverdrive.files import number_in_name
+from coverdrive.prediction.cover.basis_study import StudiedBasis
+from coverdrive.prediction.data.segments import Segments
+from coverdrive.progress import done, stage
+from coverdrive.reporting.contents import Contents
+from coverdrive.reporting.drives.active_constraints import ActiveConstraints
+from coverdrive.reporting.drives.animation import animate
+from coverdrive.reporting.drives.snapshots import snapshots
+from coverdrive.reporting.figures.affordance import affordance_figure
+from coverdrive.reporting.figures.basis import basis_figure, size_figure
+from coverdrive.reporting.figures.frontier import frontier_figure
+from coverdrive.reporting.figures.league import league_figure
+from coverdrive.reporting.figures.learned import areas_figure, losses_figure, scores_figure, set_sizes_figure
+from coverdrive.reporting.figures.risk import risk_figure
+from coverdrive.reporting.figures.study import collisions_figure, drives_figure, planning_figure
+from coverdrive.reporting.plotting.drawing import save
+from coverdrive.reporting.plotting.figure import Figure
+from coverdrive.simulation.drives.trace import Trace
+
+
+def figures_of(contents: Contents) -> dict[str, Figure]:
+    """The figure of every result that there is, by its name."""
+    learned, trials = contents.learned, contents.driven
+    figures = {"areas": areas_figure(contents.certified.occupied), "losses": losses_figure(learned)}
+    if contents.predictor.basis is not None:
+        figures |= {
+            "basis": basis_figure(contents.predictor.basis, learned.base_share, learned.examples),
+            "scores": scores_figure(learned, contents.predictor.rule),
+            "set_sizes": set_sizes_figure(learned),
+        }
+    if any(each.certificate for each in contents.compared):
+        figures["methods"] = risk_figure(contents.compared)
+    if contents.dialled is not None:
+        figures["dial"] = frontier_figure(contents.dialled.frontier)
+    if contents.league is not None and (shown := league_figure(contents.league)):
+        figures["league"] = shown
+    if trials is not None:
+        figures["collisions"] = collisions_figure(trials)
+        figures["drives"] = drives_figure(trials)
+        figures["planning"] = planning_figure(trials, contents.period)
+    return figures
+
+
+def draw_all(contents: Contents, folder: Path) -> list[Path]:
+    """Draw everything that there are results for into a folder, as PNG and PDF, with snapshots of the first trace."""
+    drawings: dict[str, Callable[[], Figure | Drawn]] = {
+        name: lambda figure=figure: figure for name, figure in figures_of(contents).items()
+    }
+    drawings["affordance"] = affordance_figure
+    for trace in list(contents.traces.values())[:1]:
+        drawings["snapshots"] = lambda trace=trace: snapshots(trace, constraints=contents.constraints)
+    files: list[Path] = []
+    with stage("figures"):
+        for number, (name, draw) in enumerate(drawings.items(), start=1):
+            files += save(draw(), folder / name)
+            done(number, len(drawings))
+    return files
+
+
+def draw_drive(trace: Trace, folder: Path, constraints: ActiveConstraints | None) -> None:
+    """Draw snapshots and a video of one drive into a folder."""
+    save(snapshots(trace, constraints=constraints), folder / "snapshots")
+    animate(trace, folder / "drive.mp4", constraints)
+
+
+def draw_bases(studied: Sequence[StudiedBasis], segments: Segments, folder: Path) -> None:
+    """Draw the size of bases against ε, and every basis, into a folder."""
+    save(size_figure(studied), folder / "size")
+    for each in studied:
+        save(
+            basis_figure(each.basis, each.share, segments.points), folder / f"basis_{number_in_name(each.basis.radius)}"
+        )

@@ -1,0 +1,4 @@
+"""Marks on axes go in; out come pictures in files and pages, all in one style.
+
+Door: all of it.
+"""

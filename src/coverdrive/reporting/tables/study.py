@@ -1,0 +1,183 @@
+"""Tables of closed-loop studies for the terminal."""
+
+import re
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import polars as pl
+from jaxtyping import Num
+from rich.box import HEAVY_HEAD
+from rich.table import Table
+from rich.text import Text
+
+from coverdrive.certificates.bounds import clopper_pearson
+from coverdrive.certificates.certificate import Certificate
+from coverdrive.certificates.evaluation import Rate
+from coverdrive.numbers import interval
+from coverdrive.plan import Status
+from coverdrive.reporting.claim import proved
+from coverdrive.reporting.tables.fitting import columns_table, facts_table
+from coverdrive.simulation.drives.outcome import Cause, Fault
+from coverdrive.simulation.measures.misses import NEAR
+from coverdrive.simulation.measures.notable import COLLIDED
+from coverdrive.simulation.measures.statistics import (
+    PAPER,
+    PAPER_TRIALS,
+    collision_table,
+    miss_rate,
+    misses_by_manoeuvre,
+)
+from coverdrive.simulation.studies.comparison import Comparison, Difference
+
+_NOTABLE = 0.1
+"""[m] by which a body has to leave the road to be counted"""
+
+_ROWS = 8
+"""numbers of vehicles that get a row each; more are put together"""
+
+
+def collisions_table(trials: pl.DataFrame) -> Table:
+    """Collisions of the ego by number of uncontrolled vehicles, with 95 % intervals, and the paper's."""
+    counted = list(collision_table(trials).iter_rows(named=True))
+    rows = [
+        ("all" if row["vehicles"] is None else str(row["vehicles"]), str(row["trials"]),
+         *(_rate(row[kind], row["trials"]) for kind in PAPER))
+        for row in (counted if trials["vehicles"].n_unique() <= _ROWS else counted[-1:])
+    ]  # fmt: skip
+    rows.append(("paper", str(PAPER_TRIALS), *(_rate(count, PAPER_TRIALS) for count in PAPER.values())))
+    title, columns = (
+        "Collisions (95 % Clopper–Pearson intervals)",
+        ("vehicles", "trials", "frontal or side", "rear-end"),
+    )
+    table = columns_table(title, columns, rows, box=HEAVY_HEAD, padding=(0, 1), show_edge=True)
+    table.rows[-1].style = "dim"
+    return table
+
+
+def _rate(count: int, trials: int) -> str:
+    return f"{count} ({interval(*clopper_pearson(count, trials))})"
+
+
+def safety_table(trials: pl.DataFrame, certificates: Sequence[Certificate] = ()) -> Table:
+    """Why the ego collided, and how often vehicles left the sets that were planned against, beside their bounds."""
+    collided = trials.filter(COLLIDED)
+    causes = {cause: Rate.of((trials["cause"] == cause.value).fill_null(False).to_numpy()) for cause in Cause}
+    bounds = {certificate.unit: certificate for certificate in certificates}
+    windows = miss_rate(trials, "prediction_misses", "windows")
+    vehicles = miss_rate(trials, "vehicles_missed", "vehicles_seen")
+    shares = miss_rate(trials, "shares_missed", "vehicles_seen")
+    near = miss_rate(trials, "near_shares_missed", "near_seen")
+    each = windows.total / max(vehicles.total, 1)
+    return facts_table("Faults, failures and misses", [
+        ("collisions after a prediction miss: with a vehicle that had left its set", str(causes[Cause.PREDICTION])),
+        ("planning failures: collisions with a vehicle that had not", str(causes[Cause.PLANNING])),
+        ("at fault: ego / other / nobody",
+         " / ".join(str((collided["at_fault"] == fault.value).sum()) for fault in Fault)),
+        ("windows that left their set", _missed(windows, bounds.get("window"))),
+        *((f"  {name}", str(rate)) for name, rate in misses_by_manoeuvre(trials).items()),
+        ("share of a vehicle's windows that left their set", _missed(shares, bounds.get("share"))),
+        (f"  of vehicles within {NEAR:g} m of the ego, while they are", _missed(near, bounds.get("share"))),
+        (f"vehicles that left a set ({each:.0f} windows each)",
+         _missed(vehicles, bounds.get("vehicle", bounds.get("group")))),
+        ("choices that the predictor calls impossible", str(trials["impossible_choices"].sum())),
+    ])  # fmt: skip
+
+
+def _missed(rate: Rate, bound: Certificate | None) -> str:
+    return str(rate) if bound is None else f"{rate}; bound in traffic like the recorded one: {proved(bound)}"
+
+
+def drives_table(trials: pl.DataFrame) -> Table:
+    """How the ego drove, and how long planning took."""
+
+    def values(name: str) -> Num[np.ndarray, " trials"]:
+        return trials[name].to_numpy()
+
+    def mean(name: str) -> float:
+        return values(name).mean()
+
+    def median(name: str) -> float:
+        return float(np.median(values(name)))
+
+    def share(name: str) -> float:
+        return float(np.average(values(f"share_{name.replace(' ', '_')}"), weights=values("time")))
+
+    def least(name: str, unit: str) -> str:
+        smallest, tenth = np.quantile(values(name), [0, 0.1], method="lower")
+        return f"least {smallest:.2f} {unit}, 1 of 10 trials at most {tenth:.2f} {unit}"
+
+    departure = values("road_departure")
+    return facts_table("Drives", [
+        ("mean speed, progress", f"{mean('mean_speed'):.1f} m/s, {mean('distance'):.0f} m per trial"),
+        ("lane changes, overtakes per trial", f"{mean('lane_changes'):.2f}, {mean('overtakes'):.2f}"),
+        ("gap to another vehicle", least("minimum_gap", "m")),
+        ("time to collision", least("minimum_time_to_collision", "s")),
+        ("time headway in 9 of 10 moments behind somebody, in half of them",
+         f"{median('usual_headway'):.2f}, {median('median_headway'):.2f} s in the median trial"),
+        ("time headway", least("minimum_headway", "s")),
+        ("time headway left to the one behind", least("minimum_left", "s")),
+        ("distance to one alongside", least("minimum_beside", "m")),
+        ("jerk along / across, hardest braking",
+         f"{mean('jerk_longitudinal'):.1f} / {mean('jerk_lateral'):.1f} m/s³ (mean of root mean squares), "
+         f"{values('hardest_braking').max():.1f} m/s²"),
+        ("plans with slack", f"{share('slack'):.1%}, largest {values('maximum_slack').max():.2f}"),
+        (f"plans {' / '.join(status.value for status in Status)}",
+         " / ".join(f"{share(status.name.lower()):.2%}" for status in Status)),
+        ("prediction and planning per step",
+         f"median {1e3 * np.median(values('planning_median')):.1f} ms, "
+         f"99th percentile {1e3 * np.median(values('planning_p99')):.1f} ms (each of the median trial), "
+         f"slowest {1e3 * values('planning_maximum').max():.1f} ms"),
+        ("trials in which the car left the road",
+         f"{(departure > _NOTABLE).sum()} by more than {_NOTABLE} m, at most {departure.max():.2f} m"),
+        ("traffic found no free choice", f"{values('traffic_stuck').sum()} times"),
+        ("uncontrolled vehicles that overlapped", f"{values('traffic_collisions').sum()} pairs"),
+    ])  # fmt: skip
+
+
+def sweep_table(variants: Mapping[str, pl.DataFrame]) -> Table:
+    """One line for each variant of a sweep, by the last parts of the names of its settings."""
+    return columns_table(
+        "Sweep (95 % intervals)",
+        ("variant", "trials", "frontal or side", "rear-end", "windows missed", "m/s", "ms"),
+        [_variant(name, trials) for name, trials in variants.items()],
+        "ms: prediction and planning of a step, median of the median trial",
+        first={"overflow": "fold"},
+    )
+
+
+def _variant(name: str, trials: pl.DataFrame) -> tuple[str | Text, ...]:
+    total = collision_table(trials).row(-1, named=True)
+    missed = miss_rate(trials, "prediction_misses", "windows")
+    return (
+        Text(re.sub(r"[\w.]+\.(\w+=)", r"\1", name)),
+        str(trials.height),
+        *(_rate(total[kind], trials.height) for kind in PAPER),
+        missed.brief,
+        f"{trials['mean_speed'].mean():.1f}",
+        f"{1e3 * np.median(trials['planning_median'].to_numpy()):.1f}",
+    )
+
+
+def comparison_table(comparison: Comparison) -> Table:
+    """Paired differences of two studies, with 95 % intervals."""
+    return columns_table(
+        f"Second minus first, {comparison.trials} pairs of trials",
+        ("measure", "first", "second", "difference (95 %)", "p", "pairs"),
+        [_difference(each) for each in (*comparison.collisions, *comparison.measures)],
+        "collisions: exact sign test on the trials in which only the first : only the second collided, Newcombe's "
+        "interval; all else: paired t, on pairs in which both are finite",
+        first={},
+        no_wrap=True,
+        padding=0,
+    )
+
+
+def _difference(each: Difference) -> tuple[str, ...]:
+    """Shares of trials as percentages with the pairs that differ, means as they are with all pairs."""
+    if each.only is not None:
+        means, form, pairs = (f"{each.first:.1%}", f"{each.second:.1%}"), "+.1%", "{}:{}".format(*each.only)
+    else:
+        means = (f"{mean:.4g}" if abs(mean) >= 1 else f"{mean:.3g}" for mean in (each.first, each.second))
+        form, pairs = "+.3g", str(each.pairs)
+    interval = f"{each.value:{form}} ({each.low:{form}} … {each.high:{form}})"
+    return each.name.replace("_", " "), *means, interval, "<0.001" if each.p < 0.001 else f"{each.p:.2g}", pairs

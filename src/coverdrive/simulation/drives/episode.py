@@ -1,0 +1,149 @@
+"""One episode: the ego predicts, plans and drives among uncontrolled vehicles, step by step (paper §5).
+
+Every step, all from the same scene: the uncontrolled vehicles' possible paths are predicted, the ego's motion
+is planned against them and its first input applied; meanwhile the traffic moves.
+"""
+
+import time
+from typing import Any, NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+from pydantic import Field
+
+from coverdrive.paths import PredictedPaths
+from coverdrive.plan import Plan, Planner
+from coverdrive.planning.problem.rollout import after_step
+from coverdrive.progress import done
+from coverdrive.road import Road
+from coverdrive.scene import Scene
+from coverdrive.settings import Settings
+from coverdrive.simulation.drives.fault import collision_at
+from coverdrive.simulation.drives.outcome import Fault, Kind, Outcome
+from coverdrive.simulation.drives.trace import Step, Trace, make_trace
+from coverdrive.simulation.predictor import Belief, check_period
+from coverdrive.simulation.roads.initial import EGO, InitialSettings, initial_scene
+from coverdrive.simulation.traffic.model import Start, Starting, Traffic, TrafficStep
+from coverdrive.simulation.traffic.motion import with_states
+
+_ROUNDING = 1e-6
+"""of a number of steps"""
+
+
+class EpisodeSettings(Settings):
+    """Length and time steps of an episode."""
+
+    initial: InitialSettings = InitialSettings()
+    """road and traffic at the start"""
+    duration: float = Field(default=20.0, ge=0.01, le=3600)
+    """[s] of an episode without a collision (paper §5)"""
+    step: float = Field(default=0.1, ge=0.01, le=1)
+    """[s] of simulation, and between two plans (own choice; the authors' scripts plan every 0.05 s)"""
+
+    @property
+    def steps(self) -> int:
+        """Number of simulation steps of an episode without a collision."""
+        return max(1, round(self.duration / self.step))
+
+
+def run_episode(
+    predictor: Belief,
+    planner: Planner,
+    traffic: Traffic,
+    settings: EpisodeSettings,
+    vehicles: int,
+    seed: int | np.random.SeedSequence,
+) -> Trace:
+    """Drive until the duration or the recorded traffic is over, or the ego collides.
+
+    The same seed gives the same trace, times of computation excepted.
+
+    Planner and traffic are reset first. ``vehicles`` is the number of uncontrolled ones; ``seed`` is of the start and
+    of the traffic. A StartError if they cannot be placed, a SettingError if the predictor learns at another pace.
+    """
+    check_period(predictor, settings.step)
+    scene, road, last = begin(traffic, settings, vehicles, seed)
+    planner.reset(settings.step)
+    predictor.predict(scene, road, EGO, planner.dt, planner.steps)  # compiles before time is taken
+    scenes, steps = [scene], list[Step]()
+    outcome = Outcome(Kind.FINISHED, last * settings.step, None, Fault.NONE)
+    for k in range(1, last + 1):
+        taken = take_step(predictor, planner, traffic, settings, scenes[-1], road)
+        steps.append(taken)
+        scenes.append(taken.scene)
+        done(k, last)
+        collision = collision_at(k, scenes, settings.step, road)
+        if collision is not None:
+            outcome = collision
+            break
+    return make_trace(scene, road, steps, settings.step, outcome)
+
+
+def begin(
+    traffic: Traffic, settings: EpisodeSettings, vehicles: int, seed: int | np.random.SeedSequence | np.random.Generator
+) -> tuple[Scene, Road, int]:
+    """Where an episode begins, as of `run_episode`, and how many steps it has unless it ends in a collision.
+
+    A generator draws all itself.
+    """
+    random, traffic_random = (seed, seed) if isinstance(seed, np.random.Generator) else _generators(seed)
+    if isinstance(traffic, Starting):
+        start = traffic.start(settings.initial, vehicles, random)
+    else:
+        start = Start(initial_scene(settings.initial, vehicles, random), settings.initial.road(), np.inf)
+    traffic.reset(start.scene, start.road, traffic_random)
+    return start.scene, start.road, max(1, int(min(settings.steps, start.duration / settings.step + _ROUNDING)))
+
+
+def _generators(seed: int | np.random.SeedSequence) -> list[np.random.Generator]:
+    """Of the start and of the traffic."""
+    root = seed if isinstance(seed, np.random.SeedSequence) else np.random.SeedSequence(seed)
+    root = np.random.SeedSequence(root.entropy, spawn_key=root.spawn_key)  # the same children however often it is used
+    return [np.random.default_rng(each) for each in root.spawn(2)]
+
+
+def move(scene: Scene, inputs: Float[np.ndarray, " 2"], traffic: Traffic, dt: float) -> TrafficStep:
+    """Everybody after ``dt`` [s] in which the ego drove these inputs."""
+    moved = traffic.step(scene, dt)
+    states = moved.scene.states
+    states[EGO] = after_step(tuple(scene.state_of(EGO).tolist()), tuple(inputs.tolist()), dt)
+    return TrafficStep(with_states(moved.scene, states), moved.base, moved.stuck, moved.missed)
+
+
+def take_step(
+    predictor: Belief, planner: Planner, traffic: Traffic, settings: EpisodeSettings, scene: Scene, road: Road
+) -> Step:
+    """Predict, plan, and move everybody by one simulation step."""
+    decision = decide(predictor, planner, scene, road)
+    plan = decision.plan
+    moved = move(scene, plan.inputs[0], traffic, settings.step)
+    return Step(
+        scene=moved.scene,
+        paths=decision.paths,
+        plan=plan,
+        base=moved.base,
+        stuck=moved.stuck,
+        missed=moved.missed,
+        prediction_seconds=decision.prediction_seconds,
+        planning_seconds=decision.planning_seconds,
+        wall_seconds=decision.wall_seconds,
+    )
+
+
+class Decision(NamedTuple):
+    """What the ego makes of a scene, in the terms of `coverdrive.simulation.drives.trace.Step`."""
+
+    paths: PredictedPaths
+    plan: Plan
+    prediction_seconds: float
+    planning_seconds: float
+    wall_seconds: float
+
+
+def decide(predictor: Belief, planner: Planner, scene: Scene, road: Road, **wishes: Any) -> Decision:
+    """Predict the others and plan the ego's motion; ``wishes`` are further arguments of the planner's."""
+    wall, begin = time.perf_counter(), time.process_time()
+    paths = predictor.predict(scene, road, EGO, planner.dt, planner.steps)
+    predicted = time.process_time()
+    plan = planner.plan(scene.state_of(EGO), paths, road, **wishes)
+    return Decision(paths, plan, predicted - begin, time.process_time() - begin, time.perf_counter() - wall)

@@ -1,0 +1,108 @@
+"""One episode from start to end: enough to redraw every picture of it, or to replay it.
+
+n steps, m = n + 1 moments, A vehicle slots (the ego's is 0). Step k leads from moment k to moment k + 1.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import jax
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from coverdrive.paths import PredictedPaths
+from coverdrive.plan import Plan
+from coverdrive.road import Road
+from coverdrive.scene import Scene
+from coverdrive.simulation.drives.outcome import Outcome
+
+
+class Step(NamedTuple):
+    """What happened in one step, in the terms of `Trace`."""
+
+    scene: Scene
+    """all vehicles after the step"""
+    paths: PredictedPaths
+    plan: Plan
+    base: Int[np.ndarray, " A"]
+    stuck: Bool[np.ndarray, " A"]
+    missed: Bool[np.ndarray, " A"]
+    prediction_seconds: float
+    planning_seconds: float
+    wall_seconds: float
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """One episode."""
+
+    time: Float[np.ndarray, " m"]
+    """[s]"""
+    scene: Scene
+    """all vehicles at every moment, leading axis m"""
+    road: Road
+    """on which it took place"""
+    paths: tuple[PredictedPaths, ...]
+    """what was predicted at the start of each step"""
+    plans: tuple[Plan, ...]
+    """what the ego planned at the start of each step"""
+    base: Int[np.ndarray, "n A"]
+    """index of the base trajectory that each vehicle follows; −1: none"""
+    stuck: Bool[np.ndarray, "n A"]
+    """whether a vehicle chose at the start of the step and found no choice that passes its check"""
+    missed: Bool[np.ndarray, "n A"]
+    """whether a vehicle chose a base trajectory that the predictor calls impossible"""
+    prediction_seconds: Float[np.ndarray, " n"]
+    """[s] processor time of the prediction"""
+    planning_seconds: Float[np.ndarray, " n"]
+    """[s] processor time of prediction and planning together"""
+    wall_seconds: Float[np.ndarray, " n"]
+    """[s] wall time of the same, which grows with whatever else the machine does"""
+    outcome: Outcome
+    """how it ended"""
+
+    def __len__(self) -> int:
+        """Number of steps n."""
+        return len(self.plans)
+
+    @property
+    def all_paths(self) -> tuple[Int[np.ndarray, " S"], PredictedPaths]:
+        """The paths of all steps behind one another, and the step at whose start each of them was predicted."""
+        counts, ellipses = [len(each) for each in self.paths], None
+        if any(each.ellipses is not None for each in self.paths):
+            free = (
+                np.full_like(each.points, np.inf) if each.ellipses is None else each.ellipses for each in self.paths
+            )
+            ellipses = np.concatenate(list(free))
+        points, vehicle, half_sizes = (
+            np.concatenate([getattr(each, name) for each in self.paths]) for name in ("points", "vehicle", "half_sizes")
+        )
+        paths = PredictedPaths(points, vehicle, half_sizes, self.paths[0].dt, ellipses)
+        return np.repeat(np.arange(len(counts)), counts), paths
+
+    @property
+    def horizon(self) -> float:
+        """[s] that is predicted at the start of each step."""
+        return self.paths[0].dt * (self.paths[0].points.shape[1] - 1)
+
+
+def make_trace(start: Scene, road: Road, steps: list[Step], dt: float, outcome: Outcome) -> Trace:
+    """Put the steps of an episode, at least one, of ``dt`` [s] each behind one another."""
+    scenes, paths, plans, base, stuck, missed, *seconds = zip(*steps, strict=True)
+    prediction_seconds, planning_seconds, wall_seconds = map(np.array, seconds)
+    moments = zip(*(vars(each).values() for each in (start, *scenes)), strict=True)
+    return Trace(
+        time=dt * np.arange(len(steps) + 1),
+        scene=Scene(*map(np.stack, moments)),
+        road=road,
+        paths=paths,
+        plans=plans,
+        base=np.stack(base),
+        stuck=np.stack(stuck),
+        missed=np.stack(missed),
+        prediction_seconds=prediction_seconds,
+        planning_seconds=planning_seconds,
+        wall_seconds=wall_seconds,
+        outcome=outcome,
+    )

@@ -1,0 +1,73 @@
+"""How often the ego collides and vehicles leave their predicted sets, with intervals (paper §5, Fig. 5a).
+
+As in the paper, frontal and side collisions are counted together, and rear-end collisions apart.
+"""
+
+import polars as pl
+
+from coverdrive.certificates.bounds import clopper_pearson
+from coverdrive.certificates.evaluation import Rate
+from coverdrive.prediction.data.manoeuvres import MANOEUVRES
+from coverdrive.simulation.drives.outcome import Kind
+
+COUNTED = {"frontal_or_side": (Kind.FRONTAL.value, Kind.SIDE.value), "rear_end": (Kind.REAR_END.value,)}
+"""the kinds of collision that are counted together"""
+
+PAPER = {"frontal_or_side": 7, "rear_end": 20}
+"""what the paper reports of 1000 trials (paper §5)"""
+
+PAPER_TRIALS = 1000
+
+
+def collision_table(results: pl.DataFrame, confidence: float = 0.95) -> pl.DataFrame:
+    """Collisions by number of uncontrolled vehicles, and of all trials together.
+
+    One row per number of vehicles, ascending, then one with ``vehicles`` null for all trials; ``trials``, and for
+    ``frontal_or_side`` and ``rear_end`` the count, and the rate with the ends of its Clopper–Pearson interval as
+    ``…_rate``, ``…_low``, ``…_high``. A CertificateError if confidence is outside (0, 1).
+    """
+    numbers = results["vehicles"].unique().sort().to_list()
+    rows = [_row(number, results.filter(pl.col("vehicles") == number), confidence) for number in numbers]
+    rows.append(_row(None, results, confidence))
+    return pl.DataFrame(rows, schema_overrides={"vehicles": pl.Int64()}, infer_schema_length=None)
+
+
+def widest_interval(results: pl.DataFrame) -> float:
+    """Width of the wider one of the two 95 % intervals of the collision rates of all trials together."""
+    total = collision_table(results).row(-1, named=True)
+    return max(total[f"{name}_high"] - total[f"{name}_low"] for name in COUNTED)
+
+
+def _row(vehicles: int | None, results: pl.DataFrame, confidence: float) -> dict[str, int | float | None]:
+    row: dict[str, int | float | None] = {"vehicles": vehicles, "trials": results.height}
+    for name, kinds in COUNTED.items():
+        count = int(results["kind"].is_in(kinds).sum())
+        low, high = clopper_pearson(count, results.height, confidence)
+        row |= {
+            name: count,
+            f"{name}_rate": count / results.height if results.height else None,
+            f"{name}_low": low,
+            f"{name}_high": high,
+        }
+    return row
+
+
+def misses_by_manoeuvre(results: pl.DataFrame) -> dict[str, Rate]:
+    """Missed windows of each manoeuvre that any vehicle does, by its name in words, with intervals over trials."""
+    return {
+        words: miss_rate(results, f"misses_{name}", f"windows_{name}")
+        for name, words in MANOEUVRES.items()
+        if results[f"windows_{name}"].sum()
+    }
+
+
+def miss_rate(results: pl.DataFrame, missed: str, total: str, confidence: float = 0.95) -> Rate:
+    """The share of windows, or of vehicles, that left their predicted sets, with an interval over trials.
+
+    What happens in one trial is not independent, trials are.
+
+    ``missed`` and ``total`` are the columns, of one row per trial, that count the misses, or sum up vehicles' shares of
+    windows, and what could be missed.
+    """
+    misses, totals = (results[name].fill_null(0) for name in (missed, total))
+    return Rate.of_totals(misses.to_numpy(), totals.to_numpy().astype(int), confidence)

@@ -1,0 +1,162 @@
+"""Two studies on the same seeds, compared trial by trial.
+
+Trial i of both begins alike, so that differences are paired: the exact sign test on the trials in which only one of
+the two collided (McNemar), Newcombe's interval for the difference of the two rates (*Improved confidence intervals for
+the difference between binomial proportions based on paired data*, 1998, method 10), and Student's t for all else.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+from jaxtyping import Bool, Float
+from scipy.stats import binomtest, norm, t
+
+from coverdrive.arguments import path_of
+from coverdrive.errors import DataError
+from coverdrive.simulation.measures.statistics import COUNTED
+from coverdrive.simulation.measures.trial import STARTED
+from coverdrive.simulation.studies.folder import StudyFolder, flat
+from coverdrive.simulation.studies.study import Study
+
+MEASURES = (
+    "mean_speed", "distance", "lane_changes", "overtakes", "minimum_gap", "minimum_time_to_collision",
+    "usual_headway", "minimum_left",
+    "jerk_longitudinal", "jerk_lateral", "hardest_braking", "share_slack", "prediction_misses", "planning_median",
+)  # fmt: skip
+"""columns that are compared by their mean paired difference"""
+
+
+@dataclass(frozen=True)
+class Difference:
+    """How one measure differs: second study minus first."""
+
+    name: str
+    """of the measure"""
+    pairs: int
+    """trials in which both have a finite value"""
+    first: float
+    """mean of the first study"""
+    second: float
+    """mean of the second study"""
+    low: float
+    """lower end of the interval of the difference"""
+    high: float
+    """upper end of the interval of the difference"""
+    p: float
+    """probability of a difference at least as large if the two were alike"""
+    only: tuple[int, int] | None = None
+    """of collisions: trials in which only the first, and only the second, collided"""
+
+    @property
+    def value(self) -> float:
+        """Mean of the second study minus that of the first."""
+        return self.second - self.first
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Two studies side by side."""
+
+    trials: int
+    """number of trials that both have"""
+    settings: dict[str, tuple[Any, Any]]
+    """settings in which they differ, by dotted name"""
+    collisions: tuple[Difference, ...]
+    """of the two counted kinds"""
+    measures: tuple[Difference, ...]
+    """of everything else"""
+
+
+def compare(first: Study | Path | str, second: Study | Path | str, confidence: float = 0.95) -> Comparison:
+    """Compare the trials that two studies both have.
+
+    Each is a study, its folder, or the results folder around it; ``confidence``, in (0, 1), is of every interval alone.
+
+    Raises:
+        DataError: a folder holds no finished study, or the two have other seeds or numbers of vehicles.
+    """
+    first, second = (each.folder if isinstance(each, Study) else path_of(name, each, "a study, or ")
+                     for name, each in (("first", first), ("second", second)))  # fmt: skip
+    (one, ours), (two, theirs) = _load(first), _load(second)
+    trials = min(ours.height, theirs.height)
+    ours, theirs = ours.head(trials), theirs.head(trials)
+    for name, what in (("seed", "seeds"), ("vehicles", "numbers of vehicles")):
+        if not ours[name].equals(theirs[name]):
+            at = int((ours[name] != theirs[name]).arg_max() or 0)
+            raise DataError(
+                f"{first} and {second} cannot be compared trial by trial, because their {what} differ: trial {at} has "
+                f"{ours[name][at]} and {theirs[name][at]}; drive both with the same seed, start and vehicles"
+            )
+    started = ours.select(STARTED).to_series() & theirs.select(STARTED).to_series()
+    ours, theirs = ours.filter(started), theirs.filter(started)
+    return Comparison(
+        trials=ours.height,
+        settings={name: (one.get(name), two.get(name)) for name in sorted(one | two) if one.get(name) != two.get(name)},
+        collisions=tuple(_of_rates(name, kinds, ours, theirs, confidence) for name, kinds in COUNTED.items()),
+        measures=tuple(_of_means(name, ours, theirs, confidence) for name in MEASURES),
+    )
+
+
+def _load(folder: Path) -> tuple[dict[str, Any], pl.DataFrame]:
+    """Settings and trials of a study."""
+    found = next((each for each in map(StudyFolder, (folder, folder / "study")) if each.exists), None)
+    if found is None:
+        raise DataError(f"{folder} holds no study, and neither has it a folder `study` that does; check the path")
+    return flat(found.description()), found.table()
+
+
+def _of_rates(
+    name: str, kinds: tuple[str, ...], ours: pl.DataFrame, theirs: pl.DataFrame, confidence: float
+) -> Difference:
+    a, b = (table["kind"].is_in(kinds).to_numpy() for table in (ours, theirs))
+    only = int((a & ~b).sum()), int((b & ~a).sum())
+    low, high = newcombe_interval(a, b, confidence)
+    p = float(binomtest(only[0], sum(only)).pvalue) if sum(only) else 1.0
+    return Difference(name, len(a), float(a.mean()), float(b.mean()), low, high, p, only)
+
+
+def newcombe_interval(
+    first: Bool[np.ndarray, " n"], second: Bool[np.ndarray, " n"], confidence: float
+) -> tuple[float, float]:
+    """Interval of the rate of the second minus that of the first, of paired outcomes (Newcombe 1998, method 10)."""
+    n, z = len(first), float(norm.ppf((1 + confidence) / 2))
+    both, neither = int((first & second).sum()), int((~first & ~second).sum())
+    only_first, only_second = int((first & ~second).sum()), int((second & ~first).sum())
+    margins = (both + only_first) * (only_second + neither) * (both + only_second) * (only_first + neither)
+    product = both * neither - only_first * only_second
+    product = max(product - n / 2, 0.0) if product > 0 else float(product)
+    correlation = product / np.sqrt(margins) if margins else 0.0
+
+    def wilson(count: int) -> tuple[float, float, float]:
+        rate, middle = count / n, (2 * count + z**2) / (2 * (n + z**2))
+        half = z * np.sqrt(z**2 + 4 * count * (1 - rate)) / (2 * (n + z**2))
+        return rate, rate - (middle - half), middle + half - rate
+
+    rate_1, below_1, above_1 = wilson(both + only_first)
+    rate_2, below_2, above_2 = wilson(both + only_second)
+    difference = rate_2 - rate_1
+    below = np.sqrt(below_2**2 - 2 * correlation * below_2 * above_1 + above_1**2)
+    above = np.sqrt(above_2**2 - 2 * correlation * above_2 * below_1 + below_1**2)
+    return float(difference - below), float(difference + above)
+
+
+def _of_means(name: str, ours: pl.DataFrame, theirs: pl.DataFrame, confidence: float) -> Difference:
+    a, b = (table[name].to_numpy().astype(float) for table in (ours, theirs))
+    finite = np.isfinite(a) & np.isfinite(b)
+    a, b = a[finite], b[finite]
+    one, two = (float(a.mean()), float(b.mean())) if len(a) else (np.nan, np.nan)
+    low, high, p = paired_t(b - a, confidence) if len(a) > 1 else (np.nan, np.nan, np.nan)
+    return Difference(name, len(a), one, two, low, high, p)
+
+
+def paired_t(difference: Float[np.ndarray, " n"], confidence: float) -> tuple[float, float, float]:
+    """Student's interval of a mean difference, and the probability of a mean as far from zero if there were none."""
+    n, mean = len(difference), float(difference.mean())
+    error = float(difference.std(ddof=1) / np.sqrt(n))
+    if error == 0:
+        return mean, mean, 1.0 if mean == 0 else 0.0
+    half = float(t.ppf((1 + confidence) / 2, n - 1)) * error
+    return mean - half, mean + half, float(2 * t.sf(abs(mean) / error, n - 1))

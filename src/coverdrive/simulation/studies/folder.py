@@ -1,0 +1,147 @@
+"""The folder of a study: what is studied, one file for each finished trial, all rows together, and stored drives.
+
+``study.json`` says what is studied · ``trials/`` holds one row for each finished trial · ``trials.parquet`` all rows ·
+``traces/`` drives that were looked at. Only the process that runs the study writes.
+"""
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from coverdrive._version import __version__
+from coverdrive.certificates.certificate import fingerprint
+from coverdrive.errors import DataError
+from coverdrive.files import write_atomically, write_json
+from coverdrive.simulation.drives.storage import load_trace, save_trace
+from coverdrive.simulation.drives.trace import Trace
+from coverdrive.simulation.measures.trial import SCHEMA, Row
+from coverdrive.simulation.studies.setup import Setup
+
+_FORMAT = 2
+
+
+class StudyFolder:
+    """Reads and writes the files of one study."""
+
+    def __init__(self, path: Path, schema: Mapping[str, Any] = SCHEMA):
+        """Name the folder, which is made as needed, and the columns of its rows: those of trials, or more."""
+        self.path, self._schema = path, schema
+        self._description, self._table = path / "study.json", path / "trials.parquet"
+        self.set_aside: list[Path] = []
+        """damaged files that were moved out of the way"""
+
+    @property
+    def exists(self) -> bool:
+        """Whether there is a study."""
+        return self._description.exists()
+
+    @property
+    def finished(self) -> bool:
+        """Whether all rows of a study are there together."""
+        return self._table.exists()
+
+    def description(self) -> dict[str, Any]:
+        """What is studied, as `claim` of this version wrote it; else a DataError."""
+        file = self._description
+        try:
+            found = json.loads(file.read_text(encoding="utf-8"))
+        except (OSError, ValueError) as error:
+            raise DataError(f"{file} is not the description of a study ({error}); use another folder") from error
+        if not isinstance(found, dict) or found.get("format") != _FORMAT:
+            raise DataError(f"{file} is not the description of a study of this version; drive it in another folder")
+        return found
+
+    def claim(self, description: dict[str, Any]) -> None:
+        """Say in the folder what is studied, or check that it says the same; else a DataError."""
+        wanted = json.loads(json.dumps({"format": _FORMAT, "version": __version__} | description))
+        if not self.exists:
+            write_json(self._description, wanted)
+        found, wanted = flat(self.description()), flat(wanted)
+        different = sorted(key for key in found | wanted if found.get(key) != wanted.get(key))
+        if different == ["scenarios"]:
+            raise DataError(f"the study in {self.path} replayed other recordings; name the same ones with --recording")
+        if different:
+            changes = ", ".join(f"{key} {found.get(key)!r}, now {wanted.get(key)!r}" for key in different[:3])
+            raise DataError(
+                f"{self.path} holds a study of another configuration ({len(different)} different: {changes}); "
+                "use another folder, or go back to that configuration"
+            )
+        for temporary in (self.path / "trials").glob(".*.parquet"):  # of a killed study
+            temporary.unlink(missing_ok=True)
+
+    def save(self, row: Row) -> pl.DataFrame:
+        """Keep the row of a finished trial, and give it as a table."""
+        table = self.table_of([row])
+        write_atomically(self._part(row["trial"]), table.write_parquet)
+        return table
+
+    def table_of(self, rows: Sequence[Row]) -> pl.DataFrame:
+        """Rows as a table."""
+        return pl.DataFrame(rows, schema=self._schema)
+
+    def row_of(self, trial: int, seed: int) -> pl.DataFrame | None:
+        """The row of a trial of a seed, or None if it is not finished; what is no row of it is set aside."""
+        file = self._part(trial)
+        if not file.exists():
+            return None
+        row = _table_in(file)
+        mine = {"trial": trial, "seed": seed}
+        if row is not None and row.height == 1 and row.select(list(mine)).row(0, named=True) == mine:
+            return row
+        damaged = file.with_suffix(".damaged")
+        file.replace(damaged)
+        self.set_aside.append(damaged)
+        return None
+
+    def save_table(self, table: pl.DataFrame) -> None:
+        """Keep all rows together."""
+        write_atomically(self._table, table.write_parquet)
+
+    def table(self) -> pl.DataFrame:
+        """One row for each trial, also for those that could not start; a DataError if they are not there."""
+        if not self.exists:
+            raise DataError(f"there is no study in {self.path}; drive one with `coverdrive study`")
+        if not self.finished:
+            raise DataError(
+                f"the study in {self.path} is not finished: {self._table.name} is missing; the command that began it "
+                "goes on with it"
+            )
+        table = _table_in(self._table)
+        if table is None:
+            raise DataError(
+                f"{self._table} is damaged or of another version; the command that drove the study makes it anew"
+            )
+        return table
+
+    def trace(self, trial: int, vehicles: int, setup: Callable[[], Setup]) -> Trace:
+        """A drive that is stored, or is driven now and stored."""
+        about = json.dumps(self.description(), sort_keys=True).encode()
+        name = f"{trial:06d}_{vehicles}_{fingerprint(np.frombuffer(about, np.uint8))}.npz"
+        file = self.path / "traces" / name
+        if not file.exists():
+            save_trace(setup().drive(trial), file)
+        return load_trace(file)
+
+    def _part(self, trial: int) -> Path:
+        return self.path / "trials" / f"{trial:06d}.parquet"
+
+
+def _table_in(file: Path) -> pl.DataFrame | None:
+    """The table of trials in a file, or None if it holds none."""
+    try:
+        table = pl.read_parquet(file.read_bytes())
+    except (OSError, pl.exceptions.PolarsError, pl.exceptions.PanicException):
+        return None
+    return table if SCHEMA.items() <= dict(table.schema).items() else None
+
+
+def flat(value: Any, name: str = "") -> dict[str, Any]:
+    """Nested JSON objects as one object with dotted names."""
+    if not isinstance(value, dict):
+        return {name: value}
+    parts = (flat(inner, f"{name}.{key}" if name else key) for key, inner in value.items())
+    return {key: leaf for part in parts for key, leaf in part.items()}

@@ -1,0 +1,187 @@
+"""What the trials of a study are driven with: who takes part, for how long, and from which seed.
+
+Trial i has its own random numbers, so that it is the same alone and within a study, on any number of processes.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from coverdrive.arguments import of_kind, whole, wholes
+from coverdrive.certificates.certificate import fingerprint
+from coverdrive.errors import StartError
+from coverdrive.plan import Planner
+from coverdrive.planning.planner import MpcPlanner
+from coverdrive.progress import heard_by
+from coverdrive.settings import Settings
+from coverdrive.simulation.drives.episode import EpisodeSettings, run_episode
+from coverdrive.simulation.drives.trace import Trace
+from coverdrive.simulation.measures.trial import Row, measure, unstarted
+from coverdrive.simulation.predictor import Belief, Predictor, as_given, check_belief
+from coverdrive.simulation.roads.initial import InitialSettings
+from coverdrive.simulation.traffic.model import Traffic
+from coverdrive.simulation.traffic.reactive_replay import ReactiveReplaySettings
+from coverdrive.simulation.traffic.registry import TrafficSettings, make_traffic, usual
+from coverdrive.simulation.traffic.replay import ReplaySettings, Scenario
+
+VEHICLES = (3, 4, 5, 6, 7)
+"""numbers of uncontrolled vehicles, taken in turn by the trials (paper §5)"""
+
+MOST_VEHICLES = 100
+"""uncontrolled vehicles at the start of a drive"""
+
+AnyPlanner = Planner | Callable[[], Planner]
+"""a planner, or what makes one: solvers that cannot move between processes are made anew in each"""
+AnyTraffic = str | TrafficSettings | Traffic | Callable[[], Traffic]
+"""the name of a traffic, settings of one, a model of your own, or what makes one"""
+
+Participants = tuple[Belief, Planner, Traffic]
+"""who takes part in an episode; built once per process, because solvers cannot move between processes"""
+
+
+@dataclass(frozen=True, eq=False)
+class Setup:
+    """Everything that a trial depends on."""
+
+    predictor: Belief
+    """of the ego"""
+    planner: AnyPlanner = field(default_factory=MpcPlanner)
+    """of the ego"""
+    traffic: AnyTraffic = "set-sampling"
+    """all uncontrolled vehicles"""
+    episode: EpisodeSettings = field(default_factory=EpisodeSettings)
+    """start, length and time steps"""
+    vehicles: Sequence[int] = VEHICLES
+    """numbers of uncontrolled vehicles; trial i has the i-th of them, over and over"""
+    seed: int = 0
+    """trial i draws from ``SeedSequence(seed, spawn_key=(i,))``"""
+    scenarios: Sequence[Scenario] | Callable[[], Sequence[Scenario]] = ()
+    """recorded scenes for the traffic that replays them, or what reads them when they are needed"""
+    recorded: InitialSettings | None = None
+    """a start on a road like that of the recordings, if there are any, to tell it from others"""
+    sampled: Predictor | None = None
+    """whose sets traffic draws from; those of the ego's predictor if left out"""
+
+    def __post_init__(self) -> None:
+        """Give the traffic of a name its settings; refuse what makes no trial."""
+        traffic = usual(self.traffic) if isinstance(self.traffic, str) else self.traffic
+        object.__setattr__(self, "traffic", traffic)
+        object.__setattr__(
+            self, "vehicles", wholes("numbers of uncontrolled vehicles", self.vehicles, 0, MOST_VEHICLES)
+        )
+        object.__setattr__(self, "seed", whole("seed", self.seed))
+        check_belief(self.predictor)
+        _check_part(self.planner, Planner)
+        if not isinstance(traffic, Settings):
+            _check_part(traffic, Traffic)
+
+    def participants(self) -> Participants:
+        """Who takes part, made for this process."""
+        scenarios = self._read() if self.replays else ()
+        sampled = self.sampled or self.predictor
+        sampled = sampled if isinstance(sampled, Predictor) else None
+        return self.predictor, made(self.planner, Planner), traffic_of(self.traffic, sampled, scenarios)
+
+    def vehicles_of(self, trial: int) -> int:
+        """Number of uncontrolled vehicles of a trial."""
+        return self.vehicles[trial % len(self.vehicles)]
+
+    def drive(self, trial: int, participants: Participants | None = None) -> Trace:
+        """Drive one trial, and keep all that happens in it; a StartError if the vehicles cannot be placed."""
+        seed = np.random.SeedSequence(self.seed, spawn_key=(trial,))
+        belief, planner, traffic = participants or self.participants()
+        return run_episode(as_given(belief), planner, traffic, self.episode, self.vehicles_of(trial), seed)
+
+    def row(self, trial: int, participants: Participants) -> Row:
+        """Drive one trial, and keep its measures; of one that cannot start, only who it is and why."""
+        try:
+            with heard_by(None):
+                return measure(self.drive(trial, participants), self.seed, trial)
+        except StartError as error:
+            return unstarted(self.seed, trial, self.vehicles_of(trial), str(error))
+
+    @property
+    def replays(self) -> bool:
+        """Whether recorded traffic is replayed."""
+        return isinstance(self.traffic, ReplaySettings)
+
+    @property
+    def foretold(self) -> Sequence[Scenario]:
+        """Recorded scenes, once they are read, that go on as they were recorded whatever the ego does."""
+        known = self.replays and not isinstance(self.traffic, ReactiveReplaySettings)
+        return () if callable(self.scenarios) or not known else self.scenarios
+
+    @property
+    def traffic_name(self) -> str:
+        """What the traffic is called."""
+        return getattr(self.traffic, "kind", None) or str(described(self.traffic))
+
+    def loaded(self) -> "Setup":
+        """The same with the recorded scenes read, so that other processes need not."""
+        return replace(self, scenarios=tuple(self._read())) if self.replays else self
+
+    def description(self) -> dict[str, Any]:
+        """Everything that the result of a trial depends on, as JSON values."""
+        return {
+            "seed": self.seed,
+            "vehicles": list(self.vehicles),
+            "episode": self.episode.model_dump(mode="json"),
+            "predictor": getattr(self.predictor, "fingerprint", None) or described(self.predictor),
+            "sampled": getattr(self.sampled, "fingerprint", None),
+            "planner": described(self.planner),
+            "traffic": described(self.traffic),
+            "scenarios": fingerprint(*(each.states for each in self._read())) if self.replays else None,
+        }
+
+    def _read(self) -> Sequence[Scenario]:
+        return self.scenarios() if callable(self.scenarios) else self.scenarios
+
+
+def traffic_of(traffic: AnyTraffic, predictor: Predictor | None, scenarios: Sequence[Scenario] = ()) -> Traffic:
+    """A model of one's own, or that of a name or settings, as of `make_traffic`."""
+    given: Any = usual(traffic) if isinstance(traffic, str) else traffic
+    return made(make_traffic(given, predictor, scenarios) if isinstance(given, Settings) else given, Traffic)  # pyright: ignore[reportArgumentType]
+
+
+_EXPECTED = {
+    Planner: (
+        "planner",
+        "a planner (dt, steps, reset, plan) or a function that makes one; who acts without paths (reset, act) drives "
+        "as AgentPlanner(agent, witness) of coverdrive.league.agents, with its Witness() as the predictor",
+    ),
+    Traffic: ("traffic", "a name, settings, a traffic model (reset, step) or a function that makes one"),
+}
+
+
+def made(part: Any, kind: type) -> Any:
+    """A part as it is, or made by what makes it; a SettingError if that is none of the kind."""
+    _check_part(part, kind)
+    return part if _is_made(part, kind) else of_kind(_EXPECTED[kind][0], part(), kind, _EXPECTED[kind][1])
+
+
+def _check_part(part: Any, kind: type) -> None:
+    """Refuse what neither is of a kind nor can be called to make one."""
+    if not _is_made(part, kind) and not callable(part):
+        of_kind(_EXPECTED[kind][0], part, kind, _EXPECTED[kind][1])
+
+
+def _is_made(part: Any, kind: type) -> bool:
+    """Whether a part need not be made; a class has the methods of its objects, but makes them."""
+    return isinstance(part, kind) and not isinstance(part, type)
+
+
+def described(part: Any) -> Any:
+    """Settings as JSON values; of anything else its name, with its settings if it has some."""
+    if isinstance(part, Settings):
+        return part.model_dump(mode="json")
+    if isinstance(part, partial):
+        return {"made by": described(part.func), "with": [described(each) for each in part.args]}
+    settings = getattr(part, "settings", None)
+    if isinstance(part, MpcPlanner):
+        return described(settings)
+    made = part if hasattr(part, "__qualname__") else type(part)
+    name = f"{made.__module__}.{made.__qualname__}"
+    return {"name": name, "settings": described(settings)} if isinstance(settings, Settings) else name

@@ -1,0 +1,175 @@
+"""Running trials on one process, on several, or on a Dask cluster; rows come back to the caller as they finish.
+
+Each worker process builds the participants once per study. Trials of one process never run at the same time, even if
+it has several threads, because solvers cannot be shared between threads.
+"""
+
+import gc
+import os
+import threading
+import uuid
+from collections.abc import Callable, Generator, Sequence
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from functools import partial
+from typing import Any, Protocol, runtime_checkable
+
+from joblib import Parallel, delayed, parallel_config
+
+from coverdrive.errors import DataError, SettingError
+from coverdrive.extras import require
+from coverdrive.simulation.measures.trial import Row
+from coverdrive.simulation.studies.orphans import end_with_parent
+
+_CONNECT = "10s"
+"""time that a cluster has to answer"""
+
+
+@runtime_checkable
+class Drives(Protocol):
+    """Trials of one kind that any process can drive, as `coverdrive.simulation.studies.setup.Setup` does."""
+
+    @property
+    def seed(self) -> int:
+        """Of all of them."""
+        ...
+
+    def description(self) -> dict[str, Any]:
+        """Everything that the result of a trial depends on, as JSON values."""
+        ...
+
+    def participants(self) -> Any:
+        """Who takes part, made for this process."""
+        ...
+
+    def row(self, trial: int, participants: Any) -> Row:
+        """Drive one trial, and keep its measures."""
+        ...
+
+
+def run_trials(setup: Drives, trials: Sequence[int], workers: int, cluster: str | None = None) -> Generator[Row]:
+    """Run trials in any order, yielding the row of each when it is done; all else as in `coverdrive.study`.
+
+    Raises:
+        SettingError: there is no cluster.
+        MissingExtraError: the package for it is not installed.
+        DataError: a worker process was killed.
+    """
+    if not trials:
+        return
+    if cluster is not None:
+        with _cluster(cluster):
+            yield from _run_parallel(setup, trials, -1)
+    elif workers > 1 and len(trials) > 1:
+        with _processes():
+            yield from _run_parallel(setup, trials, min(workers, len(trials)))
+    else:
+        participants = setup.participants()
+        _freeze()
+        try:
+            for trial in trials:
+                yield setup.row(trial, participants)
+                _freeze()
+        finally:
+            gc.unfreeze()
+
+
+def call_all(functions: Sequence[Callable[[], object]], workers: int) -> Generator[None]:
+    """Call functions that any process can call, in the processes of the trials, yielding after each; or one by one.
+
+    Raises:
+        DataError: a worker process was killed.
+    """
+    if workers > 1 and len(functions) > 1:
+        with _processes():
+            parallel: Any = Parallel(n_jobs=workers, batch_size=1, return_as="generator_unordered")  # pyright: ignore[reportArgumentType]
+            for _ in parallel(delayed(_called)(each) for each in functions):
+                yield
+    else:
+        for each in functions:
+            each()
+            yield
+
+
+def _called(function: Callable[[], object]) -> None:
+    """Call a function; what it returns stays in this process."""
+    function()
+
+
+@contextmanager
+def _processes() -> Generator[None]:
+    """Let joblib run on processes of this machine, which end with this one."""
+    watch = partial(end_with_parent, os.getpid())
+    try:
+        with _one_thread_each(), parallel_config("loky", inner_max_num_threads=1, initializer=watch):
+            yield
+    except BrokenProcessPool as error:
+        raise DataError(
+            "a worker process was killed, most often because memory ran out; finished trials are kept: start the "
+            "same command again, with fewer --workers"
+        ) from error
+
+
+def _run_parallel(setup: Drives, trials: Sequence[int], workers: int) -> Generator[Row]:
+    study = uuid.uuid4().hex
+    parallel: Any = Parallel(n_jobs=workers, batch_size=1, return_as="generator_unordered")  # pyright: ignore[reportArgumentType]
+    yield from parallel(delayed(_run_in_worker)(setup, study, trial) for trial in trials)
+
+
+@contextmanager
+def _cluster(address: str) -> Generator[None]:
+    """Let joblib run on the workers of a Dask scheduler; a task whose worker dies is given to another."""
+    dask = require("distributed")
+    try:
+        client = dask.Client(address, timeout=_CONNECT, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise SettingError(
+            f"no Dask scheduler answers at {address} ({error}); start one with `dask scheduler`, and workers with "
+            "`dask worker ADDRESS --nthreads 1`"
+        ) from error
+    with client, parallel_config(backend="dask", client=client):
+        yield
+
+
+_participants: dict[str, Any] = {}
+"""of this process, by study; at most one entry, because processes are kept for the next study"""
+
+_driving = threading.Lock()
+"""held while a trial runs in this process"""
+
+
+def _run_in_worker(setup: Drives, study: str, trial: int) -> Row:
+    """Run a trial in this process, with participants that were built on its first one of the study."""
+    with _driving:
+        if study not in _participants:
+            _participants.clear()
+            gc.unfreeze()
+            _participants[study] = setup.participants()
+            _freeze()
+        row = setup.row(trial, _participants[study])
+        _freeze()
+        return row
+
+
+def _freeze() -> None:
+    """Let the garbage collector look no more at what is there already, modules and compiled code, above all.
+
+    What a trial leaves behind is collected before; else this is done within some step of the next trial, which takes
+    a tenth of a second and more where everything is looked at.
+    """
+    gc.collect()
+    gc.freeze()
+
+
+@contextmanager
+def _one_thread_each() -> Generator[None]:
+    """Let processes started meanwhile use one thread for XLA, which reads NPROC; joblib limits BLAS and OpenMP."""
+    before = os.environ.get("NPROC")
+    os.environ["NPROC"] = "1"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ["NPROC"]
+        else:
+            os.environ["NPROC"] = before

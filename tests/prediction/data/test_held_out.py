@@ -1,0 +1,119 @@
+"""What trained or calibrated is refused however it is cut, shifted, numbered or called; what is new is welcome."""
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+
+from coverdrive.errors import DataError
+from coverdrive.prediction.data.held_out import Seen
+from coverdrive.prediction.data.segments import cut_segments
+from coverdrive.prediction.data.split import both_ways
+from coverdrive.prediction.fit import Fit
+from coverdrive.recordings.read import read
+from coverdrive.recordings.recording import Recording
+from coverdrive.simulation.drivers.generated import GeneratedSettings, generate
+
+
+def names(recordings: tuple[Recording, ...]) -> list[str]:
+    return [each.name for each in recordings]
+
+
+def test_only_the_groups_of_the_test_split_are_left(fitted: Fit, scenes: tuple[Recording, ...]) -> None:
+    kept = fitted.seen.unseen(scenes)
+    groups = {int(group) for recording in kept for group in recording.table["group"].unique()}
+    assert groups == set(fitted.segments.group[fitted.split.test].tolist())
+    made_from = np.concatenate([fitted.split.train, fitted.split.calibration])
+    assert not groups & set(fitted.segments.group[made_from].tolist())
+
+
+def test_each_recording_is_known_by_itself(fitted: Fit, scenes: tuple[Recording, ...]) -> None:
+    whole = {recording.name for recording in fitted.seen.unseen(scenes)}
+    for recording in scenes:
+        kept = fitted.seen.unseen([recording])
+        assert names(kept) == ([recording.name] if recording.name in whole else [])
+
+
+def test_keys_and_groups_are_not_asked(fitted: Fit, scenes: tuple[Recording, ...]) -> None:
+    """They are others where other recordings are read beside."""
+    keys = {"group": pl.lit(7, pl.Int64), "identity": pl.col("vehicle")}
+    others = tuple(replace(each, table=each.table.with_columns(**keys)) for each in scenes)
+    assert names(fitted.seen.unseen(others)) == names(fitted.seen.unseen(scenes))
+
+
+def test_recordings_that_it_never_saw_are_kept_whole(fitted: Fit) -> None:
+    new = generate(GeneratedSettings(scenes=3, duration=5.0, vehicles=(4, 5)), seed=9)
+    kept = fitted.seen.unseen(new)
+    assert names(kept) == names(new)
+    assert all(one.table.equals(other.table) for one, other in zip(kept, new, strict=True))
+
+
+def test_tracks_come_back_from_their_file(fitted: Fit, tmp_path: Path) -> None:
+    fitted.seen.save(tmp_path / "seen.parquet")
+    again = Seen.load(tmp_path / "seen.parquet", fitted.seen.sources)
+    assert again.tracks.equals(fitted.seen.tracks) and len(again.tracks)
+
+
+WINDOW = 3.1
+"""[s] that show 3 s of a vehicle"""
+
+
+@cache
+def both_folds(folder: Path) -> tuple[tuple[Recording, ...], tuple[Seen, ...]]:
+    """The shared scenes, and what was seen where one of their two groups trains and the other one tests."""
+    recordings = read(folder / "commonroad")
+    segments = cut_segments(recordings)
+    crossed = both_ways(segments.vehicle, segments.group)
+    halves = (replace(each, calibration=each.train[:0]) for each in crossed)
+    return recordings, tuple(Seen.of(recordings, segments, half) for half in halves)
+
+
+def cut(recording: Recording, random: np.random.Generator) -> Recording:
+    """A window or longer, of half of the vehicles, shifted by up to 50 m, with other numbers and another name."""
+    time, vehicles = recording.table["time"], recording.table["vehicle"].unique().to_numpy()
+    first = random.uniform(time.min(), time.max() - WINDOW)
+    last = random.uniform(first + WINDOW, time.max())
+    kept = random.choice(vehicles, (len(vehicles) + 1) // 2, replace=False)
+    numbers = dict(zip(kept.tolist(), random.permutation(len(kept)).tolist(), strict=True))
+    table = recording.table.filter(pl.col("time").is_between(first, last), pl.col("vehicle").is_in(kept.tolist()))
+    shift = pl.col("lon", "seen_lon") + random.uniform(0, 50)
+    start = round(random.uniform(0, 9), 1) - float(table["time"].min())
+    moved = table.with_columns(shift, ((pl.col("time") + start) * 10).round() / 10, pl.col("vehicle").replace(numbers))
+    return replace(recording, table=moved.drop("identity").sort("vehicle", "time"), name="anew")
+
+
+def judged(folder: Path, tries: int, seed: int) -> tuple[int, int, int]:
+    """How many random copies of what was seen are refused, how many were tried, and how many new ones are refused."""
+    recordings, seen = both_folds(folder)
+    long = [number for number, each in enumerate(recordings) if np.ptp(each.table["time"].to_numpy()) > WINDOW]
+    random = np.random.default_rng(seed)
+    refused, tried, wrongly = 0, 0, 0
+    for _ in range(tries):
+        number, fold = int(random.choice(long)), seen[random.integers(2)]
+        used = bool(fold.sources[number].used)
+        found = bool(fold.shared_with(cut(recordings[number], random)))
+        refused, tried, wrongly = refused + (found and used), tried + used, wrongly + (found and not used)
+    return refused, tried, wrongly
+
+
+def test_a_few_copies_of_shared_scenes_are_refused_and_none_that_is_new(us101: Path) -> None:
+    refused, tried, wrongly = judged(us101, 8, seed=1)
+    assert refused == tried > 0 and wrongly == 0
+
+
+@pytest.mark.slow
+def test_no_copy_of_shared_scenes_passes_and_nothing_new_is_refused(us101: Path) -> None:
+    refused, tried, wrongly = judged(us101, 200, seed=0)
+    assert refused == tried > 80 and wrongly == 0
+
+
+def test_what_is_shared_is_named(us101: Path) -> None:
+    recordings, seen = both_folds(us101)
+    trained = next(each for each, source in zip(recordings, seen[0].sources, strict=True) if source.used)
+    copy = cut(trained, np.random.default_rng(0))
+    with pytest.raises(DataError, match=rf"anew shows \d+ vehicles? of .*{trained.name}.*which trained or calibrated"):
+        seen[0].unseen([copy])
+    assert seen[0].unseen([trained]) == ()

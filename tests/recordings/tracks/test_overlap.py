@@ -1,0 +1,129 @@
+"""Shared vehicles are found at any offset of clocks and numbers, and only they."""
+
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+
+from coverdrive.prediction.data.segments import cut_segments
+from coverdrive.prediction.data.split import split
+from coverdrive.recordings.read import read
+from coverdrive.recordings.tracks.overlap import shared_vehicles
+from coverdrive.recordings.tracks.repair import RawTracks
+
+
+def speeds(seed: int, vehicles: int = 8, moments: int = 120) -> np.ndarray:
+    """Speeds (vehicles, moments) [m/s] that change smoothly, as stated by a file."""
+    random = np.random.default_rng(seed)
+    jerk = np.cumsum(random.normal(0, 0.05, (vehicles, moments)), axis=1)
+    return 15 + random.normal(0, 2, (vehicles, 1)) + np.cumsum(0.1 * jerk, axis=1)
+
+
+def raw_of(values: np.ndarray, first_vehicle: int = 0, first_moment: int = 0) -> RawTracks:
+    vehicles, moments = values.shape
+    vehicle = np.repeat(first_vehicle + np.arange(vehicles), moments)
+    moment = np.tile(first_moment + np.arange(moments), vehicles)
+    zero = np.zeros(values.size)
+    return RawTracks(vehicle, moment, zero, zero, zero, zero, values.ravel(), 0 * vehicle)
+
+
+def pairs_of(*tracks: RawTracks, files: list[int] | None = None) -> list[tuple[int, int]]:
+    groups = [np.full(len(track.vehicle), number) for number, track in enumerate(tracks)]
+    return group_pairs(shared_vehicles(tracks, groups, files or list(range(len(tracks)))))
+
+
+def group_pairs(shared: pl.DataFrame) -> list[tuple[int, int]]:
+    return sorted(set(shared.select("group", "group_b").iter_rows()))
+
+
+def test_cuts_of_one_original_are_found():
+    original = speeds(0)
+    early, late = raw_of(original[:6, :70]), raw_of(original[2:, 40:], first_vehicle=500, first_moment=3)
+    assert pairs_of(early, late, raw_of(speeds(1))) == [(0, 1)]
+
+
+def test_the_same_vehicles_are_paired_and_only_they():
+    original = 15 + 3 * (speeds(0) - 15)
+    early, late = raw_of(original[:6, :70]), raw_of(original[2:, 40:], first_vehicle=500, first_moment=3)
+    shared = shared_vehicles([early, late], [0 * early.vehicle, 1 + 0 * late.vehicle], [0, 1])
+    assert sorted(shared.select("vehicle", "vehicle_b").iter_rows()) == [(v, 498 + v) for v in range(2, 6)]
+
+
+def test_rounded_copies_are_found():
+    original = speeds(0)
+    assert pairs_of(raw_of(original), raw_of(np.round(original, 2))) == [(0, 1)]
+
+
+def test_different_traffic_is_kept_apart():
+    assert pairs_of(*(raw_of(speeds(seed, vehicles=20)) for seed in range(6))) == []
+
+
+def test_equal_parts_of_different_tracks_are_no_proof():
+    first, second = speeds(0), speeds(1)
+    second[:3, 50:65] = first[:3, 50:65]
+    assert pairs_of(raw_of(first), raw_of(second)) == []
+
+
+def test_one_vehicle_proves_an_overlap_only_when_it_is_seen_for_long():
+    original = 15 + 3 * (speeds(0, vehicles=1) - 15)
+    assert pairs_of(raw_of(original[:, :60]), raw_of(original[:, 20:])) == [(0, 1)]
+    assert pairs_of(raw_of(original[:, :60]), raw_of(original[:, 40:])) == []
+
+
+def test_constant_speeds_are_no_proof():
+    assert pairs_of(raw_of(np.full((5, 100), 15.0)), raw_of(np.full((5, 100), 15.0))) == []
+
+
+def test_vehicles_that_roll_out_alike_are_no_proof():
+    """Of two drivers who come off the throttle at the same speed, none fluctuates."""
+    time = 0.1 * np.arange(60)
+    slow_down = 20 - 0.8 * time - 0.05 * time**2
+    assert pairs_of(raw_of(slow_down[None]), raw_of(slow_down[None] + 0.005)) == []
+    uneven = slow_down + 0.1 * np.sin(2 * time)
+    assert pairs_of(raw_of(uneven[None]), raw_of(uneven[None] + 0.005)) == [(0, 1)]
+
+
+def test_frames_of_25_hz_prove_no_more_than_those_of_10_hz():
+    """1.6 s of one vehicle are 40 rows, which are too few at any rate; 4 s are enough."""
+    uneven = 20 + 2 * np.sin(np.arange(100) * 0.04 * 4)[None]
+    for rows, found in ((40, 0), (100, 1)):
+        short = raw_of(uneven[:, :rows])
+        groups = [0 * short.vehicle, 0 * short.vehicle + 1]
+        assert len(shared_vehicles([short, short], groups, [0, 1], [0.04, 0.04])) == found
+        assert len(shared_vehicles([short, short], groups, [0, 1], [0.1, 0.04])) == 0
+
+
+def test_recordings_of_one_file_are_not_compared():
+    original = raw_of(speeds(0))
+    assert pairs_of(original, original, files=[0, 0]) == []
+
+
+def test_only_the_groups_that_overlap_are_paired():
+    original = speeds(0, moments=200)
+    long, short = raw_of(original), raw_of(original[:, 130:170])
+    groups = [np.where(long.moment < 100, 0, 1), np.full(len(short.vehicle), 2)]
+    assert group_pairs(shared_vehicles([long, short], groups, [0, 1])) == [(1, 2)]
+
+
+@pytest.mark.real_data
+@pytest.mark.slow
+def test_recorded_scenarios_of_us101(us101: Path):
+    groups: dict[int, set[int]] = {}
+    recordings = read([us101 / "commonroad"])
+    for recording in recordings:
+        (group,) = recording.table["group"].unique()
+        groups.setdefault(group, set()).add(int(recording.name.split("-")[1].split("_")[0]))
+    # Motion links {1, 13, 14, 23, 24}, {6, 7, 9, 19, 20, 25, 28} and {12, 17}, numbers and sizes these and the others.
+    assert [sorted(found) for found in groups.values()] == [
+        [1, 8, 11, 13, 14, 23, 24, 26, 30, 33],
+        [2, 3, 6, 7, 9, 10, 12, 16, 17, 19, 20, 25, 28, 29, 32],
+    ]
+    assert list(groups) == list(range(len(groups)))
+    table = pl.concat(each.table for each in recordings)
+    assert len(table.unique(["identity"])) == len(table.unique(["identity", "group"])) < 400  # 611 by motion alone
+    segments = cut_segments(recordings)
+    counts = [len(np.unique(segments.vehicle[segments.group == group])) for group in groups]
+    assert counts == [91, 203]
+    found = split(segments.vehicle, segments.group)
+    assert found.crossed and len(np.unique(segments.vehicle[found.calibration])) == 203

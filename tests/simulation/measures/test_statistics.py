@@ -1,0 +1,85 @@
+import numpy as np
+import polars as pl
+import pytest
+
+from coverdrive.certificates.bounds import clopper_pearson
+from coverdrive.errors import CertificateError
+from coverdrive.simulation.measures.statistics import collision_table, miss_rate, widest_interval
+
+
+def results(kinds_by_vehicles):
+    rows = [(vehicles, kind) for vehicles, kinds in kinds_by_vehicles.items() for kind in kinds]
+    return pl.DataFrame(rows, schema=["vehicles", "kind"], orient="row")
+
+
+def test_the_papers_result_and_its_intervals():
+    kinds = ["frontal"] * 3 + ["side"] * 4 + ["rear-end"] * 20 + ["finished"] * 973
+    table = collision_table(results({3: kinds[:200], 4: kinds[200:400], 5: kinds[400:]}))
+    total = table.row(-1, named=True)
+    assert total["vehicles"] is None
+    assert (total["trials"], total["frontal_or_side"], total["rear_end"]) == (1000, 7, 20)
+    assert total["frontal_or_side_rate"] == pytest.approx(0.007)
+    assert [round(100 * total[f"frontal_or_side_{end}"], 2) for end in ("low", "high")] == [0.28, 1.44]
+    assert [round(100 * total[f"rear_end_{end}"], 2) for end in ("low", "high")] == [1.23, 3.07]
+
+
+def test_rows_are_by_number_of_vehicles_and_add_up():
+    table = collision_table(results({7: ["side", "finished"], 3: ["rear-end", "frontal", "finished"]}))
+    assert table["vehicles"].to_list() == [3, 7, None]
+    assert table["trials"].to_list() == [3, 2, 5]
+    assert table["frontal_or_side"].to_list() == [1, 1, 2]
+    assert table["rear_end"].to_list() == [1, 0, 1]
+
+
+def test_no_collision_still_has_an_upper_end():
+    total = collision_table(results({3: ["finished"] * 100})).row(-1, named=True)
+    assert total["frontal_or_side_low"] == 0
+    assert total["frontal_or_side_high"] == pytest.approx(1 - 0.025 ** (1 / 100))
+
+
+def test_wider_confidence_wider_interval_and_nonsense_is_refused():
+    some = results({3: ["side"] * 5 + ["finished"] * 95})
+    narrow, wide = (collision_table(some, confidence).row(-1, named=True) for confidence in (0.9, 0.99))
+    assert wide["frontal_or_side_low"] < narrow["frontal_or_side_low"] < 0.05 < narrow["frontal_or_side_high"]
+    with pytest.raises(CertificateError):
+        collision_table(some, 1.0)
+
+
+def test_a_study_is_as_uncertain_as_its_wider_interval():
+    some = results({3: ["side"] * 5 + ["finished"] * 95})
+    total = collision_table(some).row(-1, named=True)
+    assert widest_interval(some) == total["frontal_or_side_high"] - total["frontal_or_side_low"]
+    assert total["rear_end_high"] < widest_interval(some)
+
+
+def misses(missed, total):
+    return pl.DataFrame({"missed": missed, "total": total})
+
+
+def test_miss_rate_is_over_all_and_its_interval_over_trials():
+    alike = miss_rate(misses([1] * 50, [10] * 50), "missed", "total")
+    assert (alike.count, alike.total) == (50, 500)
+    assert (alike.low, alike.high) == pytest.approx(clopper_pearson(5, 50))  # trials are counted
+    bunched = miss_rate(misses([10] * 5 + [0] * 45, [10] * 50), "missed", "total")
+    assert bunched.count == 50
+    assert (bunched.low, bunched.high) == pytest.approx(clopper_pearson(5, 50), abs=0.006)
+
+
+def test_no_miss_still_has_an_upper_end_and_one_trial_says_nothing():
+    assert miss_rate(misses([0] * 20, [100] * 20), "missed", "total").high == pytest.approx(1 - 0.025 ** (1 / 20))
+    assert miss_rate(misses([3], [100]), "missed", "total").low == 0.0
+    assert miss_rate(misses([3], [100]), "missed", "total").high == 1.0
+    assert miss_rate(misses([0] * 20 + [0] * 5, [100] * 20 + [0] * 5), "missed", "total").high == pytest.approx(
+        1 - 0.025 ** (1 / 20)
+    )
+
+
+def test_the_interval_of_a_miss_rate_covers_as_often_as_it_says():
+    random = np.random.default_rng(0)
+    covered = 0
+    for _ in range(1000):
+        own_rate = random.beta(2, 18, 40)  # trials differ; 10 % on average
+        table = misses(random.binomial(100, own_rate), np.full(40, 100))
+        rate = miss_rate(table, "missed", "total")
+        covered += rate.low <= 0.1 <= rate.high
+    assert 0.92 < covered / 1000 < 0.98

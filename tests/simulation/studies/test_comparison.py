@@ -1,0 +1,115 @@
+import numpy as np
+import polars as pl
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.stats import ttest_rel
+from simulation_fakes import ConstantPlanner, fakes
+
+from coverdrive.errors import DataError
+from coverdrive.simulation.studies.comparison import compare, newcombe_interval, paired_t
+from coverdrive.simulation.studies.study import Study
+
+
+def pairs(both: int, first: int, second: int, neither: int) -> tuple[np.ndarray, np.ndarray]:
+    counts = [both, first, second, neither]
+    return np.repeat([True, True, False, False], counts), np.repeat([True, False, True, False], counts)
+
+
+def test_newcombe_interval_of_a_published_example():
+    """Fagerland, Lydersen & Laake, *Statistical Analysis of Contingency Tables*, 2017, table 8.1 (Bentur et al.)."""
+    low, high = newcombe_interval(*pairs(1, 1, 7, 12), 0.95)
+    assert (round(low, 3), round(high, 3)) == (0.026, 0.507)
+
+
+@settings(max_examples=200, deadline=None)
+@given(*[st.integers(0, 40)] * 4)
+def test_newcombe_interval_contains_the_difference_and_turns_with_the_studies(both, first, second, neither):
+    if both + first + second + neither == 0:
+        return
+    one, two = pairs(both, first, second, neither)
+    low, high = newcombe_interval(one, two, 0.95)
+    assert -1 - 1e-9 <= low <= two.mean() - one.mean() <= high <= 1 + 1e-9
+    assert newcombe_interval(two, one, 0.95) == pytest.approx((-high, -low))
+
+
+@pytest.mark.slow
+def test_newcombe_interval_covers_as_often_as_it_says():
+    random = np.random.default_rng(0)
+    cells = random.multinomial(200, [0.02, 0.05, 0.08, 0.85], 2000)
+    intervals = np.array([newcombe_interval(*pairs(*row), 0.95) for row in cells])
+    covered = ((intervals[:, 0] <= 0.03) & (intervals[:, 1] >= 0.03)).mean()
+    assert 0.93 < covered < 0.98
+
+
+def test_paired_t_agrees_with_scipy():
+    random = np.random.default_rng(1)
+    one, two = random.normal(20, 2, (2, 30))
+    result = ttest_rel(two, one)
+    interval = result.confidence_interval(0.9)
+    assert paired_t(two - one, 0.9) == pytest.approx((interval.low, interval.high, result.pvalue))
+    assert paired_t(np.zeros(4), 0.9) == (0.0, 0.0, 1.0)
+
+
+def accelerating():
+    return ConstantPlanner(1.0)
+
+
+def test_two_planners_in_the_same_traffic(tmp_path):
+    first = Study(fakes(), tmp_path / "a" / "study").run(10)
+    Study(fakes(accelerating), tmp_path / "b").run(8)
+    found = compare(tmp_path / "a", tmp_path / "b")
+    assert found.trials == 8
+    assert found.settings == {"planner": ("simulation_fakes.ConstantPlanner", f"{__name__}.accelerating")}
+    speed = found.measures[0]
+    assert (speed.name, speed.pairs) == ("mean_speed", 8)
+    assert speed.first == pytest.approx(20.0) and speed.second == pytest.approx(21.0, abs=0.1)
+    assert speed.low <= speed.value <= speed.high and speed.p < 1e-6
+    assert compare(first, tmp_path / "a").measures[0].p == 1.0
+
+
+def test_one_pair_has_means_but_no_interval(tmp_path):
+    Study(fakes(), tmp_path).run(1)
+    speed = compare(tmp_path, tmp_path).measures[0]
+    assert (speed.pairs, speed.first, speed.value) == (1, pytest.approx(20.0), 0.0)
+    assert np.isnan([speed.low, speed.high, speed.p]).all()
+
+
+def test_collisions_are_compared_by_the_trials_in_which_only_one_collided(tmp_path):
+    kinds = {"a": ["side"] * 6 + ["finished"] * 4, "b": ["finished"] * 5 + ["side"] + ["finished"] * 3 + ["side"]}
+    for name, ends in kinds.items():
+        table = Study(fakes(), tmp_path / name).run(10).trials
+        table.with_columns(kind=pl.Series(ends)).write_parquet(tmp_path / name / "trials.parquet")
+    side, rear = compare(tmp_path / "a", tmp_path / "b").collisions
+    assert side.only == (5, 1)
+    assert side.p == pytest.approx(2 * (1 + 6) / 2**6)
+    assert (rear.only, rear.p, rear.value) == ((0, 0), 1.0, 0.0)
+
+
+def test_other_seeds_or_vehicles_are_refused(tmp_path):
+    Study(fakes(), tmp_path / "a").run(3)
+    Study(fakes(seed=1), tmp_path / "b").run(3)
+    Study(fakes(vehicles=(3, 4, 6)), tmp_path / "c").run(3)
+    with pytest.raises(DataError, match="seeds differ"):
+        compare(tmp_path / "a", tmp_path / "b")
+    with pytest.raises(DataError, match=r"numbers of vehicles differ: trial 2 has 5 and 6"):
+        compare(tmp_path / "a", tmp_path / "c")
+
+
+def test_what_is_missing_in_a_folder_is_named(tmp_path):
+    Study(fakes(), tmp_path / "a").run(1)
+    Study(fakes(), tmp_path / "b" / "study").run(1)
+    (tmp_path / "empty").mkdir()
+
+    def complaint(folder):
+        with pytest.raises(DataError) as caught:
+            compare(tmp_path / "a", folder)
+        assert "Errno" not in str(caught.value)
+        return str(caught.value)
+
+    for name in ("nothing", "empty"):
+        assert f"{tmp_path / name} holds no study" in complaint(tmp_path / name)
+    (tmp_path / "b" / "study" / "trials.parquet").write_text("torn")
+    assert "trials.parquet is damaged or of another version" in complaint(tmp_path / "b")
+    (tmp_path / "b" / "study" / "trials.parquet").unlink()
+    assert f"the study in {tmp_path / 'b' / 'study'} is not finished" in complaint(tmp_path / "b")
