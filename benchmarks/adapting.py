@@ -21,9 +21,10 @@ from coverdrive.prediction.predictor import Predictor
 from coverdrive.simulation.drivers.generated import generate
 from coverdrive.simulation.drives.episode import EpisodeSettings
 from coverdrive.simulation.measures.statistics import miss_rate
+from coverdrive.simulation.roads.initial import VEHICLES
 from coverdrive.simulation.roads.places import PLACES
 from coverdrive.simulation.studies.comparison import paired_t
-from coverdrive.simulation.studies.setup import VEHICLES, Setup
+from coverdrive.simulation.studies.setup import Setup
 
 PHASES = (("drivers", VEHICLES, 0), ("aggressive", (8, 9, 10, 11, 12), 0), ("drivers", VEHICLES, 1))
 """traffic, numbers of vehicles, and how many times as many trials of it were driven before"""

@@ -1,1 +1,4 @@
-"""What a person looks at: figures and animations of bases, drives and studies."""
+"""What was found goes in; out comes what a person looks at: page, figures, tables, pictures and videos of drives.
+
+Door: `report`, `league`, `contents` and `claim`.
+"""

@@ -161,7 +161,7 @@ def _setups(
     results: "Results", experiment: "Experiment", worlds: list[str], recording: list[Path]
 ) -> "dict[str, Setup]":
     """Studies of the default in our traffics."""
-    from coverdrive.simulation.studies.setup import VEHICLES
+    from coverdrive.simulation.roads.initial import VEHICLES
 
     setups: dict[str, Setup] = {}
     for name in worlds:

@@ -1,1 +1,4 @@
-"""The report of a results folder as one HTML page that needs nothing else."""
+"""Everything that was found goes in; out comes one page that needs no network, with drives to replay.
+
+Door: `page`.
+"""

@@ -18,6 +18,9 @@ from coverdrive.simulation.roads.settings import RoadSettings
 EGO = 0
 """slot of the ego in every scene of the simulation"""
 
+VEHICLES = (3, 4, 5, 6, 7)
+"""numbers of uncontrolled vehicles, taken in turn by the trials of a study (paper §5)"""
+
 _ATTEMPTS = 10_000
 _REPAIRS = 100
 

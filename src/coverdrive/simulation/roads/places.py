@@ -18,9 +18,8 @@ from coverdrive.recordings.recording import Recording
 from coverdrive.recordings.summary import following
 from coverdrive.road import Road
 from coverdrive.settings import Settings
-from coverdrive.simulation.roads.initial import InitialSettings
+from coverdrive.simulation.roads.initial import VEHICLES, InitialSettings
 from coverdrive.simulation.roads.settings import CURVED, UNLIMITED, RoadSettings
-from coverdrive.simulation.studies.setup import VEHICLES
 
 _STRETCH = (-60.0, 100.0)
 """[m] of traffic behind and ahead of an ego among vehicles like recorded ones"""

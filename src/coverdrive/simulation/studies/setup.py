@@ -21,14 +21,11 @@ from coverdrive.simulation.drives.episode import EpisodeSettings, run_episode
 from coverdrive.simulation.drives.trace import Trace
 from coverdrive.simulation.measures.trial import Row, measure, unstarted
 from coverdrive.simulation.predictor import Belief, Predictor, as_given, check_belief
-from coverdrive.simulation.roads.initial import InitialSettings
+from coverdrive.simulation.roads.initial import VEHICLES, InitialSettings
 from coverdrive.simulation.traffic.model import Traffic
 from coverdrive.simulation.traffic.reactive_replay import ReactiveReplaySettings
 from coverdrive.simulation.traffic.registry import TrafficSettings, make_traffic, usual
 from coverdrive.simulation.traffic.replay import ReplaySettings, Scenario
-
-VEHICLES = (3, 4, 5, 6, 7)
-"""numbers of uncontrolled vehicles, taken in turn by the trials (paper §5)"""
 
 MOST_VEHICLES = 100
 """uncontrolled vehicles at the start of a drive"""
