@@ -200,3 +200,16 @@ def test_rules(quick_predictor: Path, tmp_path: Path) -> None:
     printed = subprocess.run(command, check=True, capture_output=True, text=True).stdout
     assert printed.count("| nothing |") == printed.count("| foresight |") == 2
     assert "`drivers`, 2 drives a row" in printed and "Random emergencies, 2 a row" in printed
+
+
+@pytest.mark.slow
+def test_problems(quick_fit: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for room in ("driving", "recordings"):
+        monkeypatch.syspath_prepend(Path(__file__).parent / room)
+    fakes = importlib.import_module("problem_fakes")
+    there = fakes.written(tmp_path, fakes.goal(), name="USA_There-1_1_T-1")
+    never = fakes.written(tmp_path, fakes.goal(fakes.box(170.0, -1.75), first=4, last=5), name="USA_Never-1_1_T-1")
+    given = (str(there), str(never), "--predictor", str(quick_fit), "--folder", str(tmp_path / "solutions"))
+    found = ran("problems", tmp_path / "problems.json", monkeypatch, *given)
+    assert (found["problems"], found["solved"], found["collisions"]) == (2, 1, 0)
+    assert found["not solved"] == {"USA_Never-1_1_T-1 7": "goal missed: not far enough"}

@@ -7,6 +7,8 @@ from coverdrive.driving.goal import Goal
 from coverdrive.road import Road
 
 ROAD = Road.straight(length=200.0)
+RESPONSE = {False: 2.3, True: 1.1}
+"""[s] of a planner, to whom a speed is urgent or not"""
 
 
 def state(lon: float, lat: float, speed: float) -> np.ndarray:
@@ -16,17 +18,17 @@ def state(lon: float, lat: float, speed: float) -> np.ndarray:
 def test_who_has_time_left_stays_on_the_map() -> None:
     goal = Goal(time=(8.0, 8.0))
     assert goal.wish(state(20.0, 1.8, 15.0), ROAD, 0.0, 15.0).speed == 15.0
-    late = goal.wish(state(120.0, 1.8, 15.0), ROAD, 0.0, 15.0).speed
-    assert late is not None and late < 12.0
+    late = goal.wish(state(120.0, 1.8, 15.0), ROAD, 0.0, 15.0)
+    assert late.urgent and late.speed is not None and (late.speed - 15.0) / RESPONSE[True] < -1.5
     assert goal.wish(state(150.0, 1.8, 15.0), ROAD, 7.0, 15.0).speed == 15.0
 
 
 def test_the_end_of_the_map_is_not_reached_before_the_time() -> None:
     goal, at, dt = Goal(time=(10.0, 10.0)), state(60.0, 1.8, 20.0), 0.1
     for moment in range(100):
-        speed = goal.wish(at, ROAD, moment * dt, 20.0).speed
-        assert speed is not None
-        at[2] = max(0.0, at[2] + dt * np.clip((speed - at[2]) / 2.5, -8.0, 3.0))
+        wish = goal.wish(at, ROAD, moment * dt, 20.0)
+        assert wish.speed is not None
+        at[2] = max(0.0, at[2] + dt * np.clip((wish.speed - at[2]) / RESPONSE[wish.urgent], -8.0, 3.0))
         at[0] += dt * at[2]
     assert 180.0 < at[0] < 197.0
 
@@ -35,7 +37,7 @@ def test_a_speed_limit_holds_unless_the_goal_needs_more() -> None:
     limited = Road(ROAD.edges, 1000.0, speed_limit=12.0)
     assert Goal().wish(state(0.0, 1.8, 12.0), limited, 0.0, 20.0).speed == 12.0
     hurried = Goal(position=(300.0, 310.0), time=(0.0, 15.0)).wish(state(0.0, 1.8, 12.0), limited, 0.0, 20.0).speed
-    assert hurried is not None and hurried > 14.0
+    assert hurried is not None and hurried > 13.5
 
 
 @pytest.mark.parametrize(("low", "high", "lane", "to"), [(0.03, 0.2, 1, 1), (-0.2, -0.03, 3, -1)])
@@ -57,3 +59,36 @@ def test_a_heading_along_the_road_changes_nothing_nor_one_across_it() -> None:
     at = state(40.0, 1.8, 15.0)
     across = Goal(lanes=1, position=(100.0, 105.0), time=(6.0, 7.0), heading=(0.6, 0.9))
     assert turned.wish(at, ROAD, 3.0, 15.0) == plain.wish(at, ROAD, 3.0, 15.0) == across.wish(at, ROAD, 3.0, 15.0)
+
+
+@pytest.mark.parametrize(
+    ("goal", "urgent"),
+    [
+        (Goal(lanes=0, position=(110.0, 120.0), time=(6.0, 7.0)), False),
+        (Goal(lanes=0, position=(140.0, 145.0), time=(6.0, 7.0)), True),
+        (Goal(lanes=1, position=(110.0, 120.0), time=(6.0, 7.0)), True),
+        (Goal(lanes=0, position=(50.0, 60.0), time=(2.0, 3.0)), True),
+    ],
+    ids=["on time", "late", "another lane", "soon"],
+)
+def test_it_is_urgent_where_comfort_would_come_too_late(goal: Goal, urgent: bool) -> None:
+    assert goal.wish(state(20.0, 1.8, 15.0), ROAD, 0.0, 15.0).urgent is urgent
+
+
+def test_nobody_hurries_to_a_place_that_is_behind() -> None:
+    wish = Goal(lanes=0, position=(50.0, 60.0), time=(2.0, 9.0)).wish(state(61.0, 1.8, 15.0), ROAD, 5.0, 15.0)
+    assert (wish.speed, wish.urgent) == (15.0, False)
+
+
+@pytest.mark.parametrize("time", [(4.0, 6.0), (11.0, 13.0)])
+def test_who_is_to_stop_stands_in_the_place_before_it_is_too_late(time: tuple[float, float]) -> None:
+    goal, at, dt, hardest = Goal(lanes=0, position=(48.0, 52.0), speed=(0.0, 0.3), time=time), state(20, 1.8, 9), 0.1, 0.0
+    for moment in range(round(time[1] / dt)):
+        wish = goal.wish(at, ROAD, moment * dt, 9.0)
+        assert wish.speed is not None
+        change = float(np.clip((wish.speed - at[2]) / RESPONSE[wish.urgent], -8.0, 3.0))
+        at[0] += dt * at[2]
+        at[2], hardest = max(0.0, at[2] + dt * change), min(hardest, change * (at[2] > 0.5))
+        if at[2] <= 0.3 and 48.0 <= at[0] <= 52.0 and moment * dt >= time[0]:
+            break
+    assert at[2] <= 0.3 and 48.0 <= at[0] <= 52.0 and hardest > -3.0

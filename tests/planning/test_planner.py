@@ -551,6 +551,16 @@ def test_wishes_choose_speed_and_lanes_for_one_plan_only(straight_paths) -> None
     assert Wish().away([3]).tolist() == [0]
 
 
+def test_what_is_urgent_counts_more_than_comfort_for_one_plan_only(straight_paths) -> None:
+    state, paths, planner, ends = np.array([0, 1.8, 20, 0.0]), straight_paths((200, 9.0, 30)), MpcPlanner(), []
+    for urgent in (False, True, False):
+        planner.reset(PERIOD)
+        ends.append(planner.plan(state, paths, ROAD, Wish(22.0, lanes=(1,), urgent=urgent)).states[-1])
+    calm, hurried, again = ends
+    assert calm[2] + 0.2 < hurried[2] < 22.5 and calm[1] + 0.3 < hurried[1] < 5.6
+    assert np.array_equal(again, calm)
+
+
 def test_a_solved_plan_keeps_to_the_jerk_limit_where_vehicles_appear(straight_paths) -> None:
     """Along and across; who has to exceed it says so by the status."""
     planner, jerks, fallbacks = MpcPlanner(), list[float](), 0

@@ -14,23 +14,25 @@ Interval = tuple[float, float]
 
 _SPARE, _SOONEST = 1.0, 0.1
 """[m], [s] by which one aims at the inside of a position, and that an arrival is ahead at the least"""
-_INSIDE = 0.7
-"""[m/s] by which one aims at the inside of a speed"""
+_INSIDE, _IN_TIME = 0.7, 0.5
+"""[m/s], [s] by which one aims at the inside of a speed, and of a time"""
 _MIDDLE = 0.05
 """[m²/s⁵] cost of an arrival away from the middle of the time that is allowed"""
 _HARDEST = 40.0
 """[m/s²] to accelerate or brake harder makes no difference to a car"""
-_RESPONSE = 2.5
-"""[s] a planner of usual weights accelerates by the difference to a wanted speed over this time"""
+_RESPONSE, _CALM = 1.1, 2.3
+"""[s] a planner accelerates by the difference to a speed over this time, if that is urgent, and if not"""
+_SOON, _GENTLE = 3.0, 0.4
+"""[s] before the arrival from which on, and [m/s²] of acceleration from which on it is urgent"""
 _BEFORE_END = 4.0
 """[m] the centre of a car stays so far before the end of the map, where no position is asked for"""
 _UNTURNED = 0.02
 """[rad] by which one aims at the inside of a heading"""
 _STEEPEST = 0.2
 """[rad] to the road that a lane change takes at the most; another heading is that of another road"""
-_ACROSS, _LAG = 3.0, 1.2
-"""[s] before the arrival when one begins to move across the road with a heading, and by which a planner of usual
-weights is behind a place that moves"""
+_ACROSS, _LAG = 3.0, 0.95
+"""[s] before the arrival when one begins to move across the road with a heading, and by which a planner to whom it is
+urgent is behind a place that moves"""
 
 
 @dataclass(frozen=True)
@@ -84,13 +86,16 @@ class Goal:
             return wish
         last = max(float(road.length) - _BEFORE_END, float(state[0]))
         if self.position is None:
-            free = state[0] + (state[2] + speed) / 2 * (self.time[0] - time) <= last
-            return wish if free else replace(wish, speed=self._on_the_way(state, time, speed, (-np.inf, last))[0])
-        if time >= self.time[1] and state[0] >= self.position[0]:
-            return wish
+            if self.speed is None and state[0] + (state[2] + speed) / 2 * (self.time[0] - time) <= last:
+                return wish
+            return _hurrying(wish, state, *self._on_the_way(state, time, speed, (-np.inf, last)))
         nearest, farthest = self.position
-        speed, left = self._on_the_way(state, time, speed, (nearest, max(nearest, min(farthest, last))))
-        return self._turned(replace(wish, speed=speed), state, road, left)
+        if state[0] > farthest or (time >= self.time[1] and state[0] >= nearest):
+            return wish
+        needed, left = self._on_the_way(state, time, speed, (nearest, max(nearest, min(farthest, last))))
+        away = bool(wish.away([int(road.lane_at(state[0], state[1]))]).any())
+        wish = _hurrying(wish, state, needed, left, away)
+        return self._turned(wish, state, road, left)
 
     def _turned(self, wish: Wish, state: Float[np.ndarray, " 4"], road: Road, left: float) -> Wish:
         """The wish with a place that moves across the road as one does who arrives with the heading in some time [s].
@@ -118,9 +123,8 @@ class Goal:
     def _on_the_way(
         self, state: Float[np.ndarray, " 4"], time: float, usual: float, position: Interval
     ) -> tuple[float, float]:
-        """Speed [m/s] to aim at now to be at a position in time and at an allowed speed, on the gentlest way.
-
-        It says how hard to accelerate, and may be less than 0 where one has to brake hard. And the time [s] until then.
+        """Acceleration [m/s²] now to be at a position in time and at an allowed speed, on the gentlest way; and the time
+        [s] until then.
 
         Of the arrivals within the time, each of which has an acceleration that is linear in time and costs its integral
         of squares, the cheapest, and rather one in the middle than at the ends.
@@ -128,7 +132,9 @@ class Goal:
         assert self.time is not None
         nearest, farthest = position
         spare = min((farthest - nearest) / 2, _SPARE)
-        soonest, latest = (max(each - time, _SOONEST) for each in self.time)
+        inside = min((self.time[1] - self.time[0]) / 4, _IN_TIME)
+        latest = max(self.time[1] - time - inside, (self.time[1] - time) / 2, _SOONEST)
+        soonest = min(max(self.time[0] - time + inside, _SOONEST), latest)
         arrival, speed = np.linspace(soonest, latest, 21), float(state[2])
         slowest, fastest = self.speed or (0.0, np.inf)
         inside = min((fastest - slowest) / 4, _INSIDE)
@@ -141,4 +147,13 @@ class Goal:
         change = 2 * (last - speed) / arrival - 2 * first
         cost = arrival * (first**2 + first * change + change**2 / 3) + _MIDDLE * (arrival - arrival.mean()) ** 2
         best = int(np.argmin(cost))
-        return float(speed + _RESPONSE * np.clip(first[best], -_HARDEST, _HARDEST)), float(arrival[best])
+        return float(np.clip(first[best], -_HARDEST, _HARDEST)), float(arrival[best])
+
+
+def _hurrying(wish: Wish, state: Float[np.ndarray, " 4"], needed: float, left: float, away: bool = False) -> Wish:
+    """The wish with the speed [m/s] to which one accelerates as is needed, below 0 where one has to brake hard.
+
+    It is urgent where that is not gentle [m/s²], not much time is left [s], or one is away from the lane.
+    """
+    urgent = bool(left < _SOON or abs(needed) > _GENTLE or away)
+    return replace(wish, speed=float(state[2]) + needed * (_RESPONSE if urgent else _CALM), urgent=urgent)

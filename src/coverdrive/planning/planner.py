@@ -173,7 +173,9 @@ class MpcPlanner:
     def _start(self, period: float) -> None:
         problem = self.settings.problem
         self._period = period
-        self._constants = constants_of(problem, period)
+        hurried = problem.model_copy(update={"cost": problem.cost.hurried()})
+        self._calm, self._hurried = constants_of(problem, period), constants_of(hurried, period)
+        self._constants = self._calm
         self._road: Road | None = None
         self._held_on = held_on(problem.steps, period, problem.dt)
         self._memory: _Memory | None = None
@@ -205,7 +207,9 @@ class MpcPlanner:
         self._wish, self._speed = wish, problem.cost.reference_speed if wish.speed is None else wish.speed
         if road is not self._road:
             self._table, self._road = table_of(road, problem), road
-            self._constants = self._constants._replace(vehicle=self._table.vehicle)
+            vehicle = self._table.vehicle
+            self._calm, self._hurried = (each._replace(vehicle=vehicle) for each in (self._calm, self._hurried))
+        self._constants = self._hurried if wish.urgent else self._calm
         measured = np.ascontiguousarray(state, dtype=float)
         believed, memory = plausible(measured, problem.vehicle, road), self._memory
         known, unknown = bool(believed.all()), 0.0
@@ -240,7 +244,8 @@ class MpcPlanner:
             paths = without_follower(state, paths, road)
         leaders = leaders_of(state, settings.problem.vehicle.length / 2, paths, road)
         targets = target_lanes(state, road, horizon)
-        self._manners = NONE if self._wish.away(targets.lanes[:1]).any() else settings.manners
+        rude = self._wish.urgent or self._wish.away(targets.lanes[:1]).any()
+        self._manners = NONE if rude else settings.manners
         lost = leaders.lost(targets.lasting, self._speed, horizon, horizon + settings.leaders.foresight)
         targets = targets._replace(lost=lost)
         found = self._clear_of_leaders(state, paths, leaders, targets, begun) if searching else None

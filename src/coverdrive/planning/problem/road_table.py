@@ -64,16 +64,17 @@ class RoadTable(NamedTuple):
     ) -> Float[np.ndarray, " P"]:
         """[m/s] the wanted speed at every moment, getting along from a position [m] and speed [m/s] as fast as that.
 
-        Where no curve asks for less it is the wished one, or the reference speed of the problem.
+        Where no curve asks for less it is the wished one, or the reference speed of the problem. What is below 0 is as
+        hard to brake for as it is far from the speed, though nobody drives backwards.
         """
-        usual = problem.cost.reference_speed if wished is None else min(max(wished, 0.0), problem.vehicle.max_speed)
+        usual = problem.cost.reference_speed if wished is None else min(wished, problem.vehicle.max_speed)
         if len(self.wanted) == 1:
             return np.full(problem.steps + 1, usual)
         result, rows = np.empty(problem.steps + 1), self.road.spacing * np.arange(len(self.wanted))
         for k in range(len(result)):
             result[k] = min(np.interp(lon, rows, self.wanted), usual)
             slower = speed - problem.dt * problem.cost.curve_braking
-            speed = min(speed + problem.dt * problem.vehicle.max_acceleration, max(result[k], slower))
+            speed = max(0.0, min(speed + problem.dt * problem.vehicle.max_acceleration, max(result[k], slower)))
             lon += problem.dt * speed
         return result
 

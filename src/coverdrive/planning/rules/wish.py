@@ -17,6 +17,8 @@ class Wish:
     """lanes of which the nearest is to be reached; none: whichever is best"""
     lat: float | None = None
     """[m] where to be in these lanes; None: in their middle"""
+    urgent: bool = False
+    """whether speed and place count more than comfort, and than manners, as to be somewhere in time"""
 
     def away(self, lanes: Sequence[int]) -> Int[np.ndarray, " n"]:
         """How many lanes it is from each of some lanes to the nearest one that is wanted."""

@@ -1,0 +1,75 @@
+"""How many planning problems of CommonRoad are solved? `python benchmarks/problems.py --recording us101/ -- us101/ roads/`
+
+By `coverdrive solve`: with ``--recording``, each is driven with a predictor that was fitted on the recordings that show
+nothing of its scene, nor of its map; with ``--predictor``, by that of a results folder. ``--folder`` keeps solutions, so
+that the same command goes on where it was stopped. ``--write`` puts the table into `benchmarks/RESULTS.md`.
+"""
+
+import argparse
+import json
+from pathlib import Path
+from tempfile import gettempdir
+from typing import Any
+
+import numpy as np
+
+from coverdrive.certificates.bounds import clopper_pearson
+from coverdrive.cli.solve import solve
+from results import write_section
+
+
+def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    """Of problems: how many are solved, how they were driven, and why the others are not."""
+    driven = [row for row in rows if row["time"] is not None]
+    return {
+        "problems": len(rows),
+        "solved": sum(row["solved"] for row in rows),
+        "checked": sum(bool(row["checked"]) for row in rows),
+        "collisions": sum("collision" in row["reason"] for row in rows),
+        "unsafe": float(np.mean([row["share_unsafe"] for row in driven])) if driven else None,
+        "least gap [m], median": float(np.median([row["minimum_gap"] for row in driven])) if driven else None,
+        "jerk [m/s³], mean": float(np.mean([row["jerk_longitudinal"] for row in driven])) if driven else None,
+        "not solved": {f"{row['scenario']} {row['problem']}": row["reason"] for row in rows if not row["solved"]},
+    }
+
+
+def table(found: dict[str, Any]) -> str:
+    """As it stands in the results."""
+    low, high = clopper_pearson(found["solved"], found["problems"])
+    share = f"{found['solved'] / found['problems']:.0%} ({low:.0%}–{high:.0%})"
+    lines = [
+        "\n| problems | solved (95 %) | collisions | unsafe plans | least gap, median | jerk |",
+        "|---|---|---|---|---|---|",
+        f"| {found['problems']} | {found['solved']}: {share} | {found['collisions']} | {found['unsafe']:.1%} "
+        f"| {found['least gap [m], median']:.2f} m | {found['jerk [m/s³], mean']:.2f} m/s³ |",
+        "\n| not solved | why |",
+        "|---|---|",
+        *(f"| {name} | {reason} |" for name, reason in found["not solved"].items()),
+    ]
+    return "\n".join(lines)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scenarios", type=Path, nargs="+")
+    parser.add_argument("--recording", type=Path, nargs="*", help="each is driven by what leaves its scene out")
+    parser.add_argument("--predictor", type=Path, help="results folder")
+    parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--folder", type=Path, default=Path(gettempdir()) / "coverdrive-problems", help="of solutions")
+    parser.add_argument("--out", type=Path, help="a JSON file")
+    parser.add_argument("--write", action="store_true")
+    parser.add_argument("--title", default="Planning problems", help="of the section")
+    given = parser.parse_args()
+    known: dict[str, Any] = {"predictor": given.predictor} if given.predictor else {"recording": given.recording}
+    left_out = not given.predictor
+    rows = solve(*given.scenarios, **known, leave_one_out=left_out, workers=given.workers, out=given.folder)["problems"]
+    found = summary(rows)
+    print(table(found))
+    if given.out:
+        given.out.write_text(json.dumps(found, indent=1), encoding="utf-8")
+    if given.write:
+        write_section(given.title, __doc__, table(found))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,54 @@
+"""Drives that arrive as a goal asks: standing at a place, or in another lane in time, among others who are there."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from driving_fakes import PREDICTOR
+from problem_fakes import TRAFFIC, between, box, goal, written
+from recordings_fakes import driving
+
+from coverdrive.driving.solved import solve
+from coverdrive.driving.solving import Drive
+
+NOBODY = driving(100, -500.0, -1.75, 0.0, 20)
+STANDING = driving(100, 88.0, -1.75, 0.0, 130)
+HARD = 4.0
+"""[m/s²] of braking that is hard"""
+
+
+def solved(path: Path) -> Drive:
+    (found,) = solve(path, PREDICTOR)
+    assert found.row["solved"], found.row["reason"]
+    assert found.drive is not None
+    return found.drive
+
+
+@pytest.mark.parametrize("traffic", [NOBODY, TRAFFIC, STANDING], ids=["nobody", "others", "behind who stands"])
+@pytest.mark.parametrize(("first", "last"), [(60, 90), (110, 130)], ids=["soon", "stands and waits"])
+def test_a_place_to_stop_at(tmp_path: Path, traffic: str, first: int, last: int) -> None:
+    stopping = goal(box(80.0, -1.75, length=4.0), between("velocity", 0.0, 0.3), first=first, last=last)
+    driven = solved(written(tmp_path, stopping, traffic=traffic))
+    speed = np.array([car.pose[2] for car in driven.cars])
+    assert speed[-1] <= 0.3 and first <= len(speed) - 1 <= last
+    assert np.diff(speed).min() > -HARD * 0.1
+
+
+def test_a_stop_at_any_place(tmp_path: Path) -> None:
+    driven = solved(written(tmp_path, goal(between("velocity", 0.0, 0.3), first=50, last=60), traffic=NOBODY))
+    assert driven.cars[-1].pose[2] <= 0.3
+
+
+@pytest.mark.parametrize("at", [113.0, 86.0], ids=["past who is alongside", "behind who was alongside"])
+def test_a_lane_change_in_time_into_the_gap_of_the_goal(tmp_path: Path, at: float) -> None:
+    alongside = driving(100, 20.0, -5.25, 10.0, 90) + driving(101, 46.0, -5.25, 10.0, 90)
+    wanted = goal(box(at, -5.25, length=4.0), between("velocity", 6.0, 14.0), first=70, last=80)
+    driven = solved(written(tmp_path, wanted, traffic=alongside, speed=10.0))
+    (x, y), road = driven.cars[-1].pose[:2], driven.problem.road
+    assert abs(road.to_road(x, y)[0] - road.to_road(*driven.problem.problem.goal.state_list[0].position.center)[0]) < 2.1
+
+
+def test_two_lanes_are_changed_in_four_seconds(tmp_path: Path) -> None:
+    wanted = goal(box(76.0, -9.0, length=6.0), between("orientation", 0.65, 0.85), first=37, last=42)
+    driven = solved(written(tmp_path, wanted, traffic=NOBODY))
+    assert driven.trace.outcome.partner is None
