@@ -1,8 +1,9 @@
-"""How many planning problems of CommonRoad are solved? `python benchmarks/problems.py --recording us101/ -- us101/ roads/`
+"""How many CommonRoad problems are solved? `python benchmarks/problems.py --recording us101/ -- us101/ roads/`.
 
-By `coverdrive solve`: with ``--recording``, each is driven with a predictor that was fitted on the recordings that show
-nothing of its scene, nor of its map; with ``--predictor``, by that of a results folder. ``--folder`` keeps solutions, so
-that the same command goes on where it was stopped. ``--write`` puts the table into `benchmarks/RESULTS.md`.
+By `coverdrive solve`: with ``--recording``, each is driven with a predictor that was fitted on the recordings that
+show nothing of its scene, nor of its map; with ``--predictor``, by that of a results folder. ``--folder`` keeps
+solutions, so that the same command goes on where it was stopped. ``--write`` puts the table into
+`benchmarks/RESULTS.md`.
 """
 
 import argparse
@@ -14,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from coverdrive.certificates.bounds import clopper_pearson
-from coverdrive.cli.solve import solve
+from coverdrive.cli.driving.solve import solve
 from results import write_section
 
 

@@ -45,7 +45,9 @@ def test_a_lane_change_in_time_into_the_gap_of_the_goal(tmp_path: Path, at: floa
     wanted = goal(box(at, -5.25, length=4.0), between("velocity", 6.0, 14.0), first=70, last=80)
     driven = solved(written(tmp_path, wanted, traffic=alongside, speed=10.0))
     (x, y), road = driven.cars[-1].pose[:2], driven.problem.road
-    assert abs(road.to_road(x, y)[0] - road.to_road(*driven.problem.problem.goal.state_list[0].position.center)[0]) < 2.1
+    assert (
+        abs(road.to_road(x, y)[0] - road.to_road(*driven.problem.problem.goal.state_list[0].position.center)[0]) < 2.1
+    )
 
 
 def test_two_lanes_are_changed_in_four_seconds(tmp_path: Path) -> None:

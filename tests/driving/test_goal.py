@@ -82,7 +82,12 @@ def test_nobody_hurries_to_a_place_that_is_behind() -> None:
 
 @pytest.mark.parametrize("time", [(4.0, 6.0), (11.0, 13.0)])
 def test_who_is_to_stop_stands_in_the_place_before_it_is_too_late(time: tuple[float, float]) -> None:
-    goal, at, dt, hardest = Goal(lanes=0, position=(48.0, 52.0), speed=(0.0, 0.3), time=time), state(20, 1.8, 9), 0.1, 0.0
+    goal, at, dt, hardest = (
+        Goal(lanes=0, position=(48.0, 52.0), speed=(0.0, 0.3), time=time),
+        state(20, 1.8, 9),
+        0.1,
+        0.0,
+    )
     for moment in range(round(time[1] / dt)):
         wish = goal.wish(at, ROAD, moment * dt, 9.0)
         assert wish.speed is not None

@@ -123,8 +123,8 @@ class Goal:
     def _on_the_way(
         self, state: Float[np.ndarray, " 4"], time: float, usual: float, position: Interval
     ) -> tuple[float, float]:
-        """Acceleration [m/s²] now to be at a position in time and at an allowed speed, on the gentlest way; and the time
-        [s] until then.
+        """Acceleration [m/s²] now to be at a position in time and at an allowed speed, on the gentlest way; and the
+        time [s] until then.
 
         Of the arrivals within the time, each of which has an acceleration that is linear in time and costs its integral
         of squares, the cheapest, and rather one in the middle than at the ends.
