@@ -22,6 +22,7 @@ def line(world: str, planner: str, at_fault: int, speed: float, minus: float | N
     row |= {"not_at_fault": 0, "mean_speed": speed, "least_gap": 0.4, "planning_median": 0.0042, "minimum_gap": 2.5}
     for name in ("at_fault", "not_at_fault"):
         row |= {f"{name}_low": max(0.0, at_fault / drives - 0.02), f"{name}_high": at_fault / drives + 0.08}
+    row |= {"mean_speed_low": speed - 0.25, "mean_speed_high": speed + 0.5}
     if minus is not None:
         row |= {"mean_speed_minus": minus, "mean_speed_minus_low": minus - 0.5, "mean_speed_minus_high": minus + 0.75}
     return row
@@ -72,7 +73,7 @@ def test_problems_have_columns_and_an_axis_of_their_own() -> None:
     left, right = figure.panels
     assert (left.y.label, right.y.label) == ("mean speed [m/s]", "solved [%]")
     (idm,) = (mark for mark in right.marks if isinstance(mark, Points) and mark.name == "idm" and mark.along == "y")
-    assert (idm.y, idm.low, idm.high) == ([35.0], [pytest.approx(25.0)], [pytest.approx(50.0)])
+    assert (idm.y, idm.low, idm.high) == ([35.0], [pytest.approx(76.2)], [pytest.approx(94.4)])
 
 
 def test_the_figure_has_a_mark_for_everybody_and_a_frontier() -> None:
@@ -89,7 +90,7 @@ def test_the_figure_has_a_mark_for_everybody_and_a_frontier() -> None:
     fast = [mark for mark in first.marks if isinstance(mark, Points) and mark.name == "fast"]
     across, along = fast
     assert (across.along, across.low, across.high) == ("x", [pytest.approx(8.0)], [pytest.approx(18.0)])
-    assert (along.along, along.low, along.high) == ("y", [pytest.approx(27.5)], [pytest.approx(28.75)])
+    assert (along.along, along.low, along.high) == ("y", [pytest.approx(27.75)], [pytest.approx(28.5)])
     assert league_figure(TABLE.filter(pl.col("drives") == 0)) is None
 
 

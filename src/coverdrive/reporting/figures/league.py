@@ -12,8 +12,9 @@ _ACROSS = 3
 """panels in a row"""
 _CAPTION = (
     "Collisions at the ego's fault against its mean speed, or against the planning problems solved: up and left is "
-    "better. Horizontal: 95 % Clopper–Pearson intervals; vertical: 95 % intervals of the paired difference to the "
-    "first entrant, which has none. Dashed: whom nobody beats in both."
+    "better. Horizontal: 95 % Clopper–Pearson intervals; vertical: 95 % intervals of the mean, or Clopper–Pearson's of "
+    "the problems solved. All drive on equal seeds: differences, in the table, are told more exactly. Dashed: whom "
+    "nobody beats in both."
 )
 
 
@@ -44,10 +45,10 @@ def _risk(row: dict[str, Any]) -> float:
 
 
 def _progress(row: dict[str, Any]) -> tuple[float, str, float]:
-    """[%] of the problems or [m/s], what differs to the first entrant, and by what it is multiplied."""
+    """[%] of the problems or [m/s], the name of it, and by what its interval is multiplied."""
     if row["solved"] is not None:
-        return 100 * row["solved"] / row["drives"], "solved_minus", 100
-    return row["mean_speed"], "mean_speed_minus", 1
+        return 100 * row["solved"] / row["drives"], "solved", 100
+    return row["mean_speed"], "mean_speed", 1
 
 
 def _frontier(rows: list[dict[str, Any]]) -> Line:
@@ -63,7 +64,7 @@ def _frontier(rows: list[dict[str, Any]]) -> Line:
 
 def _marks(row: dict[str, Any], number: int) -> list[Mark]:
     """One mark, with its intervals along both axes."""
-    risk, (progress, minus, factor) = _risk(row), _progress(row)
+    risk, (progress, name, factor) = _risk(row), _progress(row)
     look: dict[str, Any] = {
         "x": [risk], "y": [progress], "colour": style.CYCLE[number % len(style.CYCLE)],
         "marker": _MARKERS[number % len(_MARKERS)], "name": row["planner"],
@@ -73,7 +74,7 @@ def _marks(row: dict[str, Any], number: int) -> list[Mark]:
     gained = f"{progress:.2f} m/s" if factor == 1 else f"{row['solved']} solved"
     said = f"{row['planner']}\n{count}\n{gained}"
     marks: list[Mark] = [Points(**look, low=[low], high=[high], along="x", hover=[said])]
-    if row[f"{minus}_low"] is not None:
-        ends = ([progress + factor * (row[f"{minus}_{end}"] - row[minus])] for end in ("low", "high"))
+    if row[f"{name}_low"] is not None:
+        ends = ([factor * row[f"{name}_{end}"]] for end in ("low", "high"))
         marks.append(Points(**look, **dict(zip(("low", "high"), ends, strict=True))))
     return marks

@@ -6,16 +6,13 @@ import polars as pl
 from coverdrive.errors import DataError
 from coverdrive.reporting.plotting import style
 from coverdrive.reporting.plotting.figure import Axis, Bars, Figure, Line, Mark, Panel, Points, Rule, Shapes, Texts
-from coverdrive.simulation.measures.statistics import PAPER, PAPER_TRIALS, collision_table
+from coverdrive.simulation.measures.statistics import PAPER, PAPER_TRIALS, collision_table, telling_rows
 
 _KINDS = {"frontal_or_side": ("frontal or side", style.BLUE, "o"), "rear_end": ("rear-end", style.VERMILION, "s")}
 """columns of the table: name, colour and marker"""
 
 _BAR = 0.36
 """of a bar; the numbers of vehicles are 1 apart"""
-
-_FEWEST = 20
-"""trials with each number of vehicles, with fewer of which a rate for every number says nothing"""
 
 _QUARTERS = 8
 """values, with fewer of which quartiles say nothing"""
@@ -30,6 +27,9 @@ _DRIVES = {
 }
 _BOX = 0.6
 """of a box; the numbers of vehicles are 1 apart"""
+
+_TICKS = 8
+"""numbers of vehicles that are named each"""
 
 _TIMES = {
     "planning_median": ("median step of a trial", style.BLUE),
@@ -46,9 +46,7 @@ def collisions_figure(results: pl.DataFrame, confidence: float = 0.95) -> Figure
         confidence: of the Clopper–Pearson intervals, in (0, 1), else CertificateError.
     """
     _check(results, "collisions")
-    table = collision_table(results, confidence)
-    if min(table["trials"]) < _FEWEST or table.height == 2:  # of one number all together say as much
-        table = table.tail(1)
+    table = telling_rows(collision_table(results, confidence))
     place = np.arange(table.height, dtype=float)
     place[-1] += (_APART - 1) * (table.height > 1)
     numbers = [*table["vehicles"].drop_nulls().to_list(), "all"]
@@ -57,7 +55,8 @@ def collisions_figure(results: pl.DataFrame, confidence: float = 0.95) -> Figure
     marks: list[Mark] = [between] if table.height > 1 else []
     for side, kind in enumerate(_KINDS):
         marks += _collisions(table, kind, place + (side - 0.5) * _BAR)
-    x = Axis("uncontrolled vehicles (number of trials)", -0.6, float(place[-1]) + 0.6, ticks=ticks)
+    room = 0.6 if table.height > 1 else 1.6
+    x = Axis("uncontrolled vehicles (number of trials)", -room, float(place[-1]) + room, ticks=ticks)
     return Figure(
         [[Panel(marks, x, Axis("collisions per 100 trials", low=0))]],
         height=3.1,
@@ -93,7 +92,8 @@ def drives_figure(trials: pl.DataFrame) -> Figure:
     """
     _check(trials, "speeds and gaps")
     numbers = trials["vehicles"].unique().sort().to_list()
-    x = Axis("uncontrolled vehicles", -0.5, len(numbers) - 0.5, ticks={k: str(each) for k, each in enumerate(numbers)})
+    ticks = {float(each): str(each) for each in numbers} if len(numbers) <= _TICKS else None
+    x = Axis("uncontrolled vehicles", numbers[0] - 0.5, numbers[-1] + 0.5, ticks=ticks)
     panels = [Panel(_drives(trials, column, numbers), x, Axis(label, low=0)) for column, label in _DRIVES.items()]
     caption = (
         "Every trial as a dot: mean speed, least gap to another vehicle, and jerk (root mean square over the drive), "
@@ -106,13 +106,13 @@ def drives_figure(trials: pl.DataFrame) -> Figure:
 def _drives(trials: pl.DataFrame, column: str, numbers: list[int]) -> list[Mark]:
     """A box for every number of vehicles, with one dot for each trial spread over its width."""
     marks: list[Mark] = []
-    for place, number in enumerate(numbers):
+    for number in numbers:
         shown = trials.filter(pl.col(column).is_finite(), pl.col("vehicles") == number)
         values = shown[column].to_numpy()
         if not len(values):
             continue
-        marks += _box(place, values) if len(values) >= _QUARTERS else []
-        beside = place + _BOX * 0.7 * (np.modf(0.618 * np.arange(1, len(values) + 1))[0] - 0.5)
+        marks += _box(number, values) if len(values) >= _QUARTERS else []
+        beside = number + _BOX * 0.7 * (np.modf(0.618 * np.arange(1, len(values) + 1))[0] - 0.5)
         names = shown["trial"].to_list() if "trial" in shown.columns else range(len(values))
         hover = [f"trial {trial}: {value:.2f}" for trial, value in zip(names, values, strict=True)]
         marks.append(Points(x=beside, y=values, size=3, opacity=0.6, hover=hover))

@@ -26,23 +26,20 @@ from coverdrive.simulation.measures.statistics import (
     collision_table,
     miss_rate,
     misses_by_manoeuvre,
+    telling_rows,
 )
 from coverdrive.simulation.studies.comparison import Comparison, Difference
 
 _NOTABLE = 0.1
 """[m] by which a body has to leave the road to be counted"""
 
-_ROWS = 8
-"""numbers of vehicles that get a row each; more are put together"""
-
 
 def collisions_table(trials: pl.DataFrame) -> Table:
     """Collisions of the ego by number of uncontrolled vehicles, with 95 % intervals, and the paper's."""
-    counted = list(collision_table(trials).iter_rows(named=True))
     rows = [
         ("all" if row["vehicles"] is None else str(row["vehicles"]), str(row["trials"]),
          *(_rate(row[kind], row["trials"]) for kind in PAPER))
-        for row in (counted if trials["vehicles"].n_unique() <= _ROWS else counted[-1:])
+        for row in telling_rows(collision_table(trials)).iter_rows(named=True)
     ]  # fmt: skip
     rows.append(("paper", str(PAPER_TRIALS), *(_rate(count, PAPER_TRIALS) for count in PAPER.values())))
     title, columns = (

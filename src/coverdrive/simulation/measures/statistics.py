@@ -18,6 +18,9 @@ PAPER = {"frontal_or_side": 7, "rear_end": 20}
 
 PAPER_TRIALS = 1000
 
+FEWEST = 20
+"""trials with each number of vehicles, with fewer of which a rate for every number says nothing"""
+
 
 def collision_table(results: pl.DataFrame, confidence: float = 0.95) -> pl.DataFrame:
     """Collisions by number of uncontrolled vehicles, and of all trials together.
@@ -30,6 +33,12 @@ def collision_table(results: pl.DataFrame, confidence: float = 0.95) -> pl.DataF
     rows = [_row(number, results.filter(pl.col("vehicles") == number), confidence) for number in numbers]
     rows.append(_row(None, results, confidence))
     return pl.DataFrame(rows, schema_overrides={"vehicles": pl.Int64()}, infer_schema_length=None)
+
+
+def telling_rows(table: pl.DataFrame) -> pl.DataFrame:
+    """Of a `collision_table` the last row, after those of every number of vehicles if each has trials enough."""
+    alone = table.height == 2 or min(table["trials"]) < FEWEST  # of one number all together say as much
+    return table.tail(1) if alone else table
 
 
 def widest_interval(results: pl.DataFrame) -> float:
