@@ -137,10 +137,11 @@ def test_the_command(quick_fit: Path, tmp_path: Path, monkeypatch: pytest.Monkey
     for name in _COMMANDS:
         monkeypatch.setattr(f"coverdrive.cli.{name}.stages", begun, raising=False)
     monkeypatch.chdir(tmp_path)
-    options = {name: [argument.names[0] for argument in app[name].assemble_argument_collection()] for name in _COMMANDS}
+    names = [name.rpartition(".")[2] for name in _COMMANDS]
+    options = {name: [argument.names[0] for argument in app[name].assemble_argument_collection()] for name in names}
 
     def case(random: np.random.Generator) -> None:
-        name = _COMMANDS[int(random.integers(len(_COMMANDS)))]
+        name = names[int(random.integers(len(names)))]
         words = [*WORDS, str(quick_fit), str(quick_fit), str(quick_fit / "config.toml"), str(quick_fit / "run.json")]
         called = [name]
         for option in random.permutation([each for each in options[name] if each.startswith("--")])[:4]:

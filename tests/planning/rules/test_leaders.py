@@ -32,10 +32,13 @@ def test_the_nearest_ahead_in_every_lane_brakes_to_a_stop(straight_paths) -> Non
 
 
 def test_who_comes_ahead_from_beside_brakes_on_the_way(straight_paths) -> None:
-    """Of two who change to the ego's lane ahead of it the nearer one, by its last path; nobody who does so behind."""
-    paths = straight_paths((60, 1.8, 20), (20, 1.8, 20), (20, 1.8, 20), (-10, 9.0, 20), (30, 9.0, 20))
-    paths = replace(paths, vehicle=np.array([0, 1, 1, 2, 3]))
+    """Of two who change to the ego's lane ahead of it the nearer one, by its last path; nobody who does so behind, nor
+    who only might, and has not begun.
+    """
+    paths = straight_paths((60, 1.8, 20), (20, 1.8, 20), (20, 1.8, 20), (-10, 9.0, 20), (30, 9.0, 20), (30, 9.0, 20))
+    paths = replace(paths, vehicle=np.array([0, 1, 1, 2, 3, 3]))
     paths.points[:4, :, 1] += np.linspace(0, [3.6, 3.0, 3.6, -3.6], 13).T
+    paths.points[5, :, 1] -= np.linspace(0, np.sqrt(3.6), 13) ** 2
     paths.half_sizes[2, 1:, 1] += 0.3
     leaders = leaders_of(STATE, 2.4, paths, Road.straight())
     assert leaders.lane.tolist() == [0, 2] and leaders.entering.tolist() == [2]

@@ -23,6 +23,8 @@ _LIKELIHOOD = 0.1
 """of braking, over that of the least likely member"""
 _SLOW = 0.1
 """[m/s] that is divided by"""
+_ON_THE_WAY = 0.4
+"""[m/s] across the road of who is changing lanes; a vehicle that only might do so moves slower at first"""
 _CHANGE = 2.0
 """[s] after the end of a plan when the ego can be in the next lane"""
 
@@ -49,7 +51,7 @@ class Leaders(NamedTuple):
     speed: Float[np.ndarray, " l"]
     """[m/s]"""
     entering: Int[np.ndarray, " e"]
-    """a path of each vehicle that is to come into a lane from beside, ahead of the ego and of whoever else does"""
+    """a path of each vehicle that is coming into a lane from beside, ahead of the ego and of whoever else does"""
 
     def lost(self, there: Bool[np.ndarray, " L"], wanted: float, begin: float, end: float) -> Float[np.ndarray, " L"]:
         """What is lost of a wanted speed [m/s] in each lane, or there first and beside it then: squared [m²/s].
@@ -77,7 +79,8 @@ def leaders_of(state: Float[np.ndarray, " 4"], half_length: float, paths: Predic
     now, end, nearest, first = paths.points[:, 0], paths.points[:, -1], *np.full((2, road.lanes), -1)
     begun, there = road.lane_at(now[:, 0], now[:, 1]), road.lane_at(end[:, 0], end[:, 1])
     _mark_nearest(paths.points, begun, float(state[0]), nearest)
-    _mark_nearest(paths.points, np.where(there == begun, -1, there), float(state[0]), first)
+    moving = np.abs(paths.points[:, 1, 1] - now[:, 1]) > _ON_THE_WAY * paths.dt
+    _mark_nearest(paths.points, np.where(moving & (there != begun), there, -1), float(state[0]), first)
     lane = (nearest >= 0).nonzero()[0]
     path = nearest[lane]
     lon, then = paths.points[path, :2, 0].T
