@@ -78,9 +78,9 @@ def leaders_of(state: Float[np.ndarray, " 4"], half_length: float, paths: Predic
     """
     now, end, nearest, first = paths.points[:, 0], paths.points[:, -1], *np.full((2, road.lanes), -1)
     begun, there = road.lane_at(now[:, 0], now[:, 1]), road.lane_at(end[:, 0], end[:, 1])
-    _mark_nearest(paths.points, begun, float(state[0]), nearest)
+    _mark_nearest(paths.points, begun, float(state[0]), nearest, False)
     moving = np.abs(paths.points[:, 1, 1] - now[:, 1]) > _ON_THE_WAY * paths.dt
-    _mark_nearest(paths.points, np.where(moving & (there != begun), there, -1), float(state[0]), first)
+    _mark_nearest(paths.points, np.where(moving & (there != begun), there, -1), float(state[0]), first, True)
     lane = (nearest >= 0).nonzero()[0]
     path = nearest[lane]
     lon, then = paths.points[path, :2, 0].T
@@ -111,16 +111,17 @@ def _write_lost(
 
 @compiled
 def _mark_nearest(
-    points: Float[np.ndarray, "S P 2"], lane: Int[np.ndarray, " S"], lon: float, nearest: Int[np.ndarray, " L"]
-) -> None:
+    points: Float[np.ndarray, "S P 2"], lane: Int[np.ndarray, " S"], lon: float, nearest: Int[np.ndarray, " L"],
+    last: bool,
+) -> None:  # fmt: skip
     """Write which path begins as the nearest ahead of a position [m] in every lane, given the lane of each, if any: the
-    last one of its vehicle.
+    first or the last one of its vehicle.
     """
     for i in range(len(points)):
         if lane[i] < 0:
             continue
-        first = nearest[lane[i]]
-        if points[i, 0, 0] > lon and (first < 0 or points[i, 0, 0] <= points[first, 0, 0]):
+        best, begins = nearest[lane[i]], points[i, 0, 0]
+        if begins > lon and (best < 0 or begins < points[best, 0, 0] or (last and begins == points[best, 0, 0])):
             nearest[lane[i]] = i
 
 
