@@ -21,5 +21,7 @@ def constant_velocity(
 ) -> Float[np.ndarray, "*batch n 4"]:
     """The states of vehicles that keep speed and heading, at ``times`` [s] from now."""
     lon, lat, speed, heading = (states[..., None, i] for i in range(4))
-    along, across = lon + speed * np.cos(heading) * times, lat + speed * np.sin(heading) * times
-    return np.stack(np.broadcast_arrays(along, across, speed, heading), axis=-1)
+    result = np.empty((*states.shape[:-1], len(times), 4))
+    result[..., 0], result[..., 1] = lon + speed * np.cos(heading) * times, lat + speed * np.sin(heading) * times
+    result[..., 2], result[..., 3] = speed, heading
+    return result
