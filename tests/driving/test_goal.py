@@ -80,6 +80,12 @@ def test_nobody_hurries_to_a_place_that_is_behind() -> None:
     assert (wish.speed, wish.urgent) == (15.0, False)
 
 
+@pytest.mark.parametrize(("speed", "stops"), [((0.0, 0.3), True), ((2.0, 3.0), False), (None, False)])
+def test_only_who_is_to_stand_plans_to_brake_on(speed: tuple[float, float] | None, stops: bool) -> None:
+    goal = Goal(lanes=0, position=(48.0, 52.0), speed=speed, time=(6.0, 7.0))
+    assert (goal.wish(state(20.0, 1.8, 9.0), ROAD, 0.0, 9.0).braking > 0.5) is stops
+
+
 @pytest.mark.parametrize("time", [(4.0, 6.0), (11.0, 13.0)])
 def test_who_is_to_stop_stands_in_the_place_before_it_is_too_late(time: tuple[float, float]) -> None:
     goal, at, dt, hardest = (

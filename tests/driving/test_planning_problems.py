@@ -107,9 +107,10 @@ def test_what_is_lacking_is_said(tmp_path: Path, wanted: str, lack: str) -> None
     assert (found.reached, found.lack, found.contact) == (False, f"goal missed: {lack}", "")
 
 
-def test_who_has_manners_passes_instead_of_closing_up(tmp_path: Path) -> None:
+def test_who_hurries_behind_others_in_vain_touches_nobody(tmp_path: Path) -> None:
     found = drive(read(written(tmp_path, goal(box(180.0, -1.75)))), PREDICTOR)
-    assert (found.reached, found.lack, found.contact) == (False, "goal missed: other lane, not far enough", "")
+    assert (found.reached, found.contact) == (False, "")
+    assert "not far enough" in found.lack
 
 
 def test_a_contact_is_no_solution(tmp_path: Path) -> None:

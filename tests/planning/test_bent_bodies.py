@@ -154,6 +154,7 @@ def test_wanted_speeds_fall_before_a_curve_and_hold_in_it() -> None:
     assert table.wanted_from(0.0, 30.0, PROBLEM, None)[0] == PROBLEM.cost.reference_speed
     assert table.wanted_from(0.0, 30.0, PROBLEM, 20.0)[0] == 20.0
     assert table.wanted_from(0.0, 1.0, PROBLEM, -2.0)[-1] == -2.0
+    assert table.wanted_from(0.0, 10.0, PROBLEM, 9.0, 2.0)[[0, 2, -1]] == pytest.approx([9.0, 9.0, 4.0])
     comfort = np.sqrt(PROBLEM.cost.curve_share * 4 * 150)
     assert 0.9 * comfort < table.wanted[-1] <= comfort
     slower = np.diff(table.wanted**2) / (2 * 2.0)

@@ -16,6 +16,9 @@ _SPARE, _SOONEST = 1.0, 0.1
 """[m], [s] by which one aims at the inside of a position, and that an arrival is ahead at the least"""
 _INSIDE, _IN_TIME = 0.7, 0.5
 """[m/s], [s] by which one aims at the inside of a speed, and of a time"""
+_STANDING, _TO_REST = 1.0, 1.0
+"""[m/s] below which a speed is as good as none, and [s] before the end of a time when one aims to stand: the last bit
+of speed goes slowly, as brakes are let go without a jerk, and who stands early stands in time, too"""
 _MIDDLE = 0.05
 """[m²/s⁵] cost of an arrival away from the middle of the time that is allowed"""
 _HARDEST = 40.0
@@ -88,13 +91,13 @@ class Goal:
         if self.position is None:
             if self.speed is None and state[0] + (state[2] + speed) / 2 * (self.time[0] - time) <= last:
                 return wish
-            return _hurrying(wish, state, *self._on_the_way(state, time, speed, (-np.inf, last)))
+            return self._hurrying(wish, state, *self._on_the_way(state, time, speed, (-np.inf, last)))
         nearest, farthest = self.position
         if state[0] > farthest or (time >= self.time[1] and state[0] >= nearest):
             return wish
         needed, left = self._on_the_way(state, time, speed, (nearest, max(nearest, min(farthest, last))))
         away = bool(wish.away([int(road.lane_at(state[0], state[1]))]).any())
-        wish = _hurrying(wish, state, needed, left, away)
+        wish = self._hurrying(wish, state, needed, left, away)
         return self._turned(wish, state, road, left)
 
     def _turned(self, wish: Wish, state: Float[np.ndarray, " 4"], road: Road, left: float) -> Wish:
@@ -132,11 +135,11 @@ class Goal:
         assert self.time is not None
         nearest, farthest = position
         spare = min((farthest - nearest) / 2, _SPARE)
-        inside = min((self.time[1] - self.time[0]) / 4, _IN_TIME)
+        slowest, fastest = self.speed or (0.0, np.inf)
+        inside = _TO_REST if self._stands else min((self.time[1] - self.time[0]) / 4, _IN_TIME)
         latest = max(self.time[1] - time - inside, (self.time[1] - time) / 2, _SOONEST)
         soonest = min(max(self.time[0] - time + inside, _SOONEST), latest)
         arrival, speed = np.linspace(soonest, latest, 21), float(state[2])
-        slowest, fastest = self.speed or (0.0, np.inf)
         inside = min((fastest - slowest) / 4, _INSIDE)
         slowest, fastest = slowest + inside, fastest - inside
         freely = arrival * (speed + np.clip(usual, slowest, fastest)) / 2
@@ -149,11 +152,18 @@ class Goal:
         best = int(np.argmin(cost))
         return float(np.clip(first[best], -_HARDEST, _HARDEST)), float(arrival[best])
 
+    def _hurrying(
+        self, wish: Wish, state: Float[np.ndarray, " 4"], needed: float, left: float, away: bool = False
+    ) -> Wish:
+        """The wish with the speed [m/s] to which one accelerates as is needed, below 0 where one has to brake hard.
 
-def _hurrying(wish: Wish, state: Float[np.ndarray, " 4"], needed: float, left: float, away: bool = False) -> Wish:
-    """The wish with the speed [m/s] to which one accelerates as is needed, below 0 where one has to brake hard.
+        It is urgent where that is not gentle [m/s²], not much time is left [s], or one is away from the lane.
+        """
+        urgent = bool(left < _SOON or abs(needed) > _GENTLE or away)
+        speed = float(state[2]) + needed * (_RESPONSE if urgent else _CALM)
+        return replace(wish, speed=speed, braking=max(0.0, -needed) if self._stands else 0.0, urgent=urgent)
 
-    It is urgent where that is not gentle [m/s²], not much time is left [s], or one is away from the lane.
-    """
-    urgent = bool(left < _SOON or abs(needed) > _GENTLE or away)
-    return replace(wish, speed=float(state[2]) + needed * (_RESPONSE if urgent else _CALM), urgent=urgent)
+    @property
+    def _stands(self) -> bool:
+        """Whether one is to stand in the end."""
+        return self.speed is not None and self.speed[1] < _STANDING

@@ -359,7 +359,8 @@ class MpcPlanner:
     ) -> Surroundings:
         """What the search is made for, with other manners if some are given."""
         applied, manners = self._memory.applied if self._memory else np.zeros(2), manners or self._manners
-        return surroundings_of(state, applied, paths, self._table, self.settings.problem, self._speed, manners)
+        wanted, braking = self._speed, self._wish.braking
+        return surroundings_of(state, applied, paths, self._table, self.settings.problem, wanted, manners, braking)
 
     def _plan_of(self, found: _Found, state: Float[np.ndarray, " 4"], status: Status, begun: float) -> Plan:
         """The chosen plan, on the road."""

@@ -60,19 +60,23 @@ class RoadTable(NamedTuple):
         return self.road._replace(first=-lon)
 
     def wanted_from(
-        self, lon: float, speed: float, problem: ProblemSettings, wished: float | None
+        self, lon: float, speed: float, problem: ProblemSettings, wished: float | None, braking: float = 0.0
     ) -> Float[np.ndarray, " P"]:
         """[m/s] the wanted speed at every moment, getting along from a position [m] and speed [m/s] as fast as that.
 
         Where no curve asks for less it is the wished one, or the reference speed of the problem. What is below 0 is as
-        hard to brake for as it is far from the speed, though nobody drives backwards.
+        hard to brake for as it is far from the speed, though nobody drives backwards. With ``braking`` [m/s²] it is no
+        more than what is left of the speed by then.
         """
         usual = problem.cost.reference_speed if wished is None else min(wished, problem.vehicle.max_speed)
+        most = np.full(problem.steps + 1, usual)
+        if braking > 0:
+            most = np.minimum(most, speed - braking * problem.dt * np.arange(len(most)))
         if len(self.wanted) == 1:
-            return np.full(problem.steps + 1, usual)
+            return most
         result, rows = np.empty(problem.steps + 1), self.road.spacing * np.arange(len(self.wanted))
         for k in range(len(result)):
-            result[k] = min(np.interp(lon, rows, self.wanted), usual)
+            result[k] = min(np.interp(lon, rows, self.wanted), most[k])
             slower = speed - problem.dt * problem.cost.curve_braking
             speed = max(0.0, min(speed + problem.dt * problem.vehicle.max_acceleration, max(result[k], slower)))
             lon += problem.dt * speed

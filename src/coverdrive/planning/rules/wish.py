@@ -17,6 +17,9 @@ class Wish:
     """lanes of which the nearest is to be reached; none: whichever is best"""
     lat: float | None = None
     """[m] where to be in these lanes; None: in their middle"""
+    braking: float = 0.0
+    """[m/s²] at which one slows down evenly from now on to stand in the end, so that a plan sees its end; 0: it may go
+    on at the speed"""
     urgent: bool = False
     """whether speed and place count more than comfort, and than manners, as to be somewhere in time"""
 
