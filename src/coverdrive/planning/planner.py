@@ -20,7 +20,7 @@ from coverdrive.planning.problem.road_table import table_of
 from coverdrive.planning.problem.rollout import after_step
 from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.planning.problem.tree import held_on
-from coverdrive.planning.rules.fallback import assumed_state, continued, plausible
+from coverdrive.planning.rules.ego_state import assumed_state, continued, plausible
 from coverdrive.planning.rules.follower import FollowerSettings, with_careful_follower, without_follower
 from coverdrive.planning.rules.leaders import Leaders, LeaderSettings, braking, leaders_of
 from coverdrive.planning.rules.manners import NONE, MannersSettings

@@ -44,8 +44,8 @@ class CertificateSettings(Settings):
     confidence: float = Field(default=0.99, gt=0, lt=1)
     """probability with which the bound on the miss rate holds (paper, Table 1)"""
     unit: Unit = "share"
-    """what the bound stored with the predictor is about: the share of a vehicle's windows (chosen by what it gives in
-    closed loop: docs/closed-loop.md); whole vehicles, missed in any of their windows; windows as in the paper, which
+    """what the bound stored with the predictor is about: the share of a vehicle's windows (docs/choosing.md says
+    why); whole vehicles, missed in any of their windows; windows as in the paper, which
     takes those of one vehicle for independent; or vehicles of a new group of scenes"""
 
 

@@ -7,7 +7,7 @@ import pytest
 from planning_scenes import CONSTANTS, PROBLEM, STRAIGHT
 
 from coverdrive.planning.problem.vehicle import step, within_limits
-from coverdrive.planning.rules.fallback import assumed_state, continued, plausible
+from coverdrive.planning.rules.ego_state import assumed_state, continued, plausible
 from coverdrive.road import Road
 
 

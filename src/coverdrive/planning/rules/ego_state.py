@@ -1,4 +1,4 @@
-"""What is taken for true where the own state is not known."""
+"""Which measured state of the ego is believed, and what is taken for true where it is not."""
 
 import numpy as np
 from jaxtyping import Bool, Float
