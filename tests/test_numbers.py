@@ -9,7 +9,8 @@ def test_percentages_have_a_space_and_no_needless_zeros() -> None:
     ]  # fmt: skip
     assert percent(0.9999, 4) == "99.99 %"
     assert interval(0.0021, 0.028) == "0.21–2.8 %"
-    assert interval(0.0, 1.0) == "0–100 %"
+    assert interval(0.0, 1.0) == interval(7e-173, 1.0) == "0–100 %"
+    assert interval(2e-8, 1e-6) == "0.000002–0.0001 %"
 
 
 def test_bounds_from_above_are_rounded_up() -> None:

@@ -6,6 +6,8 @@ import numpy as np
 
 _ROUNDING = 1e-9
 """share of the last digit by which a number may be above it only because it was computed"""
+_LEAST = 1e-9
+"""share below which an interval begins at 0"""
 
 
 def percent(share: float, digits: int = 3) -> str:
@@ -23,7 +25,7 @@ def at_most(bound: float, digits: int = 4) -> str:
 
 def interval(low: float, high: float) -> str:
     """From one share to another as percentages, as in 0.2–2.8 %."""
-    return f"{_significant(100 * low, 2)}–{percent(high, 2)}"
+    return f"{_significant(100 * low if low > _LEAST else 0.0, 2)}–{percent(high, 2)}"
 
 
 def _significant(value: float, digits: int) -> str:
