@@ -30,6 +30,8 @@ from coverdrive.simulation.drives.trace import Trace
 from coverdrive.simulation.measures.trial import measure, table_of
 
 STEPS, HORIZON = 12, 4
+LONG = 200
+"""steps of the long drive of the page: 20 s"""
 COMES, LEAVES = 4, 6
 """moments of the drive of `make_stray`"""
 PATHS_PER_VEHICLE = 3

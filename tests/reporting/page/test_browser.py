@@ -1,6 +1,5 @@
 """The page in a real browser: no errors, plots with data, and a replay that obeys mouse and keyboard."""
 
-import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -9,12 +8,10 @@ from urllib.parse import urlparse
 from urllib.request import url2pathname
 
 import pytest
-from report_fakes import COMES, LEAVES, make_contents, make_crowd, make_stray, make_trace
+from report_fakes import COMES, LEAVES, LONG, make_trace
 
 from coverdrive.reporting.drives.worst_moment import Worst, worst_moment
-from coverdrive.reporting.page.page import write_page
 from coverdrive.reporting.page.replay import replay_data
-from coverdrive.simulation.drives.outcome import Kind
 from coverdrive.simulation.drives.trace import Trace
 from coverdrive.simulation.measures.metrics import distances, gaps
 from coverdrive.simulation.measures.misses import find_windows
@@ -23,9 +20,6 @@ pytestmark = pytest.mark.slow
 
 DOCUMENTATION = Path(__file__).parents[3] / "docs"
 
-STEPS = 200
-"""of the long drive: 20 s"""
-
 MOST_OPERATIONS = 2500
 """of the canvas in one frame of a drive among 12 vehicles of 6 paths each.
 
@@ -33,38 +27,6 @@ Chromium without a GPU, on a machine with more work than processors, took 1.4 µ
 (median of 350 frames of 1,940 operations: 2.8 ms; with twice as many pixels a side 6.2 ms). So a frame takes a quarter
 of the 16.7 ms between two frames of a screen. The number does not depend on what else the machine does.
 """
-
-ARGUMENTS = (
-    "--headless",
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-)
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator:
-    program = shutil.which("chromium")
-    if program is None:
-        pytest.skip("needs the browser chromium; install it, as in `apt-get install chromium`")
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=program, args=list(ARGUMENTS))
-        yield browser
-        browser.close()
-
-
-@pytest.fixture(scope="module")
-def address(tmp_path_factory: pytest.TempPathFactory) -> str:
-    path = tmp_path_factory.mktemp("page") / "report.html"
-    drives = {0: make_trace(STEPS), 3: make_crowd(steps=STEPS), 7: make_trace(kind=Kind.SIDE), 9: make_stray()}
-    write_page(make_contents(drives), path)
-    return path.as_uri()
 
 
 @pytest.fixture(scope="module")
@@ -191,7 +153,7 @@ def test_the_first_screen_has_the_verdict_and_the_road_at_its_worst_moment(brows
         box = page.locator(place).bounding_box()
         assert box["y"] + box["height"] <= size[1], place
     assert page.locator("#road").bounding_box()["height"] >= size[1] / 3
-    worst = worst_of(make_trace(STEPS))
+    worst = worst_of(make_trace(LONG))
     assert moment(page) == worst.moment > 0
     assert page.inner_text("#worst") == f"worst moment {worst.moment / 10:.1f} s"
     assert page.inner_text("#read-worst") == worst.text
@@ -212,7 +174,7 @@ def test_space_plays_and_pauses(page) -> None:
     page.keyboard.press("Space")
     stopped = moment(page)
     page.wait_for_timeout(300)
-    assert moment(page) == stopped < STEPS
+    assert moment(page) == stopped < LONG
 
 
 COUNT = """() => {
@@ -249,7 +211,7 @@ def crowd(browser, address: str) -> Iterator:
     context.close()
 
 
-@pytest.mark.parametrize(("rate", "moment"), [("1", 50), ("4", STEPS), ("0.25", 12.5)])
+@pytest.mark.parametrize(("rate", "moment"), [("1", 50), ("4", LONG), ("0.25", 12.5)])
 def test_it_plays_in_real_time_with_light_frames(crowd, rate: str, moment: float) -> None:
     crowd.select_option("#rate", rate)
     crowd.click("#all")  # the most that there is to draw
@@ -280,7 +242,7 @@ def test_arrows_step(page) -> None:
     page.keyboard.press("Shift+ArrowRight")
     assert moment(page) == 12
     page.keyboard.press("End")
-    assert moment(page) == STEPS
+    assert moment(page) == LONG
     assert page.inner_text("#read-end") == "finished, near miss"
     assert page.inner_text("#read-status") == "invalid input"  # of the last plan
     page.keyboard.press("Home")
@@ -328,7 +290,7 @@ def test_the_last_moment_shows_the_sets_and_the_plan_of_the_step_before(page) ->
     page.evaluate(DRAWN)
     page.focus("#player")
     last = drawn_at(page, "End", 1)
-    assert [step for _, step, *_ in last["sets"]] == [step for _, step, *_ in last["plan"]] == [STEPS - 1]
+    assert [step for _, step, *_ in last["sets"]] == [step for _, step, *_ in last["plan"]] == [LONG - 1]
 
 
 RECTANGLES = """() => {
@@ -538,7 +500,7 @@ def test_keys_work_without_the_focus_while_the_player_is_in_view(page) -> None:
 
 def marks_of(kind: str | None = None) -> list[int]:
     """Moments of the marks, of a kind if one is named."""
-    marks = replay_data(0, make_trace(STEPS), None)["marks"]
+    marks = replay_data(0, make_trace(LONG), None)["marks"]
     return sorted({step for step, each, _ in marks if kind in (None, each)})
 
 
@@ -561,19 +523,19 @@ def test_marks_are_reached_by_click_and_by_key(page) -> None:
         assert moment(page) == [*later, *later][1 + (later[0] == 0)]
     assert page.locator("#marks button[data-kind='contact']").is_hidden()
     page.keyboard.press("w")
-    assert moment(page) == worst_of(make_trace(STEPS)).moment
+    assert moment(page) == worst_of(make_trace(LONG)).moment
     page.keyboard.press("Home")
     page.click("#worst")
-    assert moment(page) == worst_of(make_trace(STEPS)).moment
+    assert moment(page) == worst_of(make_trace(LONG)).moment
 
 
 def test_a_click_above_the_slider_goes_to_the_nearest_mark(page) -> None:
     ticks = page.locator("#ticks")
     width, at = ticks.bounding_box()["width"], marks_of("gap")[0]
-    assert ticks.locator("i").count() == len(replay_data(0, make_trace(STEPS), None)["marks"])
-    ticks.hover(position={"x": width * at / STEPS, "y": 12})
+    assert ticks.locator("i").count() == len(replay_data(0, make_trace(LONG), None)["marks"])
+    ticks.hover(position={"x": width * at / LONG, "y": 12})
     assert page.inner_text(".tip").startswith(f"{at / 10:.1f} s: ")
-    ticks.click(position={"x": width * at / STEPS, "y": 12})
+    ticks.click(position={"x": width * at / LONG, "y": 12})
     assert moment(page) == at and "least gap" in page.inner_text("#read-reason")
 
 
@@ -648,7 +610,7 @@ def test_a_click_on_the_course_goes_there(page) -> None:
     for x in (width / 4, 3 * width / 4):  # in either column
         page.keyboard.press("Home")
         course.click(position={"x": x, "y": 60})
-        assert abs(moment(page) - STEPS / 2) < 8
+        assert abs(moment(page) - LONG / 2) < 8
 
 
 def test_a_pointer_over_the_course_tells_the_values_there(page) -> None:
@@ -663,8 +625,8 @@ def test_a_pointer_over_the_course_tells_the_values_there(page) -> None:
     course, before = page.locator("#course"), moment(page)
     course.hover(position={"x": course.bounding_box()["width"] / 4, "y": 60})
     at, pointed, (gap, time, speed, *_) = page.evaluate("window.pointed")
-    trace = make_trace(STEPS)
-    assert at == moment(page) == before and abs(pointed - STEPS / 2) < 8
+    trace = make_trace(LONG)
+    assert at == moment(page) == before and abs(pointed - LONG / 2) < 8
     assert gap == pytest.approx(min(gaps(trace)[pointed], 100), abs=0.01) and speed == pytest.approx(24.4, abs=0.01)
     assert time == pytest.approx(min(distances(trace).time_to_collision[pointed], 100), abs=0.01)
     page.mouse.move(5, 5)
