@@ -359,8 +359,9 @@ class Results:
         Raises:
             SettingError: a number makes no sense, or there is no such entrant.
             CertificateError: so many drives cannot prove the risk, whatever happens in them.
-            DataError: the folder holds drives of another configuration.
+            DataError: the folder holds drives of another configuration, or no scores of its predictor.
         """
+        _ = self.scored  # which is needed at the end: without it, all would be driven for nothing
         folder = self.folder / self.study_name(experiment.traffic.kind, road, DIAL) / f"seed-{experiment.seed}"
         setup = self.study(experiment, recordings).setup.loaded()
         others = {}

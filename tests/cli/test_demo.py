@@ -61,6 +61,13 @@ def test_it_says_where_the_drive_is_from(tmp_path: Path, opened: list[str]) -> N
     assert "It was driven when the package was made" in printed and "of 20-s drives like these touch anybody" in printed
 
 
+def test_a_dial_of_it_is_refused_before_it_drives(tmp_path: Path) -> None:
+    """Scores of windows are not stored."""
+    shown("--no-open", "--out", tmp_path)
+    assert "scores.safetensors cannot be read" in coverdrive("dial", tmp_path, "--scales", "0.4", status=2)
+    assert not [*tmp_path.glob("dial*")]
+
+
 def test_other_files_are_left_alone(tmp_path: Path, opened: list[str]) -> None:
     other = tmp_path / "config.toml"
     other.write_text("seed = 7\n")
