@@ -113,3 +113,12 @@ def test_the_reference_lists_every_module() -> None:
         if source / "cli" not in path.parents and path.stem != "progress"
     }
     assert sorted(listed) == sorted(modules)
+
+
+def test_the_gallery_has_a_picture_of_every_figure() -> None:
+    """Those of `python tools/gallery.py`, which runs what the page says."""
+    shown = re.findall(r"\(images/gallery/(\w+)\.webp\)", (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8"))
+    sizes = {path.stem: path.stat().st_size for path in (ROOT / "docs" / "images" / "gallery").iterdir()}
+    assert sorted(shown) == sorted(sizes) and sum(sizes.values()) < 400_000
+    source = "\n".join(path.read_text(encoding="utf-8") for path in (ROOT / "src" / "coverdrive").rglob("*.py"))
+    assert len(shown) == len(re.findall(r"^def (?:(?!new_)\w+_figure|snapshots)\(", source, re.MULTILINE))
