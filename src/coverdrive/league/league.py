@@ -33,16 +33,12 @@ from coverdrive.simulation.studies.folder import StudyFolder
 from coverdrive.simulation.studies.setup import Setup, described, made
 from coverdrive.simulation.studies.study import drive_missing
 from coverdrive.simulation.studies.workers import Drives
-from coverdrive.simulation.traffic.replay import REPLAYS
+from coverdrive.simulation.traffic.registry import NAMES
 
 _LONGEST = 100
 """characters of a name that the name of a folder keeps"""
 
-OURS = "drivers", "aggressive", "set-sampling", "mixed", *REPLAYS
-"""worlds of our own: the traffics of studies"""
-
-
-def check_names(planners: Sequence[str], worlds: Sequence[str], ours: Collection[str] = OURS) -> None:
+def check_names(planners: Sequence[str], worlds: Sequence[str], ours: Collection[str] = NAMES) -> None:
     """Refuse, with a SettingError, names of nobody and of no world."""
     for name in planners:
         entrant(name)

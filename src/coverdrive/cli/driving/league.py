@@ -100,16 +100,17 @@ def league(
     """
     with waiting():
         from coverdrive.league.entrants import ON_PROBLEMS, USUAL
-        from coverdrive.league.league import OURS, check_names
+        from coverdrive.league.league import check_names
         from coverdrive.league.league import league as drive
         from coverdrive.league.problems import is_problems, problems_of
         from coverdrive.reporting.league import write_league
         from coverdrive.reporting.tables.league import league_tables
         from coverdrive.results import LEAGUE, Results
+        from coverdrive.simulation.traffic.registry import NAMES
         from coverdrive.simulation.traffic.replay import REPLAYS
     results = Results(fit)
     recorded = recording or not results.run.get("recorded_place")  # else of generated traffic, which is made again
-    worlds = worlds or [name for name in OURS if recorded or name not in REPLAYS]
+    worlds = worlds or [name for name in NAMES if recorded or name not in REPLAYS]
     posed = [name for name in worlds if is_problems(name)]
     planners = planners or list(
         dict.fromkeys([*(USUAL if len(posed) < len(worlds) else []), *(ON_PROBLEMS if posed else [])])
@@ -135,7 +136,7 @@ def league(
             elif posed:
                 results.refuse_seen(sorted({file for each in problems.values() for file in each.files}))
             table = drive(
-                _setups(results, experiment, [name for name in worlds if name in OURS], recording or []),
+                _setups(results, experiment, [name for name in worlds if name in NAMES], recording or []),
                 known,
                 folder,
                 planners=planners,

@@ -98,8 +98,9 @@ Confidence = Annotated[
 Unit = Annotated[
     Literal["window", "vehicle", "share", "group"] | None,
     Parameter(
-        help="What the bound is about: the share of a vehicle's windows of 3 s; whole vehicles; windows as in the "
-        "paper; vehicles of a new group of scenes; as in `--unit vehicle`.",
+        help="What the bound is about. window: single windows of 3 s, as in the paper; vehicle: whole vehicles, missed "
+        "in any window; share: the share of a vehicle's windows; group: vehicles of a new group of scenes; as in "
+        "`--unit vehicle`.",
         show_default=usually("share"),
     ),
 ]

@@ -1,8 +1,8 @@
 """The vehicle directly behind in the own lane, which has to keep its distance (paper, Remark 2).
 
-The paper leaves it out of the constraints. Here it is taken to react as a careful driver would: it goes on at its speed
-for a time of reaction, and then brakes at a given deceleration. Braking much harder in front of it is still unsafe.
-The rear vehicle of responsibility-sensitive safety (Shalev-Shwartz, Shammah, Shashua 2017) does the same, but for
+The paper can leave it out of the constraints (`without_follower`, ``planner.problem.obstacles.ignore_rear``). Here,
+where nothing else is clear, it is taken to react as a careful driver would: it goes on at its speed for a time of
+reaction, and then brakes at a given deceleration. Braking much harder in front of it is still unsafe. The rear vehicle of responsibility-sensitive safety (Shalev-Shwartz, Shammah, Shashua 2017) does the same, but for
 speeding up while it has not reacted yet.
 """
 

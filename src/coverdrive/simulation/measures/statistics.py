@@ -1,4 +1,4 @@
-"""How often the ego collides and vehicles leave their predicted sets, with intervals (paper §5, Fig. 5a).
+"""How often the ego collides and vehicles leave their predicted sets, with intervals (paper §5, Fig. 4a).
 
 As in the paper, frontal and side collisions are counted together, and rear-end collisions apart.
 """

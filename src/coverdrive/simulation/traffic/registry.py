@@ -1,9 +1,9 @@
 """The traffic models by name."""
 
 from collections.abc import Sequence
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args
 
-from pydantic import Discriminator, Tag, TypeAdapter, ValidationError
+from pydantic import BeforeValidator, Field, TypeAdapter
 
 from coverdrive.errors import DataError, SettingError
 from coverdrive.simulation.predictor import Predictor
@@ -15,31 +15,35 @@ from coverdrive.simulation.traffic.replay import ReplaySettings, ReplayTraffic, 
 from coverdrive.simulation.traffic.set_sampling import SetSamplingSettings, SetSamplingTraffic
 
 
-def _kind(settings: Any) -> Any:
-    """The name in a table of settings; without one they are the paper's."""
-    kind = settings.get("kind", "set-sampling") if isinstance(settings, dict) else getattr(settings, "kind", None)
-    return kind if isinstance(kind, str) else None
+def _named(settings: Any) -> Any:
+    """A table of settings without a name is of the paper's."""
+    if not isinstance(settings, dict):
+        return settings
+    if not isinstance(settings.get("kind", ""), str):
+        raise ValueError(f"kind is the name of a traffic: {', '.join(NAMES)}")
+    return {"kind": "set-sampling", **settings}
 
 
-TrafficSettings = Annotated[
-    Annotated[SetSamplingSettings, Tag("set-sampling")]
-    | Annotated[DriverTrafficSettings, Tag("drivers")]
-    | Annotated[AggressiveTrafficSettings, Tag("aggressive")]
-    | Annotated[MixedTrafficSettings, Tag("mixed")]
-    | Annotated[ReplaySettings, Tag("replay")]
-    | Annotated[ReactiveReplaySettings, Tag("reactive-replay")],
-    Discriminator(_kind),
-]
+_AnySettings = (
+    SetSamplingSettings
+    | DriverTrafficSettings
+    | AggressiveTrafficSettings
+    | MixedTrafficSettings
+    | ReplaySettings
+    | ReactiveReplaySettings
+)
+TrafficSettings = Annotated[Annotated[_AnySettings, Field(discriminator="kind")], BeforeValidator(_named)]
 """settings of one of the models, told apart by ``kind``"""
+
+NAMES: tuple[str, ...] = tuple(each.model_fields["kind"].default for each in get_args(_AnySettings))
+"""of all models"""
 
 
 def usual(kind: str) -> TrafficSettings:
     """The default settings of the traffic of a name; a SettingError if there is none."""
-    try:
-        return TypeAdapter(TrafficSettings).validate_python({"kind": kind})
-    except ValidationError as error:
-        names = "set-sampling, drivers, aggressive, mixed, replay or reactive-replay"
-        raise SettingError(f"no traffic is called {kind!r}; choose {names}") from error
+    if kind not in NAMES:
+        raise SettingError(f"no traffic is called {kind!r}; choose {', '.join(NAMES[:-1])} or {NAMES[-1]}")
+    return TypeAdapter(TrafficSettings).validate_python({"kind": kind})
 
 
 def make_traffic(settings: TrafficSettings, predictor: Predictor | None, scenarios: Sequence[Scenario] = ()) -> Traffic:
