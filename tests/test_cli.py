@@ -116,7 +116,7 @@ def test_study_goes_on_and_other_settings_are_refused(results: Path) -> None:
 
 @pytest.mark.slow
 def test_drive_repeats_a_trial_of_the_study(results: Path) -> None:
-    coverdrive("drive", results, "--trial", "1")
+    coverdrive("drive", results, "--trial", "1", "--set", "planner.lane_change=3")
     trace = load_trace(results / "drive_1_4" / "trace.npz")
     row = pl.read_parquet(results / "study" / "trials.parquet").row(1, named=True)
     assert trace.outcome.kind.value == row["kind"]

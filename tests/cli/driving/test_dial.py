@@ -73,6 +73,13 @@ def test_dialled_sets_that_were_edited_are_refused(dialled: tuple[Path, dict], t
         _ = Results(folder).dialled
 
 
+def test_a_planner_of_other_settings_is_dialled(quick_run: Path, tmp_path: Path) -> None:
+    folder = shutil.copytree(quick_run / "out", tmp_path / "out")
+    coverdrive("dial", folder, *ASKED, "--scales", "0.5", "--set", "planner.manners.like=paper", "--seed", "6")
+    said = " ".join(coverdrive("study", folder, "--traffic", "drivers", "--vehicles", "3", "--trials", "1").split())
+    assert "These drives are others than those that were proved" in said and "planner.manners.like" in said
+
+
 def test_help_teaches(capsys: pytest.CaptureFixture[str]) -> None:
     said = " ".join(coverdrive("dial", "--help").split())
     assert "proved" in said and "--scales" in said and "--risk" in said

@@ -11,16 +11,16 @@ from problem_fakes import box, goal, written
 from command import coverdrive
 from coverdrive.league import problems
 
-PAGE = Path(__file__).parents[3] / "docs" / "league.md"
+PAGE = Path(__file__).parents[3] / "docs" / "tutorials" / "planner.md"
 
 
 @pytest.mark.slow
 def test_planners_are_driven_in_worlds(quick_fit: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (example,) = re.findall(r"^```python\n(.*?)^```", PAGE.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+    *_, example = re.findall(r"^```python\n(.*?)^```", PAGE.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
     assert example.count("\n") <= 20
-    (tmp_path / "careful.py").write_text(example, encoding="utf-8")
+    (tmp_path / "mine.py").write_text(example, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    planners = "default", "careful:Careful", "constant-velocity-box", "known-future", "idm-mobil", "paper-sets"
+    planners = "default", "mine:TwoSeconds", "constant-velocity-box", "known-future", "idm-mobil", "paper-sets"
     wanted = "--trials", "1", "--duration", "1.5", "--workers", "1", "--paper", quick_fit, "--out", "league"
     called = "league", quick_fit, "--planners", *planners, "--worlds", "drivers", "replay", *wanted
     printed = coverdrive(*called, only="stdout")
@@ -36,7 +36,7 @@ def test_planners_are_driven_in_worlds(quick_fit: Path, tmp_path: Path, monkeypa
     again = json.loads(coverdrive("--json", *called, only="stdout"))["table"]
     assert [row["mean_speed"] for row in again] == table["mean_speed"].to_list()
     assert {file: file.stat().st_mtime_ns for file in Path("league").rglob("trials/*.parquet")} == kept
-    compared = coverdrive("compare", "league/drivers/default", "league/drivers/careful_Careful")
+    compared = coverdrive("compare", "league/drivers/default", "league/drivers/mine_TwoSeconds")
     assert "mean speed" in compared
 
 
@@ -61,4 +61,4 @@ def test_names_of_nobody_are_refused(quick_fit: Path, tmp_path: Path) -> None:
     called = "league", quick_fit, "--planners", "best", "--out", tmp_path / "league"
     assert "no planner is called 'best'; choose default" in coverdrive(*called, status=2)
     called = "league", quick_fit, "--planners", "default", "--worlds", "moon", "--out", tmp_path / "league"
-    assert "no world is called 'moon'; choose drivers, aggressive" in coverdrive(*called, status=2)
+    assert "no world is called 'moon'; choose set-sampling, drivers" in coverdrive(*called, status=2)

@@ -82,6 +82,8 @@ def dial(
     vehicles: options.Vehicles = None,
     road: options.RoadOfStudy = None,
     seed: options.Seed = None,
+    config: options.Config = None,
+    settings: options.Set = None,
     workers: options.Workers = None,
     cluster: Cluster = None,
 ) -> dict[str, Any]:
@@ -105,6 +107,8 @@ def dial(
     results = Results(folder)
     place = results.place(road)
     experiment = experiment_of(
+        config,
+        settings=settings,
         usual=place.parts,
         base=results.experiment,
         place=place if road else None,

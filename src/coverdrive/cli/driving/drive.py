@@ -35,6 +35,7 @@ def drive(
     recording: options.ToReplay = None,
     seed: options.Seed = None,
     config: options.Config = None,
+    settings: options.Set = None,
 ) -> dict[str, Any]:
     """Drive one trial with the predictor in a results folder; write its trace, snapshots and a video.
 
@@ -57,6 +58,7 @@ def drive(
     place = results.place(road)
     experiment = experiment_of(
         config,
+        settings=settings,
         usual=place.parts,
         base=results.experiment,
         place=place if road else None,

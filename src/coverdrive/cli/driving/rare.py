@@ -39,6 +39,7 @@ def rare(
         ),
     ] = None,
     config: options.Config = None,
+    settings: options.Set = None,
     workers: options.Workers = None,
 ) -> dict[str, Any]:
     """Estimate how probable a collision is in a drive, down to one in a million, and keep the collisions found.
@@ -59,6 +60,7 @@ def rare(
     place = results.place(road)
     experiment = experiment_of(
         config,
+        settings=settings,
         usual=place.parts,
         base=results.experiment,
         place=place if road else None,
