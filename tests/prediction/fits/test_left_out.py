@@ -3,6 +3,8 @@
 from pathlib import Path
 
 import pytest
+from published_commonroad import write_commonroad
+from published_formats import truth
 from recordings_fakes import driving, scenario, three_lanes
 
 from coverdrive.prediction.fits.left_out import left_out
@@ -26,3 +28,15 @@ def test_a_scenario_leaves_out_its_map_whatever_its_vehicles_do(folder: Path) ->
     assert left_out([folder], [changed, elsewhere, illegible]) == [
         {"USA_US101-2_1_T-1"}, set(), {"USA_US101-1_1_T-1"},
     ]  # fmt: skip
+
+
+def test_who_is_shared_is_found_in_scenarios_of_several_carriageways(tmp_path: Path) -> None:
+    """Of each of these two recordings are made."""
+    files, seeds = dict[str, Path](), {"USA_Here-1_1_T-1": 5, "USA_There-2_1_T-1": 5, "DEU_Other-1_1_T-1": 3}
+    for name, seed in seeds.items():
+        files[name] = tmp_path / f"{name}.xml"
+        write_commonroad(tmp_path, truth(0.1, seconds=5.0, seed=seed)).rename(files[name])
+    here, there, other = files.values()
+    both, shared = ({name, f"{name} carriageway 2"} for name in ("DEU_Other-1_1_T-1", "USA_Here-1_1_T-1"))
+    assert left_out([here], [there, other]) == [shared, set()]
+    assert left_out([other, here], [other, there]) == [both, shared]

@@ -8,6 +8,7 @@ benchmark id names: scenarios whose vehicles were moved by a little are not foun
 import hashlib
 import re
 from collections.abc import Sequence
+from itertools import islice
 from pathlib import Path
 
 from coverdrive.errors import DataError, RecordingError
@@ -27,15 +28,15 @@ def left_out(recordings: Sequence[Path], scenarios: Sequence[Path]) -> list[froz
         recordings: files or folders.
         scenarios: files; those that cannot be read as recordings are known by their map alone.
     """
-    whole = [scenario for scenario in scenarios if legible(scenario)]
-    found = read([*recordings, *whole])
-    training, shown = found[: len(found) - len(whole)], found[len(found) - len(whole) :]
-    groups = dict(zip(whole, map(_groups, shown), strict=True))
+    parts = [len(_recordings_in(scenario)) for scenario in scenarios]
+    found = read([*recordings, *(scenario for scenario, count in zip(scenarios, parts, strict=True) if count)])
+    training, shown = found[: len(found) - sum(parts)], iter(found[len(found) - sum(parts) :])
+    groups = [set[int]().union(*map(_groups, islice(shown, count))) for count in parts]
     result = list[frozenset[str]]()
-    for scenario in scenarios:
+    for scenario, own in zip(scenarios, groups, strict=True):
         place = _MAP.match(scenario.stem)
         same = [each for each in training if place and each.name.startswith(f"{place[0]}_")]
-        out = groups.get(scenario, set[int]()).union(*map(_groups, same))
+        out = own.union(*map(_groups, same))
         result.append(frozenset(each.name for each in training if _groups(each) & out))
     return result
 
@@ -72,8 +73,12 @@ def _groups(recording: Recording) -> set[int]:
 
 def legible(scenario: Path) -> bool:
     """Whether a scenario can be read as a recording."""
+    return bool(_recordings_in(scenario))
+
+
+def _recordings_in(scenario: Path) -> Sequence[Recording]:
+    """One for each carriageway of a scenario; none if it cannot be read as a recording."""
     try:
-        read(scenario)
+        return read(scenario)
     except (DataError, RecordingError):
-        return False
-    return True
+        return ()
