@@ -43,6 +43,12 @@ def test_independent_scenes_are_dealt_out_whole_in_the_given_shares() -> None:
     assert np.array_equal(other.train, split(vehicle, group, seed=2).train)
 
 
+def test_no_side_stays_empty_where_the_shares_would_be_nearer_then() -> None:
+    group = np.repeat(np.arange(3), [66, 26, 8])
+    result = split(np.arange(100), group, SplitSettings(train=0.6, calibration=0.35))
+    assert (len(result.train), len(result.calibration), len(result.test)) == (66, 26, 8)
+
+
 def test_one_long_recording_is_cut_in_time() -> None:
     """Blocks of a minute; every vehicle is seen for half a minute and may cross a border."""
     start = np.sort(np.random.default_rng(0).uniform(0, 600, 400))

@@ -116,7 +116,10 @@ def _split(vehicle: Int[np.ndarray, " N"], side: Int[np.ndarray, " N"], crossed:
 def _dealt(
     vehicle: Int[np.ndarray, " N"], group: Int[np.ndarray, " N"], borders: Float[np.ndarray, " b"], seed: int
 ) -> Int[np.ndarray, " N"]:
-    """The part, 0 … b, of each sample: of several random orders of groups the one that comes nearest to the shares."""
+    """The part, 0 … b, of each sample: of several random orders of groups the one that comes nearest to the shares.
+
+    One that leaves no part empty comes before all that do.
+    """
     _, vehicles = np.unique(vehicle, return_inverse=True)
     names, groups = np.unique(group, return_inverse=True)
     if len(names) < 3:
@@ -136,8 +139,9 @@ def _dealt(
         side[order] = np.searchsorted(borders, middle, side="right")
         return side
 
-    def imbalance(side: Int[np.ndarray, " G"]) -> float:
-        return float(np.abs(np.bincount(side, sizes, minlength=len(shares)) / sizes.sum() - shares).max())
+    def imbalance(side: Int[np.ndarray, " G"]) -> tuple[bool, float]:
+        parts = np.bincount(side, sizes, minlength=len(shares)) / sizes.sum()
+        return bool((parts == 0).any()), float(np.abs(parts - shares).max())
 
     return min((draw() for _ in range(_DRAWS)), key=imbalance)[groups]
 
