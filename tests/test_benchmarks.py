@@ -211,5 +211,7 @@ def test_problems(quick_fit: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPat
     never = fakes.written(tmp_path, fakes.goal(fakes.box(170.0, -1.75), first=4, last=5), name="USA_Never-1_1_T-1")
     given = (str(there), str(never), "--predictor", str(quick_fit), "--folder", str(tmp_path / "solutions"))
     found = ran("problems", tmp_path / "problems.json", monkeypatch, *given)
-    assert (found["problems"], found["solved"], found["collisions"]) == (2, 1, 0)
-    assert found["not solved"] == {"USA_Never-1_1_T-1 7": "goal missed: not far enough"}
+    assert list(found) == ["elsewhere"]
+    only = found["elsewhere"]
+    assert (only["problems"], only["solved"], only["share"][0], only["collisions"]) == (2, 1, 0.5, 0)
+    assert only["not solved"] == [["USA_Never-1_1_T-1", 7, "goal missed: not far enough"]]

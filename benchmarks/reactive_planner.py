@@ -1,0 +1,176 @@
+"""How many problems does CommonRoad's own planner solve? `python benchmarks/reactive_planner.py us101/ roads/`.
+
+``commonroad-reactive-planner`` samples polynomials along the reference path of ``commonroad-route-planner``. It drives
+as it is configured by default, replanning every third step, on the same problems without the recorded ego, and is
+judged by the same checker as `problems.py`. Of the others it is told what they do now, at constant speed and heading,
+or with ``--future`` what they will do. As installed it ends with an error where its coordinate system ends; here its
+reference path is longer at both ends, and what lies beside cannot be driven.
+"""
+
+import argparse
+import json
+import logging
+import time
+from collections.abc import Iterator
+from copy import deepcopy
+from importlib import import_module
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from commonroad.common.solution import CostFunction, PlanningProblemSolution, VehicleModel, VehicleType
+from commonroad.scenario.state import KSState
+from commonroad.scenario.trajectory import Trajectory
+
+from coverdrive.certificates.bounds import clopper_pearson
+from coverdrive.driving.drivability import refusal
+from coverdrive.driving.planning_problem import PlanningProblem, read_problems
+from coverdrive.recordings.tracks.reading import name_of
+from problems import PLACES
+from results import save
+
+HORIZON, BEYOND = 6.0, 30.0
+"""[s] of its plans, its default; [m] by which its reference path is longer at either end"""
+
+
+def drive(problem: PlanningProblem, future: bool) -> dict[str, Any]:
+    """Drive one problem: why it is not solved, if it is not, and the times [s] of its plans."""
+    seconds = list[float]()
+    row = {"scenario": name_of(problem.file), "problem": problem.number, "solved": False, "seconds": seconds}
+    try:
+        states: list[Any] = list(_states(problem, future, seconds))
+    except Exception as error:  # of another package: one problem that it cannot drive must not stop the others
+        return row | {"reason": f"not driven: {type(error).__name__}: {error}"}
+    if len(states) < 2:
+        return row | {"reason": "no plan"}
+    path = Trajectory(problem.first, states)
+    model, car = VehicleModel.KS, VehicleType.BMW_320i
+    solution = PlanningProblemSolution(problem.number, model, car, CostFunction.SA1, path)
+    refused = refusal(SimpleNamespace(problem=problem, solution=lambda: solution))  # pyright: ignore[reportArgumentType]
+    return row | {"reason": refused, "solved": refused == ""}
+
+
+def _states(problem: PlanningProblem, future: bool, seconds: list[float]) -> Iterator[KSState]:
+    """Every state of the car from the start on, until the goal is reached, it is too late, or there is no plan."""
+    boundary = import_module("commonroad_dc.boundary.boundary").create_road_boundary_obstacle(problem.scenario)[1]
+    config = import_module("commonroad_rp.utility.config").ReactivePlannerConfiguration()
+    dt, start = float(problem.scenario.dt), deepcopy(problem.problem)
+    config.debug.multiproc, config.debug.logging_level = False, "CRITICAL"
+    config.planning.dt, config.planning.time_steps_computation = dt, round(HORIZON / dt)
+    config.planning.__post_init__()
+    start.initial_state.acceleration = start.initial_state.acceleration or 0.0
+    config.update(problem.scenario, start)
+    planner = import_module("commonroad_rp.reactive_planner").ReactivePlanner(config)
+    planner.set_reference_path(coordinate_system=_coordinates(problem.scenario.lanelet_network, start))
+    along = None
+    while True:
+        planner.reset(
+            initial_state_cart=planner.x_0, initial_state_curv=along, coordinate_system=planner.coordinate_system,
+            collision_checker=_others(problem, int(planner.x_0.time_step), planner.N, future, boundary),
+        )  # fmt: skip
+        if not seconds:
+            yield _centred(planner)
+        planner.set_desired_velocity(current_speed=planner.x_0.velocity)
+        begun = time.perf_counter()
+        found = planner.plan()
+        seconds.append(time.perf_counter() - begun)
+        if found is None:
+            return
+        for k in range(1, config.planning.replanning_frequency + 1):
+            planner.x_0, along = found[0].state_list[k], (found[1][k], found[2][k])
+            yield _centred(planner)
+            if planner.goal_reached() or planner.x_0.time_step >= problem.last:
+                return
+
+
+def _coordinates(network: Any, problem: Any) -> Any:
+    """Along the planner's own reference path, and on at both ends; what lies beside is nowhere instead of an error."""
+    theirs: Any = import_module("commonroad_rp.utility.utils_coordinate_system")
+    path = theirs.create_initial_ref_path(network, problem)
+    first, last = (BEYOND * (one - other) / np.hypot(*(one - other)) for one, other in (path[:2], path[:-3:-1]))
+    system = theirs.create_coordinate_system(np.concatenate([[path[0] + first], path, [path[-1] + last]]))
+
+    class Ending(type(system)):  # pyright: ignore[reportUntypedBaseClass]
+        def convert_to_cartesian_coords(self, s: float, d: float) -> Any:
+            try:
+                return super().convert_to_cartesian_coords(s, d)
+            except Exception:  # its kinds differ between versions
+                return None
+
+    system.__class__ = Ending
+    return system
+
+
+def _others(problem: PlanningProblem, now: int, steps: int, future: bool, boundary: Any) -> Any:
+    """A collision checker of the road's edge and the others from a time step on."""
+    bodies: Any = import_module("commonroad_dc.pycrcc")
+    checker, dt = bodies.CollisionChecker(), float(problem.scenario.dt)
+    checker.add_collision_object(boundary)
+    seen = problem.others(now)
+    coming = [problem.others(now + k) for k in range(steps + 1)] if future else []
+    for name, ((x, y, speed, heading), (length, width)) in seen.items():
+        way = dt * speed * np.array([np.cos(heading), np.sin(heading)])
+        moving = bodies.TimeVariantCollisionObject(now)
+        for k in range(steps + 1):
+            if future and name not in coming[k]:
+                break
+            place = coming[k][name][0] if future else (x + k * way[0], y + k * way[1], speed, heading)
+            moving.append_obstacle(bodies.RectOBB(length / 2, width / 2, place[3], *place[:2]))
+        checker.add_collision_object(moving)
+    return checker
+
+
+def _centred(planner: Any) -> KSState:
+    """The state of the planner, at the centre of the car."""
+    state = planner.x_0.shift_state_to_center(planner.x_0, planner.vehicle_params.wb_rear_axle)
+    return KSState(
+        time_step=int(state.time_step), position=state.position, velocity=float(state.velocity),
+        orientation=float(state.orientation), steering_angle=float(state.steering_angle),
+    )  # fmt: skip
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scenarios", type=Path, nargs="+")
+    parser.add_argument("--future", action="store_true", help="it is told what the others will do")
+    parser.add_argument("--out", type=Path, required=True, help="a JSON file of all rows, written as they are made")
+    parser.add_argument("--save", help="name of the file in benchmarks/results")
+    given = parser.parse_args()
+    logging.disable(logging.CRITICAL)
+    rows = list[dict[str, Any]]()
+    for file in (
+        each for path in given.scenarios for each in (sorted(path.glob("*.xml")) if path.is_dir() else [path])
+    ):
+        for problem in read_problems(file):
+            if not isinstance(problem, PlanningProblem):
+                lost = {"problem": None, "solved": False, "reason": f"not driven: {problem}", "seconds": []}
+                rows.append({"scenario": name_of(file)} | lost)
+                continue
+            rows.append(drive(problem, given.future))
+            given.out.write_text(json.dumps(rows, indent=1), encoding="utf-8")
+            print(rows[-1]["scenario"], rows[-1]["problem"], rows[-1]["reason"] or "solved", flush=True)
+    found = by_place(rows)
+    print({name: f"{each['solved']} of {each['problems']}" for name, each in found.items()})
+    if given.save:
+        save(given.save, found)
+
+
+def by_place(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    """Of those on US-101, and of those elsewhere, if there are any: how many are solved, and why the others are not."""
+    found = dict[str, Any]()
+    for here, name in PLACES.items():
+        if part := [row for row in rows if row["scenario"].startswith("USA_US101") == here]:
+            solved, seconds = sum(row["solved"] for row in part), [each for row in part for each in row["seconds"]]
+            found[name] = {
+                "problems": len(part),
+                "solved": solved,
+                "share": [solved / len(part), *clopper_pearson(solved, len(part))],
+                "step [ms], median": 1e3 * float(np.median(seconds)) if seconds else None,
+                "not solved": [[row["scenario"], row["problem"], row["reason"]] for row in part if not row["solved"]],
+            }
+    return found
+
+
+if __name__ == "__main__":
+    main()
