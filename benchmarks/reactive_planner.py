@@ -134,11 +134,17 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenarios", type=Path, nargs="+")
     parser.add_argument("--future", action="store_true", help="it is told what the others will do")
-    parser.add_argument("--out", type=Path, required=True, help="a JSON file of all rows, written as they are made")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        required=True,
+        help="a JSON file of all rows, written as they are made; those that are there are not driven again",
+    )
     parser.add_argument("--save", help="name of the file in benchmarks/results")
     given = parser.parse_args()
     logging.disable(logging.CRITICAL)
-    rows = list[dict[str, Any]]()
+    rows = json.loads(given.out.read_text(encoding="utf-8")) if given.out.exists() else []
+    there = {(row["scenario"], row["problem"]) for row in rows}
     for file in (
         each for path in given.scenarios for each in (sorted(path.glob("*.xml")) if path.is_dir() else [path])
     ):
@@ -146,6 +152,8 @@ def main() -> None:
             if not isinstance(problem, PlanningProblem):
                 lost = {"problem": None, "solved": False, "reason": f"not driven: {problem}", "seconds": []}
                 rows.append({"scenario": name_of(file)} | lost)
+                continue
+            if (name_of(file), problem.number) in there:
                 continue
             rows.append(drive(problem, given.future))
             given.out.write_text(json.dumps(rows, indent=1), encoding="utf-8")

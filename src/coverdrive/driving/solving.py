@@ -112,11 +112,16 @@ def is_reached(problem: PlanningProblem, car: SingleTrackCar, moment: int) -> bo
 
 
 def missed(problem: PlanningProblem, cars: Sequence[SingleTrackCar]) -> str:
-    """What of the goal was missed: what the last of the states lacks that come nearest to it, while it is time."""
+    """What of the goal was missed: what the last of the states lacks that come nearest to it, while it is time.
+
+    Who is past the place is not as near as who is beside it.
+    """
     goals, lacks = problem.problem.goal.state_list, list[list[str]]()
     for moment, car in enumerate(cars, start=problem.first):
         lacks += [_lacking(problem, goal, car.state(moment)) for goal in goals if goal.time_step.contains(moment)]
-    return "goal missed: " + ", ".join(min(reversed(lacks), key=len, default=["time"]))
+    return "goal missed: " + ", ".join(
+        min(reversed(lacks), key=lambda each: (len(each), "too far" in each), default=["time"])
+    )
 
 
 def _lacking(problem: PlanningProblem, goal: Any, state: Any) -> list[str]:
