@@ -3,8 +3,8 @@
 ``commonroad-reactive-planner`` samples polynomials along the reference path of ``commonroad-route-planner``. It drives
 as it is configured by default, replanning every third step, on the same problems without the recorded ego, and is
 judged by the same checker as `problems.py`. Of the others it is told what they do now, at constant speed and heading,
-or with ``--future`` what they will do. As installed it ends with an error where its coordinate system ends; here its
-reference path is longer at both ends, and what lies beside cannot be driven.
+or with ``--future`` what they will do. As installed it ends with an error where its coordinate system ends; here what
+lies beyond cannot be driven, and where that ends it still, its reference path is made longer at both ends.
 """
 
 import argparse
@@ -36,12 +36,17 @@ HORIZON, BEYOND = 6.0, 30.0
 
 def drive(problem: PlanningProblem, future: bool) -> dict[str, Any]:
     """Drive one problem: why it is not solved, if it is not, and the times [s] of its plans."""
-    seconds = list[float]()
-    row = {"scenario": name_of(problem.file), "problem": problem.number, "solved": False, "seconds": seconds}
-    try:
-        states: list[Any] = list(_states(problem, future, seconds))
-    except Exception as error:  # of another package: one problem that it cannot drive must not stop the others
-        return row | {"reason": f"not driven: {type(error).__name__}: {error}"}
+    row = {"scenario": name_of(problem.file), "problem": problem.number, "solved": False}
+    states, reason = list[Any](), ""
+    for beyond in (0.0, BEYOND):
+        row["seconds"], reason = list[float](), ""
+        try:
+            states = list(_states(problem, future, row["seconds"], beyond))
+            break
+        except Exception as error:  # of another package: one problem that it cannot drive must not stop the others
+            reason = f"not driven: {type(error).__name__}: {error}"
+    if reason:
+        return row | {"reason": reason}
     if len(states) < 2:
         return row | {"reason": "no plan"}
     path = Trajectory(problem.first, states)
@@ -51,7 +56,7 @@ def drive(problem: PlanningProblem, future: bool) -> dict[str, Any]:
     return row | {"reason": refused, "solved": refused == ""}
 
 
-def _states(problem: PlanningProblem, future: bool, seconds: list[float]) -> Iterator[KSState]:
+def _states(problem: PlanningProblem, future: bool, seconds: list[float], beyond: float) -> Iterator[KSState]:
     """Every state of the car from the start on, until the goal is reached, it is too late, or there is no plan."""
     boundary = import_module("commonroad_dc.boundary.boundary").create_road_boundary_obstacle(problem.scenario)[1]
     config = import_module("commonroad_rp.utility.config").ReactivePlannerConfiguration()
@@ -62,7 +67,7 @@ def _states(problem: PlanningProblem, future: bool, seconds: list[float]) -> Ite
     start.initial_state.acceleration = start.initial_state.acceleration or 0.0
     config.update(problem.scenario, start)
     planner = import_module("commonroad_rp.reactive_planner").ReactivePlanner(config)
-    planner.set_reference_path(coordinate_system=_coordinates(problem.scenario.lanelet_network, start))
+    planner.set_reference_path(coordinate_system=_coordinates(problem.scenario.lanelet_network, start, beyond))
     along = None
     while True:
         planner.reset(
@@ -84,12 +89,14 @@ def _states(problem: PlanningProblem, future: bool, seconds: list[float]) -> Ite
                 return
 
 
-def _coordinates(network: Any, problem: Any) -> Any:
-    """Along the planner's own reference path, and on at both ends; what lies beside is nowhere instead of an error."""
+def _coordinates(network: Any, problem: Any, beyond: float) -> Any:
+    """Along the planner's own reference path, longer by a way [m]; what lies beside is nowhere instead of an error."""
     theirs: Any = import_module("commonroad_rp.utility.utils_coordinate_system")
     path = theirs.create_initial_ref_path(network, problem)
-    first, last = (BEYOND * (one - other) / np.hypot(*(one - other)) for one, other in (path[:2], path[:-3:-1]))
-    system = theirs.create_coordinate_system(np.concatenate([[path[0] + first], path, [path[-1] + last]]))
+    if beyond > 0:
+        first, last = (beyond * (one - other) / np.hypot(*(one - other)) for one, other in (path[:2], path[:-3:-1]))
+        path = np.concatenate([[path[0] + first], path, [path[-1] + last]])
+    system = theirs.create_coordinate_system(path)
 
     class Ending(type(system)):  # pyright: ignore[reportUntypedBaseClass]
         def convert_to_cartesian_coords(self, s: float, d: float) -> Any:
