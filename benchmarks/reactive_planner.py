@@ -36,8 +36,9 @@ HORIZON, BEYOND = 6.0, 30.0
 
 def drive(problem: PlanningProblem, future: bool) -> dict[str, Any]:
     """Drive one problem: why it is not solved, if it is not, and the times [s] of its plans."""
-    row = {"scenario": name_of(problem.file), "problem": problem.number, "solved": False}
-    states, reason = list[Any](), ""
+    row: dict[str, Any] = {"scenario": name_of(problem.file), "problem": problem.number, "solved": False}
+    states: list[Any] = []
+    reason = ""
     for beyond in (0.0, BEYOND):
         row["seconds"], reason = list[float](), ""
         try:
