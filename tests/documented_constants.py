@@ -20,8 +20,6 @@ CONSTANTS = {
     "0.3 m/s": "dialling.rare: how much faster others may be across",
     "0.7 m/s": "driving.goal: how far inside of a speed one aims",
     "1 m/s": "dialling.rare: along",
-    "0.7 m/s": "driving.goal: inside a speed",
-    "0.4 m/s²": "driving.goal: gentle",
     "0.5 m/s": "benchmarks/random_emergencies.py: WORSE",
     "3 m/s": "recordings.smoothing.SLOW",
     "5 m/s": "recordings.checks; planning: of any contact",

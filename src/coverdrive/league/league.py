@@ -38,6 +38,7 @@ from coverdrive.simulation.traffic.registry import NAMES
 _LONGEST = 100
 """characters of a name that the name of a folder keeps"""
 
+
 def check_names(planners: Sequence[str], worlds: Sequence[str], ours: Collection[str] = NAMES) -> None:
     """Refuse, with a SettingError, names of nobody and of no world."""
     for name in planners:

@@ -20,5 +20,7 @@ def test_a_name_gives_its_settings(name: str) -> None:
 
 
 def test_an_unknown_name_is_answered_with_all_others() -> None:
-    with pytest.raises(SettingError, match=r"no traffic is called 'bicycles'; choose set-sampling, .* or reactive-replay"):
+    with pytest.raises(
+        SettingError, match=r"no traffic is called 'bicycles'; choose set-sampling, .* or reactive-replay"
+    ):
         usual("bicycles")

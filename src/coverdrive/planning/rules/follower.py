@@ -2,8 +2,9 @@
 
 The paper can leave it out of the constraints (`without_follower`, ``planner.problem.obstacles.ignore_rear``). Here,
 where nothing else is clear, it is taken to react as a careful driver would: it goes on at its speed for a time of
-reaction, and then brakes at a given deceleration. Braking much harder in front of it is still unsafe. The rear vehicle of responsibility-sensitive safety (Shalev-Shwartz, Shammah, Shashua 2017) does the same, but for
-speeding up while it has not reacted yet.
+reaction, and then brakes at a given deceleration. Braking much harder in front of it is still unsafe. The rear vehicle
+of responsibility-sensitive safety (Shalev-Shwartz, Shammah, Shashua 2017) does the same, but for speeding up while it
+has not reacted yet.
 """
 
 import numpy as np

@@ -2,10 +2,10 @@
 
 A *window* is one vehicle at one planning moment. It is missed if, at some later moment of the drive within the horizon,
 every path that was predicted for the vehicle has had a part of its body outside the box; between two points of a path,
-boxes are on a line, as in plans. The certificate's ε is a bound on the same event. In the paper's tubes, the centre has to stay
-in the ellipse in the box besides, at the points of a path alone, and the bound is on one path in place of all, that
-which is nearest to what the vehicle did. Plans keep clear of the whole box; a collision is therefore put down to a miss
-only if the vehicle left the boxes. n steps, A vehicles.
+boxes are on a line, as in plans. The certificate's ε is a bound on the same event. In the paper's tubes, the centre has
+to stay in the ellipse in the box besides, at the points of a path alone, and the bound is on one path in place of all,
+that which is nearest to what the vehicle did. Plans keep clear of the whole box; a collision is therefore put down to a
+miss only if the vehicle left the boxes. n steps, A vehicles.
 """
 
 from dataclasses import dataclass
