@@ -121,7 +121,7 @@ def _draw_map(axes: Axes, recording: Recording, pieces: Int[np.ndarray, "n 2"], 
     for edge in edges[:, 1:-1].T:
         axes.plot(*placed(lon, edge).T, color=style.MARKING, linewidth=0.3, zorder=1)
     _tracks(axes, placed(table["lon"].to_numpy(), table["lat"].to_numpy()), pieces, table["speed"].to_numpy(), norm)
-    axes.set(aspect="equal", xlabel="on the map [m], turned to the right", ylabel="[m]")
+    axes.set(aspect="equal", xlabel="on the map [m], turned to the right", yticks=[])
     axes.autoscale_view()
 
 
