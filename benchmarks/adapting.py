@@ -69,7 +69,7 @@ def told(drives: pl.DataFrame) -> dict[str, object]:
     return {
         "drives": drives.height,
         "windows near the ego": int(seen[-1]),
-        "missed": [share.missed / max(1, share.total), share.low, share.high],
+        "missed": [share.count / max(1, share.total), share.low, share.high],
         "moving average of 10 min": [moving.min(), moving.max()] if len(moving) else None,
         "λ after a drive": np.quantile(drives["scale"].to_numpy(), [0.05, 0.5, 0.95]).tolist(),
         "mean speed m/s": [float(speed.mean()), *paired_t(speed, 0.95)[:2]],

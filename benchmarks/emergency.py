@@ -122,7 +122,7 @@ def impact(drive: Callable, scene: Scene) -> float:
             state[2], now = max(state[2], 0.0), now + SMALL
             for other in untouched.copy():
                 there = other.at(np.array([now, now + SMALL]))
-                if boxes_overlap(state[:2], state[3], OWN, there[0], 0.0, other.half):
+                if boxes_overlap(state[:2], state[3], OWN, there[0], np.float64(0), other.half):
                     worst = max(worst, float(np.linalg.norm(velocity - np.diff(there, axis=0)[0] / SMALL)))
                     untouched.remove(other)
     return worst

@@ -7,13 +7,14 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from coverdrive.wholes import Whole
+from coverdrive.wholes import Whole, lent
 
 
 class Inner(NamedTuple):
     values: np.ndarray
 
 
+@lent
 class Outer(NamedTuple):
     inner: Inner
     more: np.ndarray

@@ -4,9 +4,9 @@ The code of a *whole* and that of all compiled functions that it calls are linke
 code together, once. A function that other code calls is a *part* of these: it is neither linked nor optimised on its
 own, as Numba would do it, which takes several times as long the deeper calls go.
 
-Named tuples of what a whole is given are *borrowed*: Python holds the arrays in them until the whole returns, and
+Named tuples that are `lent` to a whole are *borrowed*: Python holds the arrays in them until the whole returns, and
 references to them are not counted in between, as Numba would at every call of a part for every array in them. It is
-therefore an error to make a named tuple of a kind that Python hands over in compiled code, or to return one to Python.
+therefore an error to make a named tuple of such a kind in compiled code, or to return one to Python.
 """
 
 import gc
@@ -15,11 +15,13 @@ import os
 from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager, suppress
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeVar
 
 from llvmlite.binding import Linkage  # pyright: ignore[reportMissingTypeStubs]
 from numba.core import codegen, compiler, registry, types  # pyright: ignore[reportMissingTypeStubs]
 from numba.core.runtime.context import NRTContext  # pyright: ignore[reportMissingTypeStubs]
+
+T = TypeVar("T")
 
 _Library: Any = codegen.JITCodeLibrary
 _Compiler: Any = compiler.Compiler
@@ -29,8 +31,16 @@ _Flags: Any = compiler.Flags
 _types: Any = types
 _OPTIONS = {"nopython": True, "error_model": "numpy", "no_cfunc_wrapper": True}
 
+_lent = set[type]()
+"""kinds of named tuples that only Python makes"""
 _borrowed = set[Any]()
-"""types of named tuples that Python hands over"""
+"""their types to Numba, and those of named tuples in them"""
+
+
+def lent(kind: type[T]) -> type[T]:
+    """A kind of named tuples that compiled code is given by Python, which holds them meanwhile, and never makes."""
+    _lent.add(kind)
+    return kind
 
 
 class _PlainLibrary(_Library):
@@ -87,7 +97,8 @@ class _SharedFlags(_Flags):
 
 class _WholeCompiler(_Compiler):
     def define_pipelines(self) -> Any:
-        _borrowed.update(each for argument in self.state.args for each in _named_tuples(argument))
+        given = [each for each in self.state.args if getattr(each, "instance_class", None) in _lent]
+        _borrowed.update(each for argument in given for each in _named_tuples(argument))
         self._into(_WholeLibrary).enable_object_caching()
         return super().define_pipelines()
 
@@ -99,7 +110,7 @@ class _WholeCompiler(_Compiler):
         for each in [*makers, *returned]:
             if each.instance_class in handed:
                 name = each.instance_class.__name__
-                raise TypeError(f"{func.__qualname__} makes a {name} or returns one to Python, which hands them over")
+                raise TypeError(f"{func.__qualname__} makes a {name} or returns one to Python, which lends them")
         return result
 
     def _into(self, kind: Any) -> Any:

@@ -14,8 +14,10 @@ from coverdrive.planning.problem.road_table import RoadTable, on_road
 from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.planning.rules.manners import NONE, MannersSettings, wished_boxes
 from coverdrive.road_ahead import RoadAhead
+from coverdrive.wholes import lent
 
 
+@lent
 class Surroundings(NamedTuple):
     """What a plan is made for."""
 

@@ -3,6 +3,7 @@
 import sys
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).parents[1]))
 from simulation_fakes import fakes
 
 from coverdrive.progress import heard_by

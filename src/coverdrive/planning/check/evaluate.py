@@ -21,6 +21,7 @@ from coverdrive.planning.problem.rollout import after_step, rollout_of, state_at
 from coverdrive.planning.problem.vehicle import within_limits
 from coverdrive.planning.surroundings import Surroundings
 from coverdrive.road_ahead import FASTEST, LEFT, RIGHT, STRAIGHT, Bend, RoadAhead, State, bend_at, value_at
+from coverdrive.wholes import lent
 
 _ANY_CONTACT = 5.0
 """[m/s] that a contact counts as at no relative speed"""
@@ -36,6 +37,7 @@ _ON_THE_ROAD = 1e-9
 """[m] by which a body may be beyond the edge of the road"""
 
 
+@lent
 class Plans(NamedTuple):
     """Plans within the limits of the ego."""
 

@@ -10,6 +10,7 @@ from coverdrive.planning.problem.obstacles import ObstacleSettings
 from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.planning.problem.tree import Tree, shift_of, tree_of
 from coverdrive.planning.problem.vehicle import VehicleSettings
+from coverdrive.wholes import lent
 
 Vehicle: Any = namedtuple("Vehicle", [*VehicleSettings.model_fields, "sharpest", "braking"])  # pyright: ignore
 """the fields of `VehicleSettings`, the tangent of the largest steering angle, and the deceleration that is sure"""
@@ -17,6 +18,7 @@ Shape: Any = namedtuple("Shape", ObstacleSettings.model_fields)  # pyright: igno
 """the fields of `ObstacleSettings`"""
 
 
+@lent
 class Constants(NamedTuple):
     """What a problem is, with what follows from it alone."""
 

@@ -18,6 +18,7 @@ from coverdrive.compiled import compiled
 from coverdrive.paths import PredictedPaths
 from coverdrive.road import Road
 from coverdrive.settings import Settings
+from coverdrive.wholes import lent
 
 _LIKELIHOOD = 0.1
 """of braking, over that of the least likely member"""
@@ -39,6 +40,7 @@ class LeaderSettings(Settings):
     """[s] after the end of a plan for which lanes are compared by the speeds of those ahead"""
 
 
+@lent
 class Leaders(NamedTuple):
     """The vehicle directly ahead in every lane that has one."""
 

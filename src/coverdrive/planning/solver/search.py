@@ -27,6 +27,7 @@ from coverdrive.planning.solver.descent import descend
 from coverdrive.planning.surroundings import Surroundings
 from coverdrive.road_ahead import LEFT, RIGHT, STRAIGHT, bend_at, value_at
 from coverdrive.settings import Settings
+from coverdrive.wholes import lent
 
 _UNCLEAR = 1e12
 """more than any plan costs; added to the cost of those that are not clear"""
@@ -82,6 +83,7 @@ class SearchSettings(Settings):
         return np.concatenate([braking, [vehicle.max_acceleration / 2, vehicle.max_acceleration]])
 
 
+@lent
 class Wanted(NamedTuple):
     """What is searched for."""
 

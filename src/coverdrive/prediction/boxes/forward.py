@@ -14,8 +14,10 @@ from coverdrive.compiled import compiled
 from coverdrive.prediction.boxes.network import BOUND, BoxNetwork, shapes_of
 from coverdrive.prediction.learning.inputs import COLUMNS, write_inputs
 from coverdrive.prediction.learning.network import LIMIT
+from coverdrive.wholes import lent
 
 
+@lent
 class Forward(NamedTuple):
     """A network as compiled code takes it."""
 

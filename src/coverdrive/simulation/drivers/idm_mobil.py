@@ -15,6 +15,7 @@ from pydantic import Field
 
 from coverdrive.compiled import compiled
 from coverdrive.settings import Settings
+from coverdrive.wholes import lent
 
 Values = Float[np.ndarray, "*batch A"]
 
@@ -49,6 +50,7 @@ class DriverSettings(Settings):
     """relative standard deviation of the drivers' desired speed and time gap, cut off at two of them"""
 
 
+@lent
 class Drivers(NamedTuple):
     """What each driver wants and accepts, in the units of `DriverSettings`."""
 
@@ -135,6 +137,7 @@ def _following(drivers: Drivers, i: Any, free: float, speed: float, gap: float, 
     return float(free - acceleration * (interaction * interaction))
 
 
+@lent
 class Neighbours(NamedTuple):
     """Slots of the vehicles ahead and behind in some lane, arbitrary where there is none.
 
