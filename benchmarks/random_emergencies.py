@@ -280,7 +280,7 @@ def compared(rows: list[dict]) -> dict:
         "scenes": len(rows),
         "worse than full braking": int((ours > braking + WORSE).sum()),
         "worse than full braking by the hardest contact, too": sum(
-            row["hardest"][0] > row["hardest"][1] + WORSE for row in rows if row["hardest"]
+            row["hardest"][0] > row["hardest"][1] + WORSE for row in rows if row.get("hardest")
         ),
         "hit though one of 40 avoids": int(((ours > 0) & (best == 0)).sum()),
         "worse than the best of 40": int((ours > best + WORSE).sum()),

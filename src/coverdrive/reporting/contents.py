@@ -92,6 +92,8 @@ class Contents(Fitted):
     """in which the trials were driven"""
     replayed: bool = False
     """whether that replays scenes, of which several drives may be alike"""
+    unlike: str = ""
+    """in what the trials are other drives than those that the dial proved; nothing if it proved such drives, or none"""
     road: str = ""
     """on which they were driven, in a sentence"""
     period: float = 0.1

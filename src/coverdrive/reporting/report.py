@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Literal
 
 from coverdrive.arguments import of_kind
+from coverdrive.dialling.dial import said_of_dial
 from coverdrive.errors import DataError
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.prediction.fit import Fit
@@ -101,6 +102,7 @@ def contents_of(fitted: Fit | Fitted, study: Study | None, replayed: Sequence[in
         trials=study.files.table() if study.files.finished else None,
         traffic=study.setup.traffic_name,
         replayed=study.setup.replays,
+        unlike="".join(said_of_dial(known["dialled"], study.setup)[1:]),
         road=driven_on(study.setup),
         period=study.setup.episode.step,
         kept=planner.settings.manners.headway if isinstance(planner, MpcPlanner) else None,

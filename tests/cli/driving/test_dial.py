@@ -57,6 +57,10 @@ def test_a_study_afterwards_says_what_was_proved_and_that_it_is_another(dialled:
     printed = " ".join(coverdrive("study", folder, "--trials", "2").split())
     assert found["sentence"][:60] in printed
     assert "These drives are others than those that were proved" in printed and "traffic.kind" in printed
+    coverdrive("report", folder)
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    heading = page[page.index("<h1") : page.index("</h1>")]
+    assert "drives like these touch anybody: " in heading and "These drives are others than those" in page
 
 
 def test_a_risk_that_so_few_drives_cannot_prove_is_refused(dialled: tuple[Path, dict]) -> None:

@@ -109,6 +109,8 @@ def test_the_verdict_is_what_was_dialled_with_the_speed_of_knowing_the_future() 
     assert verdict(replace(contents, dialled=dialled)) == f"{said}, 97 % of knowing the future."
     alone = replace(dialled, frontier=lines.head(1))
     assert verdict(replace(contents, dialled=alone)) == f"{said}."
+    others = replace(contents, dialled=dialled, unlike="These drives are others than those that were proved: traffic")
+    assert verdict(others) == verdict(contents) != said
 
 
 def test_the_numbers_say_how_close_it_was_and_how_mannered() -> None:
