@@ -47,7 +47,7 @@ def heading(contents: Contents) -> str:
 
 
 def verdict(contents: Contents) -> str:
-    """What is proved in one sentence: of drives like these by the dial, else by those of the study, else of the sets."""
+    """What is proved, in one sentence: of such drives by the dial, else by those of the study, else of the sets."""
     if contents.dialled is not None and not contents.unlike:
         return f"{contents.dialled.proofs[0].sentence}; {contents.dialled.mean_speed:.1f} m/s{_of_the_best(contents)}."
     if contents.driven is not None:
