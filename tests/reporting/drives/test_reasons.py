@@ -41,13 +41,18 @@ def test_whom_the_plan_meets_when_and_how_fast(trace) -> None:
     text, path, time = reason_of(changed(trace, Status.UNSAFE, ahead=10.0), 0)
     assert time == pytest.approx((10.0 - 2.5 - 2.5) / 4.4, abs=0.02)  # faster by 4.4 m/s
     assert (
-        path in (0, 1, 2) and text == "meets 3 of 6 paths, hardest the vehicle ahead in its lane, in 1.1 s, at 4.5 m/s"
+        path in (0, 1, 2)
+        and text == "meets 3 of 6 paths, hardest the vehicle ahead in the same lane, in 1.1 s, at 4.5 m/s"
     )
 
 
 @pytest.mark.parametrize(
     ("ahead", "aside", "said"),
-    [(3.0, 2.0, "beside in its lane, now"), (2.0, 3.6, "beside on the left"), (-4.8, 0.5, "behind in its lane, now")],
+    [
+        (3.0, 2.0, "beside in the same lane, now"),
+        (2.0, 3.6, "beside on the left"),
+        (-4.8, 0.5, "behind in the same lane, now"),
+    ],
 )
 def test_where_it_is(trace, ahead: float, aside: float, said: str) -> None:
     assert said in reason_of(changed(trace, Status.UNSAFE, ahead, aside), 0).text

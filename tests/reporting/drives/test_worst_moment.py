@@ -61,21 +61,27 @@ def test_who_moved_across_and_what_its_sets_had_said() -> None:
     trace = without(make_stray(), 1)
     worst = worst_of(trace)
     assert (worst.moment, worst.slot) == (LEAVES, 2)
-    assert "it moved 3.0 m to the right, the ego moved" in worst.text and "it is 4.8 m/s slower" in worst.text
+    assert "4.8 m/s slower than the ego, it moved 3.0 m to the right, the ego moved" in worst.text
     seconds = LEAVES / 10
-    assert f"beside in its lane ({seconds:.1f} s before: beside on the left)" in worst.text
+    assert f"beside in the same lane ({seconds:.1f} s before: beside on the left)" in worst.text
     windows = find_windows(trace)
     left = sum(windows.left[step, 2] <= seconds - step / 10 + 1e-6 for step in range(LEAVES))
-    assert left > 0 and f"It had left {left} of its {LEAVES} sets of these {seconds:.1f} s." in worst.text
+    assert (
+        left > 0
+        and f"It left {left} of the {LEAVES} sets that were predicted for it in these {seconds:.1f} s." in worst.text
+    )
     kept = Windows(windows.seen, np.full_like(windows.left, np.inf))
-    assert f"It was in each of its {LEAVES} sets" in worst_moment(trace, kept).text
+    assert f"It stayed in all {LEAVES} sets that were predicted" in worst_moment(trace, kept).text
 
 
 def test_a_vehicle_that_came_is_followed_from_there() -> None:
     trace = without(make_stray(), 2)
     near = replace(trace.outcome, kind=Kind.SIDE, partner=1)
     worst = worst_of(replace(trace, outcome=near))
-    assert f"({(STEPS - COMES) / 10:.1f} s before" in worst.text and f"its {STEPS - COMES} sets" in worst.text
+    assert (
+        f"({(STEPS - COMES) / 10:.1f} s before" in worst.text
+        and f" {STEPS - COMES} sets that were predicted" in worst.text
+    )
 
 
 @pytest.mark.parametrize(
@@ -91,7 +97,9 @@ def test_what_the_plan_did(acceleration: float, aside: float, said: str) -> None
     states[:, 1], states[-1, 1], inputs[0, 0] = 5.4, 5.4 + aside, acceleration
     solved = replace(plan, states=states, inputs=inputs, status=Status.SOLVED)
     plans = (*trace.plans[:moment], solved, *trace.plans[moment + 1 :])
-    assert worst_of(replace(trace, plans=plans)).text.endswith(f"The plan is solved (clear of every set): it {said}.")
+    assert worst_of(replace(trace, plans=plans)).text.endswith(
+        f"The plan is solved (clear of every set): the ego {said}."
+    )
     lost = replace(solved, status=Status.INVALID_INPUT)
     plans = (*trace.plans[:moment], lost, *trace.plans[moment + 1 :])
     assert "The plan is invalid input (what was seen" in worst_of(replace(trace, plans=plans)).text

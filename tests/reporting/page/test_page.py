@@ -94,7 +94,7 @@ def test_the_verdict_is_what_the_drives_prove_where_their_number_was_fixed() -> 
     calm = replace(contents, trials=pl.concat([contents.trials.head(1)] * 100))
     bound = 1 - 0.01 ** (1 / 100)
     assert verdict(calm) == (
-        f"With 99 % confidence at most {at_most(bound)} of drives like these touch anybody: none of 100 drives "
+        f"With 99 % confidence at most {at_most(bound, 3)} of drives like these touch anybody: none of 100 drives "
         "(2.0 min, 2.88 km) did; 24.4 m/s on average."
     )
     assert "proves nothing of scenes other than those replayed" in verdict(replace(calm, replayed=True))
@@ -121,7 +121,9 @@ def test_the_numbers_say_how_close_it_was_and_how_mannered() -> None:
     assert headway.value == f"{contents.trials['usual_headway'].median():.2f} s" and headway.note == "people: 0.72 s"
     assert jerk.note.startswith("hardest braking") and plans.label.startswith("of 24 plans clear")
     assert (
-        sets.value == "≤ 14.4 %" and "4 % on unseen scenes (95 %: 1–10 %)" in sets.note and "in the drives" in sets.note
+        sets.value == "≤ 14.4 %"
+        and "4 % on unseen scenes (95 %: 1–10 %)" in sets.note
+        and "in these drives" in sets.note
     )
     assert len(tiles(replace(contents, trials=None))) == 2
 

@@ -70,7 +70,7 @@ def where_is(trace: Trace, moment: int, slot: int) -> str:
     long = float(scene.length[moment, slot] + scene.length[moment, EGO]) / 2
     lane, own = (int(trace.road.lane_at(scene.lon[moment, each], scene.lat[moment, each])) for each in (slot, EGO))
     along = "beside" if abs(ahead) <= long else "ahead" if ahead > 0 else "behind"
-    return f"{along} {'in its lane' if lane == own else 'on the left' if lane > own else 'on the right'}"
+    return f"{along} {'in the same lane' if lane == own else 'on the left' if lane > own else 'on the right'}"
 
 
 class FirstContacts(NamedTuple):

@@ -115,14 +115,14 @@ def _came(trace: Trace, moment: int, slot: int) -> str:
     scene, seconds = trace.scene, float(trace.time[moment] - trace.time[first])
     was, now = (where_is(trace, each, slot) for each in (first, moment))
     place = f" ({seconds:.1f} s before: {'there, too' if was == now else was})" if first < moment else ""
+    faster = float(scene.speed[moment, slot] - scene.speed[moment, EGO])
     said = list[str]()
+    if abs(faster) >= _FASTER:
+        said.append(f"{abs(faster):.1f} m/s {'faster' if faster > 0 else 'slower'} than the ego")
     for name, who in (("it", slot), ("the ego", EGO)):
         aside = float(scene.lat[moment, who] - scene.lat[first, who])
         if abs(aside) >= _ASIDE:
             said.append(f"{name} moved {abs(aside):.1f} m to the {'left' if aside > 0 else 'right'}")
-    faster = float(scene.speed[moment, slot] - scene.speed[moment, EGO])
-    if abs(faster) >= _FASTER:
-        said.append(f"it is {abs(faster):.1f} m/s {'faster' if faster > 0 else 'slower'}")
     return place + "".join(f", {each}" for each in said)
 
 
@@ -133,8 +133,8 @@ def _sets(trace: Trace, windows: Windows, moment: int, slot: int) -> str:
         return "Nothing had been predicted for it before."
     number, since = moment - first, trace.time[moment] - trace.time[first:moment]
     left = int((windows.left[first:moment, slot] <= since + _ROUNDING).sum())
-    held = f"It had left {left} of its {number} sets" if left else f"It was in each of its {number} sets"
-    return f"{held} of these {since[0]:.1f} s."
+    held = f"left {left} of the {number}" if left else f"stayed in all {number}"
+    return f"It {held} sets that were predicted for it in these {since[0]:.1f} s."
 
 
 def _plan(trace: Trace, moment: int) -> str:
@@ -147,4 +147,4 @@ def _plan(trace: Trace, moment: int) -> str:
     lane = "keeps its lane" if here == there else f"goes to the {'left' if there > here else 'right'}"
     clear = "clear of every set" if plan.status in (Status.SOLVED, Status.FALLBACK) else reason_of(trace, step).text
     does = f"{'holds its speed' if abs(acceleration) < _STILL else speed}, {lane}"
-    return f"The {'last ' * (step < moment)}plan is {plan.status.value} ({clear}): it {does}."
+    return f"The {'last ' * (step < moment)}plan is {plan.status.value} ({clear}): the ego {does}."

@@ -49,7 +49,7 @@ MARKS = MappingProxyType(
         "time": "least time to collision",
         "lost": "clear plan lost",
         "unsafe": "no clear plan",
-        "left": "set left",
+        "left": "left its set",
         "lane": "lane change",
     }
 )

@@ -79,7 +79,7 @@ def _proved(contents: Contents) -> str:
     counted = f"{int(hits.sum()) or 'None'} of {len(hits)} drives ({exposure(trials)})"
     if contents.replayed:
         return f"{counted} touched anybody, which proves nothing of scenes other than those replayed"
-    bound = at_most(limit_of(hits, _CONFIDENCE, anytime=False))
+    bound = at_most(limit_of(hits, _CONFIDENCE, anytime=False), 3)
     if bound == percent(1):
         return f"{counted} touched anybody, which proves nothing of others with {percent(_CONFIDENCE)} confidence"
     return (
@@ -126,18 +126,20 @@ def tiles(contents: Contents) -> list[Tile]:
     missed = _missed_in_drives(certificate.unit, trials)
     unsafe, rear = (percent(plan_share(trials, status)) for status in (Status.UNSAFE, Status.REAR))
     braking = float(trials["hardest_braking"].to_numpy().max())
+    uncovered = "" if contents.replayed else ", of which it says nothing"
     return [
         Tile(f"{near} of {trials.height}", "drives are near misses",
              f"least gap {gap} m, least time to collision {time} s; {exposure(trials)}", main=True),
-        Tile("–" if usual is None else f"{usual:.2f} s", "headway in 9 of 10 moments, median drive",
+        Tile("–" if usual is None else f"{usual:.2f} s", "of headway or more in 9 of 10 moments, median drive",
              "" if contents.kept is None else f"people: {contents.kept:.2f} s"),
         Tile(f"{_mean(trials, 'jerk_longitudinal'):.1f} m/s³", "jerk along the road, root mean square",
              f"hardest braking {braking:.1f} m/s²"),
         Tile(percent(plan_share(trials, Status.SOLVED, Status.FALLBACK)),
              f"of {plans:,} plans clear of all predicted paths",
-             f"clear plan lost {int(trials['lost_clear'].sum())} times; unsafe: {unsafe}; rear: {rear}"),
-        certified._replace(note=f"{certified.note}, {percent(missed.value)} in the drives "
-                           f"({interval(missed.low, missed.high)})"),
+             f"{rear} only if the vehicle behind brakes; {unsafe} unsafe; a clear plan was lost "
+             f"{int(trials['lost_clear'].sum())} times"),
+        certified._replace(note=f"{certified.note}, {percent(missed.value)} in these drives "
+                           f"({interval(missed.low, missed.high)}){uncovered}"),
     ]  # fmt: skip
 
 
