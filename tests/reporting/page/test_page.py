@@ -173,7 +173,7 @@ def test_the_heading_says_what_was_run() -> None:
     three = {"recordings": [{"name": name} for name in "abc"]}
     assert heading(replace(contents, run=three, trials=None)) == "coverdrive on 3 recordings"
     html = page(contents)
-    assert "coverdrive on made up, 2 closed-loop trials, in set-sampling traffic; “results &lt;1&gt;”" in html
+    assert "coverdrive on made up, 2 closed-loop trials, traffic “set-sampling”; “results &lt;1&gt;”" in html
     assert html.count("Driven on a road of its own.") == 2  # beside the drives, and in the list of facts
 
 

@@ -114,11 +114,11 @@ def _came(trace: Trace, moment: int, slot: int) -> str:
     first = _since(trace, moment, slot)
     scene, seconds = trace.scene, float(trace.time[moment] - trace.time[first])
     was, now = (where_is(trace, each, slot) for each in (first, moment))
-    place = f" ({seconds:.1f} s before: {'there, too' if was == now else was})" if first < moment else ""
+    place = f" ({seconds:.1f} s before: {was}{', too' * (was == now)})" if first < moment else ""
     faster = float(scene.speed[moment, slot] - scene.speed[moment, EGO])
     said = list[str]()
     if abs(faster) >= _FASTER:
-        said.append(f"{abs(faster):.1f} m/s {'faster' if faster > 0 else 'slower'} than the ego")
+        said.append(f"it is {abs(faster):.1f} m/s {'faster' if faster > 0 else 'slower'} than the ego")
     for name, who in (("it", slot), ("the ego", EGO)):
         aside = float(scene.lat[moment, who] - scene.lat[first, who])
         if abs(aside) >= _ASIDE:
