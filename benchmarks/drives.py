@@ -14,6 +14,8 @@ import subprocess
 import sys
 import tempfile
 import time
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -26,8 +28,10 @@ OURS = Path(__file__).parents[1] / "src"
 def serve(file: Path) -> None:
     """Drive what is asked for, line by line, with the package that this process finds, as a worker of a study does."""
     from coverdrive.prediction.predictor import Predictor
-    from coverdrive.simulation.studies.setup import Setup
-    from coverdrive.simulation.studies.workers import _run_in_worker
+
+    room = "simulation.studies" if find_spec("coverdrive.simulation.studies") else "simulation"  # up to 0.1.0
+    Setup = import_module(f"coverdrive.{room}.setup").Setup
+    _run_in_worker = import_module(f"coverdrive.{room}.workers")._run_in_worker
 
     predictor = Predictor.load(file)
     setups = {name: Setup(predictor, traffic=name, vehicles=vehicles) for name, vehicles in TRAFFICS.items()}
