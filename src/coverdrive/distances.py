@@ -13,6 +13,9 @@ from coverdrive.geometry import turned_half_extents
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 
+FREE = 3.0
+"""[s] headway from which on one drives as fast as one wants"""
+
 _STANDING = 0.1
 """[m/s] below which no time headway is larger"""
 

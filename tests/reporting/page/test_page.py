@@ -119,7 +119,12 @@ def test_the_numbers_say_how_close_it_was_and_how_mannered() -> None:
     assert near.value == "1 of 2" and near.main and near.note.endswith("2.4 s, 0.0576 km")
     assert near.note.startswith(f"least gap {contents.trials['minimum_gap'].min():.2f} m, least time to collision ")
     assert headway.value == f"{contents.trials['usual_headway'].median():.2f} s" and headway.note == "people: 0.72 s"
-    assert jerk.note.startswith("hardest braking") and plans.label.startswith("of 24 plans clear")
+    behind = "; of those behind 0.0 in half of the drives, 0.0 in 1 of 20"
+    assert jerk.note.startswith("hardest braking") and jerk.note.endswith(behind)
+    unknown = contents.trials.with_columns(hardest_braking_behind=pl.lit(None, pl.Float64()))
+    for other in (replace(contents, replayed=True), replace(contents, trials=unknown)):
+        assert tiles(other)[2].note == jerk.note.removesuffix(behind)
+    assert plans.label.startswith("of 24 plans clear")
     assert (
         sets.value == "≤ 14.4 %"
         and "4 % on unseen scenes (95 %: 1–10 %)" in sets.note

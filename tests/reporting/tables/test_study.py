@@ -109,6 +109,12 @@ def test_drives_weigh_statuses_by_time_and_count_departures() -> None:
         assert part in text
 
 
+def test_how_hard_those_behind_braked_is_said_where_it_was_measured() -> None:
+    text = printed(drives_table(trials(hardest_braking_behind=[1.0, 3.0, 2.0])), 160)
+    assert "2.0 m/s² in the median trial, 1 of 20 trials at least 2.9 m/s²" in text
+    assert "of the one behind (in" not in printed(drives_table(trials(hardest_braking_behind=[None])), 160)
+
+
 def test_a_grid_has_a_line_for_each_cell() -> None:
     cells = {
         "planner.obstacles.order=2,episode.step=0.1": trials(vehicles=[3, 4], kind=["side", "finished"]),

@@ -152,6 +152,28 @@ def test_jerk_and_braking_come_from_the_inputs_that_were_applied():
     assert metrics.jerk(trace_of([scene] * 2)) == (0.0, 0.0)
 
 
+@pytest.mark.parametrize(
+    ("lon", "lat", "there", "expected"),
+    [
+        (-20.0, 1.8, True, 4.0),
+        (20.0, 1.8, True, 0.0),  # ahead
+        (-20.0, 5.4, True, 20.0),  # in another lane, so that the one behind it follows
+        (-4.8 - 2.9 * 30.0, 1.8, True, 4.0),
+        (-4.8 - 3.1 * 30.0, 1.8, True, 0.0),  # free of the ego
+        (-20.0, 1.8, False, 0.0),  # has left the picture, and cannot have stopped there
+    ],
+)
+def test_braking_behind_is_that_of_the_follower_while_it_is_near(lon, lat, there, expected):
+    """By hand: it brakes by 0.4 m/s in the second of three steps of 0.1 s, and whoever is 10 m behind it by 2 m/s in all."""
+    scenes = []
+    for k, speed in enumerate((30.0, 30.0, 29.6, 29.6)):
+        scene = make_scene(np.array([0, lon, lon - 10]) + 3.0 * k, [1.8, lat, 1.8], [30.0, speed, 30.0 - 2 * k])
+        scene.valid[1] = there or k < 2
+        scene.valid[2] = lon < 0 and there
+        scenes.append(scene)
+    assert metrics.hardest_braking_behind(trace_of(scenes)) == pytest.approx(expected)
+
+
 def test_share_of_plans_with_slack_leaves_out_rounding():
     scene = make_scene([0], [1.8])
     assert measure(trace_of([scene] * 5, slacks=[0.0, 1e-6, 0.01, 0.5]), 0, 0)["share_slack"] == 0.5

@@ -4,7 +4,7 @@ import pytest
 
 from coverdrive.certificates.bounds import clopper_pearson
 from coverdrive.errors import CertificateError
-from coverdrive.simulation.measures.statistics import collision_table, miss_rate, widest_interval
+from coverdrive.simulation.measures.statistics import braking_behind, collision_table, miss_rate, widest_interval
 
 
 def results(kinds_by_vehicles):
@@ -83,3 +83,9 @@ def test_the_interval_of_a_miss_rate_covers_as_often_as_it_says():
         rate = miss_rate(table, "missed", "total")
         covered += rate.low <= 0.1 <= rate.high
     assert 0.92 < covered / 1000 < 0.98
+
+
+def test_braking_behind_is_of_the_median_trial_and_of_one_in_twenty():
+    table = pl.DataFrame({"hardest_braking_behind": [*map(float, range(21)), None]})
+    assert braking_behind(table) == (10.0, 19.0)
+    assert braking_behind(table.tail(1)) is None

@@ -18,7 +18,7 @@ from coverdrive.planning.planner import MpcPlanner
 from coverdrive.progress import heard_by
 from coverdrive.simulation.drives.episode import EpisodeSettings
 from coverdrive.simulation.measures.statistics import widest_interval
-from coverdrive.simulation.measures.trial import SCHEMA, measure
+from coverdrive.simulation.measures.trial import LATER, SCHEMA, measure
 from coverdrive.simulation.studies.study import Study, simulate
 from coverdrive.simulation.traffic.model import TrafficStep
 from coverdrive.simulation.traffic.motion import constant_velocity, with_states
@@ -171,6 +171,15 @@ def test_a_damaged_table_is_named(tmp_path):
     with pytest.raises(DataError, match=r"trials.parquet is damaged or of another version"):
         study.trials  # noqa: B018
     assert study.run(1).trials.height == 1
+
+
+def test_what_an_earlier_version_did_not_measure_is_null(tmp_path):
+    study = Study(fakes(), tmp_path).run(2)
+    for file in (tmp_path / "trials.parquet", tmp_path / "trials" / "000000.parquet"):
+        pl.read_parquet(file).drop(LATER).write_parquet(file)
+    old = study.trials
+    assert old.columns == list(SCHEMA) and all(old[name].null_count() == 2 for name in LATER)
+    assert study.run(3).trials["hardest_braking_behind"].null_count() == 1
 
 
 def test_drives_are_stored_for_the_next_look(tmp_path, monkeypatch):

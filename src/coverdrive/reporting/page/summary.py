@@ -15,7 +15,7 @@ from coverdrive.reporting.claim import set_facts, strength, whose
 from coverdrive.reporting.contents import Contents
 from coverdrive.simulation.drives.outcome import Cause, Fault
 from coverdrive.simulation.measures.notable import COLLIDED, NEARLY
-from coverdrive.simulation.measures.statistics import miss_rate, misses_by_manoeuvre
+from coverdrive.simulation.measures.statistics import braking_behind, miss_rate, misses_by_manoeuvre
 
 _CONFIDENCE = 0.99
 """with which the drives of a study prove something"""
@@ -125,15 +125,17 @@ def tiles(contents: Contents) -> list[Tile]:
     plans = round(float(trials["time"].to_numpy().sum()) / contents.period)
     missed = _missed_in_drives(certificate.unit, trials)
     unsafe, rear = (percent(plan_share(trials, status)) for status in (Status.UNSAFE, Status.REAR))
-    braking = float(trials["hardest_braking"].to_numpy().max())
+    braking = f"hardest braking {float(trials['hardest_braking'].to_numpy().max()):.1f} m/s²"
+    behind = None if contents.replayed else braking_behind(trials)  # who is replayed does not brake for the ego
+    if behind is not None:
+        braking += f"; of those behind {behind[0]:.1f} in half of the drives, {behind[1]:.1f} in 1 of 20"
     uncovered = "" if contents.replayed else ", of which it says nothing"
     return [
         Tile(f"{near} of {trials.height}", "drives are near misses",
              f"least gap {gap} m, least time to collision {time} s; {exposure(trials)}", main=True),
         Tile("–" if usual is None else f"{usual:.2f} s", "of headway or more in 9 of 10 moments, median drive",
              "" if contents.kept is None else f"people: {contents.kept:.2f} s"),
-        Tile(f"{_mean(trials, 'jerk_longitudinal'):.1f} m/s³", "jerk along the road, root mean square",
-             f"hardest braking {braking:.1f} m/s²"),
+        Tile(f"{_mean(trials, 'jerk_longitudinal'):.1f} m/s³", "jerk along the road, root mean square", braking),
         Tile(percent(plan_share(trials, Status.SOLVED, Status.FALLBACK)),
              f"of {plans:,} plans clear of all predicted paths",
              f"{rear} only if the vehicle behind brakes; {unsafe} unsafe; a clear plan was lost "

@@ -38,6 +38,7 @@ COLUMNS = (
     ("minimum_time_to_collision", "least time to collision [s]", "{:.2f}"),
     ("usual_headway", "headway, 9 of 10 moments [s]", "{:.2f}"),
     ("jerk_longitudinal", "jerk along [m/s³]", "{:.1f}"),
+    ("hardest_braking_behind", "hardest braking behind [m/s²]", "{:.1f}"),
     ("maximum_slack", "largest slack", "{:.2f}"),
     ("share_unsafe", "unsafe plans", "{:.0%}"),
     ("prediction_misses", "windows missed", "{:d} of {windows}"),

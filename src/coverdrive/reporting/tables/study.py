@@ -23,6 +23,7 @@ from coverdrive.simulation.measures.notable import COLLIDED
 from coverdrive.simulation.measures.statistics import (
     PAPER,
     PAPER_TRIALS,
+    braking_behind,
     collision_table,
     miss_rate,
     misses_by_manoeuvre,
@@ -103,7 +104,7 @@ def drives_table(trials: pl.DataFrame) -> Table:
         smallest, tenth = np.quantile(values(name), [0, 0.1], method="lower")
         return f"least {smallest:.2f} {unit}, 1 of 10 trials at most {tenth:.2f} {unit}"
 
-    departure = values("road_departure")
+    departure, behind = values("road_departure"), braking_behind(trials)
     return facts_table("Drives", [
         ("mean speed, progress", f"{mean('mean_speed'):.1f} m/s, {mean('distance'):.0f} m per trial"),
         ("lane changes, overtakes per trial", f"{mean('lane_changes'):.2f}, {mean('overtakes'):.2f}"),
@@ -117,6 +118,9 @@ def drives_table(trials: pl.DataFrame) -> Table:
         ("jerk along / across, hardest braking",
          f"{mean('jerk_longitudinal'):.1f} / {mean('jerk_lateral'):.1f} m/s³ (mean of root mean squares), "
          f"{values('hardest_braking').max():.1f} m/s²"),
+        *([] if behind is None else [
+            ("hardest braking of the one behind (in replays as recorded)",
+             f"{behind[0]:.1f} m/s² in the median trial, 1 of 20 trials at least {behind[1]:.1f} m/s²")]),
         ("plans with slack", f"{share('slack'):.1%}, largest {values('maximum_slack').max():.2f}"),
         (f"plans {' / '.join(status.value for status in Status)}",
          " / ".join(f"{share(status.name.lower()):.2%}" for status in Status)),

@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Bool, Float
 
-from coverdrive.distances import Kept, kept
+from coverdrive.distances import FREE, Kept, kept
 from coverdrive.geometry import body_distance, boxes_overlap, turned_half_extents
 from coverdrive.plan import Status
 from coverdrive.simulation.drives.outcome import bodies_of, contacts
@@ -76,6 +76,21 @@ def jerk(trace: Trace) -> tuple[float, float]:
 def hardest_braking(trace: Trace) -> float:
     """Largest deceleration of the ego [m/s²]."""
     return float(max(0.0, -_accelerations(trace)[:, 0].min()))
+
+
+def hardest_braking_behind(trace: Trace) -> float:
+    """Largest deceleration [m/s²] of the nearest vehicle behind the ego in its lane, while less than `FREE` behind it.
+
+    What the ego asks of others: it is 0 where nobody follows, or nobody brakes. Who is further behind is free of it.
+    """
+    lon, lat, speed, valid = (np.asarray(getattr(trace.scene, name)) for name in ("lon", "lat", "speed", "valid"))
+    lane, slots = trace.road.lane_at(lon, lat), np.arange(trace.scene.vehicles)
+    behind = valid & (lane == lane[:, [EGO]]) & (lon <= lon[:, [EGO]]) & (slots != EGO)
+    follower = np.where(behind, lon, -np.inf).argmax(1)[:-1]
+    step = np.arange(len(trace))
+    follows = (distances(trace).left[:-1] < FREE) & valid[step + 1, follower]
+    change = np.diff(speed, axis=0)[step, follower] / float(trace.time[1] - trace.time[0])
+    return float(max(0.0, -change.min(initial=0.0, where=follows)))
 
 
 def _accelerations(trace: Trace) -> Float[np.ndarray, "n 2"]:

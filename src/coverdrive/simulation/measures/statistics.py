@@ -3,6 +3,7 @@
 As in the paper, frontal and side collisions are counted together, and rear-end collisions apart.
 """
 
+import numpy as np
 import polars as pl
 
 from coverdrive.certificates.bounds import clopper_pearson
@@ -80,3 +81,15 @@ def miss_rate(results: pl.DataFrame, missed: str, total: str, confidence: float 
     """
     misses, totals = (results[name].fill_null(0) for name in (missed, total))
     return Rate.of_totals(misses.to_numpy(), totals.to_numpy().astype(int), confidence)
+
+
+def braking_behind(results: pl.DataFrame) -> tuple[float, float] | None:
+    """Hardest braking behind the ego [m/s²] in the median trial, and what one trial in 20 exceeds; None: not measured.
+
+    These are the 50 % and 5 % quantiles of the least acceleration of those behind.
+    """
+    known = results["hardest_braking_behind"].drop_nulls().to_numpy()
+    if not len(known):
+        return None
+    median, most = np.quantile(known, (0.5, 0.95)).tolist()
+    return median, most

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 
+from coverdrive.distances import FREE
 from coverdrive.plan import Status
 from coverdrive.prediction.data.manoeuvres import MANOEUVRES
 from coverdrive.simulation.drives.outcome import Kind
@@ -74,6 +75,9 @@ COLUMNS: dict[str, tuple[type, Callable[[_Drive], Any], str]] = {
     "jerk_longitudinal": (float, lambda of: of.jerk_along, "[m/s³] root mean square of the ego's jerk along its way"),
     "jerk_lateral": (float, lambda of: of.jerk_across, "[m/s³] root mean square of the ego's jerk across its way"),
     "hardest_braking": (float, lambda of: metrics.hardest_braking(of.trace), "[m/s²] largest deceleration of the ego"),
+    "hardest_braking_behind": (float, lambda of: metrics.hardest_braking_behind(of.trace),
+                               "[m/s²] largest deceleration of the vehicle behind the ego in its lane, less than "
+                               f"{FREE:g} s behind"),
     "maximum_slack": (float, lambda of: of.slacks.max(), "largest slack of an obstacle constraint in any plan"),
     "share_slack": (float, lambda of: (of.slacks > _SLACK).mean(), "of the plans that violate an obstacle constraint"),
     "planning_median": (float, lambda of: of.median, "[s] processor time of a step's prediction and planning"),
@@ -128,6 +132,9 @@ for _name, _words in MANOEUVRES.items():
     )  # fmt: skip
 
 SCHEMA = {name: {int: pl.Int64(), float: pl.Float64(), str: pl.String()}[kind] for name, (kind, *_) in COLUMNS.items()}
+
+LATER = ("hardest_braking_behind",)
+"""columns that tables of earlier versions lack, and which are null there"""
 
 STARTED = pl.col("kind") != Kind.NOT_STARTED.value
 """whether a trial could start, as an expression on a table of trials"""

@@ -11,7 +11,7 @@ import polars as pl
 from jaxtyping import Int
 from pydantic import Field
 
-from coverdrive.distances import kept
+from coverdrive.distances import FREE, kept
 from coverdrive.errors import SettingError
 from coverdrive.planning.rules.manners import MannersSettings
 from coverdrive.recordings.recording import Recording
@@ -23,9 +23,6 @@ from coverdrive.simulation.roads.settings import CURVED, UNLIMITED, RoadSettings
 
 _STRETCH = (-60.0, 100.0)
 """[m] of traffic behind and ahead of an ego among vehicles like recorded ones"""
-
-_FREE_GAP = 3.0
-"""[s] time gap from which on a vehicle drives as fast as it wants"""
 
 _FEW = 0.02
 """share of such moments below which all others count, too"""
@@ -124,7 +121,7 @@ def recorded_place(recordings: Sequence[Recording]) -> Place:
     speeds = np.concatenate([each.table["speed"].to_numpy() for each in recordings])
     pairs = pl.concat([following(each) for each in recordings])
     speed, gap, spacing = (pairs[name].to_numpy() for name in ("speed", "gap", "spacing"))
-    free = speed[gap > _FREE_GAP * speed]
+    free = speed[gap > FREE * speed]
     median = max(1.0, _rounded(np.median(speeds), 1))
     wanted = max(_rounded(np.quantile(free if len(free) > _FEW * len(speed) else speeds, 0.95), 1), median)
     number = (_STRETCH[1] - _STRETCH[0]) * lanes / spacing.mean() if len(spacing) else 0.0

@@ -24,7 +24,8 @@ from coverdrive.simulation.studies.study import Study
 MEASURES = (
     "mean_speed", "distance", "lane_changes", "overtakes", "minimum_gap", "minimum_time_to_collision",
     "usual_headway", "minimum_left",
-    "jerk_longitudinal", "jerk_lateral", "hardest_braking", "share_slack", "prediction_misses", "planning_median",
+    "jerk_longitudinal", "jerk_lateral", "hardest_braking", "hardest_braking_behind",
+    "share_slack", "prediction_misses", "planning_median",
 )  # fmt: skip
 """columns that are compared by their mean paired difference"""
 
