@@ -10,16 +10,23 @@ from report_fakes import LEAVES, make_stray, make_trace
 from coverdrive.errors import DataError
 from coverdrive.plan import Status
 from coverdrive.reporting.drives.road_drawing import Window
-from coverdrive.reporting.drives.snapshots import interesting_moments, snapshots
+from coverdrive.reporting.drives.snapshots import Moment, interesting_moments, snapshots
 from coverdrive.reporting.plotting.drawing import save
 from coverdrive.road import Road
 from coverdrive.simulation.drives.outcome import Kind
+from coverdrive.simulation.drives.trace import Trace
+from coverdrive.simulation.measures.misses import find_windows
+
+
+def moments_of(trace: Trace, count: int = 4) -> list[Moment]:
+    return interesting_moments(trace, find_windows(trace), count)
+
 
 pytestmark = pytest.mark.usefixtures("no_global_change")
 
 
 def test_lane_change_and_overtaking_are_found(trace):
-    moments = {moment.step: moment.remark for moment in interesting_moments(trace)}
+    moments = {moment.step: moment.remark for moment in moments_of(trace)}
     lane = trace.road.lane_of(trace.scene.lat[:, 0])
     changed = np.flatnonzero(np.diff(lane))
     assert changed.tolist() == [4, 11]
@@ -29,22 +36,30 @@ def test_lane_change_and_overtaking_are_found(trace):
 
 def test_otherwise_the_densest_moment_is_chosen():
     trace = make_trace(40)
-    quiet = interesting_moments(trace, count=1)[0]
-    assert quiet.step == 4
-    first = interesting_moments(make_trace(3), count=1)[0]
-    assert first == (0, "vehicles within 20 m: 1")
+    worst, later = moments_of(trace, 2)
+    assert worst == (11, "changes lane, worst moment")
+    assert (later.step, later.remark) == (21, "vehicles within 20 m: 1")
 
 
 def test_the_end_of_a_collision_is_always_among_them():
-    last = interesting_moments(make_trace(kind=Kind.REAR_END))[-1]
+    last = moments_of(make_trace(kind=Kind.REAR_END))[-1]
     assert last.step == 11
     assert last.remark.endswith("just before a rear-end collision")
+
+
+def test_where_a_collision_began_is_always_among_them():
+    trace = make_trace(40, kind=Kind.REAR_END)
+    plans = [
+        replace(plan, status=Status.UNSAFE if step >= 25 else Status.SOLVED) for step, plan in enumerate(trace.plans)
+    ]
+    moments = moments_of(replace(trace, plans=tuple(plans)), 2)
+    assert moments[-1] == (25, "clear plan lost, 1.5 s before a rear-end collision")
 
 
 @pytest.mark.parametrize("steps", [1, 2, 3, 4, 5, 9, 40, 200])
 @pytest.mark.parametrize("count", [1, 4])
 def test_moments_are_in_order_and_spread(steps, count):
-    chosen = [moment.step for moment in interesting_moments(make_trace(steps), count)]
+    chosen = [moment.step for moment in moments_of(make_trace(steps), count)]
     assert len(chosen) == min(steps, count)
     assert (np.diff(chosen) >= max(1, steps // count // 2)).all()
     assert chosen[0] >= 0

@@ -9,7 +9,7 @@ from report_fakes import COMES, LEAVES, STEPS, make_stray, make_trace
 from coverdrive.plan import Status
 from coverdrive.reporting.drives.reasons import where_is
 from coverdrive.reporting.drives.worst_moment import Worst, nearest, worst_moment
-from coverdrive.simulation.drives.outcome import Kind
+from coverdrive.simulation.drives.outcome import Fault, Kind, Outcome
 from coverdrive.simulation.drives.trace import Trace
 from coverdrive.simulation.measures.metrics import distances, gaps
 from coverdrive.simulation.measures.misses import Windows, find_windows
@@ -43,16 +43,34 @@ def test_the_worst_is_the_nearest_by_the_limits_of_a_near_miss() -> None:
     assert gap.share == pytest.approx(gaps(trace).min() / 1.0)
 
 
-def test_a_contact_is_the_worst() -> None:
-    trace = make_trace(kind=Kind.SIDE)
+def in_contact(trace: Trace, statuses: str, partner: int) -> Trace:
+    """Ended in a contact, with a plan that was clear (c), or not (n), in every step."""
+    named = {"c": Status.SOLVED, "n": Status.UNSAFE}
+    plans = [replace(plan, status=named[each]) for plan, each in zip(trace.plans, statuses, strict=True)]
+    outcome = Outcome(Kind.SIDE, float(trace.time[-1]), partner, Fault.OTHER)
+    return replace(trace, plans=tuple(plans), outcome=outcome)
+
+
+@pytest.mark.parametrize(
+    ("statuses", "partner", "moment", "name", "plan"),
+    [
+        ("ccnncccccnnn", 2, 9, "clear plan lost", "the clear plan is lost: the ego holds"),  # for good
+        ("nncccccccccc", 2, LEAVES, "set left", "the plan, clear of every set, holds"),
+        ("nnnnnnnnnnnn", 2, LEAVES, "set left", "no clear plan is found: the ego holds"),  # there was none to lose
+        ("cccccccccccc", 1, STEPS, "contact", "the last plan, clear of every set, holds"),  # it stayed in its set
+    ],
+)
+def test_a_contact_is_seen_where_it_began(statuses: str, partner: int, moment: int, name: str, plan: str) -> None:
+    trace = in_contact(make_stray(), statuses, partner)
     worst = worst_of(trace)
-    assert (worst.moment, worst.slot) == (STEPS, 1)
-    assert worst.text.startswith(f"side collision (at fault: other) with the vehicle {where_is(trace, STEPS, 1)}")
-    assert "The last plan is" in worst.text
+    assert worst[:3] == (moment, partner, name)
+    assert f" At {moment / 10:.1f} s it is {where_is(trace, moment, partner)}, and {plan}" in worst.text
+    later = f" {(STEPS - moment) / 10:.1f} s later" if moment < STEPS else ""
+    assert worst.text.endswith(f"; they touch{later} (side, at fault: other).")
 
 
 def test_it_is_said_where_nobody_was_near() -> None:
-    assert worst_of(without(make_trace(), 1, 2)) == Worst(0, -1, "nobody was near in this drive")
+    assert worst_of(without(make_trace(), 1, 2)) == Worst(0, -1, "start", "nobody was near in this drive")
     assert nearest(without(make_trace(), 1, 2), "gap") is None
 
 
@@ -61,33 +79,47 @@ def test_who_moved_across_and_what_its_sets_had_said() -> None:
     trace = without(make_stray(), 1)
     worst = worst_of(trace)
     assert (worst.moment, worst.slot) == (LEAVES, 2)
-    assert "4.8 m/s slower than the ego, it moved 3.0 m to the right, the ego moved" in worst.text
-    seconds = LEAVES / 10
-    assert f"beside in the same lane ({seconds:.1f} s before: beside on the left)" in worst.text
     windows = find_windows(trace)
-    left = sum(windows.left[step, 2] <= seconds - step / 10 + 1e-6 for step in range(LEAVES))
-    assert (
-        left > 0
-        and f"It left {left} of the {LEAVES} sets that were predicted for it in these {seconds:.1f} s." in worst.text
+    left = sum(windows.left[step, 2] <= (LEAVES - step) / 10 + 1e-6 for step in range(LEAVES))
+    aside = trace.scene.lat[LEAVES, 0] - trace.scene.lat[0, 0]
+    told = (
+        "At 0.0 s a vehicle was beside on the left, 4.8 m/s slower than the ego; it moved 3.0 m to the right and {} "
+        f"{LEAVES} sets, while the ego moved {aside:.1f} m to the left. At {LEAVES / 10:.1f} s it is beside in the "
+        "same lane, 0.00 m away, and "
     )
+    assert left > 0 and worst.text.startswith(told.format(f"left {left} of its"))
     kept = Windows(windows.seen, np.full_like(windows.left, np.inf))
-    assert f"It stayed in all {LEAVES} sets that were predicted" in worst_moment(trace, kept).text
+    assert worst_moment(trace, kept).text.startswith(told.format("stayed in all its"))
+
+
+def test_how_fast_it_was_and_became_and_that_it_is_long() -> None:
+    trace = without(make_stray(), 1)
+    scene = trace.scene
+    speed, length = np.array(scene.speed), np.array(scene.length)
+    speed[:, 2] -= np.linspace(0.0, 6.0, STEPS + 1)
+    length[:, 2] = 12.0
+    text = worst_of(replace(trace, scene=replace(scene, speed=speed, length=length))).text
+    assert (
+        "a long vehicle was beside" in text and " 4.8 m/s slower than the ego; it slowed by 3.0 m/s, moved 3.0" in text
+    )
 
 
 def test_a_vehicle_that_came_is_followed_from_there() -> None:
     trace = without(make_stray(), 2)
     near = replace(trace.outcome, kind=Kind.SIDE, partner=1)
     worst = worst_of(replace(trace, outcome=near))
-    assert (
-        f"({(STEPS - COMES) / 10:.1f} s before" in worst.text
-        and f" {STEPS - COMES} sets that were predicted" in worst.text
-    )
+    assert worst.text.startswith(f"At {COMES / 10:.1f} s a vehicle came up ahead in the same lane, ")
+    assert f"stayed in all its {STEPS - COMES} sets" in worst.text
+    valid = np.array(trace.scene.valid)
+    valid[:STEPS, 1] = False
+    late = replace(trace, scene=replace(trace.scene, valid=valid), outcome=near)
+    assert "came up ahead on the right, 4.4 m/s slower than the ego; nothing had been pred" in worst_of(late).text
 
 
 @pytest.mark.parametrize(
     ("acceleration", "aside", "said"),
-    [(-2.0, 0.0, "brakes at 2.0 m/s², keeps its lane"), (1.0, 3.6, "speeds up at 1.0 m/s², goes to the left"),
-     (0.1, -3.6, "holds its speed, goes to the right")],
+    [(-2.0, 0.0, "brakes at 2.0 m/s² and keeps its lane"), (1.0, 3.6, "speeds up at 1.0 m/s² and goes to the left"),
+     (0.1, -3.6, "holds its speed and goes to the right")],
 )  # fmt: skip
 def test_what_the_plan_did(acceleration: float, aside: float, said: str) -> None:
     trace = make_trace(40)
@@ -97,9 +129,7 @@ def test_what_the_plan_did(acceleration: float, aside: float, said: str) -> None
     states[:, 1], states[-1, 1], inputs[0, 0] = 5.4, 5.4 + aside, acceleration
     solved = replace(plan, states=states, inputs=inputs, status=Status.SOLVED)
     plans = (*trace.plans[:moment], solved, *trace.plans[moment + 1 :])
-    assert worst_of(replace(trace, plans=plans)).text.endswith(
-        f"The plan is solved (clear of every set): the ego {said}."
-    )
+    assert worst_of(replace(trace, plans=plans)).text.endswith(f"the plan, clear of every set, {said}.")
     lost = replace(solved, status=Status.INVALID_INPUT)
     plans = (*trace.plans[:moment], lost, *trace.plans[moment + 1 :])
-    assert "The plan is invalid input (what was seen" in worst_of(replace(trace, plans=plans)).text
+    assert f"no clear plan is found: the ego {said} (what was seen" in worst_of(replace(trace, plans=plans)).text

@@ -164,7 +164,7 @@ def test_jerk_and_braking_come_from_the_inputs_that_were_applied():
     ],
 )
 def test_braking_behind_is_that_of_the_follower_while_it_is_near(lon, lat, there, expected):
-    """By hand: it brakes by 0.4 m/s in the second of three steps of 0.1 s, and whoever is 10 m behind it by 2 m/s in all."""
+    """By hand: of three steps of 0.1 s it brakes by 0.4 m/s in the second, and who is 10 m behind it by 2 in all."""
     scenes = []
     for k, speed in enumerate((30.0, 30.0, 29.6, 29.6)):
         scene = make_scene(np.array([0, lon, lon - 10]) + 3.0 * k, [1.8, lat, 1.8], [30.0, speed, 30.0 - 2 * k])

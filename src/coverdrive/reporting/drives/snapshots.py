@@ -15,11 +15,12 @@ from coverdrive.reporting.drives.active_constraints import ActiveConstraints
 from coverdrive.reporting.drives.reasons import reason_of
 from coverdrive.reporting.drives.road_drawing import RoadDrawing, Window
 from coverdrive.reporting.drives.road_markings import ahead_label
+from coverdrive.reporting.drives.worst_moment import worst_moment
 from coverdrive.reporting.plotting import style
 from coverdrive.reporting.plotting.figure import TWO_COLUMNS
 from coverdrive.simulation.drives.outcome import Kind
 from coverdrive.simulation.drives.trace import Trace
-from coverdrive.simulation.measures.misses import find_windows, left_recently
+from coverdrive.simulation.measures.misses import Windows, find_windows, left_recently
 from coverdrive.simulation.roads.initial import EGO
 
 NEAR = 20.0
@@ -49,8 +50,9 @@ def snapshots(
     """
     if steps is not None and not (steps and all(0 <= step < len(trace) for step in steps)):
         raise DataError(f"snapshots need steps from 0 to {len(trace) - 1}, got {list(steps)}; choose among these")
-    moments = interesting_moments(trace) if steps is None else [Moment(step, "") for step in steps]
-    left = left_recently(trace, find_windows(trace))
+    windows = find_windows(trace)
+    moments = interesting_moments(trace, windows) if steps is None else [Moment(step, "") for step in steps]
+    left = left_recently(trace, windows)
     with style.style():
         reasons = [reason_of(trace, moment.step) for moment in moments]
         height = _ABOUT + (window or Window()).height(trace.road, TWO_COLUMNS - _BESIDE)
@@ -99,28 +101,28 @@ def add_legend(figure: Figure, horizon: float, active: bool, left: bool, met: bo
     )
 
 
-def interesting_moments(trace: Trace, count: int = 4) -> list[Moment]:
+def interesting_moments(trace: Trace, windows: Windows, count: int = 4) -> list[Moment]:
     """The moment at which most happens in each of ``count`` equal parts of the drive, in the order of time.
 
-    A collision comes first, then lane changes, then overtaking, then dense traffic. Two moments are at least half a
-    part from each other.
+    The worst moment of the drive, of which ``windows`` are all, comes first, then lane changes, then overtaking, then
+    dense traffic. Two moments are at least half a part from each other.
     """
     lon, valid = np.asarray(trace.scene.lon), trace.scene.valid
     ahead, lane = lon - lon[:, [EGO]], trace.road.lane_at(lon[:, EGO], trace.scene.lat[:, EGO])
     near = ((np.abs(ahead) < NEAR) & valid)[:-1].sum(1) - 1
     changes = np.asarray(lane[1:] != lane[:-1])
     passes = np.asarray(((ahead[:-1] > 0) & (ahead[1:] <= 0) & valid[1:]).any(1))
-    collision = np.arange(len(trace)) == (len(trace) - 1 if trace.outcome.kind is not Kind.FINISHED else -1)
-    interest = near + 100 * passes + 1000 * changes + 10_000 * collision
-    parts = [part for part in np.array_split(np.arange(len(trace)), count) if len(part)]
-    steps: list[int] = []
+    worst, kind, steps = worst_moment(trace, windows), trace.outcome.kind, np.arange(len(trace))
+    decisive = min(worst.moment, len(trace) - 1) if worst.slot >= 0 else -np.inf
+    when = "just" if worst.moment == len(trace) else f"{worst.name}, {trace.time[-1] - trace.time[worst.moment]:.1f} s"
+    named = worst.name if kind is Kind.FINISHED else f"{when} before a {kind.value} collision"
+    interest = near + 100 * passes + 1000 * changes + 10_000 * (steps == decisive)
+    parts = [part for part in np.array_split(steps, count) if len(part)]
+    apart, chosen = len(parts[0]) // 2, list[int]()
     for part in parts:
-        apart = part[part >= steps[-1] + len(part) // 2] if steps else part
-        steps.append(int(apart[np.argmax(interest[apart])]))
-    remarks = {
-        "changes lane": changes,
-        "overtakes": passes,
-        f"just before a {trace.outcome.kind.value} collision": collision,
-    }
-    said = {step: ", ".join(remark for remark, applies in remarks.items() if applies[step]) for step in steps}
-    return [Moment(step, said[step] or f"vehicles within {NEAR:.0f} m: {near[step]}") for step in steps]
+        free = part[(part == decisive) | (np.abs(part - decisive) >= apart)]
+        free = free[free >= chosen[-1] + apart] if chosen else free
+        chosen.append(int(free[np.argmax(interest[free])]))
+    remarks = {"changes lane": changes, "overtakes": passes, named: steps == decisive}
+    said = {step: ", ".join(remark for remark, applies in remarks.items() if applies[step]) for step in chosen}
+    return [Moment(step, said[step] or f"vehicles within {NEAR:.0f} m: {near[step]}") for step in chosen]

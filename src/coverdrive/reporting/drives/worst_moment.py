@@ -1,6 +1,8 @@
-"""When a drive was nearest to a contact, and why, in words: who came from where, what its sets said, what the plan did.
+"""Where to look in a drive, and what happened there, in words and in order of time.
 
-A moment is as bad as its gap is small beside `NEAR_GAP`, or its time to collision beside `NEAR_TIME`.
+A drive that ended in a contact went wrong before it: when the clear plan was lost for good, else when the other one
+left its predicted set. Of all others it is the moment when the ego was nearest to somebody, by its gap beside
+`NEAR_GAP`, or by its time to collision beside `NEAR_TIME`.
 """
 
 from dataclasses import replace
@@ -14,8 +16,8 @@ from coverdrive.reporting.drives.reasons import reason_of, where_is
 from coverdrive.scene import Scene
 from coverdrive.simulation.drives.outcome import Kind
 from coverdrive.simulation.drives.trace import Trace
-from coverdrive.simulation.measures.metrics import distances, gaps
-from coverdrive.simulation.measures.misses import Windows
+from coverdrive.simulation.measures.metrics import clear_plans, distances, gaps
+from coverdrive.simulation.measures.misses import Windows, left_recently
 from coverdrive.simulation.measures.notable import NEAR_GAP, NEAR_TIME
 from coverdrive.simulation.roads.initial import EGO
 
@@ -26,8 +28,10 @@ _STILL = 0.2
 """[m/s²] a smaller acceleration is not worth a word"""
 _ASIDE = 0.5
 """[m] a smaller way across is not"""
-_FASTER = 0.5
+_FASTER = 1.0
 """[m/s] nor is a smaller difference of speeds"""
+_LONG = 8.0
+"""[m] a vehicle of that length is a lorry or a bus"""
 
 
 _ROUNDING = 1e-6
@@ -42,8 +46,10 @@ class Nearest(NamedTuple):
     """who that was"""
     share: float
     """how near, as a share of the limit below which a drive is a near miss"""
+    away: str
+    """how near, in words"""
     text: str
-    """how near, and where it was seen from the ego"""
+    """the same, and where it was seen from the ego"""
 
 
 class Worst(NamedTuple):
@@ -52,7 +58,10 @@ class Worst(NamedTuple):
     moment: int
     slot: int
     """who was there; −1 for nobody"""
+    name: str
+    """what is worst in it"""
     text: str
+    """how it came about, and what came of it"""
 
 
 def nearest(trace: Trace, measure: Measure) -> Nearest | None:
@@ -63,15 +72,18 @@ def nearest(trace: Trace, measure: Measure) -> Nearest | None:
     if not np.isfinite(value):
         return None
     slot = int(_values(_one_by_one(trace, moment), measure).argmin())
-    least, limit = {
-        "gap": (f"least gap, {value:.2f} m to", NEAR_GAP),
-        "time": (f"least time to collision, {value:.1f} s with", NEAR_TIME),
-    }[measure]
-    return Nearest(moment, slot, value / limit, f"{least} the vehicle {where_is(trace, moment, slot)}")
+    where = f"the vehicle {where_is(trace, moment, slot)}"
+    share, away, text = {
+        "gap": (value / NEAR_GAP, f"{value:.2f} m away", f"least gap, {value:.2f} m to {where}"),
+        "time": (
+            value / NEAR_TIME, f"{value:.1f} s from a collision", f"least time to collision, {value:.1f} s with {where}"
+        ),
+    }[measure]  # fmt: skip
+    return Nearest(moment, slot, share, away, text)
 
 
 def worst_moment(trace: Trace, windows: Windows) -> Worst:
-    """The contact of a drive that ended in one, else the moment when it was nearest to one.
+    """The moment at which a drive that ended in a contact went wrong; of another one, when it was nearest to one.
 
     Args:
         trace: the drive.
@@ -79,16 +91,34 @@ def worst_moment(trace: Trace, windows: Windows) -> Worst:
     """
     outcome = trace.outcome
     if outcome.kind is not Kind.FINISHED and outcome.partner is not None:
-        moment, slot = len(trace), outcome.partner
-        fault = f"at fault: {outcome.at_fault.value}"
-        how = f"{outcome.kind.value} collision ({fault}) with the vehicle {where_is(trace, moment, slot)}"
+        slot, away = outcome.partner, ""
+        moment, name = _went_wrong(trace, windows, slot)
+        later = float(trace.time[-1] - trace.time[moment])
+        when = f" {later:.1f} s later" if later > 0 else ""
+        end = f"; they touch{when} ({outcome.kind.value}, at fault: {outcome.at_fault.value})"
     else:
         near = [each for measure in ("gap", "time") if (each := nearest(trace, measure))]
         if not near:
-            return Worst(0, -1, "nobody was near in this drive")
-        moment, slot, _, how = min(near, key=lambda each: each.share)
-    said = " ".join([how + _came(trace, moment, slot) + ".", _sets(trace, windows, moment, slot), _plan(trace, moment)])
-    return Worst(moment, slot, said)
+            return Worst(0, -1, "start", "nobody was near in this drive")
+        moment, slot, _, away, _ = min(near, key=lambda each: each.share)
+        name, away, end = "worst moment", f", {away}", ""
+    first = _since(trace, moment, slot)
+    was, now = (where_is(trace, each, slot) for each in (first, moment))
+    then = f"At {trace.time[moment]:.1f} s it is {'still ' * (was == now and first < moment)}{now}{away}"
+    return Worst(
+        moment, slot, name, f"{_came(trace, windows, moment, slot)} {then}, and {_plan(trace, moment, name)}{end}."
+    )
+
+
+def _went_wrong(trace: Trace, windows: Windows, slot: int) -> tuple[int, str]:
+    """The moment from which on no plan was clear until the contact, else the vehicle had left its set; else that."""
+    for name, wrong in (
+        ("clear plan lost", ~clear_plans(trace)), ("set left", left_recently(trace, windows)[:, slot])
+    ):  # fmt: skip
+        since = len(wrong) - int(np.logical_and.accumulate(wrong[::-1]).sum())
+        if 0 < since < len(wrong):
+            return since, name
+    return len(trace), "contact"
 
 
 def _values(trace: Trace, measure: Measure) -> Float[np.ndarray, " m"]:
@@ -109,35 +139,36 @@ def _since(trace: Trace, moment: int, slot: int) -> int:
     return first + int(np.asarray(trace.scene.valid)[first : moment + 1, slot].argmax())
 
 
-def _came(trace: Trace, moment: int, slot: int) -> str:
-    """From where a vehicle came, who of the two moved across, and how fast they are."""
-    first = _since(trace, moment, slot)
-    scene, seconds = trace.scene, float(trace.time[moment] - trace.time[first])
-    was, now = (where_is(trace, each, slot) for each in (first, moment))
-    place = f" ({seconds:.1f} s before: {was}{', too' * (was == now)})" if first < moment else ""
-    faster = float(scene.speed[moment, slot] - scene.speed[moment, EGO])
-    said = list[str]()
-    if abs(faster) >= _FASTER:
-        said.append(f"it is {abs(faster):.1f} m/s {'faster' if faster > 0 else 'slower'} than the ego")
-    for name, who in (("it", slot), ("the ego", EGO)):
-        aside = float(scene.lat[moment, who] - scene.lat[first, who])
-        if abs(aside) >= _ASIDE:
-            said.append(f"{name} moved {abs(aside):.1f} m to the {'left' if aside > 0 else 'right'}")
-    return place + "".join(f", {each}" for each in said)
-
-
-def _sets(trace: Trace, windows: Windows, moment: int, slot: int) -> str:
-    """What the sets said that were predicted for a vehicle within one horizon before."""
-    first = _since(trace, moment, slot)
+def _came(trace: Trace, windows: Windows, moment: int, slot: int) -> str:
+    """From where a vehicle came, how fast, what it did within one horizon, what its sets said, and what the ego did."""
+    scene, first = trace.scene, _since(trace, moment, slot)
+    faster = float(scene.speed[first, slot] - scene.speed[first, EGO])
+    pace = f", {abs(faster):.1f} m/s {'faster' if faster > 0 else 'slower'} than the ego" * (abs(faster) >= _FASTER)
+    came = "came up" if first > 0 and not scene.valid[first - 1, slot] else "was"
+    who = f"a {'long ' * bool(scene.length[moment, slot] > _LONG)}vehicle {came} {where_is(trace, first, slot)}{pace}"
+    began = f"At {trace.time[first]:.1f} s {who}; "
     if first == moment:
-        return "Nothing had been predicted for it before."
+        return f"{began}nothing had been predicted for it."
     number, since = moment - first, trace.time[moment] - trace.time[first:moment]
     left = int((windows.left[first:moment, slot] <= since + _ROUNDING).sum())
-    held = f"left {left} of the {number}" if left else f"stayed in all {number}"
-    return f"It {held} sets that were predicted for it in these {since[0]:.1f} s."
+    sets = f"left {left} of its {number} sets" if left else f"stayed in all its {number} sets"
+    own = " and ".join(_did(trace, first, moment, EGO))
+    *did, last = [*_did(trace, first, moment, slot), sets]
+    return f"{began}it {', '.join(did)}{' and ' * bool(did)}{last}{f', while the ego {own}' * bool(own)}."
 
 
-def _plan(trace: Trace, moment: int) -> str:
+def _did(trace: Trace, first: int, moment: int, slot: int) -> list[str]:
+    """How a vehicle changed its speed and its place across."""
+    faster, aside = (
+        float(each[moment, slot] - each[first, slot]) for each in (trace.scene.speed, trace.scene.lat)
+    )  # fmt: skip
+    return [
+        *[f"{'sped up' if faster > 0 else 'slowed'} by {abs(faster):.1f} m/s"] * (abs(faster) >= _FASTER),
+        *[f"moved {abs(aside):.1f} m to the {'left' if aside > 0 else 'right'}"] * (abs(aside) >= _ASIDE),
+    ]
+
+
+def _plan(trace: Trace, moment: int, name: str) -> str:
     """What the ego planned; at the end of a drive, what it last had."""
     step = min(moment, len(trace) - 1)
     plan, road = trace.plans[step], trace.road
@@ -145,6 +176,8 @@ def _plan(trace: Trace, moment: int) -> str:
     speed = f"{'speeds up' if acceleration > 0 else 'brakes'} at {abs(acceleration):.1f} m/s²"
     here, there = (int(road.lane_at(state[0], state[1])) for state in (plan.states[0], plan.states[-1]))
     lane = "keeps its lane" if here == there else f"goes to the {'left' if there > here else 'right'}"
-    clear = "clear of every set" if plan.status in (Status.SOLVED, Status.FALLBACK) else reason_of(trace, step).text
-    does = f"{'holds its speed' if abs(acceleration) < _STILL else speed}, {lane}"
-    return f"The {'last ' * (step < moment)}plan is {plan.status.value} ({clear}): the ego {does}."
+    does = f"{'holds its speed' if abs(acceleration) < _STILL else speed} and {lane}"
+    if plan.status in (Status.SOLVED, Status.FALLBACK):
+        return f"the {'last ' * (step < moment)}plan, clear of every set, {does}"
+    lost = "the clear plan is lost" if name == "clear plan lost" else "no clear plan is found"
+    return f"{lost}: the ego {does} ({reason_of(trace, step).text})"

@@ -99,14 +99,14 @@ def _accelerations(trace: Trace) -> Float[np.ndarray, "n 2"]:
     return np.stack([applied[:, 0], applied[:, 1] * trace.scene.speed[:-1, EGO]], axis=-1)
 
 
-def _clear(trace: Trace) -> Bool[np.ndarray, " n"]:
+def clear_plans(trace: Trace) -> Bool[np.ndarray, " n"]:
     """Which plans were called clear of every path."""
     return np.array([plan.status in (Status.SOLVED, Status.FALLBACK) for plan in trace.plans])
 
 
 def lost_clear(trace: Trace) -> int:
     """How often no clear plan was found one step after a clear one, whose rest should have been clear."""
-    clear = _clear(trace)
+    clear = clear_plans(trace)
     return int((clear[:-1] & ~clear[1:]).sum())
 
 
@@ -117,7 +117,8 @@ def clear_contacts(trace: Trace) -> int:
     middle, half = (states[at, :2] + states[at + 1, :2]) / 2, np.abs(states[at + 1, :2] - states[at, :2]) / 2
     moved = np.abs(paths.points[:, 1] - paths.points[:, 0]) + paths.half_sizes[:, :2].max(1)
     reach = half + moved + np.hypot(body[:, :1], body[:, 1:])
-    near = _clear(trace)[at] & (np.abs(middle - paths.points[:, 0]) < reach).all(1)  # most are not, and need no look
+    near = (np.abs(middle - paths.points[:, 0]) < reach).all(1)  # most are not, and need no look
+    near &= clear_plans(trace)[at]
     at, body, points, half_sizes = at[near], body[near], paths.points[near], paths.half_sizes[near]
     own = states[at] + share * (states[at + 1] - states[at])
     gone = share * (trace.time[at + 1] - trace.time[at])[:, None] / paths.dt

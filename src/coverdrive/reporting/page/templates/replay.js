@@ -115,7 +115,7 @@
     ahead.max = drive.planDt * (drive.points - 1);
     slot = null;
     release.hidden = true;
-    element("worst").textContent = `worst moment ${(moment * drive.dt).toFixed(1)} s`;
+    element("worst").textContent = `${drive.worst.name} ${(moment * drive.dt).toFixed(1)} s`;
     element("read-worst").textContent = drive.worst.text;
     redraw();
     look("deciding");
