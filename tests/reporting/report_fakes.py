@@ -32,6 +32,8 @@ from coverdrive.simulation.measures.trial import measure, table_of
 STEPS, HORIZON = 12, 4
 LONG = 200
 """steps of the long drive of the page: 20 s"""
+LOST = 9
+"""moment from which on no plan of `make_lost` is clear"""
 COMES, LEAVES = 4, 6
 """moments of the drive of `make_stray`"""
 PATHS_PER_VEHICLE = 3
@@ -109,6 +111,14 @@ def make_stray(steps: int = STEPS) -> Trace:
     lat[moment >= LEAVES, 2] -= 3.0
     valid[moment < COMES, 1] = False
     return replace(trace, scene=replace(trace.scene, lat=lat, valid=valid))
+
+
+def make_lost() -> Trace:
+    """A drive that ends in a contact, before which there was a clear plan until moment 9."""
+    trace = make_trace(kind=Kind.SIDE)
+    status = [Status.UNSAFE if step >= LOST else Status.SOLVED for step in range(STEPS)]
+    plans = tuple(replace(plan, status=each) for plan, each in zip(trace.plans, status, strict=True))
+    return replace(trace, plans=plans)
 
 
 def make_crowd(vehicles: int = 12, members: int = 6, points: int = 13, steps: int = 200) -> Trace:

@@ -4,7 +4,7 @@ import shutil
 from collections.abc import Iterator
 
 import pytest
-from report_fakes import LONG, make_contents, make_crowd, make_stray, make_trace
+from report_fakes import LONG, make_contents, make_crowd, make_lost, make_stray, make_trace
 
 from coverdrive.reporting.page.page import write_page
 from coverdrive.simulation.drives.outcome import Kind
@@ -37,6 +37,12 @@ def browser() -> Iterator:
 @pytest.fixture(scope="session")
 def address(tmp_path_factory: pytest.TempPathFactory) -> str:
     path = tmp_path_factory.mktemp("page") / "report.html"
-    drives = {0: make_trace(LONG), 3: make_crowd(steps=LONG), 7: make_trace(kind=Kind.SIDE), 9: make_stray()}
+    drives = {
+        0: make_trace(LONG),
+        3: make_crowd(steps=LONG),
+        7: make_trace(kind=Kind.SIDE),
+        9: make_stray(),
+        11: make_lost(),
+    }
     write_page(make_contents(drives), path)
     return path.as_uri()

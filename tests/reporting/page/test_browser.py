@@ -8,7 +8,7 @@ from urllib.parse import urlparse
 from urllib.request import url2pathname
 
 import pytest
-from report_fakes import COMES, LEAVES, LONG, make_trace
+from report_fakes import COMES, LEAVES, LONG, LOST, STEPS, make_lost, make_trace
 
 from coverdrive.reporting.drives.worst_moment import Worst, worst_moment
 from coverdrive.reporting.page.replay import replay_data
@@ -149,9 +149,12 @@ def test_the_first_screen_has_the_verdict_and_the_road_at_its_worst_moment(brows
     page = context.new_page()
     page.goto(address)
     page.wait_for_selector("#player[data-loaded='0']")
-    for place in ("h1", ".tiles", "#read-worst", "#road"):
+    for place in ("h1", ".tiles", "#read-worst", "#road", "#legend li >> nth=0"):
         box = page.locator(place).bounding_box()
         assert box["y"] + box["height"] <= size[1], place
+    legend = page.locator("#legend").bounding_box()
+    assert legend["y"] + legend["height"] <= size[1] or size[0] < 400
+    assert legend["y"] == sum(page.locator("#road").bounding_box()[each] for each in ("y", "height"))
     assert page.locator("#road").bounding_box()["height"] >= size[1] / 3
     worst = worst_of(make_trace(LONG))
     assert moment(page) == worst.moment > 0
@@ -291,6 +294,63 @@ def test_the_last_moment_shows_the_sets_and_the_plan_of_the_step_before(page) ->
     page.focus("#player")
     last = drawn_at(page, "End", 1)
     assert [step for _, step, *_ in last["sets"]] == [step for _, step, *_ in last["plan"]] == [LONG - 1]
+
+
+PENS = """() => {
+    const pens = { road: new Set(), legend: new Set() };
+    for (const draw of ["fill", "fillRect", "stroke", "strokeRect"]) {
+        const plain = CanvasRenderingContext2D.prototype[draw];
+        CanvasRenderingContext2D.prototype[draw] = function (...what) {
+            const line = [this.strokeStyle, this.lineWidth, this.getLineDash()];
+            const pen = draw.startsWith("fill") ? this.fillStyle : line.join(" ");
+            pens[this.canvas.closest("#legend") ? "legend" : this.canvas.id]?.add(pen);
+            return plain.apply(this, what);
+        };
+    }
+    const show = RoadView.prototype.show;
+    let drive = null;
+    RoadView.prototype.show = function (given, ...what) {
+        drive = given;
+        return show.call(this, given, ...what);
+    };
+    document.getElementById("theme").click();  // draws all anew
+    for (const values of ["active", "left"]) drive[values].fill(2);
+    drive.met.fill(0);
+    drive.metAt.fill(1);
+    const view = new RoadView(document.getElementById("road"));
+    for (const within of ["deciding", "all", 1]) {
+        for (const moment of [drive.worst.moment, drive.steps]) view.show(drive, moment, { within, slot: null });
+    }
+    return [[...pens.legend].filter((pen) => !pens.road.has(pen)), pens.legend.size];
+}"""
+"""the pens of the legend that do not draw the road when there is everything on it, and how many it has"""
+
+
+def test_the_legend_is_drawn_as_the_road_is(page) -> None:
+    page.select_option("#trial", "7")
+    page.wait_for_selector("#player[data-loaded='7']")
+    others, pens = page.evaluate(PENS)
+    assert others == [] and pens >= 15
+    labels = page.locator("#legend li").all_inner_texts()
+    assert len(labels) == len(set(labels)) and "touches the ego" in labels
+    empty = "[...document.querySelectorAll('#legend canvas')].filter((each) => !new Uint32Array(each.getContext('2d')"
+    assert page.evaluate(f"{empty}.getImageData(0, 0, each.width, each.height).data.buffer).some(Boolean)).length") == 0
+
+
+def test_the_legend_has_what_is_in_the_drive(page) -> None:
+    assert "touches the ego" not in page.locator("#legend li").all_inner_texts()
+    assert page.locator("#legend li").count() >= 8
+
+
+def test_a_drive_that_ended_in_contact_opens_where_it_went_wrong(page) -> None:
+    page.select_option("#trial", "11")
+    page.wait_for_selector("#player[data-loaded='11']")
+    worst = worst_of(make_lost())
+    assert moment(page) == worst.moment == LOST < STEPS
+    assert page.inner_text("#worst") == f"clear plan lost {LOST / 10:.1f} s"
+    assert page.inner_text("#read-worst") == worst.text
+    page.locator("#marks button[data-kind='contact']").click()
+    assert moment(page) == STEPS
 
 
 RECTANGLES = """() => {
@@ -642,7 +702,7 @@ def test_the_table_opens_sorts_and_filters(page) -> None:
     page.keyboard.press("ArrowLeft")
     assert page.inner_text("#read-end") == ""
     page.click("#trials th:first-child button")
-    assert page.evaluate("document.querySelector('#trials tbody tr').cells[0].dataset.value") == "9"
+    assert page.evaluate("document.querySelector('#trials tbody tr').cells[0].dataset.value") == "11"
     for name, worst in (("least gap [m]", min), ("unsafe plans", max)):
         head = page.locator("#trials th", has_text=name)
         head.locator("button").click()
@@ -653,7 +713,7 @@ def test_the_table_opens_sorts_and_filters(page) -> None:
         )
         assert float(values[0]) == worst(map(float, values))
     page.click(".filters button[data-show='collision']")
-    assert page.locator("#trials tbody tr:visible").count() == 1
+    assert page.locator("#trials tbody tr:visible").count() == 2
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

@@ -57,7 +57,9 @@ SCROLLED = ("#player", "[role='region']")
 ALIKE = ("nav a", "#marks button", "summary", ".key button", "#trials th button", ".filters button", "#trials a")
 """of each, one or two are among `CONTROLS`"""
 FOCUSED = """() => {
-    const all = [...document.querySelectorAll("a[href], button, input, select, summary, canvas, #ticks, [tabindex]")];
+    const all = [...document.querySelectorAll(
+        "a[href], button, input, select, summary, #player > canvas, #ticks, [tabindex]",
+    )];
     return all.filter((each) => each.getClientRects().length && getComputedStyle(each).visibility !== "hidden");
 }"""
 

@@ -106,7 +106,10 @@ def worst_moment(trace: Trace, windows: Windows) -> Worst:
     was, now = (where_is(trace, each, slot) for each in (first, moment))
     then = f"At {trace.time[moment]:.1f} s it is {'still ' * (was == now and first < moment)}{now}{away}"
     return Worst(
-        moment, slot, name, f"{_came(trace, windows, moment, slot)} {then}, and {_plan(trace, moment, name)}{end}."
+        moment,
+        slot,
+        name,
+        f"{_came(trace, windows, moment, slot)} {then}, and {_plan(trace, moment, slot, name)}{end}.",
     )
 
 
@@ -168,7 +171,7 @@ def _did(trace: Trace, first: int, moment: int, slot: int) -> list[str]:
     ]
 
 
-def _plan(trace: Trace, moment: int, name: str) -> str:
+def _plan(trace: Trace, moment: int, slot: int, name: str) -> str:
     """What the ego planned; at the end of a drive, what it last had."""
     step = min(moment, len(trace) - 1)
     plan, road = trace.plans[step], trace.road
@@ -180,4 +183,7 @@ def _plan(trace: Trace, moment: int, name: str) -> str:
     if plan.status in (Status.SOLVED, Status.FALLBACK):
         return f"the {'last ' * (step < moment)}plan, clear of every set, {does}"
     lost = "the clear plan is lost" if name == "clear plan lost" else "no clear plan is found"
-    return f"{lost}: the ego {does} ({reason_of(trace, step).text})"
+    why, path, _ = reason_of(trace, step)
+    if path >= 0 and trace.paths[step].vehicle[path] == slot:
+        why = why.replace(f"the vehicle {where_is(trace, step, slot)}", "its")
+    return f"{lost}: the ego {does} ({why})"

@@ -318,7 +318,7 @@ class RoadView {
     context.textAlign = "center";
     context.textBaseline = "alphabetic";
     const wide = this.across / this.along, width = this.canvas.clientWidth;
-    const said = ["numbers: m/s", ...(bends ? ["unrolled"] : []), ...(wide > 1.05 ? [`stretched ${wide.toFixed(1)} times across`] : [])].join(", ");
+    const said = [...(bends ? ["unrolled"] : []), ...(wide > 1.05 ? [`stretched ${wide.toFixed(1)} times across`] : [])].join(", ");
     const free = width - (said ? context.measureText(said).width + 36 : 20);
     for (let metre = -20; (metre + behind) * this.along < free; metre += 20) {
       if (metre > -behind + 2) context.fillText(metre === 0 ? "ego" : `${metre > 0 ? "+" : "−"}${Math.abs(metre)} m`, (metre + behind) * this.along, height - 7);

@@ -102,6 +102,7 @@
   const redraw = () => {
     if (!drive || !player.clientWidth) return;
     course.prepare(drive);
+    showLegend(element("legend"), drive);
     shown = -1;
     show();
   };
