@@ -1,7 +1,7 @@
 """The picture ``replay.png`` of the documentation: the player of a report at one moment of a drive.
 
-    coverdrive run
-    python docs/images/replay.py results/report.html docs/images/replay.png --trial 3 --time 5.5
+    coverdrive demo --no-open
+    python docs/images/replay.py coverdrive-demo/report.html docs/images/replay.png --trial 24 --time 8.1
 
 Needs Chromium, and Playwright of ``pip install '.[test]'``.
 """

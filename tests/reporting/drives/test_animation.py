@@ -6,8 +6,9 @@ import av
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
+from matplotlib.text import Text
 from PIL import Image, ImageSequence
-from report_fakes import COMES, LEAVES, STEPS, make_stray, make_trace
+from report_fakes import COMES, LEAVES, LOST, STEPS, make_lost, make_stray, make_trace
 
 from coverdrive.errors import SettingError
 from coverdrive.planning.problem.obstacles import ObstacleSettings
@@ -83,6 +84,15 @@ def test_vehicles_that_left_their_sets_are_framed_from_then_on(tmp_path):
     road = frames_of(tmp_path / "drive.mp4")[:, 70:120]
     dark = (road.max(-1) < 60).sum(axis=(1, 2))
     assert dark[LEAVES : STEPS + 1].min() > dark[COMES:LEAVES].max() + 20
+
+
+def test_the_worst_moment_is_named_for_a_second(tmp_path, monkeypatch):
+    said, write = [], Text.set_text
+    monkeypatch.setattr(Text, "set_text", lambda text, words: (said.append(str(words)), write(text, words))[1])
+    animate(make_lost(), tmp_path / "drive.mp4")
+    titles = [words for words in said if " s, ego " in words]
+    assert [", clear plan lost 0.9 s" in title for title in titles] == [moment >= LOST for moment in range(len(titles))]
+    assert titles[-1].endswith(": side collision")
 
 
 def test_a_failure_leaves_no_file(trace, tmp_path):

@@ -87,7 +87,7 @@ def test_who_moved_across_and_what_its_sets_had_said() -> None:
         f"{LEAVES} sets, while the ego moved {aside:.1f} m to the left. At {LEAVES / 10:.1f} s it is beside in the "
         "same lane, 0.00 m away, and "
     )
-    assert left > 0 and worst.text.startswith(told.format(f"left {left} of its"))
+    assert left > 0 and worst.text.startswith(told.format(f"got out of {left} of its"))
     kept = Windows(windows.seen, np.full_like(windows.left, np.inf))
     assert worst_moment(trace, kept).text.startswith(told.format("stayed in all its"))
 

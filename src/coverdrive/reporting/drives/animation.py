@@ -34,6 +34,7 @@ from coverdrive.reporting.drives.reasons import reason_of
 from coverdrive.reporting.drives.road_drawing import RoadDrawing, Window
 from coverdrive.reporting.drives.road_markings import ahead_label
 from coverdrive.reporting.drives.snapshots import add_legend
+from coverdrive.reporting.drives.worst_moment import worst_moment
 from coverdrive.reporting.plotting import style
 from coverdrive.simulation.drives.outcome import Kind
 from coverdrive.simulation.drives.trace import Trace
@@ -42,7 +43,7 @@ from coverdrive.simulation.measures.misses import find_windows, left_recently
 from coverdrive.simulation.roads.initial import EGO
 
 HOLD = 1.0
-"""[s] that the last moment is shown"""
+"""[s] that the last moment is shown, and that the worst one is named"""
 
 _WIDTH, _DPI = 1600, 200
 _BESIDE, _BELOW, _ABOUT = 0.6, 1.0, 1.85
@@ -115,7 +116,9 @@ class _Picture:
     """The artists of the video's frames."""
 
     def __init__(self, figure: Figure, trace: Trace, constraints: ActiveConstraints | None, height: float):
-        self._trace, self._constraints, self._left = trace, constraints, left_recently(trace, find_windows(trace))
+        windows = find_windows(trace)
+        self._trace, self._constraints, self._left = trace, constraints, left_recently(trace, windows)
+        self._worst = worst_moment(trace, windows)
         self._speed = np.asarray(trace.scene.speed[:, EGO])
         self._milliseconds = 1000 * trace.planning_seconds
         self._reasons = [reason_of(trace, step) for step in range(len(trace))]
@@ -151,7 +154,9 @@ class _Picture:
         """Move the artists to one moment of the trace."""
         trace = self._trace
         self._drawing.show_moment(trace, moment, self._constraints, self._left)
-        title = f"{trace.time[moment]:.1f} s, ego {self._speed[moment]:.1f} m/s"
+        title, since = f"{trace.time[moment]:.1f} s, ego {self._speed[moment]:.1f} m/s", trace.time[self._worst.moment]
+        if self._worst.slot >= 0 and since <= trace.time[moment] < since + HOLD:
+            title += f", {self._worst.name} {since:.1f} s"
         if moment < len(trace) and trace.plans[moment].status is not Status.SOLVED:
             title += f", plan {trace.plans[moment].status.value}"
             title += f"\n{self._reasons[moment].text}" * bool(self._reasons[moment].text)

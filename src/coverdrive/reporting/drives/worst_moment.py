@@ -154,7 +154,7 @@ def _came(trace: Trace, windows: Windows, moment: int, slot: int) -> str:
         return f"{began}nothing had been predicted for it."
     number, since = moment - first, trace.time[moment] - trace.time[first:moment]
     left = int((windows.left[first:moment, slot] <= since + _ROUNDING).sum())
-    sets = f"left {left} of its {number} sets" if left else f"stayed in all its {number} sets"
+    sets = f"got out of {left} of its {number} sets" if left else f"stayed in all its {number} sets"
     own = " and ".join(_did(trace, first, moment, EGO))
     *did, last = [*_did(trace, first, moment, slot), sets]
     return f"{began}it {', '.join(did)}{' and ' * bool(did)}{last}{f', while the ego {own}' * bool(own)}."
