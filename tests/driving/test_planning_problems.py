@@ -63,6 +63,13 @@ def test_the_recorded_ego_and_vehicles_beside_the_road_are_no_others(tmp_path: P
     assert set(found.others(40)) == {100}
 
 
+def test_the_trailer_of_the_recorded_ego_is_a_part_of_it(tmp_path: Path) -> None:
+    ego, trailer = driving(90_007, 20.1, -1.7, 14.2, 60), driving(103, 16.5, -1.7, 14.2, 60)
+    behind = driving(104, 10.0, -1.7, 14.2, 60)
+    assert set(read(written(tmp_path, goal(), traffic=TRAFFIC + ego + trailer + behind)).others(10)) == {100, 101, 104}
+    assert 103 in read(written(tmp_path, goal(), traffic=TRAFFIC + trailer)).others(10)
+
+
 def test_what_is_none_is_said(tmp_path: Path) -> None:
     (found,) = read_problems(written(tmp_path, goal(), left=30.0))
     assert isinstance(found, RecordingError) and "planning problem 7: the start is on no road" in str(found)

@@ -18,6 +18,7 @@ from coverdrive.driving.goal import Goal, Interval
 from coverdrive.driving.perception import Told
 from coverdrive.driving.route import drawn_near, route
 from coverdrive.errors import DataError, RecordingError
+from coverdrive.geometry import boxes_overlap
 from coverdrive.recordings.files.boundary import naming
 from coverdrive.recordings.files.scenario import check_problem, numbers_of, open_scenario
 from coverdrive.recordings.formats.commonroad import speed_limit
@@ -181,16 +182,34 @@ def _problem(file: Path, scenario: Any, problem: Any) -> PlanningProblem:
 
 
 def _without_ego(file: Path, start: Any) -> Any:
-    """The scenario without the obstacle that is the recorded ego, if it is among them."""
+    """The scenario without the obstacle that is the recorded ego, if it is among them, and what is a part of it.
+
+    A trailer may be a vehicle of its own: whatever the recorded ego's body ever meets was no obstacle to it.
+    """
     scenario = open_scenario(file)[0]
-    for obstacle in scenario.dynamic_obstacles:
-        state = obstacle.state_at_time(start.time_step)
+    for ego in scenario.dynamic_obstacles:
+        state = ego.state_at_time(start.time_step)
         if state is None:
             continue
-        (x, y, speed, _), _ = told(state, obstacle.obstacle_shape)
+        (x, y, speed, _), _ = told(state, ego.obstacle_shape)
         if abs(speed - start.velocity) < _SAME_SPEED and np.hypot(*((x, y) - start.position)) < _SAME_PLACE:
-            scenario.remove_obstacle(obstacle)
+            scenario.remove_obstacle([each for each in scenario.dynamic_obstacles if each is ego or _meet(each, ego)])
+            break
     return scenario
+
+
+def _meet(obstacle: Any, other: Any) -> bool:
+    """Whether the bodies of two moving obstacles ever overlap."""
+    steps = range(other.initial_state.time_step, other.prediction.final_time_step + 1) if other.prediction else ()
+    states = ((obstacle.state_at_time(step), other.state_at_time(step)) for step in steps)
+    both = [(told(a, obstacle.obstacle_shape), told(b, other.obstacle_shape)) for a, b in states if a and b]
+    if not both:
+        return False
+    (pose, size), (other_pose, other_size) = (
+        tuple(np.array([each[side][part] for each in both]) for part in (0, 1)) for side in (0, 1)
+    )
+    bodies = (pose[:, :2], pose[:, 3], size / 2), (other_pose[:, :2], other_pose[:, 3], other_size / 2)
+    return bool(np.any(boxes_overlap(*bodies[0], *bodies[1])))
 
 
 def told(state: Any, shape: Any) -> Told:
