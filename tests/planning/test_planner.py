@@ -351,7 +351,7 @@ def test_the_next_search_starts_from_the_last_plan_and_its_fail_safe_rest(
     planner.plan(step(state, first.inputs[0], PERIOD), paths, ROAD)
     assert first.fail_safe is not None
     speeds = np.diff(first.fail_safe[:, 2]) / 0.25
-    drive = planner._constants.tree.drive
+    drive = planner._calm.tree.drive
     shift, before, after = held_on(12, PERIOD, 0.25), *wanted[-2:]
     np.testing.assert_array_equal(before.rest, 0.0)
     np.testing.assert_array_equal(before.last, 0.0)

@@ -15,7 +15,7 @@ from pydantic import Field
 from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Status
 from coverdrive.planning.check.evaluate import Plans, write_slack
-from coverdrive.planning.problem.constants import constants_of
+from coverdrive.planning.problem.constants import Constants, constants_of
 from coverdrive.planning.problem.road_table import table_of
 from coverdrive.planning.problem.rollout import after_step
 from coverdrive.planning.problem.settings import ProblemSettings
@@ -103,6 +103,22 @@ class _Memory(NamedTuple):
     """[s] for which the ego's state has not been known"""
 
 
+class _Call(NamedTuple):
+    """What a plan is asked for."""
+
+    state: Float[np.ndarray, " 4"]
+    """where the ego is taken to be"""
+    road: Road
+    wish: Wish
+    speed: float
+    """[m/s] that is wanted"""
+    manners: MannersSettings
+    constants: Constants
+    """of the problem, hurried or not"""
+    begun: float
+    """[s] when, by the clock"""
+
+
 class _Found(NamedTuple):
     """What a search chose."""
 
@@ -175,12 +191,9 @@ class MpcPlanner:
         self._period = period
         hurried = problem.model_copy(update={"cost": problem.cost.hurried()})
         self._calm, self._hurried = constants_of(problem, period), constants_of(hurried, period)
-        self._constants = self._calm
         self._road: Road | None = None
         self._held_on = held_on(problem.steps, period, problem.dt)
         self._memory: _Memory | None = None
-        self._wish, self._speed = NO_WISH, problem.cost.reference_speed
-        self._manners = self.settings.manners
         self._paths = PathMemory(self.settings.grace)
 
     def plan(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, wish: Wish = NO_WISH) -> Plan:
@@ -204,12 +217,10 @@ class MpcPlanner:
         """
         begun, problem = time.perf_counter(), self.settings.problem
         paths.check_times(problem.dt, problem.steps)
-        self._wish, self._speed = wish, problem.cost.reference_speed if wish.speed is None else wish.speed
         if road is not self._road:
             self._table, self._road = table_of(road, problem), road
             vehicle = self._table.vehicle
             self._calm, self._hurried = (each._replace(vehicle=vehicle) for each in (self._calm, self._hurried))
-        self._constants = self._hurried if wish.urgent else self._calm
         measured = np.ascontiguousarray(state, dtype=float)
         believed, memory = plausible(measured, problem.vehicle, road), self._memory
         known, unknown = bool(believed.all()), 0.0
@@ -221,9 +232,12 @@ class MpcPlanner:
             measured, unknown = assumed_state(measured, believed, problem.vehicle, road), np.inf
         paths, complete = self._paths.completed(paths, self._period)
         searching = complete and unknown <= self.settings.grace + _ROUNDING
-        found, targets, status = self._decide(measured, paths, road, searching, begun)
-        plan = self._plan_of(found, measured, status if known and complete else Status.INVALID_INPUT, begun)
-        self._remember(found, targets, plan, measured, unknown)
+        speed = problem.cost.reference_speed if wish.speed is None else wish.speed
+        constants = self._hurried if wish.urgent else self._calm
+        call = _Call(measured, road, wish, speed, self.settings.manners, constants, begun)
+        found, targets, status = self._decide(call, paths, searching)
+        plan = self._plan_of(call, found, status if known and complete else Status.INVALID_INPUT)
+        self._remember(call, found, targets, plan, unknown)
         return plan
 
     def _continued(
@@ -235,91 +249,87 @@ class MpcPlanner:
         offset = np.concatenate([self._paths.shift(paths, self._period), np.zeros(2)])
         return continued(state - offset, expected, self._period)
 
-    def _decide(
-        self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road, searching: bool, begun: float
-    ) -> tuple[_Found, TargetLanes, Status]:
+    def _decide(self, call: _Call, paths: PredictedPaths, searching: bool) -> tuple[_Found, TargetLanes, Status]:
         """What is chosen, full braking unless ``searching``, among which target lanes, and what it is."""
-        settings, horizon = self.settings, self.steps * self.dt
+        settings, horizon, state, road = self.settings, self.steps * self.dt, call.state, call.road
         if settings.problem.obstacles.ignore_rear:
             paths = without_follower(state, paths, road)
         leaders = leaders_of(state, settings.problem.vehicle.length / 2, paths, road)
         targets = target_lanes(state, road, horizon)
-        rude = self._wish.urgent or self._wish.away(targets.lanes[:1]).any()
-        self._manners = NONE if rude else settings.manners
-        lost = leaders.lost(targets.lasting, self._speed, horizon, horizon + settings.leaders.foresight)
+        if call.wish.urgent or call.wish.away(targets.lanes[:1]).any():
+            call = call._replace(manners=NONE)
+        lost = leaders.lost(targets.lasting, call.speed, horizon, horizon + settings.leaders.foresight)
         targets = targets._replace(lost=lost)
-        found = self._clear_of_leaders(state, paths, leaders, targets, begun) if searching else None
+        found = self._clear_of_leaders(call, paths, leaders, targets) if searching else None
         if found is None:
             own = targets._replace(lanes=targets.lanes[:1], lat=targets.lat[:1])
-            return self._braking(state, paths, own), own, Status.UNSAFE
+            return self._braking(call, paths, own), own, Status.UNSAFE
         if found.clear:
             return found, targets, Status.SOLVED if found.optimised else Status.FALLBACK
-        trusting = settings.rear_last and not settings.problem.obstacles.ignore_rear and not self._spent(begun)
+        trusting = settings.rear_last and not settings.problem.obstacles.ignore_rear and not self._spent(call)
         careful = with_careful_follower(state, paths, road, settings.follower) if trusting else None
-        yielded = self._search(state, careful, targets, begun, manners=NONE) if careful else None
+        yielded = self._search(call._replace(manners=NONE), careful, targets) if careful else None
         if yielded is None:
             return found, targets, Status.UNSAFE
         status = Status.REAR if yielded.clear else Status.UNSAFE
-        judge(yielded.plans, yielded.wanted, yielded.chosen, found.around, self._constants)
-        return yielded._replace(around=found.around), targets, status
+        return self._judged(call, yielded, found.around), targets, status
 
     def _clear_of_leaders(
-        self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, leaders: Leaders, targets: TargetLanes,
-        begun: float,
-    ) -> _Found | None:  # fmt: skip
+        self, call: _Call, paths: PredictedPaths, leaders: Leaders, targets: TargetLanes
+    ) -> _Found | None:
         """What is clear even if vehicles ahead brake hard, else what the search chooses for the paths alone."""
         feared = braking(leaders, paths, self.settings.leaders)
         if len(feared) == 0:
-            return self._search(state, paths, targets, begun)
-        found = self._search(state, paths.joined(feared), targets, begun, giving_up=True)
+            return self._search(call, paths, targets)
+        found = self._search(call, paths.joined(feared), targets, giving_up=True)
         if found and found.clear:
             return found
-        if found is None or not self._spent(begun):
-            return self._search(state, paths, targets, begun)
-        found = found._replace(around=self._around(state, paths))
-        judge(found.plans, found.wanted, found.chosen, found.around, self._constants)
-        return found
+        if found is None or not self._spent(call):
+            return self._search(call, paths, targets)
+        return self._judged(call, found, self._around(call, paths))
 
-    def _spent(self, begun: float) -> bool:
+    def _judged(self, call: _Call, found: _Found, around: Surroundings) -> _Found:
+        """What was found, by other surroundings."""
+        judge(found.plans, found.wanted, found.chosen, around, call.constants)
+        return found._replace(around=around)
+
+    def _spent(self, call: _Call) -> bool:
         """Whether the time is spent that a plan may take."""
-        return time.perf_counter() - begun > self._budget
+        return time.perf_counter() - call.begun > self._budget
 
     def _search(
-        self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, targets: TargetLanes, begun: float,
-        giving_up: bool = False, manners: MannersSettings | None = None,
-    ) -> _Found | None:  # fmt: skip
+        self, call: _Call, paths: PredictedPaths, targets: TargetLanes, giving_up: bool = False
+    ) -> _Found | None:
         """What the search chooses among the target lanes, of which the first is that of the ego.
 
         None if it failed, or is ``giving_up`` as nothing is clear soon.
         """
-        problem, settings, memory, constants = self.settings.problem, self.settings, self._memory, self._constants
+        memory, constants = self._memory, call.constants
         held, nothing = memory.lane if memory else targets.lanes[0], np.zeros((len(constants.tree.parent), 2))
         known = memory.inputs if memory else {}
         wanted = Wanted(
-            lanes=self._wish.places(targets.lanes, targets.lat),
+            lanes=call.wish.places(targets.lanes, targets.lat),
             held=targets.lanes.index(held) if held in targets.lanes else 0,
-            extra=self._extra(targets, held),
+            extra=self._extra(call.wish, targets, held),
             last=np.array([known.get(target, nothing) for target in targets.lanes]),
-            rest=memory.rest if memory else np.zeros((problem.steps, 2)),
+            rest=memory.rest if memory else np.zeros((self.steps, 2)),
             accelerations=self._accelerations,
         )
-        around, plans = self._around(state, paths, manners), room_for(wanted, constants)
+        around, plans = self._around(call, paths), room_for(wanted, constants)
         begin(plans, wanted, around, constants)
-        if giving_up and not plans.clear.any() and not self._spent(begun):
-            go_on(plans, wanted, _GIVING_UP, settings.search.tolerance, around, constants)
+        if giving_up and not plans.clear.any() and not self._spent(call):
+            go_on(plans, wanted, _GIVING_UP, self.settings.search.tolerance, around, constants)
             if hopeless(plans, wanted, around, constants):
                 return None
-        self._improve(plans, wanted, around, begun)
+        self._improve(call, plans, wanted, around)
         best = wanted.last.copy()
         chosen, optimised = choose(plans, wanted, around, constants, best)
         return _Found(plans, wanted, chosen, optimised, best, around) if chosen >= 0 else None
 
-    def _extra(self, targets: TargetLanes, held: int) -> Float[np.ndarray, " L"]:
+    def _extra(self, wish: Wish, targets: TargetLanes, held: int) -> Float[np.ndarray, " L"]:
         """What each target lane costs besides its plan, given the lane that the last plan aimed at."""
         settings, per_lost = self.settings, self.settings.problem.cost.speed / self.settings.problem.dt
-        lasting, lost, away = (
-            each.tolist() for each in (targets.lasting, targets.lost, self._wish.away(targets.lanes))
-        )
+        lasting, lost, away = (each.tolist() for each in (targets.lasting, targets.lost, wish.away(targets.lanes)))
         return np.array(
             [
                 settings.lane_change * (lane != held)
@@ -330,18 +340,18 @@ class MpcPlanner:
             ]
         )
 
-    def _improve(self, plans: Plans, wanted: Wanted, around: Surroundings, begun: float) -> None:
+    def _improve(self, call: _Call, plans: Plans, wanted: Wanted, around: Surroundings) -> None:
         """Let the starts descend until the cheapest has arrived, or the time is spent."""
         settings, left = self.settings, self.settings.iterations
         at_once = min(settings.iterations_at_once, max(1, _PATHS_BETWEEN_LOOKS // max(1, around.boxes.shape[2])))
-        while left > 0 and not self._spent(begun):
-            if go_on(plans, wanted, min(at_once, left), settings.search.tolerance, around, self._constants):
+        while left > 0 and not self._spent(call):
+            if go_on(plans, wanted, min(at_once, left), settings.search.tolerance, around, call.constants):
                 break
             left -= at_once
 
-    def _braking(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, own: TargetLanes) -> _Found:
+    def _braking(self, call: _Call, paths: PredictedPaths, own: TargetLanes) -> _Found:
         """Full braking in the own lane."""
-        around, constants = self._around(state, paths), self._constants
+        around, constants = self._around(call, paths), call.constants
         wanted = Wanted(
             lanes=own.lat,
             held=0,
@@ -354,17 +364,16 @@ class MpcPlanner:
         begin(plans, wanted, around, constants)
         return _Found(plans, wanted, 0, False, plans.inputs[:1], around)
 
-    def _around(
-        self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, manners: MannersSettings | None = None
-    ) -> Surroundings:
-        """What the search is made for, with other manners if some are given."""
-        applied, manners = self._memory.applied if self._memory else np.zeros(2), manners or self._manners
-        wanted, braking = self._speed, self._wish.braking
-        return surroundings_of(state, applied, paths, self._table, self.settings.problem, wanted, manners, braking)
+    def _around(self, call: _Call, paths: PredictedPaths) -> Surroundings:
+        """What the search is made for."""
+        applied, problem = self._memory.applied if self._memory else np.zeros(2), self.settings.problem
+        return surroundings_of(
+            call.state, applied, paths, self._table, problem, call.speed, call.manners, call.wish.braking
+        )
 
-    def _plan_of(self, found: _Found, state: Float[np.ndarray, " 4"], status: Status, begun: float) -> Plan:
+    def _plan_of(self, call: _Call, found: _Found, status: Status) -> Plan:
         """The chosen plan, on the road."""
-        tree, plans, i = self._constants.tree, found.plans, found.chosen
+        tree, plans, i, state = call.constants.tree, found.plans, found.chosen, call.state
         drive, safe = branches = np.empty((2, self.steps + 1, 4))
         branches[:, 0], drive[1:], safe[1:] = state, plans.states[i, tree.drive], plans.states[i, tree.fail_safe]
         branches[:, 0, 0] = 0.0
@@ -372,7 +381,7 @@ class MpcPlanner:
         if status is Status.INVALID_INPUT:
             slack[:] = 1.0
         elif not plans.clear[i]:
-            write_slack(safe, found.around, self._constants, slack)
+            write_slack(safe, found.around, call.constants, slack)
         inputs = plans.inputs[i, tree.drive]
         if not plans.clear[i] and drive[1, 2] <= _ROUNDING:  # stop as early as it can, not at the end of the step
             hardest = min(inputs[0, 0], -min(self._table.vehicle.braking, max(0.0, state[2]) / self._period))
@@ -380,16 +389,14 @@ class MpcPlanner:
             inputs[0] = hardest, inputs[0, 1] * means[1] / means[0]  # the wheels stay
         severity = 0.0 if plans.clear[i] else float(plans.severity[i])
         branches[..., 0] += state[0]
-        seconds = time.perf_counter() - begun
+        seconds = time.perf_counter() - call.begun
         return Plan(drive, inputs, slack, status, float(plans.cost[i]), seconds, self.dt, severity, safe)
 
-    def _remember(
-        self, found: _Found, targets: TargetLanes, plan: Plan, state: Float[np.ndarray, " 4"], unknown: float
-    ) -> None:
+    def _remember(self, call: _Call, found: _Found, targets: TargetLanes, plan: Plan, unknown: float) -> None:
         """Keep what the next call needs."""
-        constants, chosen = self._constants, found.plans.inputs[found.chosen]
+        constants, chosen = call.constants, found.plans.inputs[found.chosen]
         inputs = {lane: constants.shift @ each for lane, each in zip(targets.lanes, found.best, strict=True)}
         rest = self._held_on @ chosen[constants.tree.fail_safe]
-        after = np.array(after_step(tuple(state.tolist()), tuple(plan.inputs[0].tolist()), self._period))
+        after = np.array(after_step(tuple(call.state.tolist()), tuple(plan.inputs[0].tolist()), self._period))
         lane = targets.lanes[int(found.plans.lane[found.chosen])]
         self._memory = _Memory(lane, plan.inputs[0], after, inputs, rest, unknown)
