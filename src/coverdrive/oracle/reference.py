@@ -6,7 +6,7 @@ against, and as a baseline in closed loop.
 
 from coverdrive.oracle.solvers import SolverSettings, solve
 from coverdrive.planning.check.evaluate import Plans
-from coverdrive.planning.planner import MpcPlanner, PlannerSettings
+from coverdrive.planning.planner import Call, MpcPlanner, PlannerSettings
 from coverdrive.planning.solver.search import Wanted
 from coverdrive.planning.surroundings import Surroundings
 
@@ -24,7 +24,7 @@ class ReferencePlanner(MpcPlanner):
         self._options = options or SolverSettings()
         super().__init__(settings)
 
-    def _improve(self, plans: Plans, wanted: Wanted, around: Surroundings, begun: float) -> None:
+    def _improve(self, call: Call, plans: Plans, wanted: Wanted, around: Surroundings) -> None:
         """Solve the problem from every start; a start from which the solver fails stays what it is."""
         for i in range(wanted.guesses, wanted.guesses + 1 + len(wanted.lanes)):
             problem = self.settings.problem

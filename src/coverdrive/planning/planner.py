@@ -103,7 +103,7 @@ class _Memory(NamedTuple):
     """[s] for which the ego's state has not been known"""
 
 
-class _Call(NamedTuple):
+class Call(NamedTuple):
     """What a plan is asked for."""
 
     state: Float[np.ndarray, " 4"]
@@ -234,7 +234,7 @@ class MpcPlanner:
         searching = complete and unknown <= self.settings.grace + _ROUNDING
         speed = problem.cost.reference_speed if wish.speed is None else wish.speed
         constants = self._hurried if wish.urgent else self._calm
-        call = _Call(measured, road, wish, speed, self.settings.manners, constants, begun)
+        call = Call(measured, road, wish, speed, self.settings.manners, constants, begun)
         found, targets, status = self._decide(call, paths, searching)
         plan = self._plan_of(call, found, status if known and complete else Status.INVALID_INPUT)
         self._remember(call, found, targets, plan, unknown)
@@ -249,7 +249,7 @@ class MpcPlanner:
         offset = np.concatenate([self._paths.shift(paths, self._period), np.zeros(2)])
         return continued(state - offset, expected, self._period)
 
-    def _decide(self, call: _Call, paths: PredictedPaths, searching: bool) -> tuple[_Found, TargetLanes, Status]:
+    def _decide(self, call: Call, paths: PredictedPaths, searching: bool) -> tuple[_Found, TargetLanes, Status]:
         """What is chosen, full braking unless ``searching``, among which target lanes, and what it is."""
         settings, horizon, state, road = self.settings, self.steps * self.dt, call.state, call.road
         if settings.problem.obstacles.ignore_rear:
@@ -275,7 +275,7 @@ class MpcPlanner:
         return self._judged(call, yielded, found.around), targets, status
 
     def _clear_of_leaders(
-        self, call: _Call, paths: PredictedPaths, leaders: Leaders, targets: TargetLanes
+        self, call: Call, paths: PredictedPaths, leaders: Leaders, targets: TargetLanes
     ) -> _Found | None:
         """What is clear even if vehicles ahead brake hard, else what the search chooses for the paths alone."""
         feared = braking(leaders, paths, self.settings.leaders)
@@ -288,17 +288,17 @@ class MpcPlanner:
             return self._search(call, paths, targets)
         return self._judged(call, found, self._around(call, paths))
 
-    def _judged(self, call: _Call, found: _Found, around: Surroundings) -> _Found:
+    def _judged(self, call: Call, found: _Found, around: Surroundings) -> _Found:
         """What was found, by other surroundings."""
         judge(found.plans, found.wanted, found.chosen, around, call.constants)
         return found._replace(around=around)
 
-    def _spent(self, call: _Call) -> bool:
+    def _spent(self, call: Call) -> bool:
         """Whether the time is spent that a plan may take."""
         return time.perf_counter() - call.begun > self._budget
 
     def _search(
-        self, call: _Call, paths: PredictedPaths, targets: TargetLanes, giving_up: bool = False
+        self, call: Call, paths: PredictedPaths, targets: TargetLanes, giving_up: bool = False
     ) -> _Found | None:
         """What the search chooses among the target lanes, of which the first is that of the ego.
 
@@ -340,7 +340,7 @@ class MpcPlanner:
             ]
         )
 
-    def _improve(self, call: _Call, plans: Plans, wanted: Wanted, around: Surroundings) -> None:
+    def _improve(self, call: Call, plans: Plans, wanted: Wanted, around: Surroundings) -> None:
         """Let the starts descend until the cheapest has arrived, or the time is spent."""
         settings, left = self.settings, self.settings.iterations
         at_once = min(settings.iterations_at_once, max(1, _PATHS_BETWEEN_LOOKS // max(1, around.boxes.shape[2])))
@@ -349,7 +349,7 @@ class MpcPlanner:
                 break
             left -= at_once
 
-    def _braking(self, call: _Call, paths: PredictedPaths, own: TargetLanes) -> _Found:
+    def _braking(self, call: Call, paths: PredictedPaths, own: TargetLanes) -> _Found:
         """Full braking in the own lane."""
         around, constants = self._around(call, paths), call.constants
         wanted = Wanted(
@@ -364,14 +364,14 @@ class MpcPlanner:
         begin(plans, wanted, around, constants)
         return _Found(plans, wanted, 0, False, plans.inputs[:1], around)
 
-    def _around(self, call: _Call, paths: PredictedPaths) -> Surroundings:
+    def _around(self, call: Call, paths: PredictedPaths) -> Surroundings:
         """What the search is made for."""
         applied, problem = self._memory.applied if self._memory else np.zeros(2), self.settings.problem
         return surroundings_of(
             call.state, applied, paths, self._table, problem, call.speed, call.manners, call.wish.braking
         )
 
-    def _plan_of(self, call: _Call, found: _Found, status: Status) -> Plan:
+    def _plan_of(self, call: Call, found: _Found, status: Status) -> Plan:
         """The chosen plan, on the road."""
         tree, plans, i, state = call.constants.tree, found.plans, found.chosen, call.state
         drive, safe = branches = np.empty((2, self.steps + 1, 4))
@@ -392,7 +392,7 @@ class MpcPlanner:
         seconds = time.perf_counter() - call.begun
         return Plan(drive, inputs, slack, status, float(plans.cost[i]), seconds, self.dt, severity, safe)
 
-    def _remember(self, call: _Call, found: _Found, targets: TargetLanes, plan: Plan, unknown: float) -> None:
+    def _remember(self, call: Call, found: _Found, targets: TargetLanes, plan: Plan, unknown: float) -> None:
         """Keep what the next call needs."""
         constants, chosen = call.constants, found.plans.inputs[found.chosen]
         inputs = {lane: constants.shift @ each for lane, each in zip(targets.lanes, found.best, strict=True)}
