@@ -28,9 +28,10 @@ from coverdrive.planning.problem.vehicle import step, within_limits
 from coverdrive.road import Road
 from coverdrive.road_ahead import bend_at, controls
 
-if find_spec("commonroad.geometry.shape") is None:  # gone in commonroad-io 2026.1; the checker makes no use of it
-    sys.modules["commonroad.geometry.shape"] = SimpleNamespace(Rectangle=lambda **_: None)  # pyright: ignore
-feasibility: Any = pytest.importorskip("commonroad_dc.feasibility.feasibility_checker")
+with pytest.MonkeyPatch.context() as patch:
+    if find_spec("commonroad.geometry.shape") is None:  # gone in commonroad-io 2026.1; the checker makes no use of it
+        patch.setitem(sys.modules, "commonroad.geometry.shape", SimpleNamespace(Rectangle=lambda **_: None))
+    feasibility: Any = pytest.importorskip("commonroad_dc.feasibility.feasibility_checker")
 VehicleDynamics = feasibility.VehicleDynamics
 BMW: Any = parameters_vehicle2()
 ROAD = Road.straight()
