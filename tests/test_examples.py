@@ -56,7 +56,7 @@ def test_highway_env(here: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.
 
 
 def test_sumo(here: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
-    pytest.importorskip("libsumo", reason="needs the extra sumo")
+    pytest.importorskip("libsumo", reason="needs the extra sumo", exc_type=ImportError)
     assert "finished at" in said("driver_in_sumo", monkeypatch, capfd, "--length", "200")
 
 

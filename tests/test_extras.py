@@ -33,6 +33,7 @@ def bare(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.parametrize("module", EXTRAS)
 def test_a_module_that_is_there(module: str) -> None:
+    pytest.importorskip(module, reason="it is not there", exc_type=ImportError)
     assert require(module).__name__.startswith(module)
 
 
@@ -41,6 +42,15 @@ def test_a_module_that_is_not_there(module: str, bare: None) -> None:
     with pytest.raises(MissingExtraError) as refused:
         require(module)
     assert COMMANDS[module] in str(refused.value) and EXTRAS[module].package in str(refused.value)
+
+
+def test_a_module_that_is_there_and_does_not_load(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    (tmp_path / "libsumo.py").write_text("raise ImportError('libX11.so.6: cannot open shared object file')")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "libsumo", raising=False)
+    with pytest.raises(MissingExtraError, match=r"installed, but does not load: libX11\.so\.6: cannot open") as refused:
+        require("libsumo")
+    assert "pip install" not in str(refused.value)
 
 
 def test_the_reference_planner_needs_casadi(bare: None, monkeypatch: pytest.MonkeyPatch) -> None:

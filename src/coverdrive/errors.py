@@ -37,4 +37,4 @@ class CertificateError(CoverdriveError):
 
 
 class MissingExtraError(CoverdriveError):
-    """A package that only this needs is not installed."""
+    """A package that only this needs is not installed, or does not load."""

@@ -37,12 +37,13 @@ def require(module: str) -> Any:
     """A module of an extra.
 
     Raises:
-        MissingExtraError: it is not installed.
+        MissingExtraError: it is not installed, or lacks something itself.
     """
     try:
         return importlib.import_module(module)
     except ImportError as error:
         needed = EXTRAS[module]
-        raise MissingExtraError(
-            f"{needed.purpose} needs {needed.package}; install it with `{needed.command}` in the folder of the sources"
-        ) from error
+        told = f"install it with `{needed.command}` in the folder of the sources"
+        if error.name != module:
+            told = f"it is installed, but does not load: {error}"
+        raise MissingExtraError(f"{needed.purpose} needs {needed.package}; {told}") from error

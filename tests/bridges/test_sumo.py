@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from simulation_fakes import ConstantPlanner, FakeBasis, FakePredictor
 
-pytest.importorskip("libsumo", reason="needs the extra sumo")
+pytest.importorskip("libsumo", reason="needs the extra sumo", exc_type=ImportError)
 
 from coverdrive.bridges.sumo import Sumo
 from coverdrive.bridges.world import drive
