@@ -1,4 +1,4 @@
-"""Lets the tests of this folder import `simulation_fakes`, which worker processes must be able to import too."""
+"""Lets the tests of this folder import `simulation_fakes`, which worker processes must find too, and `report_fakes`."""
 
 import sys
 from pathlib import Path
