@@ -88,10 +88,12 @@ def of_league(said: list[dict[str, str]]) -> dict[str, Any]:
     for row in driven:
         one = found.setdefault(row["world"], {})[row["planner"]] = {
             "own fault": int(row["at_fault"]),
+            "at most": float(row["at_fault_high"]),
             "others": int(row["not_at_fault"]),
             "speed": float(row["mean_speed"]),
             "unsafe": float(row["share_unsafe"]) if row["share_unsafe"] else None,
             "jerk": float(row["jerk_longitudinal"]),
+            "headway": float(row["usual_headway"]),
             "gap": float(row["least_gap"]),
         }
         if row["mean_speed_minus"]:
