@@ -7,7 +7,6 @@ CONSTANTS = {
     "2 %": "the same; recordings.lanes.RARE; places; a road's bend",
     "0.0548 %": "erratum of the paper's Table 1: certificates.bounds",
     "0.0479 %": "erratum of the paper's Table 1: certificates.bounds",
-    "8.8 %": "Clopper–Pearson: 0 of 40",
     "21 %": "Clopper–Pearson: 0 of 20, at 99 %",
     "0.5 %": "Clopper–Pearson: 0 of 1000",
     "0 of 2,593": "what the dial prints for 0.2 % at 99 %, at any time",
