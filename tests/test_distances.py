@@ -19,6 +19,7 @@ def scene(*vehicles: tuple[float, float, float], valid: tuple[bool, ...] | None 
 
 def test_headways_are_to_the_nearest_in_the_lane_from_bumper_to_bumper() -> None:
     found = kept(scene((0, 1.8, 20), (35, 1.8, 20), (60, 1.8, 10), (-25, 1.8, 40), (12, 5.4, 20)), ROAD, np.array([0]))
+    assert found.follower == 3
     assert found.headway == pytest.approx(30 / 20) and found.left == pytest.approx(20 / 40)
 
 
@@ -29,7 +30,8 @@ def test_the_distance_beside_is_to_whoever_is_alongside() -> None:
 
 def test_nobody_is_infinitely_far() -> None:
     found = kept(scene((0, 1.8, 20), (30, 1.8, 20), valid=(True, False)), ROAD, np.array([0]))
-    assert all(np.isinf(each).all() for each in found)
+    distances = (found.headway, found.left, found.beside, found.time_to_collision)
+    assert all(np.isinf(each).all() for each in distances)
 
 
 def test_what_one_keeps_ahead_the_other_is_left() -> None:

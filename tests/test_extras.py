@@ -33,7 +33,8 @@ def bare(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.parametrize("module", EXTRAS)
 def test_a_module_that_is_there(module: str) -> None:
-    pytest.importorskip(module, reason="it is not there", exc_type=ImportError)
+    if module == "libsumo":
+        pytest.importorskip(module, reason="its system libraries are missing", exc_type=ImportError)
     assert require(module).__name__.startswith(module)
 
 

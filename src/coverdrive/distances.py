@@ -21,12 +21,14 @@ _STANDING = 0.1
 
 
 class Kept(NamedTuple):
-    """Distances of vehicles at moments; infinite where there is nobody, or they do not come nearer."""
+    """Distances of vehicles at moments, and who follows; infinite where there is nobody, or they do not come nearer."""
 
     headway: Float[np.ndarray, "m *n"]
     """[s] from the front to the rear of the leader, at the own speed"""
     left: Float[np.ndarray, "m *n"]
     """[s] headway that is left to the follower"""
+    follower: Int[np.ndarray, "m *n"]
+    """its slot; any where nobody follows"""
     beside: Float[np.ndarray, "m *n"]
     """[m] across to the nearest body alongside"""
     time_to_collision: Float[np.ndarray, "m *n"]
@@ -44,10 +46,11 @@ def kept(scene: Scene, road: Road, slots: Int[np.ndarray, " n"]) -> Kept:
     along, ahead = np.maximum(gap[..., 0], 0.0), apart[..., 0] > 0
     speed = np.maximum(np.abs(states[..., 2]), _STANDING)
     behind = np.where(same & ~ahead, along, np.inf)
-    follower = np.take_along_axis(speed[:, None], behind.argmin(-1)[..., None], -1)[..., 0]
+    follower = behind.argmin(-1)
     return Kept(
         headway=along.min(-1, initial=np.inf, where=same & ahead) / speed[:, slots],
-        left=behind.min(-1, initial=np.inf) / follower,
+        left=behind.min(-1, initial=np.inf) / np.take_along_axis(speed, follower, -1),
+        follower=follower,
         beside=gap[..., 1].min(-1, initial=np.inf, where=other & (gap[..., 0] < 0) & (gap[..., 1] > 0)),
         time_to_collision=_times_to_collision(states, apart, gap, slots).min(-1, initial=np.inf, where=other),
     )

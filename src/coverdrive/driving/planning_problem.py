@@ -184,7 +184,8 @@ def _problem(file: Path, scenario: Any, problem: Any) -> PlanningProblem:
 def _without_ego(file: Path, start: Any) -> Any:
     """The scenario without the obstacle that is the recorded ego, if it is among them, and what is a part of it.
 
-    A trailer may be a vehicle of its own: whatever the recorded ego's body ever meets was no obstacle to it.
+    A trailer may be a vehicle of its own: what overlaps the recorded ego where both are first
+    seen is a part of it.
     """
     scenario = open_scenario(file)[0]
     for ego in scenario.dynamic_obstacles:
@@ -193,23 +194,24 @@ def _without_ego(file: Path, start: Any) -> Any:
             continue
         (x, y, speed, _), _ = told(state, ego.obstacle_shape)
         if abs(speed - start.velocity) < _SAME_SPEED and np.hypot(*((x, y) - start.position)) < _SAME_PLACE:
-            scenario.remove_obstacle([each for each in scenario.dynamic_obstacles if each is ego or _meet(each, ego)])
+            scenario.remove_obstacle(
+                [each for each in scenario.dynamic_obstacles if each is ego or _begins_in(each, ego)]
+            )
             break
     return scenario
 
 
-def _meet(obstacle: Any, other: Any) -> bool:
-    """Whether the bodies of two moving obstacles ever overlap."""
-    steps = range(other.initial_state.time_step, other.prediction.final_time_step + 1) if other.prediction else ()
-    states = ((obstacle.state_at_time(step), other.state_at_time(step)) for step in steps)
-    both = [(told(a, obstacle.obstacle_shape), told(b, other.obstacle_shape)) for a, b in states if a and b]
-    if not both:
+def _begins_in(obstacle: Any, other: Any) -> bool:
+    """Whether the bodies of two moving obstacles overlap at the first time step of which both have a state."""
+    step = max(obstacle.initial_state.time_step, other.initial_state.time_step)
+    states = [(each.state_at_time(step), each.obstacle_shape) for each in (obstacle, other)]
+    if any(state is None for state, _ in states):
         return False
-    (pose, size), (other_pose, other_size) = (
-        tuple(np.array([each[side][part] for each in both]) for part in (0, 1)) for side in (0, 1)
-    )
-    bodies = (pose[:, :2], pose[:, 3], size / 2), (other_pose[:, :2], other_pose[:, 3], other_size / 2)
-    return bool(np.any(boxes_overlap(*bodies[0], *bodies[1])))
+    bodies = [
+        (np.array([x, y]), np.array(heading), np.divide(size, 2))
+        for (x, y, _, heading), size in (told(*each) for each in states)
+    ]
+    return bool(boxes_overlap(*bodies[0], *bodies[1]))
 
 
 def told(state: Any, shape: Any) -> Told:

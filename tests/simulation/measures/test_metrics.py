@@ -171,7 +171,8 @@ def test_braking_behind_is_that_of_the_follower_while_it_is_near(lon, lat, there
         scene.valid[1] = there or k < 2
         scene.valid[2] = lon < 0 and there
         scenes.append(scene)
-    assert metrics.hardest_braking_behind(trace_of(scenes)) == pytest.approx(expected)
+    trace = trace_of(scenes)
+    assert metrics.hardest_braking_behind(trace, metrics.distances(trace)) == pytest.approx(expected)
 
 
 def test_share_of_plans_with_slack_leaves_out_rounding():

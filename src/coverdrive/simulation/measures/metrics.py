@@ -78,18 +78,15 @@ def hardest_braking(trace: Trace) -> float:
     return float(max(0.0, -_accelerations(trace)[:, 0].min()))
 
 
-def hardest_braking_behind(trace: Trace) -> float:
+def hardest_braking_behind(trace: Trace, near: Kept) -> float:
     """Largest deceleration [m/s²] of the nearest vehicle behind the ego in its lane, while less than `FREE` behind it.
 
     What the ego asks of others: it is 0 where nobody follows, or nobody brakes. Who is further behind is free of it.
+    Who is ``near`` is what `distances` says.
     """
-    lon, lat, speed, valid = (np.asarray(getattr(trace.scene, name)) for name in ("lon", "lat", "speed", "valid"))
-    lane, slots = trace.road.lane_at(lon, lat), np.arange(trace.scene.vehicles)
-    behind = valid & (lane == lane[:, [EGO]]) & (lon <= lon[:, [EGO]]) & (slots != EGO)
-    follower = np.where(behind, lon, -np.inf).argmax(1)[:-1]
-    step = np.arange(len(trace))
-    follows = (distances(trace).left[:-1] < FREE) & valid[step + 1, follower]
-    change = np.diff(speed, axis=0)[step, follower] / float(trace.time[1] - trace.time[0])
+    step, follower = np.arange(len(trace)), near.follower[:-1]
+    follows = (near.left[:-1] < FREE) & np.asarray(trace.scene.valid)[step + 1, follower]
+    change = np.diff(np.asarray(trace.scene.speed), axis=0)[step, follower] / float(trace.time[1] - trace.time[0])
     return float(max(0.0, -change.min(initial=0.0, where=follows)))
 
 

@@ -75,7 +75,7 @@ COLUMNS: dict[str, tuple[type, Callable[[_Drive], Any], str]] = {
     "jerk_longitudinal": (float, lambda of: of.jerk_along, "[m/s³] root mean square of the ego's jerk along its way"),
     "jerk_lateral": (float, lambda of: of.jerk_across, "[m/s³] root mean square of the ego's jerk across its way"),
     "hardest_braking": (float, lambda of: metrics.hardest_braking(of.trace), "[m/s²] largest deceleration of the ego"),
-    "hardest_braking_behind": (float, lambda of: metrics.hardest_braking_behind(of.trace),
+    "hardest_braking_behind": (float, lambda of: metrics.hardest_braking_behind(of.trace, of.distances),
                                "[m/s²] largest deceleration of the vehicle behind the ego in its lane, less than "
                                f"{FREE:g} s behind"),
     "maximum_slack": (float, lambda of: of.slacks.max(), "largest slack of an obstacle constraint in any plan"),
