@@ -13,11 +13,12 @@ import polars as pl
 import pytest
 
 from coverdrive.cli import app
+from coverdrive.cli.learning.basis import save_bases
 from coverdrive.config import Experiment
 from coverdrive.prediction.cover.basis_study import study_bases
 from coverdrive.prediction.data.segments import cut_segments
 from coverdrive.prediction.fit import fit
-from coverdrive.results import Results, save_bases
+from coverdrive.results import Results
 from coverdrive.simulation.drivers.generated import GeneratedSettings, generate
 
 ROOT = Path(__file__).parents[1]

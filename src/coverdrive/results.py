@@ -1,27 +1,23 @@
 """A results folder, and its one owner: names, format, fingerprints, and what is saved once.
 
-``manifest.json`` (format, and a digest of every other file of the fit) · ``config.toml`` (all settings) · ``run.json``
+``manifest.json`` (`coverdrive.sealed`) · ``config.toml`` (all settings) · ``run.json``
 (versions, data, times) · ``predictor.safetensors`` · ``scores.safetensors`` (of every side of the split) ·
 ``certificate.json`` · ``seen.parquet`` (tracks of all that trained or calibrated) · ``learned.safetensors`` (what
 pictures of the fit show) · ``methods.json`` (all methods of
 calibration) · ``study/`` (`coverdrive.simulation.studies.folder`) · ``dialled.json`` (what drives are proved to risk) ·
 ``dial/`` (`coverdrive.dialling.dial`) · ``league/`` (`coverdrive.league.league`) ·
 ``figures/`` · ``report.html``.
-
-A file that is damaged, foreign, edited or older is refused by its name.
 """
 
-import hashlib
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal
 
 import polars as pl
 from pydantic import BaseModel, TypeAdapter
 
-from coverdrive._version import __version__
 from coverdrive.certificates.comparison import Compared
 from coverdrive.certificates.drives import drives_needed
 from coverdrive.certificates.evaluation import evaluate
@@ -30,27 +26,27 @@ from coverdrive.dialling.dial import Dialled, Request, dialled
 from coverdrive.dialling.frontier import setups_beside
 from coverdrive.dialling.groups import ChosenOnGroups, across_groups, chosen_share
 from coverdrive.errors import DataError, SettingError
-from coverdrive.files import number_in_name, write_atomically, write_json
+from coverdrive.files import write_atomically, write_json
 from coverdrive.league.entrants import Known
 from coverdrive.league.known import known_of, paper_settings_like
 from coverdrive.league.table import SCHEMA
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.prediction.certifying.scored import ScoredSides
-from coverdrive.prediction.cover.basis_study import StudiedBasis, basis_record, point_table
 from coverdrive.prediction.data.held_out import Seen, Source
 from coverdrive.prediction.fit import Fit, PredictionSettings, fit, scale_left
 from coverdrive.prediction.fits.learned import Learned
 from coverdrive.prediction.fits.left_out import legible
-from coverdrive.prediction.fits.provenance import provenance, versions
+from coverdrive.prediction.fits.provenance import provenance
 from coverdrive.prediction.predictor import AnyPredictor, Predictor
 from coverdrive.reporting.contents import Certified, Fitted
+from coverdrive.sealed import SealedFolder, read_made
 from coverdrive.simulation.roads.places import Place, check_replayed_road, place_of
 from coverdrive.simulation.studies.folder import StudyFolder
 from coverdrive.simulation.studies.setup import Setup
 from coverdrive.simulation.studies.study import Study
 from coverdrive.simulation.traffic.replay import REPLAYS, Scenario, cut_scenarios
 
-MANIFEST, CONFIG, RUN = "manifest.json", "config.toml", "run.json"
+CONFIG, RUN = "config.toml", "run.json"
 PREDICTOR, SCORES, LEARNED = "predictor.safetensors", "scores.safetensors", "learned.safetensors"
 CERTIFICATE, METHODS = "certificate.json", "methods.json"
 SEEN = "seen.parquet"
@@ -61,8 +57,6 @@ DIAL, DIALLED = "dial", "dialled.json"
 """folder of drives, named like studies, and what they prove of the predictor"""
 STUDY = "study"
 """the study in the traffic of the folder's settings; one in another traffic is called ``study-drivers`` or the like"""
-
-_FORMAT = 4
 
 
 class _Run(BaseModel):
@@ -79,10 +73,7 @@ class _Run(BaseModel):
 
 
 _OBJECT, _CERTIFIED = TypeAdapter(dict[str, Any]), TypeAdapter(Certified)
-_FILES = TypeAdapter(dict[str, str])
 _METHODS = TypeAdapter(dict[Literal["methods"], list[Compared]])
-
-T = TypeVar("T")
 
 
 class Results:
@@ -91,6 +82,7 @@ class Results:
     def __init__(self, folder: Path | str):
         """Name the folder; it is made as needed."""
         self.folder = Path(folder)
+        self._sealed = SealedFolder(self.folder)
 
     # what a fit leaves
 
@@ -99,7 +91,7 @@ class Results:
 
         ``road`` is the name of the road of its studies, ``like`` a place like that of the recordings.
         """
-        (self.folder / MANIFEST).unlink(missing_ok=True)
+        self._sealed.unseal()
         experiment.save(self.folder / CONFIG)
         fit.predictor.save(self.folder / PREDICTOR)
         fit.scored.save(self.folder / SCORES)
@@ -113,38 +105,38 @@ class Results:
     @property
     def holds_fit(self) -> bool:
         """Whether there is a fit."""
-        return (self.folder / MANIFEST).exists()
+        return self._sealed.exists
 
     @cached_property
     def experiment(self) -> Experiment:
         """The settings that the fit was made with."""
-        return Experiment.load(self._sealed(CONFIG))
+        return Experiment.load(self._sealed.file(CONFIG))
 
     @cached_property
     def predictor(self) -> AnyPredictor:
         """The certified predictor."""
-        return Predictor.load(self._sealed(PREDICTOR))
+        return Predictor.load(self._sealed.file(PREDICTOR))
 
     @cached_property
     def scored(self) -> ScoredSides:
         """Scores of every side of the split."""
-        return ScoredSides.load(self._sealed(SCORES), self.predictor)
+        return ScoredSides.load(self._sealed.file(SCORES), self.predictor)
 
     @cached_property
     def learned(self) -> Learned:
         """What pictures of the fit show."""
-        return Learned.load(self._sealed(LEARNED))
+        return Learned.load(self._sealed.file(LEARNED))
 
     @cached_property
     def certified(self) -> Certified:
         """The certificates, and how they did on scenes that were never seen."""
-        return _read(self._sealed(CERTIFICATE), _CERTIFIED.validate_json)
+        return self._sealed.read(CERTIFICATE, _CERTIFIED.validate_json)
 
     @cached_property
     def run(self) -> dict[str, Any]:
         """Versions, data and times."""
-        return _read(
-            self._sealed(RUN), lambda content: _Run.model_validate_json(content) and _OBJECT.validate_json(content)
+        return self._sealed.read(
+            RUN, lambda content: _Run.model_validate_json(content) and _OBJECT.validate_json(content)
         )
 
     def refuse_seen(self, scenarios: Sequence[Path]) -> None:
@@ -159,7 +151,7 @@ class Results:
     def seen(self) -> Seen:
         """What trained or calibrated the predictor, which is refused wherever it is to be tried."""
         sources = TypeAdapter(tuple[Source, ...]).validate_python(self.run["recordings"])
-        return Seen.load(self._sealed(SEEN), sources)
+        return Seen.load(self._sealed.file(SEEN), sources)
 
     def place(self, road: str | None = None) -> Place:
         """Where a study on a road of a name takes place, or on that of the fit; a SettingError if there is none."""
@@ -193,7 +185,7 @@ class Results:
             name=self.folder.resolve().name,
             folder=self.folder,
             run=self.run,
-            settings=self._sealed(CONFIG).read_text(encoding="utf-8"),
+            settings=self._sealed.file(CONFIG).read_text(encoding="utf-8"),
             predictor=self.predictor,
             certified=self.certified,
             learned=self.learned,
@@ -206,7 +198,7 @@ class Results:
     def league(self) -> pl.DataFrame | None:
         """The table of the league in this folder, if there is one."""
         file = self.folder / LEAGUE / "league.csv"
-        return _read(file, _league_in, "coverdrive league") if file.exists() else None
+        return read_made(file, _league_in, "coverdrive league") if file.exists() else None
 
     # what comparing the methods leaves
 
@@ -220,9 +212,9 @@ class Results:
     @property
     def methods(self) -> list[Compared]:
         """All methods of calibration side by side; none if they were not compared on this predictor yet."""
-        if METHODS not in self._digests:
+        if METHODS not in self._sealed:
             return []
-        return _read(self._sealed(METHODS), lambda content: _METHODS.validate_json(content)["methods"])
+        return self._sealed.read(METHODS, lambda content: _METHODS.validate_json(content)["methods"])
 
     # studies
 
@@ -330,9 +322,9 @@ class Results:
     @cached_property
     def dialled(self) -> Dialled | None:
         """What drives were proved to risk with the sets of this predictor, if anything was."""
-        if DIALLED not in self._digests:
+        if DIALLED not in self._sealed:
             return None
-        return _read(self._sealed(DIALLED), lambda content: Dialled.of(_OBJECT.validate_json(content)))
+        return self._sealed.read(DIALLED, lambda content: Dialled.of(_OBJECT.validate_json(content)))
 
     def dial(
         self,
@@ -420,41 +412,10 @@ class Results:
         write_json(self.folder / CERTIFICATE, certificate_record(changed))
         self._seal(CONFIG, PREDICTOR, CERTIFICATE, void=(DIALLED,))
 
-    # what holds the folder together
-
-    @property
-    def _digests(self) -> dict[str, str]:
-        """Digest of every file of the fit by name."""
-        file = self.folder / MANIFEST
-        if not file.exists():
-            raise DataError(
-                f"there are no results in {self.folder}; make some with `coverdrive run --out {self.folder}`"
-            )
-        found = _read(file, _OBJECT.validate_json)
-        if found.get("format") != _FORMAT:
-            raise DataError(f"{file}: expected results of format {_FORMAT}, got {found.get('format')!r}; fit again")
-        return _read(file, lambda content: _FILES.validate_python(_OBJECT.validate_json(content).get("files")))
-
     def _seal(self, *names: str, void: Collection[str] = ()) -> None:
-        """Write the digests of files into the manifest, and leave out those that are void."""
-        known = {name: each for name, each in (self._digests if self.holds_fit else {}).items() if name not in void}
-        files = known | {name: _digest(self.folder / name) for name in names}
-        write_json(self.folder / MANIFEST, {"format": _FORMAT, "coverdrive": __version__, "files": files})
-        self.__dict__ = {"folder": self.folder}  # whatever was read is void
-
-    def _sealed(self, name: str) -> Path:
-        """A file that is as it was written."""
-        file, written = self.folder / name, self._digests.get(name)
-        try:
-            found = _digest(file)
-        except OSError as error:
-            raise DataError(f"{file} cannot be read ({error.strerror}); make it with `coverdrive fit`") from error
-        if found != written:
-            raise DataError(
-                f"{file} is not as it was written: it was damaged, edited, or belongs to another fit; "
-                "put the right one back, or make all anew with `coverdrive fit`"
-            )
-        return file
+        """Seal files that were written; whatever was read before is void."""
+        self._sealed.seal(*names, void=void)
+        self.__dict__ = {"folder": self.folder, "_sealed": self._sealed}
 
 
 def _check_replayed(traffics: Collection[str], recordings: Sequence[Path]) -> None:
@@ -471,16 +432,6 @@ def certificate_record(certified: Certified) -> dict[str, Any]:
     driven = certified.driven[0]
     sentences = [each.sentence for each in (*certified.certificates, *([] if driven.scale == 1 else [driven]))]
     return {"sentences": sentences} | _CERTIFIED.dump_python(certified, mode="json")
-
-
-def save_bases(experiment: Experiment, studied: Sequence[StudiedBasis], folder: Path) -> None:
-    """Write every basis as safetensors and as a table of points, and what they were made with."""
-    experiment.save(folder / CONFIG)
-    write_json(folder / "bases.json", versions() | {"bases": [basis_record(each) for each in studied]})
-    for each in studied:
-        name = f"basis_{number_in_name(each.basis.radius)}"
-        each.basis.save(folder / f"{name}.safetensors", each.source)
-        write_atomically(folder / f"{name}.csv", point_table(each).write_csv)
 
 
 def _row(each: Compared) -> dict[str, Any]:
@@ -505,11 +456,6 @@ def _option(name: str, value: str | None) -> str:
     return f" --{name} {value}" if value else ""
 
 
-def _digest(file: Path) -> str:
-    with file.open("rb") as content:
-        return hashlib.file_digest(content, "sha256").hexdigest()
-
-
 def _league_in(content: bytes) -> pl.DataFrame:
     """The table of the league in a file."""
     if content.partition(b"\n")[0].decode().strip().split(",") != list(SCHEMA):
@@ -518,12 +464,3 @@ def _league_in(content: bytes) -> pl.DataFrame:
     if any(table.select("world", "planner", "drives").null_count().row(0)):
         raise ValueError("a row is cut off")
     return table
-
-
-def _read(file: Path, parse: Callable[[bytes], T], command: str = "coverdrive fit") -> T:
-    """The content of a file that a command makes, as what it was written from."""
-    try:
-        return parse(file.read_bytes())
-    except (OSError, ValueError, LookupError, TypeError, AttributeError, pl.exceptions.PolarsError) as error:
-        first = str(error).partition("\n")[0]
-        raise DataError(f"{file}: not a readable result ({first}); make it with `{command}`") from error

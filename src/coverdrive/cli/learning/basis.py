@@ -1,12 +1,19 @@
 """``coverdrive basis``: the trajectory basis as a tool of its own."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
 from coverdrive.cli.shared.bars import stages, waiting
 from coverdrive.cli.shared.options import AS_USUAL, Config, Files, Out, Seed, between, console, experiment_of, usually
+from coverdrive.files import number_in_name, write_atomically, write_json
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from coverdrive.config import Experiment
+    from coverdrive.prediction.cover.basis_study import StudiedBasis
 
 
 def basis(
@@ -46,7 +53,6 @@ def basis(
         from coverdrive.prediction.data.segments import cut_segments
         from coverdrive.reporting.figures.gallery import draw_bases
         from coverdrive.reporting.tables.summaries import bases_table
-        from coverdrive.results import save_bases
     settings, folder = experiment.prediction, out / "bases"
     with stages():
         segments = cut_segments(experiment.recordings(recording), settings.segments)
@@ -58,3 +64,16 @@ def basis(
     console.print(bases_table(studied))
     console.print(f"Bases and figures are in {folder}")
     return {"results": str(folder), "segments": len(segments), "bases": [basis_record(each) for each in studied]}
+
+
+def save_bases(experiment: "Experiment", studied: "Sequence[StudiedBasis]", folder: Path) -> None:
+    """Write every basis as safetensors and as a table of points, and what they were made with."""
+    from coverdrive.prediction.cover.basis_study import basis_record, point_table
+    from coverdrive.prediction.fits.provenance import versions
+
+    experiment.save(folder / "config.toml")
+    write_json(folder / "bases.json", versions() | {"bases": [basis_record(each) for each in studied]})
+    for each in studied:
+        name = f"basis_{number_in_name(each.basis.radius)}"
+        each.basis.save(folder / f"{name}.safetensors", each.source)
+        write_atomically(folder / f"{name}.csv", point_table(each).write_csv)

@@ -1,0 +1,94 @@
+"""A folder whose files are sealed: one that is damaged, foreign, edited or older is refused by its name.
+
+``manifest.json`` holds the format of the folder, and the digest of every file that was sealed.
+"""
+
+import hashlib
+from collections.abc import Callable, Collection
+from pathlib import Path
+from typing import Any, TypeVar
+
+import polars as pl
+from pydantic import TypeAdapter
+
+from coverdrive._version import __version__
+from coverdrive.errors import DataError
+from coverdrive.files import write_json
+
+MANIFEST = "manifest.json"
+
+_FORMAT = 4
+_OBJECT, _FILES = TypeAdapter(dict[str, Any]), TypeAdapter(dict[str, str])
+
+T = TypeVar("T")
+
+
+class SealedFolder:
+    """The files of a folder that are as they were written."""
+
+    def __init__(self, folder: Path):
+        """Name the folder, which may not be there yet."""
+        self.folder = folder
+
+    @property
+    def exists(self) -> bool:
+        """Whether anything is sealed in it."""
+        return (self.folder / MANIFEST).exists()
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._digests
+
+    def unseal(self) -> None:
+        """Let nothing be sealed in it any more."""
+        (self.folder / MANIFEST).unlink(missing_ok=True)
+
+    def seal(self, *names: str, void: Collection[str] = ()) -> None:
+        """Seal files as they are now, and leave out those that are void."""
+        known = {name: each for name, each in (self._digests if self.exists else {}).items() if name not in void}
+        files = known | {name: _digest(self.folder / name) for name in names}
+        write_json(self.folder / MANIFEST, {"format": _FORMAT, "coverdrive": __version__, "files": files})
+
+    def file(self, name: str) -> Path:
+        """A file that is as it was sealed, or a `DataError`."""
+        file, written = self.folder / name, self._digests.get(name)
+        try:
+            found = _digest(file)
+        except OSError as error:
+            raise DataError(f"{file} cannot be read ({error.strerror}); make it with `coverdrive fit`") from error
+        if found != written:
+            raise DataError(
+                f"{file} is not as it was written: it was damaged, edited, or belongs to another fit; "
+                "put the right one back, or make all anew with `coverdrive fit`"
+            )
+        return file
+
+    def read(self, name: str, parse: Callable[[bytes], T]) -> T:
+        """The content of a file that is as it was sealed, or a `DataError`."""
+        return read_made(self.file(name), parse)
+
+    @property
+    def _digests(self) -> dict[str, str]:
+        """Digest of every file by name."""
+        file = self.folder / MANIFEST
+        if not file.exists():
+            raise DataError(
+                f"there are no results in {self.folder}; make some with `coverdrive run --out {self.folder}`"
+            )
+        found = read_made(file, _OBJECT.validate_json)
+        if found.get("format") != _FORMAT:
+            raise DataError(f"{file}: expected results of format {_FORMAT}, got {found.get('format')!r}; fit again")
+        return read_made(file, lambda _: _FILES.validate_python(found.get("files")))
+
+
+def read_made(file: Path, parse: Callable[[bytes], T], command: str = "coverdrive fit") -> T:
+    """The content of a file that a command makes, as what it was written from, or a `DataError`."""
+    try:
+        return parse(file.read_bytes())
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, pl.exceptions.PolarsError) as error:
+        first = str(error).partition("\n")[0]
+        raise DataError(f"{file}: not a readable result ({first}); make it with `{command}`") from error
+
+
+def _digest(file: Path) -> str:
+    with file.open("rb") as content:
+        return hashlib.file_digest(content, "sha256").hexdigest()
