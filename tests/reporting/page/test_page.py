@@ -115,7 +115,7 @@ def test_the_verdict_is_what_was_dialled_with_the_speed_of_knowing_the_future() 
 
 def test_the_numbers_say_how_close_it_was_and_how_mannered() -> None:
     contents = replace(make_contents(), kept=0.72)
-    near, headway, jerk, plans, sets = tiles(contents)
+    near, headway, jerk, plans, _ = tiles(contents)
     assert near.value == "1 of 2" and near.main and near.note.endswith("2.4 s, 0.0576 km")
     assert near.note.startswith(f"least gap {contents.trials['minimum_gap'].min():.2f} m, least time to collision ")
     assert headway.value == f"{contents.trials['usual_headway'].median():.2f} s" and headway.note == "people: 0.72 s"
@@ -125,11 +125,16 @@ def test_the_numbers_say_how_close_it_was_and_how_mannered() -> None:
     for other in (replace(contents, replayed=True), replace(contents, trials=unknown)):
         assert tiles(other)[2].note == jerk.note.removesuffix(behind)
     assert plans.label.startswith("of 24 plans clear")
-    assert (
-        sets.value == "≤ 14.4 %"
-        and "4 % on unseen scenes (95 %: 1–10 %)" in sets.note
-        and "in these drives" in sets.note
-    )
+    left = {"vehicles_missed": 3, "vehicles_seen": 4, "shares_missed": 1.0}
+    counted = replace(contents, trials=contents.trials.with_columns(**left))
+    sets = tiles(counted)[-1]
+    assert sets.value == "75 %" and sets.label.startswith("of the others left their sets here (95 %: ")
+    assert ", not of this: ≤ 14.4 %" in sets.note and sets.note.endswith("4 % on unseen scenes (95 %: 1–10 %)")
+    assert "not of this" not in tiles(replace(counted, replayed=True))[-1].note
+    shares = replace(contents.certified.driven[0], unit="share")
+    by_share = replace(contents.certified, driven=(shares, contents.certified.driven[1]))
+    sets = tiles(replace(counted, certified=by_share))[-1]
+    assert sets.value == "25 %" and sets.label.startswith("of what others do in ")
     assert len(tiles(replace(contents, trials=None))) == 2
 
 

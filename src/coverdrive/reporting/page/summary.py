@@ -105,14 +105,12 @@ def tiles(contents: Contents) -> list[Tile]:
     """The numbers that count."""
     certificate, observed, trials = contents.certified.driven[0], _observed(contents), contents.driven
     seen = f"{percent(observed.value)} on unseen scenes (95 %: {interval(observed.low, observed.high)})"
-    scale = "" if certificate.scale == 1 else f"sets of scale {certificate.scale:.2g}; "
-    certified = Tile(
-        f"≤ {at_most(certificate.epsilon, 3)}", f"of {whose(certificate)} missed, {strength(certificate)}", scale + seen
-    )
+    scale, bound = f"sets of scale {certificate.scale:.2g}", f"≤ {at_most(certificate.epsilon, 3)}"
     if trials is None:
         evaluation = contents.certified.driven[1]
+        note = seen if certificate.scale == 1 else f"{scale}; {seen}"
         return [
-            certified,
+            Tile(bound, f"of {whose(certificate)} missed, {strength(certificate)}", note),
             Tile(
                 evaluation.sized,
                 "occupied" if evaluation.mean_area else "possible manoeuvres",
@@ -129,7 +127,7 @@ def tiles(contents: Contents) -> list[Tile]:
     behind = None if contents.replayed else braking_behind(trials)  # who is replayed does not brake for the ego
     if behind is not None:
         braking += f"; of those behind {behind[0]:.1f} in half of the drives, {behind[1]:.1f} in 1 of 20"
-    uncovered = "" if contents.replayed else ", of which it says nothing"
+    recorded = "the recorded one" if contents.replayed else "the recorded one, not of this"
     return [
         Tile(f"{near} of {trials.height}", "drives are near misses",
              f"least gap {gap} m, least time to collision {time} s; {exposure(trials)}", main=True),
@@ -140,8 +138,9 @@ def tiles(contents: Contents) -> list[Tile]:
              f"of {plans:,} plans clear of all predicted paths",
              f"{rear} only if the vehicle behind brakes; {unsafe} unsafe; a clear plan was lost "
              f"{int(trials['lost_clear'].sum())} times"),
-        certified._replace(note=f"{certified.note}, {percent(missed.value)} in these drives "
-                           f"({interval(missed.low, missed.high)}){uncovered}"),
+        Tile(percent(missed.value),
+             f"of {_counted(contents)} left their sets here (95 %: {interval(missed.low, missed.high)})",
+             f"{scale}; certified of traffic like {recorded}: {bound} {strength(certificate)}; {seen}"),
     ]  # fmt: skip
 
 
@@ -154,6 +153,13 @@ def _missed_in_drives(unit: str, trials: pl.DataFrame) -> Rate:
     """How many were missed in the drives, of what a certificate counts."""
     columns = {"window": ("prediction_misses", "windows"), "share": ("shares_missed", "vehicles_seen")}
     return miss_rate(trials, *columns.get(unit, ("vehicles_missed", "vehicles_seen")))
+
+
+def _counted(contents: Contents) -> str:
+    """Of what `_missed_in_drives` is a share."""
+    if contents.certified.driven[0].unit in ("window", "share"):
+        return f"what others do in {contents.predictor.horizon:g} s"
+    return "the others"
 
 
 def _mean(trials: pl.DataFrame, column: str) -> float:
