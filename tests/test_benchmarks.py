@@ -217,16 +217,18 @@ def test_problems(quick_fit: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert only["not solved"] == [["USA_Never-1_1_T-1", 7, "goal missed: not far enough"]]
 
 
-def test_reactive_planner(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    """Without the peer nothing is driven, and why is a row; what was driven is not driven again."""
+def test_other_planners(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """Without the peers nothing is driven, and why is a row; what was driven is not driven again."""
     for room in ("driving", "recordings"):
         monkeypatch.syspath_prepend(Path(__file__).parent / room)
     fakes, out = importlib.import_module("problem_fakes"), tmp_path / "rows.json"
-    known = {"scenario": "USA_US101-1_1_T-1", "problem": 7, "solved": True, "reason": "", "seconds": [0.2, 0.4]}
+    known = {"scenario": "USA_US101-1_1_T-1", "problem": 7, "planner": "FISS+", "reason": "", "seconds": [0.2, 0.4]}
     out.write_text(json.dumps([known]), encoding="utf-8")
     files = [fakes.written(tmp_path, fakes.goal(), name=name) for name in (known["scenario"], "USA_New-1_1_T-1")]
     monkeypatch.setitem(sys.modules, "commonroad_rp", None)
-    rows = ran("reactive_planner", out, monkeypatch, *map(str, files))
-    assert rows[0] == known and len(rows) == 2
-    assert not rows[1]["solved"] and rows[1]["reason"].startswith("not driven: ModuleNotFoundError")
-    assert "{'US-101': '1 of 1', 'elsewhere': '0 of 1'}" in capsys.readouterr().out
+    monkeypatch.setitem(sys.modules, "fiss_planner", None)
+    rows = ran("other_planners", out, monkeypatch, *map(str, files))
+    assert rows[0] == known and [row["planner"] for row in rows[1:]] == ["reactive planner", "FISS+"]
+    assert rows[1]["reason"].startswith("not driven: ModuleNotFoundError")
+    assert rows[2]["reason"].startswith("not driven: it needs fiss-planner")
+    assert "FISS+ {'US-101': '1 of 1', 'elsewhere': '0 of 1'}" in capsys.readouterr().out

@@ -1,10 +1,14 @@
-"""How many problems does CommonRoad's own planner solve? `python benchmarks/reactive_planner.py us101/ roads/`.
+"""How many problems do others solve? `python benchmarks/other_planners.py --out rows.json us101/ roads/`.
+
+On the same problems as `problems.py`, without the recorded ego. Of the others they are told what they do now, at
+constant speed and heading, or with ``--future`` what they will do.
 
 ``commonroad-reactive-planner`` samples polynomials along the reference path of ``commonroad-route-planner``. It drives
-as it is configured by default, replanning every third step, on the same problems without the recorded ego, and is
-judged by the same checker as `problems.py`. Of the others it is told what they do now, at constant speed and heading,
-or with ``--future`` what they will do. As installed it ends with an error where its coordinate system ends; here what
-lies beyond cannot be driven, and where that ends it still, its reference path is made longer at both ends.
+as it is configured by default, replanning every third step, and is judged by the same checker. As installed it ends
+with an error where its coordinate system ends; here what lies beyond cannot be driven, and where that ends it still,
+its reference path is made longer at both ends.
+
+FISS+ of ``fiss-planner`` drives and is judged by the benchmark of its package (`coverdrive.league.fiss`).
 """
 
 import argparse
@@ -13,10 +17,13 @@ import logging
 import time
 from collections.abc import Iterator
 from copy import deepcopy
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from types import SimpleNamespace
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 from commonroad.common.solution import CostFunction, PlanningProblemSolution, VehicleModel, VehicleType
@@ -26,6 +33,7 @@ from commonroad.scenario.trajectory import Trajectory
 from coverdrive.certificates.bounds import clopper_pearson
 from coverdrive.driving.drivability import refusal
 from coverdrive.driving.planning_problem import PlanningProblem, read_problems
+from coverdrive.league import fiss
 from coverdrive.recordings.tracks.reading import name_of
 from problems import PLACES
 from results import save
@@ -34,27 +42,50 @@ HORIZON, BEYOND = 6.0, 30.0
 """[s] of its plans, its default; [m] by which its reference path is longer at either end"""
 
 
-def drive(problem: PlanningProblem, future: bool) -> dict[str, Any]:
+def reactive(problem: PlanningProblem, future: bool) -> tuple[str, list[float]]:
     """Drive one problem: why it is not solved, if it is not, and the times [s] of its plans."""
-    row: dict[str, Any] = {"scenario": name_of(problem.file), "problem": problem.number, "solved": False}
+    seconds = list[float]()
     states: list[Any] = []
     reason = ""
     for beyond in (0.0, BEYOND):
-        row["seconds"], reason = list[float](), ""
+        reason = ""
+        seconds.clear()
         try:
-            states = list(_states(problem, future, row["seconds"], beyond))
+            states = list(_states(problem, future, seconds, beyond))
             break
         except Exception as error:  # of another package: one problem that it cannot drive must not stop the others
             reason = f"not driven: {type(error).__name__}: {error}"
     if reason:
-        return row | {"reason": reason}
+        return reason, seconds
     if len(states) < 2:
-        return row | {"reason": "no plan"}
+        return "no plan", seconds
     path = Trajectory(problem.first, states)
     model, car = VehicleModel.KS, VehicleType.BMW_320i
     solution = PlanningProblemSolution(problem.number, model, car, CostFunction.SA1, path)
     refused = refusal(SimpleNamespace(problem=problem, solution=lambda: solution))  # pyright: ignore[reportArgumentType]
-    return row | {"reason": refused, "solved": refused == ""}
+    return "no judge" if refused is None else refused, seconds
+
+
+def fiss_plus(problem: PlanningProblem, future: bool) -> tuple[str, list[float]]:
+    """As `reactive`. Its benchmark drives the first problem of a file, so that it gets one with this problem alone."""
+    if absent := fiss.absent():
+        return f"not driven: {absent}", []
+    tree, kept = (
+        ElementTree.parse(problem.file),
+        {problem.number, *(int(each.obstacle_id) for each in problem.scenario.obstacles)},
+    )
+    for element in list(tree.getroot()):
+        if ("bstacle" in element.tag or element.tag == "planningProblem") and int(element.attrib["id"]) not in kept:
+            tree.getroot().remove(element)
+    with TemporaryDirectory() as folder:
+        tree.write(Path(folder) / problem.file.name, encoding="utf-8", xml_declaration=True)
+        told = fiss.FISS["fiss-future" if future else "fiss-constant-velocity"]
+        trace, reason = fiss.drive(replace(problem, file=Path(folder) / problem.file.name), told)
+    return reason, [] if trace is None else trace.planning_seconds.tolist()
+
+
+PLANNERS = {"reactive planner": reactive, "FISS+": fiss_plus}
+"""name -> how it drives a problem"""
 
 
 def _states(problem: PlanningProblem, future: bool, seconds: list[float], beyond: float) -> Iterator[KSState]:
@@ -157,17 +188,18 @@ def main() -> None:
         each for path in given.scenarios for each in (sorted(path.glob("*.xml")) if path.is_dir() else [path])
     ):
         for problem in read_problems(file):
-            if not isinstance(problem, PlanningProblem):
-                lost = {"problem": None, "solved": False, "reason": f"not driven: {problem}", "seconds": []}
-                rows.append({"scenario": name_of(file)} | lost)
+            row: dict[str, Any] = {"scenario": name_of(file), "problem": getattr(problem, "number", None)}
+            if tuple(row.values()) in there:
                 continue
-            if (name_of(file), problem.number) in there:
-                continue
-            rows.append(drive(problem, given.future))
+            for name, drive in PLANNERS.items():
+                driven = isinstance(problem, PlanningProblem)
+                reason, seconds = drive(problem, given.future) if driven else (f"not driven: {problem}", [])
+                rows.append(row | {"planner": name, "reason": reason, "seconds": seconds})
+                print(*row.values(), f"{name}: {reason or 'solved'}", flush=True)
             given.out.write_text(json.dumps(rows, indent=1), encoding="utf-8")
-            print(rows[-1]["scenario"], rows[-1]["problem"], rows[-1]["reason"] or "solved", flush=True)
-    found = by_place(rows)
-    print({name: f"{each['solved']} of {each['problems']}" for name, each in found.items()})
+    found = {name: by_place([row for row in rows if row["planner"] == name]) for name in PLANNERS}
+    for name, places in found.items():
+        print(name, {place: f"{each['solved']} of {each['problems']}" for place, each in places.items()})
     if given.save:
         save(given.save, found)
 
@@ -177,13 +209,13 @@ def by_place(rows: list[dict[str, Any]]) -> dict[str, Any]:
     found = dict[str, Any]()
     for here, name in PLACES.items():
         if part := [row for row in rows if row["scenario"].startswith("USA_US101") == here]:
-            solved, seconds = sum(row["solved"] for row in part), [each for row in part for each in row["seconds"]]
+            solved, seconds = sum(not row["reason"] for row in part), [each for row in part for each in row["seconds"]]
             found[name] = {
                 "problems": len(part),
                 "solved": solved,
                 "share": [solved / len(part), *clopper_pearson(solved, len(part))],
                 "step [ms], median": 1e3 * float(np.median(seconds)) if seconds else None,
-                "not solved": [[row["scenario"], row["problem"], row["reason"]] for row in part if not row["solved"]],
+                "not solved": [[row["scenario"], row["problem"], row["reason"]] for row in part if row["reason"]],
             }
     return found
 
