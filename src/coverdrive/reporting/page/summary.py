@@ -40,10 +40,15 @@ class Tile(NamedTuple):
 def heading(contents: Contents) -> str:
     """What was run, in a few words."""
     names = [recording["name"] for recording in contents.run["recordings"]]
-    generated = all(re.fullmatch(r"generated \d+", name) for name in names)
-    learned = "generated traffic" if generated else names[0] if len(names) == 1 else f"{len(names)} recordings"
+    learned = names[0] if len(names) == 1 else f"{len(names)} recordings"
+    learned = "generated traffic" if _generated(contents) else learned
     trials = "" if contents.trials is None else f", {contents.trials.height} closed-loop trials"
     return f"coverdrive on {learned}{trials}"
+
+
+def _generated(contents: Contents) -> bool:
+    """Whether it was learned from generated traffic."""
+    return all(re.fullmatch(r"generated \d+", recording["name"]) for recording in contents.run["recordings"])
 
 
 def verdict(contents: Contents) -> str:
@@ -127,7 +132,8 @@ def tiles(contents: Contents) -> list[Tile]:
     behind = None if contents.replayed else braking_behind(trials)  # who is replayed does not brake for the ego
     if behind is not None:
         braking += f"; of those behind {behind[0]:.1f} in half of the drives, {behind[1]:.1f} in 1 of 20"
-    recorded = "the recorded one" if contents.replayed else "the recorded one, not of this"
+    like_these = contents.replayed and not _generated(contents)
+    taught = "that which taught them" if like_these else "that which taught them, not of this"
     return [
         Tile(f"{near} of {trials.height}", "drives are near misses",
              f"least gap {gap} m, least time to collision {time} s; {exposure(trials)}", main=True),
@@ -140,7 +146,7 @@ def tiles(contents: Contents) -> list[Tile]:
              f"{int(trials['lost_clear'].sum())} times"),
         Tile(percent(missed.value),
              f"of {_counted(contents)} left their sets here (95 %: {interval(missed.low, missed.high)})",
-             f"{scale}; certified of traffic like {recorded}: {bound} {strength(certificate)}; {seen}"),
+             f"{scale}; certified of traffic like {taught}: {bound} {strength(certificate)}; {seen}"),
     ]  # fmt: skip
 
 
