@@ -42,7 +42,8 @@ def test_whom_the_plan_meets_when_and_how_fast(trace) -> None:
     assert time == pytest.approx((10.0 - 2.5 - 2.5) / 4.4, abs=0.02)  # faster by 4.4 m/s
     assert (
         path in (0, 1, 2)
-        and text == "meets 3 of 6 paths, hardest the vehicle ahead in the same lane, in 1.1 s, at 4.5 m/s"
+        and text
+        == "would meet 3 of 6 predicted paths, hardest that of the vehicle ahead in the same lane, in 1.1 s, at 4.5 m/s"
     )
 
 
@@ -60,13 +61,13 @@ def test_where_it_is(trace, ahead: float, aside: float, said: str) -> None:
 
 def test_a_follower_that_is_trusted_is_named(trace) -> None:
     text = reason_of(changed(trace, Status.REAR, ahead=-4.8), 0).text
-    assert text.startswith("if the vehicle behind does not brake: meets ")
+    assert text.startswith("unless the vehicle behind brakes: would meet ")
 
 
 @pytest.mark.parametrize(
     ("more", "said"),
     [
-        ({"lat": 0.5}, "gets 0.50 m off the road"),
+        ({"lat": 0.5}, "would get 0.50 m off the road"),
         ({"severity": 2.0}, "could not brake behind a vehicle after its end, 2.0 m/s too fast"),
         ({}, "meets nothing that is seen now"),
     ],

@@ -84,12 +84,12 @@ def test_who_moved_across_and_what_its_sets_had_said() -> None:
     aside = trace.scene.lat[LEAVES, 0] - trace.scene.lat[0, 0]
     told = (
         "At 0.0 s a vehicle was beside on the left, 4.8 m/s slower than the ego; it moved 3.0 m to the right and {} "
-        f"{LEAVES} sets, while the ego moved {aside:.1f} m to the left. At {LEAVES / 10:.1f} s it is beside in the "
-        "same lane, 0.00 m away, and "
+        f"the {LEAVES} sets that were predicted for it, while the ego moved {aside:.1f} m to the left. "
+        f"At {LEAVES / 10:.1f} s it is beside in the same lane, 0.00 m away, and "
     )
-    assert left > 0 and worst.text.startswith(told.format(f"got out of {left} of its"))
+    assert left > 0 and worst.text.startswith(told.format("left all of" if left == LEAVES else f"left {left} of"))
     kept = Windows(windows.seen, np.full_like(windows.left, np.inf))
-    assert worst_moment(trace, kept).text.startswith(told.format("stayed in all its"))
+    assert worst_moment(trace, kept).text.startswith(told.format("stayed in all"))
 
 
 def test_how_fast_it_was_and_became_and_that_it_is_long() -> None:
@@ -109,7 +109,7 @@ def test_a_vehicle_that_came_is_followed_from_there() -> None:
     near = replace(trace.outcome, kind=Kind.SIDE, partner=1)
     worst = worst_of(replace(trace, outcome=near))
     assert worst.text.startswith(f"At {COMES / 10:.1f} s a vehicle came up ahead in the same lane, ")
-    assert f"stayed in all its {STEPS - COMES} sets" in worst.text
+    assert f"stayed in all the {STEPS - COMES} sets that were predicted for it" in worst.text
     valid = np.array(trace.scene.valid)
     valid[:STEPS, 1] = False
     late = replace(trace, scene=replace(trace.scene, valid=valid), outcome=near)

@@ -119,7 +119,7 @@ def test_the_numbers_say_how_close_it_was_and_how_mannered() -> None:
     assert near.value == "1 of 2" and near.main and near.note.endswith("2.4 s, 0.0576 km")
     assert near.note.startswith(f"least gap {contents.trials['minimum_gap'].min():.2f} m, least time to collision ")
     assert headway.value == f"{contents.trials['usual_headway'].median():.2f} s" and headway.note == "people: 0.72 s"
-    behind = "; of those behind 0.0 in half of the drives, 0.0 in 1 of 20"
+    behind = "; of those behind up to 0.0 in half of the drives, more than 0.0 in 1 of 20"
     assert jerk.note.startswith("hardest braking") and jerk.note.endswith(behind)
     unknown = contents.trials.with_columns(hardest_braking_behind=pl.lit(None, pl.Float64()))
     for other in (replace(contents, replayed=True), replace(contents, trials=unknown)):
@@ -128,7 +128,7 @@ def test_the_numbers_say_how_close_it_was_and_how_mannered() -> None:
     left = {"vehicles_missed": 3, "vehicles_seen": 4, "shares_missed": 1.0}
     counted = replace(contents, trials=contents.trials.with_columns(**left))
     sets = tiles(counted)[-1]
-    assert sets.value == "75 %" and sets.label.startswith("of the others left their sets here (95 %: ")
+    assert sets.value == "75 %" and sets.label.startswith("of the others left their sets here: less is better (95 %: ")
     assert ", not of this: ≤ 14.4 %" in sets.note and sets.note.endswith("4 % on unseen scenes (95 %: 1–10 %)")
     assert "not of this" not in tiles(replace(counted, replayed=True))[-1].note
     generated = contents.run | {"recordings": [{"name": "generated 1"}]}

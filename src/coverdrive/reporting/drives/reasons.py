@@ -52,13 +52,13 @@ def reason_of(trace: Trace, step: int) -> Reason:
         path = int(np.lexsort((times, -speeds, np.isinf(times)))[0])
         when = f"in {times[path]:.1f} s" if times[path] > 0 else "now"
         who = where_is(trace, step, int(paths.vehicle[path]))
-        most = ", hardest" if met > 1 else ":"
-        said = [f"meets {met} of {len(paths)} paths{most} the vehicle {who}, {when}, at {speeds[path]:.1f} m/s"]
+        which = f"{met} of {len(paths)} predicted paths{', hardest' if met > 1 else ':'} that of the vehicle {who}"
+        said = [f"would meet {which}, {when}, at {speeds[path]:.1f} m/s"]
     if departure > _OFF_ROAD:
-        said.append(f"gets {departure:.2f} m off the road")
+        said.append(f"would get {departure:.2f} m off the road")
     if not said and plan.severity > 0:
         said = [f"could not brake behind a vehicle after its end, {plan.severity:.1f} m/s too fast"]
-    trusted = "if the vehicle behind does not brake: " if plan.status is Status.REAR else ""
+    trusted = "unless the vehicle behind brakes: " if plan.status is Status.REAR else ""
     text = trusted + (" and ".join(said) or "meets nothing that is seen now")
     return Reason(text, path, float(times[path]) if met else 0.0)
 

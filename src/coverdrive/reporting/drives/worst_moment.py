@@ -154,7 +154,8 @@ def _came(trace: Trace, windows: Windows, moment: int, slot: int) -> str:
         return f"{began}nothing had been predicted for it."
     number, since = moment - first, trace.time[moment] - trace.time[first:moment]
     left = int((windows.left[first:moment, slot] <= since + _ROUNDING).sum())
-    sets = f"got out of {left} of its {number} sets" if left else f"stayed in all its {number} sets"
+    sets = "stayed in all" if not left else "left all of" if left == number else f"left {left} of"
+    sets += f" the {number} sets that were predicted for it"
     own = " and ".join(_did(trace, first, moment, EGO))
     *did, last = [*_did(trace, first, moment, slot), sets]
     return f"{began}it {', '.join(did)}{' and ' * bool(did)}{last}{f', while the ego {own}' * bool(own)}."
@@ -185,5 +186,5 @@ def _plan(trace: Trace, moment: int, slot: int, name: str) -> str:
     lost = "the clear plan is lost" if name == "clear plan lost" else "no clear plan is found"
     why, path, _ = reason_of(trace, step)
     if path >= 0 and trace.paths[step].vehicle[path] == slot:
-        why = why.replace(f"the vehicle {where_is(trace, step, slot)}", "its")
+        why = why.replace(f"that of the vehicle {where_is(trace, step, slot)}", "its own")
     return f"{lost}: the ego {does} ({why})"

@@ -131,7 +131,9 @@ def tiles(contents: Contents) -> list[Tile]:
     braking = f"hardest braking {float(trials['hardest_braking'].to_numpy().max()):.1f} m/s²"
     behind = None if contents.replayed else braking_behind(trials)  # who is replayed does not brake for the ego
     if behind is not None:
-        braking += f"; of those behind {behind[0]:.1f} in half of the drives, {behind[1]:.1f} in 1 of 20"
+        braking += (
+            f"; of those behind up to {behind[0]:.1f} in half of the drives, more than {behind[1]:.1f} in 1 of 20"
+        )
     like_these = contents.replayed and not _generated(contents)
     taught = "that which taught them" if like_these else "that which taught them, not of this"
     return [
@@ -142,10 +144,11 @@ def tiles(contents: Contents) -> list[Tile]:
         Tile(f"{_mean(trials, 'jerk_longitudinal'):.1f} m/s³", "jerk along the road, root mean square", braking),
         Tile(percent(plan_share(trials, Status.SOLVED, Status.FALLBACK)),
              f"of {plans:,} plans clear of all predicted paths",
-             f"{rear} only if the vehicle behind brakes; {unsafe} unsafe; a clear plan was lost "
+             f"{rear} more if the vehicle behind brakes; {unsafe} unsafe; a clear plan was lost "
              f"{int(trials['lost_clear'].sum())} times"),
         Tile(percent(missed.value),
-             f"of {_counted(contents)} left their sets here (95 %: {interval(missed.low, missed.high)})",
+             f"of {_counted(contents)} left their sets here: less is better (95 %: "
+             f"{interval(missed.low, missed.high)})",
              f"{scale}; certified of traffic like {taught}: {bound} {strength(certificate)}; {seen}"),
     ]  # fmt: skip
 
