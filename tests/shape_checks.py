@@ -1,9 +1,9 @@
 """Types and shapes of arguments and results, checked at every call of the package.
 
 Jaxtyping's own decorator takes 50 µs a call, as it binds the arguments anew for its messages. Here beartype checks
-them, and jaxtyping only remembers the sizes of a call. Not checked are functions made in a call, those that yield
-(beartype checks these at their first value, among the sizes of whoever asks for it) and those that name a type which
-is only imported for type checkers.
+them, and jaxtyping only remembers the sizes of a call. What a function got and gave in types and sizes that were good
+once is good again. Not checked are functions made in a call, those that yield (beartype checks these at their first
+value, among the sizes of whoever asks for it) and those that name a type which is only imported for type checkers.
 """
 
 import inspect
@@ -14,6 +14,7 @@ from functools import wraps
 from typing import Any, get_type_hints
 
 import jaxtyping
+import numpy as np
 from beartype import BeartypeConf, beartype
 
 _TYPES = beartype(conf=BeartypeConf(is_pep484_tower=True, violation_type=TypeError))
@@ -58,19 +59,56 @@ def _with_sizes(function: Callable[..., Any]) -> Callable[..., Any]:
 
     Its types are looked up at its first call, when all modules have been read.
     """
-    checked: Callable[..., Any] | None = None
+    checked = checked_result = None
+    good: dict[Any, set[Any]] = {}
+    """the kinds of results that were good, by those of the arguments"""
 
     @wraps(function)
     def call(*args: Any, **kwargs: Any) -> Any:
-        nonlocal checked
+        nonlocal checked, checked_result
         if _left_out:
             return function(*args, **kwargs)
-        if checked is None:
-            checked = _TYPES(function) if _has_known_types(function) else function
-        with _SIZES:
-            return checked(*args, **kwargs)
+        given = _kind(args), _kind(tuple(kwargs.items()))
+        results = good.get(given)
+        if results is None:
+            if checked is None:
+                checked = _TYPES(function) if _has_known_types(function) else function
+            with _SIZES:
+                result = checked(*args, **kwargs)
+            good.setdefault(given, set()).add(_kind(result))
+            return result
+        result = function(*args, **kwargs)
+        if (kind := _kind(result)) not in results:
+            if checked_result is None:
+                again = wraps(function)(lambda *_, **__: found.pop())
+                checked_result = _TYPES(again) if checked is not function else again
+            found.append(result)
+            with _SIZES:
+                checked_result(*args, **kwargs)
+            results.add(kind)
+        return result
 
+    found: list[Any] = []
     return call
+
+
+_MANY = 9
+"""members of a tuple or list whose types are looked at"""
+
+
+def _kind(value: Any) -> Any:
+    """All of a value that the checks depend on: its type, and sizes of arrays; a text is what it says."""
+    kind = type(value)
+    if kind is np.ndarray:
+        return value.shape, value.dtype.char
+    if value is None or isinstance(value, str):
+        return value
+    if isinstance(value, tuple | list):
+        return kind, len(value) > _MANY, *map(_kind, value[:_MANY])
+    if isinstance(value, dict):
+        return kind, *(_kind(item) for item, _ in zip(value.items(), (0,), strict=False))
+    shape = getattr(value, "shape", None)
+    return (kind, shape, getattr(value, "dtype", None)) if isinstance(shape, tuple) else kind
 
 
 def _has_known_types(function: Callable[..., Any]) -> bool:

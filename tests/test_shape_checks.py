@@ -32,3 +32,14 @@ def test_a_result_is_checked(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("coverdrive.geometry.beside", lambda lon, lat: np.append(beside(lon, lat), 0.0))
     with pytest.raises(TypeError, match="return"):
         turned_half_extents(np.ones(2), np.array(0.0))
+
+
+def test_a_result_of_another_size_is_checked_though_the_arguments_are_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    angle = np.array(0.0)
+    assert turned_half_extents(np.ones(2), angle).shape == turned_half_extents(np.ones(2), angle).shape == (2,)
+    monkeypatch.setattr("coverdrive.geometry.beside", lambda lon, lat: np.append(beside(lon, lat), 0.0))
+    with pytest.raises(TypeError, match="return"):
+        turned_half_extents(np.ones(2), angle)
+    monkeypatch.undo()
+    with pytest.raises(TypeError):
+        turned_half_extents([1.0, 1.0], angle)

@@ -5,7 +5,7 @@ import numpy as np
 
 from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Status
-from coverdrive.planning.problem.vehicle import step
+from coverdrive.planning.problem.rollout import after_step
 from coverdrive.scene import Scene
 from coverdrive.simulation.drives.episode import EpisodeSettings
 from coverdrive.simulation.studies.setup import Setup
@@ -81,9 +81,9 @@ class ConstantPlanner:
         self.resets += 1
 
     def plan(self, state, paths, road):
-        states = [state]
-        for applied in self.inputs:
-            states.append(step(states[-1], applied, 0.25))
+        states = [tuple(state.tolist())]
+        for applied in self.inputs.tolist():
+            states.append(after_step(states[-1], tuple(applied), self.dt))
         return Plan(np.array(states), self.inputs, np.zeros(12), Status.SOLVED, cost=1.0, seconds=0.0, dt=0.25)
 
 
