@@ -181,6 +181,12 @@ def straight_paths() -> "Callable[..., PredictedPaths]":
 
 
 @pytest.fixture
+def uncollected(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Studies that collect no garbage before they begin, which takes longer than the drives of a toy."""
+    monkeypatch.setattr("coverdrive.simulation.studies.workers._freeze", lambda: None)
+
+
+@pytest.fixture
 def heeds_interrupts() -> Iterator[None]:
     """A job in the background ignores SIGINT, and so would all that it starts."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)

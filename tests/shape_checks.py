@@ -68,7 +68,7 @@ def _with_sizes(function: Callable[..., Any]) -> Callable[..., Any]:
         nonlocal checked, checked_result
         if _left_out:
             return function(*args, **kwargs)
-        given = _kind(args), _kind(tuple(kwargs.items()))
+        given = tuple(map(_kind, args)), tuple(kwargs), tuple(map(_kind, kwargs.values()))
         results = good.get(given)
         if results is None:
             if checked is None:
@@ -95,20 +95,31 @@ def _with_sizes(function: Callable[..., Any]) -> Callable[..., Any]:
 _MANY = 9
 """members of a tuple or list whose types are looked at"""
 
+_looks: dict[type, Callable[[Any], Any] | None] = {}
+"""how the kind of a value is told, by its type, which is all that there is to tell where this is none"""
+
 
 def _kind(value: Any) -> Any:
     """All of a value that the checks depend on: its type, and sizes of arrays; a text is what it says."""
     kind = type(value)
     if kind is np.ndarray:
         return value.shape, value.dtype.char
-    if value is None or isinstance(value, str):
-        return value
-    if isinstance(value, tuple | list):
-        return kind, len(value) > _MANY, *map(_kind, value[:_MANY])
-    if isinstance(value, dict):
-        return kind, *(_kind(item) for item, _ in zip(value.items(), (0,), strict=False))
-    shape = getattr(value, "shape", None)
-    return (kind, shape, getattr(value, "dtype", None)) if isinstance(shape, tuple) else kind
+    if kind not in _looks:
+        _looks[kind] = _look_of(kind)
+    look = _looks[kind]
+    return kind if look is None else look(value)
+
+
+def _look_of(kind: type) -> Callable[[Any], Any] | None:
+    if issubclass(kind, str):
+        return lambda value: value
+    if issubclass(kind, tuple | list):
+        return lambda value: (kind, len(value) > _MANY, *map(_kind, value[:_MANY]))
+    if issubclass(kind, dict):
+        return lambda value: (kind, *map(_kind, next(iter(value.items()), ())))
+    if hasattr(kind, "shape") and hasattr(kind, "dtype"):
+        return lambda value: (kind, value.shape, value.dtype)
+    return None
 
 
 def _has_known_types(function: Callable[..., Any]) -> bool:

@@ -2,7 +2,7 @@
 
 import json
 import shutil
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -19,9 +19,12 @@ from coverdrive.simulation.studies.folder import StudyFolder
 from coverdrive.simulation.studies.setup import Setup
 from coverdrive.simulation.traffic.model import Start, TrafficStep
 
+pytestmark = pytest.mark.usefixtures("uncollected")
+
 CLAIM = Certificate("conformal, pooled", 0.1, 0.99, 100, "share", 1, 0, 0, 0, 1.0, "0")
 
 
+@dataclass(frozen=True, eq=False)
 class Sized(FakePredictor):
     """Sets whose boxes are as much larger than the bodies as their scale says."""
 
@@ -51,7 +54,7 @@ class Bold(ConstantPlanner):
     def plan(self, state, paths, road):
         Bold.driven += 1
         beyond = float(paths.half_sizes[0, 0, 1]) - 0.95
-        self.inputs = np.tile([8.0 if beyond < 0.5 else 3.6 - 3 * beyond, 0.0], (12, 1))
+        self.inputs = np.tile([20.0 if beyond < 0.5 else 3.6 - 3 * beyond, 0.0], (12, 1))
         return super().plan(state, paths, road)
 
 
@@ -72,7 +75,7 @@ class Ahead:
 
 
 PREDICTOR = Sized(FakeBasis.make(accelerations=(0.0,), shifts=(0.0,)))
-SETUP = Setup(PREDICTOR, Bold, Ahead, EpisodeSettings(duration=1.5), (1,), seed=7)
+SETUP = Setup(PREDICTOR, Bold, Ahead, EpisodeSettings(duration=0.8), (1,), seed=7)
 REQUEST = Request(risk=0.3, confidence=0.9, scales=(0.0, 0.6, 1.0), pilot=3)
 
 
@@ -90,11 +93,18 @@ def turned(folder: Path, tmp_path: Path) -> Dialled:
     return Dialled.of(json.loads((tmp_path / "dial.json").read_text(encoding="utf-8")))
 
 
+@pytest.fixture
+def asked_nothing(turned: Dialled, tmp_path: Path) -> Path:
+    """A folder with these drives, of which nobody has asked anything."""
+    (tmp_path / "request.json").unlink()
+    return tmp_path
+
+
 def test_the_boldest_that_is_proved_is_taken(turned: Dialled) -> None:
     assert (turned.scale, turned.reached) == (0.6, True)
     assert turned.proofs[0].events == 0 and turned.proofs[0].bound <= 0.3
     assert turned.windows.epsilon == 0.5 and turned.windows.scale == 0.6
-    assert "1.5-s drives like these touch anybody (0 of" in turned.sentence and "scale 0.6" in turned.sentence
+    assert "0.8-s drives like these touch anybody (0 of" in turned.sentence and "scale 0.6" in turned.sentence
     lines = {(each["drives_of"], each["scale"]): each for each in turned.frontier.iter_rows(named=True)}
     assert lines["pilot", 0.0]["collisions"] == lines["pilot", 0.0]["own_fault"] == 3
     assert lines["proof", 0.6]["collisions"] == 0 and lines["proof", 0.0]["collisions"] > 0
@@ -104,8 +114,8 @@ def test_the_boldest_that_is_proved_is_taken(turned: Dialled) -> None:
 def test_other_seeds_prove_than_choose_and_no_study_has_them(turned: Dialled, tmp_path: Path) -> None:
     seeds = {name: StudyFolder(tmp_path / name / "0.6").description()["seed"] for name in ("pilot", "proof")}
     assert len({*seeds.values(), SETUP.seed}) == 3
-    dialled(replace(SETUP, seed=8), PREDICTOR, tmp_path / "other", replace(REQUEST, risk=0.6, pilot=1))
-    assert StudyFolder(tmp_path / "other" / "pilot" / "0.6").description()["seed"] not in seeds.values()
+    dialled(replace(SETUP, seed=8), PREDICTOR, tmp_path / "other", replace(REQUEST, risk=0.6, scales=(0.6,)))
+    assert StudyFolder(tmp_path / "other" / "proof" / "0.6").description()["seed"] not in seeds.values()
 
 
 def test_a_dial_goes_on_where_it_was_and_nothing_is_lost(turned: Dialled, tmp_path: Path) -> None:
@@ -116,7 +126,7 @@ def test_a_dial_goes_on_where_it_was_and_nothing_is_lost(turned: Dialled, tmp_pa
     damaged.write_bytes(b"nothing")
     gone.unlink()
     assert dialled(SETUP, PREDICTOR, tmp_path, REQUEST).record == turned.record
-    assert Bold.driven == before + 2 * 15
+    assert Bold.driven == before + 2 * 8
     assert damaged.with_suffix(".damaged").exists()
 
 
@@ -139,19 +149,19 @@ def test_one_scale_is_named_beforehand_and_needs_no_pilot(tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("procedure", ["fixed sequence", "Holm"])
-def test_the_other_procedures_find_the_same(procedure, tmp_path: Path) -> None:
-    found = dialled(SETUP, PREDICTOR, tmp_path, replace(REQUEST, procedure=procedure))
+def test_the_other_procedures_find_the_same(procedure, asked_nothing: Path) -> None:
+    found = dialled(SETUP, PREDICTOR, asked_nothing, replace(REQUEST, procedure=procedure))
     assert found.scale == 0.6 and found.proofs[0].method == procedure
 
 
-def test_faults_alone_may_count(tmp_path: Path) -> None:
-    found = dialled(SETUP, PREDICTOR, tmp_path, replace(REQUEST, event="own"))
+def test_faults_alone_may_count(asked_nothing: Path) -> None:
+    found = dialled(SETUP, PREDICTOR, asked_nothing, replace(REQUEST, event="own"))
     assert found.scale == 0.6 and "at the ego's fault" in found.proofs[0].sentence and len(found.proofs) == 1
 
 
-def test_others_stand_beside(tmp_path: Path) -> None:
+def test_others_stand_beside(asked_nothing: Path) -> None:
     beside = {("keeps", None): replace(SETUP, planner=ConstantPlanner)}
-    found = dialled(SETUP, PREDICTOR, tmp_path, REQUEST, beside=beside)
+    found = dialled(SETUP, PREDICTOR, asked_nothing, REQUEST, beside=beside)
     line = found.frontier.filter(found.frontier["who"] == "keeps").row(0, named=True)
     assert line["scale"] is None and line["claim"] is None and line["drives"] == 3
 
@@ -166,17 +176,17 @@ def test_other_drives_than_those_that_were_proved_are_told(turned: Dialled) -> N
     assert turned.unlike(proved) == {}
     assert said_of_dial(turned, proved) == [turned.sentence]
     other = replace(proved, episode=EpisodeSettings(duration=2.0))
-    assert turned.unlike(other) == {"episode.duration": (1.5, 2.0)}
-    assert "episode.duration 1.5, now 2.0" in said_of_dial(turned, other)[1]
+    assert turned.unlike(other) == {"episode.duration": (0.8, 2.0)}
+    assert "episode.duration 0.8, now 2.0" in said_of_dial(turned, other)[1]
     assert "predictor" in turned.unlike(replace(proved, predictor=PREDICTOR))  # proving one and driving another
     assert said_of_dial(None, other) == []
 
 
 def test_a_study_proves_something_as_well(turned: Dialled, tmp_path: Path) -> None:
     trials = StudyFolder(tmp_path / "pilot" / "0.6").table()
-    proof = proof_of(trials, 1.5)
+    proof = proof_of(trials, 0.8)
     assert proof.bound == pytest.approx(1 - 0.01 ** (1 / 3)) and "(0 of 3)" in proof.sentence
-    assert proof_of(trials, 1.5, anytime=True).bound > proof.bound  # that may end whenever it has proved something
+    assert proof_of(trials, 0.8, anytime=True).bound > proof.bound  # that may end whenever it has proved something
 
 
 @pytest.mark.parametrize(
@@ -221,7 +231,7 @@ def test_bad_input_is_refused_before_anything_is_driven(changes, error, words, t
 
 def test_the_dial_of_the_package(tmp_path: Path) -> None:
     found = dial(
-        PREDICTOR, Bold, folder=tmp_path, risk=0.3, confidence=0.9, scales=(0.6, 1.0), pilot=2, traffic=Ahead,
-        vehicles=(1,), episode=EpisodeSettings(duration=1.0),
+        PREDICTOR, Bold, folder=tmp_path, risk=0.6, confidence=0.9, scales=(0.6, 1.0), pilot=2, traffic=Ahead,
+        vehicles=(1,), episode=EpisodeSettings(duration=0.8),
     )  # fmt: skip
     assert found.reached and found.scale == 0.6 and SCALES[0] == 0.0

@@ -60,7 +60,7 @@ def test_changes_that_forget_the_level_are_wrong(monkeypatch: pytest.MonkeyPatch
     start, barrier, truth = CASES["still 1e-2"]
     right = splitting._Walk.changed
     monkeypatch.setattr(splitting._Walk, "changed", lambda self, path, level: right(self, path, level - 0.5))
-    found = estimates(start, barrier, 12, 60)
+    found = estimates(start, barrier, 8, 60)
     assert found.mean() < truth / 2 and apart(found, truth) > 5
 
 
@@ -68,7 +68,7 @@ def test_changes_of_what_does_not_matter_are_wrong(monkeypatch: pytest.MonkeyPat
     """Copies stay what they are: all that was drawn at the start is kept, and a rare start is never found."""
     start, barrier, truth = CASES["still 1e-6"]
     monkeypatch.setattr(splitting._Walk, "_tried", lambda self, path, level: None)
-    found = estimates(start, barrier, 12, 60)
+    found = estimates(start, barrier, 4, 60)
     assert found.max() < truth / 3
 
 

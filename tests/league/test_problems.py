@@ -1,5 +1,6 @@
 """Planning problems as a world of the league: which ones, who solves them, what is kept, and what was not seen."""
 
+from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from types import SimpleNamespace
@@ -185,6 +186,7 @@ def test_worlds_of_long_names_have_folders_of_their_own(world: str, tmp_path: Pa
     assert len(folders) == 2 and max(map(len, folders)) < 128
 
 
+@dataclass(frozen=True, eq=False)
 class Fitted(FakePredictor):
     """Knows what it was not fitted on."""
 

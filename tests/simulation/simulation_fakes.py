@@ -1,6 +1,7 @@
 """Small stand-ins for a predictor and planners, and hand-made scenes."""
 
-import equinox as eqx
+from dataclasses import dataclass
+
 import numpy as np
 
 from coverdrive.paths import PredictedPaths
@@ -11,7 +12,8 @@ from coverdrive.simulation.drives.episode import EpisodeSettings
 from coverdrive.simulation.studies.setup import Setup
 
 
-class FakeBasis(eqx.Module):
+@dataclass(frozen=True, eq=False)
+class FakeBasis:
     """Constant acceleration with a smooth shift across the road; every combination is one base trajectory."""
 
     acceleration: np.ndarray
@@ -31,7 +33,8 @@ class FakeBasis(eqx.Module):
         return np.stack([lon, lat], -1), rate
 
 
-class FakePredictor(eqx.Module):
+@dataclass(frozen=True, eq=False)
+class FakePredictor:
     """Every vehicle may follow every base trajectory, except those named impossible."""
 
     basis: FakeBasis
@@ -53,19 +56,14 @@ class FakePredictor(eqx.Module):
     def predict(self, scene, road, ego, dt, steps):
         times = dt * np.arange(steps + 1)
         deviation, _ = self.basis.rollout(times)
-        slots = [slot for slot in np.flatnonzero(scene.valid) if slot != ego]
-        points, vehicle = [], []
-        for slot in slots:
-            for base in np.flatnonzero(self.possible(scene, road)[slot]):
-                straight = np.stack([scene.lon[slot] + scene.speed[slot] * times, np.full(len(times), scene.lat[slot])])
-                points.append(straight.T + deviation[base])
-                vehicle.append(slot)
-        shape = (len(points), steps + 1, 2)
-        sizes = np.stack([scene.length, scene.width], -1)[vehicle] / 2
-        return PredictedPaths(
-            np.reshape(points, shape), np.array(vehicle, dtype=int),
-            np.broadcast_to(sizes.reshape(-1, 1, 2), shape).copy(), dt,
-        )  # fmt: skip
+        possible = self.possible(scene, road)
+        possible[ego] = possible[~scene.valid] = False
+        vehicle, base = np.nonzero(possible)
+        points = np.repeat(scene.states[vehicle, None, :2], steps + 1, axis=1) + deviation[base]
+        points[..., 0] += scene.speed[vehicle, None] * times
+        shape = (len(vehicle), steps + 1, 2)
+        sizes = scene.half_sizes[vehicle, None]
+        return PredictedPaths(points, vehicle, np.broadcast_to(sizes, shape).copy(), dt)
 
 
 class ConstantPlanner:
@@ -101,7 +99,7 @@ def make_scene(lon, lat, speed=None, heading=None) -> Scene:
     )
 
 
-FAST = EpisodeSettings(duration=2.0)
+FAST = EpisodeSettings(duration=1.0)
 """a short episode"""
 
 
