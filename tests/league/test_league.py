@@ -66,7 +66,7 @@ def test_the_table_has_a_line_for_everybody(tmp_path: Path) -> None:
 
 def test_a_league_that_was_stopped_goes_on_and_ends_as_if_it_had_not_been(tmp_path: Path) -> None:
     whole, stopped = tmp_path / "whole", tmp_path / "stopped"
-    driven(whole, trials=3)
+    driven(whole)
 
     def stop_after(count: int):
         def hear(*_: object) -> None:
@@ -75,14 +75,14 @@ def test_a_league_that_was_stopped_goes_on_and_ends_as_if_it_had_not_been(tmp_pa
 
         return hear
 
-    with pytest.raises(KeyboardInterrupt), heard_by(stop_after(4)):
-        driven(stopped, trials=3)
+    with pytest.raises(KeyboardInterrupt), heard_by(stop_after(3)):
+        driven(stopped)
     kept = {file: file.stat().st_mtime_ns for file in stopped.rglob("trials/*.parquet")}
-    assert len(kept) == 4
-    driven(stopped, trials=3)
+    assert len(kept) == 3
+    driven(stopped)
     assert all(file.stat().st_mtime_ns == time for file, time in kept.items())
     assert drives(stopped).equals(drives(whole))
-    assert drives(stopped).height == 6
+    assert drives(stopped).height == 4
 
 
 def test_other_drives_are_not_mixed_with_those_of_a_folder(tmp_path: Path) -> None:
@@ -108,15 +108,15 @@ def test_mistakes_are_explained(options: dict, complaint: str, tmp_path: Path) -
 def test_worlds_of_others_are_driven_with_their_car_and_by_their_own_driver(tmp_path: Path) -> None:
     pytest.importorskip("highway_env", reason="needs the extra highway-env")
     world, planners = "highway-env-2", ("own", "constant-velocity", "idm-mobil")
-    table = driven(tmp_path, {}, trials=1, planners=planners, worlds=[world], duration=3.0)
+    table = driven(tmp_path, {}, trials=1, planners=planners, worlds=[world], duration=1.5)
     own, ours, idm = table.rows(named=True)
     assert own["planning_median"] is None and own["share_unsafe"] is None and idm["share_unsafe"] is None
     assert ours["planning_median"] > 0 and ours["share_unsafe"] is not None
     rows = drives(tmp_path)
-    assert rows["time"].gather([0, 2]).to_list() == pytest.approx([3.0, 3.0])
+    assert rows["time"].gather([0, 2]).to_list() == pytest.approx([1.5, 1.5])
     assert rows["vehicles"].n_unique() == 1
     assert rows["mean_speed"].n_unique() == 3 and rows["mean_speed"].is_between(10, 35).all()
-    entered = drives_of(world, "constant-velocity", KNOWN, {}, 0, 3.0)
+    entered = drives_of(world, "constant-velocity", KNOWN, {}, 0, 1.5)
     assert not isinstance(entered, str | Setup)
     there, driver = entered.participants()
     there.reset(0)

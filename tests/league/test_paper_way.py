@@ -58,8 +58,8 @@ def test_a_plan_around_a_standing_car_obeys_the_program(planner, paper_way, stra
 
 
 def test_a_car_that_moves_in_euler_steps_overtakes_a_slower_one(planner, straight_paths) -> None:
-    state, other = np.array([0.0, 1.8, 25.0, 0.0]), 30.0
-    for _ in range(20):
+    state, other = np.array([0.0, 1.8, 25.0, 0.0]), 20.0
+    for _ in range(12):
         plan = planner.plan(state, straight_paths((other, 1.8, 12)), Road.straight())
         assert plan.status is Status.SOLVED
         state, other = plan.states[1], other + 3

@@ -38,7 +38,7 @@ def video(tmp_path_factory) -> tuple[Path, list[tuple[str, float]]]:
     told = []
     path = tmp_path_factory.mktemp("video") / "new" / "drive.mp4"
     with heard_by(lambda stage, share: told.append((stage, share))):
-        animate(make_trace(), path)
+        animate(make_trace(kind=Kind.SIDE), path)
     return path, told
 
 
@@ -65,9 +65,8 @@ def test_players_understand_the_format(video):
     assert written.index(b"moov") < written.index(b"mdat")  # it plays before all of it is there
 
 
-def test_frames_show_the_drive(tmp_path):
-    animate(make_trace(kind=Kind.SIDE), tmp_path / "drive.mp4")
-    frames = frames_of(tmp_path / "drive.mp4").astype(np.int16)
+def test_frames_show_the_drive(video):
+    frames = frames_of(video[0]).astype(np.int16)
     blue = (frames[..., 2] - frames[..., 0] > 100).sum(axis=(1, 2))
     assert (blue > 100).all()  # the ego is in every frame
     change = np.abs(np.diff(frames, axis=0)).max(axis=(1, 2, 3))
@@ -110,13 +109,13 @@ def test_other_formats_are_refused(trace, tmp_path):
         animate(trace, tmp_path / "drive.avi")
 
 
-def test_gif_plays_in_real_time_with_the_colours_of_the_figures(trace, tmp_path):
-    animate(trace, tmp_path / "drive.gif", constraints=ActiveConstraints(VehicleSettings(), ObstacleSettings()))
+def test_gif_plays_in_real_time_with_the_colours_of_the_figures(tmp_path):
+    animate(make_trace(4), tmp_path / "drive.gif", constraints=ActiveConstraints(VehicleSettings(), ObstacleSettings()))
     with Image.open(tmp_path / "drive.gif") as gif:
         frames = [np.asarray(frame.convert("RGB")).astype(int) for frame in ImageSequence.Iterator(gif)]
         seconds = sum(frame.info["duration"] for frame in ImageSequence.Iterator(gif)) / 1000
         assert gif.info["loop"] == 0
-    assert seconds == pytest.approx((STEPS + 1 + HELD) * 0.1)
+    assert seconds == pytest.approx((4 + 1 + HELD) * 0.1)
     for colour in (style.EGO, style.OTHER):
         near = np.abs(np.array(frames) - (255 * np.array(to_rgb(colour)))).max(-1) < 8
         assert near.any(axis=(1, 2)).all()
