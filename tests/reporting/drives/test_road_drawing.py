@@ -12,7 +12,7 @@ from coverdrive.paths import PredictedPaths
 from coverdrive.planning.problem.obstacles import ObstacleSettings
 from coverdrive.planning.problem.vehicle import VehicleSettings
 from coverdrive.reporting.drives.active_constraints import ActiveConstraints
-from coverdrive.reporting.drives.road_drawing import RoadDrawing, Window, set_boxes
+from coverdrive.reporting.drives.road_drawing import RoadDrawing, set_boxes
 from coverdrive.reporting.plotting import style
 from coverdrive.simulation.measures.misses import find_windows, left_recently
 
@@ -24,7 +24,7 @@ PATHS = 2 * PATHS_PER_VEHICLE
 @pytest.fixture
 def drawing(trace) -> RoadDrawing:
     axes = style.new_figure(8, 2).subplots()
-    return RoadDrawing(axes, trace.road, trace.scene.vehicles, Window(behind=30, ahead=60))
+    return RoadDrawing(axes, trace.road, trace.scene.vehicles)
 
 
 def polygons(collection) -> list[np.ndarray]:

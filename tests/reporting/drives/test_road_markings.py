@@ -6,7 +6,7 @@ import pytest
 from report_fakes import make_trace
 
 from coverdrive.reference_line import ReferenceLine
-from coverdrive.reporting.drives.road_drawing import VERGE, RoadDrawing, Window
+from coverdrive.reporting.drives.road_drawing import VERGE, RoadDrawing
 from coverdrive.reporting.drives.road_markings import across, ahead_label, drawn_edges, markings
 from coverdrive.reporting.drives.snapshots import snapshots
 from coverdrive.reporting.plotting import style
@@ -40,11 +40,11 @@ def test_a_drawing_shows_the_lanes_where_the_ego_is():
     trace = make_trace(1)
     scene = jax.tree.map(lambda values: values[0], trace.scene)
     scene.lon[0] = 210.0
-    drawing = RoadDrawing(style.new_figure(8, 2).subplots(), RAMP, scene.vehicles, Window(behind=30, ahead=60))
+    drawing = RoadDrawing(style.new_figure(8, 2).subplots(), RAMP, scene.vehicles)
     drawing.show(scene, trace.paths[0], trace.plans[0])
     right, left = drawing.borders.get_segments()
-    assert right.tolist() == [[-30, 0], [-10, 0], [30, 3.5], [60, 3.5]]
-    assert left.tolist() == [[-30, 10.5], [-10, 10.5], [30, 10.5], [60, 10.5]]
+    assert right.tolist() == [[-35, 0], [-10, 0], [30, 3.5], [105, 3.5]]
+    assert left.tolist() == [[-35, 10.5], [-10, 10.5], [30, 10.5], [105, 10.5]]
     (surface,) = drawing.surface.get_paths()
     assert surface.vertices[:, 1].min() == 0 and surface.vertices[:, 1].max() == 10.5
     dashes = np.array(drawing.dashes.get_segments())

@@ -9,7 +9,6 @@ from report_fakes import LEAVES, make_stray, make_trace
 
 from coverdrive.errors import DataError
 from coverdrive.plan import Status
-from coverdrive.reporting.drives.road_drawing import Window
 from coverdrive.reporting.drives.snapshots import Moment, interesting_moments, snapshots
 from coverdrive.reporting.plotting.drawing import save
 from coverdrive.road import Road
@@ -67,11 +66,11 @@ def test_moments_are_in_order_and_spread(steps, count):
 
 
 def test_one_panel_for_each_moment(trace, tmp_path):
-    figure = snapshots(trace, steps=[0, 7], window=Window(behind=20, ahead=50))
+    figure = snapshots(trace, steps=[0, 7])
     titles = [axes.get_title(loc="left") for axes in figure.axes]
     why = "rear: unless the vehicle behind brakes: meets nothing that is seen now"
     assert titles == ["(a)  0.0 s, ego 24.4 m/s", f"(b)  0.7 s, ego 24.4 m/s\n{why}"]
-    assert all(axes.get_xlim() == (-20, 50) and axes.get_aspect() == 1 for axes in figure.axes)
+    assert all(axes.get_xlim() == (-35, 105) and axes.get_aspect() == 1 for axes in figure.axes)
     png, pdf = save(figure, tmp_path / "snapshots")
     width, height = struct.unpack(">II", png.read_bytes()[16:24])
     assert width == 1432

@@ -61,7 +61,7 @@ def test_a_cut_tube_is_drawn_as_boxes():
     cut = replace(basis, reach=0.6 * basis.tolerance(0.5, basis.times))
     half = 0.6 * basis.tolerance(0.5, basis.times)
     half[0] = 0
-    figure = basis_figure(cut, share, highlighted=base)
+    figure = basis_figure(cut, share)
     plane, along, across, _ = figure.panels
     ellipses, boxes = marks_of(plane, Shapes)
     np.testing.assert_allclose(np.min(boxes.outlines, axis=1), cut.points[base] - half)
@@ -130,12 +130,6 @@ def test_the_example_is_explained_only_if_there_is_one():
     basis, share = straight((4, 0)), np.ones(1)
     entries = [len(basis_figure(basis, share, segments).named) for segments in (None, basis.points, basis.points + 9.0)]
     assert entries == [2, 3, 2]
-
-
-@pytest.mark.parametrize(("share", "base"), [(np.ones(2), 0), (np.ones(3), 3), (np.ones(3), -1)])
-def test_what_does_not_belong_to_the_basis_is_refused(share, base):
-    with pytest.raises(DataError, match="3 trajectories"):
-        basis_figure(make_basis(3), share, highlighted=base)
 
 
 def studied(size: int, epsilon: float) -> StudiedBasis:

@@ -4,7 +4,6 @@ import polars as pl
 import pytest
 from scipy.stats import binomtest
 
-from coverdrive.errors import CertificateError, DataError
 from coverdrive.reporting.figures.study import collisions_figure
 from coverdrive.reporting.plotting.drawing import save
 from coverdrive.reporting.plotting.figure import Bars, Figure, Points, Rule, Texts
@@ -47,11 +46,11 @@ def test_bars_whiskers_and_labels(tmp_path):
 
 
 def test_the_papers_totals_are_the_reference():
-    figure = collisions_figure(results((3, 10, 0, 0)), confidence=0.9)
+    figure = collisions_figure(results((3, 10, 0, 0)))
     lines = {rule.name: rule.at for rule in marks_of(figure, Rule) if rule.name}
     assert lines["paper, frontal or side: 7 of 1000"] == pytest.approx(0.7)
     assert lines["paper, rear-end: 20 of 1000"] == pytest.approx(2.0)
-    assert "90 %" in figure.caption
+    assert "95 %" in figure.caption
     assert len(figure.named) == 4
 
 
@@ -73,10 +72,3 @@ def test_rates_of_a_few_trials_are_not_told_apart_by_number_of_vehicles():
 
 def test_certain_collisions_can_be_drawn(tmp_path):
     save(collisions_figure(results((3, 1, 1, 0), (7, 3, 0, 3))), tmp_path / "certain")
-
-
-def test_no_trials_and_impossible_confidence_are_refused():
-    with pytest.raises(DataError, match="at least one trial"):
-        collisions_figure(pl.DataFrame(schema={"vehicles": pl.Int64, "kind": pl.String}))
-    with pytest.raises(CertificateError):
-        collisions_figure(results((3, 10, 0, 0)), confidence=1.0)

@@ -31,7 +31,7 @@ from coverdrive.plan import Status
 from coverdrive.progress import done, stage
 from coverdrive.reporting.drives.active_constraints import ActiveConstraints
 from coverdrive.reporting.drives.reasons import reason_of
-from coverdrive.reporting.drives.road_drawing import RoadDrawing, Window
+from coverdrive.reporting.drives.road_drawing import RoadDrawing, height_of
 from coverdrive.reporting.drives.road_markings import ahead_label
 from coverdrive.reporting.drives.snapshots import add_legend
 from coverdrive.reporting.drives.worst_moment import worst_moment
@@ -95,7 +95,7 @@ _WRITERS: Mapping[str, Callable[[Path, Iterator[memoryview], float], None]] = {
 
 def _frames(trace: Trace, moments: list[int], constraints: ActiveConstraints | None) -> Iterator[memoryview]:
     """The picture of every moment as RGBA pixels, valid until the next one is asked for."""
-    road = Window().height(trace.road, _WIDTH / _DPI - _BESIDE)
+    road = height_of(trace.road, _WIDTH / _DPI - _BESIDE)
     height = _MULTIPLE * math.ceil((_ABOUT + road + _BELOW) * _DPI / _MULTIPLE)
     figure = style.new_figure(_WIDTH / _DPI, height / _DPI)
     figure.set_dpi(_DPI)

@@ -8,7 +8,6 @@ dark in the hue that the sets of that time have; where it is not clear, ego and 
 A vehicle that has left its predicted set has a black frame.
 """
 
-from dataclasses import dataclass
 from typing import Any
 
 import jax
@@ -32,6 +31,9 @@ from coverdrive.scene import Scene
 from coverdrive.simulation.drives.trace import Trace
 from coverdrive.simulation.roads.initial import EGO
 
+BEHIND, AHEAD = 35.0, 105.0
+"""[m] of road that is shown behind and ahead of the ego's centre"""
+
 VERGE = 0.8
 """[m] shown beyond the edges of the road"""
 
@@ -45,27 +47,18 @@ _FRAME = 0.45
 """[m] width of the frame of a vehicle that has left its predicted set"""
 
 
-@dataclass(frozen=True)
-class Window:
-    """The stretch of road that is shown."""
-
-    behind: float = 35.0
-    """[m] behind the ego's centre"""
-    ahead: float = 105.0
-    """[m] ahead of it"""
-
-    def height(self, road: Road, width: float) -> float:
-        """Height of a drawing of this width, in the same unit."""
-        return width * (float(np.ptp(across(road))) + 2 * VERGE) / (self.behind + self.ahead)
+def height_of(road: Road, width: float) -> float:
+    """Height of a drawing of this width, in the same unit."""
+    return width * (float(np.ptp(across(road))) + 2 * VERGE) / (BEHIND + AHEAD)
 
 
 class RoadDrawing:
     """The artists of one picture; `show_moment` moves them to another moment."""
 
-    def __init__(self, axes: Axes, road: Road, slots: int, window: Window | None = None):
+    def __init__(self, axes: Axes, road: Road, slots: int):
         """Prepare a drawing on axes, whose limits are set, with a text for every vehicle slot, the ego's included."""
-        self._road, self._window = road, window or Window()
-        (right, left), limits = across(road), (-self._window.behind, self._window.ahead)
+        self._road = road
+        (right, left), limits = across(road), (-BEHIND, AHEAD)
         axes.set(xlim=limits, ylim=(right - VERGE, left + VERGE), aspect="equal")
         axes.set(yticks=np.asarray(road.centres), yticklabels=[f"lane {lane}" for lane in range(road.lanes)])
         axes.tick_params(axis="y", length=0)
@@ -151,14 +144,14 @@ class RoadDrawing:
             text.set_position(tuple(corners[slot].mean(0)))
             text.set_text(f"{scene.speed[slot]:.0f}" if valid[slot] else "")
         self.dashes.set_segments(list(self._dashes(origin[0]) - origin))
-        window = origin[0] - self._window.behind, origin[0] + self._window.ahead
-        right, left = (line.points - origin for line in markings(self._road, *window) if line.outer)
+        shown = markings(self._road, origin[0] - BEHIND, origin[0] + AHEAD)
+        right, left = (line.points - origin for line in shown if line.outer)
         self.surface.set_verts([np.concatenate([right, left[::-1]])])
         self.borders.set_segments([right, left])
 
     def _dashes(self, own_lon: float) -> Float[np.ndarray, "n 2 2"]:
         """Lane markings, which stand still on the road."""
-        first, last = own_lon - self._window.behind, own_lon + self._window.ahead
+        first, last = own_lon - BEHIND, own_lon + AHEAD
         start = _DASH_PERIOD * np.arange(np.floor(first / _DASH_PERIOD), last / _DASH_PERIOD)
         lon = np.stack([start, start + _DASH], axis=-1)
         drawn = np.logical_and(*(drawn_edges(self._road, each) for each in lon.T))

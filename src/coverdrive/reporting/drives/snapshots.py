@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 from coverdrive.errors import DataError
 from coverdrive.reporting.drives.active_constraints import ActiveConstraints
 from coverdrive.reporting.drives.reasons import reason_of
-from coverdrive.reporting.drives.road_drawing import RoadDrawing, Window
+from coverdrive.reporting.drives.road_drawing import RoadDrawing, height_of
 from coverdrive.reporting.drives.road_markings import ahead_label
 from coverdrive.reporting.drives.worst_moment import worst_moment
 from coverdrive.reporting.plotting import style
@@ -40,13 +40,12 @@ class Moment(NamedTuple):
 def snapshots(
     trace: Trace,
     steps: Sequence[int] | None = None,
-    window: Window | None = None,
     constraints: ActiveConstraints | None = None,
 ) -> Figure:
     """Draw vehicles, predicted sets and the ego's plan at the starts of some steps, by default four interesting ones.
 
-    ``window`` is the stretch of road around the ego; active constraints are marked if ``constraints`` tells them.
-    DataError if there is no step, or one that the trace does not have.
+    Active constraints are marked if ``constraints`` tells them. DataError if there is no step, or one that the trace
+    does not have.
     """
     if steps is not None and not (steps and all(0 <= step < len(trace) for step in steps)):
         raise DataError(f"snapshots need steps from 0 to {len(trace) - 1}, got {list(steps)}; choose among these")
@@ -55,12 +54,12 @@ def snapshots(
     left = left_recently(trace, windows)
     with style.style():
         reasons = [reason_of(trace, moment.step) for moment in moments]
-        height = _ABOUT + (window or Window()).height(trace.road, TWO_COLUMNS - _BESIDE)
+        height = _ABOUT + height_of(trace.road, TWO_COLUMNS - _BESIDE)
         lines = sum(bool(reason.text) for reason in reasons)
         figure = style.new_figure(TWO_COLUMNS, _ABOVE + height * len(moments) + _LINE * (lines + bool(lines)))
         panels = figure.subplots(len(moments), 1, sharex=True, squeeze=False)[:, 0]
         for letter, (axes, moment, reason) in enumerate(zip(panels, moments, reasons, strict=True), start=ord("a")):
-            drawing = RoadDrawing(axes, trace.road, trace.scene.vehicles, window)
+            drawing = RoadDrawing(axes, trace.road, trace.scene.vehicles)
             scene = drawing.show_moment(trace, moment.step, constraints, left)
             title = f"({chr(letter)})  {trace.time[moment.step]:.1f} s, ego {scene.speed[EGO]:.1f} m/s"
             title += f":  {moment.remark}" * bool(moment.remark)

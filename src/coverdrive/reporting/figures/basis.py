@@ -40,27 +40,15 @@ def basis_figure(
     basis: Basis,
     share: Float[np.ndarray, " M"],
     segments: Float[np.ndarray, "N T 2"] | None = None,
-    highlighted: int | None = None,
 ) -> Figure:
-    """A basis from above, over time, and how common its trajectories are.
+    """A basis from above, over time, and how common its trajectories are; `most_telling` is drawn with its tube.
 
     Args:
         basis: M base trajectories.
         share: of the data that each of them stands for.
-        segments: recorded segments [m]; of those within ε of the highlighted base trajectory, the farthest from it
-            is drawn.
-        highlighted: index of the base trajectory that is drawn with its ellipses; if left out, the most common one
-            that ends more than twice its own tolerance away from constant velocity.
-
-    Raises:
-        DataError: the shares or the index do not belong to the basis.
+        segments: recorded segments [m]; of those within ε of that one, the farthest from it is drawn.
     """
-    if share.shape != (len(basis),) or not (highlighted is None or 0 <= highlighted < len(basis)):
-        raise DataError(
-            f"a basis of {len(basis)} trajectories needs as many shares, and an index from 0 to {len(basis) - 1}; "
-            f"got shares of shape {share.shape} and the index {highlighted}"
-        )
-    base = most_telling(basis, share) if highlighted is None else highlighted
+    base = most_telling(basis, share)
     example = None if segments is None else farthest_inside(basis, base, segments)
     times = np.linspace(0, basis.horizon, _CURVE)
     curves, half = basis.rollout(times)[0], tube_of(basis, times)

@@ -1,9 +1,11 @@
-"""What a study found: collisions (paper, Fig. 4a), how the ego drove, and how long prediction and planning took."""
+"""What a study found: collisions (paper, Fig. 4a), how the ego drove, and how long prediction and planning took.
+
+All of these are of at least one trial.
+"""
 
 import numpy as np
 import polars as pl
 
-from coverdrive.errors import DataError
 from coverdrive.reporting.plotting import style
 from coverdrive.reporting.plotting.figure import Axis, Bars, Figure, Line, Mark, Panel, Points, Rule, Shapes, Texts
 from coverdrive.simulation.measures.statistics import PAPER, PAPER_TRIALS, collision_table, telling_rows
@@ -38,15 +40,9 @@ _TIMES = {
 }
 
 
-def collisions_figure(results: pl.DataFrame, confidence: float = 0.95) -> Figure:
-    """How often the ego collides, for all trials together, and for every number of vehicles if each has enough.
-
-    Args:
-        results: one row per trial, with the columns ``vehicles`` and ``kind``; DataError if there is none.
-        confidence: of the Clopper–Pearson intervals, in (0, 1), else CertificateError.
-    """
-    _check(results, "collisions")
-    table = telling_rows(collision_table(results, confidence))
+def collisions_figure(results: pl.DataFrame) -> Figure:
+    """How often the ego collides, for all trials together, and for every number of vehicles if each has enough."""
+    table = telling_rows(collision_table(results))
     place = np.arange(table.height, dtype=float)
     place[-1] += (_APART - 1) * (table.height > 1)
     numbers = [*table["vehicles"].drop_nulls().to_list(), "all"]
@@ -61,7 +57,7 @@ def collisions_figure(results: pl.DataFrame, confidence: float = 0.95) -> Figure
         [[Panel(marks, x, Axis("collisions per 100 trials", low=0))]],
         height=3.1,
         caption=f"{'Collisions by number of uncontrolled vehicles' if table.height > 1 else 'Collisions'} (number of "
-        f"trials in brackets): the rate as a mark, its {100 * confidence:g} % Clopper–Pearson interval, and the number "
+        f"trials in brackets): the rate as a mark, its 95 % Clopper–Pearson interval, and the number "
         f"of collisions above it. Dashed: the paper's rates over all its {PAPER_TRIALS} trials.",
         legend_columns=2,
     )
@@ -86,11 +82,7 @@ def _collisions(table: pl.DataFrame, kind: str, place: np.ndarray) -> list[Mark]
 
 
 def drives_figure(trials: pl.DataFrame) -> Figure:
-    """Mean speed, least gap if anybody was met, and jerk of every trial, by number of uncontrolled vehicles.
-
-    DataError if there is no trial.
-    """
-    _check(trials, "speeds and gaps")
+    """Mean speed, least gap if anybody was met, and jerk of every trial, by number of uncontrolled vehicles."""
     numbers = trials["vehicles"].unique().sort().to_list()
     ticks = {float(each): str(each) for each in numbers} if len(numbers) <= _TICKS else None
     x = Axis("uncontrolled vehicles", numbers[0] - 0.5, numbers[-1] + 0.5, ticks=ticks)
@@ -132,11 +124,7 @@ def _box(place: float, values: np.ndarray) -> list[Mark]:
 
 
 def planning_figure(trials: pl.DataFrame, period: float) -> Figure:
-    """The share of trials whose steps took at most a given time; the next plan is due after the period [s].
-
-    DataError if there is no trial.
-    """
-    _check(trials, "planning times")
+    """The share of trials whose steps took at most a given time; the next plan is due after the period [s]."""
     due = 1e3 * period
     marks: list[Mark] = [
         _steps(1e3 * trials[column].to_numpy(), name, colour) for column, (name, colour) in _TIMES.items()
@@ -159,8 +147,3 @@ def _steps(milliseconds: np.ndarray, name: str, colour: str) -> Line:
         x=np.append(times[0], times), y=np.arange(len(times) + 1) / len(times), step=True, colour=colour, name=name,
         width=1.6, hover=f"{name}: {np.median(times):.3g} ms at half of the trials, {times[-1]:.3g} ms at most",
     )  # fmt: skip
-
-
-def _check(trials: pl.DataFrame, what: str) -> None:
-    if trials.is_empty():
-        raise DataError(f"a figure of {what} needs at least one trial, got none; run some first")

@@ -133,9 +133,6 @@ for _name, _words in MANOEUVRES.items():
 
 SCHEMA = {name: {int: pl.Int64(), float: pl.Float64(), str: pl.String()}[kind] for name, (kind, *_) in COLUMNS.items()}
 
-LATER = ("hardest_braking_behind",)
-"""columns that tables of earlier versions lack, and which are null there"""
-
 STARTED = pl.col("kind") != Kind.NOT_STARTED.value
 """whether a trial could start, as an expression on a table of trials"""
 

@@ -18,7 +18,7 @@ from coverdrive.errors import DataError
 from coverdrive.files import write_atomically, write_json
 from coverdrive.simulation.drives.storage import load_trace, save_trace
 from coverdrive.simulation.drives.trace import Trace
-from coverdrive.simulation.measures.trial import LATER, SCHEMA, Row
+from coverdrive.simulation.measures.trial import SCHEMA, Row
 from coverdrive.simulation.studies.setup import Setup
 
 _FORMAT = 2
@@ -131,11 +131,9 @@ class StudyFolder:
 
 
 def _table_in(file: Path) -> pl.DataFrame | None:
-    """The table of trials in a file, with nulls for what was not measured when it was made; None if it holds none."""
+    """The table of trials in a file, or None if it holds none of this version."""
     try:
         table = pl.read_parquet(file.read_bytes())
-        unknown = {name: pl.lit(None, SCHEMA[name]) for name in LATER if name not in table.columns}
-        table = table.with_columns(**unknown).select(*SCHEMA, pl.exclude(*SCHEMA))
     except (OSError, pl.exceptions.PolarsError, pl.exceptions.PanicException):
         return None
     return table if SCHEMA.items() <= dict(table.schema).items() else None
