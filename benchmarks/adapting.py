@@ -13,13 +13,13 @@ import numpy as np
 import polars as pl
 
 from coverdrive.dialling.adapting import life
-from coverdrive.dialling.frontier import COLLIDED, OWN_FAULT
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.prediction.adaptive import Adaptive
 from coverdrive.prediction.fit import fit
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.simulation.drivers.generated import generate
 from coverdrive.simulation.drives.episode import EpisodeSettings
+from coverdrive.simulation.measures.notable import COLLIDED, OWN_FAULT
 from coverdrive.simulation.measures.statistics import miss_rate
 from coverdrive.simulation.roads.initial import VEHICLES
 from coverdrive.simulation.roads.places import PLACES

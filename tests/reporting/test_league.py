@@ -11,9 +11,9 @@ from report_fakes import make_contents
 
 from coverdrive.league.table import SCHEMA
 from coverdrive.reporting.figures.league import league_figure
-from coverdrive.reporting.league import write_league
 from coverdrive.reporting.page.page import page
 from coverdrive.reporting.plotting.figure import Line, Points
+from coverdrive.reporting.report import write_league
 from coverdrive.reporting.tables.league import COLUMNS, ON_PROBLEMS, worlds_of
 
 

@@ -22,13 +22,14 @@ from coverdrive.arguments import of_kind, path_of
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.dial import Asked, Dial, Tried
 from coverdrive.certificates.drives import Procedure, Proof, drives_needed, limit_of
-from coverdrive.dialling.frontier import COLLIDED, OURS, OWN_FAULT, frontier
+from coverdrive.dialling.frontier import OURS, frontier
 from coverdrive.errors import DataError, SettingError
 from coverdrive.files import write_atomically, write_json
 from coverdrive.prediction.stored import checked_scale
 from coverdrive.progress import stage
 from coverdrive.recordings.recording import Recording
 from coverdrive.simulation.drives.episode import EpisodeSettings
+from coverdrive.simulation.measures.notable import COLLIDED, OWN_FAULT
 from coverdrive.simulation.measures.trial import STARTED
 from coverdrive.simulation.predictor import Scalable
 from coverdrive.simulation.studies.driven_on import driven_on

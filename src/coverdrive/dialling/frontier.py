@@ -12,17 +12,11 @@ from coverdrive.certificates.bounds import clopper_pearson
 from coverdrive.errors import SettingError
 from coverdrive.league.entrants import Known, Place, entrant
 from coverdrive.planning.planner import MpcPlanner
-from coverdrive.simulation.drives.outcome import Fault, Kind
+from coverdrive.simulation.measures.notable import COLLIDED, OWN_FAULT
 from coverdrive.simulation.measures.trial import STARTED
 from coverdrive.simulation.predictor import Scalable
 from coverdrive.simulation.studies.comparison import paired_t
 from coverdrive.simulation.studies.setup import Setup
-
-COLLIDED = STARTED & (pl.col("kind") != Kind.FINISHED.value)
-"""whether the ego touched anybody, as an expression on a table of trials"""
-
-OWN_FAULT = COLLIDED & (pl.col("at_fault") == Fault.EGO.value)
-"""the same at its own fault"""
 
 OURS = "default"
 """the name of our own sets"""

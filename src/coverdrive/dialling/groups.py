@@ -15,7 +15,6 @@ import polars as pl
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from coverdrive.dialling.frontier import COLLIDED, OWN_FAULT
 from coverdrive.errors import DataError
 from coverdrive.files import write_atomically
 from coverdrive.league.beliefs import KnownFuture
@@ -26,6 +25,7 @@ from coverdrive.prediction.fit import PredictionSettings, fit, scale_left
 from coverdrive.prediction.predictor import AnyPredictor, Predictor
 from coverdrive.progress import stage
 from coverdrive.recordings.recording import Recording
+from coverdrive.simulation.measures.notable import COLLIDED, OWN_FAULT
 from coverdrive.simulation.measures.trial import STARTED
 from coverdrive.simulation.predictor import Belief
 from coverdrive.simulation.studies.folder import StudyFolder

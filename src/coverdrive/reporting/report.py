@@ -1,4 +1,4 @@
-"""From a fit and a study to what a person looks at: the page, the figures, the video of a drive."""
+"""From a fit, a study or a league to what a person looks at: the page, the figures, the video of a drive."""
 
 from collections.abc import Sequence
 from contextlib import nullcontext
@@ -6,9 +6,12 @@ from functools import partial
 from pathlib import Path
 from typing import Literal
 
+import polars as pl
+
 from coverdrive.arguments import of_kind
 from coverdrive.dialling.dial import said_of_dial
 from coverdrive.errors import DataError
+from coverdrive.files import write_atomically
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.prediction.fit import Fit
 from coverdrive.progress import done, stage
@@ -16,9 +19,11 @@ from coverdrive.reporting.contents import Contents, Fitted
 from coverdrive.reporting.drives.active_constraints import ActiveConstraints
 from coverdrive.reporting.drives.animation import animate
 from coverdrive.reporting.figures.gallery import draw_all
+from coverdrive.reporting.figures.league import league_figure
 from coverdrive.reporting.figures.risk import risk_figure
-from coverdrive.reporting.page.page import write_page
+from coverdrive.reporting.page.page import rendered, write_page
 from coverdrive.reporting.plotting.drawing import save
+from coverdrive.reporting.tables.league import league_of
 from coverdrive.simulation.measures.notable import liveliest, notable
 from coverdrive.simulation.studies.driven_on import driven_on
 from coverdrive.simulation.studies.study import Study
@@ -89,6 +94,16 @@ def draw_everything(fitted: Fitted, study: Study, workers: int = 1) -> Path:
 def draw_methods(fitted: Fitted) -> None:
     """Draw the comparison of all methods of calibration."""
     save(risk_figure(fitted.compared), fitted.folder / "figures" / "methods")
+
+
+def write_league(table: pl.DataFrame, folder: Path) -> None:
+    """Write ``league.html`` and the figure, as PNG and PDF, of a table of `coverdrive.league.table` into a folder."""
+    figure = league_figure(table)
+    if figure:
+        save(figure, folder / "league")
+    figures = {"league": figure} if figure else {}
+    text = rendered("league-page", figures, league=league_of(table))
+    write_atomically(folder / "league.html", lambda file: file.write_text(text, encoding="utf-8"))
 
 
 def contents_of(fitted: Fit | Fitted, study: Study | None, replayed: Sequence[int]) -> Contents:

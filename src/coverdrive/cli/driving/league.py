@@ -103,7 +103,7 @@ def league(
         from coverdrive.league.league import check_names
         from coverdrive.league.league import league as drive
         from coverdrive.league.problems import is_problems, problems_of
-        from coverdrive.reporting.league import write_league
+        from coverdrive.reporting.report import write_league
         from coverdrive.reporting.tables.league import league_tables
         from coverdrive.results import LEAGUE, Results
         from coverdrive.simulation.traffic.registry import NAMES

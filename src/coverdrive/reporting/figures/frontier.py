@@ -8,7 +8,7 @@ from rich.table import Table
 from coverdrive.dialling.frontier import OURS, drives_to_tell
 from coverdrive.numbers import at_most, interval, percent
 from coverdrive.reporting.plotting import style
-from coverdrive.reporting.plotting.figure import Axis, Figure, Mark, Panel, Points
+from coverdrive.reporting.plotting.figure import Axis, Figure, Mark, Panel, crossed
 from coverdrive.reporting.tables.fitting import columns_table
 
 
@@ -24,7 +24,6 @@ def frontier_table(lines: pl.DataFrame) -> Table:
     )
 
 
-_MARKERS = "osD^v*pHPXd"
 _CAPTION = (
     "Collisions against the mean speed of the ego at every scale λ of the sets, and of others; up and left is better. "
     "Horizontal: 95 % Clopper–Pearson intervals; vertical: 95 % intervals of the mean. "
@@ -42,22 +41,15 @@ def frontier_figure(lines: pl.DataFrame) -> Figure:
 
 
 def _marks(line: dict[str, Any], number: int) -> list[Mark]:
-    """One mark, with its intervals along both axes."""
-    proof = line["drives_of"] == "proof"
-    look: dict[str, Any] = {
-        "x": [100 * line["collisions"] / line["drives"]], "y": [line["mean_speed"]],
-        "colour": style.CYCLE[(number + 4 * proof) % len(style.CYCLE)], "marker": _MARKERS[number % len(_MARKERS)],
-        "name": f"{line['who']}, {line['drives_of']}",
-    }  # fmt: skip
     low, high = 100 * line["rate_low"], 100 * line["rate_high"]
     scale = "" if line["scale"] is None else f", λ = {line['scale']:g}"
     said = f"{line['who']}{scale}\n{line['collisions']} of {line['drives']} collided ({low:.2g}–{high:.2g} %)"
-    marks: list[Mark] = [
-        Points(**look, low=[low], high=[high], along="x", hover=[f"{said}\n{line['mean_speed']:.2f} m/s"])
-    ]
-    if line["speed_low"] is not None:
-        marks.append(Points(**look, low=[line["speed_low"]], high=[line["speed_high"]]))
-    return marks
+    return crossed(
+        100 * line["collisions"] / line["drives"], line["mean_speed"], (low, high),
+        (line["speed_low"], line["speed_high"]), f"{said}\n{line['mean_speed']:.2f} m/s",
+        colour=style.CYCLE[(number + 4 * (line["drives_of"] == "proof")) % len(style.CYCLE)],
+        marker=style.MARKERS[number % len(style.MARKERS)], name=f"{line['who']}, {line['drives_of']}",
+    )  # fmt: skip
 
 
 def _cells(line: dict[str, Any]) -> tuple[str, ...]:

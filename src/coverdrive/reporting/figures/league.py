@@ -5,9 +5,8 @@ from typing import Any
 import polars as pl
 
 from coverdrive.reporting.plotting import style
-from coverdrive.reporting.plotting.figure import Axis, Figure, Line, Mark, Panel, Points
+from coverdrive.reporting.plotting.figure import Axis, Figure, Line, Mark, Panel, crossed
 
-_MARKERS = "osD^v*pHPXd"
 _ACROSS = 3
 """panels in a row"""
 _CAPTION = (
@@ -63,18 +62,14 @@ def _frontier(rows: list[dict[str, Any]]) -> Line:
 
 
 def _marks(row: dict[str, Any], number: int) -> list[Mark]:
-    """One mark, with its intervals along both axes."""
-    risk, (progress, name, factor) = _risk(row), _progress(row)
-    look: dict[str, Any] = {
-        "x": [risk], "y": [progress], "colour": style.CYCLE[number % len(style.CYCLE)],
-        "marker": _MARKERS[number % len(_MARKERS)], "name": row["planner"],
-    }  # fmt: skip
+    progress, name, factor = _progress(row)
     low, high = 100 * row["at_fault_low"], 100 * row["at_fault_high"]
     count = f"{row['at_fault']} of {row['drives']} collided at fault ({low:.2g}–{high:.2g} %)"
     gained = f"{progress:.2f} m/s" if factor == 1 else f"{row['solved']} solved"
-    said = f"{row['planner']}\n{count}\n{gained}"
-    marks: list[Mark] = [Points(**look, low=[low], high=[high], along="x", hover=[said])]
-    if row[f"{name}_low"] is not None:
-        ends = ([factor * row[f"{name}_{end}"]] for end in ("low", "high"))
-        marks.append(Points(**look, **dict(zip(("low", "high"), ends, strict=True))))
-    return marks
+    ends = (row[f"{name}_{end}"] for end in ("low", "high"))
+    least, most = (None if end is None else factor * end for end in ends)
+    return crossed(
+        _risk(row), progress, (low, high), (least, most), f"{row['planner']}\n{count}\n{gained}",
+        colour=style.CYCLE[number % len(style.CYCLE)], marker=style.MARKERS[number % len(style.MARKERS)],
+        name=row["planner"],
+    )  # fmt: skip

@@ -10,7 +10,6 @@ from coverdrive.reporting.claim import legend, strength, whose
 from coverdrive.reporting.plotting import style
 from coverdrive.reporting.plotting.figure import Axis, Figure, Mark, Panel, Points, Texts
 
-_MARKERS = "osD^v*pHPXd"
 _LARGE, _SMALL = 7.0, 3.5
 """[point] marks of bounds, and of what was observed"""
 _BEYOND = 1.5
@@ -40,7 +39,7 @@ def risk_figure(compared: Sequence[Compared]) -> Figure:
         mine = [each for each in shown if each.method is method]
         look = {"colour": style.CYCLE[number % len(style.CYCLE)], "name": legend(mine)}
         for each in mine:
-            marks += _marks(each, _MARKERS[number % len(_MARKERS)], limit, look)
+            marks += _marks(each, style.MARKERS[number % len(style.MARKERS)], limit, look)
     noun = {"share": "window", "group": "vehicle"}.get(unit, unit)
     x, y = (
         Axis(f"missed {noun}s [%]", 0, limit),

@@ -8,7 +8,6 @@ import polars as pl
 
 from coverdrive.reporting.contents import Contents
 from coverdrive.simulation.measures.notable import COLLIDED, NEARLY
-from coverdrive.simulation.measures.trial import STARTED
 
 
 class Row(NamedTuple):
@@ -55,9 +54,7 @@ def trial_rows(contents: Contents) -> list[Row]:
     """One row for each trial; none without a study."""
     if contents.trials is None:
         return []
-    trials = contents.trials.with_columns(
-        collided=COLLIDED & STARTED, nearly=NEARLY, planning_p99=1e3 * pl.col("planning_p99")
-    )
+    trials = contents.trials.with_columns(collided=COLLIDED, nearly=NEARLY, planning_p99=1e3 * pl.col("planning_p99"))
     rows: list[Row] = []
     for row in trials.iter_rows(named=True):
         trace = contents.traces.get(row["trial"])

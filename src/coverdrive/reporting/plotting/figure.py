@@ -66,6 +66,22 @@ class Points(Mark):
     hover: Sequence[str] = ()
 
 
+def crossed(
+    x: float,
+    y: float,
+    along_x: tuple[float, float],
+    along_y: tuple[float | None, float | None],
+    hover: str,
+    **look: Any,
+) -> list[Mark]:
+    """One mark, with its intervals along both axes, of which that of y may be unknown."""
+    low, high = along_y
+    marks: list[Mark] = [Points(x=[x], y=[y], low=[along_x[0]], high=[along_x[1]], along="x", hover=[hover], **look)]
+    if low is not None and high is not None:
+        marks.append(Points(x=[x], y=[y], low=[low], high=[high], **look))
+    return marks
+
+
 @dataclass(frozen=True, kw_only=True)
 class Bars(Mark):
     """Rectangles around x that stand on a base."""

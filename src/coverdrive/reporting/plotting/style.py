@@ -22,6 +22,9 @@ GREEN, PURPLE, BLACK, GREY = "#009E73", "#CC79A7", "#000000", "#8A8A8A"
 CYCLE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, GREY)
 """for things that are told apart by colour, in this order"""
 
+MARKERS = "osD^v*pHPXd"
+"""the same by their marks"""
+
 EGO, OTHER = BLUE, VERMILION
 """the ego and what it plans; the other vehicles and what is predicted for them"""
 

@@ -2,15 +2,18 @@
 
 import polars as pl
 
-from coverdrive.simulation.drives.outcome import Kind
+from coverdrive.simulation.drives.outcome import Fault, Kind
+from coverdrive.simulation.measures.trial import STARTED
 
 NEAR_GAP = 1.0
 """[m] a smaller gap to another vehicle is a near miss"""
 NEAR_TIME = 1.0
 """[s] a smaller time to collision is a near miss"""
 
-COLLIDED = pl.col("kind") != Kind.FINISHED.value
-"""whether the ego collided, as an expression on a table of trials"""
+COLLIDED = STARTED & (pl.col("kind") != Kind.FINISHED.value)
+"""whether the ego touched anybody, as an expression on a table of trials"""
+OWN_FAULT = COLLIDED & (pl.col("at_fault") == Fault.EGO.value)
+"""the same at its own fault"""
 NEARLY = ~COLLIDED & ((pl.col("minimum_gap") < NEAR_GAP) | (pl.col("minimum_time_to_collision") < NEAR_TIME))
 """whether it nearly did"""
 

@@ -16,7 +16,7 @@ from coverdrive.settings import merged
 from coverdrive.simulation.drives.episode import EpisodeSettings
 from coverdrive.simulation.drives.trace import Trace
 from coverdrive.simulation.measures.statistics import collision_table, widest_interval
-from coverdrive.simulation.measures.trial import STARTED, table_of
+from coverdrive.simulation.measures.trial import STARTED
 from coverdrive.simulation.predictor import Belief
 from coverdrive.simulation.roads.places import check_replayed_road, place_of, recorded_place
 from coverdrive.simulation.studies.folder import StudyFolder
@@ -105,7 +105,7 @@ class Study:
             raise SettingError(f"until_width: expected a number between 0 and 1, got {until_width!r}")
         setup = self._loaded
         ends = [*range(batch, trials, batch), trials] if until_width else [trials]
-        table = table_of([])
+        table = self.files.table_of([])
         with stage(f"{name} ({trials})"):
             for end in ends:
                 table = drive_missing(table, end, self.files, setup, workers, cluster, trials)

@@ -7,7 +7,6 @@ ego's included (slot 0), which a traffic model never moves.
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
-import jax
 import numpy as np
 from jaxtyping import Bool, Int
 
@@ -16,7 +15,6 @@ from coverdrive.scene import Scene
 from coverdrive.simulation.roads.initial import InitialSettings
 
 
-@jax.tree_util.register_dataclass
 @dataclass(frozen=True, eq=False)
 class TrafficStep:
     """What the uncontrolled vehicles did in one step."""
@@ -44,7 +42,6 @@ class Traffic(Protocol):
         ...
 
 
-@jax.tree_util.register_dataclass
 @dataclass(frozen=True, eq=False)
 class Start:
     """Where and on which road an episode begins."""
