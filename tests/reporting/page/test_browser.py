@@ -622,11 +622,6 @@ def test_what_is_touched_is_large_enough(browser, address: str) -> None:
     context.close()
 
 
-def serious(page) -> list[str]:
-    found = page.evaluate("axe.run()")["violations"]
-    return [each["id"] for each in found if each["impact"] in ("serious", "critical")]
-
-
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("size", [(1440, 900), (390, 844)])
 def test_axe_finds_nothing_serious(browser, address: str, scheme: str, size: tuple[int, int]) -> None:
@@ -719,8 +714,7 @@ def test_the_table_opens_sorts_and_filters(page) -> None:
     assert page.locator("#trials tbody tr:visible").count() == 2
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize("size", [(1280, 900), (390, 844)])
+@pytest.mark.parametrize(("scheme", "size"), [("light", (390, 844)), ("dark", (1280, 900))])
 def test_light_and_dark_wide_and_narrow(browser, address: str, tmp_path, scheme: str, size: tuple[int, int]) -> None:
     context = browser.new_context(viewport={"width": size[0], "height": size[1]}, color_scheme=scheme)
     page = context.new_page()

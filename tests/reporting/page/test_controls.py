@@ -65,18 +65,19 @@ FOCUSED = """() => {
 
 
 @pytest.fixture(scope="module")
-def opened(browser, address: str) -> Iterator[Callable[[str], Any]]:
-    """A function that opens the page anew on a device, at moment 50, with all that folds open."""
+def opened(browser, address: str) -> Iterator[Callable[..., Any]]:
+    """A function that shows the page on a device at moment 50, with all that folds open; anew unless told not to."""
     contexts = {name: browser.new_context(**settings) for name, settings in DEVICES.items()}
     pages = {name: context.new_page() for name, context in contexts.items()}
 
-    def open_on(name: str) -> Any:
+    def open_on(name: str, anew: bool = True) -> Any:
         page = pages[name]
-        page.goto("about:blank")
-        page.goto(address)
-        page.wait_for_selector("#player[data-loaded='0']")
-        page.evaluate("document.querySelectorAll('details').forEach((each) => { each.open = true; })")
-        page.evaluate("figures.forEach((view) => view.draw())")
+        if anew:
+            page.goto("about:blank")
+            page.goto(address)
+            page.wait_for_selector("#player[data-loaded='0']")
+            page.evaluate("document.querySelectorAll('details').forEach((each) => { each.open = true; })")
+            page.evaluate("figures.forEach((view) => view.draw())")
         page.evaluate("scrub.value = 50; scrub.dispatchEvent(new Event('input'))")
         return page
 
@@ -119,15 +120,16 @@ def by_pointer(way: str) -> Callable[[Any], None]:
 
 @pytest.mark.parametrize("control", CONTROLS, ids=lambda control: control.selector)
 @pytest.mark.parametrize(("device", "way"), WAYS)
-def test_a_control_obeys(opened: Callable[[str], Any], device: str, way: str, control: Control) -> None:
+def test_a_control_obeys(opened: Callable[..., Any], device: str, way: str, control: Control) -> None:
     if way != "keyboard":
         assert changed(opened(device), control, by_pointer(way))
         return
-    for key in control.keys:
-        assert changed(opened(device), control, lambda locator, key=key: locator.press(key)), key
+    for number, key in enumerate(control.keys):  # what is pressed stays pressed
+        page = opened(device, anew=number == 0 or control.seen == PRESSED)
+        assert changed(page, control, lambda locator, key=key: locator.press(key)), key
 
 
-def test_pictures_are_touched(opened: Callable[[str], Any]) -> None:
+def test_pictures_are_touched(opened: Callable[..., Any]) -> None:
     page = opened("phone")
     for name in ("#course", "#ticks"):
         box, before = page.locator(name).bounding_box(), page.evaluate(MOMENT)
@@ -147,14 +149,14 @@ def test_pictures_are_touched(opened: Callable[[str], Any]) -> None:
 
 
 @pytest.mark.parametrize("device", DEVICES)
-def test_no_control_is_left_out(opened: Callable[[str], Any], device: str) -> None:
+def test_no_control_is_left_out(opened: Callable[..., Any], device: str) -> None:
     known = ", ".join([*(each.selector for each in CONTROLS), *ALIKE, *POINTED, *SCROLLED])
     left = f"known => ({FOCUSED})().filter((each) => !each.matches(known)).map((each) => each.outerHTML)"
     assert opened(device).evaluate(left, known) == []
 
 
 @pytest.mark.parametrize("device", DEVICES)
-def test_the_tab_key_comes_to_every_control(opened: Callable[[str], Any], device: str) -> None:
+def test_the_tab_key_comes_to_every_control(opened: Callable[..., Any], device: str) -> None:
     page = opened(device)
     page.evaluate(f"window.missing = new Set(({FOCUSED})().filter((each) => each.tabIndex >= 0))")
     count = page.evaluate("window.missing.size")

@@ -1,8 +1,6 @@
 """Compiling in a process of its own."""
 
 import os
-import subprocess
-import sys
 import time
 from pathlib import Path
 
@@ -57,17 +55,3 @@ def test_nothing_is_started_where_it_would_not_help(file: Path, monkeypatch: pyt
     monkeypatch.setattr(ahead, "is_compiled", lambda: True)
     with compiled_ahead():
         pass
-
-
-@pytest.mark.slow
-def test_what_was_compiled_ahead_is_there(tmp_path: Path) -> None:
-    script = (
-        "import time\n"
-        "from coverdrive.planning.solver.search import is_compiled\n"
-        "from coverdrive.simulation.studies.ahead import compiled_ahead\n"
-        "assert not is_compiled()\n"
-        "with compiled_ahead():\n"
-        "    while not is_compiled(): time.sleep(0.1)\n"
-    )
-    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
-    subprocess.run([sys.executable, "-c", script], env=environment, timeout=3000, check=True)

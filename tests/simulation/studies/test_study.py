@@ -18,8 +18,9 @@ from coverdrive.planning.planner import MpcPlanner
 from coverdrive.progress import heard_by
 from coverdrive.simulation.drives.episode import EpisodeSettings
 from coverdrive.simulation.measures.statistics import widest_interval
-from coverdrive.simulation.measures.trial import LATER, SCHEMA, measure
+from coverdrive.simulation.measures.trial import SCHEMA, measure
 from coverdrive.simulation.roads import initial
+from coverdrive.simulation.studies.ahead import _CODE
 from coverdrive.simulation.studies.study import Study, simulate
 from coverdrive.simulation.traffic.model import TrafficStep
 from coverdrive.simulation.traffic.motion import constant_velocity, with_states
@@ -175,15 +176,6 @@ def test_a_damaged_table_is_named(tmp_path):
     assert study.run(1).trials.height == 1
 
 
-def test_what_an_earlier_version_did_not_measure_is_null(tmp_path):
-    study = Study(fakes(), tmp_path).run(2)
-    for file in (tmp_path / "trials.parquet", tmp_path / "trials" / "000000.parquet"):
-        pl.read_parquet(file).drop(LATER).write_parquet(file)
-    old = study.trials
-    assert old.columns == list(SCHEMA) and all(old[name].null_count() == 2 for name in LATER)
-    assert study.run(3).trials["hardest_braking_behind"].null_count() == 1
-
-
 def test_drives_are_stored_for_the_next_look(tmp_path, monkeypatch):
     study = Study(fakes(), tmp_path).run(2)
     driven = study.trace(1)
@@ -212,34 +204,28 @@ def test_a_failing_trial_leaves_the_finished_ones(tmp_path):
 
 
 @pytest.mark.slow
-def test_results_do_not_depend_on_the_number_of_workers(tmp_path):
-    alone = run(tmp_path / "1", 12, fakes(seed=3))
-    together = run(tmp_path / "4", 12, fakes(seed=3), workers=4)
+def test_drives_do_not_depend_on_the_number_of_workers(tmp_path):
+    alone = run(tmp_path / "1", 6, fakes(MpcPlanner(), seed=3))
+    together = run(tmp_path / "2", 6, fakes(MpcPlanner(), seed=3), workers=2)
+    assert alone["share_solved"].max() > 0 and alone["mean_speed"].n_unique() == 6
     assert together.drop(TIMES).equals(alone.drop(TIMES))
 
 
 @pytest.mark.slow
-def test_drives_of_the_planner_do_not_depend_on_the_number_of_workers(tmp_path):
-    alone = run(tmp_path / "1", 8, fakes(MpcPlanner(), seed=3))
-    together = run(tmp_path / "4", 8, fakes(MpcPlanner(), seed=3), workers=4)
-    assert alone["share_solved"].max() > 0 and alone["mean_speed"].n_unique() == 8
-    assert together.drop(TIMES).equals(alone.drop(TIMES))
-
-
-@pytest.mark.slow
-def test_code_that_was_just_compiled_drives_like_code_that_was_kept(tmp_path):
-    script = (
+def test_code_that_was_compiled_ahead_is_all_that_is_needed_and_drives_alike_once_it_is_kept(tmp_path):
+    drive = (
         "from simulation_fakes import fakes; from coverdrive.planning.planner import MpcPlanner; "
+        "from coverdrive.planning.solver.search import is_compiled; assert is_compiled(); "
         "setup = fakes(MpcPlanner(), vehicles=(5,), seed=3); "
         "print([setup.drive(trial).scene.states[-1].tolist() for trial in range(3)])"
     )
     path = os.pathsep.join([str(SCRIPT.parent), *sys.path])
     ends = [
         subprocess.run(
-            [sys.executable, "-c", script], capture_output=True, text=True, check=True,
+            [sys.executable, "-P", "-c", code, str(os.getpid())], capture_output=True, text=True, check=True,
             env=os.environ | {"PYTHONPATH": path, "NUMBA_CACHE_DIR": str(tmp_path)},
         ).stdout
-        for _ in range(2)
+        for code in (f"{_CODE}; {drive}", drive)
     ]  # fmt: skip
     assert list(tmp_path.rglob("search._search-*.nbc"))
     assert ends[0] == ends[1] and ends[0].startswith("[[[")
@@ -264,7 +250,7 @@ def test_a_study_stops_after_the_batch_that_makes_its_intervals_narrow_enough(tm
 @pytest.mark.skipif(os.name != "posix", reason="SIGKILL exists on POSIX systems only")
 def test_a_cluster_that_loses_a_worker_loses_no_trial(tmp_path):
     process = subprocess.run(
-        [sys.executable, str(CLUSTER), str(tmp_path / "cluster"), "24", "3"],
+        [sys.executable, str(CLUSTER), str(tmp_path / "cluster"), "12", "3"],
         capture_output=True,
         text=True,
         check=False,
@@ -274,8 +260,8 @@ def test_a_cluster_that_loses_a_worker_loses_no_trial(tmp_path):
     assert process.returncode == 0, process.stderr
     assert process.stdout.split() == ["killed", "survivors", "2"]
     table = pl.read_parquet(tmp_path / "cluster" / "trials.parquet")
-    assert len(list((tmp_path / "cluster" / "trials").iterdir())) == 24
-    alone = run(tmp_path / "alone", 24, fakes(seed=3))
+    assert len(list((tmp_path / "cluster" / "trials").iterdir())) == 12
+    alone = run(tmp_path / "alone", 12, fakes(seed=3))
     assert table.drop(TIMES).equals(alone.drop(TIMES))
 
 
