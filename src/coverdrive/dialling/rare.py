@@ -13,7 +13,7 @@ import json
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -203,7 +203,6 @@ class _Repetitions:
     setup: Setup
     folder: Path
     particles: int
-    kept: float
     changes: int
 
     @property
@@ -211,8 +210,7 @@ class _Repetitions:
         return self.setup.seed
 
     def description(self) -> dict[str, Any]:
-        own = {"particles": self.particles, "kept": self.kept, "changes": self.changes}
-        return self.setup.description() | {"splitting": own}
+        return self.setup.description() | {"splitting": {"particles": self.particles, "changes": self.changes}}
 
     def participants(self) -> Participants:
         return self.setup.participants()
@@ -222,7 +220,7 @@ class _Repetitions:
         begun = time.perf_counter()
         random = np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=(trial,)))
         start = partial(Drive, self.setup, participants)
-        found = split(start, random, CONTACT, self.particles, self.kept, self.changes)
+        found = split(start, random, CONTACT, self.particles, changes=self.changes)
         chosen = _different(found.found)
         row: Row = {
             "repetition": trial,
@@ -273,11 +271,9 @@ def rare(
     folder: Path | str,
     *,
     particles: int = 200,
-    kept: float = 0.5,
     changes: int = 2,
     repetitions: int = 4,
     workers: int = 1,
-    seed: int | None = None,
 ) -> Rare:
     """Estimate the probability of a collision in a drive, where the number of vehicles is any of the setup's.
 
@@ -285,11 +281,9 @@ def rare(
         setup: who drives where.
         folder: of this estimate and no other; what it holds is not driven again.
         particles: number of drives that each repetition goes on with.
-        kept: share of them that are not given up at a level.
         changes: number of times that a copy of a drive is changed.
         repetitions: that are independent; two at least.
         workers: number of processes.
-        seed: another one than that of the setup.
 
     Raises:
         SettingError: a number makes no sense.
@@ -299,8 +293,7 @@ def rare(
         raise SettingError(
             f"a standard error needs at least 2 repetitions, and 1 worker; got {repetitions} and {workers}"
         )
-    loaded = replace(setup.loaded(), seed=setup.seed if seed is None else seed)
-    work = _Repetitions(loaded, Path(folder), particles, kept, changes)
+    work = _Repetitions(setup.loaded(), Path(folder), particles, changes)
     StudyFolder(work.folder).claim(work.description())
     rows = {each: row for each in range(repetitions) if (row := work.known(each))}
     with stage(f"repetitions ({repetitions})"):

@@ -78,18 +78,6 @@ class Solution(NamedTuple):
     """value of the objective"""
 
 
-def situation_for(
-    state: Float[np.ndarray, " 4"],
-    previous_input: Float[np.ndarray, " 2"],
-    paths: PredictedPaths,
-    road: Road,
-    problem: ProblemSettings,
-) -> Situation:
-    """What the program is posed for."""
-    edges = (float(road.edges[0]), float(road.edges[-1]))
-    return Situation(state, previous_input, edges, paths)
-
-
 def solve_paper_program(
     situation: Situation, target_lat: float, start: Float[np.ndarray, "K 2"], problem: ProblemSettings
 ) -> Solution | None:
@@ -270,7 +258,8 @@ class PaperPlanner:
         paths.check_times(problem.dt, problem.steps)
         if problem.obstacles.ignore_rear:
             paths = without_follower(state, paths, road)
-        situation = situation_for(state, memory.applied if memory else np.zeros(2), paths, road, problem)
+        edges = float(road.edges[0]), float(road.edges[-1])
+        situation = Situation(state, memory.applied if memory else np.zeros(2), edges, paths)
         lane = int(road.lane_of(state[1]))
         held = memory.lane if memory else lane
         found = self._solutions(situation, road, lane, memory.inputs if memory else {})

@@ -3,7 +3,6 @@ import polars as pl
 import pytest
 
 from coverdrive.certificates.bounds import clopper_pearson
-from coverdrive.errors import CertificateError
 from coverdrive.simulation.measures.statistics import braking_behind, collision_table, miss_rate, widest_interval
 
 
@@ -35,14 +34,6 @@ def test_no_collision_still_has_an_upper_end():
     total = collision_table(results({3: ["finished"] * 100})).row(-1, named=True)
     assert total["frontal_or_side_low"] == 0
     assert total["frontal_or_side_high"] == pytest.approx(1 - 0.025 ** (1 / 100))
-
-
-def test_wider_confidence_wider_interval_and_nonsense_is_refused():
-    some = results({3: ["side"] * 5 + ["finished"] * 95})
-    narrow, wide = (collision_table(some, confidence).row(-1, named=True) for confidence in (0.9, 0.99))
-    assert wide["frontal_or_side_low"] < narrow["frontal_or_side_low"] < 0.05 < narrow["frontal_or_side_high"]
-    with pytest.raises(CertificateError):
-        collision_table(some, 1.0)
 
 
 def test_a_study_is_as_uncertain_as_its_wider_interval():

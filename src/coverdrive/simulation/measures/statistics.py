@@ -23,16 +23,16 @@ FEWEST = 20
 """trials with each number of vehicles, with fewer of which a rate for every number says nothing"""
 
 
-def collision_table(results: pl.DataFrame, confidence: float = 0.95) -> pl.DataFrame:
+def collision_table(results: pl.DataFrame) -> pl.DataFrame:
     """Collisions by number of uncontrolled vehicles, and of all trials together.
 
     One row per number of vehicles, ascending, then one with ``vehicles`` null for all trials; ``trials``, and for
-    ``frontal_or_side`` and ``rear_end`` the count, and the rate with the ends of its Clopper–Pearson interval as
-    ``…_rate``, ``…_low``, ``…_high``. A CertificateError if confidence is outside (0, 1).
+    ``frontal_or_side`` and ``rear_end`` the count, and the rate with the ends of its 95 % Clopper–Pearson interval as
+    ``…_rate``, ``…_low``, ``…_high``.
     """
     numbers = results["vehicles"].unique().sort().to_list()
-    rows = [_row(number, results.filter(pl.col("vehicles") == number), confidence) for number in numbers]
-    rows.append(_row(None, results, confidence))
+    rows = [_row(number, results.filter(pl.col("vehicles") == number)) for number in numbers]
+    rows.append(_row(None, results))
     return pl.DataFrame(rows, schema_overrides={"vehicles": pl.Int64()}, infer_schema_length=None)
 
 
@@ -48,11 +48,11 @@ def widest_interval(results: pl.DataFrame) -> float:
     return max(total[f"{name}_high"] - total[f"{name}_low"] for name in COUNTED)
 
 
-def _row(vehicles: int | None, results: pl.DataFrame, confidence: float) -> dict[str, int | float | None]:
+def _row(vehicles: int | None, results: pl.DataFrame) -> dict[str, int | float | None]:
     row: dict[str, int | float | None] = {"vehicles": vehicles, "trials": results.height}
     for name, kinds in COUNTED.items():
         count = int(results["kind"].is_in(kinds).sum())
-        low, high = clopper_pearson(count, results.height, confidence)
+        low, high = clopper_pearson(count, results.height)
         row |= {
             name: count,
             f"{name}_rate": count / results.height if results.height else None,
@@ -71,8 +71,8 @@ def misses_by_manoeuvre(results: pl.DataFrame) -> dict[str, Rate]:
     }
 
 
-def miss_rate(results: pl.DataFrame, missed: str, total: str, confidence: float = 0.95) -> Rate:
-    """The share of windows, or of vehicles, that left their predicted sets, with an interval over trials.
+def miss_rate(results: pl.DataFrame, missed: str, total: str) -> Rate:
+    """The share of windows, or of vehicles, that left their predicted sets, with a 95 % interval over trials.
 
     What happens in one trial is not independent, trials are.
 
@@ -80,7 +80,7 @@ def miss_rate(results: pl.DataFrame, missed: str, total: str, confidence: float 
     windows, and what could be missed.
     """
     misses, totals = (results[name].fill_null(0) for name in (missed, total))
-    return Rate.of_totals(misses.to_numpy(), totals.to_numpy().astype(int), confidence)
+    return Rate.of_totals(misses.to_numpy(), totals.to_numpy().astype(int))
 
 
 def braking_behind(results: pl.DataFrame) -> tuple[float, float] | None:
