@@ -131,8 +131,10 @@ def test_a_dial_goes_on_where_it_was_and_nothing_is_lost(turned: Dialled, tmp_pa
 
 
 @pytest.mark.slow
-def test_what_is_proved_does_not_depend_on_the_workers(turned: Dialled, tmp_path: Path) -> None:
-    assert dialled(SETUP, PREDICTOR, tmp_path / "two", REQUEST, workers=2).record == turned.record
+def test_what_is_proved_does_not_depend_on_the_workers(tmp_path: Path) -> None:
+    named = replace(REQUEST, scales=(0.6,))
+    one, two = (dialled(SETUP, PREDICTOR, tmp_path / str(n), named, workers=n) for n in (1, 2))
+    assert one.record == two.record
 
 
 def test_a_dial_of_other_drives_is_refused(turned: Dialled, tmp_path: Path) -> None:
