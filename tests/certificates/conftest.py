@@ -1,17 +1,26 @@
 """Synthetic samples whose miss probability is known; the tests may import `certificates_fakes`."""
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from coverdrive.certificates.calibration import ScoredSamples
+from shape_checks import unchecked
 
 sys.path.insert(0, str(Path(__file__).parent))
 
 Draw = Callable[..., ScoredSamples]
+
+
+@pytest.fixture(autouse=True)
+def as_users_call(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Thousands of calibrations are not slowed down by checks of shapes, which the fast tests have."""
+    with unchecked() if request.node.get_closest_marker("slow") else nullcontext():
+        yield
 
 
 @pytest.fixture

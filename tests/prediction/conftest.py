@@ -1,12 +1,18 @@
 """Small recordings for the prediction tests, which may import the fakes of recordings and simulation, too."""
 
 import sys
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from coverdrive.prediction.fit import Fit, fit
+from coverdrive.certificates.certificate import Unit
+from coverdrive.prediction.boxes.training import BoxSettings
+from coverdrive.prediction.certifying.calibrate import CertificateSettings
+from coverdrive.prediction.data.segments import SegmentSettings
+from coverdrive.prediction.fit import Fit, PredictionSettings, fit
 from coverdrive.recordings.recording import Recording
 
 sys.path[:0] = [str(Path(__file__).parents[i] / name) for i, name in ((0, ""), (1, "recordings"), (1, "simulation"))]
@@ -43,3 +49,19 @@ def fitted(scenes: tuple[Recording, ...]) -> Fit:
     from prediction_fakes import SETTINGS
 
     return fit(scenes, SETTINGS, seed=1)
+
+
+@pytest.fixture(scope="session")
+def boxed(scenes: tuple[Recording, ...]) -> Callable[[Unit], Fit]:
+    """The fit of boxes to the scenes for a claim about a unit, made once."""
+
+    @cache
+    def made(unit: Unit) -> Fit:
+        settings = PredictionSettings(
+            segments=SegmentSettings(stride=0.5),
+            boxes=BoxSettings(most_steps=150, batch=64, hidden=(16,), members=2),
+            certificate=CertificateSettings(epsilon=0.3, confidence=0.8, unit=unit),
+        )
+        return fit(scenes, settings, seed=1)
+
+    return made

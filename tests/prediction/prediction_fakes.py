@@ -7,15 +7,17 @@ from coverdrive.prediction.certifying.calibrate import CertificateSettings
 from coverdrive.prediction.cover.basis import BasisSettings
 from coverdrive.prediction.data.segments import Segments, SegmentSettings
 from coverdrive.prediction.fit import PredictionSettings
+from coverdrive.prediction.learning.affordance import described_at
 from coverdrive.prediction.learning.training import TrainingSettings
 from coverdrive.recordings.recording import SCHEMA, Recording
 from coverdrive.road import Road
+from coverdrive.scene import Scene
 
 SETTINGS = PredictionSettings(
     sets="bases",
     segments=SegmentSettings(stride=0.5),
     basis=BasisSettings(radius=1.0),
-    training=TrainingSettings(epochs=5),
+    training=TrainingSettings(epochs=10, members=2, hidden=(16,)),
     certificate=CertificateSettings(confidence=0.9, unit="window"),
 )
 
@@ -31,6 +33,14 @@ def recording_of(tracks: list[dict[str, object]], name: str = "made", dt: float 
             pl.DataFrame({key: np.broadcast_to(columns[key], lon.shape) for key in SCHEMA}).cast(dict(SCHEMA))
         )
     return Recording(name, pl.concat(frames), dt, Road.straight(), {})
+
+
+def described(scene: Scene, edges: np.ndarray) -> np.ndarray:
+    """`described_at` of all slots of a scene, or of several; the edges are the same for all of these, or their own."""
+    shape = np.shape(scene.lon)
+    lanes = np.broadcast_to(edges, (*shape, np.shape(edges)[-1])).reshape(-1, shape[-1], np.shape(edges)[-1])
+    scenes = Scene(*(np.reshape(values, (-1, shape[-1])) for values in vars(scene).values()))
+    return described_at(scenes, lanes, *np.divmod(np.arange(scenes.lon.size), shape[-1])).reshape(*shape, -1)
 
 
 def segments_of(points: np.ndarray) -> Segments:

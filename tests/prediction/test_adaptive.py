@@ -157,7 +157,7 @@ def test_near_is_within_50_m_and_a_lane() -> None:
     assert near(scene, ROAD, 0).tolist() == [False, True, True, False, False, False]
 
 
-def setup_of(belief: object, seconds: float = 6.0) -> Setup:
+def setup_of(belief: object, seconds: float = 4.0) -> Setup:
     return Setup(belief, ConstantPlanner, "drivers", EpisodeSettings(duration=seconds), (6, 8), seed=3)  # pyright: ignore
 
 

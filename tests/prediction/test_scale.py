@@ -1,5 +1,6 @@
 """Sets of any scale: nested, the calibrated ones at 1, the likeliest path alone at 0, and what is proved of each."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 
@@ -11,9 +12,7 @@ from coverdrive.certificates.evaluation import evaluate
 from coverdrive.certificates.methods import Method
 from coverdrive.errors import SettingError
 from coverdrive.prediction.boxes.predictor import BoxPredictor
-from coverdrive.prediction.boxes.training import BoxSettings
-from coverdrive.prediction.certifying.calibrate import CertificateSettings, proved_scales
-from coverdrive.prediction.data.segments import SegmentSettings
+from coverdrive.prediction.certifying.calibrate import proved_scales
 from coverdrive.prediction.fit import USUALLY_LEFT, Fit, PredictionSettings, fit, scale_left
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.recordings.recording import Recording
@@ -25,13 +24,8 @@ ROAD = Road.straight()
 
 
 @pytest.fixture(scope="module")
-def boxed(scenes: tuple[Recording, ...]) -> Fit:
-    settings = PredictionSettings(
-        segments=SegmentSettings(stride=0.5),
-        boxes=BoxSettings(most_steps=150, batch=64, hidden=(16,), members=2),
-        certificate=CertificateSettings(epsilon=0.3, confidence=0.8, unit="share"),
-    )
-    return fit(scenes, settings, seed=1)
+def boxed(boxed: Callable[[str], Fit]) -> Fit:
+    return boxed("share")
 
 
 def crossing() -> Scene:

@@ -15,7 +15,7 @@ from coverdrive.prediction.data.segments import Segments
 def segments() -> Segments:
     random = np.random.default_rng(0)
     time = 0.5 * np.arange(7)
-    points = np.stack([random.normal(0, 1.5, (300, 1)) * time**2, random.normal(0, 0.5, (300, 1)) * time], axis=-1)
+    points = np.stack([random.normal(0, 1.5, (120, 1)) * time**2, random.normal(0, 0.5, (120, 1)) * time], axis=-1)
     return segments_of(points)
 
 

@@ -77,9 +77,9 @@ def test_the_fraction_is_tighter_than_the_packing() -> None:
     assert smallest_cover(around, around, 1.2) == 2
 
 
-@pytest.mark.parametrize("rounds", [1, 8])
+@pytest.mark.parametrize("rounds", [1, 3])
 def test_every_round_proves_a_bound(rounds: int) -> None:
-    points = np.random.default_rng(1).normal(size=(400, 3, 2))
+    points = np.random.default_rng(1).normal(size=(320, 3, 2))
     bound = fractional_bound(points, 0.7, rounds=rounds)
     held = (distances(points[bound.rows], points) <= 0.7).T @ bound.weights
     assert held.max() <= 1
@@ -87,7 +87,7 @@ def test_every_round_proves_a_bound(rounds: int) -> None:
 
 
 def test_same_seed_same_bound() -> None:
-    points = np.random.default_rng(2).normal(size=(500, 3, 2))
-    first, second = (fractional_bound(points, 0.7, rounds=5, seed=3) for _ in range(2))
+    points = np.random.default_rng(2).normal(size=(320, 3, 2))
+    first, second = (fractional_bound(points, 0.7, rounds=2, seed=3) for _ in range(2))
     assert np.array_equal(first.weights, second.weights)
     assert np.array_equal(packing(points, 0.3, seed=1), packing(points, 0.3, seed=1))

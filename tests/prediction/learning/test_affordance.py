@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from prediction_fakes import described
 
 from coverdrive.prediction.learning.affordance import (
     FEATURES,
     MOTION,
     affordance,
-    described,
     described_at,
     mirrored_features,
 )

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from simulation_fakes import ConstantPlanner
 
 from coverdrive.errors import DataError, SettingError
-from coverdrive.planning.planner import MpcPlanner
 from coverdrive.prediction.certifying.calibrate import CertificateSettings
 from coverdrive.prediction.cover.basis import BasisSettings
 from coverdrive.prediction.data.segments import SegmentSettings
@@ -65,10 +65,9 @@ def test_it_is_certified_and_keeps_its_bound(fitted: Fit) -> None:
     assert "hidden" in next(each.refusal for each in compared if each.method == "svm")
 
 
-def test_it_plans_and_drives(fitted: Fit) -> None:
-    planner = MpcPlanner()
+def test_it_is_asked_in_drives(fitted: Fit) -> None:
     settings = EpisodeSettings(duration=0.5)
-    trace = run_episode(fitted.predictor, planner, DriverTraffic(), settings, vehicles=3, seed=0)
+    trace = run_episode(fitted.predictor, ConstantPlanner(), DriverTraffic(), settings, vehicles=3, seed=0)
     assert trace.outcome.time == 0.5 and all(len(paths) for paths in trace.paths)
 
 

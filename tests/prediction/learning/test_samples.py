@@ -3,10 +3,10 @@
 import numpy as np
 import polars as pl
 import pytest
+from prediction_fakes import described
 
 from coverdrive.prediction.cover.basis import Basis
 from coverdrive.prediction.data.segments import SegmentSettings, cut_segments
-from coverdrive.prediction.learning.affordance import described
 from coverdrive.prediction.learning.samples import (
     COLLIDES,
     OTHER,

@@ -5,10 +5,11 @@ import numpy as np
 import pytest
 
 from coverdrive.errors import DataError
+from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.learning.samples import Samples
 from coverdrive.prediction.learning.training import Loss, TrainingSettings, cross_entropy, margin_loss, train
 
-FEW = TrainingSettings(epochs=2, members=3)
+MEMBERS = TrainingSettings(members=2, hidden=(32,), batch=100, epochs=60, most_steps=300, learning_rate=0.01)
 """settings of several tests, for which training is compiled once"""
 
 
@@ -37,8 +38,8 @@ def test_cross_entropy_is_the_surprise_at_the_driven_base() -> None:
 
 @pytest.mark.parametrize("loss", ["margin", "cross-entropy"])
 def test_training_learns_the_pattern(loss: Loss) -> None:
-    settings = TrainingSettings.paper().model_copy(update={"loss": loss, "epochs": 40})
-    network, losses = train(toy_samples(4000, seed=0), settings)
+    few = {"loss": loss, "epochs": 40, "batch": 128, "hidden": (64,)}
+    network, losses = train(toy_samples(2000, seed=0), TrainingSettings.paper().model_copy(update=few))
     new = toy_samples(1000, seed=1)
     scores = np.asarray(network.scores(new.features))
     driven = scores[np.arange(1000), new.base]
@@ -47,43 +48,40 @@ def test_training_learns_the_pattern(loss: Loss) -> None:
     assert (scores[:, 2] < 0.5).mean() > 0.99
 
 
-def test_an_ensemble_learns_and_keeps_the_prior() -> None:
-    network, _ = train(toy_samples(4000, seed=0), TrainingSettings(members=2, epochs=30))
-    new = toy_samples(1000, seed=1)
+@pytest.fixture(scope="module")
+def ensemble() -> tuple[Network, np.ndarray]:
+    """Of two members, and its losses."""
+    return train(toy_samples(1000, seed=0), MEMBERS, seed=7)
+
+
+def test_an_ensemble_learns_and_keeps_the_prior(ensemble: tuple[Network, np.ndarray]) -> None:
+    network, samples, new = ensemble[0], toy_samples(1000, seed=0), toy_samples(1000, seed=1)
     scores = np.asarray(network.scores(new.features))
     assert scores.sum(1) == pytest.approx(np.ones(1000), abs=1e-5)
     assert (scores.argmax(1) == new.base).mean() > 0.95
-    shares = np.bincount(toy_samples(4000, seed=0).base, minlength=3) / 4000
+    shares = np.bincount(samples.base, minlength=3) / 1000
     assert np.asarray(network.prior) == pytest.approx(0.3 * shares)
     assert (scores >= np.asarray(network.prior) - 1e-6).all()
 
 
-def test_members_differ() -> None:
-    network, _ = train(toy_samples(600, seed=0), FEW)
-    first = np.asarray(network.weights[0])
-    assert first.shape[0] == 3
-    assert not np.allclose(first[0], first[1])
-
-
-def test_same_seed_same_network() -> None:
-    samples = toy_samples(600, seed=0)
-    networks = [train(samples, FEW, seed)[0] for seed in (7, 7, 8)]
-    weights = [np.asarray(network.weights[0]) for network in networks]
-    assert np.array_equal(weights[0], weights[1])
-    assert not np.array_equal(weights[0], weights[2])
+def test_same_seed_same_network_of_members_that_differ(ensemble: tuple[Network, np.ndarray]) -> None:
+    first = np.asarray(ensemble[0].weights[0])
+    assert first.shape[0] == 2 and not np.allclose(first[0], first[1])
+    again, other = (np.asarray(train(toy_samples(1000, seed=0), MEMBERS, seed)[0].weights[0]) for seed in (7, 8))
+    assert np.array_equal(first, again)
+    assert not np.array_equal(first, other)
 
 
 def test_no_samples_and_divergence_are_refused() -> None:
     with pytest.raises(DataError, match="no samples"):
         train(toy_samples(0, seed=0))
-    broken = toy_samples(600, seed=0)
+    broken = toy_samples(1000, seed=0)
     broken.features[3, 3] = np.nan
     with pytest.raises(DataError, match="diverged"):
-        train(broken, FEW)
+        train(broken, MEMBERS)
 
 
-def test_many_samples_are_trained_on_in_fewer_passes() -> None:
+def test_many_samples_are_trained_on_in_fewer_passes(ensemble: tuple[Network, np.ndarray]) -> None:
     settings = TrainingSettings(batch=100, epochs=10, most_steps=50)
     assert [settings.passes(count) for count in (30, 500, 1000, 2000, 100_000)] == [10, 10, 5, 3, 1]
-    _, losses = train(toy_samples(1000, seed=0), settings)
-    assert len(losses) == 5
+    assert len(ensemble[1]) == MEMBERS.passes(1000) == 30

@@ -32,6 +32,16 @@ def shapes_of(points: int) -> tuple[Float[np.ndarray, "P k"], Float[np.ndarray, 
     return time[:, None] * shapes, shapes
 
 
+def decoded(
+    outputs: Float[Array, "*batch O"], usual: Float[Array | np.ndarray, "P 2"]
+) -> tuple[Float[Array, "*batch P 2"], Float[Array, "*batch P 2"]]:
+    """Centres [m], and logarithms of the half sizes over the usual ones [m], for outputs of the last layer."""
+    place, shapes = shapes_of(len(usual))
+    parts = outputs.reshape(*outputs.shape[:-1], 2, -1, 2)
+    centre = jnp.einsum("tk,...ka->...ta", place, parts[..., 0, :, :]) * usual
+    return centre, BOUND * jnp.tanh(jnp.einsum("tk,...ka->...ta", shapes, parts[..., 1, :, :]) / BOUND)
+
+
 class BoxNetwork(eqx.Module):
     """Networks from the features to P boxes, one for each point after the start."""
 
@@ -48,27 +58,12 @@ class BoxNetwork(eqx.Module):
         """Neurons of the last layer for so many points."""
         return 4 * min(_TERMS, points)
 
-    def decoded(
-        self, outputs: Float[Array, "*batch O"]
-    ) -> tuple[Float[Array, "*batch P 2"], Float[Array, "*batch P 2"]]:
-        """Centres [m], and logarithms of the half sizes over the usual ones, for outputs of the last layer."""
-        place, shapes = shapes_of(len(self.usual))
-        parts = outputs.reshape(*outputs.shape[:-1], 2, -1, 2)
-        centre = jnp.einsum("tk,...ka->...ta", place, parts[..., 0, :, :]) * self.usual
-        return centre, BOUND * jnp.tanh(jnp.einsum("tk,...ka->...ta", shapes, parts[..., 1, :, :]) / BOUND)
-
-    def members(
-        self, features: Float[Array | np.ndarray, "*batch F"]
-    ) -> tuple[Float[Array, "*batch E P 2"], Float[Array, "*batch E P 2"]]:
-        """`decoded` for every member."""
-        return self.decoded(self.network.outputs(features))
-
     @eqx.filter_jit
     def boxes(
         self, features: Float[Array | np.ndarray, "*batch F"]
     ) -> tuple[Float[Array, "*batch P 2"], Float[Array, "*batch P 2"]]:
         """Centres [m] and half sizes [m] at r = 1."""
-        centre, size = self.members(features)
+        centre, size = decoded(self.network.outputs(features), self.usual)
         return centre.mean(-3), jnp.exp(size.mean(-3)) * self.usual
 
     def boxes_of(self, features: Float[np.ndarray, "N F"]) -> Boxes:

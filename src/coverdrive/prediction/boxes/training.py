@@ -10,12 +10,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
+from jax.tree_util import Partial
 from jaxtyping import Float, Float32
 from pydantic import Field
 
 from coverdrive.certificates.certificate import Unit
 from coverdrive.prediction.boxes.boxes import WHOLE, body_excess
-from coverdrive.prediction.boxes.network import BoxNetwork
+from coverdrive.prediction.boxes.network import BoxNetwork, decoded
 from coverdrive.prediction.data.parts import parts
 from coverdrive.prediction.data.segments import Segments
 from coverdrive.prediction.learning.affordance import mirrored_features
@@ -100,15 +101,12 @@ def train_boxes(
     sizes = settings.hidden, BoxNetwork.outputs(len(usual))
     network = Network.create(features, *sizes, start, settings.members, inputs, "boxes")
     network = eqx.tree_at(lambda made: made.weights[-1], network, _CALM * network.weights[-1])
-    decoder = BoxNetwork(network, np.maximum(usual, _CLOSEST))
-
-    def loss(last: Float[Array, "B O"], wanted: Float[Array, "B P 4"]) -> Float[Array, ""]:
-        return box_loss(*decoder.decoded(last), wanted, decoder.usual, power)
-
+    usual = np.maximum(usual, _CLOSEST)
+    loss = Partial(box_loss, usual=usual, power=power)
     trained, losses = optimised(network, features, targets, loss, settings, order)
     evened = _evened(trained, features) if few and not windows else trained
     arms = WHOLE if windows else _CROSS
-    return BoxNetwork(evened, decoder.usual, arms, np.zeros(2) if early is None else early), losses
+    return BoxNetwork(evened, usual, arms, np.zeros(2) if early is None else early), losses
 
 
 def _targets(segments: Segments) -> Float32[np.ndarray, "N P 4"]:
@@ -129,16 +127,13 @@ def _evened(network: Network, features: Float[np.ndarray, "N F"]) -> Network:
 
 
 def box_loss(
-    centre: Float[Array, "B P 2"],
-    size: Float[Array, "B P 2"],
-    wanted: Float[Array, "B P 4"],
-    usual: Float[Array | np.ndarray, "P 2"],
-    power: float,
+    last: Float[Array, "B O"], wanted: Float[Array, "B P 4"], usual: Float[Array | np.ndarray, "P 2"], power: float
 ) -> Float[Array, ""]:
-    """What training minimises, for centres [m], logarithms of the half sizes over the usual [m], and what they hold.
+    """What training minimises, of outputs of the last layer and what the boxes that they make are to hold.
 
     That is the deviation of the body's centre, followed by how much farther it reaches because it is turned [m].
     """
+    centre, size = decoded(last, usual)
     half_sizes = usual * jnp.exp(size)
     beyond = (jnp.abs(wanted[..., :2] - centre) + wanted[..., 2:]) / half_sizes
     scale = jax.nn.logsumexp(_SMOOTH * jnp.log(jnp.maximum(beyond, 0) + _CLOSEST), axis=(1, 2)) / _SMOOTH
