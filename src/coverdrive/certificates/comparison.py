@@ -45,16 +45,13 @@ def compare(calibration: Calibration, claim: Claim, test: ScoredSamples, targets
     runs = [(method, each) for method in Method for each in ([None] if method.computes_epsilon else targets)]
     compared: list[Compared] = []
     for method, target in runs:
-        compared.append(_compared(method, calibration, asked[target], test))
+        rule, certificate, refusal, begin = None, None, "", time.perf_counter()
+        try:
+            rule, certificate = certify(method, calibration, asked[target])
+        except (CertificateError, MissingExtraError) as error:
+            refusal = str(error)
+        seconds = time.perf_counter() - begin
+        found = None if rule is None else evaluate(rule, test)
+        compared.append(Compared(method, target, certificate, found, refusal, seconds))
         done(len(compared), len(runs))
     return compared
-
-
-def _compared(method: Method, calibration: Calibration, claim: Claim, unseen: ScoredSamples) -> Compared:
-    begin = time.perf_counter()
-    try:
-        rule, certificate = certify(method, calibration, claim)
-    except (CertificateError, MissingExtraError) as error:
-        return Compared(method, claim.epsilon, None, None, str(error), time.perf_counter() - begin)
-    seconds = time.perf_counter() - begin
-    return Compared(method, claim.epsilon, certificate, evaluate(rule, unseen), "", seconds)

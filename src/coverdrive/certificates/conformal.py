@@ -14,11 +14,10 @@ import numpy as np
 from jaxtyping import Float
 
 from coverdrive.certificates.bounds import marginal_misses_allowed, misses_allowed, rate_limit
-from coverdrive.certificates.calibration import Calibration, Claim
+from coverdrive.certificates.calibration import Calibration, Claim, refusal
 from coverdrive.certificates.certificate import Certificate, of_mean
 from coverdrive.certificates.mean_loss import last_level
 from coverdrive.certificates.rule import Thresholds
-from coverdrive.errors import CertificateError
 
 
 def conformal(calibration: Calibration, claim: Claim, per_base: bool = False) -> tuple[Thresholds, Certificate]:
@@ -37,7 +36,10 @@ def conformal(calibration: Calibration, claim: Claim, per_base: bool = False) ->
     scores = [_scores(calibration, base) for base in range(bases)] if per_base else [_scores(calibration)]
     lowest = np.array([_threshold(score, epsilon, shared) for score in scores])
     if not np.isfinite(lowest).any():
-        raise CertificateError(_refusal(max(scores, key=len), epsilon, shared, calibration))
+        most = max(scores, key=len)
+        count, allowed = len(most), _misses(epsilon, shared, len(most))
+        least = 1 / (count + 1) if shared is None else rate_limit(shared, 0, count)
+        raise refusal(calibration.kind, count, int(np.isinf(most).sum()), epsilon, allowed, least)
     lowest = np.broadcast_to(lowest, bases)
     rule = Thresholds.at(lowest, calibration.tube)
     name = f"{promise}-{'per-base' if groups > 1 else 'pooled'}"
@@ -63,20 +65,3 @@ def _threshold(scores: Float[np.ndarray, " n"], epsilon: float, confidence: floa
     """1 − d, or −∞ if there is no valid one."""
     misses = _misses(epsilon, confidence, len(scores))
     return float(np.partition(scores, misses)[misses]) if misses >= 0 else -np.inf
-
-
-def _refusal(
-    scores: Float[np.ndarray, " n"], epsilon: float, confidence: float | None, calibration: Calibration
-) -> str:
-    """Why not even the base with the most units can be calibrated."""
-    count, outside = len(scores), int(np.isinf(scores).sum())
-    if _misses(epsilon, confidence, count) >= 0:
-        return (
-            f"{outside} of {count} calibration {calibration.kind}s leave the tube around their base, more than ε = "
-            f"{epsilon:g} allows; allow a larger ε, or widen the tube or refine the basis"
-        )
-    least = 1 / (count + 1) if confidence is None else rate_limit(confidence, 0, count)
-    return (
-        f"{count} calibration {calibration.kind}s cannot prove ε = {epsilon:g}; the smallest ε possible with them is "
-        f"{least:.3g}, so allow that much or calibrate on more data"
-    )

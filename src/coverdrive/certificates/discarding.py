@@ -11,63 +11,33 @@ step takes what shrinks the sets most for each unit that it costs, on the calibr
 """
 
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Set
+from collections.abc import Iterator, Set
 from itertools import islice, takewhile
 from typing import NamedTuple
 
 import numpy as np
 
 from coverdrive.certificates.bounds import discarding_bound, discards_allowed, violation_bound
-from coverdrive.certificates.calibration import Calibration, Claim, check_epsilon
+from coverdrive.certificates.calibration import Calibration, Claim, refusal
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.rule import Thresholds
-from coverdrive.errors import CertificateError
 
 
-def discard(calibration: Calibration, claim: Claim, discarded: int | None = None) -> tuple[Thresholds, Certificate]:
-    """Thresholds that miss at most r calibration units, and the bound on missing a new one.
+def discard(calibration: Calibration, claim: Claim) -> tuple[Thresholds, Certificate]:
+    """Thresholds that miss as many calibration units as the bound ε of the claim allows, and that on missing a new one.
 
-    r is the greatest number that stays within the bound ε of the claim, or ``discarded``, fixed beforehand. Too few
-    units, or more than r of them outside the tube, are a `CertificateError`.
+    Too few units, or more outside the tube than may be missed, are a `CertificateError`.
     """
     support, count = calibration.bases, len(calibration)
     least = violation_bound(claim.sure, support, count)
-    allowed = number_discarded(
-        discarded, claim.epsilon, lambda bound: discards_allowed(bound, claim.sure, support, count), least, count
-    )
-    outside = calibration.uncovered
-    if outside > allowed:
-        raise CertificateError(
-            f"{outside} of {count} calibration {calibration.kind}s leave the tube around their base, but only "
-            f"{allowed} may be missed; allow more, or widen the tube or refine the basis"
-        )
-    rule = _greedy(calibration, allowed - outside)
+    allowed = discards_allowed(claim.bound, claim.sure, support, count)
+    if calibration.uncovered > allowed:
+        raise refusal(calibration.kind, count, calibration.uncovered, claim.bound, allowed, least)
+    rule = _greedy(calibration, allowed - calibration.uncovered)
     bound = discarding_bound(claim.sure, support, allowed, count)
     asking = calibration.covered[calibration.demands.unit]
     unseen = calibration.bases - len(np.unique(calibration.demands.base[asking]))
     return rule, calibration.certificate("discarding", bound, claim, rule=rule, unseen_bases=unseen)
-
-
-def number_discarded(
-    discarded: int | None, epsilon: float | None, allowed: Callable[[float], int], least: float, count: int
-) -> int:
-    """The number r of calibration units that may be missed: as given, or what is ``allowed`` by a bound ε.
-
-    ``least`` is the smallest bound possible, for which r = 0.
-    """
-    if epsilon is not None and discarded is None:
-        check_epsilon(epsilon)
-        discarded = allowed(epsilon)
-        if discarded < 0:
-            raise CertificateError(
-                f"{count} calibration units cannot prove ε = {epsilon:g}; the smallest ε possible with them is "
-                f"{least:.3g}, so allow that much or calibrate on more data"
-            )
-    elif discarded is None or epsilon is not None:
-        raise CertificateError("give either the number of discarded samples or a bound ε, and not both")
-    if not 0 <= discarded < count:
-        raise CertificateError(f"from 0 to {count - 1} of {count} calibration units can be discarded, got {discarded}")
-    return discarded
 
 
 def _greedy(calibration: Calibration, budget: int) -> Thresholds:

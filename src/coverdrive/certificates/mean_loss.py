@@ -27,6 +27,7 @@ from jaxtyping import Float
 from scipy import optimize, special
 
 from coverdrive.certificates.calibration import Calibration, Claim
+from coverdrive.certificates.certificate import NOUNS
 from coverdrive.errors import CertificateError
 
 _MOST_STAKED, _FRACTIONS = 0.99, 6
@@ -97,7 +98,7 @@ def last_level(calibration: Calibration, claim: Claim, level: Float[np.ndarray, 
 
 
 def _refusal(calibration: Calibration, claim: Claim, losses: Float[np.ndarray, " n"]) -> str:
-    asked = f"{len(losses)} calibration {calibration.noun}s cannot prove ε = {claim.bound:g}"
+    asked = f"{len(losses)} calibration {NOUNS[calibration.kind]}s cannot prove ε = {claim.bound:g}"
     needed = units_needed(claim.bound, claim.confidence)
     if needed > len(losses):
         least = loss_limit(np.zeros(len(losses)), claim.confidence)

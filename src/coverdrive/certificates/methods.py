@@ -11,7 +11,7 @@ import numpy as np
 
 from coverdrive.certificates.bloating import post_bloat
 from coverdrive.certificates.bounds import discarding_bound, judged_bound, rate_limit
-from coverdrive.certificates.calibration import Calibration, Claim, check_epsilon
+from coverdrive.certificates.calibration import Calibration, Claim
 from coverdrive.certificates.certificate import NOUNS, Certificate, Unit, of_mean
 from coverdrive.certificates.conformal import conformal
 from coverdrive.certificates.discarding import discard
@@ -151,7 +151,6 @@ def provable_epsilon(
         asked = USUAL if by_number <= USUAL else rounded_up(by_number)
     if method.computes_epsilon or (auto and asked >= 1):
         raise CertificateError(f"{units} prove nothing{by}; {more}")
-    check_epsilon(asked)
     if asked >= least:
         return asked
     possible = rounded_up(least)

@@ -5,7 +5,7 @@ N samples, M base trajectories, H neurons in the last hidden layer.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar, Protocol, runtime_checkable
+from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -19,38 +19,16 @@ LEAST = 1e-3
 """Scores of boxes below it are outside every set: none is more than a thousand times as large as it was learned."""
 
 
-@runtime_checkable
-class Rule(Protocol):
-    """Says which bases are possible; a possible base stands for all paths within its tube."""
-
-    kind: ClassVar[str]
-    """name of the kind of rule in files"""
-
-    @property
-    def tube(self) -> Float[np.ndarray, " M"]:
-        """ρ_j: radius, in the norm of the basis, around each base."""
-        ...
-
-    @property
-    def arrays(self) -> dict[str, np.ndarray]:
-        """Everything that the rule consists of, by name; `rule_of` makes the same rule from it."""
-        ...
-
-    def possible(
-        self, scores: Float[np.ndarray, "*batch M"], hidden: Float[np.ndarray, "*batch H"] | None = None
-    ) -> Bool[np.ndarray, "*batch M"]:
-        """Which bases are possible, for any batch shape; rules that do not look at the last hidden layer need none."""
-        ...
-
-
 @dataclass(frozen=True)
 class Thresholds:
-    """Base j is possible iff its score is at least c_j; a possible base stands for all paths within its tube."""
+    """Base j is possible iff its score is at least c_j."""
 
     values: Float[np.ndarray, " M"]
     """c_j in [0, 1]"""
     tube: Float[np.ndarray, " M"]
+    """ρ_j: radius, in the norm of the basis, around each base"""
     kind: ClassVar[str] = "thresholds"
+    """name in files"""
 
     @staticmethod
     def at(lowest: Float[np.ndarray, " M"], tube: float | Float[np.ndarray, " M"]) -> "Thresholds":
@@ -60,13 +38,13 @@ class Thresholds:
 
     @property
     def arrays(self) -> dict[str, np.ndarray]:
-        """Thresholds and radii by name."""
+        """All that the rule consists of, by name; `rule_of` makes the same rule from it."""
         return {"thresholds": self.values, "tube": self.tube}
 
     def possible(
         self, scores: Float[np.ndarray, "*batch M"], hidden: Float[np.ndarray, "*batch H"] | None = None
     ) -> Bool[np.ndarray, "*batch M"]:
-        """Which bases are possible, for scores of any batch shape."""
+        """Which bases are possible; this rule does not look at the last hidden layer."""
         return np.asarray(scores) >= self.values
 
 
@@ -83,7 +61,7 @@ class Hyperplanes:
 
     @property
     def arrays(self) -> dict[str, np.ndarray]:
-        """Hyperplanes and radii by name."""
+        """All that the rule consists of, by name; `rule_of` makes the same rule from it."""
         return {"hyperplane_weights": self.weights, "hyperplane_offsets": self.offsets, "tube": self.tube}
 
     def possible(
@@ -98,6 +76,10 @@ class Hyperplanes:
                 "score the samples with the network that the rule was made for"
             )
         return np.asarray(hidden, dtype=float) @ self.weights.T + self.offsets >= 0
+
+
+Rule = Thresholds | Hyperplanes
+"""Says which bases are possible; a possible base stands for all paths within its tube"""
 
 
 def rule_of(kind: str, arrays: Mapping[str, np.ndarray]) -> Rule:
