@@ -29,7 +29,7 @@ def observation_of(kind: Shown, slots: int) -> tuple["gymnasium.Space[Any]", Cal
     """The space of a kind of observations, and what makes one.
 
     Args:
-        kind: ``affordance``: the 22 numbers of `coverdrive.prediction.learning.affordance.described`, of the ego.
+        kind: ``affordance``: the 22 numbers of `coverdrive.prediction.learning.affordance.described_at`, of the ego.
             ``scene``: a dict of ``vehicles`` (slots, 6), of which the first is the ego and the others are the nearest
             by distance: lon and lat [m] from the ego, speed [m/s], heading [rad], length and width [m]; ``mask``
             (slots,), 1 where there is one; and ``road`` (4,): the ways [m] of the ego's centre to the right edge of the

@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import get_args
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -190,7 +191,8 @@ def test_claims_about_windows_leave_more_of_them_outside(seen: np.ndarray, untra
 def test_the_loss_by_hand() -> None:
     random = np.random.default_rng(0)
     usual, wanted = random.uniform(0.5, 2, (6, 2)), random.uniform(0, 2, (5, 6, 4)).astype(np.float32)
-    loss = box_loss(jnp.zeros((5, BoxNetwork.outputs(6))), jnp.asarray(wanted), usual, 3.0)
+    given = jnp.zeros((5, BoxNetwork.outputs(6))), jnp.asarray(wanted), jnp.asarray(usual)
+    loss = jax.jit(box_loss, static_argnums=3)(*given, 3.0)
     beyond = ((wanted[..., :2] + wanted[..., 2:]) / usual).reshape(5, -1)
     scale = (beyond**12).sum(1) ** (1 / 12)
     assert float(loss) == pytest.approx(

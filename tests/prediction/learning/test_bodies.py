@@ -15,7 +15,6 @@ from coverdrive.geometry import turned_half_extents
 from coverdrive.prediction.cover.basis import Basis
 from coverdrive.prediction.cover.motion import follow
 from coverdrive.prediction.data.segments import Segments, SegmentSettings, cut_segments
-from coverdrive.prediction.learning import samples as module
 from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.learning.samples import body_radius, make_samples
 from coverdrive.prediction.predictor import Predictor
@@ -98,7 +97,7 @@ def test_corners_stay_in_the_boxes_of_that_radius_and_of_none_smaller(seed: int)
 def test_many_segments_are_measured_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     basis, segments = manoeuvres(), random_segments(10, 1)
     whole = body_radius(basis, segments)
-    monkeypatch.setattr(module, "_ROWS", 3)
+    monkeypatch.setattr("coverdrive.prediction.data.parts.PART", 3)
     assert np.array_equal(body_radius(basis, segments), whole)
     assert body_radius(basis, segments.of(np.arange(0))).shape == (0, 3)
 

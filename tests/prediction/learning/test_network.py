@@ -1,10 +1,8 @@
 """Layers, members, prior and storage of the network, by hand."""
 
-import jax
 import numpy as np
 import pytest
 
-from coverdrive.errors import DataError
 from coverdrive.prediction.learning.affordance import FEATURES
 from coverdrive.prediction.learning.inputs import network_inputs
 from coverdrive.prediction.learning.network import Network
@@ -43,9 +41,8 @@ def test_softmax_and_prior() -> None:
 
 
 def test_any_batch_shape() -> None:
-    features = np.random.default_rng(0).normal(size=(4, 3, 21)).astype(np.float32)
-    network = Network.create(features[0], (5, 4), 6, jax.random.key(0), members=3, inputs="derived", output="softmax")
-    assert network.hidden(features).shape == (4, 3, 4)
+    features, network = np.random.default_rng(0).normal(size=(4, 3, 21)).astype(np.float32), small("softmax", prior=0.2)
+    assert network.hidden(features).shape == (4, 3, 1)
     one_by_one = np.stack([np.asarray(network.scores(row)) for row in features])
     assert np.asarray(network.scores(features)) == pytest.approx(one_by_one, abs=1e-6)
 
@@ -118,9 +115,3 @@ def test_urgency_says_nothing_of_sizes_and_lateral_clearances() -> None:
     other[hidden] += 1
     assert len(hidden) == 9
     assert np.array_equal(np.asarray(network_inputs(row, "urgency")), np.asarray(network_inputs(other, "urgency")))
-
-
-@pytest.mark.parametrize("kind", [{"inputs": "radar", "output": "softmax"}, {"inputs": "derived"}])
-def test_networks_of_other_versions_are_refused(kind: dict[str, str]) -> None:
-    with pytest.raises(DataError, match="made by another version"):
-        Network.of(small("softmax").arrays, kind)

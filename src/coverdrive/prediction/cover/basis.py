@@ -20,11 +20,11 @@ from scipy.interpolate import CubicSpline
 
 from coverdrive.errors import DataError
 from coverdrive.prediction.cover.greedy import CAUTION, greedy_cover
+from coverdrive.prediction.data.parts import parts
 from coverdrive.prediction.data.segments import MIRROR, Segments
 from coverdrive.prediction.storage import load_arrays, reading, save_arrays
 from coverdrive.settings import Settings
 
-_CHUNK = 65_536
 _LEAST_REACH = 0.05
 """share of the ellipse's half axes that the tube has at least, however alike the segments are"""
 
@@ -85,8 +85,10 @@ class Basis(eqx.Module):
     def distance(self, points: Float[np.ndarray, "N T 2"]) -> Float[np.ndarray, "N M"]:
         """Atomic norm of the difference of every segment to every base trajectory: a base covers what is within ε."""
         bases, tube = self.scaled(self.points), self._knots / self._axes
-        chunks = (self.scaled(points[i : i + _CHUNK]) for i in range(0, len(points), _CHUNK))
-        return np.concatenate([np.zeros((0, len(self))), *(_distance(chunk, bases, tube) for chunk in chunks)])
+        result = np.empty((len(points), len(self)))
+        for part in parts(len(points)):
+            result[part] = _distance(self.scaled(points[part]), bases, tube)
+        return result
 
     def tube(self, times: Float[np.ndarray, " n"]) -> Float[np.ndarray, "n 2"]:
         """Half extents [m] along lon and lat of the tube of radius 1 at ``times`` [s] in the horizon.
@@ -178,9 +180,9 @@ def _reach_of(basis: Basis, points: Float[np.ndarray, "N T 2"]) -> Float[np.ndar
     """[m] how far segments, and their mirror images, are from the bases that cover them, at the most."""
     furthest = np.zeros(basis.points.shape[1:])
     for side in (points, points * MIRROR):
-        for part in np.array_split(side, len(side) // _CHUNK + 1):
-            covered = basis.distance(part) <= basis.radius
-            furthest = np.maximum(furthest, _furthest(part, basis.points, covered))
+        for part in parts(len(side)):
+            covered = basis.distance(side[part]) <= basis.radius
+            furthest = np.maximum(furthest, _furthest(side[part], basis.points, covered))
     return np.maximum(furthest * (1 + CAUTION), _LEAST_REACH * basis.tolerance(basis.radius, basis.times))
 
 

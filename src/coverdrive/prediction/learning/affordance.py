@@ -29,7 +29,7 @@ FEATURES = (
 """Names of the features in the paper's order; lengths and clearances in m, speeds in m/s."""
 
 MOTION = ("lateral speed",)
-"""Names of what `described` adds to the features, in m/s, positive to the left."""
+"""Names of what `described_at` adds to the features, in m/s, positive to the left."""
 
 CLEARANCE_LIMIT = 50.0
 """[m] clearances are clipped to ± this value, which also stands for "no vehicle" (authors' scripts)"""
@@ -52,23 +52,21 @@ def affordance(scene: Scene, edges: Edges) -> Float32[np.ndarray, "*batch A 21"]
     ``edges`` are the lane edges [m] at every vehicle (`Road.edges_at`), or the same for all. The features of slots
     without a vehicle are finite and meaningless; vehicles off the road are taken to be in the nearest lane.
     """
-    return described(scene, edges)[..., : len(FEATURES)]
-
-
-def described(scene: Scene, edges: Edges) -> Float32[np.ndarray, "*batch A F"]:
-    """Features of every vehicle as in `affordance`, followed by `MOTION`; a network sees of it what its inputs say."""
     shape = np.shape(scene.lon)
     slots = shape[-1]
     edges = np.broadcast_to(edges, (*shape, np.shape(edges)[-1])).reshape(-1, slots, np.shape(edges)[-1])
     flat = Scene(*(np.reshape(values, (-1, slots)) for values in vars(scene).values()))
     moment, slot = np.divmod(np.arange(flat.lon.size), slots)
-    return described_at(flat, edges, moment, slot).reshape(*shape, -1)
+    return described_at(flat, edges, moment, slot).reshape(*shape, -1)[..., : len(FEATURES)]
 
 
 def described_at(
     scene: Scene, edges: Float[np.ndarray, "B A E"], moment: Int[np.ndarray, " N"], slot: Int[np.ndarray, " N"]
 ) -> Float32[np.ndarray, "N F"]:
-    """`described` of some slots alone, in the scenes of a batch: ``slot`` at ``moment`` in 0 … B − 1."""
+    """The `affordance` of some slots alone, each followed by `MOTION`; a network sees of it what its inputs say.
+
+    In the scenes of a batch, they are ``slot`` at ``moment`` in 0 … B − 1.
+    """
     cars = np.empty((len(scene.lon), 5, scene.vehicles), dtype=np.float32)
     for row, values in enumerate((scene.lon, scene.lat, scene.speed, scene.length, scene.width)):
         cars[:, row] = values
@@ -81,7 +79,7 @@ def described_at(
 
 
 def mirrored_features(features: Float32[np.ndarray, "N F"]) -> Float32[np.ndarray, "N F"]:
-    """What `described` says of the mirror images, left for right."""
+    """What `described_at` says of the mirror images, left for right."""
     result = features[:, _MIRRORED]
     result[:, _TO_THE_LEFT] *= -1
     return result

@@ -23,6 +23,7 @@ from jaxtyping import Bool, Float, Float32, Int, Int8
 from coverdrive.geometry import turned_half_extents
 from coverdrive.prediction.cover.basis import Basis
 from coverdrive.prediction.cover.motion import follow
+from coverdrive.prediction.data.parts import parts
 from coverdrive.prediction.data.segments import Segments
 from coverdrive.prediction.learning.affordance import FEATURES, MOTION, described_at, mirrored_features
 from coverdrive.progress import done
@@ -36,7 +37,6 @@ CHECK_INTERVAL = 0.25
 """[s] between two moments at which overlap is checked; relative speeds are far below a car length per interval"""
 
 _CHUNK = 512
-_ROWS = 65_536
 _SLOTS = 16
 
 
@@ -172,19 +172,14 @@ def _collides(
 
 def body_radius(basis: Basis, segments: Segments) -> Float[np.ndarray, "N M"]:
     """The least radius of the tube around every base with which the boxes hold the whole body at every point."""
-    parts = (np.arange(i, min(i + _ROWS, len(segments))) for i in range(0, len(segments), _ROWS))
-    return np.concatenate([np.zeros((0, len(basis))), *(_distance(basis, segments.of(part)) for part in parts)])
-
-
-def _distance(basis: Basis, segments: Segments) -> Float[np.ndarray, "N M"]:
-    """The same of a few segments."""
     tube, (deviation, rate) = basis.tube(basis.times)[1:], basis.rollout(basis.times)
-    body = turned_half_extents(segments.half_sizes[:, None], segments.heading)
-    still = np.zeros(len(segments))
-    state = np.stack([still, still, segments.speed, still], axis=-1)
     result = np.empty((len(segments), len(basis)))
-    for base, points in enumerate(basis.points):
-        heading = follow(state, basis.times, deviation[base], rate[base])[..., 3]
-        beyond = body - turned_half_extents(segments.half_sizes[:, None], heading)
-        result[:, base] = ((np.abs(segments.points - points) + beyond)[:, 1:] / tube).max((1, 2))
+    for part in parts(len(segments)):
+        few = segments.of(part)
+        body, still = turned_half_extents(few.half_sizes[:, None], few.heading), np.zeros(len(few))
+        state = np.stack([still, still, few.speed, still], axis=-1)
+        for base, points in enumerate(basis.points):
+            heading = follow(state, basis.times, deviation[base], rate[base])[..., 3]
+            beyond = body - turned_half_extents(few.half_sizes[:, None], heading)
+            result[part, base] = ((np.abs(few.points - points) + beyond)[:, 1:] / tube).max((1, 2))
     return result
