@@ -1,6 +1,8 @@
 """The whole line from recordings to a certified predictor, and its file."""
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -55,15 +57,20 @@ def test_same_seed_same_predictor_however_the_lanes_of_a_straight_road_are_given
     assert again.fingerprint == fitted.predictor.fingerprint
 
 
+def made_like(predictor: Predictor) -> tuple[Callable[..., Predictor], float]:
+    """What makes predictors of the same basis and network, and the radius of the cover."""
+    return partial(Predictor, predictor.basis, predictor.network), predictor.basis.radius
+
+
 def test_calibrating_on_training_samples_is_refused(fitted: Fit) -> None:
     predictor, training = fitted.predictor, fitted.scored.train
     with pytest.raises(CertificateError, match="also trained the network"):
-        calibrate(predictor.basis, predictor.network, training, training, SETTINGS.certificate)
+        calibrate(*made_like(predictor), training, training, SETTINGS.certificate)
 
 
 def test_scores_of_the_same_split_give_the_same_rule(fitted: Fit) -> None:
     predictor, sides = fitted.predictor, fitted.scored
-    again, _ = calibrate(predictor.basis, predictor.network, sides.train, sides.calibration, SETTINGS.certificate)
+    again, _ = calibrate(*made_like(predictor), sides.train, sides.calibration, SETTINGS.certificate)
     assert np.array_equal(again.rule.values, predictor.rule.values)
     assert again.fingerprint == predictor.fingerprint == sides.predictor
 
@@ -71,7 +78,7 @@ def test_scores_of_the_same_split_give_the_same_rule(fitted: Fit) -> None:
 def test_another_method_by_its_name(fitted: Fit) -> None:
     settings = CertificateSettings(method=Method.PAC_POOLED, epsilon=0.1, confidence=0.9, unit="window")
     predictor, sides = fitted.predictor, fitted.scored
-    again, certificates = calibrate(predictor.basis, predictor.network, sides.train, sides.calibration, settings)
+    again, certificates = calibrate(*made_like(predictor), sides.train, sides.calibration, settings)
     assert len(np.unique(again.rule.values)) == 1
     assert [certificate.epsilon for certificate in certificates] == [0.1]
     assert evaluate(again.rule, sides.calibration).windows.value <= 0.1
@@ -82,7 +89,7 @@ def hyperplanes(fitted: Fit) -> Predictor:
     """The same network with a hyperplane for every base."""
     predictor, sides = fitted.predictor, fitted.scored
     settings = CertificateSettings(method=Method.SVM, confidence=0.5, unit="window")
-    again, certificates = calibrate(predictor.basis, predictor.network, sides.train, sides.calibration, settings)
+    again, certificates = calibrate(*made_like(predictor), sides.train, sides.calibration, settings)
     assert certificates[0].unit == "window"
     assert evaluate(again.rule, sides.calibration).windows.count == certificates[0].uncovered
     return again
@@ -254,9 +261,6 @@ def test_methods_side_by_side_need_nothing_but_the_scores(fitted: Fit) -> None:
     compared = certify(fitted, targets=(0.1, 0.2))
     assert {each.method for each in compared} == set(Method)
     assert all(each.certificate is None or each.certificate.confidence in (0.9, None) for each in compared)
-    again = replace(fitted, scored=replace(fitted.scored, predictor="another"))
-    with pytest.raises(DataError, match="scores of the predictor another"):
-        certify(again)
     for wrong in ({"targets": [1.5]}, {"confidence": 1.0}):
         with pytest.raises(CertificateError, match="between 0 and 1"):
             certify(fitted, **wrong)

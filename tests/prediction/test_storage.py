@@ -77,7 +77,7 @@ def saved_as_again(path: Path, load: Callable[[Path], object]) -> bool:
 KINDS = {
     "predictor": (made_predictor, Predictor.load),
     "basis": (lambda: made_predictor().basis, Basis.load),
-    "scores": (lambda: made_scores(made_predictor()), ScoredSides.load),
+    "scores": (lambda: made_scores(made_predictor()), lambda path: ScoredSides.load(path, made_predictor())),
     "learned": (made_learned, Learned.load),
 }
 

@@ -8,10 +8,11 @@ import time
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 from pydantic import Field
 
 from coverdrive.arguments import all_of
@@ -19,7 +20,7 @@ from coverdrive.certificates.calibration import ScoredSamples
 from coverdrive.certificates.certificate import Certificate, Unit
 from coverdrive.certificates.evaluation import Evaluation, Rate, evaluate
 from coverdrive.certificates.methods import Method
-from coverdrive.certificates.rule import LEAST, Rule, scale_of
+from coverdrive.certificates.rule import LEAST, scale_of
 from coverdrive.prediction.boxes.boxes import TUBE, early_share, scored_by
 from coverdrive.prediction.boxes.predictor import BoxPredictor
 from coverdrive.prediction.boxes.training import BoxSettings, train_boxes
@@ -27,7 +28,6 @@ from coverdrive.prediction.certifying.calibrate import (
     CertificateSettings,
     Epsilon,
     calibrate,
-    calibrated,
     provable,
     proved_scales,
 )
@@ -43,7 +43,7 @@ from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.learning.own_network import Learner, OwnNetwork, seen_by
 from coverdrive.prediction.learning.samples import Assignment, Samples, make_features, make_samples
 from coverdrive.prediction.learning.training import TrainingSettings, train
-from coverdrive.prediction.predictor import AnyPredictor
+from coverdrive.prediction.predictor import AnyPredictor, Predictor
 from coverdrive.prediction.stored import LARGEST
 from coverdrive.progress import stage
 from coverdrive.recordings.read import together
@@ -223,11 +223,8 @@ def _fit_boxes(task: _Task) -> _Made:
             for side in (sides.train, sides.calibration)
         )
         boxes = network.boxes_of(features[sides.test])
-
-        def make(rule: Rule, certificate: Certificate, trained_on: Int[np.ndarray, " V"]) -> BoxPredictor:
-            return BoxPredictor(network, rule, certificate, trained_on, segments.step)
-
-        predictor, certificates = calibrated(make, TUBE, train_side, calibration, settings.certificate, seed)
+        make = partial(BoxPredictor, network, step=segments.step)
+        predictor, certificates = calibrate(make, TUBE, train_side, calibration, settings.certificate, seed)
         rungs = proved_scales(predictor.rule, predictor.trained_on, calibration, certificates[0])
         predictor = replace(predictor, rungs=rungs)
         test = scored_by(boxes, segments.of(sides.test), recordings)
@@ -259,7 +256,8 @@ def _fit_bases(task: _Task, learner: Learner | None) -> _Made:
         train_side, calibration, test = (
             score(network, samples.of(side), tube) for side in (sides.train, sides.calibration, sides.test)
         )
-        predictor, certificates = calibrate(basis, network, train_side, calibration, settings.certificate, seed)
+        make = partial(Predictor, basis, network)
+        predictor, certificates = calibrate(make, basis.radius, train_side, calibration, settings.certificate, seed)
         if sides.crossed:
             test = held_back(predictor.rule, basis.radius, train_side, calibration, settings.certificate, seed)
     scored = ScoredSides(train_side, calibration, test, predictor.fingerprint)

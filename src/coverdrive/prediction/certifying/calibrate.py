@@ -15,10 +15,6 @@ from coverdrive.certificates.methods import Method, provable_epsilon
 from coverdrive.certificates.methods import certify as certify_scores
 from coverdrive.certificates.rule import Rule, scale_of
 from coverdrive.errors import CertificateError
-from coverdrive.prediction.cover.basis import Basis
-from coverdrive.prediction.learning.network import Network
-from coverdrive.prediction.learning.own_network import OwnNetwork
-from coverdrive.prediction.predictor import Predictor
 from coverdrive.settings import Settings
 
 P = TypeVar("P")
@@ -68,26 +64,44 @@ def provable(
 
 
 def calibrate(
-    basis: Basis,
-    network: Network | OwnNetwork,
+    make: Callable[[Rule, Certificate, Int[np.ndarray, " V"]], P],
+    tube: float,
     training: ScoredSamples,
     calibration: ScoredSamples,
     settings: CertificateSettings,
     seed: int = 0,
-) -> tuple[Predictor, tuple[Certificate, ...]]:
+) -> tuple[P, tuple[Certificate, ...]]:
     """A predictor with a certificate in the chosen unit, and the certificates of its rule in every unit that has one.
 
-    Post-bloating and svm certify both units, as far as there are enough samples. ``training`` are the scores of the
-    split Ω₁ that trained the network, ``calibration`` those of Ω₂; the seed is of methods that draw.
+    Post-bloating and svm certify both units, as far as there are enough samples.
+
+    Args:
+        make: makes a predictor of a rule, its certificate, and the keys of the vehicles that trained it.
+        tube: radius of the cover.
+        training: scores of the split Ω₁ that trained the network.
+        calibration: those of Ω₂.
+        settings: of the certificate.
+        seed: of methods that draw.
 
     Raises:
         CertificateError: a calibration vehicle trained the network, or there are too few for the claim.
     """
+    trained_on = np.unique(training.vehicle)
+    outside, bases = calibration.distance > tube, calibration.scores.shape[1]
+    epsilon = provable(calibration.vehicle, calibration.scene, outside, bases, settings)
+    claim = Claim(epsilon, settings.confidence)
 
-    def make(rule: Rule, certificate: Certificate, trained_on: Int[np.ndarray, " V"]) -> Predictor:
-        return Predictor(basis, network, rule, certificate, trained_on)
+    def certified(unit: Unit) -> tuple[P, Certificate]:
+        units = Calibration.of(calibration, tube, trained_on, unit, seed, training)
+        rule, certificate = certify_scores(settings.method, units, claim)
+        return make(rule, certificate, trained_on), certificate
 
-    return calibrated(make, basis.radius, training, calibration, settings, seed)
+    predictor, certificate = certified(settings.unit)
+    certificates = [certificate]
+    if settings.method.computes_epsilon:
+        with suppress(CertificateError):  # the rule stands; too few samples support no claim in the other unit
+            certificates.append(certified("vehicle" if settings.unit == "window" else "window")[1])
+    return predictor, tuple(certificates)
 
 
 def proved_scales(
@@ -117,30 +131,3 @@ def proved_scales(
                 wider, _ = certify_scores(Method.PAC_POOLED, units, Claim(bound, sure))
                 found.append((bound, scale_of(wider) / scale_of(rule)))
     return np.array(found).reshape(-1, 2)
-
-
-def calibrated(
-    make: Callable[[Rule, Certificate, Int[np.ndarray, " V"]], P],
-    tube: float,
-    training: ScoredSamples,
-    calibration: ScoredSamples,
-    settings: CertificateSettings,
-    seed: int,
-) -> tuple[P, tuple[Certificate, ...]]:
-    """The same of any predictor, which is made of a rule, a certificate, and the vehicles that trained it."""
-    trained_on = np.unique(training.vehicle)
-    outside, bases = calibration.distance > tube, calibration.scores.shape[1]
-    epsilon = provable(calibration.vehicle, calibration.scene, outside, bases, settings)
-    claim = Claim(epsilon, settings.confidence)
-
-    def certified(unit: Unit) -> tuple[P, Certificate]:
-        units = Calibration.of(calibration, tube, trained_on, unit, seed, training)
-        rule, certificate = certify_scores(settings.method, units, claim)
-        return make(rule, certificate, trained_on), certificate
-
-    predictor, certificate = certified(settings.unit)
-    certificates = [certificate]
-    if settings.method.computes_epsilon:
-        with suppress(CertificateError):  # the rule stands; too few samples support no claim in the other unit
-            certificates.append(certified("vehicle" if settings.unit == "window" else "window")[1])
-    return predictor, tuple(certificates)

@@ -13,7 +13,7 @@ import numpy as np
 from coverdrive.certificates.calibration import ScoredSamples
 from coverdrive.certificates.rule import LEAST, Rule, scale_of
 from coverdrive.errors import CertificateError
-from coverdrive.prediction.certifying.calibrate import CertificateSettings, calibrated
+from coverdrive.prediction.certifying.calibrate import CertificateSettings, calibrate
 
 PARTS = 10
 """into which the vehicles are dealt"""
@@ -54,7 +54,7 @@ def _calibrated(
 ) -> Rule:
     """The rule that samples calibrate, for the claim, or for the smallest that they prove by their number."""
     try:
-        return calibrated(lambda rule, *_: rule, tube, training, samples, settings, seed)[0]
+        return calibrate(lambda rule, *_: rule, tube, training, samples, settings, seed)[0]
     except CertificateError:
         easier = settings.model_copy(update={"epsilon": "auto"})
-        return calibrated(lambda rule, *_: rule, tube, training, samples, easier, seed)[0]
+        return calibrate(lambda rule, *_: rule, tube, training, samples, easier, seed)[0]

@@ -42,8 +42,8 @@ class ScoredSides:
         save_arrays(path, "scores", {"predictor": self.predictor}, arrays)
 
     @staticmethod
-    def load(path: Path, predictor: AnyPredictor | None = None) -> "ScoredSides":
-        """Read what `save` wrote; else, or if they are not those of the predictor given, raise `DataError`."""
+    def load(path: Path, predictor: AnyPredictor) -> "ScoredSides":
+        """Read what `save` wrote; else, or if they are not those of the predictor, raise `DataError`."""
         header, arrays = load_arrays(path, "scores", _COMMAND)
         with reading(path, "scores", _COMMAND):
             names = [each.name for each in fields(ScoredSamples)]
@@ -52,18 +52,12 @@ class ScoredSides:
                 for side in _SIDES
             )
             scored = ScoredSides(*sides, predictor=header["predictor"])
-        if predictor is not None:
-            scored.refuse_other(predictor, str(path))
-        return scored
-
-    def refuse_other(self, predictor: AnyPredictor, name: str = "the scores") -> None:
-        """Raise `DataError`, with what to call the scores, unless they are by the network of a predictor."""
-        fingerprint = predictor.scaled(1).fingerprint
-        if self.predictor != fingerprint:
+        if scored.predictor != (expected := predictor.scaled(1).fingerprint):
             raise DataError(
-                f"{name}: these are scores of the predictor {self.predictor}, expected those of {fingerprint}; a "
+                f"{path}: these are scores of the predictor {scored.predictor}, expected those of {expected}; a "
                 "predictor and its scores are made together, by `coverdrive fit`"
             )
+        return scored
 
 
 def score(network: Network | OwnNetwork, samples: Samples, tube: float | None = None) -> ScoredSamples:

@@ -48,11 +48,9 @@ def certify(
     What the bounds count and their confidence are those of the settings, unless given.
 
     Raises:
-        DataError: the scores are another predictor's.
         CertificateError: a target or the confidence is no share between 0 and 1.
     """
     predictor, scored, settings = fitted.predictor, fitted.scored, fitted.settings.certificate
-    scored.refuse_other(predictor)
     wanted = Claim(confidence=settings.confidence if confidence is None else confidence)
     tube, unit = predictor.tube, unit or settings.unit
     calibration = Calibration.of(scored.calibration, tube, predictor.trained_on, unit, fitted.seed, scored.train)
