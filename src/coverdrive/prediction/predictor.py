@@ -33,7 +33,6 @@ from coverdrive.scene import Scene
 _COMMAND = "coverdrive fit"
 _LEAST = 1e-9
 """least of what a score may lack"""
-_Asked = tuple[float | None, int | None]
 
 
 @dataclass(frozen=True)
@@ -48,8 +47,8 @@ class Predictor(StoredPredictor):
     """keys of the vehicles that trained the network"""
     rungs: Float[np.ndarray, "n 2"] = field(default_factory=lambda: np.zeros((0, 2)))
     scale: float = 1.0
-    _rollouts: dict[_Asked, tuple[np.ndarray, ...]] = field(
-        default_factory=dict[_Asked, tuple[np.ndarray, ...]], init=False, repr=False, compare=False
+    _rollouts: dict[Any, tuple[np.ndarray, ...]] = field(
+        default_factory=dict[Any, tuple[np.ndarray, ...]], init=False, repr=False, compare=False
     )
 
     @property
@@ -115,9 +114,8 @@ class Predictor(StoredPredictor):
         Raises:
             SettingError: ``ego`` is not the slot of a vehicle, or the paths would not end within the basis' horizon.
         """
-        if like is not None:
-            dt, steps = like.dt, like.steps
-        times, deviation, rate, tube, ellipses = self._rollout(dt, steps)
+        grid = grid_of(self.horizon, self.basis.step, dt, steps, like)
+        times, deviation, rate, tube, ellipses = self._rollout(*grid)
         others = others_of(scene, ego)
         possible, scores = self._scored(scene, road)
         vehicle, base = np.nonzero(self._within_scale(possible, scores) & others[:, None])
@@ -150,16 +148,14 @@ class Predictor(StoredPredictor):
         deviation, rate = (np.broadcast_to(each, (len(possible), *each.shape)) for each in self.basis.rollout(times))
         return deviation, rate, possible
 
-    def _rollout(self, dt: float | None, steps: int | None) -> tuple[np.ndarray, ...]:
+    def _rollout(self, dt: float, steps: int) -> tuple[np.ndarray, ...]:
         """Times, deviations and their rates, tubes and their ellipses at these times; kept for the next call."""
-        kept = self._rollouts.get((dt, steps))
-        if kept is None:
-            period, count = grid_of(self.horizon, self.basis.step, dt, steps)
-            times = period * np.arange(count + 1)
+        if (dt, steps) not in self._rollouts:
+            times = dt * np.arange(steps + 1)
             tubes = (self.basis.tube(times), self.basis.tolerance(1.0, times))
-            tube, ellipses = (self.scale * self.rule.tube[:, None, None] * each for each in tubes)
-            kept = self._rollouts[dt, steps] = (times, *self.basis.rollout(times), tube, ellipses)
-        return kept
+            scaled = (self.scale * self.rule.tube[:, None, None] * each for each in tubes)
+            self._rollouts[dt, steps] = (times, *self.basis.rollout(times), *scaled)
+        return self._rollouts[dt, steps]
 
     @property
     def _arrays(self) -> dict[str, np.ndarray]:

@@ -87,11 +87,8 @@ def reading(path: Path, kind: str, command: str) -> Generator[None]:
     try:
         yield
     except (OSError, SafetensorError, CoverdriveError, ValueError, LookupError, TypeError, AttributeError) as error:
-        raise DataError(f"{path}: not a {kind} file ({_said(error)}); make one with `{command}`") from error
-
-
-def _said(error: Exception) -> str:
-    return f"there is no {error} in it" if isinstance(error, LookupError) else str(error)
+        said = f"there is no {error} in it" if isinstance(error, LookupError) else error
+        raise DataError(f"{path}: not a {kind} file ({said}); make one with `{command}`") from error
 
 
 def _format(kind: str) -> str:

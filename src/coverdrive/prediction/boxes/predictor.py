@@ -69,20 +69,13 @@ class BoxPredictor(StoredPredictor):
         lon, lat, speed, heading, length, width = (np.asarray(each)[vehicle, None] for each in scene.measures)
         centre[..., 0] += lon + times * (speed * np.cos(heading))
         centre[..., 1] += lat
-        body, arms = beside(length, width) / 2, self._arms
+        body, arms = beside(length, width) / 2, np.asarray(self.network.arms)
         paths = [PredictedPaths(centre, vehicle, self.scale * arm * half_sizes + body, period) for arm in arms]
         if self.scale > 0:
-            calibrated = paths[-1]
-            if self.scale != 1:
-                calibrated = PredictedPaths(centre, vehicle, arms[-1] * half_sizes + body, period)
+            calibrated = PredictedPaths(centre, vehicle, arms[-1] * half_sizes + body, period)
             changes = lane_changes(calibrated, scene)
             paths += [changes] if len(changes) else []
         return reduce(PredictedPaths.joined, paths)
-
-    @cached_property
-    def _arms(self) -> Float[np.ndarray, "A 2"]:
-        """Of the network."""
-        return np.asarray(self.network.arms)
 
     def choices(
         self, scene: Scene, road: Road, times: Float[np.ndarray, " n"]
@@ -97,7 +90,7 @@ class BoxPredictor(StoredPredictor):
         way = np.concatenate([share**2, share**2 * (3 - 2 * share)], axis=1)
         reach = (half_sizes[:, 1:] / way[1:]).min(1, keepdims=True)
         aslant = (_ENDS != 0).all(1, keepdims=True)
-        ends = np.where(aslant, self._arms.min(0), 1) * _ENDS
+        ends = np.where(aslant, np.asarray(self.network.arms).min(0), 1) * _ENDS
         deviation = centre[:, None] + ends[:, None] * (reach * way)[:, None]
         possible = np.broadcast_to(np.asarray(scene.valid)[:, None], deviation.shape[:2]).copy()
         return deviation, _rates(deviation, times), possible
@@ -109,12 +102,7 @@ class BoxPredictor(StoredPredictor):
         values = self._values(features_of(scene, road, vehicle)[: len(vehicle)])
         place, size, early = between(len(self.network.usual), self.step, tuple(times.tolist()))
         at_first = np.asarray(self.network.early) * values[1, :, :1]
-        return place @ values[0], self._size * (size @ values[1] + early[:, None] * at_first)
-
-    @cached_property
-    def _size(self) -> float:
-        """How many times as large as they were learned the calibrated boxes are."""
-        return scale_of(self.rule)
+        return place @ values[0], scale_of(self.rule) * (size @ values[1] + early[:, None] * at_first)
 
     @cached_property
     def _values(self) -> Callable[[Float32[np.ndarray, "n F"]], Float[np.ndarray, "2 n P 2"]]:

@@ -111,17 +111,15 @@ def cut_segments(recordings: Sequence[Recording], settings: SegmentSettings | No
 _PER_SEGMENT = ("points", "speed", "heading", "half_sizes", "vehicle", "group", "recording", "row")
 
 
-def watched_every(recordings: Sequence[Recording], step: float) -> float:
-    """[s] apart at which bodies are watched between points of segments: 0.1 s, more where recordings or points say."""
-    every = max((recording.dt * max(1, round(WATCHED / recording.dt)) for recording in recordings), default=step)
-    steps = [step / every, *(every / recording.dt for recording in recordings)]
-    return every if all(abs(each - round(each)) < _ROUNDING and each > 0.5 for each in steps) else step
-
-
 def watched(recordings: Sequence[Recording], segments: Segments) -> Segments:
-    """Segments of recordings with points at all moments at which bodies are watched."""
-    every = watched_every(recordings, segments.step)
-    if every == segments.step or not len(segments):
+    """Segments of recordings with points at all moments at which bodies are watched.
+
+    They are 0.1 s apart, or more where a recording has a longer time step; where that does not go into all time steps
+    and the step of the segments, bodies are watched at the points alone.
+    """
+    every = max((recording.dt * max(1, round(WATCHED / recording.dt)) for recording in recordings), default=0.0)
+    ratios = [segments.step / every, *(every / recording.dt for recording in recordings)] if recordings else [0.0]
+    if len(segments) == 0 or not all(abs(each - round(each)) < _ROUNDING and each > 0.5 for each in ratios):
         return segments
     moments = round(segments.step / every) * (segments.points.shape[1] - 1) + 1
     points, heading = np.empty((len(segments), moments, 2)), np.empty((len(segments), moments))

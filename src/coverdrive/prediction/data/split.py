@@ -127,7 +127,9 @@ def _dealt(
             f"a split by scenes needs at least two groups of scenes that share no vehicle, got {len(names)}; "
             "give scenes of another time or place as well, or a recording of at least three minutes"
         )
-    component = _components(vehicles, groups)
+    size = len(names) + vehicles.max() + 1
+    links = coo_array((np.ones(len(groups)), (groups, len(names) + vehicles)), shape=(size, size))
+    component = connected_components(links, directed=False)[1][: len(names)]  # of groups that share vehicles
     sizes = np.bincount(groups)
     shares = np.diff([0, *borders, 1])
     random = np.random.default_rng(seed)
@@ -144,11 +146,3 @@ def _dealt(
         return bool((parts == 0).any()), float(np.abs(parts - shares).max())
 
     return min((draw() for _ in range(_DRAWS)), key=imbalance)[groups]
-
-
-def _components(vehicles: Int[np.ndarray, " N"], groups: Int[np.ndarray, " N"]) -> Int[np.ndarray, " G"]:
-    """Number of the connected component of each group, where groups that share a vehicle are connected."""
-    count = groups.max() + 1
-    size = count + vehicles.max() + 1
-    links = coo_array((np.ones(len(groups)), (groups, count + vehicles)), shape=(size, size))
-    return connected_components(links, directed=False)[1][:count]

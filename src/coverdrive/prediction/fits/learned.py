@@ -14,13 +14,9 @@ from coverdrive.certificates.calibration import ScoredSamples
 from coverdrive.prediction.fit import Fit
 from coverdrive.prediction.storage import load_arrays, reading, save_arrays
 
-_LOWEST, _HIGHEST, _BINS = 1e-6, 1 - 1e-3, 82
-"""inner edges, between which bins have equal log-odds; thresholds give way by the lowest for rounding"""
-
-EDGES: Float[np.ndarray, " E"] = np.concatenate(
-    [[0.0], expit(np.linspace(logit(_LOWEST), logit(_HIGHEST), _BINS + 1)), [1.0]]
-)
-"""of the bins in which scores are counted, fine where thresholds lie"""
+EDGES: Float[np.ndarray, " E"] = np.concatenate([[0.0], expit(np.linspace(logit(1e-6), logit(1 - 1e-3), 83)), [1.0]])
+"""of the bins in which scores are counted: inner ones have equal log-odds, fine where thresholds lie, which give way by
+the lowest for rounding"""
 
 
 @dataclass(frozen=True)
