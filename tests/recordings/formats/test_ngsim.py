@@ -9,11 +9,12 @@ import pytest
 from coverdrive.errors import RecordingError
 from coverdrive.recordings.files.kinds import KINDS
 from coverdrive.recordings.formats.ngsim import read_ngsim
+from coverdrive.recordings.formats.reader import How
 from coverdrive.recordings.read import read
 
 
 def read_one(path: Path, location: str | None = None):
-    (reading,) = read_ngsim(path, location)
+    (reading,) = read_ngsim(path, How(location))
     return reading.recording
 
 
@@ -65,14 +66,14 @@ def test_a_site_is_chosen_in_any_case(make_ngsim, write_csv):
     with pytest.raises(RecordingError, match=r"several locations.*i-80 \(300 rows\), us-101 \(600 rows\)"):
         read_ngsim(path)
     with pytest.raises(RecordingError, match=r"no rows of the location 'lankershim'.*i-80.*us-101"):
-        read_ngsim(path, "lankershim")
+        read_ngsim(path, How("lankershim"))
 
 
 def test_a_site_cannot_be_chosen_without_its_column(make_ngsim, write_csv):
     path = write_csv(make_ngsim().drop("Location"))
     assert len(read_one(path).table) == 588
     with pytest.raises(RecordingError, match="no column Location"):
-        read_ngsim(path, "us-101")
+        read_ngsim(path, How("us-101"))
 
 
 def test_the_original_text_holds_one_site(make_ngsim, write_text):

@@ -19,10 +19,10 @@ from jaxtyping import Float
 from coverdrive.errors import DataError, RecordingError
 from coverdrive.recordings.files.kinds import NUMBER_OF, OTHERS
 from coverdrive.recordings.files.scenario import open_scenario, states_of
+from coverdrive.recordings.formats.reader import AS_USUAL, How
 from coverdrive.recordings.roads.driven_road import driven_road, roads_of
 from coverdrive.recordings.tracks.reading import MOST_BESIDE, Reading, make_reading, name_of
 from coverdrive.recordings.tracks.repair import RawTracks, on_road, tidy
-from coverdrive.recordings.tracks.smoothing import SmoothingSettings
 from coverdrive.road import Road
 
 LEFT = "AUS BGD CYP GBR HKG IDN IND IRL JPN KEN LKA MLT MYS NZL PAK SGP THA UGA ZAF ZMB ZWE"
@@ -32,18 +32,18 @@ STEP = 5.0
 """[m] between two places at which two roads are compared"""
 
 
-def read_commonroad(file: Path, settings: SmoothingSettings | None = None) -> tuple[Reading, ...]:
+def read_commonroad(file: Path, how: How = AS_USUAL) -> tuple[Reading, ...]:
     """Read the recorded vehicles of one scenario; obstacles of a single state have no track and are dropped."""
     scenario = open_scenario(file)[0]
     dt = float(scenario.dt)
     repairs: Counter[str] = Counter()
     rows = _rows(file, scenario.dynamic_obstacles, repairs)
     side = "left" if scenario.scenario_id.country_id in LEFT else "right"
-    limit, how = speed_limit(scenario.lanelet_network), settings or SmoothingSettings()
+    limit = speed_limit(scenario.lanelet_network)
 
     def reading(name: str, road: Road, raw: RawTracks, repairs: Counter[str]) -> Reading:
         road, tracks = replace(road, side=side, speed_limit=limit), tidy(raw, dt, repairs)
-        return make_reading(file, name, tracks, dt, road, how, repairs, {"lanes": "map"})
+        return make_reading(file, name, tracks, dt, road, how.smoothing, repairs, {"lanes": "map"})
 
     problems: list[str] = []
     (road, raw), *others = _driven(file, scenario.lanelet_network.lanelets, rows, problems)

@@ -18,6 +18,7 @@ from coverdrive.errors import RecordingError
 from coverdrive.recordings.checks import LONGEST_ROAD
 from coverdrive.recordings.files.columns import LENGTH, WIDTH, check_whole, parquet_numbers, plausible_sizes, time_step
 from coverdrive.recordings.files.delimited import ROW, Layout, csv_layout, read_columns
+from coverdrive.recordings.formats.reader import AS_USUAL, How
 from coverdrive.recordings.roads.lanes import edges_from_lanes, edges_from_width
 from coverdrive.recordings.roads.partial_lanes import with_partial_lanes
 from coverdrive.recordings.tracks.reading import Reading, make_reading, name_of
@@ -64,13 +65,8 @@ METRIC = "vehicle_id local_x_m local_y_m"
 _kind = pl.col("v_class").cast(pl.Int64).replace_strict(KIND_OF_CLASS, default=0, return_dtype=pl.Int8)
 
 
-def read_ngsim(
-    file: Path, location: str | None = None, settings: SmoothingSettings | None = None
-) -> tuple[Reading, ...]:
-    """Read one site of an NGSIM file, one recording for each recording period.
-
-    The site ``location``, such as ``us-101``, is needed where the file holds several; the original text cannot.
-    """
+def read_ngsim(file: Path, how: How = AS_USUAL) -> tuple[Reading, ...]:
+    """Read one site of an NGSIM file, one recording for each recording period."""
     layout = _layout(file)
     missing = [name for name in REQUIRED if name not in layout.columns]
     if missing:
@@ -78,7 +74,7 @@ def read_ngsim(
         raise RecordingError(file, problem, 1)
     wanted = [name for name in (*REQUIRED, *OPTIONAL) if name in layout.columns]
     repairs: Counter[str] = Counter()
-    feet = read_columns(layout, wanted, location if layout.separator == "," else None, repairs)
+    feet = read_columns(layout, wanted, how.location if layout.separator == "," else None, repairs)
     usual = float(np.median(feet["v_length"].to_numpy()))
     if not USUAL_LENGTHS[0] <= usual <= USUAL_LENGTHS[1]:
         least, most = USUAL_LENGTHS
@@ -95,7 +91,7 @@ def read_ngsim(
         **({"kind": _kind} if "v_class" in wanted else {}),
     )
     del feet  # a third of the memory
-    return recordings_from_local(file, metres, repairs, settings or SmoothingSettings())
+    return recordings_from_local(file, metres, repairs, how.smoothing)
 
 
 def _layout(file: Path) -> Layout:
@@ -113,12 +109,12 @@ def _layout(file: Path) -> Layout:
     return Layout(file, columns, " ")
 
 
-def read_metric(file: Path, settings: SmoothingSettings | None = None) -> tuple[Reading, ...]:
+def read_metric(file: Path, how: How = AS_USUAL) -> tuple[Reading, ...]:
     """Metric NGSIM tracks of a Parquet file, one recording for each recording period."""
     metres = parquet_numbers(file, METRIC_COLUMNS)
     metres = metres.with_columns(pl.col("clock") / 1000, length=pl.lit(LENGTH), width=pl.lit(WIDTH))
     repairs = Counter({"assumed sizes": metres["vehicle"].n_unique()})
-    return recordings_from_local(file, metres, repairs, settings or SmoothingSettings())
+    return recordings_from_local(file, metres, repairs, how.smoothing)
 
 
 def recordings_from_local(

@@ -60,6 +60,9 @@ class How(NamedTuple):
     """Lanelet2 map of the road, for tracks that know their place on it"""
 
 
+AS_USUAL = How()
+
+
 class Reader(NamedTuple):
     """A format."""
 

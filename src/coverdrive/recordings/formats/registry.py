@@ -29,12 +29,12 @@ def refuse_citysim(file: Path, how: Any) -> NoReturn:
 
 register_reader(
     "NGSIM",
-    lambda file, how: read_ngsim(file, how.location, how.smoothing),
+    read_ngsim,
     lambda head: (
         head.suffix in (".csv", ".txt") and (not head.columns or bool(head.columns & {"vehicle_id", "local_x"}))
     ),
 )
-register_reader("NGSIM-metric", lambda file, how: read_metric(file, how.smoothing), having(METRIC), numbers="restart")
+register_reader("NGSIM-metric", read_metric, having(METRIC), numbers="restart")
 register_reader("CitySim", refuse_citysim, having("carcenterx boundingbox1x"))
 register_reader("highD", read_highd, having(HIGHD), having(HIGHD_RECORDING, HIGHD_VEHICLES), "restart")
 register_reader("exiD", read_levelx, having(LEVELX), having(LEVELX_RECORDING, LEVELX_VEHICLES), "restart")
@@ -48,9 +48,5 @@ register_reader(
 )
 register_reader("MONA", read_mona, having(MONA))
 register_reader("I-24", read_i24, having(I24))
-register_reader(
-    "CommonRoad",
-    lambda file, how: read_commonroad(file, how.smoothing),
-    lambda head: head.suffix == ".xml",
-)
+register_reader("CommonRoad", read_commonroad, lambda head: head.suffix == ".xml")
 register_reader("own", lambda file, how: read_parquet(file), lambda head: head.own, numbers="restart")
