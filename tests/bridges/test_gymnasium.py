@@ -32,10 +32,16 @@ from shape_checks import unchecked
 SHORT = EpisodeSettings(duration=1.0)
 
 
-@pytest.mark.parametrize("observation", ["affordance", "scene"])
-@pytest.mark.parametrize("action", ["continuous", "discrete"])
-@pytest.mark.parametrize("traffic", ["drivers", "aggressive", "set-sampling", "mixed"])
-def test_gymnasium_finds_nothing_wrong(observation: str, action: str, traffic: str) -> None:
+@pytest.mark.parametrize(
+    ("traffic", "observation", "action"),
+    [
+        ("drivers", "affordance", "continuous"),
+        ("aggressive", "scene", "discrete"),
+        ("set-sampling", "scene", "continuous"),
+        ("mixed", "affordance", "discrete"),
+    ],
+)
+def test_gymnasium_finds_nothing_wrong(traffic: str, observation: str, action: str) -> None:
     """Warnings are errors here."""
     given = {"traffic": traffic, "observation": observation, "action": action, "predictor": PREDICTOR}
     check_env(gymnasium.make(NAME, vehicles=(3, 5), episode=SHORT, **given).unwrapped)
@@ -359,8 +365,8 @@ def test_a_picture_shows_the_road_the_vehicles_and_the_sets(monkeypatch: pytest.
 def test_a_window_shows_every_step_in_real_time(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     env, begun = gymnasium.make(NAME, render_mode="human", vehicles=2, episode=SHORT), time.monotonic()
-    drive(env, 1, [np.zeros(2)] * 10)
-    assert time.monotonic() - begun > 0.8
+    drive(env, 1, [np.zeros(2)] * 4)
+    assert time.monotonic() - begun > 0.35
     assert env.render() is None
     env.close()
     env.close()

@@ -71,11 +71,11 @@ def test_others_are_told_as_they_move() -> None:
 
 
 def test_the_same_seed_is_the_same_drive() -> None:
-    there = world()
+    there = world(duration=3)
     ours = Driver(PREDICTOR, wanted_speed=30.0, **there.car._asdict())
     first, second, other = (drive(there, ours, seed) for seed in (3, 3, 4))
     assert first.outcome.kind is Kind.FINISHED
-    assert first.outcome.time == pytest.approx(6.0, abs=0.11)
+    assert first.outcome.time == pytest.approx(3.0, abs=0.11)
     assert np.array_equal(first.scene.states, second.scene.states)
     assert not np.array_equal(first.scene.states[0], other.scene.states[0])
 
@@ -88,14 +88,14 @@ def test_who_drives_on_runs_into_others() -> None:
 
 
 def test_its_own_driver_drives_when_nobody_else_does() -> None:
-    there = world(seed=0, duration=20, vehicles_count=30)
+    there = world(seed=0, duration=6, vehicles_count=30)
     accelerations = set[float]()
     while not there.done:
         before = there.observe().own
         there.apply(None)
         accelerations.add(round(there.observe().own[2] - before[2], 6))
     assert not there.crashed
-    assert len(accelerations) > 100  # it minds the others
+    assert len(accelerations) > 30  # it minds the others
     there.reset(0)
     assert there.observe().own[2] == 25.0
 

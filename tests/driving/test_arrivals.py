@@ -12,6 +12,8 @@ from simulation_fakes import FakeBasis, FakePredictor
 from coverdrive.driving.solved import solve
 from coverdrive.driving.solving import Drive
 
+pytestmark = pytest.mark.usefixtures("unjudged")
+
 NOBODY = driving(100, -500.0, -1.75, 0.0, 20)
 STANDING = driving(100, 88.0, -1.75, 0.0, 130)
 STEADY = FakePredictor(FakeBasis.make(accelerations=(0.0,), shifts=(0.0,)))
@@ -27,8 +29,11 @@ def solved(path: Path, predictor: FakePredictor = PREDICTOR) -> Drive:
     return found.drive
 
 
-@pytest.mark.parametrize("traffic", [NOBODY, TRAFFIC, STANDING], ids=["nobody", "others", "behind who stands"])
-@pytest.mark.parametrize(("first", "last"), [(60, 90), (110, 130)], ids=["soon", "stands and waits"])
+@pytest.mark.parametrize(
+    ("traffic", "first", "last"),
+    [(NOBODY, 60, 90), (TRAFFIC, 110, 130), (STANDING, 60, 90)],
+    ids=["soon", "stands and waits", "behind who stands"],
+)
 def test_a_place_to_stop_at(tmp_path: Path, traffic: str, first: int, last: int) -> None:
     stopping = goal(box(80.0, -1.75, length=4.0), between("velocity", 0.0, 0.3), first=first, last=last)
     driven = solved(written(tmp_path, stopping, traffic=traffic), STEADY if traffic is STANDING else PREDICTOR)

@@ -17,6 +17,8 @@ from coverdrive.errors import DataError
 from coverdrive.simulation.measures.trial import Row
 from coverdrive.simulation.predictor import Belief
 
+pytestmark = pytest.mark.usefixtures("unjudged")
+
 SOON = goal(between("velocity", 0.0, 60.0), first=3, last=4)
 """reached by whoever drives on"""
 
@@ -40,7 +42,7 @@ def rows_of(files: list[Path], folder: Path, **options: object) -> list[Row]:
     return [row for rows in solve_all(files, predictor_of, folder, **options) for row in rows]  # pyright: ignore[reportArgumentType]
 
 
-@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_none_ends_the_others(workers: int, tmp_path: Path) -> None:
     found = rows_of(three(tmp_path), tmp_path / "out", workers=workers)
     table = pl.read_csv(tmp_path / "out" / "solved.csv")

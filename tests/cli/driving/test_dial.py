@@ -8,6 +8,7 @@ import pytest
 
 from command import coverdrive
 from coverdrive.errors import DataError
+from coverdrive.reporting import report
 from coverdrive.results import Results
 
 ASKED = (
@@ -27,9 +28,20 @@ ASKED = (
 
 
 @pytest.fixture(scope="module")
-def dialled(quick_run: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict]:
+def ran(quick_fit: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder of one run with quick settings, without figures and videos."""
+    folder = tmp_path_factory.mktemp("run") / "out"
+    with pytest.MonkeyPatch.context() as patch:
+        for drawn in ("draw_figures", "animate_drive"):
+            patch.setattr(report, drawn, lambda *_: None)
+        coverdrive("run", "--config", quick_fit / "quick.toml", "--trials", "1", "--out", folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def dialled(ran: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict]:
     """A folder with a study whose dial was turned, and what was printed."""
-    folder = shutil.copytree(quick_run / "out", tmp_path_factory.mktemp("dial") / "out")
+    folder = shutil.copytree(ran, tmp_path_factory.mktemp("dial") / "out")
     printed = coverdrive("dial", folder, *ASKED, "--scales", "0.5", "0.8", "--json", "--seed", "5", only="stdout")
     return folder, json.loads(printed)
 
@@ -77,8 +89,8 @@ def test_dialled_sets_that_were_edited_are_refused(dialled: tuple[Path, dict], t
         _ = Results(folder).dialled
 
 
-def test_a_planner_of_other_settings_is_dialled(quick_run: Path, tmp_path: Path) -> None:
-    folder = shutil.copytree(quick_run / "out", tmp_path / "out")
+def test_a_planner_of_other_settings_is_dialled(ran: Path, tmp_path: Path) -> None:
+    folder = shutil.copytree(ran, tmp_path / "out")
     coverdrive("dial", folder, *ASKED, "--scales", "0.5", "--set", "planner.manners.like=paper", "--seed", "6")
     said = " ".join(coverdrive("study", folder, "--traffic", "drivers", "--vehicles", "3", "--trials", "1").split())
     assert "These drives are others than those that were proved" in said and "planner.manners.like" in said

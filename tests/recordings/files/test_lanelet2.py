@@ -10,7 +10,7 @@ from coverdrive.errors import RecordingError
 from coverdrive.recordings.files.lanelet2 import utm
 from coverdrive.recordings.read import read
 
-REAL = truth(0.04)
+REAL = truth(0.04, seconds=5.0)
 
 
 @pytest.mark.parametrize(

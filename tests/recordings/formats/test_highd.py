@@ -12,7 +12,7 @@ from coverdrive.recordings.files.kinds import KINDS
 from coverdrive.recordings.formats.parquet import write_parquet
 from coverdrive.recordings.read import read
 
-REAL = truth(0.04)
+REAL = truth(0.04, seconds=5.0)
 
 
 def test_both_carriageways_are_found_again(tmp_path: Path):

@@ -43,8 +43,7 @@ def check_ramp(recording: Recording, written: pl.DataFrame, end: float) -> None:
     assert (ramp["lon"].list.first() < 50).all() and (ramp["lon"].list.last() > 490).all()
 
 
-@pytest.mark.parametrize("written", [TABLE, FEW], ids=["frequent", "rare"])
-@pytest.mark.parametrize("form", ["csv", "txt"])
+@pytest.mark.parametrize(("form", "written"), [("csv", TABLE), ("txt", FEW)], ids=["frequent", "rare"])
 def test_the_ramp_is_a_lane_that_ends(form: Literal["csv", "txt"], written: pl.DataFrame, tmp_path: Path):
     (recording,) = read([write_i80(tmp_path, written, form)], location="i-80" if form == "csv" else None)
     assert recording.notes["lanes"] == "lane numbers; begin or end on the right: 1"
@@ -94,9 +93,8 @@ def test_in_several_periods_it_is_the_same_road(tmp_path: Path):
         check_ramp(each.recording, TABLE, 190.0)
 
 
-@pytest.mark.parametrize("named", [True, False])
-@pytest.mark.parametrize("radius", [np.inf, -900.0])
-def test_tracks_on_a_map_have_it_too(named: bool, radius: float, tmp_path: Path):
+@pytest.mark.parametrize(("radius", "named"), [(np.inf, True), (-900.0, False)])
+def test_tracks_on_a_map_have_it_too(radius: float, named: bool, tmp_path: Path):
     """In a frame whose x is turned by 30° to the road, and on one that bends to the right; with and without numbers."""
     way = (pl.col("Local_Y") - 7.5) * FOOT
     along, left = (TABLE.select(each).to_series().to_numpy() for each in (way, -pl.col("Local_X") * FOOT))

@@ -25,8 +25,8 @@ from coverdrive.recordings.formats import i24
 from coverdrive.recordings.read import read
 from coverdrive.recordings.recording import Recording
 
-FAST, SLOW = truth(0.04), truth(0.1)
-OTHER = truth(0.1, seed=4)
+FAST, SLOW = truth(0.04, seconds=6.0), truth(0.1, seconds=6.0)
+OTHER = truth(0.1, seconds=6.0, seed=4)
 
 
 def kinds_of(recording: Recording) -> set[str]:
