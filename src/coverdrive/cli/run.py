@@ -1,6 +1,5 @@
 """``coverdrive run``: everything, from recordings to the report."""
 
-import os
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,7 +10,7 @@ from coverdrive.cli.learning.calibrations import compare_and_save
 from coverdrive.cli.learning.fit import fit_and_print
 from coverdrive.cli.shared import options
 from coverdrive.cli.shared.bars import stages, waiting
-from coverdrive.cli.shared.options import certificate, console, experiment_of
+from coverdrive.cli.shared.options import certificate, console, experiment_of, processes
 
 if TYPE_CHECKING:
     from coverdrive.config import Experiment
@@ -77,7 +76,7 @@ def run(
         study = results.study(results.experiment, recording or [])
         studied = study_and_print(study, results, results.experiment.study)
     with stages():
-        page = draw_everything(results.fitted, study, results.experiment.study.workers or os.cpu_count() or 1)
+        page = draw_everything(results.fitted, study, processes(results.experiment.study))
     console.print(f"Results are in {out}; look at {page}")
     return {
         **certificate_record(Certified.of(fitted)),

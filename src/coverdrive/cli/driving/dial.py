@@ -1,6 +1,5 @@
 """``coverdrive dial``: how bold the ego may be, proved on drives."""
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -10,7 +9,7 @@ from cyclopts.validators import Number
 from coverdrive.cli.driving.study import Cluster
 from coverdrive.cli.shared import options
 from coverdrive.cli.shared.bars import stages, waiting
-from coverdrive.cli.shared.options import between, console, experiment_of
+from coverdrive.cli.shared.options import between, console, experiment_in, processes
 
 if TYPE_CHECKING:
     from coverdrive.config import Experiment
@@ -105,26 +104,16 @@ def dial(
         from coverdrive.results import Results
         from coverdrive.simulation.traffic.replay import REPLAYS
     results = Results(folder)
-    place = results.place(road)
-    experiment = experiment_of(
-        config,
-        settings=settings,
-        usual=place.parts,
-        base=results.experiment,
-        place=place if road else None,
-        seed=seed,
-        study={"workers": workers, "vehicles": vehicles},
-        traffic={"kind": traffic},
-    )
+    size = {"workers": workers, "vehicles": vehicles}
+    experiment = experiment_in(results, road, config, settings, seed=seed, study=size, traffic={"kind": traffic})
     results.check_replay((experiment.traffic.kind,), [] if beside else recording or [], road)
     tried = tuple(scales or SCALES)
     request = Request(0.01 if risk is None else risk, confidence, event, tried, procedure, pilot, most)
     if experiment.traffic.kind in REPLAYS:
         with stages():
             chosen = results.choose_on_groups(
-                experiment, request, recording or [], road, workers=experiment.study.workers or os.cpu_count() or 1,
-                cluster=cluster,
-            )  # fmt: skip
+                experiment, request, recording or [], road, workers=processes(experiment.study), cluster=cluster
+            )
         console.print(f"• {chosen.sentence}")
         return {"results": str(folder), "reached": False, "scale": chosen.scale, "sentence": chosen.sentence,
                 "groups": chosen.table.to_dicts()}  # fmt: skip
@@ -152,7 +141,7 @@ def dial_and_print(
                 request,
                 recording,
                 road,
-                workers=experiment.study.workers or os.cpu_count() or 1,
+                workers=processes(experiment.study),
                 cluster=cluster,
                 beside=beside or [],
             )

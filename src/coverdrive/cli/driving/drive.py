@@ -6,9 +6,10 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+from coverdrive.cli.driving.study import study_of
 from coverdrive.cli.shared import options
 from coverdrive.cli.shared.bars import stages, waiting
-from coverdrive.cli.shared.options import console, experiment_of
+from coverdrive.cli.shared.options import console, experiment_in
 from coverdrive.progress import stage
 
 
@@ -54,20 +55,9 @@ def drive(
         from coverdrive.simulation.measures.trial import measure, table_of
         from coverdrive.simulation.studies.driven_on import driven_on
     results = Results(folder)
-    numbers = None if vehicles is None else [vehicles]
-    place = results.place(road)
-    experiment = experiment_of(
-        config,
-        settings=settings,
-        usual=place.parts,
-        base=results.experiment,
-        place=place if road else None,
-        seed=seed,
-        traffic={"kind": traffic},
-        study={"vehicles": numbers},
-    )
-    results.check_replay((experiment.traffic.kind,), recording or [], road)
-    study = results.study(experiment, recording or [], results.study_name(experiment.traffic.kind, road))
+    numbers = {"vehicles": None if vehicles is None else [vehicles]}
+    experiment = experiment_in(results, road, config, settings, seed=seed, traffic={"kind": traffic}, study=numbers)
+    study = study_of(results, experiment, recording, road)
     setup = study.setup.loaded()
     number = setup.vehicles_of(trial)
     kept = folder / f"{study.folder.name.replace('study', 'drive', 1)}_{trial}_{number}"

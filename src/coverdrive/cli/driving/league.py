@@ -1,6 +1,5 @@
 """``coverdrive league``: who drives best where, on equal seeds."""
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,7 +9,7 @@ from cyclopts.validators import Number
 from coverdrive.cli.driving.study import Cluster
 from coverdrive.cli.shared import options
 from coverdrive.cli.shared.bars import stages, waiting
-from coverdrive.cli.shared.options import console, experiment_of
+from coverdrive.cli.shared.options import console, experiment_in, processes
 
 if TYPE_CHECKING:
     from coverdrive.config import Experiment
@@ -117,15 +116,8 @@ def league(
     )
     check_names(planners, worlds)
     problems = {name: problems_of(name) for name in posed}
-    place = results.place(road)
-    experiment = experiment_of(
-        usual=place.parts,
-        base=results.experiment,
-        place=place if road else None,
-        seed=seed,
-        study={"workers": workers, "vehicles": vehicles},
-        episode={"duration": duration},
-    )
+    size = {"workers": workers, "vehicles": vehicles}
+    experiment = experiment_in(results, road, seed=seed, study=size, episode={"duration": duration})
     folder = out or fit / LEAGUE
     try:
         with stages():
@@ -145,7 +137,7 @@ def league(
                 seed=experiment.seed,
                 duration=duration,
                 problems=problems,
-                workers=experiment.study.workers or os.cpu_count() or 1,
+                workers=processes(experiment.study),
                 cluster=cluster,
             )
     except KeyboardInterrupt as stop:

@@ -1,15 +1,15 @@
 """``coverdrive rare``: how probable a collision is where no drive that one can afford has one."""
 
-import os
 from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+from coverdrive.cli.driving.study import study_of
 from coverdrive.cli.shared import options
 from coverdrive.cli.shared.bars import stages, waiting
-from coverdrive.cli.shared.options import console, experiment_of
+from coverdrive.cli.shared.options import console, experiment_in, processes
 
 
 def rare(
@@ -57,26 +57,14 @@ def rare(
         from coverdrive.results import Results
         from coverdrive.simulation.studies.driven_on import driven_on
     results = Results(fit)
-    place = results.place(road)
-    experiment = experiment_of(
-        config,
-        settings=settings,
-        usual=place.parts,
-        base=results.experiment,
-        place=place if road else None,
-        seed=seed,
-        study={"workers": workers, "vehicles": vehicles},
-        traffic={"kind": traffic},
-    )
-    results.check_replay((experiment.traffic.kind,), recording or [], road)
-    name = results.study_name(experiment.traffic.kind, road)
-    setup = results.study(experiment, recording or [], name).setup
-    folder = out or results.folder / name.replace("study", "rare", 1)
+    size = {"workers": workers, "vehicles": vehicles}
+    experiment = experiment_in(results, road, config, settings, seed=seed, study=size, traffic={"kind": traffic})
+    study = study_of(results, experiment, recording, road)
+    setup, folder = study.setup, out or results.folder / study.folder.name.replace("study", "rare", 1)
     with stages():
         found = estimate(
-            setup, folder, particles=particles, repetitions=repetitions,
-            workers=experiment.study.workers or os.cpu_count() or 1,
-        )  # fmt: skip
+            setup, folder, particles=particles, repetitions=repetitions, workers=processes(experiment.study)
+        )
     console.print(driven_on(setup))
     console.print(found.sentence)
     console.print(f"It took {found.drives:.0f} drives and {found.seconds:.0f} s of the processes together")

@@ -1,6 +1,5 @@
 """``coverdrive solve``: planning problems of CommonRoad scenarios."""
 
-import os
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -10,7 +9,7 @@ from cyclopts import Parameter
 
 from coverdrive.cli.shared import options
 from coverdrive.cli.shared.bars import stages, waiting
-from coverdrive.cli.shared.options import console, experiment_of
+from coverdrive.cli.shared.options import console, experiment_of, processes
 from coverdrive.errors import DataError, SettingError
 from coverdrive.progress import stage
 
@@ -69,11 +68,11 @@ def solve(
         from coverdrive.driving.batch import solve_all
         from coverdrive.reporting.tables.summaries import solved_table
     experiment = experiment_of(config, settings=settings, seed=seed, study={"workers": workers})
-    processes = experiment.study.workers or os.cpu_count() or 1
+    workers = processes(experiment.study)
     try:
         with stages():
             predictor_of = _predictors(files, predictor, recording or [], leave_one_out, experiment, out)
-            each = solve_all(files, predictor_of, out, model, processes, partial(_draw, out) if video else None)
+            each = solve_all(files, predictor_of, out, model, workers, partial(_draw, out) if video else None)
             found = [row for rows in each for row in rows]
     except KeyboardInterrupt as stop:
         stop.add_note("what is solved is kept, and the same command goes on from it")

@@ -1,6 +1,5 @@
 """``coverdrive study``: many drives, once or for every variant of a sweep."""
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -8,7 +7,7 @@ from cyclopts import Parameter
 
 from coverdrive.cli.shared import options
 from coverdrive.cli.shared.bars import stages, waiting
-from coverdrive.cli.shared.options import between, console, experiment_of
+from coverdrive.cli.shared.options import between, console, experiment_in, processes
 
 if TYPE_CHECKING:
     from coverdrive.config import Experiment, StudySettings
@@ -63,21 +62,19 @@ def study(
     with waiting():
         from coverdrive.results import Results
     results = Results(folder)
-    place = results.place(road)
-    experiment = experiment_of(
-        config,
-        usual=place.parts,
-        base=results.experiment,
-        place=place if road else None,
-        seed=seed,
-        study={"trials": trials, "workers": workers, "vehicles": vehicles, "until_width": until_width},
-        traffic={"kind": traffic},
-    )
+    size = {"trials": trials, "workers": workers, "vehicles": vehicles, "until_width": until_width}
+    experiment = experiment_in(results, road, config, seed=seed, study=size, traffic={"kind": traffic})
     if settings:
         return _sweep(results, experiment, settings, recording or [], road, cluster)
-    results.check_replay((experiment.traffic.kind,), recording or [], road)
-    study = results.study(experiment, recording or [], results.study_name(experiment.traffic.kind, road))
+    study = study_of(results, experiment, recording, road)
     return study_and_print(study, results, experiment.study, cluster)
+
+
+def study_of(results: "Results", experiment: "Experiment", recording: list[Path] | None, road: str | None) -> "Study":
+    """The study of a results folder in some traffic on a road; refused if there is nothing to replay."""
+    kind = experiment.traffic.kind
+    results.check_replay((kind,), recording or [], road)
+    return results.study(experiment, recording or [], results.study_name(kind, road))
 
 
 def study_and_print(
@@ -141,7 +138,7 @@ def _drive(study: "Study", size: "StudySettings", cluster: str | None, name: str
     try:
         with stages():
             study.run(
-                size.trials, workers=size.workers or os.cpu_count() or 1, cluster=cluster,
+                size.trials, workers=processes(size), cluster=cluster,
                 until_width=size.until_width, batch=size.batch, name=name,
             )  # fmt: skip
     except KeyboardInterrupt as stop:

@@ -1,5 +1,6 @@
 """What several commands take, and what they make of it."""
 
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +13,8 @@ from coverdrive.cli.shared.bars import waiting
 from coverdrive.cli.shared.terminal import Terminal
 
 if TYPE_CHECKING:
-    from coverdrive.config import Experiment
+    from coverdrive.config import Experiment, StudySettings
+    from coverdrive.results import Results
     from coverdrive.simulation.roads.places import Place
 
 console = Terminal()
@@ -265,6 +267,20 @@ def experiment_of(
     experiment = Experiment.load(config, preset_with) if config else base or preset_with
     asked = merged(place.parts, options) if place else options
     return experiment.updated(merged(asked, changes_of(settings or [])))
+
+
+def experiment_in(
+    results: "Results", road: str | None, config: Path | None = None, settings: Sequence[str] | None = None, **said: Any
+) -> "Experiment":
+    """`experiment_of` the settings of a results folder, for drives on its road or on the one that is asked for."""
+    place = results.place(road)
+    asked = place if road else None
+    return experiment_of(config, settings=settings, usual=place.parts, base=results.experiment, place=asked, **said)
+
+
+def processes(study: "StudySettings") -> int:
+    """How many to work with."""
+    return study.workers or os.cpu_count() or 1
 
 
 def certificate(
