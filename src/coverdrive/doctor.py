@@ -90,10 +90,6 @@ def _checks(folder: Path) -> Iterator[tuple[str, Callable[[], str], str, bool]]:
     yield "cache of matplotlib", _plotting_cache, "set MPLCONFIGDIR to a folder that you can write to", True
     hint = "planning is compiled anew by every command; set NUMBA_CACHE_DIR to a folder that you can write to"
     yield "cache of Numba", _code_cache, hint, False
-    hint = "only for tests: set COVERDRIVE_DATA to the folder that holds us101/"
-    yield "recorded US-101 traffic", _data, hint, False
-    hint = "only for tests of the report: apt-get install chromium, pip install playwright"
-    yield "Chromium and Playwright", _browser, hint, False
 
 
 def _python() -> str:
@@ -161,23 +157,3 @@ def _plotting_cache() -> str:
 
 def _code_cache() -> str:
     return _writable(importlib.import_module("coverdrive.compiled").cache_folder())
-
-
-def _data() -> str:
-    named = os.environ.get("COVERDRIVE_DATA")
-    if named is None:
-        raise _Wrong("COVERDRIVE_DATA is not set")
-    folder = Path(named) / "us101"
-    try:
-        with next(file for file in sorted(folder.rglob("*")) if file.is_file()).open("rb") as file:
-            file.read(1)
-    except (OSError, StopIteration):
-        raise _Wrong(f"nothing readable in {folder}") from None
-    return f"readable, {folder}"
-
-
-def _browser() -> str:
-    program, playwright = shutil.which("chromium"), _version("playwright")
-    if program is None:
-        raise _Wrong(f"playwright {playwright}, but no chromium")
-    return f"{program}, playwright {playwright}"

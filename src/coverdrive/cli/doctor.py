@@ -9,7 +9,7 @@ from coverdrive.cli.shared.options import Folder, console
 
 
 def doctor(folder: Folder = Path("results")) -> dict[str, Any]:
-    """Say what is installed and what is missing: packages, extras, video, data, a place to write; with hints.
+    """Say what is installed and what is missing: packages, extras, video, a place to write; with hints.
 
     The exit status is 1 if something is missing that the commands need.
 
