@@ -7,7 +7,7 @@ import argparse
 from pathlib import Path
 
 import coverdrive as cd
-from coverdrive.driving.solved import solve, write
+from coverdrive.driving.batch import solve_all
 
 
 def main() -> None:
@@ -16,10 +16,10 @@ def main() -> None:
     options.add_argument("--predictor", type=Path, default=Path("coverdrive-demo/predictor.safetensors"))
     options.add_argument("--out", type=Path, default=Path("solutions"))
     given = options.parse_args()
-    solved = list(solve(given.scenario, cd.Predictor.load(given.predictor)))
-    for each in solved:
-        print(each.row)
-    print("written:", write(solved, given.out))
+    predictor = cd.Predictor.load(given.predictor)
+    for rows in solve_all([given.scenario], lambda _: predictor, given.out):
+        print(*rows, sep="\n")
+    print("written:", given.out / "solved.csv")
 
 
 if __name__ == "__main__":

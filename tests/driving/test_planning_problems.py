@@ -13,11 +13,12 @@ from problem_fakes import TRAFFIC, between, box, goal, written
 from recordings_fakes import RADIUS, TURN, driving, on_map, scenario, three_lanes
 from shapely.geometry import Point
 
+from coverdrive.driving.batch import TABLE, solve_all
 from coverdrive.driving.drivability import refusal
 from coverdrive.driving.planning_problem import PlanningProblem, read_problems, told
 from coverdrive.driving.single_track import BMW, SingleTrackCar
-from coverdrive.driving.solved import solve, write
-from coverdrive.driving.solving import drive, settings_for
+from coverdrive.driving.solved import solve
+from coverdrive.driving.solving import Drive, drive, settings_for
 from coverdrive.errors import RecordingError
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.planning.rules.manners import NONE
@@ -83,19 +84,20 @@ def test_what_is_none_is_said(tmp_path: Path) -> None:
 @pytest.mark.parametrize("model", ["KS", "ST"])
 def test_a_lane_change_in_time_is_driven_written_and_accepted(tmp_path: Path, model) -> None:
     wanted = goal(box(95.0, -5.25, length=4.0), between("velocity", 10.0, 16.0), between("orientation", 0.65, 0.85))
-    path = written(tmp_path, wanted)
-    (found,) = solve(path, PREDICTOR, model)
-    assert found.drive is not None and found.drive.reached
-    assert found.row["solved"] and found.row["reason"] == "" and found.row["model"] == model
-    assert 50 <= len(found.drive.cars) - 1 <= 60
-    assert found.row["checked"] is (find_spec("commonroad_dc") is not None)
-    table = write([found], tmp_path / "out")
+    path, drives = written(tmp_path, wanted), list[Drive]()
+    ((row,),) = solve_all([path], lambda _: PREDICTOR, tmp_path / "out", model, draw=drives.append)
+    (found,) = drives
+    assert found.reached
+    assert row["solved"] and row["reason"] == "" and row["model"] == model
+    assert 50 <= len(found.cars) - 1 <= 60
+    assert row["checked"] is (find_spec("commonroad_dc") is not None)
+    table = tmp_path / "out" / TABLE
     assert table.read_text().splitlines()[1].startswith(f"USA_Test-1_1_T-1,7,{model},true,")
     solution = CommonRoadSolutionReader.open(str(tmp_path / "out" / "solution_USA_Test-1_1_T-1.xml"))
     (only,) = solution.planning_problem_solutions
     assert (solution.benchmark_id, only.planning_problem_id) == (f"{model}2:SA1:USA_Test-1_1_T-1:2020a", 7)
     read_again = np.array([state.position for state in only.trajectory.state_list])
-    assert read_again == pytest.approx(np.array([car.pose[:2] for car in found.drive.cars]), abs=1e-6)
+    assert read_again == pytest.approx(np.array([car.pose[:2] for car in found.cars]), abs=1e-6)
 
 
 @pytest.mark.parametrize(

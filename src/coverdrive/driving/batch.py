@@ -6,25 +6,29 @@ scenario.
 """
 
 import hashlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from importlib.metadata import version
 from importlib.util import find_spec
+from itertools import count
 from pathlib import Path
 from typing import Any
 
 import polars as pl
 
 from coverdrive.driving.single_track import ModelName
-from coverdrive.driving.solved import SCHEMA, TABLE, solve, unsolved, write_solution, write_table
+from coverdrive.driving.solved import SCHEMA, solve, unsolved
 from coverdrive.driving.solving import Drive, solution_of
 from coverdrive.errors import CoverdriveError
+from coverdrive.files import write_atomically
 from coverdrive.progress import done, stage
 from coverdrive.recordings.tracks.reading import name_of
 from coverdrive.simulation.measures.trial import Row
 from coverdrive.simulation.predictor import Belief
 from coverdrive.simulation.studies.workers import run_trials
+
+TABLE = "solved.csv"
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,10 +108,11 @@ def solve_all(
     with stage("scenarios"):
         for each in run_trials(setup, left, workers):
             trial, taken = each["trial"], {row["solution"] or "" for rows in found.values() for row in rows}
-            written = write_solution(each["benchmark"], each["text"], folder, taken) if each["text"] else None
+            written = _write_solution(each["benchmark"], each["text"], folder, taken) if each["text"] else None
             about = {"solution": written, "made_from": made[trial]}
             found[trial] = [row | about for row in each["rows"]]
-            write_table([row for trial in sorted(found) for row in found[trial]], folder)
+            table = pl.DataFrame([row for trial in sorted(found) for row in found[trial]], schema=SCHEMA)
+            write_atomically(folder / TABLE, table.write_csv)
             done(len(found), len(scenarios))
             yield found[trial]
 
@@ -117,6 +122,14 @@ def _predictor(predictor_of: Callable[[Path], Belief], scenario: Path) -> Belief
         return predictor_of(scenario)
     except CoverdriveError as error:
         return str(error)
+
+
+def _write_solution(benchmark: str, text: str, folder: Path, taken: Collection[str]) -> str:
+    """Write a solution; its name is that of the benchmark, with a number where others have ``taken`` it."""
+    names = (f"solution_{benchmark}{f' ({number})' * (number > 1)}.xml" for number in count(1))
+    name = next(name for name in names if name not in taken)
+    write_atomically(folder / name, lambda file: file.write_text(text, encoding="utf-8"))
+    return name
 
 
 def _kept(folder: Path) -> dict[str, list[Row]]:

@@ -1,8 +1,7 @@
 """How planning problems were solved, as rows of a table."""
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import count
 from pathlib import Path
 
 import polars as pl
@@ -10,17 +9,14 @@ import polars as pl
 from coverdrive.driving.drivability import refusal
 from coverdrive.driving.planning_problem import PlanningProblem, read_problems
 from coverdrive.driving.single_track import ModelName
-from coverdrive.driving.solving import Drive, drive, solution_of
+from coverdrive.driving.solving import Drive, drive
 from coverdrive.errors import CoverdriveError
-from coverdrive.files import write_atomically
 from coverdrive.plan import Planner
 from coverdrive.recordings.files.boundary import naming
 from coverdrive.recordings.tracks.reading import name_of
 from coverdrive.simulation.measures.trial import SCHEMA as MEASURED
 from coverdrive.simulation.measures.trial import Row, measure
 from coverdrive.simulation.predictor import Belief
-
-TABLE = "solved.csv"
 
 MEASURES = (
     "vehicles", "time", "mean_speed", "minimum_gap", "hardest_braking", "jerk_longitudinal", "share_unsafe", "windows",
@@ -100,29 +96,3 @@ def _refusal(driven: Drive) -> str | None:
         return refusal(driven)
     except Exception as error:  # of another package
         return f"not judged: {type(error).__name__}: {error}"
-
-
-def write(found: Sequence[Solved], folder: Path) -> Path:
-    """Write the solution of every scenario that could be driven, and the table; the path of this."""
-    by_file, names = dict[Path, list[Drive]](), dict[Path, str]()
-    for each in (each.drive for each in found if each.drive):
-        by_file.setdefault(each.problem.file, []).append(each)
-    for file, drives in by_file.items():
-        names[file] = write_solution(drives[0].name, solution_of(drives), folder, names.values())
-    return write_table(
-        [each.row | {"solution": names[each.drive.problem.file] if each.drive else None} for each in found], folder
-    )
-
-
-def write_solution(benchmark: str, text: str, folder: Path, taken: Collection[str]) -> str:
-    """Write a solution; its name is that of the benchmark, with a number where others have ``taken`` it."""
-    names = (f"solution_{benchmark}{f' ({number})' * (number > 1)}.xml" for number in count(1))
-    name = next(name for name in names if name not in taken)
-    write_atomically(folder / name, lambda file: file.write_text(text, encoding="utf-8"))
-    return name
-
-
-def write_table(rows: Sequence[Row], folder: Path) -> Path:
-    """Write ``solved.csv``; its path."""
-    write_atomically(folder / TABLE, pl.DataFrame(rows, schema=SCHEMA).write_csv)
-    return folder / TABLE
