@@ -26,7 +26,7 @@ from coverdrive.recordings.map_tracks import MapTracks, readings_from_map
 from coverdrive.recordings.recording import Recording, vehicle_keys
 from coverdrive.recordings.tracks.numbering import Numbers, same_numbers, site_of
 from coverdrive.recordings.tracks.overlap import shared_vehicles
-from coverdrive.recordings.tracks.reading import Reading, reading_of
+from coverdrive.recordings.tracks.reading import Reading, tracks_of
 from coverdrive.recordings.tracks.resampling import STEP, resampled
 from coverdrive.recordings.tracks.smoothing import SmoothingSettings
 
@@ -84,7 +84,9 @@ def together(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
     calls = list(dict.fromkeys(each.call for each in recordings))
     if len(calls) < 2:
         return tuple(recordings)
-    return _grouped([reading_of(each) for each in recordings], [calls.index(each.call) for each in recordings])
+    return _grouped(
+        [Reading(each, tracks_of(each)) for each in recordings], [calls.index(each.call) for each in recordings]
+    )
 
 
 def _files(path: Path) -> list[Path]:
@@ -109,7 +111,7 @@ def _read_file(file: Path, how: How, name: str | None, namesakes: dict[str, list
     with naming(file):
         reader = reader_of(file, name)
         found = list(reader.read(file, how))
-        finished = [reading_of(each) for each in found if isinstance(each, Recording)]
+        finished = [Reading(each, tracks_of(each)) for each in found if isinstance(each, Recording)]
         readings = [each for each in found if isinstance(each, Reading)]
         for each in found:
             if isinstance(each, MapTracks):

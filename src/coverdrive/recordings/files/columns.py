@@ -32,16 +32,8 @@ def columns_of(file: Path) -> tuple[str, ...]:
     """The normalised names of the columns of a CSV or Parquet file, in its order."""
     if file.suffix.lower() != ".parquet":
         return csv_layout(file).columns
-    try:
-        with file.open("rb") as stream:
-            return tuple(map(normalised, pl.read_parquet_schema(stream)))
-    except (pl.exceptions.PolarsError, pl.exceptions.PanicException) as error:
-        raise damaged(file, error) from error
-
-
-def damaged(file: Path, error: Exception) -> RecordingError:
-    """What to say of a Parquet file that polars cannot read."""
-    return RecordingError(file, f"not a Parquet file, or damaged ({error}); check that it was copied whole")
+    with file.open("rb") as stream:
+        return tuple(map(normalised, pl.read_parquet_schema(stream)))
 
 
 def read_table(file: Path, wanted: Sequence[str], repairs: Counter[str], optional: Sequence[str] = ()) -> pl.DataFrame:
@@ -85,13 +77,10 @@ def parquet_numbers(file: Path, names: dict[str, str]) -> pl.DataFrame:
 def whole_parquet(file: Path) -> pl.DataFrame:
     """All of a Parquet file, unless it holds more than its size can tell: equal values take no room in it."""
     content = file.read_bytes()  # polars would take brackets and stars in a path for a pattern
-    try:
-        columns = len(pl.read_parquet_schema(content))
-        rows = int(pl.scan_parquet(content).select(pl.len()).collect().item())
-        if rows * columns <= max(MOST_EQUAL, CELLS * len(content)):
-            return pl.read_parquet(content)
-    except (pl.exceptions.PolarsError, pl.exceptions.PanicException) as error:
-        raise damaged(file, error) from error
+    columns = len(pl.read_parquet_schema(content))
+    rows = int(pl.scan_parquet(content).select(pl.len()).collect().item())
+    if rows * columns <= max(MOST_EQUAL, CELLS * len(content)):
+        return pl.read_parquet(content)
     problem = f"{rows:,} rows of {columns} columns in {len(content):,} bytes are the same few again and again"
     raise RecordingError(file, f"{problem}; expected tracks, check how the file was made")
 

@@ -10,7 +10,7 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from coverdrive.errors import DataError, RecordingError
 from coverdrive.files import write_atomically
-from coverdrive.recordings.files.columns import damaged, whole_parquet
+from coverdrive.recordings.files.columns import whole_parquet
 from coverdrive.recordings.recording import SCHEMA, Recording
 from coverdrive.reference_line import ReferenceLine
 from coverdrive.road import LaneEdges, Road
@@ -110,10 +110,7 @@ def is_own(stream: BinaryIO) -> bool:
 def read_parquet(file: Path) -> tuple[Recording, ...]:
     """What `write_parquet` wrote, exactly; a file that is not as it writes them is refused."""
     rows = whole_parquet(file)
-    try:
-        heads = _heads(file, pl.read_parquet_metadata(file.read_bytes()))
-    except (pl.exceptions.PolarsError, pl.exceptions.PanicException) as error:
-        raise damaged(file, error) from error
+    heads = _heads(file, pl.read_parquet_metadata(file.read_bytes()))
     found, schema = dict(rows.schema), dict(SCHEMA) | {"recording": pl.Int64}
     if not schema.items() <= found.items():
         problem = f"the file is damaged or of another version: expected the columns {schema}, got {found}"
@@ -121,10 +118,7 @@ def read_parquet(file: Path) -> tuple[Recording, ...]:
     for row in (~rows["recording"].is_between(0, len(heads) - 1).fill_null(False)).arg_true():
         problem = f"expected the number of one of {len(heads)} recordings, got {rows['recording'][row]}"
         raise RecordingError(file, f"{problem}; write the recordings anew", row + 1, "recording")
-    try:
-        return tuple(_recording(head, rows, number) for number, head in enumerate(heads))
-    except DataError as error:
-        raise RecordingError(file, str(error)) from error
+    return tuple(_recording(head, rows, number) for number, head in enumerate(heads))
 
 
 def _heads(file: Path, metadata: dict[str, str]) -> list[_Head]:

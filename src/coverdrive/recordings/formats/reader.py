@@ -15,11 +15,9 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import NamedTuple
 
-import polars as pl
-
 from coverdrive.errors import RecordingError
 from coverdrive.recordings.files.boundary import naming
-from coverdrive.recordings.files.columns import columns_of, damaged
+from coverdrive.recordings.files.columns import columns_of
 from coverdrive.recordings.files.delimited import normalised
 from coverdrive.recordings.formats.parquet import is_own
 from coverdrive.recordings.map_tracks import MapTracks
@@ -126,11 +124,8 @@ def head_of(file: Path) -> Head:
             keys = re.findall(r'"([^"]*)"\s*:', stream.read(FIRST).decode("utf-8", errors="replace"))
         return Head(suffix, frozenset(map(normalised, keys)), own=False)
     if suffix == ".parquet":
-        try:
-            with file.open("rb") as stream:
-                own = is_own(stream)
-        except (pl.exceptions.PolarsError, pl.exceptions.PanicException) as error:
-            raise damaged(file, error) from error
+        with file.open("rb") as stream:
+            own = is_own(stream)
         return Head(suffix, frozenset(columns_of(file)), own)
     return Head(suffix, frozenset(columns_of(file)) if suffix in (".csv", ".txt") else frozenset(), own=False)
 

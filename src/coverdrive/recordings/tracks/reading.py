@@ -46,11 +46,6 @@ class Reading(NamedTuple):
     raw: RawTracks
 
 
-def reading_of(recording: Recording) -> Reading:
-    """A recording that is finished, with its own rows as the tracks of the file."""
-    return Reading(recording, tracks_of(recording))
-
-
 def tracks_of(recording: Recording) -> RawTracks:
     """The rows of a recording that its file holds, with the speeds that it states."""
     table = recording.table.filter(pl.col("stated").is_not_nan())
