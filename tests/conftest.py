@@ -12,9 +12,12 @@ import pytest
 from filelock import FileLock
 from hypothesis import HealthCheck, settings
 
+from shape_checks import check_all_calls
+
 if TYPE_CHECKING:
     from coverdrive.paths import PredictedPaths
 
+check_all_calls("coverdrive")
 for name, examples in {"fast": 25, "all": 100}.items():  # no deadline: a first call compiles
     settings.register_profile(
         name, deadline=None, derandomize=True, max_examples=examples, suppress_health_check=[HealthCheck.too_slow]
@@ -58,9 +61,6 @@ def pytest_configure(config: pytest.Config) -> None:
     everything = config.getoption("--all")
     settings.load_profile("all" if everything else "fast")
     keep_machine_code(config.cache.mkdir("jax"), optimize=everything)
-    from shape_checks import check_all_calls  # imports JAX
-
-    check_all_calls("coverdrive")
 
 
 def keep_machine_code(folder: Path, optimize: bool) -> None:
