@@ -2,8 +2,8 @@
 
 Small sets are fast and miss more; large ones leave no clear plan in dense traffic, and who has none cannot choose. So
 the risk of drives need not be monotone in λ, and nothing here takes it to be. Pilot drives at every λ of a grid order
-them; drives of other seeds prove (`coverdrive.certificates.dial`). What a certificate says about windows of recorded
-traffic at that λ stands beside, and neither stands for the other.
+them; drives of other seeds prove (`coverdrive.certificates.learn_then_test`). What a certificate says about windows of
+recorded traffic at that λ stands beside, and neither stands for the other.
 
 The folder of a dial holds ``pilot/`` and ``proof/``, with a study in each for every λ, ``frontier.csv`` with a line for
 each, and ``dial.json`` with what is proved.
@@ -20,8 +20,8 @@ import polars as pl
 
 from coverdrive.arguments import of_kind, path_of
 from coverdrive.certificates.certificate import Certificate
-from coverdrive.certificates.dial import Asked, Dial, Tried
 from coverdrive.certificates.drives import Procedure, Proof, drives_needed, limit_of
+from coverdrive.certificates.learn_then_test import Asked, Dial, Tried
 from coverdrive.dialling.frontier import OURS, frontier
 from coverdrive.errors import DataError, SettingError
 from coverdrive.files import write_atomically, write_json

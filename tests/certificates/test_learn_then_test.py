@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy import special, stats
 
 from coverdrive.certificates import drives
-from coverdrive.certificates.dial import Asked, Dial, Drives, Turned
 from coverdrive.certificates.drives import Procedure, drives_needed
+from coverdrive.certificates.learn_then_test import Asked, Dial, Drives, Turned
 from coverdrive.errors import CertificateError
 
 TOUCH = Asked("touch anybody", 0.1)
