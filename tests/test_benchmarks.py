@@ -161,12 +161,12 @@ def test_adapting(quick_predictor: Path, tmp_path: Path, monkeypatch: pytest.Mon
 @pytest.mark.slow
 def test_random_emergencies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Hardly any is hit that one of 40 fixed manoeuvres avoids, and on average none of them is needed."""
-    result = ran("random_emergencies", tmp_path / "random.json", monkeypatch, "--scenes", "400")
-    assert result["scenes"] == 400 == len(result["drives"])
+    result = ran("random_emergencies", tmp_path / "random.json", monkeypatch, "--scenes", "300")
+    assert result["scenes"] == 300 == len(result["drives"])
     assert result["off the road"] == 0
-    assert result["hit though one of 40 avoids"] <= 8
-    assert result["worse than full braking"] <= 8
-    assert result["worse than the best of 40"] <= 24
+    assert result["hit though one of 40 avoids"] <= 6
+    assert result["worse than full braking"] <= 6
+    assert result["worse than the best of 40"] <= 18
     assert result["mean [m/s]"]["planner"] < result["mean [m/s]"]["best of 40"] < result["mean [m/s]"]["full braking"]
 
 

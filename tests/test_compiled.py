@@ -123,5 +123,5 @@ def test_of_several_processes_one_compiles(kept: Path) -> None:
         f"import sys; sys.path.insert(0, {str(kept.parent / 'sources')!r}); import doubling; doubling.twice(2); "
         "print(sum(doubling.twice.stats.cache_misses.values()))"
     )
-    processes = [subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) for _ in range(3)]
-    assert sorted(process.communicate(timeout=300)[0].strip() for process in processes) == ["0", "0", "1"]
+    processes = [subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) for _ in range(2)]
+    assert sorted(process.communicate(timeout=300)[0].strip() for process in processes) == ["0", "1"]

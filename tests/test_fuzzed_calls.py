@@ -85,7 +85,7 @@ def predictor(quick_predictor: Path) -> Any:
     return cd.Predictor.load(quick_predictor)
 
 
-@pytest.mark.parametrize("cases", [100, pytest.param(1200, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("cases", [60, pytest.param(1000, marks=pytest.mark.slow)])
 def test_environments(predictor: Any, cases: int) -> None:
     recordings = generate(GeneratedSettings(scenes=2, duration=8.0, vehicles=(3, 4)))
     known = {"predictor": (None, predictor, predictor), "recordings": ((), recordings, recordings[0])}
@@ -125,7 +125,7 @@ def test_environments(predictor: Any, cases: int) -> None:
     assert len(begun) > cases / 20
 
 
-@pytest.mark.parametrize("cases", [100, pytest.param(2000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("cases", [60, pytest.param(1500, marks=pytest.mark.slow)])
 def test_the_command(quick_fit: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cases: int) -> None:
     """Every option of every command, up to where its work begins."""
     reached = []

@@ -8,12 +8,13 @@ from jaxtyping import Float
 
 from coverdrive.geometry import boxes_overlap
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.check.evaluate import Plans, drive_step, empty_plans, evaluate
+from coverdrive.planning.check.evaluate import Plans, drive_step, empty_plans
 from coverdrive.planning.problem.constants import Constants, constants_of
 from coverdrive.planning.problem.obstacles import obstacles_of, reachable
 from coverdrive.planning.problem.road_table import table_of
 from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.planning.problem.vehicle import VehicleSettings, step
+from coverdrive.planning.solver.search import Wanted, hopeless
 from coverdrive.planning.surroundings import Surroundings
 from coverdrive.road import Road
 from coverdrive.road_ahead import STRAIGHT, RoadAhead
@@ -79,11 +80,13 @@ def wishes(rng: np.random.Generator, plans: int, nodes: int = len(CONSTANTS.tree
 def evaluated(
     inputs: np.ndarray, surroundings: Surroundings, target: float = 5.4, constants: Constants = CONSTANTS
 ) -> Plans:
-    """Plans of wished inputs (m, N, 2), evaluated."""
-    plans = empty_plans(len(inputs), inputs.shape[1])
-    plans.inputs[:], plans.targets[:] = inputs, target
-    evaluate(plans, 0, len(inputs), surroundings, constants)
-    return plans
+    """Plans of wished inputs (m, N, 2), evaluated: as starts of a search, which is compiled anyway."""
+    nodes, nothing = inputs.shape[1], np.zeros(len(inputs) - 1)
+    last, rest = np.zeros((len(nothing), nodes, 2)), np.zeros((constants.steps, 2))
+    plans = empty_plans(len(inputs) + 1, nodes)
+    plans.inputs[1:], plans.targets[1:] = inputs, target
+    hopeless(plans, Wanted(nothing, 0, nothing, last, rest, np.zeros(0)), surroundings, constants)
+    return Plans(*(each[1:] for each in plans))
 
 
 def drive(state: np.ndarray, wishes: np.ndarray, before: tuple[float, float] = (0.0, 0.0)) -> tuple[np.ndarray, ...]:

@@ -44,12 +44,12 @@ def others(rng: np.random.Generator, state: np.ndarray, vehicles: int) -> tuple[
     return PredictedPaths(points, np.arange(vehicles), half_sizes, DT), true, sizes
 
 
-def beyond(states: np.ndarray, road: Road) -> float:
-    """By how much [m] the ego's body gets beyond the road's edges in the map."""
+def beyond(states: np.ndarray, road: Road) -> np.ndarray:
+    """By how much [m] the ego's body gets beyond the road's edges in the map, on each of some ways (…, T, 4)."""
     points = outline(*in_map(states, road), CAR.half_sizes, 3)
     lon, lat = road.to_road(points[..., 0], points[..., 1])
     edges = road.edges_at(lon)
-    return float(np.maximum(lat - edges[..., -1], edges[..., 0] - lat).max(initial=-np.inf))
+    return np.maximum(lat - edges[..., -1], edges[..., 0] - lat).max((-1, -2), initial=-np.inf)
 
 
 def clear_and_wrong(first: int, roads: int, scenes: int = 5, plans: int = 6) -> np.ndarray:
@@ -81,14 +81,14 @@ def wrong(state: np.ndarray, inputs: np.ndarray, theirs: tuple, sizes: np.ndarra
         centre, heading = in_map(own, road)
         bodies = centre[:, None], heading[:, None], CAR.half_sizes
         touching |= boxes_overlap(*bodies, *theirs, sizes[:, None]).any((1, 2))
-        leaving |= np.array([beyond(each[SAMPLES::3], road) > 0.01 for each in own])
+        leaving |= beyond(own[:, SAMPLES::3], road) > 0.01
     return np.array([len(inputs), touching.sum(), leaving.sum()])
 
 
 def test_what_is_called_clear_touches_nothing_and_keeps_to_the_road() -> None:
-    clear, touching, leaving = clear_and_wrong(0, 120)
+    clear, touching, leaving = clear_and_wrong(0, 40)
     assert touching == leaving == 0
-    assert 300 < clear < 3000
+    assert 100 < clear < 1000
 
 
 @pytest.mark.slow
@@ -110,6 +110,6 @@ def test_straight_bodies_and_wider_roads_would_not_do(monkeypatch: pytest.Monkey
     innermost = road_table.innermost_edges
     monkeypatch.setattr(road_table, "bent_half_sizes", _straight)
     monkeypatch.setattr(road_table, "innermost_edges", lambda *given: innermost(*given) - 0.3)
-    _, touching, leaving = clear_and_wrong(0, 120)
+    _, touching, leaving = clear_and_wrong(0, 40)
     assert touching > 0
     assert leaving > 0

@@ -132,7 +132,7 @@ def test_the_limits_are_those_of_the_models() -> None:
     assert CAR.max_speed < BMW.longitudinal.v_max
 
 
-@pytest.mark.parametrize("speed", [0.0, 2.0, 6.0, 10.0, 15.0, 25.0, 45.0])
+@pytest.mark.parametrize("speed", [0.0, 2.0, 10.0, 45.0])
 def test_a_rushed_drive_passes_and_without_limits_does_not(speed: float) -> None:
     rng = np.random.default_rng(int(speed))
     assert all(drive_passes(*rushed(rng, CONSTANTS.vehicle, speed)) for _ in range(2))
@@ -150,7 +150,7 @@ def test_the_checker_knows_the_power(factor: float) -> None:
     assert checks(np.stack([start, step(start, inputs, DT)]), np.zeros(2), DT) is (factor == 1.0)
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(3, 60))])
+@pytest.mark.parametrize("seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 40))])
 def test_drives_and_plans_in_random_scenes_pass(seed: int) -> None:
     """Most begin with an emergency, every third from standstill or slowly."""
     state, paths = scene(rng := np.random.default_rng(seed))
@@ -161,7 +161,7 @@ def test_drives_and_plans_in_random_scenes_pass(seed: int) -> None:
     assert all(plan_passes(*plan) for plan in plans)
 
 
-@pytest.mark.parametrize("speed", [3.0, 12.0, 30.0])
+@pytest.mark.parametrize("speed", [3.0, 30.0])
 @pytest.mark.parametrize("lanes", [[5.4], [1.8, 5.4, 9.0]], ids=["evades", "brakes"])
 def test_emergencies_pass(straight_paths, speed: float, lanes: list[float]) -> None:
     driven, plans = planned(np.array([0, 5.4, speed, 0.0]), straight_paths(*((6 + speed, lat, 0) for lat in lanes)))
@@ -174,11 +174,10 @@ def test_simple_manoeuvres_pass() -> None:
     assert all(plan_passes(*each) for each in zip(states, inputs, strict=True))
 
 
-@pytest.mark.parametrize("speed", [2.0, 6.0, 10.0, 15.0, 20.0, 22.0])
-@pytest.mark.parametrize("seed", range(2))
-def test_rushed_drives_around_bends_pass(speed: float, seed: int) -> None:
+@pytest.mark.parametrize("speed", [2.0, 6.0, 10.0, 15.0, 22.0])
+def test_rushed_drives_around_bends_pass(speed: float) -> None:
     """Driven in the road frame on a road of 150 m radius and more, and seen in the map."""
-    rng = np.random.default_rng(int(100 * seed + speed))
+    rng = np.random.default_rng(int(speed))
     road = bent_road(rng, tapers=False)
     ahead, driven, before = table_of(road, PROBLEM).road, [np.array([200.0, 5.4, speed, 0.0])], (0.0, 0.0)
     for faster, turn in rng.normal(0, [4.0, 0.4], (25, 2)).tolist():

@@ -17,10 +17,10 @@ def test_overtakes_a_slower_car_as_the_planner_does(straight_paths) -> None:
     settings = PlannerSettings(manners=NONE)
     planner, compiled = ReferencePlanner(settings, SolverSettings(tolerance=1e-5)), MpcPlanner(settings)
     assert isinstance(planner, Planner)
-    state, other = np.array([0.0, 1.8, 25.0, 0.0]), 30.0
+    state, other = np.array([0.0, 1.8, 25.0, 0.0]), 25.0
     for each in (planner, compiled):
         each.reset(0.25)
-    for k in range(24):
+    for k in range(18):
         paths = straight_paths((other, 1.8, 12))
         plan, cost = planner.plan(state, paths, Road.straight()), compiled.plan(state, paths, Road.straight()).cost
         assert plan.status is Status.SOLVED

@@ -59,22 +59,22 @@ def clear_and_touching(first: int, scenes: int, plans: int) -> tuple[int, int]:
 
 
 def test_what_is_called_clear_touches_nothing() -> None:
-    clear, touching = np.sum([clear_and_touching(first, 100, 4) for first in range(0, 1000, 100)], axis=0)
+    clear, touching = clear_and_touching(0, 400, 4)
     assert touching == 0
-    assert 400 < clear < 3600
+    assert 160 < clear < 1440
 
 
 @pytest.mark.slow
 def test_what_is_called_clear_touches_nothing_in_many_scenes() -> None:
-    clear, touching = np.sum([clear_and_touching(first, 100, 4) for first in range(1000, 101_000, 100)], axis=0)
+    clear, touching = np.sum([clear_and_touching(first, 500, 4) for first in range(1000, 51_000, 500)], axis=0)
     assert touching == 0
-    assert clear > 50_000
+    assert clear > 25_000
 
 
 def test_samples_alone_would_miss_contacts() -> None:
     """The negative control: of plans whose states touch nothing, some do in between, and none of these is clear."""
     missed = 0
-    for seed in range(300):
+    for seed in range(120):
         rng = np.random.default_rng(seed)
         state, paths = scene(rng)
         got = evaluated(wishes(rng, 10), around(state, paths, OPEN))
@@ -83,12 +83,12 @@ def test_samples_alone_would_miss_contacts() -> None:
         missing = ~seen & ever
         assert not (missing & got.clear).any()
         missed += missing.sum()
-    assert missed > 20
+    assert missed > 8
 
 
 def test_whoever_begins_in_contact_is_never_clear() -> None:
     begun = 0
-    for seed in range(300):
+    for seed in range(120):
         rng = np.random.default_rng(seed)
         state, paths = scene(rng, vehicles=1)
         start = paths.points[:, 0].copy()
@@ -100,7 +100,7 @@ def test_whoever_begins_in_contact_is_never_clear() -> None:
             got = evaluated(wishes(rng, 10), around(state, paths, OPEN))
             assert not got.clear.any()
             assert (got.severity >= 0).all() and (got.harm > 0).all()
-    assert begun > 100
+    assert begun > 40
 
 
 def off_road(states: np.ndarray, edges: np.ndarray) -> np.ndarray:
@@ -113,7 +113,7 @@ def test_clear_plans_do_not_leave_the_road() -> None:
     """The road is as wide as a lane, so that nearly all are near its edges."""
     nobody = PredictedPaths(*NOBODY)
     clear, nearest = 0, np.inf
-    for seed in range(200):
+    for seed in range(80):
         rng, edges = np.random.default_rng(seed), np.array([0.0, 3.6])
         state = np.array([0.0, rng.uniform(1.0, 2.6), rng.uniform(0, 45), rng.uniform(-0.02, 0.02)])
         inputs = wishes(rng, 10) * [1.0, rng.choice([0.02, 0.2, 1.0])]
@@ -125,7 +125,7 @@ def test_clear_plans_do_not_leave_the_road() -> None:
             nearest = min(nearest, np.abs(beyond[got.clear]).min(initial=np.inf))
             assert beyond[got.clear].max(initial=-1.0) <= 0.01
             assert (beyond[got.departure > 2.0].max(-1) > 0).all()
-    assert 200 < clear < 1800
+    assert 80 < clear < 720
     assert nearest < 0.01
 
 
@@ -133,8 +133,8 @@ def test_clear_plans_do_not_leave_the_road() -> None:
 def test_whoever_turns_back_at_the_edge_of_the_road_does_not_leave_it_in_between(speed: float) -> None:
     """It is near the left edge after the first step, and turns to the right from then on as hard as it can."""
     nobody, edges, clear, turn = PredictedPaths(*NOBODY), np.array([-50.0, 3.6]), 0, min(0.5, 4 / speed)
-    for heading in np.linspace(0.0, 0.03, 8):
-        for gap in np.linspace(0, 0.05, 12):
+    for heading in np.linspace(0.0, 0.03, 5):
+        for gap in np.linspace(0, 0.05, 7):
             inputs = np.zeros((STEPS, 2))
             inputs[:3, 1] = -0.3 * turn, -turn, -turn
             state = np.array([0.0, 0.0, speed, heading])
@@ -143,7 +143,7 @@ def test_whoever_turns_back_at_the_edge_of_the_road_does_not_leave_it_in_between
             if got.clear[0]:
                 clear += 1
                 assert off_road(driven(state, fail_safe(got), 25)[1][0, 25:], edges).max() <= 1e-9
-    assert clear > 10
+    assert clear > 4
 
 
 def test_plans_are_driven_within_the_limits_and_cost_their_merit() -> None:
@@ -171,7 +171,7 @@ def test_only_the_fail_safe_branch_has_to_be_clear(straight_paths) -> None:
 
 
 @pytest.mark.parametrize("speed", [20.0, 40.0, 45.0])
-@pytest.mark.parametrize("lon", np.arange(12.0, 40.0, 1.7))
+@pytest.mark.parametrize("lon", np.arange(12.0, 40.0, 3.1))
 def test_nothing_is_jumped_over(straight_paths, speed: float, lon: float) -> None:
     """A motorcycle stands in the lane: wherever the samples are, the slack sees it, and so does the contact."""
     paths = straight_paths((lon, 1.8, 0))
@@ -202,7 +202,7 @@ def test_severity_beyond_the_end_of_the_plan(straight_paths) -> None:
 @pytest.mark.parametrize("heading", [0.0, 0.1])
 def test_no_contact_is_lost_where_the_plan_ends(straight_paths, heading: float) -> None:
     """Wherever a standing car is, braking towards it from 45 m/s meets it during the plan or after it."""
-    for lon in np.arange(95.0, 110.0, 0.02):
+    for lon in np.arange(95.0, 110.0, 0.05):
         inputs = whole(np.tile([-8.0, 0.0], (STEPS, 1)))
         state = np.array([0, 1.8 - np.sin(heading) * lon, 45.0, heading])
         got = evaluated(inputs, around(state, straight_paths((lon, 1.8, 0)), OPEN))

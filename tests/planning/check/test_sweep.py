@@ -6,6 +6,7 @@ from planning_scenes import CAR, CONSTANTS, DT, STEPS, drive, driven, sampled, w
 
 from coverdrive.geometry import boxes_overlap, turned_half_extents
 from coverdrive.planning.check.sweep import NEVER, contact_at, impact, impact_beyond, may_touch, write_edges
+from coverdrive.planning.problem.rollout import after_step
 from coverdrive.planning.problem.vehicle import step
 
 
@@ -16,10 +17,10 @@ def within_limits(rng: np.random.Generator, plans: int) -> tuple[np.ndarray, np.
     return state, inputs, states
 
 
-@pytest.mark.parametrize("parts", [1, 2, 5, 25])
+@pytest.mark.parametrize("parts", [1, 5, 25])
 def test_edges_hold_the_body_by_whatever_finer_steps_it_is_driven(parts: int) -> None:
     tightest = np.inf
-    for seed in range(40):
+    for seed in range(20):
         state, inputs, states = within_limits(np.random.default_rng(seed), 5)
         _, finer = driven(state, inputs, parts)
         own = sampled(finer, 50 // parts)
@@ -39,7 +40,7 @@ def test_edges_hold_the_body_by_whatever_finer_steps_it_is_driven(parts: int) ->
 
 def test_edges_and_boxes_may_touch_where_dense_sampling_finds_it() -> None:
     rng, share, met = np.random.default_rng(0), np.linspace(0, 1, 2001), 0
-    for _ in range(1000):
+    for _ in range(400):
         centre, half = rng.uniform(-3, 3, (2, 2)), rng.uniform(0.1, 2, (2, 2))
         edges = np.concatenate([centre - half, centre + half], axis=1)[None]
         boxes = np.zeros((7, 2, 1))
@@ -48,21 +49,21 @@ def test_edges_and_boxes_may_touch_where_dense_sampling_finds_it() -> None:
         own, other = (np.stack([np.interp(share, [0, 1], at) for at in each.T]) for each in (edges[0], known))
         met += (overlap := bool(((own[:2] < other[2:]) & (other[:2] < own[2:])).all(0).any()))
         assert may_touch(edges, boxes, 0, 0) is overlap
-    assert 200 < met < 900
+    assert 80 < met < 360
 
 
 @pytest.mark.parametrize("grown", [0.0, 0.5, 1.0])
 def test_first_contact_of_the_turned_body_is_that_of_dense_sampling(grown: float) -> None:
     """Never late by a look, but for contacts that are over by then; and the upright box is met more often."""
     rng, share, met, upright, late = np.random.default_rng(0), np.linspace(0, 1, 201), 0, 0, list[float]()
-    for _ in range(300):
+    for _ in range(150):
         state = np.array([0.0, 0.0, rng.uniform(5, 40), rng.uniform(-0.35, 0.35)])
         applied = np.array([rng.uniform(-8, 3), rng.uniform(-0.2, 0.2)])
         boxes = np.zeros((7, 2, 1))
         boxes[:2, :, 0] = rng.uniform([-8, -4], [15, 4], (2, 2)).T
         boxes[2:4, 0, 0] = rng.uniform(0.1, 2, 2)
         boxes[2:4, 1, 0] = boxes[2:4, 0, 0] + rng.uniform(0, 1, 2)
-        own = np.stack([step(state, applied, at * DT) for at in share])
+        own = np.array([after_step(tuple(state), tuple(applied), at * DT) for at in share])
         size = boxes[2:4, :1, 0] + grown * (boxes[2:4, :, 0] - boxes[2:4, :1, 0])
         centre, half = (np.stack([np.interp(share, [0, 1], at) for at in each], -1) for each in (boxes[:2, :, 0], size))
         overlap = boxes_overlap(own[:, :2], own[:, 3], CAR.half_sizes, centre, np.zeros(1), half)
@@ -74,7 +75,7 @@ def test_first_contact_of_the_turned_body_is_that_of_dense_sampling(grown: float
             late.append(got - share[np.argmax(overlap)])
         elif not overlap.any():
             assert got == NEVER
-    assert 60 < met < upright
+    assert 30 < met < upright
     assert min(late) > -0.01 and max(late) < 0.1
     assert np.median(np.abs(late)) < 0.01
 
@@ -142,7 +143,7 @@ def beyond(speed: float, other: float, fall: float, way: float, lat: float = 0.0
 
 
 def test_contact_beyond_the_end_is_that_of_two_that_brake() -> None:
-    rng, time, met, missed = np.random.default_rng(1), np.linspace(0, 12, 120_001), 0, 0
+    rng, time, met, missed = np.random.default_rng(1), np.linspace(0, 12, 24_001), 0, 0
 
     def gone(speed: float, braking: float) -> tuple[np.ndarray, np.ndarray]:
         """Way and speed over the time."""
@@ -157,12 +158,12 @@ def test_contact_beyond_the_end_is_that_of_two_that_brake() -> None:
         (own, own_speed), (ahead, other_speed) = gone(speed, 8.0), gone(other, min(fall, 8.0))
         gap = way + ahead - own
         got = beyond(speed, other, fall, way)
-        if abs(gap.min()) < 1e-3:
+        if abs(gap.min()) < 5e-3:
             continue
         if gap.min() < 0:
             met += 1
             first = np.argmax(gap < 0)
-            assert got == pytest.approx(own_speed[first] - other_speed[first], abs=0.01 + 0.2 / max(got, 0.1))
+            assert got == pytest.approx(own_speed[first] - other_speed[first], abs=0.01 + 1.0 / max(got, 0.5))
         else:
             missed += 1
             assert got == -1.0

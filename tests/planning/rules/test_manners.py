@@ -53,10 +53,10 @@ def test_the_regulation_has_a_headway_for_every_speed(straight_paths, speed: flo
 
 
 def followed(straight_paths, settings: PlannerSettings) -> float:
-    """[s] headway at which the ego is behind a car, with others on both sides, after 12 s."""
+    """[s] headway at which the ego is behind a car, with others on both sides, after 9 s."""
     planner, state, cars = MpcPlanner(settings), STATE.copy(), np.array([(15.0, 5.4, 20.0), *EVERYWHERE])
     planner.reset(0.1)
-    for _ in range(120):
+    for _ in range(90):
         state = step(state, planner.plan(state, straight_paths(*cars), ROAD).inputs[0], 0.1)
         cars[:, 0] += 0.1 * cars[:, 2]
     states = np.array([state, [cars[0, 0], 5.4, 20.0, 0.0]]).T[:, None]
