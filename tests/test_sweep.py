@@ -10,24 +10,22 @@ from coverdrive.sweep import changes_of, sweep
 
 def test_every_combination_is_a_variant():
     variants = sweep(["planner.problem.obstacles.order=2,4", "traffic.kind=drivers,mixed"])
-    assert [variant.name for variant in variants] == [
+    assert list(variants) == [
         "planner.problem.obstacles.order=2,traffic.kind=drivers",
         "planner.problem.obstacles.order=2,traffic.kind=mixed",
         "planner.problem.obstacles.order=4,traffic.kind=drivers",
         "planner.problem.obstacles.order=4,traffic.kind=mixed",
     ]
-    assert variants[3].changes == {"planner": {"problem": {"obstacles": {"order": 4}}}, "traffic": {"kind": "mixed"}}
+    assert list(variants.values())[3] == {
+        "planner": {"problem": {"obstacles": {"order": 4}}},
+        "traffic": {"kind": "mixed"},
+    }
 
 
-def test_values_are_toml_or_bare_text():
-    (variant,) = sweep(["planner.a=[1, 2]"])
-    assert variant.changes == {"planner": {"a": [1, 2]}}
-    assert [variant.changes["planner"]["a"] for variant in sweep(["planner.a=true,1e-3,text"])] == [True, 1e-3, "text"]
-
-
-def test_names_are_fit_for_folders():
-    (variant,) = sweep(["planner.a=[1, 2]"])
-    assert variant.name == "planner.a=_1,_2_"
+def test_values_are_toml_or_bare_text_and_names_are_fit_for_folders():
+    assert sweep(["planner.a=[1, 2]"])["planner.a=_1,_2_"] == {"planner": {"a": [1, 2]}}
+    several = sweep(["planner.a=true,1e-3,text"]).values()
+    assert [changes["planner"]["a"] for changes in several] == [True, 1e-3, "text"]
 
 
 @pytest.mark.parametrize("wrong", [["prediction.basis.radius=0.5"], ["seed=1,2"], ["study.trials=3"]])
@@ -61,11 +59,11 @@ def test_settings_have_one_value_each_where_nothing_is_swept():
 
 
 def test_variants_change_an_experiment_and_unknown_names_are_refused():
-    (variant,) = sweep(["episode.duration=5"])
-    assert Experiment().overridden(**variant.changes).episode.duration == 5
-    (typo,) = sweep(["episode.duratoin=5"])
+    (changes,) = sweep(["episode.duration=5"]).values()
+    assert Experiment().updated(changes).episode.duration == 5
+    (typo,) = sweep(["episode.duratoin=5"]).values()
     with pytest.raises(SettingError, match=r"episode.duratoin"):
-        Experiment().overridden(**typo.changes)
+        Experiment().updated(typo)
 
 
 def test_traffic_is_told_apart_by_its_kind(tmp_path):

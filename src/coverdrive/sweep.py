@@ -4,7 +4,6 @@ import json
 import re
 import tomllib
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
@@ -12,16 +11,6 @@ from coverdrive.errors import SettingError
 
 PARTS = ("planner", "episode", "traffic")
 """parts of an experiment that a study can vary; the others made the predictor"""
-
-
-@dataclass(frozen=True)
-class Variant:
-    """One combination of values."""
-
-    name: str
-    """what differs, fit for the name of a folder"""
-    changes: dict[str, Any]
-    """the values as nested tables of an experiment"""
 
 
 def changes_of(settings: Sequence[str]) -> dict[str, Any]:
@@ -36,8 +25,10 @@ def changes_of(settings: Sequence[str]) -> dict[str, Any]:
     return _nested([(name, _value(text)) for name, text in map(_split, settings)])
 
 
-def sweep(settings: Sequence[str]) -> list[Variant]:
-    """Every combination of the values of some settings.
+def sweep(settings: Sequence[str]) -> dict[str, dict[str, Any]]:
+    """Every combination of the values of some settings as nested tables of an experiment, by what differs.
+
+    That is fit for the name of a folder.
 
     Args:
         settings: each a dotted name, an equals sign, and values in TOML's notation with commas between them; text
@@ -56,7 +47,7 @@ def sweep(settings: Sequence[str]) -> list[Variant]:
         if names.count(name) > 1:
             raise SettingError(f"{name} is named twice; write its values once, with commas between them")
     axes = [[(name, value) for value in _values(text)] for name, text in parsed]
-    return [Variant(_name(values), _nested(values)) for values in product(*axes)]
+    return {_name(values): _nested(values) for values in product(*axes)}
 
 
 def _split(setting: str) -> tuple[str, str]:

@@ -121,7 +121,7 @@ def _sweep(
     with waiting():
         from coverdrive.reporting.tables.study import sweep_table
         from coverdrive.sweep import sweep
-    variants = {variant.name: experiment.updated(variant.changes) for variant in sweep(settings)}
+    variants = {name: experiment.updated(changes) for name, changes in sweep(settings).items()}
     results.check_replay({each.traffic.kind for each in variants.values()}, recording, road)
     studies = {name: results.study(each, recording, f"sweep/{name}") for name, each in variants.items()}
     for name, study in studies.items():
