@@ -71,9 +71,7 @@ def test_failure_is_none(straight_paths) -> None:
 
 
 def test_compiled_once() -> None:
-    program = compiled_program(ProblemSettings(), PERIOD, 4, 4)
-    assert compiled_program(ProblemSettings(), PERIOD, 4, 4) is program
-    assert compiled_program(ProblemSettings(), PERIOD, 8, 4) is not program
-    solver = compiled_solver(program, SolverSettings(), 0.1)
-    assert compiled_solver(program, SolverSettings(), 0.1) is solver
-    assert compiled_solver(program, SolverSettings(), 1.0) is not solver
+    solver = compiled_solver(ProblemSettings(), PERIOD, 4, 4, SolverSettings(), 0.1)
+    assert compiled_solver(ProblemSettings(), PERIOD, 4, 4, SolverSettings(), 0.1) is solver
+    assert compiled_solver(ProblemSettings(), PERIOD, 4, 4, SolverSettings(), 1.0) is not solver
+    assert compiled_program(ProblemSettings(), PERIOD, 4, 4) is not compiled_program(ProblemSettings(), PERIOD, 8, 4)

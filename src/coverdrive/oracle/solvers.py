@@ -4,6 +4,7 @@ Solvers are compiled once per process for every size of the problem. They neithe
 threads at a time.
 """
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from coverdrive.planning.surroundings import Surroundings
 from coverdrive.settings import Settings
 
 ca: Any = require("casadi")
+_kept: Any = cache  # settings have a hash, which the type checker does not know
 
 
 class SolverSettings(Settings):
@@ -26,40 +28,33 @@ class SolverSettings(Settings):
 
     tolerance: float = Field(default=1e-3, gt=0, le=1)
     """largest violation of the optimality conditions"""
-    barrier: float = Field(default=0.1, gt=0, le=1e6)
-    """barrier parameter to start with if the start is clear of the obstacles"""
-    far_barrier: float = Field(default=1000.0, gt=0, le=1e6)
-    """barrier parameter if the start is inside an obstacle; of the size of the slack penalty, it lets the solver leave
-    the obstacle before it refines (measured: a third of the failures, half the iterations, cheaper plans)"""
     max_iterations: int = Field(default=100, ge=0, le=10_000)
     """at the most"""
 
 
 _FAR = 0.5
 """slack from which on a start counts as inside an obstacle"""
+_BARRIERS = 0.1, 1000.0
+"""barrier parameter to start with, and from a start inside an obstacle; of the size of the slack penalty, the latter
+lets the solver leave the obstacle before it refines (measured: a third of the failures, half the iterations, cheaper
+plans)"""
 
 
-_PROGRAMS: dict[tuple[Any, ...], Program] = {}
-_SOLVERS: dict[tuple[Any, ...], Any] = {}
-
-
+@_kept
 def compiled_program(problem: ProblemSettings, period: float, boxes: int, likely: int) -> Program:
     """The program of a problem that is posed anew every ``period`` [s], for a number of boxes of either kind."""
-    key = (problem, period, boxes, likely)
-    if key not in _PROGRAMS:
-        _PROGRAMS[key] = build_program(problem, constants_of(problem, period), boxes, likely)
-    return _PROGRAMS[key]
+    return build_program(problem, constants_of(problem, period), boxes, likely)
 
 
-def compiled_solver(program: Program, settings: SolverSettings, barrier: float) -> Any:
-    """The `casadi.nlpsol` object of such a program, which starts with this barrier parameter."""
-    key = (id(program), settings, barrier)  # programs are kept
-    if key not in _SOLVERS:
-        limits = {"max_iter": settings.max_iterations, "tol": settings.tolerance, "mu_init": barrier}
-        quiet = {"print_time": False, "error_on_fail": False, "show_eval_warnings": False}
-        options = quiet | {"ipopt": limits | {"print_level": 0, "sb": "yes"}}
-        _SOLVERS[key] = ca.nlpsol("plan", "ipopt", program.nlp, options)
-    return _SOLVERS[key]
+@_kept
+def compiled_solver(
+    problem: ProblemSettings, period: float, boxes: int, likely: int, settings: SolverSettings, barrier: float
+) -> Any:
+    """The `casadi.nlpsol` object of `compiled_program`, which starts with this barrier parameter."""
+    limits = {"max_iter": settings.max_iterations, "tol": settings.tolerance, "mu_init": barrier}
+    quiet = {"print_time": False, "error_on_fail": False, "show_eval_warnings": False}
+    options = quiet | {"ipopt": limits | {"print_level": 0, "sb": "yes"}}
+    return ca.nlpsol("plan", "ipopt", compiled_program(problem, period, boxes, likely).nlp, options)
 
 
 def solve(
@@ -86,11 +81,10 @@ def solve(
     if len(around.road.rows) > 1:
         raise SettingError("the general solver plans on straight roads of even lanes only; take another planner")
     around = around._replace(boxes=padded(around.boxes), likely=padded(around.likely))
-    size, constants = (around.boxes.shape[2], around.likely.shape[2]), constants_of(problem, period)
-    program, given = compiled_program(problem, period, *size), parameters(targets, around)
+    posed, constants = (problem, period, around.boxes.shape[2], around.likely.shape[2]), constants_of(problem, period)
+    program, given = compiled_program(*posed), parameters(targets, around)
     values = start_values(program, start, given, around, constants)
-    barrier = settings.far_barrier if values[-program.slacks :].max() > _FAR else settings.barrier
-    run = compiled_solver(program, settings, barrier)
+    run = compiled_solver(*posed, settings, _BARRIERS[int(values[-program.slacks :].max() > _FAR)])
     low, high = bounds(program, around, constants)
     least = np.full(program.nlp["g"].numel(), -np.inf)
     least[: program.equalities] = 0.0
