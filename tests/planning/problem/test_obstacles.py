@@ -14,7 +14,7 @@ from coverdrive.paths import PredictedPaths
 from coverdrive.planning.problem.obstacles import (
     FAR,
     ObstacleSettings,
-    likelihoods,
+    boxes_and_likeliest,
     obstacles_of,
     own_half_sizes,
     reachable,
@@ -179,9 +179,10 @@ def test_what_is_likely_is_the_likeliest_path_of_every_vehicle_in_a_part_of_its_
     paths = straight_paths((0, 1.8, 10), (20, 5.4, 10), (0, 1.8, 12))
     paths = replace(paths, vehicle=np.array([0, 1, 0]), weight=np.array([0.4, 1.0, 0.6]))
     paths.half_sizes[:, 1:] += 1.0
-    boxes = obstacles_of(paths, ObstacleSettings())
-    np.testing.assert_array_equal(likelihoods(paths)[1], [False, True, True])
-    np.testing.assert_array_equal(likelihoods(replace(paths, weight=None))[1], [True, True, False])
+    boxes, likeliest = boxes_and_likeliest(paths, ObstacleSettings())
+    np.testing.assert_array_equal(likeliest, [False, True, True])
+    likeliest = boxes_and_likeliest(replace(paths, weight=None), ObstacleSettings())[1]
+    np.testing.assert_array_equal(likeliest, [True, True, False])
     likely = with_share_of_tube(boxes, 0.5)
     np.testing.assert_array_equal(likely[[0, 1, 4, 5]], boxes[[0, 1, 4, 5]])
     np.testing.assert_allclose(likely[2:4, 0], boxes[2:4, 0])

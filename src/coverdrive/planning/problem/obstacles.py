@@ -138,16 +138,11 @@ def boxes_and_likeliest(
         before, last = (boxes[0, -2:] - boxes[0, -3:-1]) / paths.dt
         fall = np.maximum(0.0, before - last)
         boxes[4, -1], boxes[5, -1] = np.maximum(0.0, last - fall / 2), fall / paths.dt
-    boxes[6], likeliest = likelihoods(paths)
-    return boxes, likeliest
-
-
-def likelihoods(paths: PredictedPaths) -> tuple[Float[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
-    """How likely each path is among those of its vehicle, and whether it is the likeliest of them."""
     likelihood, likeliest = np.empty(len(paths)), np.zeros(len(paths), dtype=bool)
     weight = np.ones(len(paths)) if paths.weight is None else np.maximum(paths.weight, TINY)
     _compare(paths.vehicle, weight, likelihood, likeliest)
-    return likelihood, likeliest
+    boxes[6] = likelihood
+    return boxes, likeliest
 
 
 @compiled
@@ -185,15 +180,7 @@ def reachable(
     state: Float[np.ndarray, " 4"], boxes: Float[np.ndarray, "7 P n"], dt: float, vehicle: Any,
     settings: ObstacleSettings,
 ) -> Bool[np.ndarray, " n"]:  # fmt: skip
-    """The boxes that some motion of the ego can come near at any time; leaving out the others loses nothing.
-
-    Args:
-        state: lon [m], lat [m], speed [m/s], heading [rad] now.
-        boxes: as `obstacles_of` gives them.
-        dt: [s] between two steps.
-        vehicle: size and limits of the ego.
-        settings: shape of the obstacles.
-    """
+    """The boxes that some motion of the ego can come near at any time; leaving out the others loses nothing."""
     low, high = reachable_range(state, boxes.shape[1], dt, vehicle)
     half_length = own_half_sizes(max(abs(state[3]), vehicle.max_heading), vehicle)[0]
     half_length += (vehicle.max_deceleration + vehicle.max_lateral_acceleration) * dt**2 / 2  # held inputs in a step
