@@ -106,11 +106,7 @@ class Experiment(Settings):
 
     @staticmethod
     def load(path: Path, usual: "Experiment | None" = None) -> "Experiment":
-        """Read an experiment from a TOML file.
-
-        Args:
-            path: of the file.
-            usual: what holds where the file says nothing; without it, the defaults.
+        """Read an experiment from a TOML file; ``usual``, or the defaults, hold where it says nothing.
 
         Raises:
             SettingError: the file is missing, is not TOML, or holds an unknown key or a bad value.

@@ -94,8 +94,8 @@ def _corner_distance(
 ) -> Numbers:  # fmt: skip
     """Least distance [m] of the other box's corners to the one box."""
     distances = list[Any]()
-    for side in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
-        corner = other_centre + _turned_into(np.array(side) * other_half_sizes, -other_heading)
+    for side in CORNERS:
+        corner = other_centre + _turned_into(side * other_half_sizes, -other_heading)
         beyond = np.abs(_turned_into(corner - centre, heading)) - half_sizes
         distances.append(np.linalg.norm(np.maximum(beyond, 0.0), axis=-1))
     return np.min(np.stack(np.broadcast_arrays(*distances)), axis=0)

@@ -71,15 +71,8 @@ class ReferenceLine:
     @cached_property
     def nodes(self) -> Float[np.ndarray, "P 7"]:
         """Position x, y [m], direction (cosine, sine), heading [rad], curvature [1/m] and its change of its points."""
-        nodes = np.empty((len(self.curvature), 7))
-        _fill_nodes(
-            float(self.start[0]),
-            float(self.start[1]),
-            float(self.heading),
-            np.asarray(self.curvature),
-            self.spacing,
-            nodes,
-        )
+        nodes, (x, y) = np.empty((len(self.curvature), 7)), map(float, self.start)
+        _fill_nodes(x, y, float(self.heading), np.asarray(self.curvature), self.spacing, nodes)
         return nodes
 
     @property

@@ -72,9 +72,9 @@ class Bounds:
     """99 % bound Φ(ε, 0, N₂) of nested sets"""
 
 
-def table_1_bounds(bases: int = BASES) -> list[Bounds]:
-    """The bounds of Table 1 for M bases."""
-    return [Bounds(samples, printed, observed, *_bounds(bases, samples)) for samples, printed, observed in TABLE_1]
+def table_1_bounds() -> list[Bounds]:
+    """The bounds of Table 1."""
+    return [Bounds(samples, printed, observed, *_bounds(BASES, samples)) for samples, printed, observed in TABLE_1]
 
 
 def _bounds(bases: int, samples: int) -> tuple[float, float, float, float]:
