@@ -125,7 +125,7 @@ def test_environments(predictor: Any, cases: int) -> None:
     assert len(begun) > cases / 20
 
 
-@pytest.mark.parametrize("cases", [60, pytest.param(1500, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("cases", [100, pytest.param(1500, marks=pytest.mark.slow)])
 def test_the_command(quick_fit: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cases: int) -> None:
     """Every option of every command, up to where its work begins."""
     reached = []
