@@ -33,9 +33,8 @@ from coverdrive.prediction.boxes.network import BoxNetwork
 from coverdrive.prediction.boxes.training import BoxSettings, train_boxes
 from coverdrive.prediction.certifying.calibrate import CertificateSettings, calibrate
 from coverdrive.prediction.certifying.held_back import held_back
-from coverdrive.prediction.cover.greedy import MIRROR
 from coverdrive.prediction.data.manoeuvres import ACROSS, ALONG, manoeuvres_of
-from coverdrive.prediction.data.segments import Segments
+from coverdrive.prediction.data.segments import MIRROR, Segments
 from coverdrive.prediction.fit import USUALLY_LEFT, PredictionSettings, cut_and_split
 from coverdrive.prediction.learning.affordance import mirrored_features
 from coverdrive.prediction.learning.samples import Samples, make_features

@@ -24,7 +24,7 @@ import numpy as np
 
 from coverdrive.certificates.evaluation import Rate
 from coverdrive.config import Experiment
-from coverdrive.league.paper_way import situation_for, solve_paper_program
+from coverdrive.league.paper_way import Situation, solve_paper_program
 from coverdrive.oracle.solvers import SolverSettings, solve
 from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Status
@@ -153,7 +153,8 @@ def reference_costs(instance: dict, problem: ProblemSettings, period: float, roa
 def paper_plan(instance: dict, target: float, road: Road, problem: ProblemSettings) -> tuple[bool, float]:
     """Build and solve the paper's program once: whether IPOPT converged, and the time it took [s]."""
     begin = time.perf_counter()
-    situation = situation_for(instance["state"], instance["before"], instance["paths"], road, problem)
+    edges = float(road.edges[0]), float(road.edges[-1])
+    situation = Situation(instance["state"], instance["before"], edges, instance["paths"])
     solution = solve_paper_program(situation, target, instance["plan"].inputs, problem)
     return solution is not None, time.perf_counter() - begin
 

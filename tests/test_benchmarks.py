@@ -1,5 +1,6 @@
 """Every benchmark runs at a small size, and its baselines find what the package finds."""
 
+import ast
 import importlib.util
 import json
 import shutil
@@ -25,6 +26,14 @@ def ran(name: str, out: Path, monkeypatch: pytest.MonkeyPatch, *arguments: str) 
     monkeypatch.setattr(sys, "argv", [name, "--out", str(out), *arguments])
     module.main()
     return json.loads(out.read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("file", sorted(FOLDER.glob("*.py")), ids=lambda file: file.stem)
+def test_what_it_takes_from_the_package_is_there(file: Path) -> None:
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("coverdrive."):
+            module = importlib.import_module(str(node.module))
+            assert not [each.name for each in node.names if not hasattr(module, each.name)]
 
 
 def test_basis(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
