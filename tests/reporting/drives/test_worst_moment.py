@@ -87,7 +87,8 @@ def test_who_moved_across_and_what_its_sets_had_said() -> None:
         f"the {LEAVES} sets that were predicted for it, while the ego moved {aside:.1f} m to the left. "
         f"At {LEAVES / 10:.1f} s it is beside in the same lane, 0.00 m away, and "
     )
-    assert left > 0 and worst.text.startswith(told.format("left all of" if left == LEAVES else f"left {left} of"))
+    got_out = "got out of all" if left == LEAVES else f"got out of {left} of"
+    assert left > 0 and worst.text.startswith(told.format(got_out))
     kept = Windows(windows.seen, np.full_like(windows.left, np.inf))
     assert worst_moment(trace, kept).text.startswith(told.format("stayed in all"))
 

@@ -149,7 +149,7 @@ def _came(trace: Trace, windows: Windows, moment: int, slot: int) -> str:
         return f"{began}nothing had been predicted for it."
     number, since = moment - first, trace.time[moment] - trace.time[first:moment]
     left = int((windows.left[first:moment, slot] <= since + _ROUNDING).sum())
-    sets = "stayed in all" if not left else "left all of" if left == number else f"left {left} of"
+    sets = "stayed in all" if not left else "got out of all" if left == number else f"got out of {left} of"
     sets += f" the {number} sets that were predicted for it"
     own = " and ".join(_did(trace, first, moment, EGO))
     *did, last = [*_did(trace, first, moment, slot), sets]
