@@ -93,9 +93,13 @@ class Controls(NamedTuple):
 def controls(
     state: Float[np.ndarray, "*n 4"], inputs: Float[np.ndarray, "*n 2"], road: Road, wheelbase: float
 ) -> Controls:
-    """What inputs in the road frame are for the real car of a wheelbase [m], at the moment; exact, as `bent`.
+    """What inputs in the road frame are for the real car, at the moment; exact, as `bent`.
 
-    The inputs are the rates of speed and heading of (lon, lat): acceleration [m/s²], yaw rate [rad/s].
+    Args:
+        state: lon [m], lat [m], speed [m/s] and heading [rad] of (lon, lat).
+        inputs: their rates: acceleration [m/s²], yaw rate [rad/s].
+        road: that the car is on.
+        wheelbase: [m] of the car.
     """
     lon, lat, speed, heading = (state[..., i] for i in range(4))
     share, ease, follow, gain, swing = bent_on((lon, lat, speed, heading), road)

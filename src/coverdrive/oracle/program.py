@@ -45,7 +45,14 @@ class Program(NamedTuple):
 
 
 def build_program(problem: ProblemSettings, constants: Constants, boxes: int, likely: int) -> Program:
-    """The nonlinear program for a number of boxes, and of ``likely`` ones that the drive branch keeps clear of."""
+    """The nonlinear program for a number of boxes.
+
+    Args:
+        problem: horizon, ego, weights and shape of the obstacles.
+        constants: of the problem.
+        boxes: number of all boxes.
+        likely: number of those that the drive branch keeps clear of.
+    """
     tree, nodes, steps = constants.tree, len(constants.tree.parent), constants.steps
     inputs, states = ca.SX.sym("inputs", 2, nodes), ca.SX.sym("states", 4, nodes)
     start, before, targets, edges = (ca.SX.sym(name, n) for name, n in (("now", 4), ("u", 2), ("to", 2), ("road", 2)))
@@ -98,9 +105,11 @@ def padded(boxes: Float[np.ndarray, "7 P n"]) -> Float[np.ndarray, "7 P m"]:
 
 
 def parameters(targets: Float[np.ndarray, " 2"], around: Surroundings) -> Float[np.ndarray, " p"]:
-    """The parameters of the program, in its order, with as many boxes as it has.
+    """The parameters of the program, in its order.
 
-    Targets are the lats [m] of the lanes of the drive branch (0) and of the fail-safe branch (1).
+    Args:
+        targets: [m] lat of the centre of the target lane of the drive branch (0) and of the fail-safe branch (1).
+        around: what the plan is made for, with as many boxes as the program has.
     """
     boxes = (np.moveaxis(each[:6, 1:], 0, -1).ravel() for each in (around.likely, around.boxes))
     return np.concatenate([around.state, around.previous_input, targets, around.road.rows[0, [RIGHT, LEFT]], *boxes])
@@ -109,7 +118,13 @@ def parameters(targets: Float[np.ndarray, " 2"], around: Surroundings) -> Float[
 def bounds(
     program: Program, around: Surroundings, constants: Constants
 ) -> tuple[Float[np.ndarray, " V"], Float[np.ndarray, " V"]]:
-    """Lower and upper bounds of the variables; a current state beyond a bound widens it, so that a plan exists."""
+    """Lower and upper bounds of the variables; a current state beyond a bound widens it, so that a plan exists.
+
+    Args:
+        program: says how many slacks there are.
+        around: what the plan is made for.
+        constants: of the problem.
+    """
     vehicle, nodes = constants.vehicle, len(constants.tree.parent)
     (_, _, speed, heading), slack = around.state, np.zeros(program.slacks)
     inputs = np.tile([[vehicle.max_deceleration], [vehicle.max_acceleration]], nodes)
@@ -127,7 +142,15 @@ def start_values(
     program: Program, inputs: Float[np.ndarray, "N 2"], given: Float[np.ndarray, " p"], around: Surroundings,
     constants: Constants,
 ) -> Float[np.ndarray, " V"]:  # fmt: skip
-    """Driven inputs as values of the variables, with the smallest slacks; ``given`` are the parameters."""
+    """Driven inputs as values of the variables, with the smallest slacks.
+
+    Args:
+        program: which one.
+        inputs: acceleration [m/s²] and yaw rate [rad/s] of every node.
+        given: values of the parameters.
+        around: what the plan is made for.
+        constants: of the problem.
+    """
     states = rolled(around.state, inputs, constants.tree, constants.dt).states
     values = np.concatenate([inputs.ravel(), states.ravel(), np.zeros(program.slacks)])
     values[-program.slacks :] = np.maximum(0.0, np.asarray(program.asked(values, given)).ravel())

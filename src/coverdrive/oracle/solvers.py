@@ -65,9 +65,15 @@ def solve(
     period: float,
     settings: SolverSettings,
 ) -> Float[np.ndarray, "N 2"] | None:
-    """The inputs that IPOPT converges to from a start, or None; the period [s] is that from one plan to the next.
+    """The inputs that IPOPT converges to, or None.
 
-    Targets are the lats [m] of the lanes of the drive branch (0) and of the fail-safe branch (1).
+    Args:
+        start: acceleration [m/s²] and yaw rate [rad/s] of every node, to start from.
+        targets: [m] lat of the centre of the target lane of the drive branch (0) and of the fail-safe branch (1).
+        around: what the plan is made for.
+        problem: horizon, ego, weights and shape of the obstacles.
+        period: [s] from one plan to the next.
+        settings: tolerance and limits.
 
     Raises:
         SettingError: if the road bends or its lanes change.

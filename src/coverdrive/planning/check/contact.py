@@ -46,7 +46,14 @@ def parts_of(
     """In how many parts the step after a moment is looked at, so that the ego's box cannot jump over another.
 
     In each, car and box come by no more than the sum of their half extents past each other: what moves alike is looked
-    at once. The car comes a way [m] along lon and lat in the step; ``own`` are the half extents [m] of its box.
+    at once.
+
+    Args:
+        way: [m] along lon and lat that the car comes in the step.
+        own: [m] half extents of its box.
+        boxes: the boxes.
+        moment: at which the step begins.
+        slot: index of the box.
     """
     parts = 1
     for axis in range(2):
@@ -75,8 +82,15 @@ def box_excess(
 ) -> tuple[float, State]:
     """The slack γ that a box asks for, margin included and negative outside, and its derivatives.
 
-    Those are with respect to the state. ``own`` are the half extents [m] of the ego's box along lon and lat, each with
-    its derivative by the heading. What is below −view is not looked at, and −view is returned with derivatives of 0.
+    Args:
+        state: lon, lat [m], speed [m/s] and heading [rad] of the ego.
+        own: [m] half extents of its box along lon and lat, each with its derivative by the heading.
+        box: the box.
+        view: what is below −view is not looked at, and −view is returned with derivatives of 0.
+        constants: of the problem.
+
+    Returns:
+        The slack, and its derivatives with respect to the state.
     """
     vehicle, inflation = constants.vehicle, constants.inflation
     half_way = braking = 0.0

@@ -69,7 +69,14 @@ class _Constraints(NamedTuple):
 def merit(
     inputs: Float[np.ndarray, "N 2"], targets: Float[np.ndarray, " 2"], around: Surroundings, constants: Constants
 ) -> Model:
-    """The merit of a plan whose branches, drive (0) and fail-safe (1), aim at these lats [m]."""
+    """The merit of a plan.
+
+    Args:
+        inputs: of its nodes.
+        targets: [m] lat of the centre of the target lane of the drive branch (0) and of the fail-safe branch (1).
+        around: what the plan is made for.
+        constants: of the problem.
+    """
     return merit_of(rolled(around.state, inputs, constants.tree, constants.dt), inputs, targets, around, constants)
 
 

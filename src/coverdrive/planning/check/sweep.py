@@ -42,8 +42,13 @@ def write_edges(
     states: Float[np.ndarray, "P 4"], inputs: Float[np.ndarray, "K 2"], edges: Float[np.ndarray, "K 2 4"],
     constants: Constants,
 ) -> None:  # fmt: skip
-    """Write between which edges (rear, right, front, left [m]) the body is during every step of a plan: at its start
-    (0) and at its end (1), evenly in between.
+    """Write between which edges the body is during every step: at its start (0) and at its end (1), evenly in between.
+
+    Args:
+        states: of the plan.
+        inputs: of the plan.
+        edges: where the rear, right, front and left edge [m] are written.
+        constants: of the problem.
     """
     dt, unsure_lon, unsure_lat = constants.dt, 0.0, 0.0
     for k in range(constants.steps):
@@ -69,7 +74,14 @@ def write_edges(
 
 @compiled
 def may_touch(edges: Float[np.ndarray, "K 2 4"], boxes: Float[np.ndarray, "7 P n"], step: int, slot: int) -> bool:
-    """Whether the edges of a body and a box overlap at any time of a step, counted from 0."""
+    """Whether the edges of a body and a box overlap at any time of a step.
+
+    Args:
+        edges: of the body.
+        boxes: lon, lat, half length, half width [m], speed, deceleration and likelihood of the boxes.
+        step: index of the step, from 0.
+        slot: index of the box.
+    """
     first, last = 0.0, 1.0
     for axis in range(2):
         half_now, half_then = boxes[2 + axis, step, slot], boxes[2 + axis, step + 1, slot]
@@ -94,8 +106,14 @@ def contact_at(
     """The share of a step after which the turned body and a box first overlap, `NEVER` if they do not, and whether the
     box's front then meets the body's rear.
 
-    The body begins the step, counted from 0, in a state and applies these inputs; ``grown`` is the share that counts of
-    what the box has grown since the start of the plan: 1 for all of it, 0 for the body alone.
+    Args:
+        state: at the start of the step.
+        applied: acceleration [m/s²] and yaw rate [rad/s] during the step.
+        boxes: lon, lat, half length, half width [m], speed, deceleration and likelihood of the boxes.
+        step: index of the step, from 0.
+        slot: index of the box.
+        grown: share of what the box has grown since the start of the plan: 1 for all of it, 0 for the body alone.
+        constants: of the problem.
     """
     before = 0.0
     for look in range(_LOOKS + 1):
@@ -168,7 +186,12 @@ def impact_beyond(
 ) -> float:
     """Closing speed [m/s] at which the ego meets a box that is ahead at the end and goes on; −1 if it need not.
 
-    From its state and edges [m] at the end of the plan the ego goes straight on, ``braking`` [m/s²].
+    Args:
+        state: of the ego at the end of the plan; it goes straight on, braking.
+        edges: rear, right, front and left edge [m] of its body then.
+        boxes: with the speed [m/s] to brake to, and its fall [m/s²].
+        slot: index of the box.
+        braking: [m/s²] its deceleration.
     """
     faster = state[2] - boxes[4, -1, slot]
     way = boxes[0, -1, slot] - boxes[2, -1, slot] - edges[2]

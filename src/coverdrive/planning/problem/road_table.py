@@ -137,9 +137,12 @@ def _allowed(lon: Float[np.ndarray, " R"], square: Float[np.ndarray, " R"], brak
 
 
 def on_road(paths: PredictedPaths, lon: float, table: RoadTable) -> PredictedPaths:
-    """The paths with boxes that hold the bodies on a road that bends, and what stands where lanes end near a lon [m].
+    """The paths with boxes that hold the bodies on a road that bends, and what stands where lanes end.
 
-    Given boxes are as if the road were straight; those of now hold the bodies alone.
+    Args:
+        paths: with boxes as if the road were straight; those of now hold the bodies alone.
+        lon: [m] of the ego; lanes that end far away are left out.
+        table: of the road.
     """
     if len(table.sharpest) == 1:
         return paths

@@ -91,9 +91,13 @@ def yaw_rates(
     The wheels stand still during a step: its curvature is the yaw rate over the mean speed, and that of the step before
     is known. The angle of the wheels changes by no more than the wheelbase times what the curvature does.
 
-    The speed [m/s] is that at the start of the step, the inputs ``before`` are those of the step before, all are held
-    for an ``elapsed`` time [s], and the wheels follow the bend of the road. ``vehicle`` is a
-    `coverdrive.planning.problem.constants.Vehicle`.
+    Args:
+        speed: [m/s] at the start of the step.
+        acceleration: [m/s²] during the step.
+        before: acceleration [m/s²] and yaw rate [rad/s] of the step before.
+        elapsed: [s] for which inputs are held.
+        bend: of the road, with which the wheels follow it.
+        vehicle: limits of the ego, as `coverdrive.planning.problem.constants.Vehicle`.
     """
     stretch, ease, follow, _ = bend
     sharpest, change, along = vehicle.sharpest, vehicle.max_steering_rate * elapsed, vehicle.wheelbase * follow
@@ -121,8 +125,15 @@ def within_limits(
     """The inputs nearest to wished ones that keep the car within its limits for one step.
 
     A state outside the speed or heading bounds is not pushed further out, unless the wheels cannot be turned in time.
-    ``before`` are the inputs of the step before, ``elapsed`` is the time [s] from one plan to the next for the first
-    step of a plan, and ``dt`` [s] for others.
+
+    Args:
+        state: lon [m], lat [m], speed [m/s], heading [rad].
+        wish: acceleration [m/s²], yaw rate [rad/s].
+        before: the inputs of the step before.
+        elapsed: [s] from one plan to the next, for the first step of a plan; ``dt`` for others.
+        dt: [s] of the step.
+        bend: of the road.
+        vehicle: limits of the ego.
     """
     speed, heading = state[2], state[3]
     hardest, throttle = accelerations(speed, bend, vehicle)

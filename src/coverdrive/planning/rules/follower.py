@@ -35,7 +35,11 @@ def with_careful_follower(
 ) -> PredictedPaths | None:
     """The paths, but the vehicle directly behind in the own lane reacts and brakes; None if there is none.
 
-    All paths of a vehicle begin at the same point and speed.
+    Args:
+        state: lon [m], lat [m], speed [m/s], heading [rad] of the ego.
+        paths: predicted paths; all of a vehicle begin at the same point and speed.
+        road: its lanes.
+        settings: how the vehicle behind reacts.
     """
     follower = _of_follower(state, paths, road)
     if not follower.any():

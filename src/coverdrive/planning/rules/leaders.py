@@ -58,8 +58,11 @@ class Leaders(NamedTuple):
     def lost(self, there: Bool[np.ndarray, " L"], wanted: float, begin: float, end: float) -> Float[np.ndarray, " L"]:
         """What is lost of a wanted speed [m/s] in each lane, or there first and beside it then: squared [m²/s].
 
-        The ego drives at that speed until it is behind the one ahead; it counts from ``begin`` to ``end`` [s], and
-        lanes that are ``there`` can be moved on to.
+        Args:
+            there: which lanes can be moved on to.
+            wanted: [m/s] at which the ego drives until it is behind the one ahead.
+            begin: [s] from when it counts.
+            end: [s] until when.
         """
         result = np.empty(len(there))
         _write_lost(self, there, wanted, begin, end, result)
@@ -67,7 +70,14 @@ class Leaders(NamedTuple):
 
 
 def leaders_of(state: Float[np.ndarray, " 4"], half_length: float, paths: PredictedPaths, road: Road) -> Leaders:
-    """The vehicles directly ahead of an ego of a half length [m]; all paths of one begin at one point and speed."""
+    """The vehicles directly ahead.
+
+    Args:
+        state: lon [m], lat [m], speed [m/s], heading [rad] of the ego.
+        half_length: [m] of the ego.
+        paths: predicted paths; all of a vehicle begin at the same point and speed.
+        road: its lanes.
+    """
     now, end, nearest, first = paths.points[:, 0], paths.points[:, -1], *np.full((2, road.lanes), -1)
     begun, there = road.lane_at(now[:, 0], now[:, 1]), road.lane_at(end[:, 0], end[:, 1])
     _mark_nearest(paths.points, begun, float(state[0]), nearest, False)

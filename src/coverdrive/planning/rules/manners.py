@@ -55,9 +55,13 @@ def wished_boxes(
     likely: Float[np.ndarray, "7 P m"], state: Float[np.ndarray, " 4"], problem: ProblemSettings,
     manners: MannersSettings,
 ) -> Float[np.ndarray, "7 P w"]:  # fmt: skip
-    """The boxes that the ego is not to be in, made of those where vehicles are likely to be, lon from that of the ego.
+    """The boxes that the ego is not to be in.
 
-    The last row of them says which share of the problem's slack weight being there costs.
+    Args:
+        likely: where vehicles are likely to be, lon from that of the ego.
+        state: of the ego.
+        problem: whose slack weights count, of which the last row says the share that being in a box costs.
+        manners: what is wished for.
     """
     if manners.like == "paper":
         return likely[:, :, :0]

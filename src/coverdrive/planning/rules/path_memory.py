@@ -20,9 +20,14 @@ class PathMemory:
         self._ages: dict[int, float] = {}
 
     def completed(self, paths: PredictedPaths, elapsed: float) -> tuple[PredictedPaths, bool]:
-        """The paths, all finite, and whether each of their vehicles is among them, ``elapsed`` [s] after the last.
+        """The paths, with those of vehicles that vanished or whose numbers cannot be true taken from memory.
 
-        Those of vehicles that vanished or whose numbers cannot be true are taken from memory.
+        Args:
+            paths: predicted now.
+            elapsed: [s] since the last call.
+
+        Returns:
+            The paths, all finite, and whether every vehicle among ``paths`` is represented.
         """
         broken: set[int] = set()
         paths = _plain(paths)
@@ -41,7 +46,12 @@ class PathMemory:
         return paths, broken <= self._ages.keys()
 
     def shift(self, paths: PredictedPaths, elapsed: float) -> Float[np.ndarray, " 2"]:
-        """By how much [m] along lon and lat vehicles are elsewhere than remembered, in the median; 0 without any."""
+        """By how much [m] along lon and lat vehicles are elsewhere than remembered, in the median; 0 if there are none.
+
+        Args:
+            paths: predicted now.
+            elapsed: [s] since the last call.
+        """
         if self._last is None:
             return np.zeros(2)
         expected = later(self._last, elapsed)

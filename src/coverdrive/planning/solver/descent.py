@@ -92,8 +92,16 @@ def descend(
     iterations: int,
     tolerance: float,
 ) -> Descent:
-    """Improve plans step by step, by so many at the most; one that lowers the merit by a smaller share than the
-    tolerance is the last. ``extra`` is the cost of choosing each plan, on top of its merit.
+    """Improve plans step by step.
+
+    Args:
+        inputs: of the plans to start from.
+        targets: [m] lat of the centres of the target lanes of each plan's branches.
+        extra: cost of choosing each plan, on top of its merit.
+        around: what the plan is made for.
+        constants: of the problem.
+        iterations: number of steps at the most.
+        tolerance: a step that lowers the merit by a smaller share is the last.
     """
     plans = len(inputs)
     at = [_reached(inputs[b], targets[b], around, constants) for b in range(plans)]

@@ -34,7 +34,15 @@ class Stages(NamedTuple):
 def minimiser(
     stages: Stages, held: Bool[np.ndarray, "N 2"], rollout: Rollout, tree: Tree, dt: float
 ) -> Float[np.ndarray, "N 2"]:
-    """The change of the inputs that costs least in a problem that is convex in them; held ones do not change."""
+    """The change of the inputs that costs least.
+
+    Args:
+        stages: the problem, convex in the inputs.
+        held: which inputs do not change.
+        rollout: the motion whose changes follow from those of the inputs.
+        tree: its steps.
+        dt: [s].
+    """
     return _played(_gains(stages, held, rollout, tree, dt), rollout, tree, dt)
 
 

@@ -133,7 +133,14 @@ def hopeless(plans: Plans, wanted: Wanted, around: Surroundings, constants: Cons
 def choose(
     plans: Plans, wanted: Wanted, around: Surroundings, constants: Constants, best: Float[np.ndarray, "L N 2"]
 ) -> tuple[int, bool]:
-    """Evaluate what the starts have become, and choose; the inputs of the best plan to each target lane are written.
+    """Evaluate what the starts have become, and choose.
+
+    Args:
+        plans: the guesses evaluated.
+        wanted: target lanes.
+        around: what the plans are made for.
+        constants: of the problem.
+        best: where the inputs of the best plan to each target lane are written.
 
     Returns:
         The index of the chosen plan, −1 if none has a cost, and whether it comes out of the descent and keeps to the
