@@ -245,9 +245,19 @@ def dialled(
 ) -> Dialled:
     """Drive the pilot and the proof, as far as the folder does not hold them yet, and say what is proved.
 
-    The setup is of the drives; its predictor is replaced by ``predictor`` at every scale, its seed by others. Pilot
-    drives are driven of those ``beside`` as well, by name and scale. All else, and what is raised, is as of `dial`; a
-    SettingError also if no drive could start.
+    Args:
+        setup: of the drives; its predictor is replaced by ``predictor`` at every scale, its seed by others.
+        predictor: whose sets are scaled.
+        folder: of this dial.
+        request: what is to be proved.
+        workers: number of processes.
+        cluster: address of a Dask scheduler whose workers drive instead.
+        beside: others of the frontier, by name and scale, that pilot drives are driven of.
+
+    Raises:
+        SettingError: a number makes no sense.
+        CertificateError: so many drives cannot prove the risk, whatever happens in them.
+        DataError: the folder holds drives of another configuration, or no drive could start.
     """
     setup, dial = setup.loaded(), request.dial(setup.episode.duration)
     _claim(folder / "request.json", request, dial)

@@ -79,11 +79,22 @@ def across_groups(
 ) -> pl.DataFrame:
     """Replays of every group of scenes, driven by what was fitted to all others; a line for every group and share.
 
-    The setup is of the replays; predictor and scenes are replaced. The folder holds fits and drives, which go on where
-    they were stopped; there are so many drives of each group for every share of calibration windows that leave the
-    sets. Columns are ``group``, ``share`` (0: the future is known, unless vehicles react), ``scale``, ``drives``,
-    ``collisions``, ``own_fault``, ``mean_speed``, ``share_unsafe``. A DataError if all scenes show vehicles of one
-    another, or too few to be fitted to.
+    Args:
+        recordings: all of them.
+        settings: of the fits.
+        setup: of the replays; predictor and scenes are replaced.
+        folder: of fits and drives, which go on where they were stopped.
+        drives: of each group, for every share.
+        shares: of calibration windows that leave the sets (`SHARES`).
+        workers: number of processes.
+        cluster: address of a Dask scheduler whose workers drive instead.
+
+    Returns:
+        Columns ``group``, ``share`` (0: the future is known, unless vehicles react), ``scale``, ``drives``,
+        ``collisions``, ``own_fault``, ``mean_speed``, ``share_unsafe``.
+
+    Raises:
+        DataError: all scenes show vehicles of one another, or too few to be fitted to.
     """
     groups = independent(recordings)
     if len(groups) < 2:

@@ -27,9 +27,14 @@ def absent() -> str:
 
 
 def drive(problem: PlanningProblem, told: str) -> tuple[Trace | None, str]:
-    """Drive the first planning problem of a scenario; FISS+ is ``told`` one of the values of `FISS`.
+    """Drive the first planning problem of a scenario.
 
-    Returned is what was driven, as it was seen from outside, or None; and why the problem is not solved, if it is not.
+    Args:
+        problem: this one.
+        told: one of the values of `FISS`.
+
+    Returns:
+        What was driven, as it was seen from outside, or None; and why the problem is not solved, if it is not.
     """
     benchmark = import_module("fiss_planner.commonroad.benchmark")
     try:

@@ -33,11 +33,18 @@ def known_of(
     paper: AnyPredictor | None,
     planner: PlannerSettings,
 ) -> Known:
-    """What there is for all entrants, from the predictor of the default and how it was made.
+    """What there is for all entrants.
 
-    Without the recordings that it was made from constant velocity has no box; ``paper`` is the predictor of the paper's
-    preset, if there is one. A DataError if the predictors were not trained on the same vehicles, those of the
-    recordings.
+    Args:
+        predictor: of the default.
+        settings: that it was made with.
+        seed: that it was made with.
+        recordings: that it was made from; without any, constant velocity has no box.
+        paper: the predictor of the paper's preset, if there is one.
+        planner: ours.
+
+    Raises:
+        DataError: the predictors were not trained on the same vehicles, those of the recordings.
     """
     box: ConstantVelocity | str = _NAMELESS
     trained_on = predictor.trained_on
@@ -82,10 +89,17 @@ def unseen_of(
     *,
     boxed: bool,
 ) -> tuple[Known, ...]:
-    """What there is for each scenario: ``known`` where nothing of it is in the recordings, else fitted without it.
+    """What there is for each scenario.
 
-    ``recordings`` are what was read from ``paths``; fits are kept in the folder. Constant velocity has its box only if
-    it is to be ``boxed``.
+    Args:
+        known: where nothing of a scenario is in the recordings.
+        scenarios: files.
+        paths: of the recordings.
+        recordings: the same, as they were read.
+        settings: of the fits.
+        seed: of the fits.
+        folder: where fits are kept.
+        boxed: whether constant velocity is to have its box.
     """
     files = list(dict.fromkeys(scenarios))
     out = dict(zip(files, left_out(paths, files), strict=True))

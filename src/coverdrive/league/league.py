@@ -187,10 +187,17 @@ def drives_of(
     duration: float | None,
     problems: Mapping[str, Problems] | None = None,
 ) -> Drives | str:
-    """The drives of an entrant, by its name, in a world, or why there are none.
+    """The drives of an entrant in a world, or why there are none.
 
-    The world is one of the ``setups``, in our traffic; one of the ``problems`` of CommonRoad; else one of
-    `coverdrive.league.others.OTHERS`, whose drives alone are of the seed and last so long [s] at the most.
+    Args:
+        world: in our traffic, one of the ``setups``; of CommonRoad, one of the ``problems``; else one of
+            `coverdrive.league.others.OTHERS`.
+        name: of the entrant.
+        known: what it may be made of.
+        setups: studies of the default in our traffics.
+        seed: of drives in worlds of others.
+        duration: [s] of these at the most.
+        problems: worlds of planning problems, which say how long they take.
     """
     if problems and world in problems:
         return problems[world].drives(name, known, seed)

@@ -48,7 +48,12 @@ difference to the first entrant; ``least_gap`` [m] of all drives; the reason whe
 
 
 def league_table(driven: Mapping[tuple[str, str], pl.DataFrame | str]) -> pl.DataFrame:
-    """The table of trials, or of reasons why there are none, by world and entrant, the usual one of a world first."""
+    """The table.
+
+    Args:
+        driven: by world and entrant, the first entrant of every world first: the table of its trials, or why there is
+            none.
+    """
     rows: list[dict[str, Any]] = []
     first: dict[str, pl.DataFrame] = {}
     for (world, planner), found in driven.items():

@@ -83,7 +83,12 @@ def nearest(trace: Trace, measure: Measure) -> Nearest | None:
 
 
 def worst_moment(trace: Trace, windows: Windows) -> Worst:
-    """The moment at which a drive, of these windows, that ended in a contact went wrong; else when it was nearest."""
+    """The moment at which a drive that ended in a contact went wrong; of another one, when it was nearest to one.
+
+    Args:
+        trace: the drive.
+        windows: all of its windows.
+    """
     outcome = trace.outcome
     if outcome.kind is not Kind.FINISHED and outcome.partner is not None:
         slot, away = outcome.partner, ""
