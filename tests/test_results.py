@@ -171,6 +171,16 @@ def test_a_study_is_driven_with_what_the_folder_holds_and_found_again(results: R
         results.driven_study("mixed")
 
 
+def test_the_only_study_is_found_without_its_name(results: Results) -> None:
+    usual = results.experiment.overridden(study={"vehicles": [2]})
+    results.study(usual.overridden(traffic={"kind": "drivers"})).run(1)
+    assert results.driven_study().folder.name == "study-drivers"
+    results.study(usual.overridden(traffic={"kind": "mixed"})).run(1)
+    assert not results.driven_study().files.exists  # which of them?
+    results.study(usual).run(1)
+    assert results.driven_study().folder.name == "study"
+
+
 def test_a_study_with_another_predictor_is_refused(results: Results) -> None:
     file = results.folder / "study" / "study.json"
     results.study(Experiment()).files.claim(results.study(Experiment()).setup.description() | {"predictor": "other"})

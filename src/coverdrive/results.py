@@ -257,7 +257,7 @@ class Results:
 
         Args:
             traffic: in which it was driven; else that of the folder's settings.
-            road: on which it was driven; else that of the fit.
+            road: on which it was driven; else that of the fit. If neither is named and there is but one study, that.
             recordings: that it replayed; needed if drives have to be driven again.
 
         Raises:
@@ -265,6 +265,9 @@ class Results:
             SettingError: it replayed none, and recordings are given.
         """
         name = self.study_name(traffic, road)
+        if traffic is road is None and not StudyFolder(self.folder / name).exists:
+            driven = [each.name for each in self.folder.glob(f"{STUDY}-*") if StudyFolder(each).exists]
+            name = driven[0] if len(driven) == 1 else name
         folder, experiment = StudyFolder(self.folder / name), self.experiment
         if folder.exists:
             described = folder.description()

@@ -565,7 +565,7 @@ def test_what_is_urgent_counts_more_than_comfort_for_one_plan_only(straight_path
 def test_a_solved_plan_keeps_to_the_jerk_limit_where_vehicles_appear(straight_paths) -> None:
     """Along and across; who has to exceed it says so by the status."""
     planner, jerks, fallbacks = MpcPlanner(), list[float](), 0
-    for seed in range(30):
+    for seed in range(60):
         rng = np.random.default_rng(seed)
         planner.reset(PERIOD)
         state, applied = np.array([0.0, rng.choice([1.8, 5.4, 9.0]), rng.uniform(10, 40), 0.0]), np.zeros(2)
@@ -580,6 +580,6 @@ def test_a_solved_plan_keeps_to_the_jerk_limit_where_vehicles_appear(straight_pa
             if plan.status is Status.SOLVED:
                 jerks += [change[0], change[1] * state[2]]
             state, applied = step(state, plan.inputs[0], PERIOD), plan.inputs[0]
-    assert len(jerks) > 200
-    assert fallbacks > 0
+    assert len(jerks) > 500
+    assert fallbacks > 5
     assert max(jerks) <= VehicleSettings().max_jerk * (1 + 1e-6)

@@ -9,9 +9,11 @@ import polars as pl
 
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.comparison import Compared
+from coverdrive.certificates.drives import Proof
 from coverdrive.certificates.evaluation import Evaluation, Rate
 from coverdrive.certificates.methods import Method
 from coverdrive.certificates.rule import Thresholds
+from coverdrive.dialling.dial import Dialled
 from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Status
 from coverdrive.planning.problem.obstacles import ObstacleSettings
@@ -156,6 +158,28 @@ def make_crowd(vehicles: int = 12, members: int = 6, points: int = 13, steps: in
 def make_trials(traces: dict[int, Trace]) -> pl.DataFrame:
     """The rows of some trials."""
     return table_of([measure(trace, 0, trial) for trial, trace in traces.items()])
+
+
+def make_frontier() -> pl.DataFrame:
+    """Three scales of our own, of which the middle one is proved, and a driver without sets."""
+    line = {"claim": 0.1, "own_fault": 0, "share_unsafe": 0.01, "headway": 1.2, "speed_low": 30.0, "speed_high": 36.0}
+    ours = line | {"who": "default", "drives": 100, "drives_of": "pilot", "rate_low": 0.0, "rate_high": 0.1}
+    return pl.DataFrame(
+        [
+            ours | {"scale": 0.0, "collisions": 4, "mean_speed": 35.0},
+            ours | {"scale": 0.5, "collisions": 1, "mean_speed": 34.0},
+            ours | {"scale": 1.0, "collisions": 0, "mean_speed": 32.0},
+            ours | {"who": "idm-mobil", "scale": None, "claim": None, "collisions": 2, "mean_speed": 25.0},
+            ours | {"scale": 0.5, "drives_of": "proof", "drives": 2301, "rate_high": 0.002, "collisions": 0,
+                    "mean_speed": 34.5},
+        ]
+    )  # fmt: skip
+
+
+def make_dialled() -> Dialled:
+    """What was dialled among them."""
+    proof = Proof("touch anybody", 0, 2301, 0.002, 0.002, 0.99, "named beforehand", "20-s drives")
+    return Dialled(0.5, True, (proof,), 34.5, make_certificate(5), "There.", {}, make_frontier())
 
 
 def make_contents(traces: dict[int, Trace] | None = None, bases: int = 5) -> Contents:

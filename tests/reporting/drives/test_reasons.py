@@ -9,7 +9,7 @@ from report_fakes import HORIZON
 from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Status
 from coverdrive.planning.planner import MpcPlanner
-from coverdrive.reporting.drives.reasons import Reason, first_contacts, reason_of
+from coverdrive.reporting.drives.reasons import Reason, first_contacts, reason_of, where_is
 from coverdrive.road import Road
 from coverdrive.simulation.drives.trace import Trace
 
@@ -50,13 +50,20 @@ def test_whom_the_plan_meets_when_and_how_fast(trace) -> None:
 @pytest.mark.parametrize(
     ("ahead", "aside", "said"),
     [
-        (3.0, 2.0, "beside in the same lane, now"),
+        (3.0, 1.5, "beside in the same lane, now"),
+        (3.0, 2.0, "beside on the left, now"),
         (2.0, 3.6, "beside on the left"),
         (-4.8, 0.5, "behind in the same lane, now"),
     ],
 )
 def test_where_it_is(trace, ahead: float, aside: float, said: str) -> None:
     assert said in reason_of(changed(trace, Status.UNSAFE, ahead, aside), 0).text
+
+
+def test_who_is_on_the_line_is_partly_in_the_same_lane(trace) -> None:
+    lats = np.array(trace.scene.lat)
+    lats[0, :2] = 6.9, 7.5
+    assert where_is(replace(trace, scene=replace(trace.scene, lat=lats)), 0, 1) == "ahead partly in the same lane"
 
 
 def test_a_follower_that_is_trusted_is_named(trace) -> None:

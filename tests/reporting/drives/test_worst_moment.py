@@ -105,6 +105,23 @@ def test_how_fast_it_was_and_became_and_that_it_is_long() -> None:
     )
 
 
+def test_one_set_is_said_as_one_and_who_is_ahead_is_told() -> None:
+    """Vehicle 2 is beside from the first step on, and vehicle 1 drives ahead of the ego."""
+    trace = make_trace()
+    scene = trace.scene
+    lon, speed = np.array(scene.lon), np.array(scene.speed)
+    lon[:, 1], speed[:, 1] = lon[:, 0] + 15.0, speed[:, 0] - 3.0
+    lon[:, 2] = np.where(np.arange(STEPS + 1) == 1, lon[:, 0], lon[:, 0] + 300.0)
+    near = replace(trace, scene=replace(scene, lon=lon, speed=speed))
+    gap = 15.0 - (scene.length[1, 0] + scene.length[1, 1]) / 2
+    worst = worst_of(near)
+    assert (worst.moment, worst.slot) == (1, 2)
+    assert "it got out of the set that was predicted for it" in worst.text
+    assert f"keeps its lane, {gap:.0f} m behind a vehicle that is 3.0 m/s slower" in worst.text
+    alone = worst_of(without(near, 1)).text
+    assert "keeps its lane" in alone and "m behind" not in alone
+
+
 def test_a_vehicle_that_came_is_followed_from_there() -> None:
     trace = without(make_stray(), 2)
     near = replace(trace.outcome, kind=Kind.SIDE, partner=1)

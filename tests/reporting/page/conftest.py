@@ -2,9 +2,10 @@
 
 import shutil
 from collections.abc import Iterator
+from dataclasses import replace
 
 import pytest
-from report_fakes import LONG, make_contents, make_crowd, make_lost, make_stray, make_trace
+from report_fakes import LONG, make_contents, make_crowd, make_dialled, make_lost, make_stray, make_trace
 
 from coverdrive.reporting.page.page import write_page
 from coverdrive.simulation.drives.outcome import Kind
@@ -44,5 +45,5 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> str:
         9: make_stray(),
         11: make_lost(),
     }
-    write_page(make_contents(drives), path)
+    write_page(replace(make_contents(drives), dialled=make_dialled()), path)
     return path.as_uri()

@@ -31,6 +31,7 @@ CONTROLS = (
     Control("#theme", "document.documentElement.dataset.theme"),
     Control("nav a[href='#calibration']", "location.hash", ("Enter",)),
     Control("a.brand", "location.hash", ("Enter",)),
+    Control("a.tile", "location.hash", ("Enter",)),
     Control("#worst", MOMENT),
     Control("#back", MOMENT),
     Control("#forward", MOMENT),

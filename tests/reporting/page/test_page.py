@@ -6,10 +6,8 @@ from dataclasses import replace
 
 import polars as pl
 import pytest
-from report_fakes import make_contents, make_stray
+from report_fakes import make_contents, make_dialled, make_stray
 
-from coverdrive.certificates.drives import Proof
-from coverdrive.dialling.dial import Dialled
 from coverdrive.numbers import at_most
 from coverdrive.progress import heard_by
 from coverdrive.reporting.page.page import _script_json, page, write_page
@@ -101,16 +99,20 @@ def test_the_verdict_is_what_the_drives_prove_where_their_number_was_fixed() -> 
 
 
 def test_the_verdict_is_what_was_dialled_with_the_speed_of_knowing_the_future() -> None:
-    proof = Proof("touch anybody", 0, 2301, 0.002, 0.002, 0.99, "named beforehand", "20-s drives")
-    contents = make_contents()
-    lines = pl.DataFrame({"who": ["default", "known-future"], "mean_speed": [34.0, 35.5]})
-    dialled = Dialled(0.5, True, (proof,), 34.5, contents.predictor.certificate, "There.", {}, lines)
+    contents, lines = make_contents(), pl.DataFrame({"who": ["default", "known-future"], "mean_speed": [34.0, 35.5]})
+    dialled = replace(make_dialled(), frontier=lines)
     said = "With 99 % confidence at most 0.2 % of 20-s drives like these touch anybody (0 of 2,301); 34.5 m/s"
     assert verdict(replace(contents, dialled=dialled)) == f"{said}, 97 % of knowing the future."
     alone = replace(dialled, frontier=lines.head(1))
     assert verdict(replace(contents, dialled=alone)) == f"{said}."
     others = replace(contents, dialled=dialled, unlike="These drives are others than those that were proved: traffic")
     assert verdict(others) == verdict(contents) != said
+
+
+def test_the_frontier_of_such_drives_stands_beside_the_numbers() -> None:
+    dialled = replace(make_contents(), dialled=make_dialled())
+    assert 'class="tile sketched" href="#dial"' in page(dialled)
+    assert "tile sketched" not in page(replace(dialled, unlike="These are others"))
 
 
 def test_the_numbers_say_how_close_it_was_and_how_mannered() -> None:

@@ -81,5 +81,6 @@ def test_no_worker_is_left(number: signal.Signals) -> None:
 
 
 @pytest.mark.slow
-def test_no_worker_of_a_study_is_left(tmp_path: Path) -> None:
-    assert not end([sys.executable, *STUDY, str(tmp_path), *FOREVER], 4, signal.SIGKILL)
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM], ids=["killed", "terminated"])
+def test_no_worker_of_a_study_is_left(number: signal.Signals, tmp_path: Path) -> None:
+    assert not end([sys.executable, *STUDY, str(tmp_path), *FOREVER], 4, number)

@@ -133,13 +133,13 @@ def test_who_followed_closely_when_it_was_recorded_does_not_brake_at_the_start()
 def test_many_random_drives_end_without_anybody_running_into_an_ego_that_keeps_its_lane() -> None:
     busy = cut_scenarios(generate(GeneratedSettings(scenes=3, duration=10.0, vehicles=(14, 18)), 5))
     hit = {ReplayTraffic: 0, ReactiveReplayTraffic: 0}
-    for seed in range(9):
+    for seed in range(25):
         plain, reacting, scene = both(busy, seed, "either")
         for traffic in (plain, reacting):
             scenes = driven(traffic, scene, [(-2.5, 0.0)] * 50)
             found = [collision_at(k, scenes[: k + 1], 0.1, SCENARIOS[0].road) for k in range(1, len(scenes))]
             hit[type(traffic)] += any(each is not None and each.kind is Kind.REAR_END for each in found)
-    assert hit[ReplayTraffic] > 1 and hit[ReactiveReplayTraffic] == 0
+    assert hit[ReplayTraffic] > 5 and hit[ReactiveReplayTraffic] == 0
 
 
 def test_the_same_seed_gives_the_same_drive() -> None:

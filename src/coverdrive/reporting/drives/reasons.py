@@ -68,9 +68,13 @@ def where_is(trace: Trace, moment: int, slot: int) -> str:
     scene = trace.scene
     ahead = float(scene.lon[moment, slot] - scene.lon[moment, EGO])
     long = float(scene.length[moment, slot] + scene.length[moment, EGO]) / 2
+    across = float(scene.lat[moment, slot] - scene.lat[moment, EGO])
+    wide = float(scene.width[moment, slot] + scene.width[moment, EGO]) / 2
     lane, own = (int(trace.road.lane_at(scene.lon[moment, each], scene.lat[moment, each])) for each in (slot, EGO))
     along = "beside" if abs(ahead) <= long else "ahead" if ahead > 0 else "behind"
-    return f"{along} {'in the same lane' if lane == own else 'on the left' if lane > own else 'on the right'}"
+    if abs(across) < wide:
+        return f"{along} {'in the same lane' if lane == own else 'partly in the same lane'}"
+    return f"{along} on the {'left' if across > 0 else 'right'}"
 
 
 class FirstContacts(NamedTuple):

@@ -30,6 +30,8 @@ _ASIDE = 0.5
 """[m] a smaller way across is not"""
 _FASTER = 1.0
 """[m/s] nor is a smaller difference of speeds"""
+_NEAR = 2.0
+"""[s] headway from which on whoever is ahead is not either"""
 _LONG = 8.0
 """[m] a vehicle of that length is a lorry or a bus"""
 
@@ -156,6 +158,8 @@ def _came(trace: Trace, windows: Windows, moment: int, slot: int) -> str:
     left = int((windows.left[first:moment, slot] <= since + _ROUNDING).sum())
     sets = "stayed in all" if not left else "got out of all" if left == number else f"got out of {left} of"
     sets += f" the {number} sets that were predicted for it"
+    if number == 1:
+        sets = f"{'got out of' if left else 'stayed in'} the set that was predicted for it"
     own = " and ".join(_did(trace, first, moment, EGO))
     *did, last = [*_did(trace, first, moment, slot), sets]
     return f"{began}it {', '.join(did)}{' and ' * bool(did)}{last}{f', while the ego {own}' * bool(own)}."
@@ -172,6 +176,20 @@ def _did(trace: Trace, first: int, moment: int, slot: int) -> list[str]:
     ]
 
 
+def _leader(trace: Trace, moment: int, slot: int) -> str:
+    """Behind whom the ego drives, if that is somebody else than the vehicle of the slot, and near."""
+    scene, road = trace.scene, trace.road
+    lon, lane = scene.lon[moment], road.lane_at(scene.lon[moment], scene.lat[moment])
+    gap = lon - lon[EGO] - (scene.length[moment] + scene.length[moment, EGO]) / 2
+    gap = np.where(np.asarray(scene.valid)[moment] & (lane == lane[EGO]) & (lon > lon[EGO]), gap, np.inf)
+    ahead, faster = int(gap.argmin()), scene.speed[moment] - scene.speed[moment, EGO]
+    if ahead == slot or gap[ahead] > _NEAR * max(float(scene.speed[moment, EGO]), _FASTER):
+        return ""
+    pace = float(faster[ahead])
+    told = f" that is {abs(pace):.1f} m/s {'faster' if pace > 0 else 'slower'}" * (abs(pace) >= _FASTER)
+    return f", {max(0.0, float(gap[ahead])):.0f} m behind a vehicle{told}"
+
+
 def _plan(trace: Trace, moment: int, slot: int, name: str) -> str:
     """What the ego planned; at the end of a drive, what it last had."""
     step = min(moment, len(trace) - 1)
@@ -180,7 +198,7 @@ def _plan(trace: Trace, moment: int, slot: int, name: str) -> str:
     speed = f"{'speeds up' if acceleration > 0 else 'brakes'} at {abs(acceleration):.1f} m/s²"
     here, there = (int(road.lane_at(state[0], state[1])) for state in (plan.states[0], plan.states[-1]))
     lane = "keeps its lane" if here == there else f"goes to the {'left' if there > here else 'right'}"
-    does = f"{'holds its speed' if abs(acceleration) < _STILL else speed} and {lane}"
+    does = f"{'holds its speed' if abs(acceleration) < _STILL else speed} and {lane}{_leader(trace, step, slot)}"
     if plan.status in (Status.SOLVED, Status.FALLBACK):
         return f"the {'last ' * (step < moment)}plan, clear of every set, {does}"
     lost = "the clear plan is lost" if name == "clear plan lost" else "no clear plan is found"

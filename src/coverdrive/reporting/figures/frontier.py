@@ -1,7 +1,8 @@
-"""The frontier of risk and speed, as a table for the terminal and as a figure."""
+"""The frontier of risk and speed, as a table for the terminal, as a figure and as a sketch beside other numbers."""
 
 from typing import Any
 
+import numpy as np
 import polars as pl
 from rich.table import Table
 
@@ -37,6 +38,42 @@ def frontier_figure(lines: pl.DataFrame) -> Figure:
     panel = Panel(marks, Axis("drives with a collision [%]"), Axis("mean speed [m/s]"), title="Risk and speed")
     return Figure(
         [[panel]], height=3.4, caption=(_CAPTION + untold(lines).removeprefix("; ")).strip(), legend_columns=4
+    )
+
+
+_WIDE, _HIGH, _EDGE = 230, 74, 6
+"""[px] of a sketch, and of the margin around what it shows"""
+
+
+def frontier_sketch(lines: pl.DataFrame, scale: float) -> str:
+    """All points of the frontier in an SVG of the size of a stamp, coloured by the page: ours at λ, ours, others.
+
+    What is proved, or else the pilot at that λ, stands out with its interval.
+    """
+    of_proof, ours = lines["drives_of"].to_numpy() == "proof", lines["who"].to_numpy() == OURS
+    here = ours & (np.array([each == scale for each in lines["scale"]]))
+    own = int(np.flatnonzero(here & of_proof if (here & of_proof).any() else here)[0])
+    rates, speeds = (lines["collisions"] / lines["drives"]).to_numpy(), lines["mean_speed"].to_numpy()
+    most, slow, fast = max(rates.max(), lines["rate_high"][own]), speeds.min(), max(speeds.max(), speeds.min() + 1e-3)
+    x = _EDGE + (_WIDE - 2 * _EDGE) * rates / most
+    y = _EDGE + (_HIGH - 2 * _EDGE) * (fast - speeds) / (fast - slow)
+    kinds = np.where(ours, "ours", "other")
+    dots = "".join(
+        f'<circle class="{kinds[i]}" cx="{x[i]:.1f}" cy="{y[i]:.1f}" r="3"/>' for i in range(len(x)) if i != own
+    )
+    low, high = (_EDGE + (_WIDE - 2 * _EDGE) * lines[name][own] / most for name in ("rate_low", "rate_high"))
+    side, at = ("end", x[own] - 8) if x[own] > _WIDE / 2 else ("start", x[own] + 8)
+    above = y[own] + (-5 if y[own] > _HIGH / 2 else 13)
+    said = (
+        f"{lines['collisions'][own]} of {lines['drives'][own]:,} collided at {speeds[own]:.1f} m/s; others and other "
+        f"scales between {slow:.1f} and {fast:.1f} m/s, up to {percent(float(rates.max()))} collided"
+    )
+    return (
+        f'<svg class="sketched" viewBox="0 0 {_WIDE} {_HIGH}" role="img" aria-label="{said}">'
+        f'<path d="M1 0V{_HIGH - 1}H{_WIDE}"/>{dots}<path class="here" d="M{low:.1f} {y[own]:.1f}H{high:.1f}"/>'
+        f'<circle class="here" cx="{x[own]:.1f}" cy="{y[own]:.1f}" r="5"/>'
+        f'<text class="end" x="{_WIDE}" y="{_HIGH - 5}" text-anchor="end">{percent(most, 2)} touch</text>'
+        f'<text x="{at:.1f}" y="{above:.1f}" text-anchor="{side}">this one, {speeds[own]:.1f} m/s</text></svg>'
     )
 
 

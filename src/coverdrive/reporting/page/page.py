@@ -14,6 +14,7 @@ from coverdrive.prediction.learning.affordance import FEATURES
 from coverdrive.progress import done, stage
 from coverdrive.reporting.contents import Contents
 from coverdrive.reporting.figures.affordance import affordance_figure
+from coverdrive.reporting.figures.frontier import frontier_sketch
 from coverdrive.reporting.figures.gallery import figures_of
 from coverdrive.reporting.page.replay import MARKS, SEVERITY, SLACK, STATUSES, replay_data
 from coverdrive.reporting.page.summary import ends, facts, heading, shown_certificates, tiles, verdict
@@ -47,6 +48,7 @@ def page(contents: Contents) -> str:
             verdict=verdict(contents),
             tiles=tiles(contents),
             facts=facts(contents),
+            sketched=_sketched(contents),
             sketch=Markup(inline_svg(affordance_figure())),
             features=FEATURES,
             refused=[each for each in contents.compared if each.refusal],
@@ -76,6 +78,13 @@ def rendered(template: str, figures: Mapping[str, Figure], **parts: Any) -> str:
         drawn={name: {"caption": each.caption, "json": _script_json(to_json(each))} for name, each in figures.items()},
         **parts,
     )
+
+
+def _sketched(contents: Contents) -> Markup | None:
+    """The frontier beside the numbers, if the drives are such as were dialled."""
+    if contents.dialled is None or contents.unlike:
+        return None
+    return Markup(frontier_sketch(contents.dialled.frontier, contents.dialled.scale))
 
 
 def _unbroken(text: str) -> str:
