@@ -62,6 +62,21 @@ def test_the_time_of_leaving_is_that_of_the_first_point_outside():
     assert late.missed[:, 1].sum() == 8  # those that begin between 1.3 s and 2.0 s
 
 
+@pytest.mark.parametrize(("aside", "missed"), [(0.0, False), (0.2, True)])
+def test_between_recorded_moments_a_vehicle_is_on_the_way_from_one_to_the_next(aside: float, missed: bool):
+    """The path has a point every 0.25 s, the drive one every 0.1 s; the vehicle keeps to it while it goes across."""
+
+    def paths(k: int) -> PredictedPaths:
+        times = 0.25 * np.arange(13)
+        points = np.stack([50.0 + 2.0 * k + 20.0 * times, 1.8 + 0.1 * k + times + aside], -1)[None]
+        tube = np.full(points.shape, 0.1)
+        return PredictedPaths(points, np.array([1]), tube + np.array([2.4, 0.95]), 0.25, tube)
+
+    windows = find_windows(trace_of(lambda t: 1.8 + t, paths))
+    assert windows.seen[:, 1].sum() == 21
+    assert windows.missed[:, 1].sum() == 21 * missed
+
+
 def test_shares_are_of_each_vehicle_and_of_the_windows_asked_for():
     windows = find_windows(trace_of(lambda t: 1.8 + (3.0 if t > 4.2 else 0.0), here(1.8)))
     assert windows.shares == pytest.approx([8 / 21])
