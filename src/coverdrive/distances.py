@@ -16,7 +16,7 @@ from coverdrive.scene import Scene
 FREE = 3.0
 """[s] headway from which on one drives as fast as one wants"""
 
-_STANDING = 0.1
+STANDING = 0.1
 """[m/s] below which no time headway is larger"""
 
 
@@ -44,7 +44,7 @@ def kept(scene: Scene, road: Road, slots: Int[np.ndarray, " n"]) -> Kept:
     other = valid[:, None] & valid[:, slots, None] & (np.arange(scene.vehicles) != slots[:, None])
     same = other & (lane[:, None] == lane[:, slots, None])
     along, ahead = np.maximum(gap[..., 0], 0.0), apart[..., 0] > 0
-    speed = np.maximum(np.abs(states[..., 2]), _STANDING)
+    speed = np.maximum(np.abs(states[..., 2]), STANDING)
     behind = np.where(same & ~ahead, along, np.inf)
     follower = behind.argmin(-1)
     return Kept(

@@ -70,6 +70,7 @@ class _Run(BaseModel):
     seconds: dict[str, float]
     road: str = "paper"
     recorded_place: Place | None = None
+    recorded_near_misses: dict[str, float] | None = None
 
 
 _OBJECT, _CERTIFIED = TypeAdapter(dict[str, Any]), TypeAdapter(Certified)
@@ -86,10 +87,14 @@ class Results:
 
     # what a fit leaves
 
-    def save_fit(self, experiment: Experiment, fit: Fit, road: str = "paper", like: Place | None = None) -> None:
+    def save_fit(
+        self, experiment: Experiment, fit: Fit, road: str = "paper", like: Place | None = None,
+        near_misses: dict[str, float] | None = None,
+    ) -> None:  # fmt: skip
         """Write a fit and the settings that it was made with; whatever the folder held of another one is void.
 
-        ``road`` is the name of the road of its studies, ``like`` a place like that of the recordings.
+        ``road`` is the name of the road of its studies, ``like`` a place like that of the recordings, ``near_misses``
+        what `coverdrive.simulation.measures.notable.recorded_near_misses` says of them.
         """
         self._sealed.unseal()
         experiment.save(self.folder / CONFIG)
@@ -98,6 +103,7 @@ class Results:
         Learned.of(fit).save(self.folder / LEARNED)
         write_json(self.folder / CERTIFICATE, certificate_record(Certified.of(fit)))
         about = {"road": road, "recorded_place": like and like.model_dump(mode="json")}
+        about |= {"recorded_near_misses": near_misses}
         write_json(self.folder / RUN, provenance(fit) | about)
         fit.seen.save(self.folder / SEEN)
         self._seal(CONFIG, PREDICTOR, SCORES, LEARNED, CERTIFICATE, RUN, SEEN)

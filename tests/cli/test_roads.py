@@ -33,7 +33,7 @@ def recording(tmp_path: Path) -> Path:
 def saved(monkeypatch: pytest.MonkeyPatch, **options: Any) -> SavedError:
     """What a fit with these options would save; nothing is learned."""
 
-    def save_fit(results: Results, experiment: Experiment, found: None, road: str, like: Place | None) -> None:
+    def save_fit(results: Results, experiment: Experiment, found: None, road: str, like: Place | None, *_: Any) -> None:
         raise SavedError(experiment, road, like)
 
     monkeypatch.setattr(fitting, "fit", lambda *_: None)

@@ -123,6 +123,9 @@ def test_the_numbers_say_how_close_it_was_and_how_mannered() -> None:
     assert headway.value == f"{contents.trials['usual_headway'].median():.2f} s" and headway.note == "people: 0.72 s"
     behind = "; of those behind up to 0.0 in half of the drives, more than 0.0 in 1 of 20"
     assert jerk.note.startswith("hardest braking") and jerk.note.endswith(behind)
+    people = contents.run | {"recorded_near_misses": {"share": 0.237, "seconds": 5.9}}
+    near = tiles(replace(contents, run=people))[0].note
+    assert near.endswith("0.0576 km; people: 24 % of recorded vehicles, in 6 s each")
     unknown = contents.trials.with_columns(hardest_braking_behind=pl.lit(None, pl.Float64()))
     for other in (replace(contents, replayed=True), replace(contents, trials=unknown)):
         assert tiles(other)[2].note == jerk.note.removesuffix(behind)

@@ -1,8 +1,12 @@
 """Which trials are worth a look."""
 
+import numpy as np
 import polars as pl
+import pytest
 
-from coverdrive.simulation.measures.notable import liveliest, notable
+from coverdrive.recordings.recording import SCHEMA, Recording
+from coverdrive.road import Road
+from coverdrive.simulation.measures.notable import liveliest, notable, recorded_near_misses
 
 TRIALS = pl.DataFrame(
     {
@@ -42,3 +46,25 @@ def test_a_lively_collision_leaves_its_place_to_another_danger() -> None:
 
 def test_nothing_is_named_twice() -> None:
     assert notable(TRIALS.filter(pl.col("trial") == 1), 9) == [1]
+
+
+@pytest.mark.parametrize(
+    ("lon", "lat", "speed", "near"),
+    [
+        ((50.0, 50.0, 150.0), (1.8, 4.5, 1.8), (20.0, 20.0, 20.0), 2),  # 0.9 m beside
+        ((50.0, 50.0, 150.0), (1.8, 4.7, 1.8), (20.0, 20.0, 20.0), 0),  # 1.1 m
+        ((50.0, 55.7, 150.0), (1.8, 1.8, 1.8), (20.0, 20.0, 20.0), 1),  # 0.9 m behind: who follows came near
+        ((50.0, 70.0, 150.0), (1.8, 1.8, 5.4), (40.0, 20.0, 20.0), 2),  # 0.8 s at the start, then in contact
+        ((50.0, 75.2, 150.0), (1.8, 1.8, 5.4), (30.0, 20.0, 20.0), 0),  # 2 s
+    ],
+)
+def test_recorded_vehicles_came_as_near(lon: tuple, lat: tuple, speed: tuple, near: int) -> None:
+    """Three vehicles of 4.8 by 1.8 m, seen for 0.4 s."""
+    moment = np.arange(4)
+    columns = {
+        "vehicle": np.repeat([1, 2, 3], 4), "group": np.zeros(12, int), "time": np.tile(0.1 * moment, 3),
+        "lon": (np.array(lon)[:, None] + 0.1 * np.array(speed)[:, None] * moment).ravel(), "lat": np.repeat(lat, 4),
+        "speed": np.repeat(speed, 4), "heading": np.zeros(12), "length": np.full(12, 4.8), "width": np.full(12, 1.8),
+    }  # fmt: skip
+    recording = Recording("made", pl.DataFrame(columns, schema=SCHEMA), 0.1, Road.straight(2), {})
+    assert recorded_near_misses([recording]) == pytest.approx({"share": near / 3, "seconds": 0.4})

@@ -91,6 +91,7 @@ def fit_and_print(
     with waiting():
         from coverdrive.prediction.fit import fit
         from coverdrive.reporting.tables.summaries import fit_table
+        from coverdrive.simulation.measures.notable import recorded_near_misses
         from coverdrive.simulation.roads.places import PLACES, place_of, recorded_place
     asked = road or ("paper" if preset == "paper" else None)
     if not paths:
@@ -107,7 +108,7 @@ def fit_and_print(
             manners = like.manners.model_dump(exclude={"like"})
             experiment = settle(place=named, usual={"planner": {"manners": manners}})
         result = fit(recordings, experiment.prediction, experiment.seed)
-        results.save_fit(experiment, result, name, like)
+        results.save_fit(experiment, result, name, like, recorded_near_misses(recordings) if paths else None)
     console.print(fit_table(result))
     for each in (*result.certificates, *([result.predictor.certificate] if result.predictor.scale != 1 else [])):
         console.print(f"• {each.sentence}")

@@ -138,7 +138,8 @@ def tiles(contents: Contents) -> list[Tile]:
     taught = "that which taught them" if like_these else "that which taught them, not of this"
     return [
         Tile(f"{near} of {trials.height}", "drives are near misses",
-             f"least gap {gap} m, least time to collision {time} s; {exposure(trials)}", main=True),
+             f"least gap {gap} m, least time to collision {time} s; {exposure(trials)}{_recorded_near(contents)}",
+             main=True),
         Tile("–" if usual is None else f"{usual:.2f} s", "of headway or more in 9 of 10 moments, median drive",
              "" if contents.kept is None else f"people: {contents.kept:.2f} s"),
         Tile(f"{_mean(trials, 'jerk_longitudinal'):.1f} m/s³", "jerk along the road, root mean square", braking),
@@ -151,6 +152,14 @@ def tiles(contents: Contents) -> list[Tile]:
              f"{interval(missed.low, missed.high)})",
              f"{scale}; certified of traffic like {taught}: {bound} {strength(certificate)}; {seen}"),
     ]  # fmt: skip
+
+
+def _recorded_near(contents: Contents) -> str:
+    """How many recorded vehicles came as near, if any were recorded."""
+    near = contents.run.get("recorded_near_misses")
+    return (
+        f"; people: {percent(near['share'], 2)} of recorded vehicles, in {near['seconds']:.0f} s each" if near else ""
+    )
 
 
 def _least(trials: pl.DataFrame, column: str) -> str:

@@ -1,7 +1,12 @@
 """Which trials of a study are worth looking at: collisions, near misses, and the drive in which most happens."""
 
+from collections.abc import Sequence
+
+import numpy as np
 import polars as pl
 
+from coverdrive.distances import STANDING, Kept, kept
+from coverdrive.recordings.recording import Recording
 from coverdrive.simulation.drives.outcome import Fault, Kind
 from coverdrive.simulation.measures.trial import STARTED
 
@@ -9,6 +14,8 @@ NEAR_GAP = 1.0
 """[m] a smaller gap to another vehicle is a near miss"""
 NEAR_TIME = 1.0
 """[s] a smaller time to collision is a near miss"""
+_LOOK = 0.5
+"""[s] after which recorded traffic is looked at again"""
 
 COLLIDED = STARTED & (pl.col("kind") != Kind.FINISHED.value)
 """whether the ego touched anybody, as an expression on a table of trials"""
@@ -16,6 +23,25 @@ OWN_FAULT = COLLIDED & (pl.col("at_fault") == Fault.EGO.value)
 """the same at its own fault"""
 NEARLY = ~COLLIDED & ((pl.col("minimum_gap") < NEAR_GAP) | (pl.col("minimum_time_to_collision") < NEAR_TIME))
 """whether it nearly did"""
+
+
+def recorded_near_misses(recordings: Sequence[Recording]) -> dict[str, float]:
+    """Of recorded vehicles the ``share`` that came as near to another, and for how many ``seconds`` each was seen.
+
+    Half-seconds are looked at, with bodies that lie along the road.
+    """
+    near, seconds = list[np.ndarray](), list[np.ndarray]()
+    for each in recordings:
+        frames, came = each.frames(), list[np.ndarray]()
+        for frame in range(0, len(frames.time), max(1, round(_LOOK / each.dt))):
+            scene, there = frames.scene.at(frame), np.flatnonzero(frames.vehicle[frame] >= 0)
+            found = Kept(*(values[0] for values in kept(scene, each.road, there)))
+            gap = np.minimum(found.headway * np.maximum(np.abs(scene.speed[0, there]), STANDING), found.beside)
+            came.append(frames.vehicle[frame, there[(gap < NEAR_GAP) | (found.time_to_collision < NEAR_TIME)]])
+        vehicles, rows = np.unique(each.table["vehicle"].to_numpy(), return_counts=True)
+        near.append(np.isin(vehicles, np.concatenate(came)))
+        seconds.append(rows * each.dt)
+    return {"share": float(np.concatenate(near).mean()), "seconds": float(np.concatenate(seconds).mean())}
 
 
 def liveliest(trials: pl.DataFrame) -> int:
