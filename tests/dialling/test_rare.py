@@ -127,12 +127,16 @@ def test_workers_find_the_same(tmp_path: Path):
 
 
 def test_intervals():
-    row = {"drives": 1.0, "seconds": 1.0, "collisions": []}
+    row = {"drives": 1.0, "seconds": 1.0, "collisions": [], "rarer": False}
     found = Rare(Path(), [row | {"probability": each} for each in (1e-5, 2e-5, 3e-5)])
     assert found.probability == pytest.approx(2e-5)
     assert found.standard_error == pytest.approx(1e-5 / math.sqrt(3))
     low, high = found.interval
     assert low * high == pytest.approx(found.probability**2) and high / low > 10
+    assert "with probability 2e-05 (95" in found.sentence and found.sentence.endswith("3 independent repetitions.")
+    ended = Rare(Path(), [*found.repetitions[:2], found.repetitions[2] | {"rarer": True}])
+    assert "with probability less than 2e-05 (95" in ended.sentence
+    assert ended.sentence.endswith("of which 1 ended without a collision, below what was to be looked for.")
     nothing = Rare(Path(), [row | {"probability": 0.0}] * 2)
     assert nothing.interval == (0.0, 1.0) and "No collision was found" in nothing.sentence
 
@@ -140,6 +144,9 @@ def test_intervals():
 def test_what_makes_no_sense_is_refused(tmp_path: Path):
     with pytest.raises(SettingError, match="at least 2 repetitions"):
         rare(fakes(), tmp_path, repetitions=1)
+    for rarest in (0.0, 1.0, float("nan")):
+        with pytest.raises(SettingError, match="between 0 and 1"):
+            rare(fakes(), tmp_path, rarest=rarest)
     (tmp_path / "no.tape.npz").write_bytes(b"nothing")
     with pytest.raises(DataError, match=r"no\.tape\.npz is not the tape of a drive"):
         again(fakes(), tmp_path / "no.tape.npz")

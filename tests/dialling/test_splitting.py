@@ -78,6 +78,17 @@ def test_what_is_certain_or_never_happens():
     assert walk.probability == 0 and not walk.found
 
 
+def test_what_is_rarer_than_was_looked_for_is_bounded_from_above():
+    """Where it ends, what is estimated is more probable than the target, and as probable as its last level."""
+    start, barrier, truth = CASES["walk 1e-6"]
+    ends = [split(start, np.random.default_rng(each), barrier, 60, rarest=0.1) for each in range(12)]
+    assert all(each.rarer and 0.1 / 3 < each.probability < 0.1 and not each.found for each in ends)
+    levels = [Walk.probability(each.stages[-1].level) for each in ends]
+    assert apart(np.array([each.probability for each in ends]) / levels, 1.0) < 3 and min(levels) > truth
+    often, barrier, truth = CASES["walk 1e-2"]
+    assert not any(split(often, np.random.default_rng(each), barrier, 60, rarest=truth / 5).rarer for each in range(8))
+
+
 def test_paths_that_all_end_alike_are_given_up_together():
     class Flat(Still):
         def __init__(self, tape):

@@ -153,7 +153,7 @@ class Rare:
 
     @property
     def probability(self) -> float:
-        """That the ego touches another vehicle in a drive."""
+        """That the ego touches another vehicle in a drive; more than that if some repetitions ended before."""
         return float(np.mean(self.estimates))
 
     @property
@@ -190,9 +190,12 @@ class Rare:
         (low, high), error = self.interval, self.standard_error
         if self.probability == 0:
             return "No collision was found: take more particles, or drive where there are some."
+        rarer = sum(each["rarer"] for each in self.repetitions)
+        ended = f", of which {rarer} ended without a collision, below what was to be looked for" if rarer else ""
         return (
-            f"A drive has a collision with probability {self.probability:.2g} (95 % interval {low:.1g} to {high:.1g}; "
-            f"standard error {100 * error / self.probability:.0f} %): {len(self.estimates)} independent repetitions."
+            f"A drive has a collision with probability {'less than ' * bool(rarer)}{self.probability:.2g} (95 % "
+            f"interval {low:.1g} to {high:.1g}; standard error {100 * error / self.probability:.0f} %): "
+            f"{len(self.estimates)} independent repetitions{ended}."
         )
 
 
@@ -204,13 +207,16 @@ class _Repetitions:
     folder: Path
     particles: int
     changes: int
+    rarest: float
 
     @property
     def seed(self) -> int:
         return self.setup.seed
 
     def description(self) -> dict[str, Any]:
-        return self.setup.description() | {"splitting": {"particles": self.particles, "changes": self.changes}}
+        return self.setup.description() | {
+            "splitting": {"particles": self.particles, "changes": self.changes, "rarest": self.rarest}
+        }
 
     def participants(self) -> Participants:
         return self.setup.participants()
@@ -220,12 +226,13 @@ class _Repetitions:
         begun = time.perf_counter()
         random = np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=(trial,)))
         start = partial(Drive, self.setup, participants)
-        found = split(start, random, CONTACT, self.particles, changes=self.changes)
+        found = split(start, random, CONTACT, self.particles, changes=self.changes, rarest=self.rarest)
         chosen = _different(found.found)
         row: Row = {
             "repetition": trial,
             "seed": self.seed,
             "probability": found.probability,
+            "rarer": found.rarer,
             "stages": [each._asdict() for each in found.stages],
             "found": len(found.found),
             "ancestors": len({each.ancestor for each in found.found}),
@@ -272,6 +279,7 @@ def rare(
     *,
     particles: int = 200,
     changes: int = 2,
+    rarest: float = 1e-6,
     repetitions: int = 4,
     workers: int = 1,
 ) -> Rare:
@@ -282,6 +290,7 @@ def rare(
         folder: of this estimate and no other; what it holds is not driven again.
         particles: number of drives that each repetition goes on with.
         changes: number of times that a copy of a drive is changed.
+        rarest: probability below which no collision is looked for.
         repetitions: that are independent; two at least.
         workers: number of processes.
 
@@ -293,7 +302,9 @@ def rare(
         raise SettingError(
             f"a standard error needs at least 2 repetitions, and 1 worker; got {repetitions} and {workers}"
         )
-    work = _Repetitions(setup.loaded(), Path(folder), particles, changes)
+    if not 0 < rarest < 1:
+        raise SettingError(f"a collision is looked for down to a probability between 0 and 1, as 1e-6; got {rarest}")
+    work = _Repetitions(setup.loaded(), Path(folder), particles, changes, rarest)
     StudyFolder(work.folder).claim(work.description())
     rows = {each: row for each in range(repetitions) if (row := work.known(each))}
     with stage(f"repetitions ({repetitions})"):

@@ -36,8 +36,6 @@ _FROM_A_MOMENT = 0.25
 _FIRST, _LATER, _WIDTH = -0.3, -2.0, -0.5
 """decimal logarithms of the least share of the numbers of moment 0 and of the others that are moved, and of the least
 width by which"""
-_RAREST = 1e-15
-"""probability below which nothing is looked for any more"""
 
 
 @runtime_checkable
@@ -108,17 +106,20 @@ class Split(NamedTuple):
     """What came out."""
 
     probability: float
-    """that a path reaches the target; 0 if none was found"""
+    """that a path reaches the target; 0 if none was found; if that is rarer than was looked for, that it gets above the
+    last level, which is more"""
     stages: list[Stage]
     found: list[Path]
     """that reached it"""
     moments: int
     """that all paths went together"""
+    rarer: bool
+    """whether reaching the target is rarer than was looked for"""
 
 
 def split(
     start: Start, random: np.random.Generator, target: float = 0.0, particles: int = 200, kept: float = 0.5,
-    changes: int = 2,
+    changes: int = 2, rarest: float = 1e-15,
 ) -> Split:  # fmt: skip
     """Estimate the probability that a path's level reaches the target.
 
@@ -129,6 +130,7 @@ def split(
         particles: number of paths.
         kept: share of the paths that are not given up at a time.
         changes: number of times that a copy is changed.
+        rarest: probability below which nothing is looked for.
     """
     top = particles - math.ceil(kept * particles)
     if not 0 < top < particles or changes < 1:
@@ -138,11 +140,11 @@ def split(
         )
     walk, probability, stages = _Walk(start, random), 1.0, list[Stage]()
     paths = [walk.first(number) for number in range(particles)]
-    while probability > _RAREST and (level := sorted(path.level for path in paths)[top - 1]) < target:
+    while (level := sorted(path.level for path in paths)[top - 1]) < target:
         above = [path for path in paths if path.level > level]
         probability *= len(above) / particles
         if not above:
-            return Split(0.0, stages, [], walk.moments)
+            return Split(0.0, stages, [], walk.moments, rarer=False)
         copies = [above[i] for i in random.integers(len(above), size=particles - len(above))]
         taken = 0
         for number, copy in enumerate(copies):
@@ -153,8 +155,12 @@ def split(
         paths = above + copies
         ancestors = len({path.ancestor for path in paths})
         stages.append(Stage(level, len(above) / particles, taken / (changes * len(copies)), ancestors))
+        if probability < rarest:
+            break
     found = [path for path in paths if path.level >= target]
-    return Split(probability * len(found) / particles, stages, found, walk.moments)
+    if probability < rarest and not found:
+        return Split(probability, stages, [], walk.moments, rarer=True)
+    return Split(probability * len(found) / particles, stages, found, walk.moments, rarer=False)
 
 
 class _Walk:

@@ -30,6 +30,10 @@ def rare(
             help="Independent repetitions, whose spread gives the standard error, as in `--repetitions 8`.",
         ),
     ] = 4,
+    down_to: Annotated[
+        float,
+        Parameter(help="Probability below which no collision is looked for any more, as in `--down-to 1e-5`."),
+    ] = 1e-6,
     seed: options.Seed = None,
     out: Annotated[
         Path | None,
@@ -63,8 +67,9 @@ def rare(
     setup, folder = study.setup, out or results.folder / study.folder.name.replace("study", "rare", 1)
     with stages():
         found = estimate(
-            setup, folder, particles=particles, repetitions=repetitions, workers=processes(experiment.study)
-        )
+            setup, folder, particles=particles, rarest=down_to, repetitions=repetitions,
+            workers=processes(experiment.study),
+        )  # fmt: skip
     console.print(driven_on(setup))
     console.print(found.sentence)
     console.print(f"It took {found.drives:.0f} drives and {found.seconds:.0f} s of the processes together")

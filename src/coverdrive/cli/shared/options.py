@@ -152,8 +152,8 @@ Studied = Annotated[
     _TRAFFICS | None,
     Parameter(
         name="--traffic",
-        help="Traffic of the study to show, as in `--traffic drivers`; else that of the results folder's settings, or of "
-        "the only study there is.",
+        help="Traffic of the study to show, as in `--traffic drivers`; else that of the results folder's settings, or "
+        "of the only study there is.",
     ),
 ]
 StudiedRoad = Annotated[
