@@ -145,6 +145,9 @@ def split(
         probability *= len(above) / particles
         if not above:
             return Split(0.0, stages, [], walk.moments, rarer=False)
+        if probability < rarest and max(path.level for path in above) < target:
+            last = Stage(level, len(above) / particles, 1.0, len({path.ancestor for path in above}))
+            return Split(probability, [*stages, last], [], walk.moments, rarer=True)
         copies = [above[i] for i in random.integers(len(above), size=particles - len(above))]
         taken = 0
         for number, copy in enumerate(copies):
@@ -155,11 +158,7 @@ def split(
         paths = above + copies
         ancestors = len({path.ancestor for path in paths})
         stages.append(Stage(level, len(above) / particles, taken / (changes * len(copies)), ancestors))
-        if probability < rarest:
-            break
     found = [path for path in paths if path.level >= target]
-    if probability < rarest and not found:
-        return Split(probability, stages, [], walk.moments, rarer=True)
     return Split(probability * len(found) / particles, stages, found, walk.moments, rarer=False)
 
 
