@@ -43,6 +43,22 @@ def test_the_worst_is_the_nearest_by_the_limits_of_a_near_miss() -> None:
     assert gap.share == pytest.approx(gaps(trace).min() / 1.0)
 
 
+@pytest.mark.parametrize(("beside", "later", "moment"), [(1.5, True, 20), (0.5, True, 0), (1.5, False, 0)])
+def test_how_it_was_put_there_counts_if_that_was_near_or_all(beside: float, later: bool, moment: int) -> None:
+    """Vehicle 2 is that far [m] beside the ego at the start, and ahead of it once, 2 s later."""
+    trace = without(make_trace(40), 1)
+    lon, lat, speed, heading = (np.array(getattr(trace.scene, name)) for name in ("lon", "lat", "speed", "heading"))
+    speed[:], heading[:] = 20.0, 0.0
+    step = np.arange(41)
+    lon[:, 2] = lon[:, 0] + np.select([step == 0, (step == 20) & later], [0.0, 8.0], 900.0)
+    lat[:] = 1.8
+    lat[0, 2] = 1.8 + 2.0 + beside
+    valid = np.array(trace.scene.valid)
+    valid[1:, 2] &= later
+    changed = replace(trace.scene, lon=lon, lat=lat, speed=speed, heading=heading, valid=valid)
+    assert worst_of(replace(trace, scene=changed))[:2] == (moment, 2)
+
+
 def in_contact(trace: Trace, statuses: str, partner: int) -> Trace:
     """Ended in a contact, with a plan that was clear (c), or not (n), in every step."""
     named = {"c": Status.SOLVED, "n": Status.UNSAFE}

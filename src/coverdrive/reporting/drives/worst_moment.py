@@ -2,7 +2,8 @@
 
 A drive that ended in a contact went wrong before it: when the clear plan was lost for good, else when the other one
 left its predicted set. Of all others it is the moment when the ego was nearest to somebody, by its gap beside
-`NEAR_GAP`, or by its time to collision beside `NEAR_TIME`.
+`NEAR_GAP`, or by its time to collision beside `NEAR_TIME`; how it was put there at the start counts if that was a near
+miss, or if nothing came later.
 """
 
 from dataclasses import replace
@@ -66,9 +67,9 @@ class Worst(NamedTuple):
     """how it came about, and what came of it"""
 
 
-def nearest(trace: Trace, measure: Measure) -> Nearest | None:
-    """The moment of the least gap, or time to collision, of a drive; None if nobody is met."""
-    values = _values(trace, measure)
+def nearest(trace: Trace, measure: Measure, first: int = 0) -> Nearest | None:
+    """The moment of the least gap, or time to collision, of a drive from a first one on; None if nobody is met."""
+    values = np.where(np.arange(len(trace.time)) < first, np.inf, _values(trace, measure))
     moment = int(values.argmin())
     value = float(values[moment])
     if not np.isfinite(value):
@@ -99,10 +100,13 @@ def worst_moment(trace: Trace, windows: Windows) -> Worst:
         when = f" {later:.1f} s later" if later > 0 else ""
         end = f"; they touch{when} ({outcome.kind.value}, at fault: {outcome.at_fault.value})"
     else:
-        near = [each for measure in ("gap", "time") if (each := nearest(trace, measure))]
-        if not near:
+        worst = _nearest(trace, 0)
+        if worst is None:
             return Worst(0, -1, "start", "nobody was near in this drive")
-        moment, slot, _, away, _ = min(near, key=lambda each: each.share)
+        started = round(trace.horizon / float(trace.time[1]))
+        if worst.moment < started and worst.share >= 1:
+            worst = _nearest(trace, started) or worst
+        moment, slot, _, away, _ = worst
         name, away, end = "worst moment", f", {away}", ""
     first = _since(trace, moment, slot)
     was, now = (where_is(trace, each, slot) for each in (first, moment))
@@ -113,6 +117,12 @@ def worst_moment(trace: Trace, windows: Windows) -> Worst:
         name,
         f"{_came(trace, windows, moment, slot)} {then}, and {_plan(trace, moment, slot, name)}{end}.",
     )
+
+
+def _nearest(trace: Trace, first: int) -> Nearest | None:
+    """When the ego was nearest to somebody by gap or time, from a first moment on; None if nobody was near."""
+    near = [each for measure in ("gap", "time") if (each := nearest(trace, measure, first))]
+    return min(near, key=lambda each: each.share, default=None)
 
 
 def _went_wrong(trace: Trace, windows: Windows, slot: int) -> tuple[int, str]:

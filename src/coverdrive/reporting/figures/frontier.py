@@ -72,7 +72,8 @@ def frontier_sketch(lines: pl.DataFrame, scale: float) -> str:
         f'<svg class="sketched" viewBox="0 0 {_WIDE} {_HIGH}" role="img" aria-label="{said}">'
         f'<path d="M1 0V{_HIGH - 1}H{_WIDE}"/>{dots}<path class="here" d="M{low:.1f} {y[own]:.1f}H{high:.1f}"/>'
         f'<circle class="here" cx="{x[own]:.1f}" cy="{y[own]:.1f}" r="5"/>'
-        f'<text class="end" x="{_WIDE}" y="{_HIGH - 5}" text-anchor="end">{percent(most, 2)} touch</text>'
+        f'<text class="end" x="{_WIDE}" y="10" text-anchor="end">↑ {fast:.1f} m/s</text>'
+        f'<text class="end" x="{_WIDE}" y="{_HIGH - 5}" text-anchor="end">→ {percent(most, 2)} touch</text>'
         f'<text x="{at:.1f}" y="{above:.1f}" text-anchor="{side}">this one, {speeds[own]:.1f} m/s</text></svg>'
     )
 

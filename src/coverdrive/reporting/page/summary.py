@@ -137,7 +137,7 @@ def tiles(contents: Contents) -> list[Tile]:
     like_these = contents.replayed and not _generated(contents)
     taught = "that which taught them" if like_these else "that which taught them, not of this"
     return [
-        Tile(f"{near} of {trials.height}", "drives are near misses",
+        Tile(f"{near} of {trials.height}", "drives of this study are near misses",
              f"least gap {gap} m, least time to collision {time} s; {exposure(trials)}{_recorded_near(contents)}",
              main=True),
         Tile("–" if usual is None else f"{usual:.2f} s", "of headway or more in 9 of 10 moments, median drive",
