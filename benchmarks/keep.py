@@ -76,6 +76,8 @@ def of_rare(said: dict[str, Any]) -> dict[str, Any]:
         "probability": [said["probability"], *said["interval"]],
         "relative error": said["standard_error"] / said["probability"] if said["probability"] else None,
         "repetitions": len(said["repetitions"]),
+        "ended before": sum(each["rarer"] for each in said["repetitions"]),
+        "level": max(each["stages"][-1]["level"] for each in said["repetitions"]),
         "drives": said["drives"],
         "collisions": len(said["collisions"]),
     }
