@@ -26,11 +26,11 @@ def bend(curvature: np.ndarray, length: float = LENGTH) -> Road:
     return Road(EDGES, length, ReferenceLine(np.zeros(2), 0.4, curvature, length, lat=5.4))
 
 
-def with_end() -> Road:
-    """The right lane ends between 400 m and 440 m."""
+def with_end(taper: float = 40.0) -> Road:
+    """The right lane ends between 400 m and a taper later."""
     lat = np.tile(EDGES, (4, 1))
     lat[2:, 0] = 3.6
-    return Road(EDGES, LENGTH, changing=LaneEdges(np.array([0.0, 400.0, 440.0, LENGTH]), lat))
+    return Road(EDGES, LENGTH, changing=LaneEdges(np.array([0.0, 400.0, 400.0 + taper, LENGTH]), lat))
 
 
 def platoon(lon: float, time: float, speed: float) -> PredictedPaths:
@@ -99,12 +99,13 @@ def test_it_leaves_a_lane_long_before_it_ends() -> None:
     assert states[:, 2].min() > 24
 
 
-def test_it_stops_before_its_lane_ends_where_nobody_lets_it_out() -> None:
-    road = with_end()
+@pytest.mark.parametrize("taper", [10.0, 40.0])
+def test_it_stops_before_its_lane_ends_where_nobody_lets_it_out(taper: float) -> None:
+    road = with_end(taper)
     states, plans = drive(np.array([250.0, 1.8, 20.0, 0.0]), road, 150, lambda lon, time: platoon(lon, time, 18.0))
     assert {plan.status for plan in plans} <= {Status.SOLVED, Status.FALLBACK}
     assert states[-1, 2] < 0.5
-    assert 380 < states[-1, 0] < 440
+    assert 380 < states[-1, 0] < 400 + taper
     assert states[:, 1].max() < 3.6
     assert beyond(states, road) <= 0.01
 

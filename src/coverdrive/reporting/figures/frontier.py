@@ -50,9 +50,8 @@ def frontier_sketch(lines: pl.DataFrame, scale: float) -> str:
 
     What is proved, or else the pilot at that λ, stands out with its interval.
     """
-    of_proof, ours = lines["drives_of"].to_numpy() == "proof", lines["who"].to_numpy() == OURS
-    here = ours & (np.array([each == scale for each in lines["scale"]]))
-    own = int(np.flatnonzero(here & of_proof if (here & of_proof).any() else here)[0])
+    ours = lines["who"].to_numpy() == OURS
+    own = int(np.flatnonzero(ours & lines["scale"].eq_missing(scale).to_numpy())[-1])  # a proof comes after its pilot
     rates, speeds = (lines["collisions"] / lines["drives"]).to_numpy(), lines["mean_speed"].to_numpy()
     most, slow, fast = max(rates.max(), lines["rate_high"][own]), speeds.min(), max(speeds.max(), speeds.min() + 1e-3)
     x = _EDGE + (_WIDE - 2 * _EDGE) * rates / most
@@ -69,7 +68,7 @@ def frontier_sketch(lines: pl.DataFrame, scale: float) -> str:
         f"scales between {slow:.1f} and {fast:.1f} m/s, up to {percent(float(rates.max()))} collided"
     )
     return (
-        f'<svg class="sketched" viewBox="0 0 {_WIDE} {_HIGH}" role="img" aria-label="{said}">'
+        f'<svg viewBox="0 0 {_WIDE} {_HIGH}" role="img" aria-label="{said}">'
         f'<path d="M1 0V{_HIGH - 1}H{_WIDE}"/>{dots}<path class="here" d="M{low:.1f} {y[own]:.1f}H{high:.1f}"/>'
         f'<circle class="here" cx="{x[own]:.1f}" cy="{y[own]:.1f}" r="5"/>'
         f'<text class="end" x="{_WIDE}" y="10" text-anchor="end">↑ {fast:.1f} m/s</text>'
