@@ -7,7 +7,7 @@ def test_percentages_have_a_space_and_no_needless_zeros() -> None:
     assert [percent(share) for share in (0.1, 0.00286, 1.0, 0.0, 0.13583)] == [
         "10 %", "0.286 %", "100 %", "0 %", "13.6 %",
     ]  # fmt: skip
-    assert percent(0.9999, 4) == "99.99 %"
+    assert percent(0.9999, 4) == "99.99 %" and percent(0.9998326) == "99.98 %"
     assert interval(0.0021, 0.028) == "0.21–2.8 %"
     assert interval(0.0, 1.0) == interval(7e-173, 1.0) == "0–100 %"
     assert interval(2e-8, 1e-6) == "0.000002–0.0001 %"

@@ -14,6 +14,7 @@ from coverdrive.config import Experiment
 from coverdrive.errors import DataError, SettingError
 from coverdrive.league.table import SCHEMA as LEAGUE
 from coverdrive.prediction.fits.calibrations import certify
+from coverdrive.recordings.formats.parquet import write_parquet
 from coverdrive.results import Results
 from coverdrive.simulation.roads.places import PLACES, Place
 
@@ -208,3 +209,12 @@ def test_roads_of_studies(quick_fit: Path, tmp_path: Path) -> None:
     assert (results.study_name(None, "recorded"), results.study_name(None, "paper")) == ("study", "study-paper")
     study = results.study(experiment.updated(like.parts))
     assert study.folder.name == "study" and study.setup.recorded == like.initial
+
+
+def test_a_replay_of_nothing_but_what_trained_says_so(results: Results) -> None:
+    experiment, seen = results.experiment, results.seen
+    used = [each for each in experiment.recordings(()) if not seen.unseen([each])]
+    write_parquet(used, results.folder / "used.parquet")
+    replayed = results.study(experiment.overridden(traffic={"kind": "replay"}), [results.folder / "used.parquet"])
+    with pytest.raises(DataError, match=f"nothing of the {len(used)} recordings is left to replay"):
+        replayed.run(1)

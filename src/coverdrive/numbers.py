@@ -11,8 +11,13 @@ _LEAST = 1e-9
 
 
 def percent(share: float, digits: int = 3) -> str:
-    """A share as a percentage with so many significant digits at most, as in 10 % or 0.286 %."""
-    return f"{_significant(100 * share, digits)} %"
+    """A share as a percentage with so many significant digits at most, as in 10 % or 0.286 %; less than all is never
+    100 %, but 99.98 %, say.
+    """
+    said = _significant(100 * share, digits)
+    if share < 1 and float(said) >= 100:
+        said = f"{100 * share:.{math.ceil(-math.log10(100 * (1 - share)))}f}"
+    return f"{said} %"
 
 
 def at_most(bound: float, digits: int = 4) -> str:

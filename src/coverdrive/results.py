@@ -236,7 +236,13 @@ class Results:
 
         def scenarios() -> Sequence[Scenario]:
             read = self.experiment.recordings(recordings)
-            return cut_scenarios(self.seen.unseen(read))
+            left = self.seen.unseen(read)
+            if not left:
+                raise DataError(
+                    f"nothing of the {len(read)} recordings is left to replay: all of it trained or calibrated the "
+                    "predictor; name entirely new ones with --recording"
+                )
+            return cut_scenarios(left)
 
         setup = Setup(
             self.predictor,

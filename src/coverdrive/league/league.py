@@ -206,7 +206,8 @@ def drives_of(
         there = OTHERS[world]
         settings = adapted(known.planner, **there.ego)
         leaders = settings.leaders.model_copy(update={"deceleration": there.braking})
-        settings = settings.model_copy(update={"leaders": leaders})
+        manners = settings.manners.model_copy(update={"headway": there.headway, "beside": there.beside})
+        settings = settings.model_copy(update={"leaders": leaders, "manners": manners})
         seat = entrant(name)(known, Place(settings, own_driver=True))
         return seat if isinstance(seat, str) else DrivesOfOthers(world, seat, seed, duration)
     assert isinstance(usual.planner, MpcPlanner)

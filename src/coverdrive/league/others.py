@@ -76,15 +76,21 @@ class Other(NamedTuple):
     """length [m], width [m] and wanted_speed [m/s], the limit of the world"""
     braking: float
     """[m/s²] up to which its vehicles brake: highway-env's ``ACC_MAX``, SUMO's ``decel`` of cars"""
+    headway: float
+    """[s] that its drivers are made to keep: highway-env's ``TIME_WANTED``, SUMO's ``tau``"""
+    beside: float = 1.5
+    """[m] that its drivers, who keep to the middle of their lanes, have beside cars and nearly beside trucks"""
 
 
 OTHERS = {
     **{
-        f"highway-env-{density:g}": Other(highway, density, {"length": 5.0, "width": 2.0, "wanted_speed": 30.0}, 6.0)
+        f"highway-env-{density:g}": Other(
+            highway, density, {"length": 5.0, "width": 2.0, "wanted_speed": 30.0}, 6.0, 1.5
+        )
         for density in (1.0, 1.5, 2.0)
     },
     **{
-        f"sumo-{flow}": Other(motorway, flow, {"length": 4.8, "width": 1.9, "wanted_speed": _LIMIT}, 4.5)
+        f"sumo-{flow}": Other(motorway, flow, {"length": 4.8, "width": 1.9, "wanted_speed": _LIMIT}, 4.5, 1.0)
         for flow in (1500, 2000)
     },
 }

@@ -81,8 +81,8 @@ def rendered(template: str, figures: Mapping[str, Figure], **parts: Any) -> str:
 
 
 def _sketched(contents: Contents) -> Markup | None:
-    """The frontier beside the numbers, if the drives are such as were dialled."""
-    if contents.dialled is None or contents.unlike:
+    """The frontier beside the numbers, if the drives are such as were dialled, and one's own point is not alone."""
+    if contents.dialled is None or contents.unlike or len(contents.dialled.frontier) < 2:
         return None
     return Markup(frontier_sketch(contents.dialled.frontier, contents.dialled.scale))
 

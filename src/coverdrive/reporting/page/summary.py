@@ -145,8 +145,8 @@ def tiles(contents: Contents) -> list[Tile]:
         Tile(f"{_mean(trials, 'jerk_longitudinal'):.1f} m/s³", "jerk along the road, root mean square", braking),
         Tile(percent(plan_share(trials, Status.SOLVED, Status.FALLBACK)),
              f"of {plans:,} plans clear of all predicted paths",
-             f"{rear} more if the vehicle behind brakes; {unsafe} unsafe; a clear plan was lost "
-             f"{int(trials['lost_clear'].sum())} times"),
+             f"{rear} more if the vehicle behind brakes; {unsafe} unsafe; clear plans lost: "
+             f"{int(trials['lost_clear'].sum())}"),
         Tile(percent(missed.value),
              f"of {_counted(contents)} left their sets here: less is better (95 %: "
              f"{interval(missed.low, missed.high)})",

@@ -15,7 +15,7 @@ const LEGEND = [
   ["plan; dashed: its fail-safe branch", (view) => view.plan({ ...SAMPLE, held: [-3.6, -1, 0, 0, 0.6, 0, 3.6, 1, 0] }, 0, REST, new Map())],
   ["set that binds the plan", (view) => { view.sets(SAMPLE, 0, REST, BINDING); view.members(SAMPLE, 0, REST); }],
   ["ego at the time of that set", (view) => view.plan({ ...SAMPLE, held: [-3.6, -1, 0, 0, -1, 0, 3.6, -1, 0] }, 0, REST, BINDING)],
-  ["other sets", (view) => view.sets(SAMPLE, 0, REST, new Map())],
+  ["other sets at that time", (view) => view.sets(SAMPLE, 0, REST, new Map())],
   ["hue of a set: now … end of horizon", (view) => view.sets(SAMPLE, 0, { within: "all", slot: null }, new Map())],
   ["plan meets a set", (view) => view.met(SAMPLE, 0, REST), (drive) => drive.met.some((path) => path >= 0)],
   ["has left its set", (view) => { view.frame(car(3, 1.5), "ink", 3); view.body(car(3, 1.5), false, false); }, (drive) => drive.left.some(Boolean)],

@@ -138,7 +138,8 @@ class RoadView {
     context.setLineDash([]);
   }
 
-  /* Where the others may be, late first, so that what is near in time lies on top; pale what does not decide. */
+  /* Where the others may be, late first, so that what is near in time lies on top; pale what does not decide, at the
+     time at which something does. */
   sets(drive, step, { within, slot }, deciding) {
     const context = this.context, points = drive.points, first = drive.first[step], end = drive.first[step + 1];
     const of = (each) => (path) => each === null || drive.vehicle[path] === each;
@@ -156,7 +157,7 @@ class RoadView {
     }
     if (within === "deciding") {
       context.fillStyle = Theme.colour("set-pale");
-      for (const point of every) boxes(point, of(null), context.fillRect);
+      for (const point of deciding.size ? new Set(deciding.values()) : every) boxes(point, of(null), context.fillRect);
     }
     const drawn = within === "deciding" ? [...deciding] : [[slot, within / drive.planDt]];
     for (const [each, point] of drawn) {
