@@ -39,7 +39,7 @@ from coverdrive.simulation.measures.trial import measure
 from coverdrive.simulation.studies.comparison import paired_t
 from coverdrive.simulation.studies.setup import Setup
 from coverdrive.simulation.traffic.replay import cut_scenarios
-from random_emergencies import compared, emergencies, planned
+from random_emergencies import compared, emergencies, row_of
 from results import save, write_section
 
 ALL = "all rules"
@@ -100,12 +100,6 @@ def planner_without(rule: str) -> MpcPlanner:
     return planner(PlannerSettings.model_validate(usual | changed))
 
 
-def emergency(planner: MpcPlanner, seed: int, trial: int) -> dict[str, Any]:
-    """What one random emergency came to [m/s]."""
-    scene, braking, best = next(emergencies((seed * 1000 + trial) * 1000))
-    return {"planner": planned(planner, scene), "braking": braking, "best of 40": best}
-
-
 @lru_cache(maxsize=4)
 def setup_of(folder: Path, rule: str, traffic: str, seed: int, recordings: tuple[Path, ...]) -> Setup:
     """Of one rule switched off, in one traffic."""
@@ -123,7 +117,7 @@ def setup_of(folder: Path, rule: str, traffic: str, seed: int, recordings: tuple
 def drive(folder: Path, rule: str, traffic: str, seed: int, trial: int, recordings: tuple[Path, ...]) -> dict[str, Any]:
     """The row of one drive."""
     if traffic == EMERGENCIES:
-        return emergency(planner_without(rule), seed, trial)
+        return row_of(planner_without(rule), *next(emergencies((seed * 1000 + trial) * 1000)))
     if traffic == HIGHWAY:
         other, setup = OTHERS[HIGHWAY], setup_of(folder, rule, "drivers", seed, recordings)
         world = other.make(other.of)
@@ -186,15 +180,18 @@ def table(found: dict[str, dict[str, dict[str, Any]]]) -> str:
     lines = []
     for traffic, rules in found.items():
         if traffic == EMERGENCIES:
-            keys = [key for key in rules[ALL] if key not in ("scenes", "mean [m/s]")]
-            lines += [
-                f"\nRandom emergencies, {rules[ALL]['scenes']} a row:\n",
-                f"| without | {' | '.join(keys)} | mean |",
-            ]
-            lines += ["|---" * (len(keys) + 2) + "|"]
+            by = [f"by the {contact} contact" for contact in ("first", "hardest")]
+            counts = [key for key in rules[ALL] if key not in ("scenes", *by)]
+            worse = [f"worse than {than}, {each}" for each in by for than in ("full braking", "the best of 40")]
+            lines += [f"\nRandom emergencies, {rules[ALL]['scenes']} a row:\n"]
+            lines += [f"| without | {' | '.join([*counts, *worse])} | mean |", "|---" * (len(counts + worse) + 2) + "|"]
             for rule, each in rules.items():
-                counts = " | ".join(str(each[key]) for key in keys)
-                lines += [f"| {_name(rule)} | {counts} | {each['mean [m/s]']['planner']:.2f} m/s |"]
+                told = [each[key] for key in counts]
+                told += [
+                    each[one][key] for one in by for key in ("worse than full braking", "worse than the best of 40")
+                ]
+                mean = each[by[0]]["mean [m/s]"]["planner"]
+                lines += [f"| {_name(rule)} | {' | '.join(map(str, told))} | {mean:.2f} m/s |"]
             continue
         lines += [f"\n`{traffic}`, {rules[ALL]['drives']} drives a row:\n"]
         lines += ["| without | contacts (own fault) | mean speed [m/s] (paired 95 %) | unsafe | headway [s] | < 1 s to collision | jerk [m/s³] |"]  # fmt: skip  # noqa: E501

@@ -174,9 +174,11 @@ def test_random_emergencies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     assert result["scenes"] == 300 == len(result["drives"])
     assert result["off the road"] == 0
     assert result["hit though one of 40 avoids"] <= 6
-    assert result["worse than full braking"] <= 6
-    assert result["worse than the best of 40"] <= 18
-    assert result["mean [m/s]"]["planner"] < result["mean [m/s]"]["best of 40"] < result["mean [m/s]"]["full braking"]
+    first, hardest = (result[f"by the {contact} contact"] for contact in ("first", "hardest"))
+    assert first["worse than full braking"] <= 6 and hardest["worse than full braking"] <= 3
+    assert first["worse than the best of 40"] <= 18 and hardest["worse than the best of 40"] <= 12
+    for mean in (first["mean [m/s]"], hardest["mean [m/s]"]):
+        assert mean["planner"] < mean["best of 40"] < mean["full braking"]
 
 
 def test_severity_is_that_of_bodies_in_the_map(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -189,7 +191,11 @@ def test_severity_is_that_of_bodies_in_the_map(monkeypatch: pytest.MonkeyPatch) 
         scene, [(0.0, 1.8), (-8.0, 1.8), (0.0, 9.0)], emergencies.table_of(road, emergencies.PROBLEM)
     )
     got = emergencies.severities(motions, scene)
-    assert got.tolist() == [pytest.approx(20.0), 0.0, emergencies.np.inf]
+    assert got.tolist() == [pytest.approx([20.0, 20.0]), [0.0, 0.0], [emergencies.np.inf] * 2]
+    beyond = emergencies.other(160.0, 1.8, -10.0, emergencies.CAR)  # drives into the ego after the first contact
+    assert emergencies.severities(motions[:1], scene._replace(others=[*scene.others, beyond])).tolist() == [
+        pytest.approx([20.0, 30.0])
+    ]
 
 
 @pytest.mark.slow

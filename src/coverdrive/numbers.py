@@ -30,7 +30,7 @@ def at_most(bound: float, digits: int = 4) -> str:
 
 def interval(low: float, high: float) -> str:
     """From one share to another as percentages, as in 0.2–2.8 %."""
-    return f"{_significant(100 * low if low > _LEAST else 0.0, 2)}–{percent(high, 2)}"
+    return f"{_significant(100 * low if low > _LEAST else 0.0, 2)}–{_significant(100 * high, 2)} %"
 
 
 def _significant(value: float, digits: int) -> str:

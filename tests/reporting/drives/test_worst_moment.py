@@ -81,8 +81,8 @@ def test_a_contact_is_seen_where_it_began(statuses: str, partner: int, moment: i
     worst = worst_of(trace)
     assert worst[:3] == (moment, partner, name)
     assert f" At {moment / 10:.1f} s it is {where_is(trace, moment, partner)}, and {plan}" in worst.text
-    later = f" {(STEPS - moment) / 10:.1f} s later" if moment < STEPS else ""
-    assert worst.text.endswith(f"; they touch{later} (side, at fault: other).")
+    touch = f"in fact they touch {(STEPS - moment) / 10:.1f} s later" if moment < STEPS else "they touch"
+    assert worst.text.endswith(f"; {touch} (side, at fault: other).")
 
 
 def test_it_is_said_where_nobody_was_near() -> None:
@@ -101,7 +101,7 @@ def test_who_moved_across_and_what_its_sets_had_said() -> None:
     told = (
         "At 0.0 s a vehicle was beside on the left, 4.8 m/s slower than the ego; it moved 3.0 m to the right and {} "
         f"the {LEAVES} sets that were predicted for it, while the ego moved {aside:.1f} m to the left. "
-        f"At {LEAVES / 10:.1f} s it is beside in the same lane, 0.00 m away, and "
+        f"At {LEAVES / 10:.1f} s it is beside in the same lane, 0.00 m away, the least of this drive, and "
     )
     got_out = "got out of all" if left == LEAVES else f"got out of {left} of"
     assert left > 0 and worst.text.startswith(told.format(got_out))

@@ -120,12 +120,15 @@ def test_the_numbers_say_how_close_it_was_and_how_mannered() -> None:
     near, headway, jerk, plans, _ = tiles(contents)
     assert near.value == "1 of 2" and near.main and near.note.endswith("2.4 s, 0.0576 km")
     assert near.note.startswith(f"least gap {contents.trials['minimum_gap'].min():.2f} m, least time to collision ")
-    assert headway.value == f"{contents.trials['usual_headway'].median():.2f} s" and headway.note == "people: 0.72 s"
+    assert (
+        headway.value == f"{contents.trials['usual_headway'].median():.2f} s"
+        and headway.note == "recorded drivers: 0.72 s"
+    )
     behind = "; of those behind up to 0.0 in half of the drives, more than 0.0 in 1 of 20"
     assert jerk.note.startswith("hardest braking") and jerk.note.endswith(behind)
     people = contents.run | {"recorded_near_misses": {"share": 0.237, "seconds": 5.9}}
     near = tiles(replace(contents, run=people))[0].note
-    assert near.endswith("0.0576 km; people: 24 % of recorded vehicles, in 6 s each")
+    assert near.endswith("0.0576 km; 24 % of recorded vehicles came as near in 6 s each")
     unknown = contents.trials.with_columns(hardest_braking_behind=pl.lit(None, pl.Float64()))
     for other in (replace(contents, replayed=True), replace(contents, trials=unknown)):
         assert tiles(other)[2].note == jerk.note.removesuffix(behind)
@@ -134,7 +137,7 @@ def test_the_numbers_say_how_close_it_was_and_how_mannered() -> None:
     counted = replace(contents, trials=contents.trials.with_columns(**left))
     sets = tiles(counted)[-1]
     assert sets.value == "75 %" and sets.label.startswith("of the others left their sets here: less is better (95 %: ")
-    assert ", not of this: ≤ 14.4 %" in sets.note and sets.note.endswith("4 % on unseen scenes (95 %: 1–10 %)")
+    assert ", not this: ≤ 14.4 %" in sets.note and sets.note.endswith("4 % on unseen scenes (95 %: 1–10 %)")
     assert "not of this" not in tiles(replace(counted, replayed=True))[-1].note
     generated = contents.run | {"recordings": [{"name": "generated 1"}]}
     assert "not of this" in tiles(replace(counted, replayed=True, run=generated))[-1].note

@@ -97,17 +97,17 @@ def worst_moment(trace: Trace, windows: Windows) -> Worst:
         slot, away = outcome.partner, ""
         moment, name = _went_wrong(trace, windows, slot)
         later = float(trace.time[-1] - trace.time[moment])
-        when = f" {later:.1f} s later" if later > 0 else ""
-        end = f"; they touch{when} ({outcome.kind.value}, at fault: {outcome.at_fault.value})"
+        touch = f"in fact they touch {later:.1f} s later" if later > 0 else "they touch"
+        end = f"; {touch} ({outcome.kind.value}, at fault: {outcome.at_fault.value})"
     else:
-        worst = _nearest(trace, 0)
+        worst, since = _nearest(trace, 0), "of this drive"
         if worst is None:
             return Worst(0, -1, "start", "nobody was near in this drive")
         started = round(trace.horizon / float(trace.time[1]))
-        if worst.moment < started and worst.share >= 1:
-            worst = _nearest(trace, started) or worst
+        if worst.moment < started and worst.share >= 1 and (later := _nearest(trace, started)):
+            worst, since = later, f"after the first {trace.horizon:g} s"
         moment, slot, _, away, _ = worst
-        name, away, end = "worst moment", f", {away}", ""
+        name, away, end = "worst moment", f", {away}, the least {since}", ""
     first = _since(trace, moment, slot)
     was, now = (where_is(trace, each, slot) for each in (first, moment))
     then = f"At {trace.time[moment]:.1f} s it is {'still ' * (was == now and first < moment)}{now}{away}"

@@ -14,7 +14,7 @@ from coverdrive.plan import Status
 from coverdrive.reporting.claim import set_facts, strength, whose
 from coverdrive.reporting.contents import Contents
 from coverdrive.simulation.drives.outcome import Cause, Fault
-from coverdrive.simulation.measures.notable import COLLIDED, NEARLY
+from coverdrive.simulation.measures.notable import COLLIDED, NEAR_GAP, NEAR_TIME, NEARLY
 from coverdrive.simulation.measures.statistics import braking_behind, miss_rate, misses_by_manoeuvre
 
 _CONFIDENCE = 0.99
@@ -135,22 +135,23 @@ def tiles(contents: Contents) -> list[Tile]:
             f"; of those behind up to {behind[0]:.1f} in half of the drives, more than {behind[1]:.1f} in 1 of 20"
         )
     like_these = contents.replayed and not _generated(contents)
-    taught = "that which taught them" if like_these else "that which taught them, not of this"
+    taught = "that which taught them" if like_these else "that which taught them, not this"
     return [
-        Tile(f"{near} of {trials.height}", "drives of this study are near misses",
+        Tile(f"{near} of {trials.height}",
+             f"drives of this study are near misses: nearer than {NEAR_GAP:g} m, or {NEAR_TIME:g} s from a collision",
              f"least gap {gap} m, least time to collision {time} s; {exposure(trials)}{_recorded_near(contents)}",
              main=True),
-        Tile("–" if usual is None else f"{usual:.2f} s", "of headway or more in 9 of 10 moments, median drive",
-             "" if contents.kept is None else f"people: {contents.kept:.2f} s"),
+        Tile("–" if usual is None else f"{usual:.2f} s", "of headway, kept in 9 of 10 moments of the median drive",
+             "" if contents.kept is None else f"recorded drivers: {contents.kept:.2f} s"),
         Tile(f"{_mean(trials, 'jerk_longitudinal'):.1f} m/s³", "jerk along the road, root mean square", braking),
         Tile(percent(plan_share(trials, Status.SOLVED, Status.FALLBACK)),
              f"of {plans:,} plans clear of all predicted paths",
-             f"{rear} more if the vehicle behind brakes; {unsafe} unsafe; clear plans lost: "
+             f"{rear} more if the vehicle behind keeps its distance; {unsafe} unsafe; clear plans lost: "
              f"{int(trials['lost_clear'].sum())}"),
         Tile(percent(missed.value),
              f"of {_counted(contents)} left their sets here: less is better (95 %: "
              f"{interval(missed.low, missed.high)})",
-             f"{scale}; certified of traffic like {taught}: {bound} {strength(certificate)}; {seen}"),
+             f"{scale}; certified in traffic like {taught}: {bound} {strength(certificate)}; there {seen}"),
     ]  # fmt: skip
 
 
@@ -158,7 +159,9 @@ def _recorded_near(contents: Contents) -> str:
     """How many recorded vehicles came as near, if any were recorded."""
     near = contents.run.get("recorded_near_misses")
     return (
-        f"; people: {percent(near['share'], 2)} of recorded vehicles, in {near['seconds']:.0f} s each" if near else ""
+        f"; {percent(near['share'], 2)} of recorded vehicles came as near in {near['seconds']:.0f} s each"
+        if near
+        else ""
     )
 
 
