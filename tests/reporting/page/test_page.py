@@ -138,9 +138,9 @@ def test_the_numbers_say_how_close_it_was_and_how_mannered() -> None:
     sets = tiles(counted)[-1]
     assert sets.value == "75 %" and sets.label.startswith("of the others left their sets here: less is better (95 %: ")
     assert ", not this: ≤ 14.4 %" in sets.note and sets.note.endswith("4 % on unseen scenes (95 %: 1–10 %)")
-    assert "not of this" not in tiles(replace(counted, replayed=True))[-1].note
+    assert "not this" not in tiles(replace(counted, replayed=True))[-1].note
     generated = contents.run | {"recordings": [{"name": "generated 1"}]}
-    assert "not of this" in tiles(replace(counted, replayed=True, run=generated))[-1].note
+    assert "not this" in tiles(replace(counted, replayed=True, run=generated))[-1].note
     shares = replace(contents.certified.driven[0], unit="share")
     by_share = replace(contents.certified, driven=(shares, contents.certified.driven[1]))
     sets = tiles(replace(counted, certified=by_share))[-1]
