@@ -97,6 +97,7 @@ def of_league(said: list[dict[str, str]]) -> dict[str, Any]:
             "jerk": float(row["jerk_longitudinal"]),
             "headway": float(row["usual_headway"]),
             "gap": float(row["least_gap"]),
+            "mean gap": float(row["minimum_gap"]),
         }
         if row["mean_speed_minus"]:
             one["faster by"] = [float(row[f"mean_speed_minus{end}"]) for end in ("", "_low", "_high")]

@@ -35,7 +35,7 @@ from coverdrive.planning.problem.road_table import table_of
 from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.planning.rules.follower import with_careful_follower
 from coverdrive.planning.rules.leaders import LeaderSettings, braking, leaders_of
-from coverdrive.planning.solver.search import SearchSettings, write_manoeuvre
+from coverdrive.planning.solver.search import accelerations_of, write_manoeuvre
 from coverdrive.planning.surroundings import Surroundings, surroundings_of
 from coverdrive.prediction.fit import fit
 from coverdrive.prediction.predictor import Predictor
@@ -43,7 +43,7 @@ from coverdrive.road import Road
 from coverdrive.simulation.drivers.generated import generate
 from coverdrive.simulation.studies.setup import Setup
 
-MANOEUVRES = SearchSettings(braking_guesses=5)  # seven starts, and the plan
+BRAKING = 5  # manoeuvres that slow down: seven starts, and the plan
 EXACT = SolverSettings(tolerance=1e-6, max_iterations=500)
 PATHS = (10, 30, 60, 119)
 
@@ -116,7 +116,7 @@ def own_plan(plan: Plan, around: Surroundings, road: Road, constants: Constants)
 
 def starts_of(own: Plans, around: Surroundings, problem: ProblemSettings, constants: Constants) -> np.ndarray:
     """Inputs that IPOPT starts from: simple manoeuvres with the least harmful one as fail-safe branch, and the plan."""
-    accelerations, tree, ways = MANOEUVRES.accelerations(problem.vehicle), constants.tree, []
+    accelerations, tree, ways = accelerations_of(problem.vehicle, BRAKING), constants.tree, []
     for lat in own.targets[0]:
         plans = empty_plans(len(accelerations), len(tree.parent))
         for i, acceleration in enumerate(accelerations):

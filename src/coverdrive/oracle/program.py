@@ -19,6 +19,7 @@ from coverdrive.extras import require
 from coverdrive.planning.check.contact import KINK
 from coverdrive.planning.check.merit import input_bounds
 from coverdrive.planning.problem.constants import Constants
+from coverdrive.planning.problem.cost import OFF_ROAD
 from coverdrive.planning.problem.obstacles import FAR, clearance, own_half_sizes, way_to_brake
 from coverdrive.planning.problem.rollout import rolled
 from coverdrive.planning.problem.settings import ProblemSettings
@@ -76,7 +77,7 @@ def build_program(problem: ProblemSettings, constants: Constants, boxes: int, li
             edges[0] - state[1] + wide,
             _excess(state, own, there, problem),
         ]
-        weights += [constants.off_road] * 2 + [tree.slack[n]] * columns
+        weights += [OFF_ROAD] * 2 + [tree.slack[n]] * columns
     slacks = ca.SX.sym("slacks", len(weights))
     nlp = {
         "x": ca.vertcat(ca.vec(inputs), ca.vec(states), slacks),

@@ -28,8 +28,9 @@ from coverdrive.planning.rules.path_memory import PathMemory
 from coverdrive.planning.rules.target_lanes import TargetLanes, target_lanes
 from coverdrive.planning.rules.wish import NO_WISH, Wish
 from coverdrive.planning.solver.search import (
-    SearchSettings,
+    TOLERANCE,
     Wanted,
+    accelerations_of,
     begin,
     choose,
     go_on,
@@ -45,8 +46,10 @@ from coverdrive.settings import Settings
 
 _ROUNDING = 1e-9
 """[s] of a time"""
-_PATHS_BETWEEN_LOOKS = 1000
-"""paths times iterations of the search between two looks at the clock"""
+_AT_ONCE, _PATHS_BETWEEN_LOOKS = 8, 1000
+"""iterations of the search between two looks at the clock, and paths times iterations: fewer for over 125 paths"""
+_WISHED_LANE = 1e4
+"""cost of every lane between the one aimed at and the nearest that is wished for: more than speed is worth"""
 _GIVING_UP = 2
 """iterations after which a search ends that found nothing clear of braking leaders: what is found later is very rare"""
 
@@ -56,21 +59,15 @@ class PlannerSettings(Settings):
 
     problem: ProblemSettings = ProblemSettings()
     """horizon, ego, weights and obstacles"""
-    search: SearchSettings = SearchSettings()
-    """how plans are found"""
     lane_change: float = Field(default=10.0, ge=0, le=1e6)
     """cost of aiming at another lane than the last plan, against dithering"""
     lane_end: float = Field(default=100.0, ge=0, le=1e6)
     """cost of aiming at a lane that ends within 10 s"""
-    wished_lane: float = Field(default=1e4, ge=0, le=1e6)
-    """cost of every lane between the one aimed at and the nearest that is wished for: more than speed is worth"""
     iterations: int = Field(default=24, ge=1, le=10_000)
     """of the search, at the most"""
     budget: float | None = Field(default=None, gt=0, le=10)
     """[s] wall time after which no further iterations are begun: in a car, half of the time between two plans is a good
     choice; without it, the same seed gives the same drive on every machine"""
-    iterations_at_once: int = Field(default=8, ge=1, le=10_000)
-    """iterations between two looks at the clock; fewer where there are more than 125 paths"""
     rear_last: bool = True
     """if nothing is clear, the vehicle directly behind in the own lane (paper, Remark 2) is taken to keep its distance
     as ``follower`` says, so that it does not push the ego into another, even where nothing is clear then either"""
@@ -153,7 +150,7 @@ class MpcPlanner:
             settings: horizon, ego, weights; the defaults if left out.
         """
         self.settings = settings or PlannerSettings()
-        self._accelerations = self.settings.search.accelerations(self.settings.problem.vehicle)
+        self._accelerations = accelerations_of(self.settings.problem.vehicle)
         self._budget = math.inf if self.settings.budget is None else self.settings.budget
         self._start(self.dt)
 
@@ -318,7 +315,7 @@ class MpcPlanner:
         around, plans = self._around(call, paths), room_for(wanted, constants)
         begin(plans, wanted, around, constants)
         if giving_up and not plans.clear.any() and not self._spent(call):
-            go_on(plans, wanted, _GIVING_UP, self.settings.search.tolerance, around, constants)
+            go_on(plans, wanted, _GIVING_UP, TOLERANCE, around, constants)
             if hopeless(plans, wanted, around, constants):
                 return None
         self._improve(call, plans, wanted, around)
@@ -335,17 +332,17 @@ class MpcPlanner:
                 settings.lane_change * (lane != held)
                 + settings.lane_end * (not lasting[lane])
                 + per_lost * lost[lane]
-                + settings.wished_lane * lanes
+                + _WISHED_LANE * lanes
                 for lane, lanes in zip(targets.lanes, away, strict=True)
             ]
         )
 
     def _improve(self, call: Call, plans: Plans, wanted: Wanted, around: Surroundings) -> None:
         """Let the starts descend until the cheapest has arrived, or the time is spent."""
-        settings, left = self.settings, self.settings.iterations
-        at_once = min(settings.iterations_at_once, max(1, _PATHS_BETWEEN_LOOKS // max(1, around.boxes.shape[2])))
+        left = self.settings.iterations
+        at_once = min(_AT_ONCE, max(1, _PATHS_BETWEEN_LOOKS // max(1, around.boxes.shape[2])))
         while left > 0 and not self._spent(call):
-            if go_on(plans, wanted, min(at_once, left), settings.search.tolerance, around, call.constants):
+            if go_on(plans, wanted, min(at_once, left), TOLERANCE, around, call.constants):
                 break
             left -= at_once
 

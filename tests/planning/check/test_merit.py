@@ -6,6 +6,7 @@ from planning_scenes import CAR, CONSTANTS, DT, PERIOD, PROBLEM, WANTED, between
 
 from coverdrive.planning.check.merit import Model, input_bounds, merit
 from coverdrive.planning.problem.constants import Constants, constants_of
+from coverdrive.planning.problem.cost import OFF_ROAD
 from coverdrive.planning.problem.obstacles import FAR, ObstacleSettings, clearance, own_half_sizes, way_to_brake
 from coverdrive.planning.problem.rollout import add_pulled_back, curvature_of
 from coverdrive.planning.problem.settings import ProblemSettings
@@ -49,7 +50,7 @@ def by_hand(inputs: np.ndarray, around: Surroundings) -> float:
         value += tree.inputs[n] @ inputs[n] ** 2 + tree.changes[n] @ change**2
         half_width = own_half_sizes(np.hypot(heading, 0.01), CAR)[1] + PROBLEM.obstacles.edge_margin
         off_road = lat + half_width - 10.8, -lat + half_width
-        value += PROBLEM.cost.off_road * np.square(np.maximum(0, off_road)).sum()
+        value += OFF_ROAD * np.square(np.maximum(0, off_road)).sum()
         value += 1e4 * np.square(np.maximum(0, [speed - CAR.max_speed, -speed])).sum()
         value += 1e6 * max(0.0, abs(heading) - CAR.max_heading) ** 2
         value += 0.0 if tree.safe[n] else 1e3 * max(0.0, abs(speed * heading) - around.sideways) ** 2

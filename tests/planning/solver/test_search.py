@@ -21,7 +21,7 @@ from planning_scenes import (
 import coverdrive.planning.solver.search as search
 from coverdrive.planning.check.evaluate import Plans, drive_step, empty_plans
 from coverdrive.planning.check.merit import merit
-from coverdrive.planning.solver.search import SearchSettings, Wanted, begin, choose, go_on, lane_seeking, room_for
+from coverdrive.planning.solver.search import Wanted, accelerations_of, begin, choose, go_on, lane_seeking, room_for
 from coverdrive.planning.surroundings import Surroundings
 
 NODES = len(CONSTANTS.tree.parent)
@@ -35,7 +35,7 @@ def wanted_of(lanes: list[float], last: np.ndarray | None = None, rest: np.ndarr
         extra=np.array([0.0, 20.0, 20.0])[: len(lanes)],
         last=np.zeros((len(lanes), NODES, 2)) if last is None else last,
         rest=np.zeros((STEPS, 2)) if rest is None else rest,
-        accelerations=SearchSettings().accelerations(CAR),
+        accelerations=accelerations_of(CAR),
     )
 
 
@@ -48,7 +48,7 @@ def searched(wanted: Wanted, surroundings: Surroundings, iterations: int = 24) -
 
 
 def test_guesses_brake_keep_the_speed_and_accelerate() -> None:
-    accelerations = SearchSettings(braking_guesses=4).accelerations(CAR)
+    accelerations = accelerations_of(CAR, braking=4)
     np.testing.assert_allclose(accelerations, [-8, -16 / 3, -8 / 3, 0, 1.5, 3])
 
 

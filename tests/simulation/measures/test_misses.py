@@ -1,9 +1,12 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from simulation_fakes import ConstantPlanner, FakeBasis, make_scene
 
 from coverdrive.geometry import turned_half_extents
 from coverdrive.paths import PredictedPaths
+from coverdrive.plan import Status
 from coverdrive.prediction.cover.basis import Basis
 from coverdrive.prediction.cover.motion import follow
 from coverdrive.road import Road
@@ -138,6 +141,13 @@ def test_a_collision_is_a_planning_failure_unless_the_partner_left_its_set_short
     assert cause(lambda t: 4.8 if 0.5 < t < 1.0 else 1.8) is Cause.PLANNING  # long before
     finished = trace_of(lambda t: 9.0, here(1.8))
     assert cause_of(finished) is Cause.NONE
+
+
+def test_a_collision_after_which_no_plan_was_ever_clear_comes_of_its_start():
+    hit = trace_of(lambda t: 1.8, here(1.8), outcome=Outcome(Kind.FRONTAL, 5.0, 1, Fault.EGO))
+    unclear = tuple(replace(plan, status=Status.UNSAFE) for plan in hit.plans)
+    assert cause_of(replace(hit, plans=unclear)) is Cause.START
+    assert cause_of(replace(hit, plans=(*hit.plans[:1], *unclear[1:]))) is Cause.PLANNING
 
 
 def test_who_is_in_the_box_but_not_in_the_tube_was_planned_against():

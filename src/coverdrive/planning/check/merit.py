@@ -14,6 +14,7 @@ from jaxtyping import Float, Int
 from coverdrive.compiled import compiled
 from coverdrive.planning.check.contact import MOST_PARTS, box_between, box_excess, box_of, parts_of, smooth_half_sizes
 from coverdrive.planning.problem.constants import Constants
+from coverdrive.planning.problem.cost import OFF_ROAD
 from coverdrive.planning.problem.rollout import Rollout, after_step, rolled, state_at, write
 from coverdrive.planning.problem.vehicle import accelerations, yaw_rates
 from coverdrive.planning.surroundings import Surroundings
@@ -169,8 +170,8 @@ def _limits(n: int, state: State, around: Surroundings, constants: Constants, se
         (state[3] - widest, (0.0, 0.0, 0.0, 1.0), _HEADING, _HEADING_IN_VIEW),
         (-widest - state[3], (0.0, 0.0, 0.0, -1.0), _HEADING, _HEADING_IN_VIEW),
         (state[2] - held, (-held_change, 0.0, 1.0, 0.0), _SPEED, _IN_VIEW),
-        (state[1] + half_width - left, (-left_change, 1.0, 0.0, widening), constants.off_road, _IN_VIEW),
-        (right - state[1] + half_width, (right_change, -1.0, 0.0, widening), constants.off_road, _IN_VIEW),
+        (state[1] + half_width - left, (-left_change, 1.0, 0.0, widening), OFF_ROAD, _IN_VIEW),
+        (right - state[1] + half_width, (right_change, -1.0, 0.0, widening), OFF_ROAD, _IN_VIEW),
     ):
         if value > -view:
             count = _append(seen, count, n, value, by, weight)

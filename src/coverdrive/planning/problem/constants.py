@@ -32,8 +32,6 @@ class Constants(NamedTuple):
     """of the type `Shape`"""
     inflation: float
     """factor on the summed half sizes"""
-    off_road: float
-    """[1/m²] of the squared way off the road"""
     period: float
     """[s] from one plan to the next"""
     tree: Tree
@@ -52,7 +50,6 @@ def constants_of(problem: ProblemSettings, period: float) -> Constants:
         vehicle=vehicle_of(problem.vehicle),
         shape=Shape(**problem.obstacles.model_dump()),
         inflation=problem.obstacles.inflation,
-        off_road=problem.cost.off_road,
         period=period,
         tree=tree,
         shift=shift_of(tree, period, problem.dt),

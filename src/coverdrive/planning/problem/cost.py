@@ -13,6 +13,8 @@ from pydantic import Field
 
 from coverdrive.settings import Settings
 
+OFF_ROAD = 1e7
+"""[1/m²] cost of the distance by which the body leaves the road; so much that the edge is a hard one"""
 _URGENT_LANE, _URGENT_SPEED = 4.0, 8.0
 """factors on the weights of place and speed where these are urgent: a lane is changed in 3 s instead of 4, and a wanted
 speed approached in half of the time"""
@@ -49,8 +51,6 @@ class CostSettings(Settings):
         default=(400.0, 200.0, 100.0, 50.0, 10.0), min_length=1, max_length=100
     )
     """weights of the slack from the first to the last part of the horizon (authors' scripts)"""
-    off_road: float = Field(default=1e7, gt=0, le=1e9)
-    """[1/m²] distance by which the body leaves the road; so much that the edge is a hard one"""
 
     def hurried(self) -> "CostSettings":
         """The weights of who has to be somewhere in time: place and speed count more, comfort as it did."""

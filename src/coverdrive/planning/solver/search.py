@@ -15,7 +15,6 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
-from pydantic import Field
 
 from coverdrive.compiled import compiled, is_there
 from coverdrive.planning.check.evaluate import Plans, complete, drive_step, empty_plans, evaluate
@@ -26,9 +25,10 @@ from coverdrive.planning.problem.vehicle import VehicleSettings
 from coverdrive.planning.solver.descent import descend
 from coverdrive.planning.surroundings import Surroundings
 from coverdrive.road_ahead import LEFT, RIGHT, STRAIGHT, bend_at, value_at
-from coverdrive.settings import Settings
 from coverdrive.wholes import lent
 
+TOLERANCE = 1e-3
+"""a step of the descent that lowers the merit by a smaller share is the last"""
 _UNCLEAR = 1e12
 """more than any plan costs; added to the cost of those that are not clear"""
 _PER_HARM = 1e7
@@ -69,20 +69,6 @@ _HEADING_TIME = 0.4
 """[s] in which a lane-seeking car takes the wanted heading"""
 
 
-class SearchSettings(Settings):
-    """How long the search goes on."""
-
-    tolerance: float = Field(default=1e-3, gt=0, le=1)
-    """a step of the descent that lowers the merit by a smaller share is the last"""
-    braking_guesses: int = Field(default=6, ge=2, le=100)
-    """number of constant accelerations from full braking to none that are tried as manoeuvres"""
-
-    def accelerations(self, vehicle: VehicleSettings) -> Float[np.ndarray, " g"]:
-        """[m/s²] of the simple manoeuvres."""
-        braking = np.linspace(-vehicle.max_deceleration, 0.0, self.braking_guesses)
-        return np.concatenate([braking, [vehicle.max_acceleration / 2, vehicle.max_acceleration]])
-
-
 @lent
 class Wanted(NamedTuple):
     """What is searched for."""
@@ -104,6 +90,12 @@ class Wanted(NamedTuple):
     def guesses(self) -> int:
         """Number of plans that are known before the descent."""
         return len(self.lanes) * len(self.accelerations) + 1
+
+
+def accelerations_of(vehicle: VehicleSettings, braking: int = 6) -> Float[np.ndarray, " g"]:
+    """[m/s²] of the simple manoeuvres: so many from full braking to none, half and full throttle."""
+    slower = np.linspace(-vehicle.max_deceleration, 0.0, braking)
+    return np.concatenate([slower, [vehicle.max_acceleration / 2, vehicle.max_acceleration]])
 
 
 def room_for(wanted: Wanted, constants: Constants) -> Plans:

@@ -23,7 +23,7 @@ _CONFIDENCE = 0.99
 _BEST = "known-future"
 """the entrant of the league whose speed no prediction beats"""
 
-_CAUSES = {cause: cause.value for cause in (Cause.PLANNING, Cause.PREDICTION)}
+_CAUSES = {cause: cause.value for cause in (Cause.PLANNING, Cause.PREDICTION, Cause.START)}
 _FAULTS = {Fault.EGO: "ego", Fault.OTHER: "other vehicle", Fault.NONE: "nobody"}
 
 

@@ -69,6 +69,7 @@ def safety_table(trials: pl.DataFrame, certificates: Sequence[Certificate] = ())
     return facts_table("Faults, failures and misses", [
         ("collisions after a prediction miss: with a vehicle that had left its set", str(causes[Cause.PREDICTION])),
         ("planning failures: collisions with a vehicle that had not", str(causes[Cause.PLANNING])),
+        ("collisions from hopeless starts: no plan was ever clear", str(causes[Cause.START])),
         ("at fault: ego / other / nobody",
          " / ".join(str((collided["at_fault"] == fault.value).sum()) for fault in Fault)),
         ("windows that left their set", _missed(windows, bounds.get("window"))),

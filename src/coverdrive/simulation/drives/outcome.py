@@ -56,6 +56,8 @@ class Cause(enum.StrEnum):
     """the vehicle in contact had left its predicted set"""
     PLANNING = "planning failure"
     """it had not: the plan was to keep clear of what it did, and did not"""
+    START = "hopeless start"
+    """no plan was clear from the first on: the ego was put where it may be that nobody gets out"""
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from coverdrive.prediction.data.manoeuvres import gets_in_the_way, manoeuvres
 from coverdrive.prediction.inside import every, inside
 from coverdrive.simulation.drives.outcome import Cause, Kind
 from coverdrive.simulation.drives.trace import Trace
+from coverdrive.simulation.measures.metrics import clear_plans
 from coverdrive.simulation.roads.initial import EGO
 
 NEAR = 50.0
@@ -91,7 +92,7 @@ def left_recently(trace: Trace, windows: Windows) -> Bool[np.ndarray, "m A"]:
 
 
 def cause_of(trace: Trace) -> Cause:
-    """Whether a collision had to do with a vehicle that left its predicted set.
+    """Whether a collision had to do with a vehicle that left its predicted set, unless no plan was clear before.
 
     It had if the vehicle in contact left all boxes, before the contact, that were predicted for it at one moment within
     one horizon of the contact. Else the planner knew of everything that the vehicle did, and did not keep clear of it.
@@ -99,6 +100,8 @@ def cause_of(trace: Trace) -> Cause:
     outcome = trace.outcome
     if outcome.kind is Kind.FINISHED or outcome.partner is None:
         return Cause.NONE
+    if not clear_plans(trace).any():
+        return Cause.START
     left = left_recently(trace, find_windows(trace, boxes=True))
     return Cause.PREDICTION if left[-1, outcome.partner] else Cause.PLANNING
 
