@@ -283,7 +283,7 @@ class Motorway(gymnasium.Env[Any, Any]):
     def _recorded(self, before: Scene, moved: TrafficStep, paths: PredictedPaths) -> Step:
         """A step of the trace."""
         states, inputs = np.stack([before.states[EGO], moved.scene.states[EGO]]), np.array([self._applied])
-        plan = Plan(states, inputs, np.zeros(1), Status.UNSAFE, 0.0, 0.0, self._settings.step)
+        plan = Plan(states, inputs, np.zeros(1), Status.INVALID_INPUT, 0.0, 0.0, self._settings.step)
         return Step(moved.scene, paths, plan, moved.base, moved.stuck, moved.missed, 0.0, 0.0, 0.0)
 
     def _info(self) -> dict[str, Any]:

@@ -147,7 +147,9 @@ def test_a_collision_after_which_no_plan_was_ever_clear_comes_of_its_start():
     hit = trace_of(lambda t: 1.8, here(1.8), outcome=Outcome(Kind.FRONTAL, 5.0, 1, Fault.EGO))
     unclear = tuple(replace(plan, status=Status.UNSAFE) for plan in hit.plans)
     assert cause_of(replace(hit, plans=unclear)) is Cause.START
-    assert cause_of(replace(hit, plans=(*hit.plans[:1], *unclear[1:]))) is Cause.PLANNING
+    unknown = tuple(replace(plan, status=Status.INVALID_INPUT) for plan in hit.plans)  # of who plans nothing
+    for plans in ((*hit.plans[:1], *unclear[1:]), unknown):
+        assert cause_of(replace(hit, plans=plans)) is Cause.PLANNING
 
 
 def test_who_is_in_the_box_but_not_in_the_tube_was_planned_against():

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
+from coverdrive.plan import Status
 from coverdrive.prediction.data.manoeuvres import gets_in_the_way, manoeuvres
 from coverdrive.prediction.inside import every, inside
 from coverdrive.simulation.drives.outcome import Cause, Kind
 from coverdrive.simulation.drives.trace import Trace
-from coverdrive.simulation.measures.metrics import clear_plans
 from coverdrive.simulation.roads.initial import EGO
 
 NEAR = 50.0
@@ -92,7 +92,7 @@ def left_recently(trace: Trace, windows: Windows) -> Bool[np.ndarray, "m A"]:
 
 
 def cause_of(trace: Trace) -> Cause:
-    """Whether a collision had to do with a vehicle that left its predicted set, unless no plan was clear before.
+    """Whether a collision had to do with a vehicle that left its predicted set, if any plan before was clear.
 
     It had if the vehicle in contact left all boxes, before the contact, that were predicted for it at one moment within
     one horizon of the contact. Else the planner knew of everything that the vehicle did, and did not keep clear of it.
@@ -100,7 +100,7 @@ def cause_of(trace: Trace) -> Cause:
     outcome = trace.outcome
     if outcome.kind is Kind.FINISHED or outcome.partner is None:
         return Cause.NONE
-    if not clear_plans(trace).any():
+    if {plan.status for plan in trace.plans} <= {Status.UNSAFE, Status.REAR}:
         return Cause.START
     left = left_recently(trace, find_windows(trace, boxes=True))
     return Cause.PREDICTION if left[-1, outcome.partner] else Cause.PLANNING
