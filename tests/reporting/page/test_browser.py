@@ -400,14 +400,14 @@ def test_sets_are_drawn_at_all_times_or_at_one_where_the_boxes_are_then(page) ->
 
 
 def test_at_rest_the_sets_that_bind_are_drawn_with_the_ego_at_their_time(page) -> None:
-    """All are pale but those of one vehicle at one time; nothing binds in this drive, so it is what is nearest."""
+    """All are pale at that time but those of one vehicle; nothing binds in this drive, so it is what is nearest."""
     page.evaluate(RECTANGLES)
     page.focus("#player")
     page.keyboard.press("Home")
     rectangles = page.evaluate("window.rectangles")
-    pale, shown = rectangles[: 6 * 9], rectangles[6 * 9 :]
+    pale, shown = rectangles[:6], rectangles[6:]
     assert len({colour for colour, *_ in pale}) == 1 and len(shown) == 3 and len({colour for colour, *_ in shown}) == 1
-    assert pale[0][0] != shown[0][0]
+    assert pale[0][0] != shown[0][0] and all(box[1:] in [each[1:] for each in pale] for box in shown)
     page.keyboard.press("a")
     where = [box[1:] for box in page.evaluate("window.rectangles")]
     assert all(box[1:] in where for box in shown)
