@@ -35,8 +35,8 @@ from results import save
 
 PERIOD, SMALL, LONGEST, FORESEEN = 0.1, 0.01, 6.0, 9.0
 """[s] between plans, between looks at contacts, of a drive, and for which the future is known"""
-PARTS, LOOK = round(PERIOD / SMALL), 10
-"""looks in a period, and periods after which a drive is looked at"""
+PARTS = round(PERIOD / SMALL)
+"""looks in a period"""
 PROBLEM = ProblemSettings()
 EGO = PROBLEM.vehicle.half_sizes
 CAR, MOTORCYCLE, TRUCK = np.array([[2.25, 0.9], [1.1, 0.4], [7.5, 1.27]])

@@ -223,7 +223,7 @@ def test_a_contact_from_behind_does_little_harm_but_more_than_a_graze_ahead(stra
 
 
 @pytest.mark.parametrize(
-    ("gap", "share"), [(1.05, 0.0), (0.95, 0.06), (0.7, 0.10), (0.45, 0.18), (0.2, 0.38), (-0.1, 1.0)]
+    ("gap", "share"), [(1.05, 0.0), (0.95, 0.03), (0.7, 0.07), (0.45, 0.15), (0.2, 0.35), (-0.1, 1.0)]
 )
 @pytest.mark.parametrize("faster", [-3.0, 0.0, 3.0])
 def test_harm_counts_how_deep_a_box_is_entered(straight_paths, gap: float, share: float, faster: float) -> None:

@@ -31,9 +31,8 @@ _UNCERTAIN = 0.4
 """by how much less a contact at the end of the plan counts than one now"""
 _FROM_BEHIND = 0.1
 """share of the harm that a contact counts where the other one runs into the ego"""
-_LEVELS = ((1.0, 0.05, 0.03), (1.0, 0.0, 0.03), (0.75, 0.0, 0.04), (0.5, 0.0, 0.08), (0.25, 0.0, 0.2), (0.0, 0.0, 0.62))
-"""shares of what boxes have grown beyond the bodies in their middle, how much wider and longer [m] they are to each
-side, and shares of the harm that contact with these counts: to pass by less than a plan may be wrong by is harm, too"""
+_LEVELS = ((1.0, 0.03), (0.75, 0.04), (0.5, 0.08), (0.25, 0.2), (0.0, 0.65))
+"""shares of what boxes have grown beyond the bodies in their middle, and of the harm that contact with these counts"""
 _ON_THE_ROAD = 1e-9
 """[m] by which a body may be beyond the edge of the road"""
 
@@ -137,11 +136,11 @@ def complete(plans: Plans, i: int, around: Surroundings, constants: Constants) -
         if not _touching(states, edges, slot, boxes, constants):
             continue
         touching = True
-        for grown, beside, likely in _LEVELS:
-            time, speed = first_contact(states, inputs, edges, slot, grown, beside, boxes, constants)
+        for grown, likely in _LEVELS:
+            time, speed = first_contact(states, inputs, edges, slot, grown, boxes, constants)
             if time == np.inf:
                 break
-            if grown == 1 and beside == 0:
+            if grown == 1:
                 severity = max(severity, abs(speed))
             if time == 0:  # what is touched now is, whatever the ego does
                 start, applied = state_at(states, 0, states[0]), (inputs[0, 0], inputs[0, 1])
@@ -195,7 +194,7 @@ def _touching(
 @compiled
 def first_contact(
     states: Float[np.ndarray, "P 4"], inputs: Float[np.ndarray, "K 2"], edges: Float[np.ndarray, "K 2 4"], slot: int,
-    grown: float, beside: float, boxes: Float[np.ndarray, "7 P n"], constants: Constants,
+    grown: float, boxes: Float[np.ndarray, "7 P n"], constants: Constants,
 ) -> tuple[float, float]:  # fmt: skip
     """When [steps] the turned body first touches a box, infinity for never, and how fast [m/s], below 0 if from behind.
 
@@ -204,7 +203,7 @@ def first_contact(
     for k in range(constants.steps):
         if may_touch(edges, boxes, k, slot):
             state, applied = state_at(states, k, states[0]), (inputs[k, 0], inputs[k, 1])
-            share, behind = contact_at(state, applied, boxes, k, slot, grown, beside, constants)
+            share, behind = contact_at(state, applied, boxes, k, slot, grown, constants)
             if share < NEVER:
                 speed = impact(state, applied, share, boxes, k, slot, constants.dt)
                 return k + share, -speed if behind else speed

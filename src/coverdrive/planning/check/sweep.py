@@ -101,7 +101,7 @@ def may_touch(edges: Float[np.ndarray, "K 2 4"], boxes: Float[np.ndarray, "7 P n
 @compiled
 def contact_at(
     state: State, applied: tuple[float, float], boxes: Float[np.ndarray, "7 P n"], step: int, slot: int, grown: float,
-    beside: float, constants: Constants,
+    constants: Constants,
 ) -> tuple[float, bool]:  # fmt: skip
     """The share of a step after which the turned body and a box first overlap, `NEVER` if they do not, and whether the
     box's front then meets the body's rear.
@@ -113,14 +113,13 @@ def contact_at(
         step: index of the step, from 0.
         slot: index of the box.
         grown: share of what the box has grown since the start of the plan: 1 for all of it, 0 for the body alone.
-        beside: [m] that it is longer and wider besides, to each side.
         constants: of the problem.
     """
     before = 0.0
     for look in range(_LOOKS + 1):
         share = look / _LOOKS
         body = after_step(state, applied, share * constants.dt)
-        along, across, ahead = _depth(body, boxes, step, share, slot, grown, beside, constants)
+        along, across, ahead = _depth(body, boxes, step, share, slot, grown, constants)
         depth = min(along, across)
         if depth > 0:
             since = share if look == 0 else share - depth / (depth - before) / _LOOKS
@@ -131,7 +130,7 @@ def contact_at(
 
 @compiled
 def _depth(
-    body: State, boxes: Float[np.ndarray, "7 P n"], step: int, share: float, slot: int, grown: float, beside: float,
+    body: State, boxes: Float[np.ndarray, "7 P n"], step: int, share: float, slot: int, grown: float,
     constants: Constants,
 ) -> tuple[float, float, bool]:  # fmt: skip
     """How deep [m] a body is in a box, by the directions along road and body and by those across them, below 0 where
@@ -139,8 +138,8 @@ def _depth(
     """
     vehicle, rest = constants.vehicle, 1 - share
     long, wide = boxes[2, 0, slot], boxes[3, 0, slot]
-    long += grown * (rest * boxes[2, step, slot] + share * boxes[2, step + 1, slot] - long) + beside
-    wide += grown * (rest * boxes[3, step, slot] + share * boxes[3, step + 1, slot] - wide) + beside
+    long += grown * (rest * boxes[2, step, slot] + share * boxes[2, step + 1, slot] - long)
+    wide += grown * (rest * boxes[3, step, slot] + share * boxes[3, step + 1, slot] - wide)
     lon = rest * boxes[0, step, slot] + share * boxes[0, step + 1, slot] - body[0]
     lat = rest * boxes[1, step, slot] + share * boxes[1, step + 1, slot] - body[1]
     cosine, sine = np.cos(body[3]), np.sin(body[3])
