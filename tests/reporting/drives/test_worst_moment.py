@@ -56,7 +56,9 @@ def test_how_it_was_put_there_counts_if_that_was_near_or_all(beside: float, late
     valid = np.array(trace.scene.valid)
     valid[1:, 2] &= later
     changed = replace(trace.scene, lon=lon, lat=lat, speed=speed, heading=heading, valid=valid)
-    assert worst_of(replace(trace, scene=changed))[:2] == (moment, 2)
+    worst = worst_of(replace(trace, scene=changed))
+    assert worst[:2] == (moment, 2)
+    assert f", the least {f'after the first {trace.horizon:g} s' if moment else 'of this drive'}, and " in worst.text
 
 
 def in_contact(trace: Trace, statuses: str, partner: int) -> Trace:
@@ -83,6 +85,7 @@ def test_a_contact_is_seen_where_it_began(statuses: str, partner: int, moment: i
     assert f" At {moment / 10:.1f} s it is {where_is(trace, moment, partner)}, and {plan}" in worst.text
     touch = f"in fact they touch {(STEPS - moment) / 10:.1f} s later" if moment < STEPS else "they touch"
     assert worst.text.endswith(f"; {touch} (side, at fault: other).")
+    assert (name == "clear plan lost") is ("(would meet 1 of 6 predicted paths: this vehicle's, in " in worst.text)
 
 
 def test_it_is_said_where_nobody_was_near() -> None:

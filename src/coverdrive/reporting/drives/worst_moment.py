@@ -214,5 +214,5 @@ def _plan(trace: Trace, moment: int, slot: int, name: str) -> str:
     lost = "the clear plan is lost" if name == "clear plan lost" else "no clear plan is found"
     why, path, _ = reason_of(trace, step)
     if path >= 0 and trace.paths[step].vehicle[path] == slot:
-        why = why.replace(f"that of the vehicle {where_is(trace, step, slot)}", "its own")
+        why = why.replace(f"that of the vehicle {where_is(trace, step, slot)}", "this vehicle's")
     return f"{lost}: the ego {does} ({why})"
