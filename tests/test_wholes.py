@@ -56,6 +56,26 @@ def returned(given):
     return given.inner
 
 
+@Whole
+def same(values):
+    return values
+
+
+@Whole
+def larger(values, other, times):
+    for _ in range(times):
+        values, other = other, values + other
+    return same(values)
+
+
+@Whole
+def handed_on(values, times):
+    first = same(values)
+    second = larger(first, same(np.ones(len(values))), times)
+    filling = np.full(len(values), np.nan)  # where what was freed too early would have been
+    return first, second, larger(values, filling, 0)
+
+
 def outer() -> Outer:
     return Outer(Inner(np.arange(4.0)), np.ones(4), 0.5)
 
@@ -74,6 +94,17 @@ def test_arrays_out_of_it_and_own_ones_outlive_it() -> None:
     gc.collect()
     filling = [np.full(4, np.nan) for _ in range(100)]
     assert own.tolist() == np.sqrt(np.arange(4.0)).tolist() and borrowed.tolist() == [0, 1, 2, 3] and filling
+
+
+def test_parts_give_back_their_arguments_exchange_them_and_lose_none() -> None:
+    given, before = np.arange(4.0), None
+    for times in range(5):
+        first, second, third = handed_on(given, times)
+        fibonacci = [0, 1, 1, 2, 3, 5][times], [1, 0, 1, 1, 2, 3][times]
+        assert second.tolist() == (fibonacci[0] * np.ones(4) + fibonacci[1] * given).tolist()
+        assert first.tolist() == third.tolist() == given.tolist()
+        del first, second, third
+        assert sys.getrefcount(given) == (before := before or sys.getrefcount(given))
 
 
 @pytest.mark.parametrize("function", [remade, returned])

@@ -18,7 +18,16 @@ from functools import cached_property
 from typing import Any, ClassVar, TypeVar
 
 from llvmlite.binding import Linkage  # pyright: ignore[reportMissingTypeStubs]
-from numba.core import codegen, compiler, registry, types  # pyright: ignore[reportMissingTypeStubs]
+from numba.core import (  # pyright: ignore[reportMissingTypeStubs]
+    codegen,
+    compiler,
+    compiler_machinery,
+    ir,
+    lowering,
+    registry,
+    typed_passes,
+    types,
+)
 from numba.core.runtime.context import NRTContext  # pyright: ignore[reportMissingTypeStubs]
 
 T = TypeVar("T")
@@ -28,6 +37,8 @@ _Compiler: Any = compiler.Compiler
 _Dispatcher: Any = registry.CPUDispatcher
 _Counting: Any = NRTContext
 _Flags: Any = compiler.Flags
+_Lower: Any = lowering.Lower
+_Lowering: Any = typed_passes.NativeLowering
 _types: Any = types
 _OPTIONS = {"nopython": True, "error_model": "numpy", "no_cfunc_wrapper": True}
 
@@ -83,6 +94,34 @@ class _Borrowing(_Counting):
         return [] if own and ty in _borrowed else super().get_meminfos(builder, ty, val)
 
 
+class _ArgumentsBorrowed(_Lower):
+    """Code that does not count references to its arguments, which its caller holds until it returns."""
+
+    def lower_assign(self, ty: Any, inst: Any) -> Any:
+        value = super().lower_assign(ty, inst)
+        if self._is_argument(inst.target.name):
+            self.decref(ty, value)
+        return value
+
+    def delvar(self, name: str) -> None:
+        if not self._is_argument(name):
+            super().delvar(name)
+
+    def _is_argument(self, name: str) -> bool:
+        """Whether a variable is an argument, and nothing else in between."""
+        made = self.func_ir._definitions.get(name, [])
+        return len(made) == 1 and isinstance(made[0], ir.Arg)
+
+
+@compiler_machinery.register_pass(mutates_CFG=True, analysis_only=False)
+class _LoweringOfParts(_Lowering):
+    _name = "lowering_of_parts"
+
+    @property
+    def lowering_class(self) -> Any:
+        return _ArgumentsBorrowed
+
+
 class _SharedFlags(_Flags):
     """Options of the compiler that are one object where they are alike: Numba compares them very often."""
 
@@ -124,7 +163,11 @@ class _PartCompiler(_WholeCompiler):
     def define_pipelines(self) -> Any:
         self._into(_PartLibrary)
         self.state.flags.no_compile = True
-        return _Compiler.define_pipelines(self)
+        pipelines = _Compiler.define_pipelines(self)
+        for each in pipelines:
+            each.passes = [(_LoweringOfParts if step is _Lowering else step, why) for step, why in each.passes]
+            each.finalize()
+        return pipelines
 
 
 class _Compiled(_Dispatcher):

@@ -47,12 +47,19 @@ def minimiser(
 
 
 @compiled
-def _put_in(forms: Float[np.ndarray, "N 7 7"], n: int, old: int, factor: float, new: int) -> None:
+def _place(i: int, j: int) -> int:
+    """Where the coefficient of two variables stands: a form is symmetric, so that half of it is kept."""
+    return i * (i + 1) // 2 + j if i >= j else j * (j + 1) // 2 + i
+
+
+@compiled
+def _put_in(form: Float[np.ndarray, " 28"], old: int, factor: float, new: int) -> None:
     """Replace a variable of a form by itself plus a factor times another one."""
+    both = form[_place(old, new)]
     for i in range(7):
-        forms[n, new, i] += factor * forms[n, old, i]
-    for i in range(7):
-        forms[n, i, new] += factor * forms[n, i, old]
+        if i != new:
+            form[_place(new, i)] += factor * form[_place(old, i)]
+    form[_place(new, new)] += factor * (2 * both + factor * form[_place(old, old)])
 
 
 @compiled
@@ -64,53 +71,45 @@ def _gains(
     The inputs known are those of the parent, but the acceleration is chosen after the yaw rate and knows it.
     """
     nodes, way = len(tree.parent), rollout.way
-    gains, forms, row = np.empty((nodes, 2, 7)), np.zeros((nodes, 7, 7)), np.empty(7)
+    gains, forms = np.empty((nodes, 2, 7)), np.zeros((nodes, 28))
     for n in range(nodes - 1, -1, -1):
-        p = tree.parent[n]
+        p, form = tree.parent[n], forms[n]
         for i in range(4):
-            forms[n, i, _ONE] += stages.by_state[n, i]
-            forms[n, _ONE, i] += stages.by_state[n, i]
-            for j in range(4):
-                forms[n, i, j] += stages.by_states[n, i, j]
+            form[_place(_ONE, i)] += stages.by_state[n, i]
+            for j in range(i + 1):
+                form[_place(i, j)] += stages.by_states[n, i, j]
         for i in range(2):  # the second half of the way, and how speed and heading grow with the inputs
             for axis in range(2):
-                _put_in(forms, n, axis, way[n, axis, i], 2 + i)
-            _put_in(forms, n, 2 + i, dt, 4 + i)
+                _put_in(form, axis, way[n, axis, i], 2 + i)
+            _put_in(form, 2 + i, dt, 4 + i)
         for i in range(2):
             if p >= 0:  # the first half of the way
                 for axis in range(2):
-                    _put_in(forms, n, axis, way[p, axis, i], 2 + i)
-            forms[n, 4 + i, 4 + i] += stages.by_inputs[n, i]
-            forms[n, 4 + i, _ONE] += stages.by_input[n, i]
-            forms[n, _ONE, 4 + i] += stages.by_input[n, i]
+                    _put_in(form, axis, way[p, axis, i], 2 + i)
+            form[_place(4 + i, 4 + i)] += stages.by_inputs[n, i]
+            form[_place(_ONE, 4 + i)] += stages.by_input[n, i]
         for i in range(2):
-            _eliminate(forms, n, i, held[n, i], tree.changes[n, i], gains, row)
+            _eliminate(form, 4 + i, held[n, i], tree.changes[n, i], gains[n, i])
         if p >= 0:
-            for i in range(7):
-                for j in range(7):
-                    forms[p, i, j] += forms[n, i, j]
+            for i in range(28):
+                forms[p, i] += form[i]
     return gains
 
 
 @compiled
 def _eliminate(
-    forms: Float[np.ndarray, "N 7 7"], n: int, which: int, held: bool, change: float, gains: Float[np.ndarray, "N 2 7"],
-    row: Float[np.ndarray, " 7"],
-) -> None:  # fmt: skip
+    form: Float[np.ndarray, " 28"], which: int, held: bool, change: float, gains: Float[np.ndarray, " 7"]
+) -> None:
     """Put in the best value of an input; the same input of the parent takes its place in the form."""
-    at = 4 + which
-    per = 0.0 if held else 1 / forms[n, at, at]
+    per = 0.0 if held else 1 / form[_place(which, which)]
     for i in range(7):
-        row[i] = forms[n, at, i]
-    row[at] = -change
+        gains[i] = -change if i == which else form[_place(which, i)]
+        form[_place(which, i)] = change if i == which else 0.0
     for i in range(7):
-        gains[n, which, i] = per * row[i]
-        forms[n, at, i] = forms[n, i, at] = 0.0
-    forms[n, at, at] = change
+        for j in range(i + 1):
+            form[_place(i, j)] -= per * gains[i] * gains[j]
     for i in range(7):
-        gain = gains[n, which, i]
-        for j in range(7):
-            forms[n, i, j] -= gain * row[j]
+        gains[i] *= per
 
 
 @compiled
