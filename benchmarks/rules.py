@@ -92,9 +92,10 @@ class OfLanes(MpcPlanner):
 
 
 @lru_cache(maxsize=4)
-def planner_without(rule: str) -> MpcPlanner:
-    """The planner with one rule switched off."""
-    usual = PlannerSettings().model_dump()
+def planner_without(rule: str, world: str = "") -> MpcPlanner:
+    """The planner, in others' world that of the league there, with one rule switched off."""
+    settings = OTHERS[world].settings(PlannerSettings()) if world else PlannerSettings()
+    usual = settings.model_dump()
     changed = {name: usual[name] | part if isinstance(part, dict) else part for name, part in WITHOUT[rule].items()}
     planner = OfLanes if rule == ENTERING else MpcPlanner
     return planner(PlannerSettings.model_validate(usual | changed))
@@ -121,7 +122,7 @@ def drive(folder: Path, rule: str, traffic: str, seed: int, trial: int, recordin
     if traffic == HIGHWAY:
         other, setup = OTHERS[HIGHWAY], setup_of(folder, rule, "drivers", seed, recordings)
         world = other.make(other.of)
-        driver = Driver(setup.predictor, setup.planner.settings, **other.ego, period=world.car.period)
+        driver = Driver(setup.predictor, planner_without(rule, HIGHWAY), period=world.car.period)
         return measure(watch(world, driver, seed * 10_000 + trial), seed, trial) | {"reason": ""}
     setup = setup_of(folder, rule, traffic, seed, recordings)
     return setup.row(trial, participants(folder, rule, traffic, seed, recordings))

@@ -17,7 +17,7 @@ import numpy as np
 import polars as pl
 
 from coverdrive.bridges.world import World, drive
-from coverdrive.driving.driver import Driver, adapted
+from coverdrive.driving.driver import Driver
 from coverdrive.errors import SettingError
 from coverdrive.files import write_atomically
 from coverdrive.league.entrants import Known, Place, Seat, entrant, identity
@@ -203,12 +203,7 @@ def drives_of(
         return problems[world].drives(name, known, seed)
     usual = setups.get(world)
     if usual is None:
-        there = OTHERS[world]
-        settings = adapted(known.planner, **there.ego)
-        leaders = settings.leaders.model_copy(update={"deceleration": there.braking})
-        manners = settings.manners.model_copy(update={"headway": there.headway, "beside": there.beside})
-        settings = settings.model_copy(update={"leaders": leaders, "manners": manners})
-        seat = entrant(name)(known, Place(settings, own_driver=True))
+        seat = entrant(name)(known, Place(OTHERS[world].settings(known.planner), own_driver=True))
         return seat if isinstance(seat, str) else DrivesOfOthers(world, seat, seed, duration)
     assert isinstance(usual.planner, MpcPlanner)
     seat = entrant(name)(known, Place(usual.planner.settings, usual.foretold))

@@ -9,6 +9,8 @@ from typing import NamedTuple
 from coverdrive.bridges.highway_env import HighwayEnv
 from coverdrive.bridges.sumo import Sumo
 from coverdrive.bridges.world import World
+from coverdrive.driving.driver import adapted
+from coverdrive.planning.planner import PlannerSettings
 
 _LIMIT, _LENGTH, _WIDTH = 33.33, 4000.0, 3.6
 """[m/s], [m], [m] of SUMO's motorway and its lanes"""
@@ -80,6 +82,13 @@ class Other(NamedTuple):
     """[s] that its drivers are made to keep: highway-env's ``TIME_WANTED``, SUMO's ``tau``"""
     beside: float = 1.5
     """[m] that its drivers, who keep to the middle of their lanes, have beside cars and nearly beside trucks"""
+
+    def settings(self, usual: PlannerSettings) -> PlannerSettings:
+        """Those of a planner that drives this car as fast, and as near to others, as the drivers there."""
+        settings = adapted(usual, **self.ego)
+        leaders = settings.leaders.model_copy(update={"deceleration": self.braking})
+        manners = settings.manners.model_copy(update={"headway": self.headway, "beside": self.beside})
+        return settings.model_copy(update={"leaders": leaders, "manners": manners})
 
 
 OTHERS = {
