@@ -75,10 +75,10 @@ def test_prediction(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.slow
-def test_drives(tmp_path: Path) -> None:
+def test_drives(quick_predictor: Path, tmp_path: Path) -> None:
     """In a process of its own, which keeps to one core; against itself."""
     out = tmp_path / "drives.json"
-    few = ("--trials", "1", "--traffics", "drivers", "--out", str(out))
+    few = ("--predictor", str(quick_predictor), "--trials", "1", "--traffics", "drivers", "--out", str(out))
     subprocess.run([sys.executable, FOLDER / "drives.py", *few], check=True)
     result = json.loads(out.read_text(encoding="utf-8"))
     assert set(result) == {"drivers"}
@@ -106,15 +106,6 @@ def test_portal(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.real_data
-def test_motion(us101: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    quick = ("--recording", str(us101 / "commonroad"), "--seeds", "1", "--epochs", "1")
-    result = ran("motion", tmp_path / "motion.json", monkeypatch, *quick)
-    assert set(result) == {"derived", "motion"}
-    assert all(len(runs) == 1 and runs[0][1][0] >= 1 for runs in result.values())
-
-
-@pytest.mark.slow
 def test_occupied(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     quick = ("--scenes", "15", "--folds", "3", "--steps", "20")
     rows = ran("occupied", tmp_path / "occupied.json", monkeypatch, *quick)
@@ -123,8 +114,9 @@ def test_occupied(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.slow
-def test_planner(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    result = ran("planner", tmp_path / "planner.json", monkeypatch, "--trials", "1", "--compared", "4")
+def test_planner(quick_predictor: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    few = ("--predictor", str(quick_predictor), "--trials", "1", "--compared", "4")
+    result = ran("planner", tmp_path / "planner.json", monkeypatch, *few)
     assert sum(result["coverdrive"]["share of each status"].values()) == pytest.approx(1.0)
     agreement = result["cost at most 1 % above IPOPT's best of eight starts"]
     compared = [agreement[kind] for kind in ("of those that are solved", "of those that are not")]

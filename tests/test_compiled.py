@@ -111,6 +111,38 @@ def test_code_that_other_code_calls_is_compiled_but_as_a_part_of_it(kept: Path) 
     assert loaded(kept).four_times(3) == 12
 
 
+def test_with_another_numba_it_is_compiled_as_that_does_it(tmp_path: Path) -> None:
+    """In a process of its own, in which Numba calls itself a later version."""
+    (tmp_path / "later.py").write_text(f"""
+import numba
+numba.__version__ = "0.99.0"
+{PARTS}
+from typing import NamedTuple
+import numpy as np
+from coverdrive.compiled import lent
+
+@lent
+class Given(NamedTuple):
+    values: np.ndarray
+
+@compiled
+def doubled(given):
+    return four_times(given.values[1]) / 2
+
+assert doubled(Given(np.arange(3.0))) == 2.0 and four_times(2) == 8
+assert type(four_times).__module__.startswith("numba.")
+print(doubled.stats.cache_path)
+""")
+    ran = [
+        subprocess.run(
+            [sys.executable, tmp_path / "later.py"],
+            env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "kept")}, capture_output=True, text=True, check=True,
+        )
+        for _ in range(2)
+    ]  # fmt: skip
+    assert str(tmp_path / "kept") in ran[0].stdout and ran[1].stdout == ran[0].stdout
+
+
 def test_code_is_there_once_it_was_compiled_by_whatever_process(kept: Path) -> None:
     first = loaded(kept)
     assert not module.is_there(first.twice)

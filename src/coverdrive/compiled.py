@@ -1,7 +1,7 @@
 """Compilation of plain loops to machine code with Numba, kept on disk between runs.
 
 What Python calls becomes a *whole* with all that it calls (`coverdrive.wholes`), so that few functions with many parts
-should be called from Python.
+should be called from Python. With versions of Numba that wholes are not made for, code is compiled as Numba does it.
 
 Numba takes kept code for valid as long as the file of the function is the same, whatever became of the functions that
 it calls in other files. Code is therefore kept in a folder that is named after all sources of its own hall (a package
@@ -26,12 +26,24 @@ from typing import Any, ParamSpec, TypeVar
 
 import numba  # pyright: ignore[reportMissingTypeStubs]
 
-from coverdrive.wholes import Whole
-
 P = ParamSpec("P")
 R = TypeVar("R")
+T = TypeVar("T")
 
 _numba: Any = numba
+
+if numba.__version__.startswith("0.68."):
+    from coverdrive.wholes import Whole
+    from coverdrive.wholes import lent as lent
+else:  # in which what wholes are made of may be otherwise
+
+    def Whole(function: Callable[..., Any]) -> Any:
+        """A function as Numba compiles it, which takes more time."""
+        return _numba.njit(error_model="numpy")(function)
+
+    def lent(kind: type[T]) -> type[T]:
+        """A kind of named tuples as any other."""
+        return kind
 
 
 def compiled(function: Callable[P, R]) -> Callable[P, R]:

@@ -1,4 +1,5 @@
 from functools import partial
+from itertools import count
 
 import numpy as np
 import pytest
@@ -7,6 +8,7 @@ from splitting_toys import Still, Walk
 
 from coverdrive.dialling import splitting
 from coverdrive.dialling.splitting import split
+from coverdrive.dialling.tape import Tape
 from coverdrive.errors import SettingError
 
 STEEP = partial(Walk, slope=0.5)
@@ -123,3 +125,28 @@ def test_numbers_that_make_no_sense_are_refused():
     for particles, kept in ((1, 0.5), (10, 1.0), (10, 0.0)):
         with pytest.raises(SettingError, match="at least 2 paths"):
             split(Still, np.random.default_rng(0), 1.0, particles, kept)
+
+
+class Tries(Still):
+    """Draws until something fits, as starts of drives do."""
+
+    def __init__(self, tape):
+        self.level = float(next(number for number in count(1) if tape.random() < 0.05))
+
+
+@pytest.mark.parametrize(("calls", "taken"), [(20, False), (16, True)])
+def test_what_a_new_start_does_not_ask_for_is_forgotten_before_it_is_accepted(
+    calls: int, taken: bool, monkeypatch: pytest.MonkeyPatch
+):
+    """One that fits at the sixth try: of a start of 20, other calls than there could be nudged on the way back."""
+    monkeypatch.setattr(splitting, "_FROM_A_MOMENT", 0.0)
+    tries = [np.array([0.5])] * calls
+    tries[-1] = np.array([0.01])
+    walk = splitting._Walk(Tries, np.random.default_rng(0))
+    path = walk._begun(Tape({0: tries}), 0)
+    path.tape.turn(1)
+    tries[5] = np.array([0.01])
+    monkeypatch.setattr(Tape, "nudged", lambda *_: Tape({0: tries}))
+    tried = walk._tried(path, 0.0)
+    assert (tried is not None) is taken
+    assert tried is None or (tried.level, tried.tape.calls(0)) == (6.0, 6)

@@ -20,6 +20,7 @@ valid, wherever the rules to try are (Bates et al. 2021, Theorem 1).
 """
 
 import math
+from bisect import bisect_left
 from functools import lru_cache
 
 import numpy as np
@@ -36,17 +37,15 @@ _MOST_STAKED, _FRACTIONS = 0.99, 6
 _EXACT = 1e-6
 """within which a smallest bound is found"""
 
-_MOST = 100_000
-"""units that are looked at for how many would do"""
 
-
-def proves(losses: Float[np.ndarray, " n"], epsilon: float, confidence: float | None) -> bool:
-    """Whether losses prove that their mean is at most ε; the larger ε, the sooner."""
+def proves(losses: Float[np.ndarray, " n"], epsilon: float, confidence: float | None, times: int = 1) -> bool:
+    """Whether losses, each so many times, prove that their mean is at most ε; the larger ε, the sooner."""
+    count = len(losses) * times
     if confidence is None:
-        return bool((losses.sum() + 1) / (len(losses) + 1) <= epsilon)
+        return bool((losses.sum() * times + 1) / (count + 1) <= epsilon)
     goal = -math.log1p(-confidence)
-    staked = fractions(len(losses), epsilon, goal)[:, None]
-    capital = np.log1p(staked * ((epsilon - np.sort(losses)) / (1 - epsilon))).sum(1)
+    staked = fractions(count, epsilon, goal)[:, None]
+    capital = np.log1p(staked * ((epsilon - np.sort(losses)) / (1 - epsilon))).sum(1) * times
     return bool(np.logaddexp.reduce(capital) - np.log(len(capital)) >= goal)
 
 
@@ -73,7 +72,14 @@ def loss_limit(losses: Float[np.ndarray, " n"], confidence: float | None) -> flo
 
 def units_needed(epsilon: float, confidence: float | None) -> int:
     """How many units without any loss prove ε."""
-    return next((n for n in range(1, _MOST) if proves(np.zeros(n), epsilon, confidence)), _MOST)
+
+    def enough(count: int) -> bool:
+        return proves(np.zeros(1), epsilon, confidence, count)
+
+    most = 1
+    while not enough(most):
+        most *= 2
+    return bisect_left(range(most), True, 1, key=enough)
 
 
 def last_level(calibration: Calibration, claim: Claim, level: Float[np.ndarray, " P"]) -> float:

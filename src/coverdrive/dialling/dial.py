@@ -328,7 +328,7 @@ def _claim(file: Path, request: Request, dial: Dial) -> None:
         )
 
 
-def proof_of(trials: pl.DataFrame, duration: float, confidence: float = 0.99, anytime: bool = False) -> Proof:
+def proof_of(trials: pl.DataFrame, duration: float, anytime: bool = False, confidence: float = 0.99) -> Proof:
     """What the drives of a study prove of collisions: their number was fixed, or they may end ``anytime``."""
     hits = trials.select(COLLIDED).to_series().to_numpy()
     bound, method = limit_of(hits, confidence, anytime), "anytime" if anytime else "named beforehand"

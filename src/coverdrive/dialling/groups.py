@@ -6,6 +6,7 @@ each group is driven by what was fitted to all others. Sizes are compared by the
 windows that leave the sets, because λ is relative to sets whose size depends on how many vehicles calibrated them.
 """
 
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,10 +16,12 @@ import polars as pl
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from coverdrive.certificates.certificate import fingerprint
 from coverdrive.errors import DataError
 from coverdrive.files import write_atomically
 from coverdrive.league.beliefs import KnownFuture
 from coverdrive.prediction.certifying.scored import ScoredSides
+from coverdrive.prediction.data.held_out import digest
 from coverdrive.prediction.data.segments import Segments, cut_segments
 from coverdrive.prediction.data.split import Split
 from coverdrive.prediction.fit import PredictionSettings, fit, scale_left
@@ -108,7 +111,7 @@ def across_groups(
         if not scenarios:
             continue
         others = [each for other in groups if other is not group for each in other]
-        predictor, scales = _fitted(others, settings, setup.seed, folder / "fits" / str(number), shares)
+        predictor, scales = _fitted(others, settings, setup.seed, folder / "fits", shares)
         reacting = isinstance(setup.traffic, ReactiveReplaySettings)
         beliefs: dict[float, Belief] = {} if reacting else {FUTURE: KnownFuture(scenarios)}
         beliefs |= {share: predictor.scaled(scale) for share, scale in zip(shares, scales, strict=True)}
@@ -183,7 +186,9 @@ def chosen_share(table: pl.DataFrame) -> float:
 def _fitted(
     recordings: Sequence[Recording], settings: PredictionSettings, seed: int, folder: Path, shares: Sequence[float]
 ) -> tuple[AnyPredictor, list[float]]:
-    """What was fitted to recordings, once, and the scale for each share."""
+    """What was fitted to recordings, once, and the scale for each share; each fit has its own folder."""
+    asked = json.dumps([[digest(each) for each in recordings], settings.model_dump(mode="json"), seed])
+    folder /= fingerprint(np.frombuffer(asked.encode(), np.uint8))
     predictor, scores = folder / "predictor.safetensors", folder / "scores.safetensors"
     if not scores.exists():
         sides = None

@@ -35,6 +35,7 @@ from coverdrive.simulation.drives.outcome import Fault, Kind, Outcome, judge
 from coverdrive.simulation.drives.storage import save_trace
 from coverdrive.simulation.drives.trace import Step, Trace, make_trace
 from coverdrive.simulation.measures.trial import Row
+from coverdrive.simulation.predictor import Learning
 from coverdrive.simulation.roads.initial import EGO
 from coverdrive.simulation.studies.folder import StudyFolder
 from coverdrive.simulation.studies.setup import Participants, Setup
@@ -295,9 +296,14 @@ def rare(
         workers: number of processes.
 
     Raises:
-        SettingError: a number makes no sense.
+        SettingError: a number makes no sense, or the belief of the ego learns from drive to drive.
         DataError: the folder holds something else.
     """
+    if isinstance(setup.predictor, Learning):
+        raise SettingError(
+            "drives are copied midway and changed, which a belief that learns from one to the next does not allow; "
+            "give the predictor at a fixed scale, as predictor.scaled(1.0)"
+        )
     if min(repetitions - 1, workers) < 1:
         raise SettingError(
             f"a standard error needs at least 2 repetitions, and 1 worker; got {repetitions} and {workers}"

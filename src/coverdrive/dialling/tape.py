@@ -154,6 +154,11 @@ def _standard_normal(uniforms: Callable[..., Any], size: Any = None) -> Any:
     return _quantile(uniforms(size))
 
 
+def _normal(uniforms: Callable[..., Any], loc: Any = 0.0, scale: Any = 1.0, size: Any = None) -> Any:
+    shape = np.broadcast(loc, scale).shape or None if size is None else size
+    return loc + np.asarray(scale) * _standard_normal(uniforms, shape)
+
+
 def _integers(
     uniforms: Callable[..., Any], low: Any, high: Any = None, size: Any = None, dtype: Any = np.int64,
     endpoint: bool = False,
@@ -187,6 +192,7 @@ _ELEMENTWISE: dict[str, Callable[..., Any]] = {
     "random": _random,
     "uniform": _uniform,
     "standard_normal": _standard_normal,
+    "normal": _normal,
     "integers": _integers,
     "choice": _choice,
     "permutation": _permutation,

@@ -274,9 +274,11 @@ class MpcPlanner:
     def _clear_of_leaders(
         self, call: Call, paths: PredictedPaths, leaders: Leaders, targets: TargetLanes
     ) -> _Found | None:
-        """What is clear even if vehicles ahead brake hard, else what the search chooses for the paths alone."""
+        """What is clear even if vehicles ahead brake hard, unless something is urgent, else what the search chooses for
+        the paths alone.
+        """
         feared = braking(leaders, paths, self.settings.leaders)
-        if len(feared) == 0:
+        if len(feared) == 0 or call.wish.urgent:
             return self._search(call, paths, targets)
         found = self._search(call, paths.joined(feared), targets, giving_up=True)
         if found and found.clear:
@@ -396,4 +398,4 @@ class MpcPlanner:
         rest = self._held_on @ chosen[constants.tree.fail_safe]
         after = np.array(after_step(tuple(call.state.tolist()), tuple(plan.inputs[0].tolist()), self._period))
         lane = targets.lanes[int(found.plans.lane[found.chosen])]
-        self._memory = _Memory(lane, plan.inputs[0], after, inputs, rest, unknown)
+        self._memory = _Memory(lane, plan.inputs[0].copy(), after, inputs, rest, unknown)

@@ -8,13 +8,13 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from coverdrive.compiled import lent
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.problem.obstacles import boxes_and_likeliest, reachable, with_share_of_tube
 from coverdrive.planning.problem.road_table import RoadTable, on_road
 from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.planning.rules.manners import NONE, MannersSettings, wished_boxes
 from coverdrive.road_ahead import RoadAhead
-from coverdrive.wholes import lent
 
 
 @lent

@@ -110,6 +110,8 @@ class _Windows:
     """whether a path has held its vehicle so far"""
     open: Bool[np.ndarray, " A"]
     """whose windows are under way"""
+    apart: float = 1.0
+    """periods between moments at which is looked, from the first point on"""
     age: int = 0
     """periods since then, and point of the paths"""
 
@@ -118,8 +120,10 @@ class _Windows:
         self.open[len(same) :] = False
         self.open[: len(same)] &= same[: len(self.open)]
         self.age += 1
-        vehicle = np.where(self.open[self.paths.vehicle], self.paths.vehicle, 0)
-        self.held &= inside(self.paths, self.age, now[None, vehicle], self.half_sizes)[0]
+        looks = self.age / self.apart
+        if abs(looks - round(looks)) < 1e-6:
+            vehicle = np.where(self.open[self.paths.vehicle], self.paths.vehicle, 0)
+            self.held &= inside(self.paths, self.age, now[None, vehicle], self.half_sizes)[0]
         anywhere = np.zeros_like(self.open)
         anywhere[self.paths.vehicle[self.held]] = True
         lost = self.open & ~anywhere
@@ -218,7 +222,8 @@ class Adaptive:
         if not again and (watched := near(scene, road, ego)).any():
             own = every(self.period, paths.of(watched[paths.vehicle]))
             held = np.ones(len(own), dtype=bool)
-            self._open.append(_Windows(own, scene.half_sizes[own.vehicle], held, watched))
+            apart = 1.0 if paths.ellipses is None else paths.dt / self.period  # where the paper looks
+            self._open.append(_Windows(own, scene.half_sizes[own.vehicle], held, watched, apart))
             self.run.most = max(self.run.most, sum(int(each.open.sum()) for each in self._open))
         return paths
 

@@ -116,6 +116,7 @@ def contents_of(fitted: Fit | Fitted, study: Study | None, replayed: Sequence[in
         **known | {"name": known["name"] + other},
         trials=study.files.table() if study.files.finished else None,
         traffic=study.setup.traffic_name,
+        anytime=study.files.anytime,
         replayed=study.setup.replays,
         unlike="".join(said_of_dial(known["dialled"], study.setup)[1:]),
         road=driven_on(study.setup),

@@ -92,7 +92,7 @@ def study_and_print(
     console.print(collisions_table(trials))
     console.print(safety_table(trials, results.certified.planned_against))
     console.print(drives_table(trials))
-    proved = proof_of(trials, study.setup.episode.duration, anytime=size.until_width is not None)
+    proved = proof_of(trials, study.setup.episode.duration, study.files.anytime)
     console.print(f"• {proved.sentence}")
     for line in said_of_dial(results.dialled, study.setup):
         console.print(f"• {line}")

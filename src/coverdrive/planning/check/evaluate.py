@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from coverdrive.compiled import compiled
+from coverdrive.compiled import compiled, lent
 from coverdrive.planning.check.contact import box_between, box_excess, box_of, half_sizes_of, parts_of
 from coverdrive.planning.check.merit import input_at, merit_of
 from coverdrive.planning.check.sweep import NEVER, contact_at, first_overlap, impact, impact_beyond, reach, write_edges
@@ -21,7 +21,6 @@ from coverdrive.planning.problem.rollout import after_step, rollout_of, state_at
 from coverdrive.planning.problem.vehicle import within_limits
 from coverdrive.planning.surroundings import Surroundings
 from coverdrive.road_ahead import FASTEST, LEFT, RIGHT, STRAIGHT, Bend, RoadAhead, State, bend_at, value_at
-from coverdrive.wholes import lent
 
 _ANY_CONTACT = 5.0
 """[m/s] that a contact counts as at no relative speed"""

@@ -6,11 +6,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from coverdrive.compiled import lent
 from coverdrive.planning.problem.obstacles import ObstacleSettings
 from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.planning.problem.tree import Tree, shift_of, tree_of
 from coverdrive.planning.problem.vehicle import VehicleSettings
-from coverdrive.wholes import lent
 
 Vehicle: Any = namedtuple("Vehicle", [*VehicleSettings.model_fields, "sharpest", "braking"])  # pyright: ignore
 """the fields of `VehicleSettings`, the tangent of the largest steering angle, and the deceleration that is sure"""

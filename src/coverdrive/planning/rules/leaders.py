@@ -14,11 +14,10 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from pydantic import Field
 
-from coverdrive.compiled import compiled
+from coverdrive.compiled import compiled, lent
 from coverdrive.paths import PredictedPaths
 from coverdrive.road import Road
 from coverdrive.settings import Settings
-from coverdrive.wholes import lent
 
 _LIKELIHOOD = 0.1
 """of braking, over that of the least likely member"""

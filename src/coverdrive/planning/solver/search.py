@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
-from coverdrive.compiled import compiled, is_there
+from coverdrive.compiled import compiled, is_there, lent
 from coverdrive.planning.check.evaluate import Plans, complete, drive_step, empty_plans, evaluate
 from coverdrive.planning.check.merit import input_at, merit
 from coverdrive.planning.problem.constants import Constants
@@ -25,7 +25,6 @@ from coverdrive.planning.problem.vehicle import VehicleSettings
 from coverdrive.planning.solver.descent import descend
 from coverdrive.planning.surroundings import Surroundings
 from coverdrive.road_ahead import LEFT, RIGHT, STRAIGHT, bend_at, value_at
-from coverdrive.wholes import lent
 
 TOLERANCE = 1e-3
 """a step of the descent that lowers the merit by a smaller share is the last"""

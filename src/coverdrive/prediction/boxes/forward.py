@@ -10,11 +10,10 @@ import numpy as np
 from jaxtyping import Float, Float32, Int
 from numpy.typing import ArrayLike
 
-from coverdrive.compiled import compiled
+from coverdrive.compiled import compiled, lent
 from coverdrive.prediction.boxes.network import BOUND, BoxNetwork, shapes_of
 from coverdrive.prediction.learning.inputs import COLUMNS, write_inputs
 from coverdrive.prediction.learning.network import LIMIT
-from coverdrive.wholes import lent
 
 
 @lent

@@ -110,8 +110,8 @@ def proved_scales(
     """Bounds ε above that of a certificate, and the scale λ from which on each is proved of boxes, all at once.
 
     Boxes grow with λ, and which λ will be taken is not known when they are calibrated: each of the bounds is proved
-    with a share of the error probability, so that whichever is read off holds with the confidence of the certificate.
-    None where there is no confidence.
+    with a share of the error probability, so that all of them hold with the confidence of the certificate, which at
+    λ = 1 stands by itself. None where there is no confidence.
 
     Args:
         rule: that was calibrated, whose boxes have λ = 1.

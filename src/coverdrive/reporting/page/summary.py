@@ -78,13 +78,13 @@ def _of_the_best(contents: Contents) -> str:
 
 
 def _proved(contents: Contents) -> str:
-    """What the drives of the study prove of new ones, if their number was fixed, with what they were."""
+    """What the drives of the study prove of new ones, with what they were."""
     assert contents.driven is not None
     trials, hits = contents.driven, contents.driven.select(COLLIDED).to_series().to_numpy()
     counted = f"{int(hits.sum()) or 'None'} of {len(hits)} drives ({exposure(trials)})"
     if contents.replayed:
         return f"{counted} touched anybody, which proves nothing of scenes other than those replayed"
-    bound = at_most(limit_of(hits, _CONFIDENCE, anytime=False), 3)
+    bound = at_most(limit_of(hits, _CONFIDENCE, contents.anytime), 3)
     if bound == percent(1):
         return f"{counted} touched anybody, which proves nothing of others with {percent(_CONFIDENCE)} confidence"
     return (

@@ -13,9 +13,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from pydantic import Field
 
-from coverdrive.compiled import compiled
+from coverdrive.compiled import compiled, lent
 from coverdrive.settings import Settings
-from coverdrive.wholes import lent
 
 Values = Float[np.ndarray, "*batch A"]
 

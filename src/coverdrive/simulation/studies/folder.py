@@ -1,7 +1,8 @@
 """The folder of a study: what is studied, one file for each finished trial, all rows together, and stored drives.
 
 ``study.json`` says what is studied · ``trials/`` holds one row for each finished trial · ``trials.parquet`` all rows ·
-``traces/`` drives that were looked at. Only the process that runs the study writes.
+``traces/`` drives that were looked at · ``anytime`` is there if the number of trials was not fixed. Only the
+process that runs the study writes.
 """
 
 import json
@@ -43,6 +44,19 @@ class StudyFolder:
     def finished(self) -> bool:
         """Whether all rows of a study are there together."""
         return self._table.exists()
+
+    @property
+    def anytime(self) -> bool:
+        """Whether the number of trials was not fixed before the first: what was seen may have decided it."""
+        return (self.path / "anytime").exists()
+
+    def go_on(self, trials: int, early: bool) -> None:
+        """Keep, before so many trials are driven, whether their number is fixed: it is not if they may end early, nor
+        if another number is finished.
+        """
+        finished = _table_in(self._table) if self.finished else None
+        if early or (finished is not None and finished.height != trials):
+            (self.path / "anytime").touch()
 
     def description(self) -> dict[str, Any]:
         """What is studied, as `claim` of this version wrote it; else a DataError."""

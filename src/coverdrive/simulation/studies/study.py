@@ -93,7 +93,8 @@ class Study:
     ) -> "Study":
         """Drive all trials that the folder does not hold yet; a study that was killed goes on where it was.
 
-        A study may be continued with more trials: the first ones stay the same. Whether to stop early is asked after
+        A study may be continued with more trials: the first ones stay the same, and what all of them prove holds at any
+        time, not only for a number that was fixed. Whether to stop early is asked after
         every ``batch`` of trials; ``name`` is of the stage that is reported, all else as in `study`.
         """
         if min(whole("trials", trials), whole("workers", workers), whole("batch", batch)) < 1:
@@ -104,6 +105,7 @@ class Study:
         if until_width is not None and not 0 < finite("until_width", until_width) < 1:
             raise SettingError(f"until_width: expected a number between 0 and 1, got {until_width!r}")
         setup = self._loaded
+        self.files.go_on(trials, early=until_width is not None)
         ends = [*range(batch, trials, batch), trials] if until_width else [trials]
         table = self.files.table_of([])
         with stage(f"{name} ({trials})"):
