@@ -1,5 +1,8 @@
 """Planning problems of a drawn scenario: what is read of them, how they are driven, and what is written."""
 
+import os
+import subprocess
+import sys
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -13,6 +16,7 @@ from problem_fakes import TRAFFIC, between, box, goal, written
 from recordings_fakes import RADIUS, TURN, driving, on_map, scenario, three_lanes
 from shapely.geometry import Point
 
+from coverdrive.driving import drivability
 from coverdrive.driving.batch import TABLE, solve_all
 from coverdrive.driving.drivability import refusal
 from coverdrive.driving.planning_problem import PlanningProblem, read_problems, told
@@ -142,6 +146,37 @@ def test_the_checker_refuses_what_is_wrong(tmp_path: Path) -> None:
         (found.cars[:9], "goal missed"),
     ):
         assert refusal(type(found)(found.problem, tuple(cars), True, found.trace)) == problem
+
+
+JUDGE = """
+import os, pickle, signal, sys
+while True:
+    *_, triangulated = pickle.load(sys.stdin.buffer)
+    if triangulated or {dies}:
+        os.kill(os.getpid(), signal.SIGSEGV)
+    sys.stdout.buffer.write(pickle.dumps({answer}))
+    sys.stdout.buffer.flush()
+"""
+
+
+def test_a_judge_that_dies_of_a_road_is_asked_for_less(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    if find_spec("commonroad_dc") is None or find_spec("triangle") is None:
+        pytest.skip("needs the extra commonroad, and triangle")
+    found = drive(read(written(tmp_path, goal())), PREDICTOR)
+
+    def said(answer: str, dies: bool = False) -> str | None:
+        call = [sys.executable, "-c", JUDGE.format(answer=answer, dies=dies)]
+        monkeypatch.setattr(drivability, "_CALL", call)
+        monkeypatch.setattr(drivability, "_judges", judges := dict[int, subprocess.Popen[bytes]]())
+        try:
+            return refusal(found)
+        finally:
+            drivability._dismiss(judges[os.getpid()])
+
+    assert said("'off the road'") == "off the road"
+    with pytest.raises(RuntimeError, match="too far"):
+        said("RuntimeError('too far')")
+    assert said("''", dies=True) is None
 
 
 def test_models_of_the_car() -> None:

@@ -158,7 +158,8 @@ class Motorway(gymnasium.Env[Any, Any]):
         if of_kind("options of a reset", options, (dict, type(None)), "none"):
             raise SettingError(f"a reset has no options, got {shown(options)}; make the environment with them instead")
         super().reset(seed=seed)
-        root = np.random.SeedSequence(int(self.np_random.integers(2**63)) if seed is None else seed)
+        drawn = int(self.np_random.integers(2**63)) if seed is None else seed
+        root = np.random.SeedSequence(drawn, spawn_key=(0,))  # as trial 0 of a study
         vehicles = self._vehicles[int(root.generate_state(1)[0]) % len(self._vehicles)]
         scene, self._road, self._last = begin(self._traffic, self._settings, vehicles, root)
         self._scenes, self._steps, self._outcome = [scene], [], None

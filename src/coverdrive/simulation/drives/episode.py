@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float
 from pydantic import Field
 
+from coverdrive.errors import DataError
 from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Planner
 from coverdrive.planning.problem.rollout import after_step
@@ -28,6 +29,8 @@ from coverdrive.simulation.traffic.motion import with_states
 
 _ROUNDING = 1e-6
 """of a number of steps"""
+_MOST = np.array([30.0, 5.0])
+"""[m/s²] and [rad/s] more than any car can do"""
 
 
 class EpisodeSettings(Settings):
@@ -103,9 +106,15 @@ def _generators(seed: int | np.random.SeedSequence) -> list[np.random.Generator]
 
 
 def move(scene: Scene, inputs: Float[np.ndarray, " 2"], traffic: Traffic, dt: float) -> TrafficStep:
-    """Everybody after ``dt`` [s] in which the ego drove these inputs."""
+    """Everybody after ``dt`` [s] in which the ego drove these inputs; a DataError if somebody is nowhere."""
     moved = traffic.step(scene, dt)
     states = moved.scene.states
+    if not np.isfinite(states[np.asarray(moved.scene.valid)]).all():
+        lost = np.flatnonzero(np.asarray(moved.scene.valid) & ~np.isfinite(states).all(1))[0]
+        raise DataError(
+            f"traffic {type(traffic).__qualname__} moved vehicle {lost} to the state {states[lost].tolist()}; expected "
+            "finite lon [m], lat [m], speed [m/s] and heading [rad]"
+        )
     states[EGO] = after_step(tuple(scene.state_of(EGO).tolist()), tuple(inputs.tolist()), dt)
     return TrafficStep(with_states(moved.scene, states), moved.base, moved.stuck, moved.missed)
 
@@ -141,9 +150,18 @@ class Decision(NamedTuple):
 
 
 def decide(predictor: Belief, planner: Planner, scene: Scene, road: Road, **wishes: Any) -> Decision:
-    """Predict the others and plan the ego's motion; ``wishes`` are further arguments of the planner's."""
+    """Predict the others and plan the ego's motion; ``wishes`` are further arguments of the planner's.
+
+    Raises:
+        DataError: the plan begins with what no car can do, or with no numbers.
+    """
     wall, begin = time.perf_counter(), time.process_time()
     paths = predictor.predict(scene, road, EGO, planner.dt, planner.steps)
     predicted = time.process_time()
     plan = planner.plan(scene.state_of(EGO), paths, road, **wishes)
+    if np.shape(plan.inputs)[1:] != (2,) or not (np.abs(plan.inputs[0]) <= _MOST).all():
+        raise DataError(
+            f"planner {type(planner).__qualname__} asks for {np.asarray(plan.inputs)[:1].tolist()}; expected rows of an "
+            f"acceleration of at most {_MOST[0]:g} m/s² and a yaw rate of at most {_MOST[1]:g} rad/s, either way"
+        )
     return Decision(paths, plan, predicted - begin, time.process_time() - begin, time.perf_counter() - wall)

@@ -3,7 +3,9 @@
 Trial i has its own random numbers, so that it is the same alone and within a study, on any number of processes.
 """
 
+import inspect
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
@@ -114,7 +116,7 @@ class Setup:
     @property
     def traffic_name(self) -> str:
         """What the traffic is called."""
-        return getattr(self.traffic, "kind", None) or str(described(self.traffic))
+        return getattr(self.traffic, "kind", None) or name_of(self.traffic)
 
     def loaded(self) -> "Setup":
         """The same with the recorded scenes read, so that other processes need not."""
@@ -171,7 +173,9 @@ def _is_made(part: Any, kind: type) -> bool:
 
 
 def described(part: Any) -> Any:
-    """Settings as JSON values; of anything else its name, with its settings if it has some."""
+    """Settings as JSON values; of anything else its name, with its settings if it has some, and of what is not of this
+    package what tells whether it was changed: a hash of its source, and the plain values of its public attributes.
+    """
     if isinstance(part, Settings):
         return part.model_dump(mode="json")
     if isinstance(part, partial):
@@ -179,6 +183,24 @@ def described(part: Any) -> Any:
     settings = getattr(part, "settings", None)
     if isinstance(part, MpcPlanner):
         return described(settings)
-    made = part if hasattr(part, "__qualname__") else type(part)
-    name = f"{made.__module__}.{made.__qualname__}"
-    return {"name": name, "settings": described(settings)} if isinstance(settings, Settings) else name
+    about: dict[str, Any] = {"settings": described(settings)} if isinstance(settings, Settings) else {}
+    made = _maker(part)
+    if made.__module__.partition(".")[0] != "coverdrive":
+        with suppress(OSError, TypeError):  # there is no file with its source
+            about["code"] = fingerprint(np.frombuffer(inspect.getsource(made).encode(), np.uint8))
+        about |= {name: each for name, each in getattr(part, "__dict__", {}).items() if _is_plain(name, each)}
+    return {"name": name_of(part), **about} if about else name_of(part)
+
+
+def name_of(part: Any) -> str:
+    """Of a class or function, or of that of which something is."""
+    made = _maker(part)
+    return f"{made.__module__}.{made.__qualname__}"
+
+
+def _maker(part: Any) -> Any:
+    return part if hasattr(part, "__qualname__") else type(part)
+
+
+def _is_plain(name: str, value: Any) -> bool:
+    return not name.startswith("_") and isinstance(value, bool | int | float | str)
