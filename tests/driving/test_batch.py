@@ -10,7 +10,7 @@ from driving_fakes import PREDICTOR
 from problem_fakes import TRAFFIC, between, goal, written
 from recordings_fakes import driving
 
-from coverdrive.driving import batch
+from coverdrive.driving import batch, solved
 from coverdrive.driving.batch import solve_all
 from coverdrive.driving.solved import solve
 from coverdrive.errors import DataError
@@ -84,6 +84,21 @@ def test_what_has_no_predictor_is_a_row(tmp_path: Path) -> None:
 
     ((row,),) = solve_all([written(tmp_path, SOON)], refused, tmp_path / "out")
     assert row["reason"] == "not driven: there are too few scenes" and not row["solved"]
+
+
+def test_reasons_have_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(scenario: Path) -> Belief:
+        raise DataError("there are\n  too few\tscenes\n")
+
+    def broken(*_: object) -> None:
+        raise ValueError("a state\nof many\n lines")
+
+    path = written(tmp_path, SOON)
+    ((row,),) = solve_all([path], refused, tmp_path / "out")
+    assert row["reason"] == "not driven: there are too few scenes"
+    monkeypatch.setattr(solved, "drive", broken)
+    (found,) = solve(path, PREDICTOR)
+    assert found.row["reason"] == "not driven: ValueError: a state of many lines; please report it"
 
 
 ONE = driving(100, 90.0, -1.75, 14.0, 20)

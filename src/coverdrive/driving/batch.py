@@ -18,7 +18,7 @@ from typing import Any
 import polars as pl
 
 from coverdrive.driving.single_track import ModelName
-from coverdrive.driving.solved import SCHEMA, solve, unsolved
+from coverdrive.driving.solved import SCHEMA, because, solve, unsolved
 from coverdrive.driving.solving import Drive, solution_of
 from coverdrive.errors import CoverdriveError
 from coverdrive.files import write_atomically
@@ -63,7 +63,7 @@ class _Scenarios:
         """Drive the problems of a scenario: their rows, the name of the benchmark, and the text of the solution."""
         file, belief = self.files[trial], self.predictors[trial]
         if isinstance(belief, str):
-            rows = [unsolved(file, self.model) | {"reason": f"not driven: {belief}"}]
+            rows = [unsolved(file, self.model) | because(f"not driven: {belief}")]
             return {"trial": trial, "rows": rows, "benchmark": "", "text": ""}
         with stage(name_of(file)):
             found = list(solve(file, belief, self.model))
@@ -71,7 +71,7 @@ class _Scenarios:
         try:
             text = solution_of(drives) if drives else ""
         except (ValueError, AttributeError) as error:  # of commonroad-io
-            lost = {"solved": False, "reason": f"driven, but it has no solution that can be written: {error}"}
+            lost = {"solved": False} | because(f"driven, but it has no solution that can be written: {error}")
             rows = [row | lost if row["solved"] else row for row in rows]
         for each in drives if self.draw else ():
             self.draw(each)  # pyright: ignore[reportOptionalCall]

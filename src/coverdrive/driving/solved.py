@@ -55,19 +55,24 @@ def solve(
             with naming(scenario):
                 problem = next(problems, None)
         except CoverdriveError as error:
-            yield Solved(known | {"reason": f"not read: {error}"}, None)
+            yield Solved(known | because(f"not read: {error}"), None)
             return
         if problem is None:
             return
         if isinstance(problem, PlanningProblem):
             yield solve_problem(problem, predictor, model, planner)
         else:
-            yield Solved(known | {"reason": f"not driven: {problem}"}, None)
+            yield Solved(known | because(f"not driven: {problem}"), None)
 
 
 def unsolved(scenario: Path, model: ModelName) -> Row:
     """The row of a scenario of which nothing is known, with no reason yet."""
     return dict.fromkeys(SCHEMA) | {"scenario": name_of(scenario), "model": model, "solved": False, "checked": False}
+
+
+def because(reason: str) -> Row:
+    """The reason of a row, in one line."""
+    return {"reason": " ".join(reason.split())}
 
 
 def solve_problem(
@@ -78,9 +83,9 @@ def solve_problem(
     try:
         driven = drive(problem, predictor, model, planner)
     except CoverdriveError as error:
-        return Solved(known | {"reason": f"not driven: {error}"}, None)
+        return Solved(known | because(f"not driven: {error}"), None)
     except Exception as error:  # a scenario that nobody thought of must not end those after it
-        return Solved(known | {"reason": f"not driven: {type(error).__name__}: {error}; please report it"}, None)
+        return Solved(known | because(f"not driven: {type(error).__name__}: {error}; please report it"), None)
     measured = measure(driven.trace, 0, 0)
     refused = _refusal(driven)
     contact, lack = driven.contact, driven.lack
@@ -88,7 +93,7 @@ def solve_problem(
     if refused is not None:
         reason = {"collision": contact, "goal missed": lack}.get(refused) or refused
     row = known | {name: measured[name] for name in MEASURES} | {"time": driven.seconds}
-    return Solved(row | {"reason": reason, "solved": not reason, "checked": refused is not None}, driven)
+    return Solved(row | because(reason) | {"solved": not reason, "checked": refused is not None}, driven)
 
 
 def _refusal(driven: Drive) -> str | None:
