@@ -145,6 +145,7 @@ def test_positions_are_measured_in_the_map() -> None:
         ({"a": (("here", 1.8), CAR)}, "vehicle 'a': got"),
         ({"a": None}, "vehicle 'a': got None"),
         ([(OWN, CAR)], "expected a dict"),
+        ({"a": (OWN, (400.0, 2.0))}, "400 m long and 2 m wide; expected metres above 0, at most 100 m"),
     ],
 )
 def test_what_is_no_vehicle_is_named(others: object, message: str) -> None:

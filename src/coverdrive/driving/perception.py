@@ -151,7 +151,8 @@ def _told(name: Hashable, told: Any) -> tuple[np.ndarray, np.ndarray]:
     state = _numbers(who, state, (2, 4), f"{_STATE}, or its measured x and y alone")
     size = _numbers(who, size, (2,), "length and width [m]")
     if not (size.min() > 0 and size.max() <= _LARGEST):
-        raise DataError(f"{who} is {size[0]:g} m long and {size[1]:g} m wide; expected metres above 0")
+        problem = f"{who} is {size[0]:g} m long and {size[1]:g} m wide; expected metres above 0, at most {_LARGEST:g} m"
+        raise DataError(f"{problem}: check the unit, or cut it into several")
     return state, size
 
 
