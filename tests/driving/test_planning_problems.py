@@ -56,6 +56,28 @@ def test_lanelets_and_the_nearest_of_several_goals(tmp_path: Path) -> None:
     assert (anywhere.lanes, anywhere.position, anywhere.time) == ((), None, (5.0, 6.0))
 
 
+def test_of_a_goal_in_parts_the_next_one_ahead_is_looked_at(tmp_path: Path) -> None:
+    def parts(*some: str) -> str:
+        shapes = "".join(part.removeprefix("<position>").removesuffix("</position>") for part in some)
+        return goal(f"<position>{shapes}</position>")
+
+    behind, near, far = box(20.0, -9.0, length=10.0), box(80.0, -5.25, length=10.0), box(160.0, -5.25, length=10.0)
+    wanted = read(written(tmp_path, parts(far, near))).goal
+    assert (wanted.lanes, wanted.lat) == ((1,), None)
+    assert wanted.position == pytest.approx((75.0, 85.0), abs=0.1)
+    assert read(written(tmp_path, parts(behind, near), at=40.0)).goal.lanes == (1,)
+    assert read(written(tmp_path, parts(behind, near), at=20.0)).goal.lanes == (0,)
+    with pytest.raises(RecordingError, match="the goal is not on the road"):
+        _ = read(written(tmp_path, parts(box(20.0, 60.0), box(80.0, 60.0)))).goal
+
+
+@pytest.mark.parametrize("left", [-5.26, -5.28])
+def test_a_goal_may_be_a_centimetre_wide(left: float, tmp_path: Path) -> None:
+    wanted = read(written(tmp_path, goal(box(90.0, left, length=0.01, width=0.01)))).goal
+    assert (wanted.lanes, wanted.lat) == (1, pytest.approx(11 + left, abs=0.01))
+    assert wanted.position == pytest.approx((90.0, 90.0), abs=0.02)
+
+
 def test_the_recorded_ego_and_vehicles_beside_the_road_are_no_others(tmp_path: Path) -> None:
     traffic = TRAFFIC + driving(90_007, 20.1, -1.7, 14.2, 60) + driving(102, 150.0, -15.0, 10.0, 20)
     found = read(written(tmp_path, goal(), traffic=traffic))

@@ -36,7 +36,7 @@ _NO_GAP = 0.05
 _BEHIND, _AHEAD = 4.0, 25.0
 """[m] where a map may have no gap between lanes if one is to change between them: body, and way to the other lane"""
 _OFF_CENTRE = 0.4
-"""[m] by which one aims at the inside of a position across the road"""
+"""[m] by which one aims at the inside of a position across the road, and of the road"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,8 +122,7 @@ class PlanningProblem:
         if not state.has_value("position"):
             return goal
         shape = shape_of(state.position)
-        lon, lat = self._across(shape)
-        middle = float(np.mean(lon))
+        lon, middle, lat = self._extent(shape)
         if state.has_value("orientation"):
             low, high = _interval(state.orientation)
             turned = float(self.road.heading_to_road(middle, low))
@@ -140,19 +139,45 @@ class PlanningProblem:
         place = float(np.clip(centres[lane], lat[0] + aside, lat[1] - aside))
         return replace(goal, position=lon, lanes=lane, lat=place)
 
-    def _across(self, shape: BaseGeometry) -> tuple[Interval, Interval]:
-        """Extent of a shape along the road, and across it in its middle, [m]."""
-        hull = get_coordinates(shape.convex_hull)
-        lon, _ = self.road.to_road(*hull.T)
+    def _extent(self, shape: BaseGeometry) -> tuple[Interval, float, Interval]:
+        """Extent of a shape along the road, a place there, and the extent across the road at that place, [m].
+
+        The place is the middle if the shape is there, and else one of the part that comes next after the start.
+        """
+        along = self._along(shape)
+        middle = float(np.mean(along))
+        if across := self._across(shape, middle):
+            return along, middle, across
+        part = self._next_part(shape)
+        along, (lon, lat) = self._along(part), map(float, self.road.to_road(*part.representative_point().coords[0]))
+        middle = float(np.mean(along))
+        if across := self._across(part, middle):
+            return along, middle, across
+        return along, lon, self._across(part, lon) or (lat, lat)
+
+    def _along(self, shape: BaseGeometry) -> Interval:
+        """Extent of a shape along the road [m]."""
+        lon, _ = self.road.to_road(*get_coordinates(shape.convex_hull).T)
         first, last = np.clip((lon.min(), lon.max()), 0.0, float(self.road.length))
-        along = float(first), float(last)
+        return float(first), float(last)
+
+    def _across(self, shape: BaseGeometry, lon: float) -> Interval | None:
+        """Extent of a shape across the road at a place [m]; None: it is not there."""
         places = np.linspace(self.road.edges[0] - VERGE, self.road.edges[-1] + VERGE, 400)
-        points = np.stack(self.road.to_map(np.full(400, np.mean(along)), places), axis=-1)
+        points = np.stack(self.road.to_map(np.full(400, lon), places), axis=-1)
         inside = places[[shape.covers(Point(*each)) for each in points]]
-        if len(inside) == 0:
+        return (float(inside.min()), float(inside.max())) if len(inside) else None
+
+    def _next_part(self, shape: BaseGeometry) -> BaseGeometry:
+        """Of the parts of a shape on the road the nearest one that is not behind the start, if there is such a one."""
+        on_road = shape.intersection(_surface_of(self.road).buffer(-_OFF_CENTRE))
+        parts = [part for part in getattr(on_road, "geoms", [on_road]) if part.area > 0]
+        if not parts:
             problem = f"planning problem {self.number}: the goal is not on the road that the start is on"
             raise RecordingError(self.file, f"{problem}; choose another planning problem")
-        return along, (float(inside.min()), float(inside.max()))
+        start = float(self.road.to_road(*self.problem.initial_state.position)[0])
+        ways = [self._along(part) for part in parts]
+        return min(zip(parts, ways, strict=True), key=lambda each: _way(start, each[1]))[0]
 
 
 def read_problems(file: Path) -> Iterator[PlanningProblem | RecordingError]:
@@ -294,6 +319,12 @@ def _at_origin(shape: Any) -> BaseGeometry:
     """The area of an obstacle's shape, which from commonroad-io 2026.1 on is none of its own until it is placed."""
     placed = getattr(shape, "compute_occupancy_for_state", lambda _: shape)
     return shape_of(placed(SimpleNamespace(position=np.zeros(2), orientation=0.0)))
+
+
+def _way(start: float, along: Interval) -> tuple[bool, float]:
+    """Whether something is behind a start, and how far from it [m]."""
+    first, last = along
+    return last < start, max(first - start, start - last)
 
 
 def _interval(value: Any) -> Interval:
