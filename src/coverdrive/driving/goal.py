@@ -67,6 +67,15 @@ class Goal:
         """The lanes, any of which will do."""
         return tuple(np.atleast_1d(np.asarray(self.lanes, dtype=int)).tolist())
 
+    @property
+    def turn(self) -> float:
+        """[rad] to the road in which one arrives: as little as the heading allows."""
+        if self.heading is None:
+            return 0.0
+        low, high = self.heading
+        inside = min((high - low) / 4, _UNTURNED)
+        return float(np.clip(0.0, low + inside, high - inside))
+
     def wish(self, state: Float[np.ndarray, " 4"], road: Road, time: float, usual: float) -> Wish:
         """What a planner is to aim at now.
 
@@ -105,14 +114,9 @@ class Goal:
 
         Until it is time the lane is kept from which that leads to the goal.
         """
-        if self.heading is None or self.position is None or not wish.lanes:
+        if self.position is None or not wish.lanes or not 0 < abs(self.turn) <= _STEEPEST:
             return wish
-        low, high = self.heading
-        inside = min((high - low) / 4, _UNTURNED)
-        turned = float(np.clip(0.0, low + inside, high - inside))
-        if turned == 0.0 or abs(turned) > _STEEPEST:
-            return wish
-        sideways = float(state[2]) * np.sin(turned)
+        sideways = float(state[2]) * np.sin(self.turn)
         middle = float(np.mean(self.position))
         edges, own = road.edges_at(middle), int(road.lane_at(state[0], state[1]))
         lane = min(self.any_lane, key=lambda each: abs(each - own))

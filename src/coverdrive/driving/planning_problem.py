@@ -17,6 +17,7 @@ from shapely.ops import unary_union
 from coverdrive.driving.goal import Goal, Interval
 from coverdrive.driving.perception import Told
 from coverdrive.driving.route import drawn_near, route
+from coverdrive.driving.tidy import in_order, refuse_unknown, with_narrow_headings
 from coverdrive.errors import DataError, RecordingError
 from coverdrive.geometry import boxes_overlap
 from coverdrive.recordings.files.boundary import naming
@@ -107,11 +108,13 @@ class PlanningProblem:
 
     @cached_property
     def goal(self) -> Goal:
-        """Where the drive is to lead: of alternatives the one with the nearest lane."""
+        """Where the drive is to lead: of alternatives the one with the nearest lane, and the least turn."""
         start = self.problem.initial_state
         lane = self.lane_of(*self.road.to_road(*start.position))
         goals = [self.goal_of(state) for state in self.problem.goal.state_list]
-        return min(goals, key=lambda goal: min((abs(lane - each) for each in goal.any_lane), default=0))
+        return min(
+            goals, key=lambda goal: (min((abs(lane - each) for each in goal.any_lane), default=0), abs(goal.turn))
+        )
 
     def goal_of(self, state: Any) -> Goal:
         """A goal from one of its states; its time counts from the start."""
@@ -200,6 +203,7 @@ def read_problems(file: Path) -> Iterator[PlanningProblem | RecordingError]:
 def _problem(file: Path, scenario: Any, problem: Any) -> PlanningProblem:
     try:
         check_problem(problem, float(scenario.dt))
+        problem.goal = with_narrow_headings(problem.goal)
         road = _road_of(scenario.lanelet_network, problem, float(scenario.dt))
         return PlanningProblem(file, _without_ego(file, problem.initial_state), problem, road)
     except DataError as error:
@@ -213,6 +217,7 @@ def _without_ego(file: Path, start: Any) -> Any:
     seen is a part of it.
     """
     scenario = open_scenario(file)[0]
+    in_order(scenario)
     for ego in scenario.dynamic_obstacles:
         state = ego.state_at_time(start.time_step)
         if state is None:
@@ -223,6 +228,7 @@ def _without_ego(file: Path, start: Any) -> Any:
                 [each for each in scenario.dynamic_obstacles if each is ego or _begins_in(each, ego)]
             )
             break
+    refuse_unknown(scenario)
     return scenario
 
 

@@ -1,0 +1,87 @@
+"""What commonroad-io would take in another way than it is written: states out of order, sets, and wide headings."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from driving_fakes import PREDICTOR
+from problem_fakes import TRAFFIC, between, box, goal, written
+from recordings_fakes import RADIUS, TURN, driving
+
+from coverdrive.driving.planning_problem import PlanningProblem, read_problems
+from coverdrive.driving.solved import solve
+from coverdrive.errors import RecordingError
+
+ONE = driving(100, 90.0, -1.75, 14.0, 40)
+SHAPE = "<shape><rectangle><length>6</length><width>2</width></rectangle></shape>"
+
+
+def read(path: Path) -> PlanningProblem | RecordingError:
+    (found,) = read_problems(path)
+    return found
+
+
+def states_of(vehicle: str) -> list[str]:
+    return re.findall("<state>.*?</state>", vehicle)
+
+
+def test_states_are_taken_by_their_time_steps(tmp_path: Path) -> None:
+    states = states_of(ONE)
+    shuffled = "".join(states[k] for k in np.random.default_rng(1).permutation(len(states)))
+    mixed = re.sub("<trajectory>.*</trajectory>", f"<trajectory>{shuffled}</trajectory>", ONE)
+    assert mixed != ONE
+    found, expected = (read(written(tmp_path, goal(), traffic=each)) for each in (mixed, ONE))
+    assert isinstance(found, PlanningProblem) and isinstance(expected, PlanningProblem)
+    for moment in (0, 1, 17, 39):
+        (pose, _), (right, _) = found.others(moment)[100], expected.others(moment)[100]
+        assert tuple(pose) == tuple(right)
+        (place, there) = (
+            each.scenario.dynamic_obstacles[0].occupancy_at_time(moment).shape.center for each in (found, expected)
+        )
+        assert place == pytest.approx(there)
+
+
+UNKNOWN = {
+    "a gap": (ONE.replace("".join(states_of(ONE)[19:24]), ""), "100 has no state at time step 20, but at 25"),
+    "a gap at first": (ONE.replace(states_of(ONE)[0], ""), "100 has no state at time step 1, but at 2"),
+    "one twice": (ONE.replace(states_of(ONE)[4], 2 * states_of(ONE)[4]), "100 has a state too many at time step 5"),
+    "sets": (
+        re.sub(
+            "<trajectory>.*</trajectory>",
+            f"<occupancySet><occupancy>{SHAPE}<time><exact>1</exact></time></occupancy></occupancySet>",
+            ONE,
+        ),
+        "100 has sets of places instead of states after time step 0; expected a trajectory",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", UNKNOWN)
+def test_who_is_not_known_at_every_time_step_is_refused(case: str, tmp_path: Path) -> None:
+    traffic, problem = UNKNOWN[case]
+    found = read(written(tmp_path, goal(), traffic=traffic))
+    assert isinstance(found, RecordingError) and f"planning problem 7: obstacle {problem}" in str(found)
+
+
+def test_of_the_recorded_ego_nothing_needs_to_be_known(tmp_path: Path) -> None:
+    ego = driving(90_007, 20.1, -1.7, 14.2, 60)
+    traffic = TRAFFIC + ego.replace(states_of(ego)[10], "")
+    found = read(written(tmp_path, goal(), traffic=traffic))
+    assert isinstance(found, PlanningProblem) and set(found.others(10)) == {100, 101}
+
+
+@pytest.mark.parametrize(("low", "high"), [(-3.1, 3.1), (-1.0, 3.0), (0.5, 6.2)])
+def test_headings_may_reach_farther_than_half_a_turn(low: float, high: float, tmp_path: Path) -> None:
+    wanted = goal(box(55.0, -1.75, length=70.0), between("orientation", low, high), first=5, last=6)
+    (found,) = solve(written(tmp_path, wanted), PREDICTOR)
+    assert found.row["solved"], found.row["reason"]
+    assert found.drive is not None
+    turned = TURN + 55.0 / RADIUS
+    assert found.drive.problem.goal.turn == (0.0 if low < turned else pytest.approx(low - turned, abs=0.05))
+
+
+def test_headings_outside_are_missed(tmp_path: Path) -> None:
+    wanted = goal(box(55.0, -1.75, length=70.0), between("orientation", 1.5, 6.5), first=5, last=6)
+    (found,) = solve(written(tmp_path, wanted), PREDICTOR)
+    assert (found.row["solved"], found.row["reason"]) == (False, "goal missed: heading")
