@@ -14,6 +14,7 @@ from coverdrive.dialling.adapting import life
 from coverdrive.driving.driver import Driver
 from coverdrive.errors import SettingError
 from coverdrive.league.beliefs import ConstantVelocity
+from coverdrive.paths import PredictedPaths
 from coverdrive.prediction.adaptive import Adaptive, LongRun, near
 from coverdrive.prediction.fit import Fit
 from coverdrive.road import Road
@@ -161,8 +162,18 @@ def setup_of(belief: object, seconds: float = 4.0) -> Setup:
     return Setup(belief, ConstantPlanner, "drivers", EpisodeSettings(duration=seconds), (6, 8), seed=3)  # pyright: ignore
 
 
-def test_windows_are_those_that_the_evaluation_finds() -> None:
-    belief = Adaptive(BOXES, rate=1e-6)
+class Ellipses(ConstantVelocity):
+    """The same boxes, in which the centre has to stay in an ellipse besides, at the points of a path alone."""
+
+    def predict(self, scene: Scene, *asked) -> PredictedPaths:
+        paths = super().predict(scene, *asked)
+        return replace(paths, ellipses=np.maximum(paths.half_sizes - scene.half_sizes[paths.vehicle, None], 0.01))
+
+
+@pytest.mark.parametrize("kind", [ConstantVelocity, Ellipses])
+def test_windows_are_those_that_the_evaluation_finds(kind: type[ConstantVelocity]) -> None:
+    """In steps of 0.1 s: of boxes in every one, with ellipses at the points of a path, 0.25 s apart."""
+    belief = Adaptive(kind(BOXES.beyond), rate=1e-6)
     settled = lost = 0
     for trial in range(4):
         setup = setup_of(belief)

@@ -34,6 +34,9 @@ NEAR = 50.0
 _JUMP = 2.0
 """[m] from where its speeds take it, beyond which a vehicle is another one"""
 
+_ROUNDING = 1e-6
+"""of a number of periods"""
+
 
 def near(scene: Scene, road: Road, ego: int) -> Bool[np.ndarray, "*batch A"]:
     """Who is within 50 m along the road of the ego, in its lane or a neighbouring one."""
@@ -103,31 +106,36 @@ class _Windows:
     """Of the vehicles near the ego at one moment."""
 
     paths: PredictedPaths
-    """with a point every period"""
+    """with a point for every moment at which is looked: each period, or with ellipses their own"""
     half_sizes: Float[np.ndarray, "S 2"]
     """[m] of the vehicle of each path"""
     held: Bool[np.ndarray, " S"]
     """whether a path has held its vehicle so far"""
     open: Bool[np.ndarray, " A"]
     """whose windows are under way"""
-    apart: float = 1.0
-    """periods between moments at which is looked, from the first point on"""
+    apart: float
+    """periods between two points"""
     age: int = 0
-    """periods since then, and point of the paths"""
+    """periods since then"""
+    seen: int = 0
+    """points at which was looked"""
 
-    def follow(self, now: Float[np.ndarray, "B 3"], same: Bool[np.ndarray, " B"]) -> tuple[int, int]:
-        """See where vehicles are, one period later: how many windows that settles, and how many as lost."""
+    def follow(
+        self, before: Float[np.ndarray, "B 3"], now: Float[np.ndarray, "B 3"], same: Bool[np.ndarray, " B"]
+    ) -> tuple[int, int]:
+        """See where vehicles were, and are one period later: how many windows that settles, and how many as lost."""
         self.open[len(same) :] = False
         self.open[: len(same)] &= same[: len(self.open)]
         self.age += 1
-        looks = self.age / self.apart
-        if abs(looks - round(looks)) < 1e-6:
-            vehicle = np.where(self.open[self.paths.vehicle], self.paths.vehicle, 0)
-            self.held &= inside(self.paths, self.age, now[None, vehicle], self.half_sizes)[0]
+        vehicle, last = np.where(self.open[self.paths.vehicle], self.paths.vehicle, 0), self.paths.points.shape[1] - 1
+        while self.seen < last and (ago := self.age - (self.seen + 1) * self.apart) > -_ROUNDING:
+            self.seen += 1
+            then = now if ago < _ROUNDING else ago * before + (1 - ago) * now
+            self.held &= inside(self.paths, self.seen, then[None, vehicle], self.half_sizes)[0]
         anywhere = np.zeros_like(self.open)
         anywhere[self.paths.vehicle[self.held]] = True
         lost = self.open & ~anywhere
-        settled = self.open.copy() if self.age == self.paths.points.shape[1] - 1 else lost
+        settled = self.open.copy() if self.seen == last else lost
         self.open &= ~settled
         return int(settled.sum()), int(lost.sum())
 
@@ -220,10 +228,10 @@ class Adaptive:
             self._learn(scene, ego)
         paths = self.predictor.scaled(self.scale).predict(scene, road, ego, dt, steps)
         if not again and (watched := near(scene, road, ego)).any():
-            own = every(self.period, paths.of(watched[paths.vehicle]))
+            own = paths.of(watched[paths.vehicle])
+            own = every(self.period, own) if own.ellipses is None else own
             held = np.ones(len(own), dtype=bool)
-            apart = 1.0 if paths.ellipses is None else paths.dt / self.period  # where the paper looks
-            self._open.append(_Windows(own, scene.half_sizes[own.vehicle], held, watched, apart))
+            self._open.append(_Windows(own, scene.half_sizes[own.vehicle], held, watched, own.dt / self.period))
             self.run.most = max(self.run.most, sum(int(each.open.sum()) for each in self._open))
         return paths
 
@@ -235,7 +243,7 @@ class Adaptive:
             self._open.clear()  # another drive
             return
         for windows in self._open:
-            settled, lost = windows.follow(scene.states[: len(same), [0, 1, 3]], same)
+            settled, lost = windows.follow(*(each.states[: len(same), [0, 1, 3]] for each in (before, scene)), same)
             self.run.settle(lost, settled)
         self._open = [each for each in self._open if each.open.any()]
 
