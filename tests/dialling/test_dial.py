@@ -10,7 +10,7 @@ import pytest
 from simulation_fakes import ConstantPlanner, FakeBasis, FakePredictor, make_scene
 
 from coverdrive.certificates.certificate import Certificate
-from coverdrive.certificates.drives import drives_needed
+from coverdrive.certificates.drives import anytime_limit, drives_needed
 from coverdrive.dialling.dial import SCALES, Dialled, Request, dial, dialled, proof_of, said_of_dial
 from coverdrive.errors import CertificateError, DataError, SettingError
 from coverdrive.road import Road
@@ -188,7 +188,8 @@ def test_a_study_proves_something_as_well(turned: Dialled, tmp_path: Path) -> No
     trials = StudyFolder(tmp_path / "pilot" / "0.6").table()
     proof = proof_of(trials, 0.8)
     assert proof.bound == pytest.approx(1 - 0.01 ** (1 / 3)) and "(0 of 3)" in proof.sentence
-    assert proof_of(trials, 0.8, anytime=True).bound > proof.bound  # that may end whenever it has proved something
+    longer = proof_of(trials, 0.8, True)  # that may end whenever it has proved something
+    assert (longer.method, longer.bound) == ("anytime", anytime_limit(0, 3, 0.99)) and longer.bound > proof.bound
 
 
 @pytest.mark.parametrize(

@@ -57,7 +57,7 @@ def demo(
         page = report(results.fitted, study, trials=[trial], replays=0)
     setup, trials = study.setup, study.trials
     sentences = [each.sentence for each in results.certified.planned_against]
-    proved = proof_of(trials, setup.episode.duration).sentence
+    proved = proof_of(trials, setup.episode.duration, study.files.anytime).sentence
     row = trials.filter(trial=trial).row(0, named=True)
     console.print(driven_on(setup))
     for sentence in (*sentences, proved):

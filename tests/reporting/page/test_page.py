@@ -8,6 +8,7 @@ import polars as pl
 import pytest
 from report_fakes import make_contents, make_dialled, make_stray
 
+from coverdrive.certificates.drives import anytime_limit
 from coverdrive.numbers import at_most
 from coverdrive.progress import heard_by
 from coverdrive.reporting.page.page import _script_json, page, write_page
@@ -96,6 +97,8 @@ def test_the_verdict_is_what_the_drives_prove_where_their_number_was_fixed() -> 
         "(2.0 min, 2.88 km) did; 24.4 m/s on average."
     )
     assert "proves nothing of scenes other than those replayed" in verdict(replace(calm, replayed=True))
+    longer = anytime_limit(0, 100, 0.99)
+    assert longer > bound and f"at most {at_most(longer, 3)} of drives" in verdict(replace(calm, anytime=True))
 
 
 def test_the_verdict_is_what_was_dialled_with_the_speed_of_knowing_the_future() -> None:

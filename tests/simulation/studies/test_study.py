@@ -78,6 +78,31 @@ def test_a_finished_study_is_not_run_again_and_can_be_continued(tmp_path, monkey
     assert run(tmp_path, 6).head(4).equals(table)
 
 
+def test_a_number_of_trials_is_fixed_unless_another_one_follows(tmp_path):
+    study = Study(fakes(), tmp_path / "fixed")
+    for trials, anytime in ((3, False), (3, False), (4, True), (4, True)):
+        assert study.run(trials).files.anytime is anytime
+    fewer = Study(fakes(), tmp_path / "fewer").run(3).run(2)
+    early = Study(fakes(), tmp_path / "early").run(2, until_width=0.9)
+    assert fewer.files.anytime and early.files.anytime and early.run(2).files.anytime
+
+
+def test_a_killed_study_has_the_number_of_trials_that_it_was_begun_with(tmp_path):
+    with pytest.raises(RuntimeError, match="out of luck"):
+        run(tmp_path, 3, fakes(planner=Unlucky()))
+    assert not Study(fakes(), tmp_path).run(3).files.anytime
+    with pytest.raises(RuntimeError, match="out of luck"):
+        run(tmp_path / "less", 3, fakes(planner=Unlucky()))
+    assert Study(fakes(), tmp_path / "less").run(2).files.anytime
+
+
+def test_a_finished_study_of_which_only_the_rows_are_known_had_their_number(tmp_path):
+    for trials, anytime in ((2, False), (3, True)):
+        study = Study(fakes(), tmp_path / str(trials)).run(2)
+        (study.folder / "planned.json").unlink()
+        assert study.run(trials).files.anytime is anytime
+
+
 def test_progress_counts_what_was_finished_before(tmp_path):
     run(tmp_path, 2)
     heard = []

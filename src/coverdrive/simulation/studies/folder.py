@@ -1,8 +1,8 @@
 """The folder of a study: what is studied, one file for each finished trial, all rows together, and stored drives.
 
 ``study.json`` says what is studied · ``trials/`` holds one row for each finished trial · ``trials.parquet`` all rows ·
-``traces/`` drives that were looked at · ``anytime`` is there if the number of trials was not fixed. Only the
-process that runs the study writes.
+``traces/`` drives that were looked at · ``planned.json`` the number of trials · ``anytime`` is there if that was not
+fixed. Only the process that runs the study writes.
 """
 
 import json
@@ -52,10 +52,13 @@ class StudyFolder:
 
     def go_on(self, trials: int, early: bool) -> None:
         """Keep, before so many trials are driven, whether their number is fixed: it is not if they may end early, nor
-        if another number is finished.
+        if another number was begun.
         """
-        finished = _table_in(self._table) if self.finished else None
-        if early or (finished is not None and finished.height != trials):
+        planned = self.path / "planned.json"
+        if not planned.exists():  # of older studies there are but the rows, once they are finished
+            finished = _table_in(self._table) if self.finished else None
+            write_json(planned, trials if finished is None else finished.height)
+        if early or json.loads(planned.read_text(encoding="utf-8")) != trials:
             (self.path / "anytime").touch()
 
     def description(self) -> dict[str, Any]:
