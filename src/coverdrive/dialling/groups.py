@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import polars as pl
+from jax import tree
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
@@ -187,7 +188,8 @@ def _fitted(
     recordings: Sequence[Recording], settings: PredictionSettings, seed: int, folder: Path, shares: Sequence[float]
 ) -> tuple[AnyPredictor, list[float]]:
     """What was fitted to recordings, once, and the scale for each share; each fit has its own folder."""
-    asked = json.dumps([[digest(each) for each in recordings], settings.model_dump(mode="json"), seed])
+    roads = [fingerprint(*map(np.asarray, tree.leaves(each.road))) for each in recordings]
+    asked = json.dumps([[digest(each) for each in recordings], roads, settings.model_dump(mode="json"), seed])
     folder /= fingerprint(np.frombuffer(asked.encode(), np.uint8))
     predictor, scores = folder / "predictor.safetensors", folder / "scores.safetensors"
     if not scores.exists():

@@ -1,0 +1,48 @@
+"""Fits to some groups of recordings, which are tried on the others."""
+
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import polars as pl
+import pytest
+
+from coverdrive.dialling import groups
+from coverdrive.prediction.boxes.predictor import BoxPredictor
+from coverdrive.prediction.cover.basis import BasisSettings
+from coverdrive.prediction.fit import PredictionSettings
+from coverdrive.recordings.recording import IDENTITY, SCHEMA, Recording
+from coverdrive.road import Road
+
+
+def recording_of(vehicle: int) -> Recording:
+    """One vehicle at one moment, which no other recording shows."""
+    usual = {"vehicle": vehicle, "group": 0, "time": 0.0, "speed": 20.0, "length": 4.8, "width": 1.9}
+    row = {name: [usual.get(name, 0.0)] for name in SCHEMA} | {"identity": [vehicle]}
+    table = pl.DataFrame(row, schema=SCHEMA | IDENTITY)
+    return Recording("one", table, 0.1, Road.straight(), {})
+
+
+def test_only_the_same_recordings_settings_and_seed_have_the_same_fit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = list[Path]()
+
+    def save(file: Path) -> None:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.touch()
+        made.append(file)
+
+    kept = SimpleNamespace(save=save)
+    monkeypatch.setattr(groups, "fit", lambda *_, **__: SimpleNamespace(predictor=kept, scored=kept))
+    monkeypatch.setattr(groups, "Predictor", SimpleNamespace(load=lambda _: BoxPredictor.__new__(BoxPredictor)))
+    monkeypatch.setattr(groups, "ScoredSides", SimpleNamespace(load=lambda *_: SimpleNamespace(calibration=None)))
+    monkeypatch.setattr(groups, "scale_left", lambda *_: 1.0)
+    scenes, settings = [recording_of(vehicle) for vehicle in range(4)], PredictionSettings()
+    wider = [replace(each, road=Road.straight(width=4.0)) for each in scenes]
+    asked = [(scenes[:3], settings, 0), (scenes[1:], settings, 0), (wider[:3], settings, 0), (scenes[:3], settings, 1)]
+    asked += [(scenes[:3], settings.model_copy(update={"basis": BasisSettings(radius=1.0)}), 0)]
+    for _ in range(2):
+        for each in asked:
+            groups._fitted(*each, tmp_path, (0.1,))  # pyright: ignore[reportPrivateUsage]
+        assert len(made) == len(set(made)) == 2 * len(asked)
