@@ -140,12 +140,22 @@ def test_without_confidence_one_loss_is_added() -> None:
     assert units_needed(0.1, None) == 9
 
 
-@pytest.mark.parametrize(("epsilon", "confidence"), [(0.1, 0.99), (0.3, 0.9)])
+@pytest.mark.parametrize(("epsilon", "confidence"), [(0.1, 0.99), (0.3, 0.9), (1e-5, 0.99)])
 def test_how_many_units_would_do(epsilon: float, confidence: float) -> None:
     needed = units_needed(epsilon, confidence)
     exact = np.log(1 - confidence) / np.log(1 - epsilon)  # of units that are missed or not
     assert exact <= needed < 1.1 * exact + 2
-    assert not proves(np.zeros(needed - 1), epsilon, confidence)
+    assert proves(np.zeros(needed), epsilon, confidence) and not proves(np.zeros(needed - 1), epsilon, confidence)
+
+
+@pytest.mark.parametrize("confidence", [None, 0.9])
+def test_losses_so_many_times_prove_what_all_of_them_do(confidence: float | None) -> None:
+    found = list[bool]()
+    for seed in range(100):
+        losses, times, epsilon = shares(20, seed), 1 + seed % 5, np.random.default_rng(seed).uniform(0.1, 0.5)
+        found.append(proves(losses, epsilon, confidence, times))
+        assert found[-1] is proves(np.tile(losses, times), epsilon, confidence)
+    assert 10 < sum(found) < 90
 
 
 def exceeding(unit: Unit, repeats: int = 2000, **how: float) -> float:

@@ -14,7 +14,9 @@ from coverdrive.dialling.splitting import Path as Found
 from coverdrive.dialling.splitting import _Walk
 from coverdrive.dialling.tape import Tape
 from coverdrive.errors import DataError, SettingError
+from coverdrive.league.beliefs import ConstantVelocity
 from coverdrive.planning.planner import MpcPlanner
+from coverdrive.prediction.adaptive import Adaptive
 from coverdrive.simulation.drives.episode import EpisodeSettings
 from coverdrive.simulation.drives.outcome import Kind
 from coverdrive.simulation.drives.storage import load_trace
@@ -147,6 +149,9 @@ def test_what_makes_no_sense_is_refused(tmp_path: Path):
     for rarest in (0.0, 1.0, float("nan")):
         with pytest.raises(SettingError, match="between 0 and 1"):
             rare(fakes(), tmp_path, rarest=rarest)
+    learning = Adaptive(ConstantVelocity(np.ones((3, 2))))
+    with pytest.raises(SettingError, match="a belief that learns"):
+        rare(replace(fakes(), predictor=learning), tmp_path)
     (tmp_path / "no.tape.npz").write_bytes(b"nothing")
     with pytest.raises(DataError, match=r"no\.tape\.npz is not the tape of a drive"):
         again(fakes(), tmp_path / "no.tape.npz")

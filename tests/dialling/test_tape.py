@@ -85,3 +85,13 @@ def test_only_the_last_calls_of_a_moment_change():
     moved.random()
     moved.turn(1)
     assert not moved.reversible(of, 0) and moved.calls(0) == 1
+
+
+@pytest.mark.parametrize(
+    ("loc", "scale", "size"), [(5.0, 2.0, 4), ([1.0, 2.0, 3.0], 2.0, None), (1.0, [2.0, 3.0], None)]
+)
+def test_every_element_of_a_normal_draw_has_its_own_number(loc, scale, size):
+    of, count = tape(), size or np.broadcast(loc, scale).size
+    drawn = of.normal(loc, scale, size=size)
+    assert of.arrays["places"].tolist() == [[0, count]]
+    assert np.array_equal(drawn, np.add(loc, np.multiply(scale, tape().standard_normal(count))))

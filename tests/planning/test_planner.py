@@ -23,6 +23,7 @@ from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.planning.problem.tree import BranchSettings, held_on
 from coverdrive.planning.problem.vehicle import VehicleSettings, step
 from coverdrive.planning.rules.follower import FollowerSettings, with_careful_follower
+from coverdrive.planning.rules.leaders import LeaderSettings
 from coverdrive.planning.rules.manners import NONE
 from coverdrive.planning.rules.wish import Wish
 from coverdrive.reference_line import ReferenceLine
@@ -560,6 +561,30 @@ def test_what_is_urgent_counts_more_than_comfort_for_one_plan_only(straight_path
     assert (calm[6, 1:3] + 0.4 < hurried[6, 1:3]).all()
     assert hurried[-1, 1:3] == pytest.approx([5.4, 22.0], abs=0.2)
     assert np.array_equal(again, calm)
+
+
+def test_what_is_urgent_is_not_held_back_by_what_vehicles_ahead_may_do_besides(straight_paths) -> None:
+    trusting = PlannerSettings(leaders=LeaderSettings(deceleration=0))
+    state, paths, found = np.array([0, 5.4, 20, 0.0]), straight_paths((20, 5.4, 20)), []
+    for settings, urgent in ((None, False), (None, True), (trusting, True)):
+        found.append(MpcPlanner(settings).plan(state, paths, ROAD, Wish(22.0, lanes=(1,), urgent=urgent)).inputs)
+    calm, hurried, without = found
+    assert calm[:4, 0].max() < 0 < hurried[:4, 0].min()
+    assert np.array_equal(hurried, without)
+
+
+def test_who_changes_a_plan_does_not_change_the_next_one(straight_paths) -> None:
+    state, paths, seconds = np.array([0, 1.8, 20, 0.0]), straight_paths((40, 1.8, 15)), []
+    for changed in (False, True):
+        planner = MpcPlanner()
+        planner.reset(PERIOD)
+        first = planner.plan(state, paths, ROAD)
+        after = step(state, first.inputs[0], PERIOD)
+        if changed:
+            for each in (first.inputs, first.states, first.slack):
+                each[:] = -1.0
+        seconds.append(planner.plan(after, paths, ROAD))
+    assert np.array_equal(seconds[0].inputs, seconds[1].inputs)
 
 
 def test_a_solved_plan_keeps_to_the_jerk_limit_where_vehicles_appear(straight_paths) -> None:
