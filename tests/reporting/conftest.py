@@ -1,4 +1,4 @@
-"""Fixtures of the report's tests, which find `report_fakes` beside this file."""
+"""Fixtures of the report's tests, which find `report_fakes` beside this file, and the stand-ins of the simulation."""
 
 import sys
 from pathlib import Path
@@ -7,7 +7,7 @@ import matplotlib as mpl
 import pytest
 from matplotlib import _pylab_helpers
 
-sys.path.insert(0, str(Path(__file__).parent))
+sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "simulation")]
 
 
 @pytest.fixture

@@ -2,20 +2,25 @@
 
 import json
 import re
-from dataclasses import replace
+from dataclasses import fields, replace
+from pathlib import Path
 
 import polars as pl
 import pytest
 from report_fakes import make_contents, make_dialled, make_stray
+from simulation_fakes import fakes
 
 from coverdrive.certificates.drives import anytime_limit
 from coverdrive.numbers import at_most
 from coverdrive.progress import heard_by
+from coverdrive.reporting.contents import Fitted
 from coverdrive.reporting.page.page import _script_json, page, write_page
 from coverdrive.reporting.page.summary import ends, heading, tiles, verdict
 from coverdrive.reporting.page.trials import COLUMNS, trial_rows
+from coverdrive.reporting.report import contents_of
 from coverdrive.simulation.drives.outcome import Kind
 from coverdrive.simulation.measures.trial import measure
+from coverdrive.simulation.studies.study import Study
 
 IDLE = Kind.NOT_STARTED.value
 
@@ -99,6 +104,13 @@ def test_the_verdict_is_what_the_drives_prove_where_their_number_was_fixed() -> 
     assert "proves nothing of scenes other than those replayed" in verdict(replace(calm, replayed=True))
     longer = anytime_limit(0, 100, 0.99)
     assert longer > bound and f"at most {at_most(longer, 3)} of drives" in verdict(replace(calm, anytime=True))
+
+
+def test_a_page_knows_whether_the_number_of_drives_was_fixed(tmp_path: Path) -> None:
+    contents, study = make_contents(), Study(fakes(), tmp_path)
+    fitted = Fitted(**{each.name: getattr(contents, each.name) for each in fields(Fitted)})
+    assert not contents_of(fitted, study.run(1), []).anytime
+    assert contents_of(fitted, study.run(2), []).anytime
 
 
 def test_the_verdict_is_what_was_dialled_with_the_speed_of_knowing_the_future() -> None:
