@@ -242,8 +242,9 @@ class Adaptive:
         if before is None or ego >= len(same) or not same[ego]:
             self._open.clear()  # another drive
             return
+        first, then = (each.states[: len(same), [0, 1, 3]] for each in (before, scene))
         for windows in self._open:
-            settled, lost = windows.follow(*(each.states[: len(same), [0, 1, 3]] for each in (before, scene)), same)
+            settled, lost = windows.follow(first, then, same)
             self.run.settle(lost, settled)
         self._open = [each for each in self._open if each.open.any()]
 
