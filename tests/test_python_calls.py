@@ -55,7 +55,7 @@ def test_a_study_of_an_own_planner_has_a_page(results: Results, tmp_path: Path) 
         results.predictor, Straight(), folder=tmp_path / "study", trials=1, traffic="drivers", vehicles=2, episode=SHORT
     )
     page = cd.report(results.fitted, study, tmp_path / "page.html")
-    assert "Straight" in study.files.description()["planner"] and page.stat().st_size > 10_000
+    assert "Straight" in study.files.description()["planner"]["name"] and page.stat().st_size > 10_000
     with unchecked(), pytest.raises(SettingError, match=r"fitted: expected .*; a study is the second argument, got an"):
         cd.report(study)
     with unchecked(), pytest.raises(SettingError, match="study: expected what `study` gives, got"):

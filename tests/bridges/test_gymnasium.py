@@ -16,17 +16,16 @@ from coverdrive.bridges.gymnasium import ACTION, NAME, Motorway, RewardSettings
 from coverdrive.bridges.observations import observation_of
 from coverdrive.driving.driver import Driver
 from coverdrive.errors import SettingError
-from coverdrive.planning.planner import MpcPlanner
 from coverdrive.planning.problem.vehicle import VehicleSettings
 from coverdrive.prediction.learning.affordance import FEATURES, affordance
 from coverdrive.road import Road
 from coverdrive.simulation.drivers.generated import GeneratedSettings, generate
-from coverdrive.simulation.drives.episode import EpisodeSettings, run_episode
+from coverdrive.simulation.drives.episode import EpisodeSettings
 from coverdrive.simulation.drives.outcome import Kind
 from coverdrive.simulation.measures.misses import find_windows
 from coverdrive.simulation.measures.trial import measure
 from coverdrive.simulation.roads.initial import InitialSettings
-from coverdrive.simulation.traffic.driver_traffic import DriverTraffic
+from coverdrive.simulation.studies.study import simulate
 from shape_checks import unchecked
 
 SHORT = EpisodeSettings(duration=1.0)
@@ -131,7 +130,7 @@ def test_many_reset_themselves_and_go_on_as_each_would(mode: AutoresetMode) -> N
 
 @pytest.mark.parametrize("seed", [1, 4])
 def test_our_driver_in_it_drives_as_in_our_simulation(seed: int) -> None:
-    own = run_episode(PREDICTOR, MpcPlanner(), DriverTraffic(), SETTINGS, 5, seed)
+    own = simulate(PREDICTOR, traffic="drivers", vehicles=5, seed=seed, episode=SETTINGS)
     env, driver = Motorway(episode=SETTINGS), Driver(PREDICTOR)
     env.reset(seed=seed)
     over, steps, info = False, 0, {}

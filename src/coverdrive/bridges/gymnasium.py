@@ -150,8 +150,7 @@ class Motorway(gymnasium.Env[Any, Any]):
         self._scenes, self._steps, self._open = list[Scene](), list[Step](), False
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
-        """Begin an episode: that of `coverdrive.simulation.drives.episode.run_episode` with the same seed, where one is
-        given.
+        """Begin an episode: trial 0 of a study with the same seed, where one is given.
 
         There are no ``options``; a SettingError if any are given.
         """

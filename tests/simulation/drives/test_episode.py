@@ -1,10 +1,12 @@
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from simulation_fakes import ConstantPlanner, FakeBasis, FakePredictor, make_scene
 
 import coverdrive.simulation.drives.episode as episode
+from coverdrive.errors import DataError
 from coverdrive.planning.problem.vehicle import step as vehicle_step
 from coverdrive.simulation.drives.episode import EpisodeSettings, run_episode
 from coverdrive.simulation.drives.outcome import Fault, Kind, contacts
@@ -158,6 +160,26 @@ def test_the_ego_swerves_into_its_neighbour(monkeypatch):
         monkeypatch, make_scene([0, 0.0], [1.8, 5.4]), ConstantPlanner(yaw_rate=0.1), straight, duration=5.0
     )
     assert (trace.outcome.kind, trace.outcome.at_fault) == (Kind.SIDE, Fault.EGO)
+
+
+@pytest.mark.parametrize("inputs", [(np.nan, 0.0), (1e4, 0.0), (0.0, -50.0)])
+def test_a_planner_that_asks_for_what_no_car_can_do_is_named(inputs):
+    planner = ConstantPlanner()
+    planner.inputs = np.tile(inputs, (12, 1))
+    planner.plan = lambda *_: replace(ConstantPlanner().plan(np.zeros(4), None, None), inputs=planner.inputs)
+    with pytest.raises(DataError, match=r"planner ConstantPlanner asks for .* at most 30 m/s² and .* 5 rad/s"):
+        run(1, planner)
+
+
+def test_traffic_that_loses_somebody_is_named(monkeypatch):
+    class Losing(SetSamplingTraffic):
+        def step(self, scene, dt):
+            moved = super().step(scene, dt)
+            moved.scene.lon[2] = np.nan
+            return moved
+
+    with pytest.raises(DataError, match=r"Losing moved vehicle 2 to the state \[nan"):
+        run_episode(PREDICTOR, ConstantPlanner(), Losing(PREDICTOR), EpisodeSettings(duration=1.0), 4, 0)
 
 
 def test_settings_reach_the_start():

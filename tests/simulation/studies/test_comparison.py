@@ -63,7 +63,8 @@ def test_two_planners_in_the_same_traffic(tmp_path):
     Study(fakes(accelerating), tmp_path / "b").run(4)
     found = compare(tmp_path / "a", tmp_path / "b")
     assert found.trials == 4
-    assert found.settings == {"planner": ("simulation_fakes.ConstantPlanner", f"{__name__}.accelerating")}
+    assert found.settings["planner.name"] == ("simulation_fakes.ConstantPlanner", f"{__name__}.accelerating")
+    assert set(found.settings) == {"planner.name", "planner.code"}
     speed = found.measures[0]
     assert (speed.name, speed.pairs) == ("mean_speed", 4)
     assert speed.first == pytest.approx(20.0) and speed.second == pytest.approx(20.5, abs=0.1)

@@ -1,3 +1,4 @@
+import inspect
 import json
 import os
 import signal
@@ -116,7 +117,7 @@ def test_another_configuration_is_refused_by_name(tmp_path):
     run(tmp_path, 1)
     with pytest.raises(DataError, match=r"seed 0, now 1"):
         run(tmp_path, 1, fakes(seed=1))
-    with pytest.raises(DataError, match=r"planner '.*ConstantPlanner', now '.*partial"):
+    with pytest.raises(DataError, match=r"planner None, now '.*partial', .*planner.name '.*ConstantPlanner', now None"):
         run(tmp_path, 1, fakes(planner=Slow))
     with pytest.raises(DataError, match=r"episode.step 0.1, now 0.05"):
         run(tmp_path, 1, replace(fakes(), episode=FAST.model_copy(update={"step": 0.05})))
@@ -125,6 +126,28 @@ def test_another_configuration_is_refused_by_name(tmp_path):
 
 class Slow(ConstantPlanner):
     __qualname__ = "partial"
+
+
+class Pushing(ConstantPlanner):
+    def __init__(self, push: float = 0.0):
+        super().__init__()
+        self.push, self.calls = push, 0
+
+    def plan(self, state, paths, road):
+        self.calls += 1
+        return super().plan(state, paths, road)
+
+
+def test_an_own_planner_that_was_changed_is_another_one(tmp_path, monkeypatch):
+    """By what it was made with, or by its source; what it counts is no part of it."""
+    planner = Pushing(1.0)
+    for trials in (1, 2):
+        run(tmp_path, trials, fakes(planner=planner))
+    with pytest.raises(DataError, match=r"planner.push 1.0, now 2.0"):
+        run(tmp_path, 2, fakes(planner=Pushing(2.0)))
+    monkeypatch.setattr(inspect, "getsource", lambda _: "class Pushing: ...")
+    with pytest.raises(DataError, match=r"planner.code '\w+', now '\w+'"):
+        run(tmp_path, 2, fakes(planner=Pushing(1.0)))
 
 
 def test_a_folder_that_holds_something_else_is_refused(tmp_path):

@@ -161,7 +161,7 @@ def decide(predictor: Belief, planner: Planner, scene: Scene, road: Road, **wish
     plan = planner.plan(scene.state_of(EGO), paths, road, **wishes)
     if np.shape(plan.inputs)[1:] != (2,) or not (np.abs(plan.inputs[0]) <= _MOST).all():
         raise DataError(
-            f"planner {type(planner).__qualname__} asks for {np.asarray(plan.inputs)[:1].tolist()}; expected rows of an "
-            f"acceleration of at most {_MOST[0]:g} m/s² and a yaw rate of at most {_MOST[1]:g} rad/s, either way"
+            f"planner {type(planner).__qualname__} asks for {np.asarray(plan.inputs)[:1].tolist()}; expected rows of "
+            f"an acceleration of at most {_MOST[0]:g} m/s² and a yaw rate of at most {_MOST[1]:g} rad/s, either way"
         )
     return Decision(paths, plan, predicted - begin, time.process_time() - begin, time.perf_counter() - wall)

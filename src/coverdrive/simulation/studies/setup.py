@@ -37,6 +37,8 @@ AnyPlanner = Planner | Callable[[], Planner]
 AnyTraffic = str | TrafficSettings | Traffic | Callable[[], Traffic]
 """the name of a traffic, settings of one, a model of your own, or what makes one"""
 
+_PLAIN = (bool, int, float, str)
+
 Participants = tuple[Belief, Planner, Traffic]
 """who takes part in an episode; built once per process, because solvers cannot move between processes"""
 
@@ -174,7 +176,8 @@ def _is_made(part: Any, kind: type) -> bool:
 
 def described(part: Any) -> Any:
     """Settings as JSON values; of anything else its name, with its settings if it has some, and of what is not of this
-    package what tells whether it was changed: a hash of its source, and the plain values of its public attributes.
+    package what tells whether it was changed: a hash of its source, and its attributes of the names of what it is made
+    with, where these are plain values.
     """
     if isinstance(part, Settings):
         return part.model_dump(mode="json")
@@ -188,7 +191,8 @@ def described(part: Any) -> Any:
     if made.__module__.partition(".")[0] != "coverdrive":
         with suppress(OSError, TypeError):  # there is no file with its source
             about["code"] = fingerprint(np.frombuffer(inspect.getsource(made).encode(), np.uint8))
-        about |= {name: each for name, each in getattr(part, "__dict__", {}).items() if _is_plain(name, each)}
+        asked = () if made is part else inspect.signature(made).parameters
+        about |= {name: each for name in asked if isinstance(each := getattr(part, name, None), _PLAIN)}
     return {"name": name_of(part), **about} if about else name_of(part)
 
 
@@ -200,7 +204,3 @@ def name_of(part: Any) -> str:
 
 def _maker(part: Any) -> Any:
     return part if hasattr(part, "__qualname__") else type(part)
-
-
-def _is_plain(name: str, value: Any) -> bool:
-    return not name.startswith("_") and isinstance(value, bool | int | float | str)
