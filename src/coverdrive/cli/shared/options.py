@@ -61,8 +61,8 @@ ToReplay = Annotated[
 Config = Annotated[
     Path | None,
     Parameter(
-        help="TOML file with the settings that differ from the defaults, as in `--config mine.toml`; the config.toml "
-        "of any result shows all of them, with units.",
+        help="TOML file with the settings that differ from those of the results folder, or without one from the "
+        "defaults, as in `--config mine.toml`; the config.toml of any result shows all of them, with units.",
         show_default=False,
     ),
 ]
@@ -252,7 +252,7 @@ def experiment_of(
         preset: what is usual.
         settings: of ``--set``.
         usual: parts of an experiment that are usual for this command.
-        base: the settings of a results folder, which hold where no file is given.
+        base: the settings of a results folder, which hold where the file says nothing.
         place: where to drive, if it was asked for.
         options: parts of an experiment by name; what is None was not asked for.
 
@@ -264,8 +264,8 @@ def experiment_of(
         from coverdrive.settings import merged
         from coverdrive.sweep import changes_of
 
-    preset_with = Experiment.preset(preset).updated(usual or {})
-    experiment = Experiment.load(config, preset_with) if config else base or preset_with
+    known = base or Experiment.preset(preset).updated(usual or {})
+    experiment = Experiment.load(config, known) if config else known
     asked = merged(place.parts, options) if place else options
     return experiment.updated(merged(asked, changes_of(settings or [])))
 

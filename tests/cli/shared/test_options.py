@@ -1,0 +1,18 @@
+"""Where settings come from: the results folder, over it a file, over that the options."""
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+from coverdrive.cli.shared.options import experiment_in
+from coverdrive.config import Experiment
+
+
+def test_a_file_changes_what_it_names_of_the_settings_of_a_folder(tmp_path: Path) -> None:
+    fitted = Experiment().updated({"planner": {"manners": {"beside": 1.23}}, "episode": {"duration": 7.0}})
+    results: Any = SimpleNamespace(experiment=fitted, place=lambda _: SimpleNamespace(parts={}))
+    (tmp_path / "short.toml").write_text("[episode]\nduration = 2.0\n[study]\ntrials = 3\n")
+    found = experiment_in(results, None, tmp_path / "short.toml", study={"trials": 5})
+    assert found.planner.manners.beside == 1.23
+    assert (found.episode.duration, found.study.trials) == (2.0, 5)
+    assert experiment_in(results, None).episode.duration == 7.0
