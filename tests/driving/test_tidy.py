@@ -37,7 +37,7 @@ def test_states_are_taken_by_their_time_steps(tmp_path: Path) -> None:
         (pose, _), (right, _) = found.others(moment)[100], expected.others(moment)[100]
         assert tuple(pose) == tuple(right)
         (place, there) = (
-            each.scenario.dynamic_obstacles[0].occupancy_at_time(moment).shape.center for each in (found, expected)
+            each.scenario.dynamic_obstacles[0].state_at_time(moment).position for each in (found, expected)
         )
         assert place == pytest.approx(there)
 
