@@ -191,8 +191,9 @@ def described(part: Any) -> Any:
     if made.__module__.partition(".")[0] != "coverdrive":
         with suppress(OSError, TypeError):  # there is no file with its source
             about["code"] = fingerprint(np.frombuffer(inspect.getsource(made).encode(), np.uint8))
-        asked = () if made is part else inspect.signature(made).parameters
-        about |= {name: each for name in asked if isinstance(each := getattr(part, name, None), _PLAIN)}
+        with suppress(ValueError, TypeError):  # it is not written in Python
+            asked = () if made is part else inspect.signature(made).parameters
+            about |= {name: each for name in asked if isinstance(each := getattr(part, name, None), _PLAIN)}
     return {"name": name_of(part), **about} if about else name_of(part)
 
 
