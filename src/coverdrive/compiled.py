@@ -19,6 +19,7 @@ import os
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from shutil import rmtree
 from tempfile import mkdtemp
@@ -32,18 +33,13 @@ T = TypeVar("T")
 
 _numba: Any = numba
 
-if numba.__version__.startswith("0.68."):
-    from coverdrive.wholes import Whole
-    from coverdrive.wholes import lent as lent
-else:  # in which what wholes are made of may be otherwise
+_wholes: Any = import_module("coverdrive.wholes") if numba.__version__.startswith("0.68.") else None
+"""what is known of the inside of this version of Numba, if anything"""
 
-    def Whole(function: Callable[..., Any]) -> Any:
-        """A function as Numba compiles it, which takes more time."""
-        return _numba.njit(error_model="numpy")(function)
 
-    def lent(kind: type[T]) -> type[T]:
-        """A kind of named tuples as any other."""
-        return kind
+def lent(kind: type[T]) -> type[T]:
+    """A kind of named tuples that compiled code is given by Python, which holds them meanwhile, and never makes."""
+    return _wholes.lent(kind) if _wholes else kind
 
 
 def compiled(function: Callable[P, R]) -> Callable[P, R]:
@@ -58,7 +54,8 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
     folder = _folder(Path(inspect.getfile(inspect.unwrap(function))).parent)
     kept, _numba.config.CACHE_DIR = _numba.config.CACHE_DIR, str(folder or "")
     try:
-        whole: Any = Whole(inspect.unwrap(function))
+        plain = inspect.unwrap(function)
+        whole: Any = _wholes.Whole(plain) if _wholes else _numba.njit(error_model="numpy")(plain)
         if folder is not None:
             whole.enable_caching()
         return whole
