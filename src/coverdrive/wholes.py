@@ -6,7 +6,8 @@ own, as Numba would do it, which takes several times as long the deeper calls go
 
 Named tuples that are `lent` to a whole are *borrowed*: Python holds the arrays in them until the whole returns, and
 references to them are not counted in between, as Numba would at every call of a part for every array in them. It is
-therefore an error to make a named tuple of such a kind in compiled code, or to return one to Python.
+therefore an error to make a named tuple of such a kind in compiled code, or to return one to Python. The arguments of a
+part are borrowed, too, until it returns.
 """
 
 import gc
@@ -95,7 +96,7 @@ class _Borrowing(_Counting):
 
 
 class _ArgumentsBorrowed(_Lower):
-    """Code that does not count references to its arguments, which its caller holds until it returns."""
+    """Code that does not count references to its arguments."""
 
     def lower_assign(self, ty: Any, inst: Any) -> Any:
         value = super().lower_assign(ty, inst)

@@ -1,6 +1,8 @@
 """Planning problems of a drawn scenario: what is read of them, how they are driven, and what is written."""
 
 import os
+import pickle
+import signal
 import subprocess
 import sys
 from importlib import import_module
@@ -199,6 +201,15 @@ def test_a_judge_that_dies_of_a_road_is_asked_for_less(tmp_path: Path, monkeypat
     with pytest.raises(RuntimeError, match="too far"):
         said("RuntimeError('too far')")
     assert said("''", dies=True) is None
+
+
+def test_a_judge_that_comes_to_no_end_is_ended() -> None:
+    endless = (
+        "import coverdrive.driving.judge as judge; judge._LONGEST = 1; "
+        "judge.judged = lambda *_: next(each for each in iter(int, 1) if each); judge._serve()"
+    )
+    ended = subprocess.run([sys.executable, "-c", endless], input=pickle.dumps((1,)), capture_output=True, timeout=60)
+    assert (ended.returncode, ended.stdout) == (-signal.SIGALRM, b"")
 
 
 def test_models_of_the_car() -> None:

@@ -22,7 +22,7 @@ from coverdrive.errors import DataError
 from coverdrive.files import write_atomically
 from coverdrive.league.beliefs import KnownFuture
 from coverdrive.prediction.certifying.scored import ScoredSides
-from coverdrive.prediction.data.held_out import digest
+from coverdrive.prediction.data.held_out import digest_of
 from coverdrive.prediction.data.segments import Segments, cut_segments
 from coverdrive.prediction.data.split import Split
 from coverdrive.prediction.fit import PredictionSettings, fit, scale_left
@@ -189,7 +189,7 @@ def _fitted(
 ) -> tuple[AnyPredictor, list[float]]:
     """What was fitted to recordings, once, and the scale for each share; each fit has its own folder."""
     roads = [fingerprint(*map(np.asarray, tree.leaves(each.road))) for each in recordings]
-    asked = json.dumps([[digest(each) for each in recordings], roads, settings.model_dump(mode="json"), seed])
+    asked = json.dumps([[digest_of(each) for each in recordings], roads, settings.model_dump(mode="json"), seed])
     folder /= fingerprint(np.frombuffer(asked.encode(), np.uint8))
     predictor, scores = folder / "predictor.safetensors", folder / "scores.safetensors"
     if not scores.exists():

@@ -15,7 +15,7 @@ from commonroad.common.solution import PlanningProblemSolution, Solution
 from commonroad.planning.planning_problem import PlanningProblem, PlanningProblemSet
 from commonroad.scenario.scenario import Scenario
 
-LONGEST = 60
+_LONGEST = 60
 """[s] after which the process ends"""
 
 
@@ -73,7 +73,7 @@ def _serve() -> None:
             asked = pickle.load(sys.stdin.buffer)
         except EOFError:
             return
-        signal.alarm(LONGEST)
+        signal.alarm(_LONGEST)
         answer: Any
         try:
             answer = judged(*asked)

@@ -277,8 +277,7 @@ class MpcPlanner:
         """What is clear even if vehicles ahead brake hard, unless something is urgent, else what the search chooses for
         the paths alone.
         """
-        feared = braking(leaders, paths, self.settings.leaders)
-        if len(feared) == 0 or call.wish.urgent:
+        if call.wish.urgent or len(feared := braking(leaders, paths, self.settings.leaders)) == 0:
             return self._search(call, paths, targets)
         found = self._search(call, paths.joined(feared), targets, giving_up=True)
         if found and found.clear:

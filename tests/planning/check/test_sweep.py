@@ -5,7 +5,7 @@ import pytest
 from planning_scenes import CAR, CONSTANTS, DT, STEPS, drive, driven, sampled, wishes
 
 from coverdrive.geometry import boxes_overlap, turned_half_extents
-from coverdrive.planning.check.sweep import NEVER, contact_at, first_overlap, impact, impact_beyond, write_edges
+from coverdrive.planning.check.sweep import NEVER, contact_at, impact, impact_beyond, may_touch, write_edges
 from coverdrive.planning.problem.rollout import after_step
 from coverdrive.planning.problem.vehicle import step
 
@@ -48,21 +48,8 @@ def test_edges_and_boxes_may_touch_where_dense_sampling_finds_it() -> None:
         known = np.concatenate([boxes[:2, :, 0] - boxes[2:4, :, 0], boxes[:2, :, 0] + boxes[2:4, :, 0]]).T
         own, other = (np.stack([np.interp(share, [0, 1], at) for at in each.T]) for each in (edges[0], known))
         met += (overlap := bool(((own[:2] < other[2:]) & (other[:2] < own[2:])).all(0).any()))
-        assert (first_overlap(edges, boxes, 0, 0) == 0) is overlap
+        assert may_touch(edges, boxes, 0, 0) is overlap
     assert 80 < met < 360
-
-
-def test_the_first_step_of_an_overlap_from_any_step_on_is_that_of_the_steps_one_by_one() -> None:
-    rng, steps = np.random.default_rng(1), 6
-    for _ in range(200):
-        centre, half = rng.uniform(-4, 4, (steps, 2, 2)), rng.uniform(0.1, 1, (steps, 2, 2))
-        edges = np.concatenate([centre - half, centre + half], axis=2)
-        boxes = np.zeros((7, steps + 1, 2))
-        boxes[:2], boxes[2:4] = rng.uniform(-4, 4, (2, steps + 1, 2)), rng.uniform(0.1, 1, (2, steps + 1, 2))
-        single = [first_overlap(edges[k : k + 1], boxes[:, k : k + 2].copy(), 0, 1) == 0 for k in range(steps)]
-        for since in range(steps + 1):
-            first = next((k for k in range(since, steps) if single[k]), steps)
-            assert first_overlap(edges, boxes, since, 1) == first
 
 
 @pytest.mark.parametrize("grown", [0.0, 0.5, 1.0])
@@ -111,7 +98,7 @@ def test_a_turned_body_passes_what_the_upright_box_around_it_meets() -> None:
     boxes[:2, 1, 0] += DT * 20.0 * ahead  # it goes along
     states = np.stack([state, step(state, np.zeros(2), DT)])
     write_edges(states, np.zeros((1, 2)), edges, CONSTANTS._replace(steps=1))
-    assert first_overlap(edges, boxes, 0, 0) == 0
+    assert may_touch(edges, boxes, 0, 0)
     assert contact_at(tuple(state), (0.0, 0.0), boxes, 0, 0, 1.0, CONSTANTS) == (NEVER, False)
     boxes[2:4] = 0.2
     assert contact_at(tuple(state), (0.0, 0.0), boxes, 0, 0, 1.0, CONSTANTS)[0] == 0

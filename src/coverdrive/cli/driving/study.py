@@ -82,7 +82,7 @@ def study_and_print(
 ) -> dict[str, Any]:
     """Drive the trials that are missing, and say how they went."""
     with waiting():
-        from coverdrive.dialling.dial import proof_of, said_of_dial
+        from coverdrive.dialling.dial import proof_of, said_of_dial, said_of_replays
         from coverdrive.reporting.tables.study import collisions_table, drives_table, safety_table
         from coverdrive.simulation.measures.notable import COLLIDED
         from coverdrive.simulation.studies.driven_on import driven_on
@@ -94,8 +94,7 @@ def study_and_print(
     console.print(safety_table(trials, results.certified.planned_against))
     console.print(drives_table(trials))
     if study.setup.replays:
-        hits = trials.select(COLLIDED.sum()).item()
-        proved = f"{hits} of {trials.height} replays touched anybody, which proves nothing of scenes other than those"
+        proved = said_of_replays(f"{trials.select(COLLIDED.sum()).item()} of {trials.height} drives")
     else:
         proved = proof_of(trials, study.setup.episode.duration, study.files.anytime).sentence
     console.print(f"• {proved}")

@@ -92,10 +92,7 @@ def box_excess(
     Returns:
         The slack, and its derivatives with respect to the state.
     """
-    vehicle, inflation, touching = constants.vehicle, constants.inflation, 1 + constants.shape.margin
-    wide, aside = inflation * (box[3] + own[1][0]), state[1] - box[1]
-    if abs(aside) >= (touching + view) * wide:
-        return -view, (0.0, 0.0, 0.0, 0.0)
+    vehicle, inflation = constants.vehicle, constants.inflation
     half_way = braking = 0.0
     if state[2] > box[4]:
         fall = min(box[5], vehicle.braking)
@@ -106,8 +103,11 @@ def box_excess(
         else:
             braking = state[2] / (2 * vehicle.braking)
             half_way = state[2] * braking / 2 - box[4] ** 2 / (4 * fall)
-    long, ahead = inflation * (box[2] + own[0][0] + half_way), state[0] + half_way - box[0]
-    if abs(ahead) >= (touching + view) * long:
+    long = inflation * (box[2] + own[0][0] + half_way)
+    wide = inflation * (box[3] + own[1][0])
+    ahead, aside = state[0] + half_way - box[0], state[1] - box[1]
+    touching = 1 + constants.shape.margin
+    if abs(ahead) >= (touching + view) * long or abs(aside) >= (touching + view) * wide:
         return -view, (0.0, 0.0, 0.0, 0.0)
     ahead, aside = ahead / long, aside / wide
     of_ahead, below_ahead = _to_order(ahead, constants)

@@ -15,7 +15,7 @@ from jaxtyping import Bool, Float, Int
 from coverdrive.compiled import compiled, lent
 from coverdrive.planning.check.contact import box_between, box_excess, box_of, half_sizes_of, parts_of
 from coverdrive.planning.check.merit import input_at, merit_of
-from coverdrive.planning.check.sweep import NEVER, contact_at, first_overlap, impact, impact_beyond, reach, write_edges
+from coverdrive.planning.check.sweep import NEVER, contact_at, impact, impact_beyond, may_touch, reach, write_edges
 from coverdrive.planning.problem.constants import Constants
 from coverdrive.planning.problem.rollout import after_step, rollout_of, state_at, write
 from coverdrive.planning.problem.vehicle import within_limits
@@ -184,8 +184,9 @@ def _touching(
 ) -> bool:  # fmt: skip
     """Whether a motion is not clear of a box: may touch it at any time, or cannot brake behind it at the end."""
     steps, braking = constants.steps, constants.vehicle.braking
-    if first_overlap(edges, boxes, 0, slot) < steps:
-        return True
+    for k in range(steps):
+        if may_touch(edges, boxes, k, slot):
+            return True
     return impact_beyond(state_at(states, steps, states[0]), edges[steps - 1, 1], boxes, slot, braking) >= 0
 
 
@@ -198,14 +199,13 @@ def first_contact(
 
     Its edges tell where it may.
     """
-    k = first_overlap(edges, boxes, 0, slot)
-    while k < constants.steps:
-        state, applied = state_at(states, k, states[0]), (inputs[k, 0], inputs[k, 1])
-        share, behind = contact_at(state, applied, boxes, k, slot, grown, constants)
-        if share < NEVER:
-            speed = impact(state, applied, share, boxes, k, slot, constants.dt)
-            return k + share, -speed if behind else speed
-        k = first_overlap(edges, boxes, k + 1, slot)
+    for k in range(constants.steps):
+        if may_touch(edges, boxes, k, slot):
+            state, applied = state_at(states, k, states[0]), (inputs[k, 0], inputs[k, 1])
+            share, behind = contact_at(state, applied, boxes, k, slot, grown, constants)
+            if share < NEVER:
+                speed = impact(state, applied, share, boxes, k, slot, constants.dt)
+                return k + share, -speed if behind else speed
     end = state_at(states, constants.steps, states[0])
     speed = impact_beyond(end, reach(end, constants.vehicle), boxes, slot, constants.vehicle.braking)
     return (float(constants.steps) if speed >= 0 else np.inf), speed

@@ -73,35 +73,29 @@ def write_edges(
 
 
 @compiled
-def first_overlap(edges: Float[np.ndarray, "K 2 4"], boxes: Float[np.ndarray, "7 P n"], since: int, slot: int) -> int:
-    """The first step, from one on, in which the edges of a body and a box overlap at any time; K if there is none.
+def may_touch(edges: Float[np.ndarray, "K 2 4"], boxes: Float[np.ndarray, "7 P n"], step: int, slot: int) -> bool:
+    """Whether the edges of a body and a box overlap at any time of a step.
 
     Args:
         edges: of the body.
         boxes: lon, lat, half length, half width [m], speed, deceleration and likelihood of the boxes.
-        since: index of the step to begin with.
+        step: index of the step, from 0.
         slot: index of the box.
     """
-    for step in range(since, len(edges)):
-        first, last = 0.0, 1.0
-        for axis in range(2):
-            half_now, half_then = boxes[2 + axis, step, slot], boxes[2 + axis, step + 1, slot]
-            for side in (
-                -1.0,
-                1.0,
-            ):  # the body's front is beyond the box's rear; its rear is not beyond the box's front
-                own = axis + 2 if side < 0 else axis
-                now = side * (boxes[axis, step, slot] - edges[step, 0, own]) + half_now
-                then = side * (boxes[axis, step + 1, slot] - edges[step, 1, own]) + half_then
-                if now <= 0 and then <= 0:
-                    last = -1.0
-                elif then <= 0:
-                    last = min(last, now / (now - then))
-                elif now <= 0:
-                    first = max(first, now / (now - then))
-        if first < last:
-            return step
-    return len(edges)
+    first, last = 0.0, 1.0
+    for axis in range(2):
+        half_now, half_then = boxes[2 + axis, step, slot], boxes[2 + axis, step + 1, slot]
+        for side in (-1.0, 1.0):  # the body's front is beyond the box's rear; its rear is not beyond the box's front
+            own = axis + 2 if side < 0 else axis
+            now = side * (boxes[axis, step, slot] - edges[step, 0, own]) + half_now
+            then = side * (boxes[axis, step + 1, slot] - edges[step, 1, own]) + half_then
+            if now <= 0 and then <= 0:
+                return False
+            if then <= 0:
+                last = min(last, now / (now - then))
+            elif now <= 0:
+                first = max(first, now / (now - then))
+    return first < last
 
 
 @compiled

@@ -67,7 +67,7 @@ class Seen:
         for each in recordings:
             digests = {int(table["group"][0]): digest for table, digest in _scenes(each)}
             sides = (tuple(digest for group, digest in digests.items() if group in side) for side in (used, free))
-            sources.append(Source(each.name, len(each.table), digest(each), numbers_of(each), each.dt, *sides))
+            sources.append(Source(each.name, len(each.table), digest_of(each), numbers_of(each), each.dt, *sides))
         return Seen(tuple(sources), pl.concat(_tracks(each, used, n) for n, each in enumerate(recordings)))
 
     def save(self, path: Path) -> None:
@@ -101,7 +101,7 @@ class Seen:
 
     def from_all(self, recordings: Sequence[Recording]) -> bool:
         """Whether these are the recordings that the predictor was made from, as they were read for it."""
-        return [digest(each) for each in together(recordings)] == [each.fingerprint for each in self.sources]
+        return [digest_of(each) for each in together(recordings)] == [each.fingerprint for each in self.sources]
 
     def refuse(self, recordings: Sequence[Recording]) -> None:
         """Raise `DataError`, saying what they share, if recordings show vehicles that trained or calibrated."""
@@ -134,7 +134,7 @@ def _scenes(recording: Recording) -> Iterator[tuple[pl.DataFrame, str]]:
         yield table, fingerprint(*(table[name].to_numpy() for name in table.columns if name not in _OF_READING))
 
 
-def digest(recording: Recording) -> str:
+def digest_of(recording: Recording) -> str:
     """A short hash of the scenes of a recording."""
     return fingerprint(np.frombuffer("".join(digest for _, digest in _scenes(recording)).encode(), np.uint8))
 

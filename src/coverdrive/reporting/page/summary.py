@@ -9,6 +9,7 @@ import polars as pl
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.drives import limit_of
 from coverdrive.certificates.evaluation import Rate
+from coverdrive.dialling.dial import said_of_replays
 from coverdrive.numbers import at_most, interval, percent
 from coverdrive.plan import Status
 from coverdrive.reporting.claim import set_facts, strength, whose
@@ -83,7 +84,7 @@ def _proved(contents: Contents) -> str:
     trials, hits = contents.driven, contents.driven.select(COLLIDED).to_series().to_numpy()
     counted = f"{int(hits.sum()) or 'None'} of {len(hits)} drives ({exposure(trials)})"
     if contents.replayed:
-        return f"{counted} touched anybody, which proves nothing of scenes other than those replayed"
+        return said_of_replays(counted)
     bound = at_most(limit_of(hits, _CONFIDENCE, contents.anytime), 3)
     if bound == percent(1):
         return f"{counted} touched anybody, which proves nothing of others with {percent(_CONFIDENCE)} confidence"

@@ -1,8 +1,8 @@
 """The folder of a study: what is studied, one file for each finished trial, all rows together, and stored drives.
 
 ``study.json`` says what is studied · ``trials/`` holds one row for each finished trial · ``trials.parquet`` all rows ·
-``traces/`` drives that were looked at · ``planned.json`` the number of trials · ``anytime`` is there if that was not
-fixed. Only the process that runs the study writes.
+``traces/`` drives that were looked at · ``planned.json`` the number of trials, or null if that was not fixed. Only the
+process that runs the study writes.
 """
 
 import json
@@ -32,6 +32,7 @@ class StudyFolder:
         """Name the folder, which is made as needed, and the columns of its rows: those of trials, or more."""
         self.path, self._schema = path, schema
         self._description, self._table = path / "study.json", path / "trials.parquet"
+        self._planned = path / "planned.json"
         self.set_aside: list[Path] = []
         """damaged files that were moved out of the way"""
 
@@ -48,18 +49,25 @@ class StudyFolder:
     @property
     def anytime(self) -> bool:
         """Whether the number of trials was not fixed before the first: what was seen may have decided it."""
-        return (self.path / "anytime").exists()
+        return self._planned.exists() and self._fixed() is None
 
     def go_on(self, trials: int, early: bool) -> None:
         """Keep, before so many trials are driven, whether their number is fixed: it is not if they may end early, nor
         if another number was begun.
         """
-        planned = self.path / "planned.json"
-        if not planned.exists():  # of older studies there are but the rows, once they are finished
+        if self._planned.exists():
+            known = self._fixed()
+        else:  # of older studies there are but the rows, once they are finished
             finished = _table_in(self._table) if self.finished else None
-            write_json(planned, trials if finished is None else finished.height)
-        if early or json.loads(planned.read_text(encoding="utf-8")) != trials:
-            (self.path / "anytime").touch()
+            known = trials if finished is None else finished.height
+        write_json(self._planned, trials if known == trials and not early else None)
+
+    def _fixed(self) -> int | None:
+        """The number of trials, if that was fixed; what cannot be read does not tell."""
+        try:
+            return json.loads(self._planned.read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return None
 
     def description(self) -> dict[str, Any]:
         """What is studied, as `claim` of this version wrote it; else a DataError."""
