@@ -1,6 +1,14 @@
-"""The errors a user can cause: each message says what was got, what was expected and what to try."""
+"""The errors a user can cause: each message says what was got, what was expected and what to try.
 
+What code that a user brought raises, such as a planner, stays the exception that it is; notes on it say whose code that
+is, and in which trial and step.
+"""
+
+from collections.abc import Generator
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 
 class CoverdriveError(Exception):
@@ -38,3 +46,55 @@ class CertificateError(CoverdriveError):
 
 class MissingExtraError(CoverdriveError):
     """A package that only this needs is not installed, or does not load."""
+
+
+class _Note(str):
+    """A note on an exception of code that is not of this package."""
+
+
+@contextmanager
+def blaming(role: str, part: Any) -> Generator[None]:
+    """Say of what the block raises that it came from a part, such as a planner, unless that is of this package.
+
+    Args:
+        role: what the part is, in words.
+        part: an object, a class, a function or its name.
+    """
+    try:
+        yield
+    except CoverdriveError:
+        raise
+    except Exception as error:
+        name = part if isinstance(part, str) else name_of(part)
+        if name.partition(".")[0] != "coverdrive" and not blamed(error):
+            error.add_note(_Note(f"this came from the {role} {name}, which is not of coverdrive"))
+        raise
+
+
+@contextmanager
+def during(place: str) -> Generator[None]:
+    """Say of what such a part raises where in the work that was."""
+    try:
+        yield
+    except Exception as error:
+        if blamed(error):
+            error.add_note(_Note(place))
+        raise
+
+
+def blamed(error: BaseException) -> str:
+    """Whose code raised an exception, and where; empty if it is of this package."""
+    return ", ".join(note for note in getattr(error, "__notes__", ()) if isinstance(note, _Note))
+
+
+def name_of(part: Any) -> str:
+    """Of a class or function, or of that of which something is."""
+    made = maker_of(part)
+    return f"{made.__module__}.{made.__qualname__}"
+
+
+def maker_of(part: Any) -> Any:
+    """A class or function itself, of anything else its class; of a call that is kept for later, what it calls."""
+    while isinstance(part, partial):
+        part = part.func
+    return part if hasattr(part, "__qualname__") else type(part)

@@ -14,7 +14,7 @@ from pydantic import Field
 from coverdrive.arguments import all_of, of_kind, shown, wholes
 from coverdrive.bridges.observations import Shown, observation_of
 from coverdrive.bridges.rendering import View
-from coverdrive.errors import SettingError
+from coverdrive.errors import SettingError, blaming
 from coverdrive.extras import require
 from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Status
@@ -296,8 +296,9 @@ class Motorway(gymnasium.Env[Any, Any]):
             "off_road": False,
         }
         if self._predictor is not None and self._sets:
-            steps = int(self._predictor.horizon / _PATH_STEP + 1e-9)
-            self._paths = self._predictor.predict(self.scene, self.road, EGO, _PATH_STEP, steps)
+            with blaming("predictor", self._predictor):
+                steps = int(self._predictor.horizon / _PATH_STEP + 1e-9)
+                self._paths = self._predictor.predict(self.scene, self.road, EGO, _PATH_STEP, steps)
             info["sets"] = self._paths
             if not self._open:
                 windows = find_windows(self.trace())

@@ -28,9 +28,9 @@ app = App(
     in generated traffic if no recording is given. Every result is written to one folder, and `report.html` in it shows
     all of them.""",
     help_epilogue="""Exit status: 0, done · 1, an error in the program, or `doctor` found something missing · 2,
-    something that you can put right: an argument, a setting, a file, a disk, a claim that the data do not support ·
-    3, done, but `solve` could not read or drive some problems · 130, stopped by Ctrl-C · 143, stopped by SIGTERM ·
-    141, nobody reads the output any more.""",
+    something that you can put right: an argument, a setting, a file, a disk, code of yours, a claim that the data do
+    not support · 3, done, but `solve` could not read or drive some problems · 130, stopped by Ctrl-C · 143, stopped by
+    SIGTERM · 141, nobody reads the output any more.""",
 )
 _COMMANDS = (
     "demo", "run", "learning.inspect", "learning.fit", "learning.calibrations", "driving.dial", "driving.study",

@@ -3,7 +3,7 @@
 import numpy as np
 import polars as pl
 
-from coverdrive.errors import SettingError, StartError
+from coverdrive.errors import SettingError, StartError, during
 from coverdrive.prediction.adaptive import Adaptive, near
 from coverdrive.progress import done, heard_by, stage
 from coverdrive.simulation.drives.episode import run_episode
@@ -43,7 +43,7 @@ def life(setup: Setup, drives: int, first: int = 0) -> pl.DataFrame:
         for trial in range(first, first + drives):
             seed = np.random.SeedSequence(setup.seed, spawn_key=(trial,))
             try:
-                with heard_by(None):
+                with heard_by(None), during(f"in trial {trial} of seed {setup.seed}"):
                     trace = run_episode(belief, planner, traffic, setup.episode, setup.vehicles_of(trial), seed)
             except StartError:
                 continue

@@ -24,7 +24,7 @@ from scipy.stats import t as student
 from coverdrive.dialling.splitting import Path as Found
 from coverdrive.dialling.splitting import split
 from coverdrive.dialling.tape import Tape
-from coverdrive.errors import DataError, SettingError
+from coverdrive.errors import DataError, SettingError, blaming, during
 from coverdrive.files import write_atomically, write_json
 from coverdrive.geometry import turned_half_extents
 from coverdrive.progress import done, stage
@@ -82,7 +82,8 @@ class Drive:
         vehicles = int(tape.choice(np.array(setup.vehicles)))
         self._scene, self._road, self._last = begin(self._traffic, self._settings, vehicles, tape)
         self._shared.append(self._road)
-        self._planner.reset(self._settings.step)
+        with blaming("planner", self._planner):
+            self._planner.reset(self._settings.step)
         self._moment, self.level, self.over = 0, danger(self._scene), False
 
     def _copies(self, parts: Any, tape: Tape) -> Any:
@@ -95,7 +96,8 @@ class Drive:
 
     def step(self) -> Step:
         """One step, and what happened in it."""
-        taken = take_step(self._belief, self._planner, self._traffic, self._settings, self._scene, self._road)
+        with during(f"in step {self._moment + 1}, {self._moment * self._settings.step:g} s after the start"):
+            taken = take_step(self._belief, self._planner, self._traffic, self._settings, self._scene, self._road)
         before, self._scene = self._scene, taken.scene
         self._moment += 1
         contact = judge(before, self._scene, self._road)
@@ -227,7 +229,8 @@ class _Repetitions:
         begun = time.perf_counter()
         random = np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=(trial,)))
         start = partial(Drive, self.setup, participants)
-        found = split(start, random, CONTACT, self.particles, changes=self.changes, rarest=self.rarest)
+        with during(f"in repetition {trial} of seed {self.seed}"):
+            found = split(start, random, CONTACT, self.particles, changes=self.changes, rarest=self.rarest)
         chosen = _different(found.found)
         row: Row = {
             "repetition": trial,

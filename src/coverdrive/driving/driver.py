@@ -11,7 +11,7 @@ from typing import Any
 from coverdrive.arguments import finite, of_kind
 from coverdrive.driving.goal import Goal
 from coverdrive.driving.perception import Numbers, Perception, Told
-from coverdrive.errors import SettingError
+from coverdrive.errors import SettingError, blaming, during
 from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Planner, Status
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
@@ -113,7 +113,8 @@ class Driver:
 
     def reset(self) -> None:
         """Forget the last drive; called before another one begins."""
-        self.planner.reset(self.period)
+        with blaming("planner", self.planner):
+            self.planner.reset(self.period)
         self._perception.reset()
         self._steps, self._clear = 0, True
 
@@ -144,7 +145,8 @@ class Driver:
             wish = goal.wish(state, road, self._steps * self.period, usual)
             wishes["wish"] = wish if self._clear else replace(wish, lanes=(), lat=None)
         self._steps += 1
-        decision = decide(self._predictor, self.planner, scene, road, **wishes)
+        with during(f"in step {self._steps}, {(self._steps - 1) * self.period:g} s after the start"):
+            decision = decide(self._predictor, self.planner, scene, road, **wishes)
         self._clear = decision.plan.status is not Status.UNSAFE
         inputs = decision.plan.inputs[:1]
         real = controls(step(state[None], inputs, self.period / 2), inputs, road, self._vehicle.wheelbase)

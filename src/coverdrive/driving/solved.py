@@ -10,7 +10,7 @@ from coverdrive.driving.drivability import refusal
 from coverdrive.driving.planning_problem import PlanningProblem, read_problems
 from coverdrive.driving.single_track import ModelName
 from coverdrive.driving.solving import Drive, drive
-from coverdrive.errors import CoverdriveError
+from coverdrive.errors import CoverdriveError, blamed
 from coverdrive.plan import Planner
 from coverdrive.recordings.files.boundary import naming
 from coverdrive.recordings.tracks.reading import name_of
@@ -85,7 +85,8 @@ def solve_problem(
     except CoverdriveError as error:
         return Solved(known | because(f"not driven: {error}"), None)
     except Exception as error:  # a scenario that nobody thought of must not end those after it
-        return Solved(known | because(f"not driven: {type(error).__name__}: {error}; please report it"), None)
+        whose = blamed(error) or "please report it"
+        return Solved(known | because(f"not driven: {type(error).__name__}: {error}; {whose}"), None)
     measured = measure(driven.trace, 0, 0)
     refused = _refusal(driven)
     contact, lack = driven.contact, driven.lack

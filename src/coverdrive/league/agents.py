@@ -9,6 +9,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from jaxtyping import Float
 
+from coverdrive.errors import blaming
 from coverdrive.geometry import turned_half_extents
 from coverdrive.league.beliefs import ConstantVelocity
 from coverdrive.paths import PredictedPaths
@@ -66,12 +67,14 @@ class AgentPlanner:
 
     def reset(self, period: float) -> None:
         """`Agent.reset`."""
-        self.agent.reset(period)
+        with blaming("agent", self.agent):
+            self.agent.reset(period)
 
     def plan(self, state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> Plan:
         """What the agent does in the scene that was seen last."""
-        inputs = np.tile(np.array(self.agent.act(self._witness.scene, road), dtype=float), (self.steps, 1))
-        states = [state]
+        with blaming("agent", self.agent):
+            acceleration, yaw_rate = self.agent.act(self._witness.scene, road)
+        inputs, states = np.tile(np.array([acceleration, yaw_rate], dtype=float), (self.steps, 1)), [state]
         for each in inputs:
             states.append(step(states[-1], each, self.dt))
         return Plan(np.array(states), inputs, np.zeros(self.steps), Status.INVALID_INPUT, 0.0, 0.0, self.dt)

@@ -15,7 +15,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from coverdrive.errors import SettingError
+from coverdrive.errors import SettingError, blaming
 from coverdrive.extras import EXTRAS
 from coverdrive.league.agents import Agent, AgentPlanner, Idm, IdmMobil, KeepVelocity, Witness
 from coverdrive.league.beliefs import ConstantVelocity, KnownFuture
@@ -151,7 +151,8 @@ def factory_of(name: str) -> Callable[..., Any]:
     if (here := str(Path.cwd())) not in sys.path:
         sys.path.append(here)
     try:
-        found = getattr(import_module(module), factory)
+        with blaming("module", module):
+            found = getattr(import_module(module), factory)
     except (ImportError, ValueError, AttributeError) as error:
         raise SettingError(f"{name}: {error}; expected module:factory, the module here or installed") from error
     if not callable(found):
@@ -162,7 +163,8 @@ def factory_of(name: str) -> Callable[..., Any]:
 def _made(name: str, settings: PlannerSettings) -> Any:
     """What a factory makes of the settings, or of nothing."""
     factory = factory_of(name)
-    return factory(settings) if inspect.signature(factory).parameters else factory()
+    with blaming("entrant", factory):
+        return factory(settings) if inspect.signature(factory).parameters else factory()
 
 
 def _entered(name: str, known: Known, place: Place) -> Seat:

@@ -18,7 +18,7 @@ import polars as pl
 
 from coverdrive.bridges.world import World, drive
 from coverdrive.driving.driver import Driver
-from coverdrive.errors import SettingError
+from coverdrive.errors import SettingError, during
 from coverdrive.files import write_atomically
 from coverdrive.league.entrants import Known, Place, Seat, entrant, identity
 from coverdrive.league.others import OTHERS
@@ -174,7 +174,7 @@ class DrivesOfOthers:
         world, driver = participants
         if isinstance(self.seat.belief, Learning):
             driver = self._driver()
-        with heard_by(None):
+        with heard_by(None), during(f"in trial {trial} of seed {self.seed} in {self.world}"):
             return measure(drive(world, driver, seed, self.duration), self.seed, trial)
 
 

@@ -18,7 +18,7 @@ from rich.text import Text
 
 from coverdrive.cli.shared.interrupts import Stopped, heeded
 from coverdrive.cli.shared.terminal import OutputClosed, Terminal, show_what_can_be_shown
-from coverdrive.errors import CoverdriveError
+from coverdrive.errors import CoverdriveError, blamed
 
 _CLOSED_OUTPUT = 141
 
@@ -67,21 +67,29 @@ def _tried(work: Callable[[], Any], as_json: Callable[[], bool]) -> tuple[int, s
         return _CLOSED_OUTPUT, ""
     except (CoverdriveError, CycloptsError) as error:
         return 2, _complain(str(error))
-    except OSError as error:
-        return 2, _complain(in_words(error))
-    except MemoryError as error:
-        return 2, _complain(f"not enough memory ({error}); take fewer --workers, or fewer or shorter recordings")
     except KeyboardInterrupt as stop:
         said = "; ".join(["stopped", *getattr(stop, "__notes__", [])])
         _say(said)
         return 128 + (stop.number if isinstance(stop, Stopped) else 2), said
     except Exception as error:
-        with suppress(OSError):
-            traceback.print_exc()
-        _complain(_REPORT)
-        return 1, f"{type(error).__name__}: {error}"
+        return _failed(error)
     found: dict[str, Any] = result if isinstance(result, dict) else {}
     return 1 if found.get("missing") else 3 if found.get("undriven") else 0, ""
+
+
+def _failed(error: Exception) -> tuple[int, str]:
+    """The same of what the system, code of the user's or this package raised."""
+    whose, said = blamed(error), f"{type(error).__name__}: {error}"
+    if isinstance(error, OSError) and not whose:
+        return 2, _complain(in_words(error))
+    if isinstance(error, MemoryError) and not whose:
+        return 2, _complain(f"not enough memory ({error}); take fewer --workers, or fewer or shorter recordings")
+    with suppress(OSError):
+        traceback.print_exception(error)
+    if whose:
+        return 2, _complain(f"{said}; {whose}")
+    _complain(_REPORT)
+    return 1, said
 
 
 def in_words(error: OSError) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 from pydantic import Field
 
-from coverdrive.errors import DataError
+from coverdrive.errors import DataError, blaming, during
 from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Planner
 from coverdrive.planning.problem.rollout import after_step
@@ -66,12 +66,14 @@ def run_episode(
     """
     check_period(predictor, settings.step)
     scene, road, last = begin(traffic, settings, vehicles, seed)
-    planner.reset(settings.step)
-    predictor.predict(scene, road, EGO, planner.dt, planner.steps)  # compiles before time is taken
+    with blaming("planner", planner):
+        planner.reset(settings.step)
+    _predicted(predictor, planner, scene, road)  # compiles before time is taken
     scenes, steps = [scene], list[Step]()
     outcome = Outcome(Kind.FINISHED, last * settings.step, None, Fault.NONE)
     for k in range(1, last + 1):
-        taken = take_step(predictor, planner, traffic, settings, scenes[-1], road)
+        with during(f"in step {k}, {(k - 1) * settings.step:g} s after the start"):
+            taken = take_step(predictor, planner, traffic, settings, scenes[-1], road)
         steps.append(taken)
         scenes.append(taken.scene)
         done(k, last)
@@ -90,11 +92,12 @@ def begin(
     A generator draws all itself.
     """
     random, traffic_random = (seed, seed) if isinstance(seed, np.random.Generator) else _generators(seed)
-    if isinstance(traffic, Starting):
-        start = traffic.start(settings.initial, vehicles, random)
-    else:
-        start = Start(initial_scene(settings.initial, vehicles, random), settings.initial.road(), np.inf)
-    traffic.reset(start.scene, start.road, traffic_random)
+    with blaming("traffic", traffic):
+        if isinstance(traffic, Starting):
+            start = traffic.start(settings.initial, vehicles, random)
+        else:
+            start = Start(initial_scene(settings.initial, vehicles, random), settings.initial.road(), np.inf)
+        traffic.reset(start.scene, start.road, traffic_random)
     return start.scene, start.road, max(1, int(min(settings.steps, start.duration / settings.step + _ROUNDING)))
 
 
@@ -107,8 +110,9 @@ def _generators(seed: int | np.random.SeedSequence) -> list[np.random.Generator]
 
 def move(scene: Scene, inputs: Float[np.ndarray, " 2"], traffic: Traffic, dt: float) -> TrafficStep:
     """Everybody after ``dt`` [s] in which the ego drove these inputs; a DataError if somebody is nowhere."""
-    moved = traffic.step(scene, dt)
-    states = moved.scene.states
+    with blaming("traffic", traffic):
+        moved = traffic.step(scene, dt)
+        states = moved.scene.states
     if not np.isfinite(states[np.asarray(moved.scene.valid)]).all():
         lost = np.flatnonzero(np.asarray(moved.scene.valid) & ~np.isfinite(states).all(1))[0]
         raise DataError(
@@ -156,12 +160,20 @@ def decide(predictor: Belief, planner: Planner, scene: Scene, road: Road, **wish
         DataError: the plan begins with what no car can do, or with no numbers.
     """
     wall, begin = time.perf_counter(), time.process_time()
-    paths = predictor.predict(scene, road, EGO, planner.dt, planner.steps)
+    paths = _predicted(predictor, planner, scene, road)
     predicted = time.process_time()
-    plan = planner.plan(scene.state_of(EGO), paths, road, **wishes)
-    if np.shape(plan.inputs)[1:] != (2,) or not (np.abs(plan.inputs[0]) <= _MOST).all():
+    with blaming("planner", planner):
+        plan = planner.plan(scene.state_of(EGO), paths, road, **wishes)
+        possible = np.shape(plan.inputs)[1:] == (2,) and (np.abs(plan.inputs[0]) <= _MOST).all()
+    if not possible:
         raise DataError(
             f"planner {type(planner).__qualname__} asks for {np.asarray(plan.inputs)[:1].tolist()}; expected rows of "
             f"an acceleration of at most {_MOST[0]:g} m/s² and a yaw rate of at most {_MOST[1]:g} rad/s, either way"
         )
     return Decision(paths, plan, predicted - begin, time.process_time() - begin, time.perf_counter() - wall)
+
+
+def _predicted(predictor: Belief, planner: Planner, scene: Scene, road: Road) -> PredictedPaths:
+    """The paths that a planner plans against."""
+    with blaming("predictor", predictor):
+        return predictor.predict(scene, road, EGO, planner.dt, planner.steps)

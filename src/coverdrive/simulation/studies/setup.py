@@ -14,7 +14,7 @@ import numpy as np
 
 from coverdrive.arguments import of_kind, whole, wholes
 from coverdrive.certificates.certificate import fingerprint
-from coverdrive.errors import StartError
+from coverdrive.errors import StartError, blaming, during, maker_of, name_of
 from coverdrive.plan import Planner
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.progress import heard_by
@@ -94,7 +94,8 @@ class Setup:
         """Drive one trial, and keep all that happens in it; a StartError if the vehicles cannot be placed."""
         seed = np.random.SeedSequence(self.seed, spawn_key=(trial,))
         belief, planner, traffic = participants or self.participants()
-        return run_episode(as_given(belief), planner, traffic, self.episode, self.vehicles_of(trial), seed)
+        with during(f"in trial {trial} of seed {self.seed}"):
+            return run_episode(as_given(belief), planner, traffic, self.episode, self.vehicles_of(trial), seed)
 
     def row(self, trial: int, participants: Participants) -> Row:
         """Drive one trial, and keep its measures; of one that cannot start, only who it is and why."""
@@ -160,7 +161,11 @@ _EXPECTED = {
 def made(part: Any, kind: type) -> Any:
     """A part as it is, or made by what makes it; a SettingError if that is none of the kind."""
     _check_part(part, kind)
-    return part if _is_made(part, kind) else of_kind(_EXPECTED[kind][0], part(), kind, _EXPECTED[kind][1])
+    if _is_made(part, kind):
+        return part
+    name, expected = _EXPECTED[kind]
+    with blaming(name, part):
+        return of_kind(name, part(), kind, expected)
 
 
 def _check_part(part: Any, kind: type) -> None:
@@ -187,7 +192,7 @@ def described(part: Any) -> Any:
     if isinstance(part, MpcPlanner):
         return described(settings)
     about: dict[str, Any] = {"settings": described(settings)} if isinstance(settings, Settings) else {}
-    made = _maker(part)
+    made = maker_of(part)
     if made.__module__.partition(".")[0] != "coverdrive":
         with suppress(OSError, TypeError):  # there is no file with its source
             about["code"] = fingerprint(np.frombuffer(inspect.getsource(made).encode(), np.uint8))
@@ -195,13 +200,3 @@ def described(part: Any) -> Any:
             asked = () if made is part else inspect.signature(made).parameters
             about |= {name: each for name in asked if isinstance(each := getattr(part, name, None), _PLAIN)}
     return {"name": name_of(part), **about} if about else name_of(part)
-
-
-def name_of(part: Any) -> str:
-    """Of a class or function, or of that of which something is."""
-    made = _maker(part)
-    return f"{made.__module__}.{made.__qualname__}"
-
-
-def _maker(part: Any) -> Any:
-    return part if hasattr(part, "__qualname__") else type(part)

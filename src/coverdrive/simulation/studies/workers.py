@@ -6,6 +6,7 @@ it has several threads, because solvers cannot be shared between threads.
 
 import gc
 import os
+import pickle
 import threading
 import uuid
 from collections.abc import Callable, Generator, Sequence
@@ -140,7 +141,7 @@ _driving = threading.Lock()
 
 def _run_in_worker(setup: Drives, study: str, trial: int) -> Row:
     """Run a trial in this process, with participants that were built on its first one of the study."""
-    with _driving:
+    with _driving, _errors_that_travel():
         if study not in _participants:
             _participants.clear()
             gc.unfreeze()
@@ -149,6 +150,22 @@ def _run_in_worker(setup: Drives, study: str, trial: int) -> Row:
         row = setup.row(trial, _participants[study])
         _freeze()
         return row
+
+
+@contextmanager
+def _errors_that_travel() -> Generator[None]:
+    """Raise, instead of an exception of the user's that cannot be sent to another process, one that says the same."""
+    try:
+        yield
+    except Exception as error:
+        try:
+            pickle.loads(pickle.dumps(error))
+        except Exception:
+            said = RuntimeError(f"{type(error).__name__}: {error}")
+            for note in getattr(error, "__notes__", ()):
+                said.add_note(note)
+            raise said from error
+        raise
 
 
 def _freeze() -> None:

@@ -18,7 +18,7 @@ from jaxtyping import Bool, Float
 from pydantic import Field
 
 from coverdrive.compiled import compiled
-from coverdrive.errors import SettingError
+from coverdrive.errors import SettingError, blaming
 from coverdrive.geometry import turned_extents
 from coverdrive.prediction.cover.motion import follow
 from coverdrive.road import Road
@@ -82,8 +82,9 @@ class SetSamplingTraffic:
 
     def _choose(self, scene: Scene, dt: float) -> tuple[Bool[np.ndarray, " A"], Bool[np.ndarray, " A"]]:
         """Give every valid vehicle a new base trajectory; tell who was stuck, and who left its predicted set."""
-        times = dt * np.arange(round(self._predictor.horizon / dt) + 1)
-        deviation, rate, possible = self._predictor.choices(scene, self._road, times)
+        with blaming("predictor", self._predictor):
+            times = dt * np.arange(round(self._predictor.horizon / dt) + 1)
+            deviation, rate, possible = self._predictor.choices(scene, self._road, times)
         heeds_own = directly_in_front(scene, self._road)
         self._begin_choice(scene, times)
         half_sizes, (stuck, missed) = scene.half_sizes, np.zeros((2, scene.vehicles), dtype=bool)
