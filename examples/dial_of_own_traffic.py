@@ -34,8 +34,7 @@ class OneBrakes:
             states[self.braking, 2] = max(states[self.braking, 2] - self.deceleration * dt, 0.0)
         states[:, 0] += dt * states[:, 2]
         states[EGO] = own
-        nobody = np.zeros(scene.vehicles, dtype=bool)
-        return TrafficStep(with_states(scene, states), np.full(scene.vehicles, -1), stuck=nobody, missed=nobody)
+        return TrafficStep.without_bases(with_states(scene, states))
 
 
 def main() -> None:

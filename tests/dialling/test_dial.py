@@ -70,8 +70,7 @@ class Ahead:
     def step(self, scene, dt):
         states = np.array(scene.states)
         states[1, 0] += dt * states[1, 2]
-        moved = replace(scene, lon=states[:, 0])
-        return TrafficStep(moved, np.full(2, -1), np.zeros(2, bool), np.zeros(2, bool))
+        return TrafficStep.without_bases(replace(scene, lon=states[:, 0]))
 
 
 PREDICTOR = Sized(FakeBasis.make(accelerations=(0.0,), shifts=(0.0,)))

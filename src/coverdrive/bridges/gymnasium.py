@@ -17,7 +17,6 @@ from coverdrive.bridges.rendering import View
 from coverdrive.errors import SettingError, blaming
 from coverdrive.extras import require
 from coverdrive.paths import PredictedPaths
-from coverdrive.plan import Plan, Status
 from coverdrive.planning.problem.constants import vehicle_of
 from coverdrive.planning.problem.vehicle import VehicleSettings, within_limits
 from coverdrive.planning.solver.search import lane_seeking
@@ -28,13 +27,12 @@ from coverdrive.scene import Scene
 from coverdrive.settings import Settings, checked
 from coverdrive.simulation.drives.episode import EpisodeSettings, begin, move
 from coverdrive.simulation.drives.fault import collision_at
-from coverdrive.simulation.drives.outcome import Fault, Kind, Outcome
-from coverdrive.simulation.drives.trace import Step, Trace, make_trace
+from coverdrive.simulation.drives.outcome import Outcome
+from coverdrive.simulation.drives.trace import Decision, Step, Trace, driven, make_trace
 from coverdrive.simulation.measures.misses import find_windows
 from coverdrive.simulation.predictor import Predictor
 from coverdrive.simulation.roads.initial import EGO
 from coverdrive.simulation.studies.setup import MOST_VEHICLES, AnyTraffic, traffic_of
-from coverdrive.simulation.traffic.model import TrafficStep
 from coverdrive.simulation.traffic.replay import cut_scenarios
 
 if TYPE_CHECKING:
@@ -180,7 +178,8 @@ class Motorway(gymnasium.Env[Any, Any]):
         moved = move(before, np.array(self._applied), self._traffic, dt)
         self._scenes.append(moved.scene)
         if self._paths is not None:
-            self._steps.append(self._recorded(before, moved, self._paths))
+            plan = driven(before, moved.scene, np.array([self._applied]), dt)
+            self._steps.append(Step(Decision(self._paths, plan), moved))
         self._outcome = collision_at(len(self._scenes) - 1, self._scenes, dt, self.road)
         _, lat, speed, heading = moved.scene.states[EGO].tolist()
         edges = self.road.edges_at(moved.scene.lon[:1])[0]
@@ -230,9 +229,7 @@ class Motorway(gymnasium.Env[Any, Any]):
             raise SettingError("a trace has the predicted sets of every step; make the environment with sets=True")
         if not self._steps:
             raise SettingError("a trace has at least one step, and none was driven; reset the environment and drive")
-        dt = self._settings.step
-        outcome = self._outcome or Outcome(Kind.FINISHED, len(self._steps) * dt, None, Fault.NONE)
-        return make_trace(self._scenes[0], self.road, self._steps, dt, outcome)
+        return make_trace(self._scenes[0], self.road, self._steps, self._settings.step, self._outcome)
 
     def _check_begun(self) -> None:
         if not self._scenes:
@@ -279,12 +276,6 @@ class Motorway(gymnasium.Env[Any, Any]):
         """Show what is now in a window, if there is one."""
         if self._view is not None:
             self._view.show(*self._seen())
-
-    def _recorded(self, before: Scene, moved: TrafficStep, paths: PredictedPaths) -> Step:
-        """A step of the trace."""
-        states, inputs = np.stack([before.states[EGO], moved.scene.states[EGO]]), np.array([self._applied])
-        plan = Plan(states, inputs, np.zeros(1), Status.INVALID_INPUT, 0.0, 0.0, self._settings.step)
-        return Step(moved.scene, paths, plan, moved.base, moved.stuck, moved.missed, 0.0, 0.0, 0.0)
 
     def _info(self) -> dict[str, Any]:
         """How it went, and what is predicted if it is asked for."""

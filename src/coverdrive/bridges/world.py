@@ -15,14 +15,12 @@ from coverdrive.driving.driver import Command, Driver
 from coverdrive.driving.perception import Perception, Told
 from coverdrive.driving.recorder import Recorder, trace_of
 from coverdrive.paths import PredictedPaths
-from coverdrive.plan import Plan, Status
 from coverdrive.recordings.tracks.smoothing import SmoothingSettings
 from coverdrive.road import Road
 from coverdrive.scene import Scene
-from coverdrive.simulation.drives.episode import Decision
 from coverdrive.simulation.drives.fault import collision_at
 from coverdrive.simulation.drives.outcome import Fault, Kind, Outcome
-from coverdrive.simulation.drives.trace import Trace
+from coverdrive.simulation.drives.trace import Decision, Trace, driven
 from coverdrive.simulation.roads.initial import EGO
 from coverdrive.simulation.traffic.motion import constant_velocity, with_states
 
@@ -139,13 +137,11 @@ def watched(car: Car, seen: Sequence[Observation], seconds: Sequence[float] | No
 
 
 def _done(before: Scene, after: Scene, period: float, seconds: float) -> Decision:
-    """What the ego did in a step, as its plan; nothing was predicted, so that nothing is promised."""
-    states = np.stack([before.states[EGO], after.states[EGO]])
-    faster, turned = (states[1] - states[0])[2:]
+    """What the ego did in a step; nothing was predicted."""
+    faster, turned = (after.states[EGO] - before.states[EGO])[2:]
     inputs = np.array([[faster, np.remainder(turned + np.pi, 2 * np.pi) - np.pi]]) / period
     paths = PredictedPaths(np.empty((0, 2, 2)), np.empty(0, dtype=int), np.empty((0, 2, 2)), period)
-    plan = Plan(states, inputs, np.zeros(1), Status.INVALID_INPUT, 0.0, seconds, period)
-    return Decision(paths, plan, 0.0, seconds, seconds)
+    return Decision(paths, driven(before, after, inputs, period, seconds), 0.0, seconds, seconds)
 
 
 def _imminent(trace: Trace) -> Trace:
@@ -154,5 +150,5 @@ def _imminent(trace: Trace) -> Trace:
     dt, last = float(trace.time[1]), scenes[-1]
     scenes.append(with_states(last, constant_velocity(last.states, np.array([dt]))[:, 0]))
     found = collision_at(len(scenes) - 1, scenes, dt, trace.road)
-    found = found or Outcome(Kind.FRONTAL, 0.0, None, Fault.EGO)  # nobody knows
+    found = found or Outcome(Kind.FRONTAL, 0.0, at_fault=Fault.EGO)  # nobody knows
     return replace(trace, outcome=replace(found, time=float(trace.time[-1])))

@@ -25,13 +25,13 @@ from coverdrive.dialling.splitting import Path as Found
 from coverdrive.dialling.splitting import split
 from coverdrive.dialling.tape import Tape
 from coverdrive.errors import DataError, SettingError, blaming, during
-from coverdrive.files import write_atomically, write_json
+from coverdrive.files import write_arrays, write_json
 from coverdrive.geometry import turned_half_extents
 from coverdrive.progress import done, stage
 from coverdrive.scene import Scene
 from coverdrive.simulation.drives.episode import begin, take_step
 from coverdrive.simulation.drives.fault import collision_at
-from coverdrive.simulation.drives.outcome import Fault, Kind, Outcome, judge
+from coverdrive.simulation.drives.outcome import judge
 from coverdrive.simulation.drives.storage import save_trace
 from coverdrive.simulation.drives.trace import Step, Trace, make_trace
 from coverdrive.simulation.measures.trial import Row
@@ -90,15 +90,11 @@ class Drive:
         kept = {id(each): each for each in self._shared}
         return copy.deepcopy(parts, kept | {id(self._tape): tape})
 
-    def advance(self) -> None:
-        """One step."""
-        self.step()
-
-    def step(self) -> Step:
+    def advance(self) -> Step:
         """One step, and what happened in it."""
         with during(f"in step {self._moment + 1}, {self._moment * self._settings.step:g} s after the start"):
             taken = take_step(self._belief, self._planner, self._traffic, self._settings, self._scene, self._road)
-        before, self._scene = self._scene, taken.scene
+        before, self._scene = self._scene, taken.moved.scene
         self._moment += 1
         contact = judge(before, self._scene, self._road)
         self.over = contact is not None or self._moment >= self._last
@@ -117,12 +113,9 @@ class Drive:
         start, scenes, steps, dt = self._scene, [self._scene], list[Step](), self._settings.step
         while not self.over:
             self._tape.turn(len(scenes))
-            steps.append(self.step())
+            steps.append(self.advance())
             scenes.append(self._scene)
-        end = collision_at(len(steps), scenes, dt, self._road)
-        return make_trace(
-            start, self._road, steps, dt, end or Outcome(Kind.FINISHED, len(steps) * dt, None, Fault.NONE)
-        )
+        return make_trace(start, self._road, steps, dt, collision_at(len(steps), scenes, dt, self._road))
 
 
 def _relative_speed(scene: Scene, other: int) -> float:
@@ -249,13 +242,8 @@ class _Repetitions:
 
     def _store(self, found: Found, name: str, participants: Participants) -> str:
         """Write a drive, as it is driven again, and its tape."""
-        folder, tape = self.folder / "collisions", found.tape
-
-        def write(temporary: Path) -> None:
-            with temporary.open("wb") as file:
-                np.savez_compressed(file, allow_pickle=False, **tape.arrays)
-
-        write_atomically(folder / f"{name}.tape.npz", write)
+        folder = self.folder / "collisions"
+        write_arrays(folder / f"{name}.tape.npz", found.tape.arrays)
         save_trace(again(self.setup, folder / f"{name}.tape.npz", participants), folder / f"{name}.npz")
         return f"{name}.npz"
 

@@ -52,8 +52,8 @@ class Process(Protocol):
         """Whether this is the last moment."""
         ...
 
-    def advance(self) -> None:
-        """Go on to the next moment."""
+    def advance(self) -> object:
+        """Go on to the next moment; nobody asks what it returns."""
         ...
 
     def copied(self, tape: Tape) -> "Process":

@@ -11,10 +11,9 @@ from coverdrive.driving.perception import Numbers, Told
 from coverdrive.errors import DataError
 from coverdrive.road import Road
 from coverdrive.scene import Scene
-from coverdrive.simulation.drives.episode import Decision
 from coverdrive.simulation.drives.fault import collision_at
-from coverdrive.simulation.drives.outcome import Fault, Kind, Outcome
-from coverdrive.simulation.drives.trace import Step, Trace, make_trace
+from coverdrive.simulation.drives.trace import Decision, Step, Trace, make_trace
+from coverdrive.simulation.traffic.model import TrafficStep
 
 
 class Recorder:
@@ -76,15 +75,10 @@ def trace_of(seen: Sequence[Scene], decisions: Sequence[Decision], road: Road, p
     """
     slots = seen[-1].vehicles
     scenes = [jax.tree.map(lambda each, more=slots - scene.vehicles: np.pad(each, (0, more)), scene) for scene in seen]
-    last = len(scenes) - 1
-    outcome = Outcome(Kind.FINISHED, last * period, None, Fault.NONE)
-    for moment in range(1, len(scenes)):
-        if (collision := collision_at(moment, scenes, period, road)) is not None:
-            outcome, last = collision, moment
+    steps, collision = list[Step](), None
+    for moment, (decision, scene) in enumerate(zip(decisions, scenes[1:], strict=False), start=1):
+        steps.append(Step(decision, TrafficStep.without_bases(scene)))
+        collision = collision_at(moment, scenes, period, road)
+        if collision is not None:
             break
-    nobody, nothing = np.zeros(slots, dtype=bool), np.full(slots, -1)
-    steps = [
-        Step(scenes[k + 1], each.paths, each.plan, nothing, nobody, nobody, *each[2:])
-        for k, each in enumerate(decisions[:last])
-    ]
-    return make_trace(scenes[0], road, steps, period, outcome)
+    return make_trace(scenes[0], road, steps, period, collision)

@@ -92,8 +92,7 @@ class KeepVelocity:
         lon, lat, speed, heading = scene.states[EGO].tolist()
         if self._lane is None:
             self._lane = int(road.lane_at(lon, lat))
-        edges = road.edges_at(lon)
-        centre = float(edges[self._lane] + edges[self._lane + 1]) / 2
+        centre = _centre(road, lon, self._lane)
         return self._acceleration(scene, road), float(lane_seeking(lat, speed, heading, centre, 1.0))
 
     def _acceleration(self, scene: Scene, road: Road) -> float:
@@ -151,8 +150,8 @@ class IdmMobil:
         self._until_decision -= self._period
         freeway.advance(self._period)
         acceleration = (float(freeway.speed[0, EGO]) - speed * np.cos(heading)) / self._period
-        edges = road.edges_at(np.array([lon]))[0]
-        return acceleration, float(lane_seeking(lat, speed, heading, _centre(edges, self._target), _HURRY))
+        centre = _centre(road, lon, self._target)
+        return acceleration, float(lane_seeking(lat, speed, heading, centre, _HURRY))
 
     def _freeway(self, scene: Scene, road: Road, course: Course, decides: bool) -> Freeway:
         """The scene as the driver sees it: alone free to change lanes, all others are in those that they touch.
@@ -168,7 +167,6 @@ class IdmMobil:
         freeway = Freeway(
             course=course,
             drivers=Drivers(**usual),
-            usual_speed=usual["desired_speed"].copy(),
             moody=np.zeros(shape, dtype=bool),
             length=np.array(scene.length)[None],
             width=np.array(scene.width)[None],
@@ -190,12 +188,12 @@ class IdmMobil:
         """Tell a lane change that is over."""
         self._wait = max(0.0, self._wait - self._period)
         if self._lane != self._target:
-            edges = road.edges_at(np.array([lon]))[0]
-            begun, aimed = _centre(edges, self._lane), _centre(edges, self._target)
+            begun, aimed = (_centre(road, lon, lane) for lane in (self._lane, self._target))
             if (lat - begun) / (aimed - begun) >= _ARRIVED:
                 self._lane, self._wait = self._target, PAUSE
 
 
-def _centre(edges: np.ndarray, lane: int) -> float:
-    """[m] of a lane."""
+def _centre(road: Road, lon: float, lane: int) -> float:
+    """[m] of a lane there."""
+    edges = road.edges_at(lon)
     return float(edges[lane] + edges[lane + 1]) / 2

@@ -10,10 +10,10 @@ from coverdrive.geometry import turned_half_extents
 from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Status
 from coverdrive.road import LaneEdges, Road
-from coverdrive.simulation.drives.outcome import Fault, Kind, Outcome
-from coverdrive.simulation.drives.trace import Step, Trace, make_trace
+from coverdrive.simulation.drives.trace import Decision, Step, Trace, make_trace
 from coverdrive.simulation.measures import metrics
 from coverdrive.simulation.measures.trial import measure
+from coverdrive.simulation.traffic.model import TrafficStep
 from coverdrive.simulation.traffic.motion import constant_velocity
 
 NOBODY = PredictedPaths(np.zeros((0, 13, 2)), np.zeros(0, dtype=int), np.zeros((0, 13, 2)), 0.25)
@@ -28,15 +28,11 @@ def trace_of(scenes, statuses=None, slacks=None, seconds=None, stuck=None, misse
         status = statuses[k] if statuses else Status.SOLVED
         slack = np.full(12, slacks[k] if slacks else 0.0)
         plan = type(plan)(**{**vars(plan), "status": status, "slack": slack})
-        nobody = np.zeros(scene.vehicles, dtype=bool)
-        steps.append(
-            Step(
-                scene, NOBODY, plan, np.full(scene.vehicles, -1),
-                stuck[k] if stuck else nobody, missed[k] if missed else nobody,
-                0.0, seconds[k] if seconds else 0.1, 2 * seconds[k] if seconds else 0.2,
-            )
-        )  # fmt: skip
-    return make_trace(scenes[0], road, steps, 0.1, Outcome(Kind.FINISHED, 1.0, None, Fault.NONE))
+        usual = TrafficStep.without_bases(scene)
+        moved = replace(usual, stuck=stuck[k] if stuck else usual.stuck, missed=missed[k] if missed else usual.missed)
+        took = seconds[k] if seconds else 0.1
+        steps.append(Step(Decision(NOBODY, plan, 0.0, took, 2 * took), moved))
+    return make_trace(scenes[0], road, steps, 0.1)
 
 
 def test_speed_and_distance_of_the_ego():

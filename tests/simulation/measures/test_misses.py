@@ -11,8 +11,9 @@ from coverdrive.prediction.cover.basis import Basis
 from coverdrive.prediction.cover.motion import follow
 from coverdrive.road import Road
 from coverdrive.simulation.drives.outcome import Cause, Fault, Kind, Outcome
-from coverdrive.simulation.drives.trace import Step, Trace, make_trace
+from coverdrive.simulation.drives.trace import Decision, Step, Trace, make_trace
 from coverdrive.simulation.measures.misses import cause_of, find_windows, left_recently, manoeuvres_in
+from coverdrive.simulation.traffic.model import TrafficStep
 
 DT, HORIZON = 0.5, 6
 """the paths have a point every 0.5 s for 3 s"""
@@ -35,11 +36,9 @@ def trace_of(lat, paths, seconds=5.0, outcome=None, valid=None) -> Trace:
         scene.valid[1] = valid is None or valid(0.1 * k)
         scenes.append(scene)
     plan = ConstantPlanner().plan(np.zeros(4), paths(0), Road.straight())
-    nobody, none = np.zeros(2, dtype=bool), np.full(2, -1)
-    steps = [Step(scenes[k + 1], paths(k), plan, none, nobody, nobody, 0.0, 0.1, 0.2) for k in range(count - 1)]
-    return make_trace(
-        scenes[0], Road.straight(), steps, 0.1, outcome or Outcome(Kind.FINISHED, seconds, None, Fault.NONE)
-    )
+    moves = map(TrafficStep.without_bases, scenes[1:])
+    steps = [Step(Decision(paths(k), plan), moved) for k, moved in enumerate(moves)]
+    return make_trace(scenes[0], Road.straight(), steps, 0.1, outcome)
 
 
 def here(*lats, **settings):
@@ -198,7 +197,6 @@ def test_curved_paths_have_the_certified_tube(share, cut):
             actual = path + share * offset
             scenes = [make_scene([0.0, lon], [1.8, lat]) for lon, lat in actual]
             plan = ConstantPlanner().plan(np.zeros(4), paths, Road.straight())
-            nobody, none = np.zeros(2, dtype=bool), np.full(2, -1)
-            steps = [Step(scene, paths, plan, none, nobody, nobody, 0.0, 0.1, 0.2) for scene in scenes[1:]]
-            trace = make_trace(scenes[0], Road.straight(), steps, 0.1, Outcome(Kind.FINISHED, 3.0, None, Fault.NONE))
+            steps = [Step(Decision(paths, plan), TrafficStep.without_bases(scene)) for scene in scenes[1:]]
+            trace = make_trace(scenes[0], Road.straight(), steps, 0.1)
             assert find_windows(trace).missed[0, 1] == (share > 1)

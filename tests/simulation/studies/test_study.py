@@ -167,8 +167,7 @@ class Brakes:
         states = constant_velocity(scene.states, np.array([dt]))[:, 0]
         states[:, 2] = np.maximum(0.0, states[:, 2] - self.braking * dt)
         states[0] = scene.states[0]
-        nobody = np.zeros(scene.vehicles, dtype=bool)
-        return TrafficStep(with_states(scene, states), np.full(scene.vehicles, -1), nobody, nobody)
+        return TrafficStep.without_bases(with_states(scene, states))
 
 
 @pytest.mark.slow

@@ -67,9 +67,7 @@ class Freeway:
 
     course: Course
     drivers: Drivers
-    """their desired speed and time gap are those of the moment"""
-    usual_speed: Values
-    """[m/s] desired speed when nothing slows the driver down"""
+    """their desired speed and time gap are the usual ones at the start, and then those of the moment"""
     moody: Bool[np.ndarray, "S A"]
     """whether the driver changes the desired speed now and then"""
     length: Values
@@ -92,11 +90,12 @@ class Freeway:
     """[m/s²] how fast a desired speed falls"""
 
     def __post_init__(self) -> None:
-        """Start without lane changes and with usual desires."""
+        """Start without lane changes."""
         self.lon, self.speed, self.lane = np.array(self.lon), np.array(self.speed), np.array(self.lane)  # they change
         self.progress = np.zeros_like(self.lon)  # of the lane change, 0 to 1
         self.wait = np.zeros_like(self.lon)  # [s] until the driver thinks of a lane change again
         self.target = self.lane.copy()  # or the lane that is being entered
+        self.usual_speed = self.drivers.desired_speed.copy()  # [m/s] when nothing slows the driver down
         self.goal = self.usual_speed.copy()  # [m/s] that the desired speed moves to
         self.usual_gap = self.drivers.time_gap.copy()  # [s]
         self.boldness = self.usual_speed / np.median(self.usual_speed)

@@ -154,7 +154,6 @@ def _start(settings: GeneratedSettings, random: np.random.Generator, scenes: int
     return Freeway(
         course=course,
         drivers=drivers,
-        usual_speed=drivers.desired_speed.copy(),
         moody=front | (random.random(shape) < settings.moody_share),
         length=length,
         width=width,

@@ -5,7 +5,8 @@ is planned against them and its first input applied; meanwhile the traffic moves
 """
 
 import time
-from typing import Any, NamedTuple
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -13,15 +14,14 @@ from pydantic import Field
 
 from coverdrive.errors import DataError, blaming, during
 from coverdrive.paths import PredictedPaths
-from coverdrive.plan import Plan, Planner
+from coverdrive.plan import Planner
 from coverdrive.planning.problem.rollout import after_step
 from coverdrive.progress import done
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.settings import Settings
 from coverdrive.simulation.drives.fault import collision_at
-from coverdrive.simulation.drives.outcome import Fault, Kind, Outcome
-from coverdrive.simulation.drives.trace import Step, Trace, make_trace
+from coverdrive.simulation.drives.trace import Decision, Step, Trace, make_trace
 from coverdrive.simulation.predictor import Belief, check_period
 from coverdrive.simulation.roads.initial import EGO, InitialSettings, initial_scene
 from coverdrive.simulation.traffic.model import Start, Starting, Traffic, TrafficStep
@@ -69,19 +69,16 @@ def run_episode(
     with blaming("planner", planner):
         planner.reset(settings.step)
     _predicted(predictor, planner, scene, road)  # compiles before time is taken
-    scenes, steps = [scene], list[Step]()
-    outcome = Outcome(Kind.FINISHED, last * settings.step, None, Fault.NONE)
+    scenes, steps, collision = [scene], list[Step](), None
     for k in range(1, last + 1):
         with during(f"in step {k}, {(k - 1) * settings.step:g} s after the start"):
-            taken = take_step(predictor, planner, traffic, settings, scenes[-1], road)
-        steps.append(taken)
-        scenes.append(taken.scene)
+            steps.append(take_step(predictor, planner, traffic, settings, scenes[-1], road))
+        scenes.append(steps[-1].moved.scene)
         done(k, last)
         collision = collision_at(k, scenes, settings.step, road)
         if collision is not None:
-            outcome = collision
             break
-    return make_trace(scene, road, steps, settings.step, outcome)
+    return make_trace(scene, road, steps, settings.step, collision)
 
 
 def begin(
@@ -92,11 +89,12 @@ def begin(
     A generator draws all itself.
     """
     random, traffic_random = (seed, seed) if isinstance(seed, np.random.Generator) else _generators(seed)
-    with blaming("traffic", traffic):
-        if isinstance(traffic, Starting):
+    if isinstance(traffic, Starting):
+        with blaming("traffic", traffic):
             start = traffic.start(settings.initial, vehicles, random)
-        else:
-            start = Start(initial_scene(settings.initial, vehicles, random), settings.initial.road(), np.inf)
+    else:
+        start = Start(initial_scene(settings.initial, vehicles, random), settings.initial.road(), np.inf)
+    with blaming("traffic", traffic):
         traffic.reset(start.scene, start.road, traffic_random)
     return start.scene, start.road, max(1, int(min(settings.steps, start.duration / settings.step + _ROUNDING)))
 
@@ -120,7 +118,7 @@ def move(scene: Scene, inputs: Float[np.ndarray, " 2"], traffic: Traffic, dt: fl
             "finite lon [m], lat [m], speed [m/s] and heading [rad]"
         )
     states[EGO] = after_step(tuple(scene.state_of(EGO).tolist()), tuple(inputs.tolist()), dt)
-    return TrafficStep(with_states(moved.scene, states), moved.base, moved.stuck, moved.missed)
+    return replace(moved, scene=with_states(moved.scene, states))
 
 
 def take_step(
@@ -128,29 +126,7 @@ def take_step(
 ) -> Step:
     """Predict, plan, and move everybody by one simulation step."""
     decision = decide(predictor, planner, scene, road)
-    plan = decision.plan
-    moved = move(scene, plan.inputs[0], traffic, settings.step)
-    return Step(
-        scene=moved.scene,
-        paths=decision.paths,
-        plan=plan,
-        base=moved.base,
-        stuck=moved.stuck,
-        missed=moved.missed,
-        prediction_seconds=decision.prediction_seconds,
-        planning_seconds=decision.planning_seconds,
-        wall_seconds=decision.wall_seconds,
-    )
-
-
-class Decision(NamedTuple):
-    """What the ego makes of a scene, in the terms of `coverdrive.simulation.drives.trace.Step`."""
-
-    paths: PredictedPaths
-    plan: Plan
-    prediction_seconds: float
-    planning_seconds: float
-    wall_seconds: float
+    return Step(decision, move(scene, decision.plan.inputs[0], traffic, settings.step))
 
 
 def decide(predictor: Belief, planner: Planner, scene: Scene, road: Road, **wishes: Any) -> Decision:

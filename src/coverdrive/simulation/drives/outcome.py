@@ -67,18 +67,18 @@ class Outcome:
     kind: Kind
     time: float
     """[s] of the end"""
-    partner: int | None
+    partner: int | None = None
     """slot of the vehicle in contact with the ego; the first one, if several are"""
-    at_fault: Fault
+    at_fault: Fault = Fault.NONE
 
 
-def judge(before: Scene, after: Scene, road: Road | None = None) -> tuple[Kind, int] | None:
+def judge(before: Scene, after: Scene, road: Road = _STRAIGHT) -> tuple[Kind, int] | None:
     """The kind of the ego's collision between two successive moments, and with whom (the first slot, if several).
 
     The road is to be told where it bends.
     """
     along, across = turned_extents(after.length / 2, after.width / 2, after.heading)
-    if road is not None and road.line is not None:  # 1 m of lon is 0.5 m at the least
+    if road.line is not None:  # 1 m of lon is 0.5 m at the least
         along = across = np.hypot(after.length, after.width)
     near = np.abs(after.lon - after.lon[EGO]) < along + along[EGO] + _ROUNDING
     near &= np.abs(after.lat - after.lat[EGO]) < across + across[EGO] + _ROUNDING
@@ -89,7 +89,7 @@ def judge(before: Scene, after: Scene, road: Road | None = None) -> tuple[Kind, 
     return (_kind(before, partner), partner) if contact.any() else None
 
 
-def contacts(scene: Scene, road: Road | None = None) -> Bool[np.ndarray, "*batch A A"]:
+def contacts(scene: Scene, road: Road = _STRAIGHT) -> Bool[np.ndarray, "*batch A A"]:
     """Whether the bodies of two different valid vehicles overlap, for every pair of slots; on the map of a road."""
     half_sizes = scene.half_sizes
     centre, heading = bodies_of(scene, road)
@@ -101,10 +101,10 @@ def contacts(scene: Scene, road: Road | None = None) -> Bool[np.ndarray, "*batch
     return overlap & different & scene.valid[..., :, None] & scene.valid[..., None, :]
 
 
-def bodies_of(scene: Scene, road: Road | None) -> tuple[Float[np.ndarray, "*batch A 2"], Float[np.ndarray, "*batch A"]]:
-    """Centres [m] and directions [rad] of the bodies on the map of a road, or in the frame of one that is straight."""
+def bodies_of(scene: Scene, road: Road) -> tuple[Float[np.ndarray, "*batch A 2"], Float[np.ndarray, "*batch A"]]:
+    """Centres [m] and directions [rad] of the bodies on the map of a road."""
     lon, lat, heading = (np.asarray(each) for each in (scene.lon, scene.lat, scene.heading))
-    return (road or _STRAIGHT).bodies_to_map(lon, lat, heading)
+    return road.bodies_to_map(lon, lat, heading)
 
 
 def _kind(before: Scene, partner: int) -> Kind:

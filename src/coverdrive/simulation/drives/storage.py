@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from coverdrive.errors import DataError
-from coverdrive.files import write_atomically
+from coverdrive.files import write_arrays
 from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Status
 from coverdrive.reference_line import ReferenceLine
@@ -30,12 +30,7 @@ _NOBODY = -1
 
 def save_trace(trace: Trace, path: Path) -> None:
     """Write a trace, atomically; the file name should end in ``.npz``."""
-
-    def write(temporary: Path) -> None:
-        with temporary.open("wb") as file:
-            np.savez_compressed(file, allow_pickle=False, **_flat(trace))
-
-    write_atomically(path, write)
+    write_arrays(path, _flat(trace))
 
 
 def load_trace(path: Path) -> Trace:

@@ -3,6 +3,7 @@
 n steps, m = n + 1 moments, A vehicle slots (the ego's is 0). Step k leads from moment k to moment k + 1.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -11,25 +12,36 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from coverdrive.paths import PredictedPaths
-from coverdrive.plan import Plan
+from coverdrive.plan import Plan, Status
 from coverdrive.road import Road
 from coverdrive.scene import Scene
-from coverdrive.simulation.drives.outcome import Outcome
+from coverdrive.simulation.drives.outcome import Kind, Outcome
+from coverdrive.simulation.roads.initial import EGO
+from coverdrive.simulation.traffic.model import TrafficStep
+
+
+class Decision(NamedTuple):
+    """What the ego made of a scene, in the terms of `Trace`."""
+
+    paths: PredictedPaths
+    plan: Plan
+    prediction_seconds: float = 0.0
+    planning_seconds: float = 0.0
+    wall_seconds: float = 0.0
+
+
+def driven(before: Scene, after: Scene, inputs: Float[np.ndarray, "1 2"], dt: float, seconds: float = 0.0) -> Plan:
+    """A step of the ego as the plan of it: of somebody who does not say what he plans, and promises nothing."""
+    states = np.stack([before.states[EGO], after.states[EGO]])
+    return Plan(states, inputs, np.zeros(1), Status.INVALID_INPUT, 0.0, seconds, dt)
 
 
 class Step(NamedTuple):
-    """What happened in one step, in the terms of `Trace`."""
+    """What happened in one step."""
 
-    scene: Scene
-    """all vehicles after the step"""
-    paths: PredictedPaths
-    plan: Plan
-    base: Int[np.ndarray, " A"]
-    stuck: Bool[np.ndarray, " A"]
-    missed: Bool[np.ndarray, " A"]
-    prediction_seconds: float
-    planning_seconds: float
-    wall_seconds: float
+    decision: Decision
+    moved: TrafficStep
+    """all vehicles after the step, the ego included"""
 
 
 @jax.tree_util.register_dataclass
@@ -87,22 +99,23 @@ class Trace:
         return self.paths[0].dt * (self.paths[0].points.shape[1] - 1)
 
 
-def make_trace(start: Scene, road: Road, steps: list[Step], dt: float, outcome: Outcome) -> Trace:
-    """Put the steps of an episode, at least one, of ``dt`` [s] each behind one another."""
-    scenes, paths, plans, base, stuck, missed, *seconds = zip(*steps, strict=True)
+def make_trace(start: Scene, road: Road, steps: Sequence[Step], dt: float, collision: Outcome | None = None) -> Trace:
+    """Put the steps of an episode, at least one, of ``dt`` [s] each behind one another, with how it ended, if early."""
+    decisions, moves = zip(*steps, strict=True)
+    paths, plans, *seconds = zip(*decisions, strict=True)
     prediction_seconds, planning_seconds, wall_seconds = map(np.array, seconds)
-    moments = zip(*(vars(each).values() for each in (start, *scenes)), strict=True)
+    moments = zip(*(vars(each).values() for each in (start, *(moved.scene for moved in moves))), strict=True)
     return Trace(
         time=dt * np.arange(len(steps) + 1),
         scene=Scene(*map(np.stack, moments)),
         road=road,
         paths=paths,
         plans=plans,
-        base=np.stack(base),
-        stuck=np.stack(stuck),
-        missed=np.stack(missed),
+        base=np.stack([moved.base for moved in moves]),
+        stuck=np.stack([moved.stuck for moved in moves]),
+        missed=np.stack([moved.missed for moved in moves]),
         prediction_seconds=prediction_seconds,
         planning_seconds=planning_seconds,
         wall_seconds=wall_seconds,
-        outcome=outcome,
+        outcome=collision or Outcome(Kind.FINISHED, len(steps) * dt),
     )

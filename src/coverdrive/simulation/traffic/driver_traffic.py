@@ -125,7 +125,6 @@ class DriverTraffic:
         self._freeway = Freeway(
             course=Course(road),
             drivers=drivers,
-            usual_speed=drivers.desired_speed.copy(),
             moody=rng.random(shape) < settings.moody_share,
             length=np.array(scene.length)[None],
             width=np.array(scene.width)[None],
@@ -151,8 +150,7 @@ class DriverTraffic:
         freeway.advance(dt)
         states = freeway.states(self._lane_width)[0]
         moved = np.where((self._controlled & scene.valid)[:, None], states, scene.states)
-        nobody = np.zeros(scene.vehicles, dtype=bool)
-        return TrafficStep(with_states(scene, moved), np.full(scene.vehicles, -1), nobody, nobody.copy())
+        return TrafficStep.without_bases(with_states(scene, moved))
 
     def _see(self, scene: Scene) -> None:
         """Put those whom others move where they are; they hold every lane that their body is in."""

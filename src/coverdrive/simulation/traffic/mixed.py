@@ -4,6 +4,7 @@ Each kind takes the vehicles of the other into account as it does the ego: the d
 the set-sampling vehicles at constant velocity.
 """
 
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -59,4 +60,4 @@ class MixedTraffic:
         """Move both kinds at once, each seeing the other where it is now."""
         driven, sampled = self._drivers.step(scene, dt), self._sampling.step(scene, dt)
         states = np.where(self._driven[:, None], driven.scene.states, sampled.scene.states)
-        return TrafficStep(with_states(scene, states), sampled.base, sampled.stuck, sampled.missed)
+        return replace(sampled, scene=with_states(scene, states))

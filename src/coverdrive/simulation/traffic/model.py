@@ -28,6 +28,12 @@ class TrafficStep:
     missed: Bool[np.ndarray, " A"]
     """whether a vehicle chose, at the start of the step, a base trajectory that the predictor calls impossible"""
 
+    @staticmethod
+    def without_bases(scene: Scene) -> "TrafficStep":
+        """The step of vehicles that follow no base trajectories."""
+        nobody = np.zeros(scene.vehicles, dtype=bool)
+        return TrafficStep(scene, np.full(scene.vehicles, -1), nobody, nobody)
+
 
 @runtime_checkable
 class Traffic(Protocol):

@@ -181,6 +181,5 @@ class ReplayTraffic:
         appearing = there & ~np.asarray(scene.valid)[EGO + 1 :]
         there &= ~(appearing & self._in_the_way(own, sizes[EGO], recorded, sizes[EGO + 1 :]))
         states[EGO + 1 :][there] = recorded[there]
-        nobody = np.zeros(scene.vehicles, dtype=bool)
         moved = replace(with_states(scene, states), valid=np.concatenate([[True], there]))
-        return TrafficStep(moved, np.full(scene.vehicles, -1), nobody, nobody.copy())
+        return TrafficStep.without_bases(moved)
