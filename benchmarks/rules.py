@@ -121,7 +121,7 @@ def drive(folder: Path, rule: str, traffic: str, seed: int, trial: int, recordin
         return row_of(planner_without(rule), *next(emergencies((seed * 1000 + trial) * 1000)))
     if traffic == HIGHWAY:
         other, setup = OTHERS[HIGHWAY], setup_of(folder, rule, "drivers", seed, recordings)
-        world = other.make(other.of)
+        world = other.make()
         driver = Driver(setup.predictor, planner_without(rule, HIGHWAY), period=world.car.period)
         return measure(watch(world, driver, seed * 10_000 + trial), seed, trial) | {"reason": ""}
     setup = setup_of(folder, rule, traffic, seed, recordings)

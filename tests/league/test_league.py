@@ -128,7 +128,7 @@ def test_worlds_of_others_are_driven_with_their_car_and_by_their_own_driver(tmp_
 def test_sumo_has_its_car_and_its_limit() -> None:
     pytest.importorskip("libsumo", reason="needs the extra sumo", exc_type=ImportError)
     there = OTHERS["sumo-2000"]
-    world = there.make(there.of)
+    world = there.make()
     world.reset(1)
     assert (world.car.length, world.car.width) == (there.ego["length"], there.ego["width"])
     assert len(world.observe().others) > 10

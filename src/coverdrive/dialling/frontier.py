@@ -10,8 +10,7 @@ from scipy.stats import norm
 
 from coverdrive.certificates.bounds import clopper_pearson
 from coverdrive.errors import SettingError
-from coverdrive.league.entrants import Known, Place, entrant
-from coverdrive.planning.planner import MpcPlanner
+from coverdrive.league.entrants import Known, seated
 from coverdrive.simulation.measures.notable import COLLIDED, OWN_FAULT
 from coverdrive.simulation.measures.trial import STARTED
 from coverdrive.simulation.predictor import Scalable
@@ -36,19 +35,16 @@ def setups_beside(
 
     A SettingError if there is no such entrant, or if it does not take part there.
     """
-    assert isinstance(setup.planner, MpcPlanner)
-    place = Place(setup.planner.settings, setup.foretold)
     found: dict[tuple[str, float | None], Setup] = {}
     for name in names:
-        seat = entrant(name)(known, place)
-        if isinstance(seat, str) or seat.belief is None or seat.planner is None:
-            why = seat if isinstance(seat, str) else "it drives in its own world alone"
-            raise SettingError(f"{name} cannot stand beside: {why}")
-        other = replace(setup, predictor=seat.belief, planner=seat.planner, sampled=known.predictor)
-        scaled: Any = seat.belief
-        for scale in scales if name in SCALED else [None]:
-            belief = seat.belief if scale is None else scaled.scaled(scale)
-            found[name, scale] = replace(other, predictor=belief)
+        other = seated(setup, name, known)
+        if isinstance(other, str):
+            raise SettingError(f"{name} cannot stand beside: {other}")
+        belief: Any = other.predictor
+        if name in SCALED:
+            found |= {(name, scale): replace(other, predictor=belief.scaled(scale)) for scale in scales}
+        else:
+            found[name, None] = other
     return found
 
 

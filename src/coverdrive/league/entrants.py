@@ -8,7 +8,7 @@ Anybody else enters as ``module:factory``: a function of the `coverdrive.plannin
 import inspect
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
@@ -23,7 +23,7 @@ from coverdrive.league.fiss import FISS, absent
 from coverdrive.plan import Planner
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.simulation.predictor import Belief, Predictor
-from coverdrive.simulation.studies.setup import AnyPlanner, described
+from coverdrive.simulation.studies.setup import AnyPlanner, Setup, described
 from coverdrive.simulation.traffic.replay import Scenario
 
 
@@ -59,6 +59,15 @@ class Seat(NamedTuple):
 
     belief: Belief | None
     planner: AnyPlanner | None
+
+
+def seated(setup: Setup, name: str, known: Known) -> Setup | str:
+    """The drives of an entrant in place of the default in our traffic, or why it does not take part."""
+    assert isinstance(setup.planner, MpcPlanner)
+    seat = entrant(name)(known, Place(setup.planner.settings, setup.foretold))
+    if isinstance(seat, str) or seat.belief is None or seat.planner is None:
+        return seat if isinstance(seat, str) else "it drives in its own world"
+    return replace(setup, predictor=seat.belief, planner=seat.planner, sampled=known.predictor)
 
 
 def identity(belief: Belief | None) -> Any:

@@ -9,7 +9,7 @@ driven by `coverdrive.simulation.studies.workers`; equal seeds begin alike.
 import hashlib
 import re
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,7 @@ from coverdrive.bridges.world import World, drive
 from coverdrive.driving.driver import Driver
 from coverdrive.errors import SettingError, during
 from coverdrive.files import write_atomically
-from coverdrive.league.entrants import Known, Place, Seat, entrant, identity
+from coverdrive.league.entrants import Known, Place, Seat, entrant, identity, seated
 from coverdrive.league.others import OTHERS
 from coverdrive.league.problems import COLUMNS, Problems, is_problems
 from coverdrive.league.table import league_table
@@ -156,8 +156,7 @@ class DrivesOfOthers:
 
     def participants(self) -> tuple[World, Driver | None]:
         """The world, and who drives in it, or None for its own driver."""
-        there = OTHERS[self.world]
-        return there.make(there.of), self._driver()
+        return OTHERS[self.world].make(), self._driver()
 
     def _driver(self) -> Driver | None:
         there, (belief, planner) = OTHERS[self.world], self.seat
@@ -187,26 +186,10 @@ def drives_of(
     duration: float | None,
     problems: Mapping[str, Problems] | None = None,
 ) -> Drives | str:
-    """The drives of an entrant in a world, or why there are none.
-
-    Args:
-        world: in our traffic, one of the ``setups``; of CommonRoad, one of the ``problems``; else one of
-            `coverdrive.league.others.OTHERS`.
-        name: of the entrant.
-        known: what it may be made of.
-        setups: studies of the default in our traffics.
-        seed: of drives in worlds of others.
-        duration: [s] of these at the most.
-        problems: worlds of planning problems, which say how long they take.
-    """
+    """The drives of the entrant ``name`` in a world, or why there are none; all else as of `league`."""
     if problems and world in problems:
         return problems[world].drives(name, known, seed)
-    usual = setups.get(world)
-    if usual is None:
-        seat = entrant(name)(known, Place(OTHERS[world].settings(known.planner), own_driver=True))
-        return seat if isinstance(seat, str) else DrivesOfOthers(world, seat, seed, duration)
-    assert isinstance(usual.planner, MpcPlanner)
-    seat = entrant(name)(known, Place(usual.planner.settings, usual.foretold))
-    if isinstance(seat, str) or seat.belief is None or seat.planner is None:
-        return seat if isinstance(seat, str) else "it drives in its own world"
-    return replace(usual, predictor=seat.belief, planner=seat.planner, sampled=known.predictor)
+    if world in setups:
+        return seated(setups[world], name, known)
+    seat = entrant(name)(known, Place(OTHERS[world].settings(known.planner), own_driver=True))
+    return seat if isinstance(seat, str) else DrivesOfOthers(world, seat, seed, duration)

@@ -1,7 +1,7 @@
 """Worlds of others in the league: highway-env's motorway at three densities, and a motorway in SUMO at two flows."""
 
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
@@ -70,10 +70,7 @@ def _files(flow: int) -> "TemporaryDirectory[str]":
 class Other(NamedTuple):
     """A world of others, and what is said of the ego in it."""
 
-    make: Callable[..., World]
-    """of a density or a flow"""
-    of: float
-    """this density or flow"""
+    make: Callable[[], World]
     ego: dict[str, float]
     """length [m], width [m] and wanted_speed [m/s], the limit of the world"""
     braking: float
@@ -94,12 +91,12 @@ class Other(NamedTuple):
 OTHERS = {
     **{
         f"highway-env-{density:g}": Other(
-            highway, density, {"length": 5.0, "width": 2.0, "wanted_speed": 30.0}, 6.0, 1.5
+            partial(highway, density), {"length": 5.0, "width": 2.0, "wanted_speed": 30.0}, 6.0, 1.5
         )
         for density in (1.0, 1.5, 2.0)
     },
     **{
-        f"sumo-{flow}": Other(motorway, flow, {"length": 4.8, "width": 1.9, "wanted_speed": _LIMIT}, 4.5, 1.0)
+        f"sumo-{flow}": Other(partial(motorway, flow), {"length": 4.8, "width": 1.9, "wanted_speed": _LIMIT}, 4.5, 1.0)
         for flow in (1500, 2000)
     },
 }
