@@ -89,7 +89,7 @@ def solve_paper_program(
         start: the inputs that IPOPT starts from.
         problem: horizon, ego and weights.
     """
-    steps, quiet = problem.steps, {"print_time": False, "error_on_fail": False, "show_eval_warnings": False}
+    quiet = {"print_time": False, "error_on_fail": False, "show_eval_warnings": False}
     program = _program(situation, target_lat, problem)
     solver = ca.nlpsol("paper", "ipopt", program, quiet | {"ipopt": {"print_level": 0, "sb": "yes"}})
     low, high = _bounds(situation, problem)
@@ -97,9 +97,21 @@ def solve_paper_program(
     values = np.asarray(result["x"]).ravel()
     if not solver.stats()["success"] or not np.isfinite(values).all():
         return None
+    return _solution(situation, values, float(result["f"]), problem.steps)
+
+
+def coasting(situation: Situation, target_lat: float, problem: ProblemSettings) -> Solution:
+    """No input, with the slack and the cost that the program would give it."""
+    program, values = _program(situation, target_lat, problem), _start(situation, np.zeros((problem.steps, 2)), problem)
+    cost = ca.Function("cost", [program["x"]], [program["f"]])(values)
+    return _solution(situation, values, float(cost), problem.steps)
+
+
+def _solution(situation: Situation, values: Float[np.ndarray, " V"], cost: float, steps: int) -> Solution:
+    """What values of the variables are."""
     inputs, later, slack = np.split(values[: 7 * steps], [2 * steps, 6 * steps])
     states = np.concatenate([situation.state[None], later.reshape(-1, 4)])
-    return Solution(states, inputs.reshape(-1, 2), slack, float(result["f"]))
+    return Solution(states, inputs.reshape(-1, 2), slack, cost)
 
 
 def _program(situation: Situation, target_lat: float, problem: ProblemSettings) -> dict[str, Any]:
@@ -143,18 +155,6 @@ def step_cost(state: Any, inputs: Any, last: Any, target_lat: float, terminal: b
     return (cost.terminal if terminal else 1.0) * errors + applied + changed
 
 
-def coasting(situation: Situation, target_lat: float, problem: ProblemSettings) -> Solution:
-    """No input, with the slack and the cost that the program would give it."""
-    inputs, steps = np.zeros((problem.steps, 2)), problem.steps
-    states = euler_rollout(situation.state, inputs, problem.dt)
-    slack = _smallest_slack(_levels(states, situation.paths, problem))
-    befores = [situation.previous_input, *inputs]
-    cost = sum(
-        step_cost(states[k + 1], inputs[k], befores[k], target_lat, k == steps - 1, problem.cost) for k in range(steps)
-    )
-    return Solution(states, inputs, slack, float(cost + problem.cost.slack_weights(steps) @ slack**2))
-
-
 def _axes(paths: PredictedPaths, problem: ProblemSettings) -> Float[np.ndarray, "n K 2"]:
     """Semi-axes [m] of the ellipses."""
     return paths.half_sizes[:, 1:] + problem.vehicle.half_sizes
@@ -164,17 +164,6 @@ def _ellipses(lon: Any, lat: Any, centres: Float[np.ndarray, "*m n 2"], axes: Fl
     """Left-hand sides of the obstacle constraints, without slack: below 1 inside an ellipse."""
     ahead, aside = (lon - centres[..., 0]) / axes[..., 0], (lat - centres[..., 1]) / axes[..., 1]
     return ahead**2 + aside**2
-
-
-def _levels(
-    states: Float[np.ndarray, "P 4"], paths: PredictedPaths, problem: ProblemSettings
-) -> Float[np.ndarray, "K n"]:
-    """The left-hand sides of given states."""
-    return _ellipses(states[1:, 0], states[1:, 1], paths.points[:, 1:], _axes(paths, problem)).T
-
-
-def _smallest_slack(levels: Float[np.ndarray, "K n"]) -> Float[np.ndarray, " K"]:
-    return np.maximum(0.0, 1.0 - levels.min(axis=1, initial=1.0))
 
 
 def _bounds(situation: Situation, problem: ProblemSettings) -> tuple[Float[np.ndarray, " V"], Float[np.ndarray, " V"]]:
@@ -191,10 +180,10 @@ def _bounds(situation: Situation, problem: ProblemSettings) -> tuple[Float[np.nd
 
 
 def _start(situation: Situation, inputs: Float[np.ndarray, "K 2"], problem: ProblemSettings) -> Float[np.ndarray, " V"]:
-    """Values of all variables for given inputs; with them the constraints hold."""
-    states = euler_rollout(situation.state, inputs, problem.dt)
-    levels = _levels(states, situation.paths, problem)
-    slack = _smallest_slack(levels)
+    """Values of all variables for given inputs, with the smallest slack; with them the constraints hold."""
+    states, paths = euler_rollout(situation.state, inputs, problem.dt), situation.paths
+    levels = _ellipses(states[1:, 0], states[1:, 1], paths.points[:, 1:], _axes(paths, problem)).T
+    slack = np.maximum(0.0, 1.0 - levels.min(axis=1, initial=1.0))
     return np.concatenate([inputs.ravel(), states[1:].ravel(), slack, (levels + slack[:, None]).ravel()])
 
 
