@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 from jaxtyping import Bool, Float
-from scipy.stats import binomtest, norm, t
+from scipy.stats import binomtest, t
 
 from coverdrive.arguments import path_of
 from coverdrive.errors import DataError
@@ -123,7 +123,7 @@ def newcombe_interval(
     first: Bool[np.ndarray, " n"], second: Bool[np.ndarray, " n"], confidence: float
 ) -> tuple[float, float]:
     """Interval of the rate of the second minus that of the first, of paired outcomes (Newcombe 1998, method 10)."""
-    n, z = len(first), float(norm.ppf((1 + confidence) / 2))
+    n = len(first)
     both, neither = int((first & second).sum()), int((~first & ~second).sum())
     only_first, only_second = int((first & ~second).sum()), int((second & ~first).sum())
     margins = (both + only_first) * (only_second + neither) * (both + only_second) * (only_first + neither)
@@ -132,9 +132,8 @@ def newcombe_interval(
     correlation = product / np.sqrt(margins) if margins else 0.0
 
     def wilson(count: int) -> tuple[float, float, float]:
-        rate, middle = count / n, (2 * count + z**2) / (2 * (n + z**2))
-        half = z * np.sqrt(z**2 + 4 * count * (1 - rate)) / (2 * (n + z**2))
-        return rate, rate - (middle - half), middle + half - rate
+        rate, interval = count / n, binomtest(count, n).proportion_ci(confidence, "wilson")
+        return rate, rate - interval.low, interval.high - rate
 
     rate_1, below_1, above_1 = wilson(both + only_first)
     rate_2, below_2, above_2 = wilson(both + only_second)

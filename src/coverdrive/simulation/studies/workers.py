@@ -83,8 +83,7 @@ def call_all(functions: Sequence[Callable[[], object]], workers: int) -> Generat
     """
     if workers > 1 and len(functions) > 1:
         with _processes():
-            parallel: Any = Parallel(n_jobs=workers, batch_size=1, return_as="generator_unordered")  # pyright: ignore[reportArgumentType]
-            for _ in parallel(delayed(_called)(each) for each in functions):
+            for _ in _parallel(workers)(delayed(_called)(each) for each in functions):
                 yield
     else:
         for each in functions:
@@ -113,8 +112,11 @@ def _processes() -> Generator[None]:
 
 def _run_parallel(setup: Drives, trials: Sequence[int], workers: int) -> Generator[Row]:
     study = uuid.uuid4().hex
-    parallel: Any = Parallel(n_jobs=workers, batch_size=1, return_as="generator_unordered")  # pyright: ignore[reportArgumentType]
-    yield from parallel(delayed(_run_in_worker)(setup, study, trial) for trial in trials)
+    yield from _parallel(workers)(delayed(_run_in_worker)(setup, study, trial) for trial in trials)
+
+
+def _parallel(workers: int) -> Any:
+    return Parallel(n_jobs=workers, batch_size=1, return_as="generator_unordered")  # pyright: ignore[reportArgumentType]
 
 
 @contextmanager
