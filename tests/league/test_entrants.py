@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from simulation_fakes import ConstantPlanner, FakeBasis, FakePredictor, make_scene
 
-from coverdrive.errors import SettingError
+from coverdrive.errors import SettingError, blamed
 from coverdrive.league.agents import AgentPlanner
 from coverdrive.league.beliefs import ConstantVelocity
 from coverdrive.league.entrants import ENTRANTS, Known, Place, Seat, entrant
@@ -105,3 +105,15 @@ def test_mistakes_are_explained(name: str, complaint: str) -> None:
 def test_what_cannot_drive_is_refused() -> None:
     with pytest.raises(SettingError, match="entered:nobody made 'nobody'; expected a planner"):
         entrant("entered:nobody")(KNOWN, PLACE)
+
+
+def test_what_a_module_or_a_factory_raises_says_whose_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "broken_module.py").write_text("number = undefined\n")
+    (tmp_path / "broken_factory.py").write_text("def make():\n    raise OSError('no weights')\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(NameError) as raised:
+        entrant("broken_module:make")
+    assert blamed(raised.value) == "this came from the module broken_module, which is not of coverdrive"
+    with pytest.raises(OSError, match="no weights") as failed:
+        seat("broken_factory:make")
+    assert blamed(failed.value) == "this came from the entrant broken_factory.make, which is not of coverdrive"
