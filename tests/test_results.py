@@ -145,14 +145,19 @@ def test_recordings_and_roads_that_are_not_replayed_are_refused(results: Results
     assert not list(results.folder.glob("study*"))
 
 
-def test_a_new_fit_voids_what_was_made_with_the_old_one(results: Results) -> None:
+def test_a_new_fit_removes_what_shows_the_old_one(results: Results) -> None:
     results.save_methods(certify(results, targets=(0.2,)))
-    assert results.methods
-    other = Results(results.folder)
-    manifest = json.loads((results.folder / "manifest.json").read_text(encoding="utf-8"))
-    del manifest["files"]["methods.json"]
-    (results.folder / "manifest.json").write_text(json.dumps(manifest), encoding="utf-8")
-    assert other.methods == []
+    gone = ["report.html", "report-drivers-curved.html", "figures/areas.pdf", "figures/drive_3.mp4", "methods.csv"]
+    gone += ["figures-replay/areas.png", "dialled.json"]
+    kept = ["figures/notes.txt", "figures-of-mine/areas.png", "report-of-last-year.html", "study/study.json"]
+    for name in (*gone, *kept):
+        file = results.folder / name
+        file.parent.mkdir(exist_ok=True)
+        file.touch()
+    coverdrive("fit", "--config", results.folder / "quick.toml", "--out", results.folder)
+    assert Results(results.folder).methods == []
+    assert [name for name in (*gone, *kept) if (results.folder / name).exists()] == kept
+    assert not (results.folder / "figures-replay").exists()
 
 
 def test_an_empty_folder_says_how_to_fill_it(tmp_path: Path) -> None:

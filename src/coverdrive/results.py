@@ -9,9 +9,11 @@ calibration) · ``study/`` (`coverdrive.simulation.studies.folder`) · ``dialled
 ``figures/`` · ``report.html``.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property
+from itertools import product
 from pathlib import Path
 from typing import Any, Literal
 
@@ -40,15 +42,16 @@ from coverdrive.prediction.fits.provenance import provenance
 from coverdrive.prediction.predictor import AnyPredictor, Predictor
 from coverdrive.reporting.contents import Certified, Fitted
 from coverdrive.sealed import SealedFolder, read_made
-from coverdrive.simulation.roads.places import Place, check_replayed_road, place_of
+from coverdrive.simulation.roads.places import PLACES, Place, check_replayed_road, place_of
 from coverdrive.simulation.studies.folder import StudyFolder
 from coverdrive.simulation.studies.setup import Setup
 from coverdrive.simulation.studies.study import Study
+from coverdrive.simulation.traffic.registry import NAMES
 from coverdrive.simulation.traffic.replay import REPLAYS, Scenario, cut_scenarios
 
 CONFIG, RUN = "config.toml", "run.json"
 PREDICTOR, SCORES, LEARNED = "predictor.safetensors", "scores.safetensors", "learned.safetensors"
-CERTIFICATE, METHODS = "certificate.json", "methods.json"
+CERTIFICATE, METHODS, METHODS_TABLE = "certificate.json", "methods.json", "methods.csv"
 SEEN = "seen.parquet"
 """the tracks of all that trained or calibrated"""
 LEAGUE = "league"
@@ -57,6 +60,8 @@ DIAL, DIALLED = "dial", "dialled.json"
 """folder of drives, named like studies, and what they prove of the predictor"""
 STUDY = "study"
 """the study in the traffic of the folder's settings; one in another traffic is called ``study-drivers`` or the like"""
+_DRAWN = (".png", ".pdf", ".mp4", ".gif")
+"""endings of figures and videos"""
 
 
 class _Run(BaseModel):
@@ -93,10 +98,11 @@ class Results:
     ) -> None:  # fmt: skip
         """Write a fit and the settings that it was made with; whatever the folder held of another one is void.
 
-        ``road`` is the name of the road of its studies, ``like`` a place like that of the recordings, ``near_misses``
+        Pages and figures of another fit go; its studies stay, and are refused where they are to be shown. ``road`` is the name of the road of its studies, ``like`` a place like that of the recordings, ``near_misses``
         what `coverdrive.simulation.measures.notable.recorded_near_misses` says of them.
         """
         self._sealed.unseal()
+        self._remove_shown()
         experiment.save(self.folder / CONFIG)
         fit.predictor.save(self.folder / PREDICTOR)
         fit.scored.save(self.folder / SCORES)
@@ -107,6 +113,17 @@ class Results:
         write_json(self.folder / RUN, provenance(fit) | about)
         fit.seen.save(self.folder / SEEN)
         self._seal(CONFIG, PREDICTOR, SCORES, LEARNED, CERTIFICATE, RUN, SEEN)
+
+    def _remove_shown(self) -> None:
+        """Remove what shows a fit: pages, figures, videos, the comparison of methods, and what its drives prove."""
+        for name in (METHODS, METHODS_TABLE, DIALLED, *(f"{page}.html" for page in _names("report"))):
+            (self.folder / name).unlink(missing_ok=True)
+        for folder in map(self.folder.joinpath, _names("figures")):
+            for file in folder.glob("*"):
+                if file.suffix in _DRAWN:
+                    file.unlink()
+            with suppress(OSError):  # there is none, or it holds something else
+                folder.rmdir()
 
     @property
     def holds_fit(self) -> bool:
@@ -212,7 +229,7 @@ class Results:
         """Write a comparison of methods as JSON, and as a table of one row for each method and target."""
         write_json(self.folder / METHODS, _METHODS.dump_python({"methods": list(compared)}, mode="json"))
         table = pl.DataFrame([_row(each) for each in compared], infer_schema_length=None)
-        write_atomically(self.folder / "methods.csv", table.write_csv)
+        write_atomically(self.folder / METHODS_TABLE, table.write_csv)
         self._seal(METHODS)
 
     @property
@@ -431,6 +448,12 @@ class Results:
         """Seal files that were written; whatever was read before is void."""
         self._sealed.seal(*names, void=void)
         self.__dict__ = {"folder": self.folder, "_sealed": self._sealed}
+
+
+def _names(kind: str) -> Iterator[str]:
+    """What the pages or the folders of figures of studies are called, by their traffic and road (`study_name`)."""
+    for traffic, road in product(("", *NAMES), ("", "recorded", *PLACES)):
+        yield "-".join(filter(None, (kind, traffic, road)))
 
 
 def _check_replayed(traffics: Collection[str], recordings: Sequence[Path]) -> None:
