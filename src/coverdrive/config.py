@@ -112,11 +112,7 @@ class Experiment(Settings):
             SettingError: the file is missing, is not TOML, or holds an unknown key or a bad value.
         """
         try:
-            changes = tomllib.loads(path.read_text(encoding="utf-8"))
-        except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
-            raise SettingError(f"{path}: not a readable TOML file ({error})") from error
-        try:
-            return (usual or Experiment()).updated(changes)
+            return (usual or Experiment()).updated(named_in(path))
         except SettingError as error:
             raise SettingError(f"{path}: {error}; the config.toml of any result shows all keys") from error
 
@@ -143,3 +139,11 @@ class Experiment(Settings):
         """Write all settings, defaults included, to a TOML file that says what each means."""
         text = _HEAD + to_toml(self)
         write_atomically(path, lambda file: file.write_text(text, encoding="utf-8"))
+
+
+def named_in(path: Path) -> dict[str, Any]:
+    """What a TOML file says, as nested tables; a SettingError if it is missing or is not TOML."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
+        raise SettingError(f"{path}: not a readable TOML file ({error})") from error

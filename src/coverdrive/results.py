@@ -98,8 +98,9 @@ class Results:
     ) -> None:  # fmt: skip
         """Write a fit and the settings that it was made with; whatever the folder held of another one is void.
 
-        Pages and figures of another fit go; its studies stay, and are refused where they are to be shown. ``road`` is the name of the road of its studies, ``like`` a place like that of the recordings, ``near_misses``
-        what `coverdrive.simulation.measures.notable.recorded_near_misses` says of them.
+        Pages and figures of another fit go; its studies stay, and are refused where they are to be shown. ``road`` is
+        the name of the road of studies, ``like`` a place like that of the recordings, ``near_misses`` what
+        `coverdrive.simulation.measures.notable.recorded_near_misses` says of them.
         """
         self._sealed.unseal()
         self._remove_shown()

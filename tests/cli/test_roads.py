@@ -80,7 +80,21 @@ def test_what_was_not_recorded_is_no_road() -> None:
 
 def test_a_study_takes_the_numbers_of_vehicles_of_its_road_unless_others_are_asked_for() -> None:
     base = Experiment().updated({"study": {"vehicles": (20, 30)}})
-    paper = experiment_of(base=base, place=PLACES["paper"])
+    paper = experiment_of(base=base, road=PLACES["paper"].parts)
     assert paper == Experiment()
-    asked = experiment_of(base=base, place=PLACES["paper"], study={"vehicles": (9,)})
+    asked = experiment_of(base=base, road=PLACES["paper"].parts, study={"vehicles": (9,)})
     assert asked.study.vehicles == (9,)
+
+
+def test_a_road_says_what_it_replaces_of_a_file(
+    monkeypatch: pytest.MonkeyPatch, recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    config = tmp_path / "mine.toml"
+    config.write_text("seed = 5\n[episode.initial]\nlanes = 5\ngap = 3.0\n[study]\ntrials = 2\n")
+    found = saved(monkeypatch, recording=[recording], road="curved", config=config)
+    assert found.experiment.episode.initial.lanes == 3 and found.experiment.study.trials == 2
+    said = [line for line in capsys.readouterr().err.splitlines() if "holds over" in line]
+    assert said == [f"--road holds over what {config} says of episode.initial.lanes, episode.initial.gap"]
+    saved(monkeypatch, recording=[recording], config=config)
+    experiment_of(config, road={"seed": 5}, seed=6)  # other options say what they replace by their names
+    assert "holds over" not in capsys.readouterr().err

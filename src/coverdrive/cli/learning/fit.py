@@ -98,15 +98,14 @@ def fit_and_print(
         place_of(asked, None)  # refuses a recorded one before traffic is generated
     with stages():
         named = PLACES.get(road or "")
-        experiment = settle(place=named, generated=named and named.road)
+        experiment = settle(road=named and {**named.parts, "generated": named.road}) if not paths else settle()
         recordings = experiment.recordings(paths)
         like = recorded_place(recordings) if paths else None
         name, place = place_of(asked, like)
-        if name == "recorded":
-            experiment = settle(usual=place.parts)
-        elif like and like.manners:
-            manners = like.manners.model_dump(exclude={"like"})
-            experiment = settle(place=named, usual={"planner": {"manners": manners}})
+        if like:
+            manners = like.manners.model_dump(exclude={"like"}) if like.manners else {}
+            usual = place.parts if name == "recorded" else {"planner": {"manners": manners}}
+            experiment = settle(road=named and named.parts, usual=usual)
         result = fit(recordings, experiment.prediction, experiment.seed)
         results.save_fit(experiment, result, name, like, recorded_near_misses(recordings) if paths else None)
     console.print(fit_table(result))

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+from coverdrive.cli.shared.bars import console as progress_console
 from coverdrive.cli.shared.bars import waiting
 from coverdrive.cli.shared.terminal import Terminal
 
 if TYPE_CHECKING:
     from coverdrive.config import Experiment, StudySettings
     from coverdrive.results import Results
-    from coverdrive.simulation.roads.places import Place
 
 console = Terminal()
 
@@ -242,18 +242,18 @@ def experiment_of(
     settings: Sequence[str] | None = None,
     usual: dict[str, Any] | None = None,
     base: "Experiment | None" = None,
-    place: "Place | None" = None,
+    road: dict[str, Any] | None = None,
     **options: Any,
 ) -> "Experiment":
     """All settings: the usual ones, over them those of a file, then the options, and last what ``--set`` says.
 
     Args:
-        config: TOML file.
+        config: TOML file; what ``road`` replaces of it is said on stderr.
         preset: what is usual.
         settings: of ``--set``.
         usual: parts of an experiment that are usual for this command.
-        base: the settings of a results folder, which hold where the file says nothing.
-        place: where to drive, if it was asked for.
+        base: the settings of a results folder, which hold where the file says nothing, instead of the usual ones.
+        road: parts of an experiment that ``--road`` stands for, if it was given.
         options: parts of an experiment by name; what is None was not asked for.
 
     Raises:
@@ -266,17 +266,30 @@ def experiment_of(
 
     known = base or Experiment.preset(preset).updated(usual or {})
     experiment = Experiment.load(config, known) if config else known
-    asked = merged(place.parts, options) if place else options
-    return experiment.updated(merged(asked, changes_of(settings or [])))
+    if config and road:
+        _say_replaced(config, experiment, road)
+    return experiment.updated(merged(merged(road or {}, options), changes_of(settings or [])))
+
+
+def _say_replaced(config: Path, experiment: "Experiment", road: dict[str, Any]) -> None:
+    """Say in a line on stderr which settings of a file the road that was asked for replaces, if it replaces any."""
+    from coverdrive.config import named_in
+    from coverdrive.simulation.studies.folder import flat
+
+    before, after = (flat(each.model_dump(mode="json")) for each in (experiment, experiment.updated(road)))
+    replaced = [name for name in flat(named_in(config)) if before.get(name) != after.get(name)]
+    if replaced:
+        named = ", ".join(replaced[:3]) + " and others" * (len(replaced) > 3)
+        said = f"--road holds over what {config} says of {named}"
+        progress_console.print(said, soft_wrap=True, highlight=False)
 
 
 def experiment_in(
     results: "Results", road: str | None, config: Path | None = None, settings: Sequence[str] | None = None, **said: Any
 ) -> "Experiment":
     """`experiment_of` the settings of a results folder, for drives on its road or on the one that is asked for."""
-    place = results.place(road)
-    asked = place if road else None
-    return experiment_of(config, settings=settings, usual=place.parts, base=results.experiment, place=asked, **said)
+    parts = results.place(road).parts if road else None
+    return experiment_of(config, settings=settings, base=results.experiment, road=parts, **said)
 
 
 def processes(study: "StudySettings") -> int:
