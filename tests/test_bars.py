@@ -7,7 +7,7 @@ import pytest
 from rich.console import Console
 
 from coverdrive.cli.shared import bars as module
-from coverdrive.cli.shared.bars import Stages, display, stages, waiting
+from coverdrive.cli.shared.bars import display, report, stages, waiting
 from coverdrive.progress import done, stage
 
 
@@ -18,7 +18,7 @@ def interrupt(phase: str, info: dict[str, int]) -> None:
 
 
 def test_an_interrupt_that_python_would_drop_ends_the_stage_at_its_next_report(heeds_interrupts: None) -> None:
-    with pytest.raises(KeyboardInterrupt), stages(), stage("work"):
+    with pytest.raises(KeyboardInterrupt) as stopped, stages(kept="drives"), stage("work"):
         done(0.1)
         gc.callbacks.append(interrupt)
         gc.collect()
@@ -26,6 +26,7 @@ def test_an_interrupt_that_python_would_drop_ends_the_stage_at_its_next_report(h
         done(0.2)
         pytest.fail("the interrupt was lost")
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    assert stopped.value.__notes__ == ["drives are kept, and the same command goes on from them"]
 
 
 def test_a_stage_with_known_progress_has_a_time_left() -> None:
@@ -34,7 +35,7 @@ def test_a_stage_with_known_progress_has_a_time_left() -> None:
     bars = display(lambda: now)
     for count in range(4):
         now = 30.0 * count
-        Stages(bars).report("trials", count / 4)
+        report(bars, "trials", count / 4)
     assert bars.tasks[0].time_remaining == 30
 
 
@@ -54,7 +55,7 @@ def test_without_an_interrupt_the_work_goes_on() -> None:
 @pytest.mark.parametrize("width", [40, 80])
 def test_the_name_of_a_stage_is_no_markup(width: int) -> None:
     bars = display()
-    Stages(bars).report("[red]a=[1, 2]", 0.5)
+    report(bars, "[red]a=[1, 2]", 0.5)
     console = Console(width=width)
     with console.capture() as capture:
         console.print(bars.get_renderable())

@@ -1,5 +1,6 @@
 """``coverdrive dial``: how bold the ego may be, proved on drives."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -128,26 +129,22 @@ def dial_and_print(
     recording: list[Path],
     road: str | None,
     cluster: str | None = None,
-    beside: list[str] | None = None,
+    beside: Sequence[str] = (),
 ) -> "Dialled":
     """Turn the dial, say what is proved, and let the folder use it; a `CertificateError` if it is too little."""
     from coverdrive.errors import CertificateError
     from coverdrive.reporting.figures.frontier import frontier_table
 
-    try:
-        with stages():
-            found = results.dial(
-                experiment,
-                request,
-                recording,
-                road,
-                workers=processes(experiment.study),
-                cluster=cluster,
-                beside=beside or [],
-            )
-    except KeyboardInterrupt as stop:
-        stop.add_note("finished drives are kept, and the same command goes on from them")
-        raise
+    with stages(kept="finished drives"):
+        found = results.dial(
+            experiment,
+            request,
+            recording,
+            road,
+            workers=processes(experiment.study),
+            cluster=cluster,
+            beside=beside,
+        )
     console.print(frontier_table(found.frontier))
     if not found.reached:
         raise CertificateError(f"{found.sentence} The sets of {results.folder} are as they were")

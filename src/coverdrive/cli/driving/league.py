@@ -119,30 +119,26 @@ def league(
     size = {"workers": workers, "vehicles": vehicles}
     experiment = experiment_in(results, road, seed=seed, study=size, episode={"duration": duration})
     folder = out or fit / LEAGUE
-    try:
-        with stages():
-            read = recording or [] if recorded else None
-            known = results.known(planners, experiment.planner, read, paper, folder)
-            if recording and posed:
-                problems = _unseen(results, known, problems, recording, planners, folder)
-            elif posed:
-                results.refuse_seen(sorted({file for each in problems.values() for file in each.files}))
-            table = drive(
-                _setups(results, experiment, [name for name in worlds if name in NAMES], recording or []),
-                known,
-                folder,
-                planners=planners,
-                worlds=worlds,
-                trials=trials,
-                seed=experiment.seed,
-                duration=duration,
-                problems=problems,
-                workers=processes(experiment.study),
-                cluster=cluster,
-            )
-    except KeyboardInterrupt as stop:
-        stop.add_note("finished drives are kept, and the same command goes on from them")
-        raise
+    with stages(kept="finished drives"):
+        read = recording or [] if recorded else None
+        known = results.known(planners, experiment.planner, read, paper, folder)
+        if recording and posed:
+            problems = _unseen(results, known, problems, recording, planners, folder)
+        elif posed:
+            results.refuse_seen(sorted({file for each in problems.values() for file in each.files}))
+        table = drive(
+            _setups(results, experiment, [name for name in worlds if name in NAMES], recording or []),
+            known,
+            folder,
+            planners=planners,
+            worlds=worlds,
+            trials=trials,
+            seed=experiment.seed,
+            duration=duration,
+            problems=problems,
+            workers=processes(experiment.study),
+            cluster=cluster,
+        )
     write_league(table, folder)
     for each in league_tables(table):
         console.print(each)

@@ -69,14 +69,10 @@ def solve(
         from coverdrive.reporting.tables.summaries import solved_table
     experiment = experiment_of(config, settings=settings, seed=seed, study={"workers": workers})
     workers = processes(experiment.study)
-    try:
-        with stages():
-            predictor_of = _predictors(files, predictor, recording or [], leave_one_out, experiment, out)
-            each = solve_all(files, predictor_of, out, model, workers, partial(_draw, out) if video else None)
-            found = [row for rows in each for row in rows]
-    except KeyboardInterrupt as stop:
-        stop.add_note("what is solved is kept, and the same command goes on from it")
-        raise
+    with stages(kept="solutions"):
+        predictor_of = _predictors(files, predictor, recording or [], leave_one_out, experiment, out)
+        each = solve_all(files, predictor_of, out, model, workers, partial(_draw, out) if video else None)
+        found = [row for rows in each for row in rows]
     console.print(solved_table(found))
     console.print(f"Solutions and solved.csv are in {out}")
     undriven = [row["reason"] for row in found if row["time"] is None]

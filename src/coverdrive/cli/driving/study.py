@@ -138,15 +138,11 @@ def _sweep(
 
 
 def _drive(study: "Study", size: "StudySettings", cluster: str | None, name: str = "closed-loop trials") -> None:
-    """Drive a study; somebody who stops it is told that its finished trials are not lost."""
-    try:
-        with stages():
-            study.run(
-                size.trials, workers=processes(size), cluster=cluster,
-                until_width=size.until_width, batch=size.batch, name=name,
-            )  # fmt: skip
-    except KeyboardInterrupt as stop:
-        stop.add_note("finished trials are kept, and the same command goes on from them")
-        raise
+    """Drive a study, and say which rows of it were damaged."""
+    with stages(kept="finished trials"):
+        study.run(
+            size.trials, workers=processes(size), cluster=cluster,
+            until_width=size.until_width, batch=size.batch, name=name,
+        )  # fmt: skip
     for file in study.set_aside:
         console.print(f"• A damaged row was set aside as {file}, and its trial was driven again")

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
+from functools import partial
 
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Column
@@ -18,24 +19,16 @@ console = Terminal(stderr=True)
 """of the bars; may be made quiet"""
 
 
-class Stages:
-    """Bars that appear as their stages begin, and pulse until the first share of them is done."""
+def report(bars: Progress, stage: str, share: float) -> None:
+    """Say that a share in [0, 1] of a stage is done, whose bar pulses until the first share is.
 
-    def __init__(self, bars: Progress):
-        """Draw on the given display."""
-        self._bars = bars
-        self._tasks = {task.description: task.id for task in bars.tasks}
-
-    def report(self, stage: str, share: float) -> None:
-        """Say that a share in [0, 1] of a stage is done.
-
-        Raises:
-            Stopped: somebody interrupted since the bars are shown, even if the exception was lost then.
-        """
-        interrupts.again()
-        if stage not in self._tasks:
-            self._tasks[stage] = self._bars.add_task(stage, total=None)  # pulses
-        self._bars.update(self._tasks[stage], completed=share, total=1.0 if share > 0 else None)
+    Raises:
+        Stopped: somebody interrupted since the bars are shown, even if the exception was lost then.
+    """
+    interrupts.again()
+    tasks = {task.description: task.id for task in bars.tasks}
+    task = tasks[stage] if stage in tasks else bars.add_task(stage, total=None)
+    bars.update(task, completed=share, total=1.0 if share > 0 else None)
 
 
 def display(clock: Callable[[], float] | None = None) -> Progress:
@@ -51,10 +44,15 @@ def display(clock: Callable[[], float] | None = None) -> Progress:
 
 
 @contextmanager
-def stages() -> Generator[None]:
-    """Show a bar for each stage of the work in the block."""
-    with interrupts.heeded(), display() as bars, heard_by(Stages(bars).report):
-        yield
+def stages(kept: str = "") -> Generator[None]:
+    """Show a bar for each stage of the work in the block; who stops it is told what is ``kept``, if anything is."""
+    try:
+        with interrupts.heeded(), display() as bars, heard_by(partial(report, bars)):
+            yield
+    except KeyboardInterrupt as stop:
+        if kept:
+            stop.add_note(f"{kept} are kept, and the same command goes on from them")
+        raise
 
 
 @contextmanager
