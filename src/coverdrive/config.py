@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from coverdrive.errors import SettingError
-from coverdrive.files import write_atomically
+from coverdrive.files import write_text
 from coverdrive.planning.planner import PlannerSettings
 from coverdrive.prediction.fit import PredictionSettings
 from coverdrive.progress import stage
@@ -137,8 +137,7 @@ class Experiment(Settings):
 
     def save(self, path: Path) -> None:
         """Write all settings, defaults included, to a TOML file that says what each means."""
-        text = _HEAD + to_toml(self)
-        write_atomically(path, lambda file: file.write_text(text, encoding="utf-8"))
+        write_text(path, _HEAD + to_toml(self))
 
 
 def named_in(path: Path) -> dict[str, Any]:

@@ -21,7 +21,7 @@ from coverdrive.driving.single_track import ModelName
 from coverdrive.driving.solved import SCHEMA, because, solve, unsolved
 from coverdrive.driving.solving import Drive, solution_of
 from coverdrive.errors import CoverdriveError
-from coverdrive.files import write_atomically
+from coverdrive.files import write_atomically, write_text
 from coverdrive.progress import done, stage
 from coverdrive.recordings.tracks.reading import name_of
 from coverdrive.simulation.measures.trial import Row
@@ -128,7 +128,7 @@ def _write_solution(benchmark: str, text: str, folder: Path, taken: Collection[s
     """Write a solution; its name is that of the benchmark, with a number where others have ``taken`` it."""
     names = (f"solution_{benchmark}{f' ({number})' * (number > 1)}.xml" for number in count(1))
     name = next(name for name in names if name not in taken)
-    write_atomically(folder / name, lambda file: file.write_text(text, encoding="utf-8"))
+    write_text(folder / name, text)
     return name
 
 

@@ -11,7 +11,7 @@ import polars as pl
 from coverdrive.arguments import of_kind
 from coverdrive.dialling.dial import said_of_dial
 from coverdrive.errors import DataError
-from coverdrive.files import write_atomically
+from coverdrive.files import write_text
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.prediction.fit import Fit
 from coverdrive.progress import done, stage
@@ -21,7 +21,7 @@ from coverdrive.reporting.drives.animation import animate
 from coverdrive.reporting.figures.gallery import draw_all
 from coverdrive.reporting.figures.league import league_figure
 from coverdrive.reporting.figures.risk import risk_figure
-from coverdrive.reporting.page.page import rendered, write_page
+from coverdrive.reporting.page.page import page, rendered
 from coverdrive.reporting.plotting.drawing import save
 from coverdrive.reporting.tables.league import league_of
 from coverdrive.simulation.measures.notable import liveliest, notable
@@ -58,9 +58,9 @@ def report(
     of_kind("fitted", fitted, (Fit, Fitted), f"{whose}; a study is the second argument")
     if study is not None:
         of_kind("study", study, Study, "what `study` gives")
-    page = Path(path) if path else _beside(fitted, study, "report").with_suffix(".html")
-    write_page(contents_of(fitted, study, _replayed(study, trials, replays)), page)
-    return page
+    file = Path(path) if path else _beside(fitted, study, "report").with_suffix(".html")
+    write_text(file, page(contents_of(fitted, study, _replayed(study, trials, replays))))
+    return file
 
 
 def draw_figures(fitted: Fit | Fitted, study: Study | None = None, trial: int | None = None) -> list[Path]:
@@ -102,8 +102,7 @@ def write_league(table: pl.DataFrame, folder: Path) -> None:
     if figure:
         save(figure, folder / "league")
     figures = {"league": figure} if figure else {}
-    text = rendered("league-page", figures, league=league_of(table))
-    write_atomically(folder / "league.html", lambda file: file.write_text(text, encoding="utf-8"))
+    write_text(folder / "league.html", rendered("league-page", figures, league=league_of(table)))
 
 
 def contents_of(fitted: Fit | Fitted, study: Study | None, replayed: Sequence[int]) -> Contents:

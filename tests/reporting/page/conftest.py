@@ -1,13 +1,14 @@
 """A browser, and the address of a page with drives of every kind."""
 
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from typing import Any
 
 import pytest
 from report_fakes import LONG, make_contents, make_crowd, make_dialled, make_lost, make_stray, make_trace
 
-from coverdrive.reporting.page.page import write_page
+from coverdrive.reporting.page.page import page
 from coverdrive.simulation.drives.outcome import Kind
 
 ARGUMENTS = (
@@ -35,6 +36,25 @@ def browser() -> Iterator:
         browser.close()
 
 
+@pytest.fixture
+def opened(browser, address: str) -> Iterator[Callable[..., Any]]:
+    """A function that opens the page in a window of a size [pixel] of its own, with all that folds open if told to."""
+    contexts: list[Any] = []
+
+    def open_page(size: tuple[int, int], unfolded: bool = False, **settings: Any) -> Any:
+        contexts.append(browser.new_context(viewport={"width": size[0], "height": size[1]}, **settings))
+        page = contexts[-1].new_page()
+        page.goto(address)
+        page.wait_for_selector("#player[data-loaded='0']")
+        if unfolded:
+            page.evaluate("document.querySelectorAll('details').forEach((each) => { each.open = true; })")
+        return page
+
+    yield open_page
+    for context in contexts:
+        context.close()
+
+
 @pytest.fixture(scope="session")
 def address(tmp_path_factory: pytest.TempPathFactory) -> str:
     path = tmp_path_factory.mktemp("page") / "report.html"
@@ -45,5 +65,5 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> str:
         9: make_stray(),
         11: make_lost(),
     }
-    write_page(replace(make_contents(drives), dialled=make_dialled()), path)
+    path.write_text(page(replace(make_contents(drives), dialled=make_dialled())), encoding="utf-8")
     return path.as_uri()

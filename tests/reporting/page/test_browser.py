@@ -2,8 +2,9 @@
 
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 from urllib.parse import urlparse
 from urllib.request import url2pathname
 
@@ -17,6 +18,8 @@ from coverdrive.simulation.measures.metrics import distances, gaps
 from coverdrive.simulation.measures.misses import find_windows
 
 pytestmark = pytest.mark.slow
+
+Opened = Callable[..., Any]
 
 DOCUMENTATION = Path(__file__).parents[3] / "docs"
 
@@ -63,6 +66,18 @@ def worst_of(trace: Trace) -> Worst:
 
 def moment(page) -> int:
     return int(page.input_value("#scrub"))
+
+
+def choose(page, trial: int) -> None:
+    page.select_option("#trial", str(trial))
+    page.wait_for_selector(f"#player[data-loaded='{trial}']")
+
+
+def press(page, *keys: str) -> None:
+    """Press keys in the player."""
+    page.focus("#player")
+    for key in keys:
+        page.keyboard.press(key)
 
 
 def pixels(page, name: str) -> str:
@@ -145,11 +160,8 @@ def test_what_a_pointer_is_told_is_text(page) -> None:
 
 
 @pytest.mark.parametrize("size", [(1440, 900), (390, 844)])
-def test_the_first_screen_has_the_verdict_and_the_road_at_its_worst_moment(browser, address: str, size) -> None:
-    context = browser.new_context(viewport={"width": size[0], "height": size[1]})
-    page = context.new_page()
-    page.goto(address)
-    page.wait_for_selector("#player[data-loaded='0']")
+def test_the_first_screen_has_the_verdict_and_the_road_at_its_worst_moment(opened: Opened, size) -> None:
+    page = opened(size)
     for place in ("h1", ".tiles", "#read-worst", "#road", "#legend li >> nth=0"):
         box = page.locator(place).bounding_box()
         assert box["y"] + box["height"] <= size[1], place
@@ -161,7 +173,6 @@ def test_the_first_screen_has_the_verdict_and_the_road_at_its_worst_moment(brows
     assert moment(page) == worst.moment > 0
     assert page.inner_text("#worst") == f"worst moment {worst.moment / 10:.1f} s"
     assert page.inner_text("#read-worst") == worst.text
-    context.close()
 
 
 def test_it_is_small_and_ready_soon(page, address: str) -> None:
@@ -171,9 +182,7 @@ def test_it_is_small_and_ready_soon(page, address: str) -> None:
 
 
 def test_space_plays_and_pauses(page) -> None:
-    page.focus("#player")
-    page.keyboard.press("Home")
-    page.keyboard.press("Space")
+    press(page, "Home", "Space")
     page.wait_for_function("Number(document.getElementById('scrub').value) >= 3")
     page.keyboard.press("Space")
     stopped = moment(page)
@@ -237,10 +246,7 @@ def test_time_before_the_click_is_not_played(crowd) -> None:
 
 
 def test_arrows_step(page) -> None:
-    page.focus("#player")
-    page.keyboard.press("Home")
-    for key in ("ArrowRight", "ArrowRight", "ArrowRight", "ArrowLeft"):
-        page.keyboard.press(key)
+    press(page, "Home", "ArrowRight", "ArrowRight", "ArrowRight", "ArrowLeft")
     assert moment(page) == 2
     assert page.inner_text("#clock").startswith("0.2 s")
     page.keyboard.press("Shift+ArrowRight")
@@ -275,11 +281,9 @@ def drawn_at(page, key: str, times: int) -> dict[str, list]:
 
 
 def test_vehicles_come_and_those_that_left_their_sets_are_framed(page) -> None:
-    page.select_option("#trial", "9")
-    page.wait_for_selector("#player[data-loaded='9']")
+    choose(page, 9)
     page.evaluate(DRAWN)
-    page.focus("#player")
-    page.keyboard.press("Home")
+    press(page, "Home")
     before = drawn_at(page, "ArrowRight", COMES - 1)
     assert len(before["body"]) == 2
     there = drawn_at(page, "ArrowRight", LEAVES - COMES)
@@ -332,8 +336,7 @@ PENS = """() => {
 
 
 def test_the_legend_is_drawn_as_the_road_is(page) -> None:
-    page.select_option("#trial", "7")
-    page.wait_for_selector("#player[data-loaded='7']")
+    choose(page, 7)
     assert page.evaluate(PENS) == []
     labels = page.locator("#legend li").all_inner_texts()
     assert labels == page.evaluate("LEGEND.map(([label]) => label)") and "touches the ego" in labels
@@ -347,8 +350,7 @@ def test_the_legend_has_what_is_in_the_drive(page) -> None:
 
 
 def test_a_drive_that_ended_in_contact_opens_where_it_went_wrong(page) -> None:
-    page.select_option("#trial", "11")
-    page.wait_for_selector("#player[data-loaded='11']")
+    choose(page, 11)
     worst = worst_of(make_lost())
     assert moment(page) == worst.moment == LOST < STEPS
     assert page.inner_text("#worst") == f"clear plan lost {LOST / 10:.1f} s"
@@ -374,9 +376,7 @@ RECTANGLES = """() => {
 
 def test_sets_are_drawn_at_all_times_or_at_one_where_the_boxes_are_then(page) -> None:
     page.evaluate(RECTANGLES)
-    page.focus("#player")
-    for key in ("Home", "ArrowRight", "a"):
-        page.keyboard.press(key)
+    press(page, "Home", "ArrowRight", "a")
     everything = page.evaluate("window.rectangles")
     assert len(everything) == 6 * 9 and len({colour for colour, *_ in everything}) == 9  # every half step has its hue
     assert page.inner_text("#read-ahead") == "0 … 2 s" and page.get_attribute("#all", "aria-pressed") == "true"
@@ -402,8 +402,7 @@ def test_sets_are_drawn_at_all_times_or_at_one_where_the_boxes_are_then(page) ->
 def test_at_rest_the_sets_that_bind_are_drawn_with_the_ego_at_their_time(page) -> None:
     """All are pale at that time but those of one vehicle; nothing binds in this drive, so it is what is nearest."""
     page.evaluate(RECTANGLES)
-    page.focus("#player")
-    page.keyboard.press("Home")
+    press(page, "Home")
     rectangles = page.evaluate("window.rectangles")
     pale, shown = rectangles[:6], rectangles[6:]
     assert len({colour for colour, *_ in pale}) == 1 and len(shown) == 3 and len({colour for colour, *_ in shown}) == 1
@@ -435,9 +434,7 @@ def test_what_binds_a_plan(page) -> None:
 
 def test_a_click_isolates_a_vehicle_with_its_set(page) -> None:
     page.evaluate(RECTANGLES)
-    page.focus("#player")
-    for key in ("Home", "ArrowRight", "v"):
-        page.keyboard.press(key)
+    press(page, "Home", "ArrowRight", "v")
     assert page.inner_text("#release") == "vehicle 1 alone ✕"
     assert len(page.evaluate("window.rectangles")) == 3 * 9  # at all times
     page.keyboard.press(".")
@@ -463,8 +460,7 @@ def test_a_click_isolates_a_vehicle_with_its_set(page) -> None:
 
 
 def test_the_ego_is_drawn_at_that_time_on_both_branches(page) -> None:
-    page.focus("#player")
-    page.keyboard.press("Home")
+    press(page, "Home")
     page.evaluate("""() => {
         const draw = RoadView.prototype.outline;
         RoadView.prototype.outline = function (body) {
@@ -481,9 +477,7 @@ def test_the_ego_is_drawn_at_that_time_on_both_branches(page) -> None:
 
 
 def test_what_is_not_clear_is_said_with_gap_and_time_to_collision(page) -> None:
-    page.focus("#player")
-    page.keyboard.press("Home")
-    page.keyboard.press("ArrowRight")
+    press(page, "Home", "ArrowRight")
     assert page.inner_text("#read-reason").startswith("the rest of the last plan")
     for _ in range(2):
         page.keyboard.press("ArrowRight")
@@ -493,10 +487,7 @@ def test_what_is_not_clear_is_said_with_gap_and_time_to_collision(page) -> None:
 
 
 def test_space_on_a_button_presses_that_button(page) -> None:
-    page.focus("#player")
-    page.keyboard.press("Home")
-    for _ in range(5):
-        page.keyboard.press("ArrowRight")
+    press(page, "Home", *["ArrowRight"] * 5)
     for button, key, expected in (("#back", "Space", 4), ("#forward", "Space", 5), ("#forward", "Enter", 6)):
         page.focus(button)
         page.keyboard.press(key)
@@ -513,8 +504,7 @@ def test_near_misses_are_named_and_readings_explained(page) -> None:
     assert page.inner_text("#trial option[value='0']") == "trial 0: 2 vehicles, finished, near miss"
     assert page.inner_text("#trial option[value='7']") == "trial 7: 2 vehicles, side"
     assert "0 at its edge" in page.get_attribute("div:has(> #read-slack)", "title")
-    page.focus("#player")
-    page.keyboard.press("End")
+    press(page, "End")
     assert page.inner_text("#read-status") == "invalid input"
     assert "cannot be true" in page.get_attribute("#read-status", "title")
 
@@ -535,18 +525,14 @@ def test_sets_leave_the_ruler_readable(crowd) -> None:
     assert crowd.evaluate(RULER) < 10
 
 
-def test_a_phone_sees_three_seconds_of_road_and_every_section(browser, address: str) -> None:
-    context = browser.new_context(viewport={"width": 400, "height": 800})
-    page = context.new_page()
-    page.goto(address)
-    page.wait_for_selector("#player[data-loaded='0']")
+def test_a_phone_sees_three_seconds_of_road_and_every_section(opened: Opened) -> None:
+    page = opened((400, 800))
     assert page.locator("#road").bounding_box()["height"] >= 160
     assert page.evaluate("new RoadView(document.getElementById('road')).window()[1]") >= 60
     assert page.evaluate("(nav => nav.scrollWidth <= nav.clientWidth)(document.querySelector('nav'))")
     assert not page.locator(".hint").is_visible()
     page.click("#affordance summary")
     assert page.locator(".hint").is_visible()
-    context.close()
 
 
 def test_keys_work_without_the_focus_while_the_player_is_in_view(page) -> None:
@@ -569,8 +555,7 @@ def marks_of(kind: str | None = None) -> list[int]:
 
 
 def test_marks_are_reached_by_click_and_by_key(page) -> None:
-    page.focus("#player")
-    page.keyboard.press("Home")
+    press(page, "Home")
     expected = [step for step in marks_of() if step > 0]
     for step in expected[:3]:
         page.keyboard.press("n")
@@ -611,39 +596,28 @@ SMALL = """() => [...document.querySelectorAll(
 """what is smaller than a finger"""
 
 
-def test_what_is_touched_is_large_enough(browser, address: str) -> None:
-    context = browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True)
-    page = context.new_page()
-    page.goto(address)
-    page.wait_for_selector("#player[data-loaded='0']")
-    page.evaluate("document.querySelectorAll('details').forEach((each) => { each.open = true; })")
+def test_what_is_touched_is_large_enough(opened: Opened) -> None:
+    page = opened((390, 844), unfolded=True, has_touch=True)
     assert page.evaluate(SMALL) == []
     page.locator("#marks button[data-kind='lane']").tap()
     assert moment(page) in marks_of("lane")
-    context.close()
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("size", [(1440, 900), (390, 844)])
-def test_axe_finds_nothing_serious(browser, address: str, scheme: str, size: tuple[int, int]) -> None:
+def test_axe_finds_nothing_serious(opened: Opened, scheme: str, size: tuple[int, int]) -> None:
     package = pytest.importorskip("axe_playwright_python", reason="install it: pip install '.[test]'")
-    context = browser.new_context(viewport={"width": size[0], "height": size[1]}, color_scheme=scheme)
-    page = context.new_page()
-    page.goto(address)
-    page.wait_for_selector("#player[data-loaded='0']")
-    page.evaluate("document.querySelectorAll('details').forEach((each) => { each.open = true; })")
+    page = opened(size, unfolded=True, color_scheme=scheme)
     page.evaluate("figures.forEach((view) => view.draw())")
     page.evaluate((Path(package.__file__).parent / "axe.min.js").read_text(encoding="utf-8"))
     found = page.evaluate("axe.run()")["violations"]
     assert [
         (each["id"], each["nodes"][0]["target"]) for each in found if each["impact"] in ("serious", "critical")
     ] == []
-    context.close()
 
 
 def test_plus_and_minus_change_the_speed(page) -> None:
-    page.focus("#player")
-    page.keyboard.press("+")
+    press(page, "+")
     assert page.input_value("#rate") == "2"
     for _ in range(5):
         page.keyboard.press("-")
@@ -695,8 +669,7 @@ def test_a_pointer_over_the_course_tells_the_values_there(page) -> None:
 def test_the_table_opens_sorts_and_filters(page) -> None:
     page.click("#trials a[data-trial='7']")
     page.wait_for_selector("#player[data-loaded='7']")
-    page.focus("#player")
-    page.keyboard.press("End")
+    press(page, "End")
     assert page.inner_text("#read-end") == "side collision (at fault: other; planning failure)"
     page.keyboard.press("ArrowLeft")
     assert page.inner_text("#read-end") == ""
@@ -716,11 +689,8 @@ def test_the_table_opens_sorts_and_filters(page) -> None:
 
 
 @pytest.mark.parametrize(("scheme", "size"), [("light", (390, 844)), ("dark", (1280, 900))])
-def test_light_and_dark_wide_and_narrow(browser, address: str, tmp_path, scheme: str, size: tuple[int, int]) -> None:
-    context = browser.new_context(viewport={"width": size[0], "height": size[1]}, color_scheme=scheme)
-    page = context.new_page()
-    page.goto(address)
-    page.wait_for_selector("#player[data-loaded='0']")
+def test_light_and_dark_wide_and_narrow(opened: Opened, tmp_path, scheme: str, size: tuple[int, int]) -> None:
+    page = opened(size, color_scheme=scheme)
     assert page.evaluate("document.documentElement.dataset.theme") == scheme
     assert page.evaluate("document.documentElement.scrollWidth") <= size[0]  # nothing sticks out
     background = page.evaluate("getComputedStyle(document.body).backgroundColor")
@@ -728,7 +698,6 @@ def test_light_and_dark_wide_and_narrow(browser, address: str, tmp_path, scheme:
     assert page.evaluate("getComputedStyle(document.body).backgroundColor") != background
     page.screenshot(path=tmp_path / "page.png", full_page=True)
     assert (tmp_path / "page.png").stat().st_size > 50_000
-    context.close()
 
 
 def test_it_prints_light_and_within_the_paper(page, tmp_path) -> None:

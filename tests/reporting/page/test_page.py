@@ -14,7 +14,7 @@ from coverdrive.certificates.drives import anytime_limit
 from coverdrive.numbers import at_most
 from coverdrive.progress import heard_by
 from coverdrive.reporting.contents import Fitted
-from coverdrive.reporting.page.page import _script_json, page, write_page
+from coverdrive.reporting.page.page import _script_json, page
 from coverdrive.reporting.page.summary import ends, heading, tiles, verdict
 from coverdrive.reporting.page.trials import COLUMNS, trial_rows
 from coverdrive.reporting.report import contents_of
@@ -188,12 +188,10 @@ def test_trials_link_to_their_replays(html: str) -> None:
     assert "too few vehicles" in html
 
 
-def test_missing_parts_name_their_command(tmp_path) -> None:
+def test_missing_parts_name_their_command() -> None:
     told = []
-    contents = replace(make_contents({}), trials=None, compared=[])
     with heard_by(lambda stage, share: told.append((stage, share))):
-        write_page(contents, tmp_path / "new" / "report.html")
-    html = (tmp_path / "new" / "report.html").read_text(encoding="utf-8")
+        html = page(replace(make_contents({}), trials=None, compared=[]))
     assert "<code>coverdrive calibrations</code>" in html
     assert "<code>coverdrive study</code>" in html
     assert 'id="player"' not in html

@@ -8,7 +8,7 @@ made from the frames would miss what is rare, and one for every frame would flic
 """
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -46,6 +46,10 @@ HOLD = 1.0
 """[s] that the last moment is shown, and that the worst one is named"""
 
 _WIDTH, _DPI = 1600, 200
+_GIF_WIDTH = 1200
+"""[pixel]"""
+_SHADES = 8
+"""of the palette of a GIF, from one colour to another"""
 _BESIDE, _BELOW, _ABOUT = 0.6, 1.0, 1.85
 """[inch] labels of the lanes, panels below the road, and legends, title and axes"""
 _MULTIPLE = 16
@@ -84,13 +88,6 @@ def _write_mp4(path: Path, frames: Iterator[memoryview], rate: float) -> None:
                 stream.width, stream.height = frame.width, frame.height
             video.mux(stream.encode(frame))
         video.mux(stream.encode(None))
-
-
-_WRITERS: Mapping[str, Callable[[Path, Iterator[memoryview], float], None]] = {
-    ".mp4": _write_mp4,
-    ".gif": lambda path, frames, rate: write_gif(path, map(np.asarray, frames), rate),
-}
-"""by the suffix of the file"""
 
 
 def _frames(trace: Trace, moments: list[int], constraints: ActiveConstraints | None) -> Iterator[memoryview]:
@@ -192,15 +189,8 @@ def _planning_panel(axes: Axes, trace: Trace, milliseconds: np.ndarray) -> dict[
     }
 
 
-WIDTH = 1200
-"""[pixel]"""
-
-_SHADES = 8
-"""from one colour to another"""
-
-
-def write_gif(path: Path, frames: Iterable[UInt8[np.ndarray, "height width 4"]], rate: float) -> None:
-    """Write frames, RGBA pixels of at least one, as a GIF that plays for ever, so many per second."""
+def _write_gif(path: Path, frames: Iterator[memoryview], rate: float) -> None:
+    """A GIF that plays for ever."""
     palette = Image.new("P", (1, 1))
     palette.putpalette(_palette().ravel().tolist())
     pictures = (_small(frame).quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames)
@@ -210,24 +200,16 @@ def write_gif(path: Path, frames: Iterable[UInt8[np.ndarray, "height width 4"]],
     )
 
 
-def _small(frame: UInt8[np.ndarray, "height width 4"]) -> Image.Image:
+def _small(frame: memoryview) -> Image.Image:
     picture = Image.fromarray(np.asarray(frame)).convert("RGB")
-    return picture.resize((WIDTH, round(WIDTH * picture.height / picture.width)), Image.Resampling.LANCZOS)
+    height = round(_GIF_WIDTH * picture.height / picture.width)
+    return picture.resize((_GIF_WIDTH, height), Image.Resampling.LANCZOS)
 
 
 def _palette() -> UInt8[np.ndarray, "_ 3"]:
     """All colours that a frame is drawn with, blended into what they are drawn on."""
     sets = [style.SETS(age)[:3] for age in np.linspace(0, 1, 24)]
-    inks = (
-        style.EGO,
-        style.OTHER,
-        style.GREEN,
-        style.ORANGE,
-        style.PURPLE,
-        style.BAD,
-        style.BLACK,
-        style.GREY,
-    )
+    inks = (style.EGO, style.OTHER, style.GREEN, style.ORANGE, style.PURPLE, style.BAD, style.BLACK, style.GREY)
     blends = [(ink, "white") for ink in inks]
     blends += [(style.TIMES(age)[:3], style.SETS(age)[:3]) for age in (0.33, 0.67, 1.0)]
     blends += [(ink, sets[8]) for ink in (style.EGO, style.OTHER, style.MARKING, "white")]
@@ -236,3 +218,7 @@ def _palette() -> UInt8[np.ndarray, "_ 3"]:
     shades = [share * to_rgb(above) + (1 - share) * to_rgb(below) for above, below in blends]
     colours = np.concatenate([np.array(sets), *shades])
     return np.unique((255 * colours).round().astype(np.uint8), axis=0)
+
+
+_WRITERS = {".mp4": _write_mp4, ".gif": _write_gif}
+"""by the suffix of the file"""

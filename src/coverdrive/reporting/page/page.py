@@ -9,7 +9,6 @@ from typing import Any
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from coverdrive.files import write_atomically
 from coverdrive.prediction.learning.affordance import FEATURES
 from coverdrive.progress import done, stage
 from coverdrive.reporting.contents import Contents
@@ -28,14 +27,8 @@ from coverdrive.simulation.measures.notable import NEAR_GAP, NEAR_TIME, NEARLY
 _TEMPLATES = Path(__file__).parent / "templates"
 
 
-def write_page(contents: Contents, path: Path) -> None:
-    """Write the report as one HTML file that needs nothing else."""
-    text = page(contents)
-    write_atomically(path, lambda file: file.write_text(text, encoding="utf-8"))
-
-
 def page(contents: Contents) -> str:
-    """The report as HTML."""
+    """The report as one HTML page that needs nothing else."""
     with stage("report"):
         replays = _replays(contents)
         return rendered(
