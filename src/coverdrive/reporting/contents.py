@@ -43,6 +43,11 @@ class Certified:
         """The certificates of the sets that are planned against."""
         return self.certificates if self.driven[0].scale == 1 else (self.driven[0],)
 
+    @property
+    def proofs(self) -> tuple[Certificate, ...]:
+        """All certificates: of the calibrated sets, and of those that are planned against if they are others."""
+        return self.certificates if self.driven[0].scale == 1 else (*self.certificates, self.driven[0])
+
     @staticmethod
     def of(fit: Fit) -> "Certified":
         """What a fit has certified."""

@@ -90,6 +90,7 @@ def fit_and_print(
     """
     with waiting():
         from coverdrive.prediction.fit import fit
+        from coverdrive.reporting.contents import Certified
         from coverdrive.reporting.tables.summaries import fit_table
         from coverdrive.simulation.measures.notable import recorded_near_misses
         from coverdrive.simulation.roads.places import PLACES, place_of, recorded_place
@@ -109,6 +110,6 @@ def fit_and_print(
         result = fit(recordings, experiment.prediction, experiment.seed)
         results.save_fit(experiment, result, name, like, recorded_near_misses(recordings) if paths else None)
     console.print(fit_table(result))
-    for each in (*result.certificates, *([result.predictor.certificate] if result.predictor.scale != 1 else [])):
+    for each in Certified.of(result).proofs:
         console.print(f"• {each.sentence}")
     return result

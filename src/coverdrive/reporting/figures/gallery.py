@@ -1,6 +1,6 @@
 """All figures of a report, each from the one file of its result."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from matplotlib.figure import Figure as Drawn
@@ -50,17 +50,14 @@ def figures_of(contents: Contents) -> dict[str, Figure]:
 
 def draw_all(contents: Contents, folder: Path) -> list[Path]:
     """Draw everything that there are results for into a folder, as PNG and PDF, with snapshots of the first trace."""
-    drawings: dict[str, Callable[[], Figure | Drawn]] = {
-        name: lambda figure=figure: figure for name, figure in figures_of(contents).items()
-    }
-    drawings["affordance"] = affordance_figure
-    for trace in list(contents.traces.values())[:1]:
-        drawings["snapshots"] = lambda trace=trace: snapshots(trace, constraints=contents.constraints)
     files: list[Path] = []
     with stage("figures"):
-        for number, (name, draw) in enumerate(drawings.items(), start=1):
-            files += save(draw(), folder / name)
-            done(number, len(drawings))
+        figures: dict[str, Figure | Drawn] = {**figures_of(contents), "affordance": affordance_figure()}
+        for trace in list(contents.traces.values())[:1]:
+            figures["snapshots"] = snapshots(trace, constraints=contents.constraints)
+        for number, (name, figure) in enumerate(figures.items(), start=1):
+            files += save(figure, folder / name)
+            done(number, len(figures))
     return files
 
 
