@@ -229,29 +229,6 @@ def test_inspect_reads_all_real_recordings(us101: Path) -> None:
         assert name in printed
 
 
-@pytest.mark.parametrize(
-    ("arguments", "complaint"),
-    [
-        (["study", "nowhere"], "no results in nowhere; make some with `coverdrive run --out nowhere`"),
-        (["report", "nowhere"], "no results in nowhere; make some with `coverdrive run --out nowhere`"),
-        (["figures", "nowhere"], "no results in nowhere; make some with `coverdrive run --out nowhere`"),
-        (["animate", "nowhere"], "no results in nowhere; make some with `coverdrive run --out nowhere`"),
-        (["animate", "--format", "avi"], "--format"),
-        (["inspect"], "nothing to inspect"),
-        (["inspect", "missing.csv"], "missing.csv"),
-        (["run", "--config", "missing.toml"], "not a readable TOML file"),
-        (["run", "--trials", "0"], "study.trials"),
-        (["run", "--trails", "3"], "--trials"),
-        (["run", "--traffic", "bicycles"], "set-sampling"),
-        (["compare", "here", "there"], "here holds no study"),
-    ],
-)
-def test_mistakes_are_explained(arguments: list[str], complaint: str, tmp_path: Path, monkeypatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    assert complaint in coverdrive(*arguments, status=2)
-    assert list(tmp_path.iterdir()) == []
-
-
 @pytest.mark.slow
 def test_folds_print_their_spread_and_keep_nothing(quick_run: Path, tmp_path: Path) -> None:
     options = ("--folds", "3", "--config", quick_run / "quick.toml", "--out", tmp_path / "out")
@@ -270,12 +247,6 @@ def test_a_refused_certificate_leaves_nothing_behind(quick_run: Path, tmp_path: 
     printed = coverdrive("fit", "--config", config, "--out", tmp_path / "out", status=2)
     assert "cannot prove ε = 1e-06 by pac-pooled" in printed and "the smallest ε possible with them is" in printed
     assert [path.name for path in tmp_path.iterdir()] == ["strict.toml"]
-
-
-def test_unknown_keys_are_named(tmp_path: Path) -> None:
-    config = tmp_path / "typo.toml"
-    config.write_text("[prediction.basis]\nepsilom = 0.5\n")
-    assert "prediction.basis.epsilom" in coverdrive("fit", "--config", config, "--out", tmp_path / "out", status=2)
 
 
 COMMANDS = [name for name in app if not name.startswith("-")]
