@@ -6,6 +6,8 @@ from pathlib import Path
 import jax
 import numpy as np
 import polars as pl
+from rich.console import Console
+from rich.table import Table
 
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.comparison import Compared
@@ -25,6 +27,7 @@ from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.reporting.contents import Certified, Contents
 from coverdrive.reporting.drives.active_constraints import ActiveConstraints
+from coverdrive.reporting.plotting.figure import Panel
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.simulation.drives.outcome import Fault, Kind, Outcome
@@ -39,6 +42,19 @@ LOST = 9
 COMES, LEAVES = 4, 6
 """moments of the drive of `make_stray`"""
 PATHS_PER_VEHICLE = 3
+
+
+def printed(table: Table, width: int = 80) -> str:
+    """A table as a terminal shows it."""
+    console = Console(width=width, markup=False)
+    with console.capture() as capture:
+        console.print(table)
+    return capture.get()
+
+
+def marks_of(panel: Panel, kind: type) -> list:
+    """The marks of a kind in a panel."""
+    return [mark for mark in panel.marks if isinstance(mark, kind)]
 
 
 def scenes(steps: int) -> Scene:

@@ -3,13 +3,13 @@
 from dataclasses import replace
 
 import pytest
-from report_fakes import make_certificate, make_compared
-from rich.console import Console
+from report_fakes import make_certificate, make_compared, printed
 
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.methods import Method
 from coverdrive.reporting.claim import legend, signs, strength, whose
 from coverdrive.reporting.figures.risk import risk_figure
+from coverdrive.reporting.plotting import style
 from coverdrive.reporting.plotting.figure import Points, Texts
 from coverdrive.reporting.tables.summaries import methods_table
 
@@ -18,33 +18,17 @@ SURE = make_certificate(BASES)
 AVERAGE = replace(SURE, confidence=None)
 PER_BASE = replace(SURE, groups=BASES)
 AVERAGE_PER_BASE = replace(AVERAGE, groups=BASES)
+CONFIDENT, WITHOUT = "with 99 % confidence", "on average over calibrations, without confidence"
+EACH = "the vehicles that drive a base, for each base by itself"
 
 
 @pytest.mark.parametrize(
     ("certificate", "strong", "who", "sign", "name"),
     [
-        (SURE, "with 99 % confidence", "vehicles", "", "nested-sets"),
-        (
-            AVERAGE,
-            "on average over calibrations, without confidence",
-            "vehicles",
-            "†",
-            "nested-sets (on average)",
-        ),
-        (
-            PER_BASE,
-            "with 99 % confidence",
-            "the vehicles that drive a base, for each base by itself",
-            "‡",
-            "nested-sets (each base)",
-        ),
-        (
-            AVERAGE_PER_BASE,
-            "on average over calibrations, without confidence",
-            "the vehicles that drive a base, for each base by itself",
-            "†‡",
-            "nested-sets (on average, each base)",
-        ),
+        (SURE, CONFIDENT, "vehicles", "", "nested-sets"),
+        (AVERAGE, WITHOUT, "vehicles", "†", "nested-sets (on average)"),
+        (PER_BASE, CONFIDENT, EACH, "‡", "nested-sets (each base)"),
+        (AVERAGE_PER_BASE, WITHOUT, EACH, "†‡", "nested-sets (on average, each base)"),
     ],
 )
 def test_every_kind_has_its_words(certificate: Certificate, strong: str, who: str, sign: str, name: str) -> None:
@@ -56,12 +40,11 @@ def test_every_kind_has_its_words(certificate: Certificate, strong: str, who: st
     assert list(figure.named) == [bounds.name] == [name]
     assert bounds.hover == [f"nested-sets\nat most 14.4 % of {who} missed,\n{strong}\nset size 5.00 of 5"]
     assert (bounds.hollow, [dot.marker for dot in dots]) == ("†" in sign, ["."] * ("‡" in sign))
+    assert all((dot.colour == style.PAPER) == (not bounds.hollow) for dot in dots)
     assert observed.hover[0].startswith("nested-sets\n4 % missed on unseen scenes (4 of 100)")
-    console = Console(width=80)
-    with console.capture() as capture:
-        console.print(methods_table([compared]))
-    (row,) = (line for line in capture.get().splitlines() if line.startswith("nested-sets"))
-    assert f"14.4 %{sign}" in row and "proved" not in capture.get()
+    text = printed(methods_table([compared]))
+    (row,) = (line for line in text.splitlines() if line.startswith("nested-sets"))
+    assert f"14.4 %{sign}" in row and "proved" not in text
 
 
 def test_the_axis_is_cut_for_a_bound_far_beyond_what_was_asked_for() -> None:

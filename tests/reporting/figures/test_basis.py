@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from report_fakes import make_basis
+from report_fakes import make_basis, marks_of
 
 from coverdrive.errors import DataError
 from coverdrive.prediction.cover.basis import Basis
@@ -21,10 +21,6 @@ def straight(*ends: tuple[float, float]) -> Basis:
     """Base trajectories that deviate evenly until they end at the given points."""
     points = np.linspace(0, 1, 7)[:, None] * np.array(ends)[:, None]
     return Basis(points, radius=0.5, aspect=4.0, growth=1.0, step=0.5)
-
-
-def marks_of(panel: Panel, kind: type) -> list:
-    return [mark for mark in panel.marks if isinstance(mark, kind)]
 
 
 def bases_of(panel: Panel) -> list[Line]:
@@ -138,16 +134,12 @@ def studied(size: int, epsilon: float) -> StudiedBasis:
     return StudiedBasis(basis, share, 1.0, epsilon, size // 4, size // 2, 1.0, 1.0, "abc")
 
 
-def lines_of(panel: Panel) -> list[Line]:
-    return [mark for mark in panel.marks if isinstance(mark, Line)]
-
-
 def test_sizes_bounds_and_masses_are_drawn(tmp_path) -> None:
     all_of_them = [studied(40, 0.5), studied(12, 1.0)]
     figure = size_figure(all_of_them)
     size, mass = figure.panels
-    assert [list(line.y) for line in lines_of(size)] == [[40, 12], [20, 6], [10, 3]]
-    assert list(lines_of(size)[0].x) == [0.5, 1.0]
+    assert [list(line.y) for line in marks_of(size, Line)] == [[40, 12], [20, 6], [10, 3]]
+    assert list(marks_of(size, Line)[0].x) == [0.5, 1.0]
     for points, each in zip(mass.marks, all_of_them, strict=True):
         np.testing.assert_allclose(points.y, 100 * each.cumulative)
     png, pdf = save(figure, tmp_path / "size")

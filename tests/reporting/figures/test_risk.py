@@ -9,7 +9,6 @@ from coverdrive.certificates.comparison import Compared
 from coverdrive.certificates.methods import Method
 from coverdrive.errors import DataError
 from coverdrive.reporting.figures.risk import risk_figure
-from coverdrive.reporting.plotting import style
 
 
 def compared(method: Method, epsilon: float, size: float) -> Compared:
@@ -32,14 +31,6 @@ def test_every_method_that_did_not_refuse_is_shown() -> None:
     for points in panel.marks:
         if points.size == sizes[0]:
             assert (points.low, points.high, points.along) == ([1.0], [10.0], "x")
-
-
-def test_a_bound_without_confidence_is_hollow_and_one_of_each_base_has_a_dot() -> None:
-    on_average = replace(make_certificate(17), epsilon=0.05, confidence=None)
-    of_each = replace(make_certificate(17), epsilon=0.05, groups=17)
-    (hollow, _) = risk_figure([make_compared(Method.POOLED, on_average, 0.05)]).panels[0].marks
-    (filled, dot, _) = risk_figure([make_compared(Method.PAC_PER_BASE, of_each, 0.05)]).panels[0].marks
-    assert hollow.hollow and not filled.hollow and (dot.marker, dot.colour) == (".", style.PAPER)
 
 
 def test_nothing_to_draw_is_refused() -> None:

@@ -1,34 +1,82 @@
-"""Scores with their thresholds, set sizes, losses, planning times against real time, and how the ego drove."""
-
-from dataclasses import replace
+"""What a study found: collisions with their intervals, how the ego drove, and planning times against real time."""
 
 import numpy as np
 import polars as pl
 import pytest
-from report_fakes import make_contents
-from scipy.special import expit
+from report_fakes import marks_of
+from scipy.stats import binomtest
 
-from coverdrive.reporting.figures.learned import losses_figure, scores_figure, set_sizes_figure
-from coverdrive.reporting.figures.study import drives_figure, planning_figure
-from coverdrive.reporting.plotting.figure import Bars, Line, Panel, Points, Rule
+from coverdrive.reporting.figures.study import collisions_figure, drives_figure, planning_figure
+from coverdrive.reporting.plotting.drawing import save
+from coverdrive.reporting.plotting.figure import Bars, Line, Points, Rule, Texts
 
-
-def marks_of(panel: Panel, kind: type) -> list:
-    return [mark for mark in panel.marks if isinstance(mark, kind)]
+pytestmark = pytest.mark.usefixtures("no_global_change")
 
 
-def test_thresholds_are_where_the_rule_has_them_and_every_bin_has_a_bar() -> None:
-    contents = make_contents()
-    learned, values = contents.learned, contents.predictor.rule.values
-    figure = scores_figure(learned, contents.predictor.rule)
-    for panel, counts in zip(figure.panels, (learned.driven, learned.others), strict=True):
-        (thresholds,) = marks_of(panel, Points)
-        assert expit(thresholds.x) == pytest.approx(values)
-        rows = marks_of(panel, Bars)
-        assert [row.base for row in rows] == list(range(len(counts)))
-        for row, bins in zip(rows, counts, strict=True):
-            assert [int(hover.split("\n")[1].split()[0]) for hover in row.hover] == bins[bins > 0].tolist()
-            assert max(row.height) < 1
+def results(*counts: tuple[int, int, int, int]) -> pl.DataFrame:
+    """Trials from (vehicles, trials, frontal or side, rear-end)."""
+    rows = []
+    for vehicles, trials, front, rear in counts:
+        kinds = ["frontal", "side"] * front
+        kinds = [*kinds[:front], *["rear-end"] * rear, *["finished"] * (trials - front - rear)]
+        rows += [{"vehicles": vehicles, "kind": kind} for kind in kinds]
+    return pl.DataFrame(rows)
+
+
+def test_bars_whiskers_and_labels(tmp_path):
+    figure = collisions_figure(results((0, 50, 0, 1), (4, 40, 3, 2)))
+    heights = [height for bars in marks_of(figure.panels[0], Bars) for height in bars.height]
+    assert heights == pytest.approx([0, 7.5, 100 * 3 / 90, 2, 5, 100 * 3 / 90])
+    assert list(figure.panels[0].x.ticks.values()) == ["0 (50)", "4 (40)", "all (90)"]
+    assert [text for texts in marks_of(figure.panels[0], Texts) for text in texts.text] == [
+        "0",
+        "3",
+        "3",
+        "1",
+        "2",
+        "3",
+    ]
+    rates = marks_of(figure.panels[0], Points)
+    assert [value for points in rates for value in points.y] == pytest.approx(heights)
+    whiskers = [ends for points in rates for ends in zip(points.low, points.high, strict=True)]
+    expected = [(0, 50), (3, 40), (3, 90), (1, 50), (2, 40), (3, 90)]
+    for whisker, (count, trials) in zip(whiskers, expected, strict=True):
+        interval = binomtest(count, trials).proportion_ci(0.95, method="exact")
+        assert whisker == pytest.approx((100 * interval.low, 100 * interval.high), abs=1e-6)
+    _, y = figure.panels[0].scales
+    assert y.low == 0 and y.high > max(high for _, high in whiskers)
+    png, pdf = save(figure, tmp_path / "collisions")
+    assert png.stat().st_size > 10_000
+    assert pdf.read_bytes().startswith(b"%PDF-")
+
+
+def test_the_papers_totals_are_the_reference():
+    figure = collisions_figure(results((3, 10, 0, 0)))
+    lines = {rule.name: rule.at for rule in marks_of(figure.panels[0], Rule) if rule.name}
+    assert lines["paper, frontal or side: 7 of 1000"] == pytest.approx(0.7)
+    assert lines["paper, rear-end: 20 of 1000"] == pytest.approx(2.0)
+    assert "95 %" in figure.caption
+    assert len(figure.named) == 4
+
+
+def test_without_a_collision_there_are_marks_intervals_and_counts():
+    """Of the colour of their kind, as where there are collisions."""
+    figure = collisions_figure(results((3, 2, 0, 0)))
+    for points, bars, texts in zip(*(marks_of(figure.panels[0], kind) for kind in (Points, Bars, Texts)), strict=True):
+        assert set(points.y) == {0} and points.colour == bars.colour == texts.colour
+        assert list(texts.text) == ["0"] and all(each.startswith("0 of 2 ") for each in points.hover)
+        assert min(points.high) > 50
+
+
+def test_rates_of_a_few_trials_are_not_told_apart_by_number_of_vehicles():
+    few, enough = (collisions_figure(results((3, 20, 0, 1), (4, trials, 0, 0))) for trials in (19, 20))
+    assert list(few.panels[0].x.ticks.values()) == ["all (39)"]
+    assert list(enough.panels[0].x.ticks.values()) == ["3 (20)", "4 (20)", "all (40)"]
+    assert "by number" in enough.caption and "by number" not in few.caption
+
+
+def test_certain_collisions_can_be_drawn(tmp_path):
+    save(collisions_figure(results((3, 1, 1, 0), (7, 3, 0, 3))), tmp_path / "certain")
 
 
 def test_planning_times_are_in_milliseconds() -> None:
@@ -40,28 +88,6 @@ def test_planning_times_are_in_milliseconds() -> None:
     (due,) = marks_of(panel, Rule)
     assert due.at == 100.0
     assert panel.scales[0].log and panel.scales[0].high > 100.0
-
-
-def test_sizes_of_sets_are_shares_with_their_mean() -> None:
-    learned = replace(make_contents().learned, set_sizes=np.array([0, 6, 3, 1]))
-    bars, mean = set_sizes_figure(learned).panels[0].marks
-    assert bars.height == pytest.approx([0, 60, 30, 10])
-    assert bars.hover[1] == "1 possible bases: 60 % of the windows"
-    assert mean.at == pytest.approx(1.5)
-    assert mean.name == "mean: 1.5 of 3"
-
-
-def test_losses_have_their_epochs() -> None:
-    learned = replace(make_contents().learned, losses=np.array([3.0, 1.0]))
-    _, points = losses_figure(learned).panels[0].marks
-    assert (list(points.x), list(points.y), list(points.hover)) == ([1, 2], [3, 1], ["epoch 1: 3", "epoch 2: 1"])
-
-
-def test_losses_below_zero_are_drawn() -> None:
-    """The logarithm of areas may be; an axis of logarithms would end before it."""
-    learned, losses = make_contents().learned, np.array([0.4, -0.2, -0.6])
-    logarithmic = [losses_figure(replace(learned, losses=each)).panels[0].y.log for each in (losses, losses + 1)]
-    assert logarithmic == [False, True]
 
 
 def test_every_trial_is_a_dot_of_its_speed_its_gap_and_its_jerk() -> None:

@@ -5,8 +5,7 @@ import re
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from rich.console import Console
-from rich.table import Table
+from report_fakes import printed
 from rich.text import Text
 
 from coverdrive.recordings.summary import Summary
@@ -15,13 +14,6 @@ from coverdrive.reporting.tables.summaries import recordings_table
 
 CELLS = st.from_regex(r"[0-9a-z.%()–]{0,12}( [0-9a-z.%]{1,8}){0,3}", fullmatch=True)
 WIDTHS = (20, 40, 60, 80, 120)
-
-
-def printed(table: Table, width: int) -> str:
-    console = Console(width=width, markup=False)
-    with console.capture() as capture:
-        console.print(table)
-    return capture.get()
 
 
 def words(text: str) -> set[str]:
@@ -39,15 +31,7 @@ def table_of(rows: list[list[str]], no_wrap: bool = False) -> FittingTable:
 
 @given(
     st.integers(1, 6).flatmap(
-        lambda columns: st.lists(
-            st.lists(
-                st.from_regex(r"[0-9a-z.%()–]{0,12}( [0-9a-z.%]{1,8}){0,3}", fullmatch=True),
-                min_size=columns,
-                max_size=columns,
-            ),
-            min_size=1,
-            max_size=4,
-        )
+        lambda columns: st.lists(st.lists(CELLS, min_size=columns, max_size=columns), min_size=1, max_size=4)
     ),
     st.booleans(),
     st.sampled_from(WIDTHS),

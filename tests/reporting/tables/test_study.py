@@ -4,8 +4,7 @@ import re
 
 import polars as pl
 import pytest
-from rich.console import Console
-from rich.table import Table
+from report_fakes import printed
 
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.reporting.tables.study import (
@@ -17,13 +16,6 @@ from coverdrive.reporting.tables.study import (
 )
 from coverdrive.simulation.measures.trial import SCHEMA
 from coverdrive.simulation.studies.comparison import MEASURES, Comparison, Difference
-
-
-def printed(table: Table, width: int = 80) -> str:
-    console = Console(width=width)
-    with console.capture() as capture:
-        console.print(table)
-    return capture.get()
 
 
 def trials(**columns: list[object]) -> pl.DataFrame:

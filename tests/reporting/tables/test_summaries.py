@@ -1,33 +1,14 @@
 """Summary tables: what they say, and that they fit a terminal of 80 columns."""
 
-from rich.console import Console
-from rich.table import Table
+from report_fakes import printed
 
 from coverdrive.recordings.summary import Summary
 from coverdrive.reporting.tables.summaries import recordings_table
 
 
-def printed(table: Table) -> str:
-    console = Console(width=80)
-    with console.capture() as capture:
-        console.print(table)
-    return capture.get()
-
-
 def summary(groups: tuple[int, ...], repairs: dict[str, int]) -> Summary:
-    return Summary(
-        "us101_300_vehicles period 1",
-        groups,
-        235,
-        15.6,
-        125_758,
-        5,
-        11.8,
-        29.5,
-        0.1,
-        repairs,
-        {"lanes": "from lane numbers"},
-    )
+    notes = {"lanes": "from lane numbers"}
+    return Summary("us101_300_vehicles period 1", groups, 235, 15.6, 125_758, 5, 11.8, 29.5, 0.1, repairs, notes)
 
 
 def test_recordings() -> None:

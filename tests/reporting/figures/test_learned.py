@@ -1,12 +1,17 @@
-"""The axis of scores: where scores, thresholds and ticks are."""
+"""Scores with their thresholds on an axis of log-odds, set sizes and losses."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from report_fakes import make_contents, marks_of
+from scipy.special import expit
 
 from coverdrive.prediction.fits.learned import EDGES
-from coverdrive.reporting.figures.learned import ScoreAxis
+from coverdrive.reporting.figures.learned import ScoreAxis, losses_figure, scores_figure, set_sizes_figure
+from coverdrive.reporting.plotting.figure import Bars, Points
 
 NO_MARKS = np.empty(0)
 
@@ -55,3 +60,39 @@ def test_every_score_is_within_the_axis_and_in_order(scores: list[float], marks:
     places = axis.place(np.sort([*scores, *marks]))
     assert (np.diff(places) >= 0).all()
     assert axis.limits[0] - 1e-9 <= places[0] <= places[-1] <= axis.limits[1] + 1e-9
+
+
+def test_thresholds_are_where_the_rule_has_them_and_every_bin_has_a_bar() -> None:
+    contents = make_contents()
+    learned, values = contents.learned, contents.predictor.rule.values
+    figure = scores_figure(learned, contents.predictor.rule)
+    for panel, counts in zip(figure.panels, (learned.driven, learned.others), strict=True):
+        (thresholds,) = marks_of(panel, Points)
+        assert expit(thresholds.x) == pytest.approx(values)
+        rows = marks_of(panel, Bars)
+        assert [row.base for row in rows] == list(range(len(counts)))
+        for row, bins in zip(rows, counts, strict=True):
+            assert [int(hover.split("\n")[1].split()[0]) for hover in row.hover] == bins[bins > 0].tolist()
+            assert max(row.height) < 1
+
+
+def test_sizes_of_sets_are_shares_with_their_mean() -> None:
+    learned = replace(make_contents().learned, set_sizes=np.array([0, 6, 3, 1]))
+    bars, mean = set_sizes_figure(learned).panels[0].marks
+    assert bars.height == pytest.approx([0, 60, 30, 10])
+    assert bars.hover[1] == "1 possible bases: 60 % of the windows"
+    assert mean.at == pytest.approx(1.5)
+    assert mean.name == "mean: 1.5 of 3"
+
+
+def test_losses_have_their_epochs() -> None:
+    learned = replace(make_contents().learned, losses=np.array([3.0, 1.0]))
+    _, points = losses_figure(learned).panels[0].marks
+    assert (list(points.x), list(points.y), list(points.hover)) == ([1, 2], [3, 1], ["epoch 1: 3", "epoch 2: 1"])
+
+
+def test_losses_below_zero_are_drawn() -> None:
+    """The logarithm of areas may be; an axis of logarithms would end before it."""
+    learned, losses = make_contents().learned, np.array([0.4, -0.2, -0.6])
+    logarithmic = [losses_figure(replace(learned, losses=each)).panels[0].y.log for each in (losses, losses + 1)]
+    assert logarithmic == [False, True]
