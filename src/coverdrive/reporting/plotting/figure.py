@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike
 
 from coverdrive.reporting.plotting.style import BLUE, GREY
@@ -269,11 +270,8 @@ def _plain(value: Any) -> Any:
 
 def _ticks(low: float, high: float) -> list[float]:
     """Round numbers, about six of them."""
-    rough = (high - low) / 6
-    unit = 10.0 ** math.floor(math.log10(rough)) if rough > 0 else 1.0
-    step = unit * next((each for each in (1, 2, 2.5, 5) if each * unit >= rough), 10)
-    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
-    return [float(f"{number * step:.10g}") for number in range(first, last + 1)]
+    margin, found = 1e-9 * (high - low), MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high)
+    return [float(f"{tick:.10g}") for tick in found if low - margin <= tick <= high + margin]
 
 
 def _log_ticks(low: float, high: float) -> list[float]:
