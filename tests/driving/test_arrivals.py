@@ -61,3 +61,9 @@ def test_two_lanes_are_changed_in_four_seconds(tmp_path: Path) -> None:
     wanted = goal(box(76.0, -9.0, length=6.0), between("orientation", 0.65, 0.85), first=37, last=42)
     driven = solved(written(tmp_path, wanted, traffic=NOBODY))
     assert driven.trace.outcome.partner is None
+
+
+def test_a_place_that_is_to_be_reached_late(tmp_path: Path) -> None:
+    driven = solved(written(tmp_path, goal(box(80.0, -1.75), first=350, last=360), traffic=NOBODY))
+    speed = np.array([car.pose[2] for car in driven.cars])
+    assert len(speed) - 1 >= 350 and np.diff(speed).min() > -HARD * 0.1

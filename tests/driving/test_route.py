@@ -92,9 +92,10 @@ def started(x: float, speed: float, *goals: str) -> str:
     )
 
 
-def test_a_junction_far_ahead_does_not_matter(tmp_path: Path) -> None:
-    path = tmp_path / "USA_Test-1_1_T-1.xml"
-    path.write_text(scenario(arc(6.0, 1.5, 180.0), driving(100, -500.0, 0.0, 0.0, 20) + started(100.0, 10.0, goal())))
+@pytest.mark.parametrize("last", [60, 600, 6000])
+def test_a_junction_far_ahead_does_not_matter(last: int, tmp_path: Path) -> None:
+    path, wanted = tmp_path / "USA_Test-1_1_T-1.xml", goal(first=50, last=last)
+    path.write_text(scenario(arc(6.0, 1.5, 180.0), driving(100, -500.0, 0.0, 0.0, 20) + started(100.0, 10.0, wanted)))
     (found,) = read_problems(path)
     assert isinstance(found, PlanningProblem)
     lon, lat = found.road.to_road(100.0, 0.0)

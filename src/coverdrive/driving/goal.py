@@ -19,8 +19,11 @@ _INSIDE, _IN_TIME = 0.7, 0.5
 _STANDING, _TO_REST = 1.0, 1.0
 """[m/s] below which a speed is as good as none, and [s] before the end of a time when one aims to stand: the last bit
 of speed goes slowly, as brakes are let go without a jerk, and who stands early stands in time, too"""
-_MIDDLE = 0.05
-"""[m²/s⁵] cost of an arrival away from the middle of the time that is allowed"""
+_ARRIVALS, _APART = 21, 0.1
+"""arrivals that are looked at, and [s] between two of them where the time is wide"""
+_MIDDLE, _MARGIN = 0.05, 10.0
+"""[m²/s⁵] cost of an arrival away from the middle of the time that is allowed, and [s] on both sides of the middle in
+which times are narrow: of wider ones it is a middle part, and the wider, the more of it"""
 _HARDEST = 40.0
 """[m/s²] to accelerate or brake harder makes no difference to a car"""
 _RESPONSE, _CALM = 1.1, 2.3
@@ -33,6 +36,8 @@ _UNTURNED = 0.02
 """[rad] by which one aims at the inside of a heading"""
 _STEEPEST = 0.2
 """[rad] to the road that a lane change takes at the most; another heading is that of another road"""
+_TINY = 1e-3
+"""[m] of a way that is divided by"""
 _ACROSS, _LAG = 3.0, 0.95
 """[s] before the arrival when one begins to move across the road with a heading, and by which a planner to whom it is
 urgent is behind a place that moves"""
@@ -134,7 +139,8 @@ class Goal:
         time [s] until then.
 
         Of the arrivals within the time, each of which has an acceleration that is linear in time and costs its integral
-        of squares, the cheapest, and rather one in the middle than at the ends.
+        of squares, the cheapest, and rather one in the middle than at the ends. Who would drive backwards so stands in
+        between instead.
         """
         assert self.time is not None
         nearest, farthest = position
@@ -143,7 +149,9 @@ class Goal:
         inside = _TO_REST if self._stands else min((self.time[1] - self.time[0]) / 4, _IN_TIME)
         latest = max(self.time[1] - time - inside, (self.time[1] - time) / 2, _SOONEST)
         soonest = min(max(self.time[0] - time + inside, _SOONEST), latest)
-        arrival, speed = np.linspace(soonest, latest, 21), float(state[2])
+        wide = (latest - soonest) / 2
+        arrivals = _ARRIVALS if wide <= _MARGIN else round(2 * wide / _APART)
+        arrival, speed = np.linspace(soonest, latest, arrivals), float(state[2])
         inside = min((fastest - slowest) / 4, _INSIDE)
         slowest, fastest = slowest + inside, fastest - inside
         freely = arrival * (speed + np.clip(usual, slowest, fastest)) / 2
@@ -152,8 +160,11 @@ class Goal:
         last = np.clip(speed + 2 * (mean - speed) - (mean - speed) / 2 * (way != freely), slowest, fastest)
         first = (6 * mean - 4 * speed - 2 * last) / arrival
         change = 2 * (last - speed) / arrival - 2 * first
-        cost = arrival * (first**2 + first * change + change**2 / 3) + _MIDDLE * (arrival - arrival.mean()) ** 2
-        best = int(np.argmin(cost))
+        cost = arrival * (first**2 + first * change + change**2 / 3)
+        waits = (change > -first) & (first < 0) & (first**2 * arrival > 2 * change * speed)
+        first[waits], cost[waits] = _with_rest(max(speed, 0.0), last[waits], np.maximum(way, (way + spare) / 2)[waits])
+        beyond = np.maximum(np.abs(arrival - arrival.mean()) - max(0.0, wide - _MARGIN**2 / max(wide, _MARGIN)), 0.0)
+        best = int(np.argmin(cost + _MIDDLE * beyond**2))
         return float(np.clip(first[best], -_HARDEST, _HARDEST)), float(arrival[best])
 
     def _hurrying(
@@ -171,3 +182,16 @@ class Goal:
     def _stands(self) -> bool:
         """Whether one is to stand in the end."""
         return self.speed is not None and self.speed[1] < _STANDING
+
+
+def _with_rest(
+    speed: float, last: Float[np.ndarray, " n"], way: Float[np.ndarray, " n"]
+) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
+    """Acceleration [m/s²] now, and cost, of who comes to rest and drives off later to come some way [m] on the whole.
+
+    Of all ways from a speed to a last one [m/s], these have the least integral of the square of an acceleration that is
+    linear in time until one stands, and from then on again.
+    """
+    speeds = speed**1.5 + np.maximum(last, 0.0) ** 1.5
+    way = np.maximum(way, _TINY)
+    return -2 * np.sqrt(speed) * speeds / (3 * way), 4 * speeds**2 / (9 * way)
