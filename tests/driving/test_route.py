@@ -112,4 +112,8 @@ def test_a_loop_of_25_m_is_driven_slowly(tmp_path: Path) -> None:
     path = tmp_path / "USA_Test-1_1_T-1.xml"
     path.write_text(scenario(arc(25.0, 1.6, 30.0), driving(100, -500.0, 0.0, 0.0, 20) + started(5.0, 9.0, wanted)))
     (found,) = solve(path, PREDICTOR)
-    assert found.row["solved"], found.row["reason"]
+    assert found.row["solved"] and found.drive is not None, found.row["reason"]
+    places = np.array([car.pose[:2] for car in found.drive.cars])
+    way = np.hypot(*np.diff(places, axis=0).T).sum()
+    assert found.row["mean_speed"] == pytest.approx(way / found.drive.seconds, rel=0.02)
+    assert found.row["mean_speed"] != pytest.approx(found.drive.trace.scene.speed[:, 0].mean(), rel=0.02)

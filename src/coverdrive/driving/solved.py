@@ -22,7 +22,8 @@ MEASURES = (
     "vehicles", "time", "mean_speed", "minimum_gap", "hardest_braking", "jerk_longitudinal", "share_unsafe", "windows",
     "prediction_misses", "planning_median",
 )  # fmt: skip
-"""those of `coverdrive.simulation.measures.trial` that are of interest here"""
+"""those of `coverdrive.simulation.measures.trial` that are of interest here; the mean speed is that of the car on its
+own way, which in bends is another one than along the line of the road"""
 
 SCHEMA = pl.Schema(
     {"scenario": pl.String(), "problem": pl.Int64(), "model": pl.String(), "solved": pl.Boolean()}
@@ -93,7 +94,8 @@ def solve_problem(
     reason = contact or lack
     if refused is not None:
         reason = {"collision": contact, "goal missed": lack}.get(refused) or refused
-    row = known | {name: measured[name] for name in MEASURES} | {"time": driven.seconds}
+    row = known | {name: measured[name] for name in MEASURES}
+    row |= {"time": driven.seconds, "mean_speed": driven.mean_speed}
     return Solved(row | because(reason) | {"solved": not reason, "checked": refused is not None}, driven)
 
 

@@ -58,6 +58,11 @@ class Drive:
         return re.sub(r"[^\w.:-]+", "_", str(self.problem.scenario.scenario_id))[:200]
 
     @property
+    def mean_speed(self) -> float:
+        """[m/s] of the car on its own way, up to the first contact."""
+        return float(np.mean([car.pose[2] for car in self.cars[: len(self.trace.scene.lon)]]))
+
+    @property
     def seconds(self) -> float:
         """[s] from the start to the end."""
         return (len(self.cars) - 1) * float(self.problem.scenario.dt)
