@@ -21,7 +21,8 @@ from shapely.geometry import Point
 from coverdrive.driving import drivability
 from coverdrive.driving.batch import TABLE, solve_all
 from coverdrive.driving.drivability import refusal
-from coverdrive.driving.planning_problem import PlanningProblem, read_problems, told
+from coverdrive.driving.obstacles import told
+from coverdrive.driving.planning_problem import PlanningProblem, read_problems
 from coverdrive.driving.single_track import BMW, SingleTrackCar
 from coverdrive.driving.solved import solve
 from coverdrive.driving.solving import Drive, drive, settings_for

@@ -4,24 +4,23 @@ from collections.abc import Hashable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 from shapely import contains_xy, get_coordinates, prepare
 from shapely.geometry import Point, Polygon
 from shapely.geometry.base import BaseGeometry
 from shapely.ops import unary_union
 
 from coverdrive.driving.goal import Goal, Interval
+from coverdrive.driving.obstacles import begins_in, corners, near, pieces, shape_of, told, tracks_of
 from coverdrive.driving.perception import Told
 from coverdrive.driving.route import drawn_near, route
 from coverdrive.driving.tidy import in_order, refuse_unknown, with_narrow_headings
 from coverdrive.errors import DataError, RecordingError
-from coverdrive.geometry import boxes_overlap
+from coverdrive.recordings.checks import check_vehicles
 from coverdrive.recordings.files.boundary import naming
-from coverdrive.recordings.files.scenario import check_problem, numbers_of, open_scenario
+from coverdrive.recordings.files.scenario import check_problem, open_scenario
 from coverdrive.recordings.formats.commonroad import speed_limit
 from coverdrive.recordings.roads.drawn_road import TOUCHING
 from coverdrive.recordings.roads.driven_road import roads_of
@@ -30,8 +29,6 @@ from coverdrive.road import Road
 
 _SAME_PLACE, _SAME_SPEED = 1.0, 0.5
 """[m], [m/s] an obstacle that is nearer to the start is the recorded ego itself"""
-_HEADINGS = 9
-"""at which a body of uncertain heading is looked at"""
 _NO_GAP = 0.05
 """[m] by which lanelets may miss each other, on either side"""
 _BEHIND, _AHEAD = 4.0, 25.0
@@ -68,16 +65,22 @@ class PlanningProblem:
 
     def others(self, moment: int) -> dict[Hashable, Told]:
         """The vehicles on the road at a time step, and the obstacles: state and size by their numbers."""
-        found = dict[Hashable, Told]()
-        for obstacle in (*self.scenario.static_obstacles, *self.scenario.dynamic_obstacles):
+        found = dict(self._standing)
+        for obstacle in self.scenario.dynamic_obstacles:
             state = obstacle.state_at_time(moment)
-            if state is None:
-                continue
-            pose, size = told(state, obstacle.obstacle_shape)
-            lon, lat = self.road.to_road(*pose[:2])
-            edges = self.road.edges_at(lon)
-            if edges[0] - VERGE <= lat <= edges[-1] + VERGE and -VERGE <= lon <= self.road.length + VERGE:
-                found[int(obstacle.obstacle_id)] = (pose, size)
+            if state is not None and near((each := told(state, obstacle.obstacle_shape))[0][:2], self.road):
+                found[int(obstacle.obstacle_id)] = each
+        return found
+
+    @cached_property
+    def _standing(self) -> dict[Hashable, Told]:
+        """The static obstacles on the road, long ones in several pieces."""
+        found = dict[Hashable, Told]()
+        for obstacle in self.scenario.static_obstacles:
+            parts = pieces(obstacle.initial_state, obstacle.obstacle_shape)
+            for k, each in enumerate(parts, start=1):
+                if near(each[0][:2], self.road) or near(corners(each).T, self.road, 0.0).any():
+                    found[f"{obstacle.obstacle_id}, piece {k}" if len(parts) > 1 else int(obstacle.obstacle_id)] = each
         return found
 
     def lane_of(self, lon: float, lat: float) -> int:
@@ -205,7 +208,10 @@ def _problem(file: Path, scenario: Any, problem: Any) -> PlanningProblem:
         check_problem(problem, float(scenario.dt))
         problem.goal = with_narrow_headings(problem.goal)
         road = _road_of(scenario.lanelet_network, problem, float(scenario.dt))
-        return PlanningProblem(file, _without_ego(file, problem.initial_state), problem, road)
+        scenario = _without_ego(file, problem.initial_state)
+        if not (tracks := tracks_of(scenario, road)).is_empty():
+            check_vehicles(tracks, float(scenario.dt), road)
+        return PlanningProblem(file, scenario, problem, road)
     except DataError as error:
         raise DataError(f"planning problem {problem.planning_problem_id}: {error}") from error
 
@@ -225,53 +231,11 @@ def _without_ego(file: Path, start: Any) -> Any:
         (x, y, speed, _), _ = told(state, ego.obstacle_shape)
         if abs(speed - start.velocity) < _SAME_SPEED and np.hypot(*((x, y) - start.position)) < _SAME_PLACE:
             scenario.remove_obstacle(
-                [each for each in scenario.dynamic_obstacles if each is ego or _begins_in(each, ego)]
+                [each for each in scenario.dynamic_obstacles if each is ego or begins_in(each, ego)]
             )
             break
     refuse_unknown(scenario)
     return scenario
-
-
-def _begins_in(obstacle: Any, other: Any) -> bool:
-    """Whether the bodies of two moving obstacles overlap at the first time step of which both have a state."""
-    step = max(obstacle.initial_state.time_step, other.initial_state.time_step)
-    states = [(each.state_at_time(step), each.obstacle_shape) for each in (obstacle, other)]
-    if any(state is None for state, _ in states):
-        return False
-    bodies = [
-        (np.array([x, y]), np.array(heading), np.divide(size, 2))
-        for (x, y, _, heading), size in (told(*each) for each in states)
-    ]
-    return bool(boxes_overlap(*bodies[0], *bodies[1]))
-
-
-def told(state: Any, shape: Any) -> Told:
-    """Where an obstacle is, and its size along its heading: of uncertain states the middle, in a box around all.
-
-    Raises:
-        DataError: it has no place, heading or speed.
-    """
-    for name in ("position", "orientation", "velocity"):
-        if getattr(state, name, None) is None:
-            raise DataError(f"an obstacle has no {name} at time step {state.time_step}; give it one, or leave it out")
-    speed, heading = (float(np.mean(numbers_of(getattr(state, name)))) for name in ("velocity", "orientation"))
-    place, exact = state.position, isinstance(state.position, np.ndarray) and not hasattr(state.orientation, "start")
-    if exact and hasattr(shape, "radius"):
-        size = (2 * shape.radius, 2 * shape.radius)
-    elif exact and hasattr(shape, "width"):
-        size = (shape.length, shape.width)
-    else:
-        backwards, apart = _turned(-heading), np.linspace(*_interval(state.orientation), _HEADINGS) - heading
-        around = np.concatenate([get_coordinates(_at_origin(shape)) @ _turned(each) for each in apart])
-        places = get_coordinates(Point(place) if isinstance(place, np.ndarray) else shape_of(place)) @ backwards
-        least, most = places.min(axis=0) + around.min(axis=0), places.max(axis=0) + around.max(axis=0)
-        size, place = tuple((most - least).tolist()), backwards @ (least + most) / 2
-    return (*place, speed, heading), size
-
-
-def _turned(angle: float) -> Float[np.ndarray, "2 2"]:
-    """What turns rows by an angle [rad]."""
-    return np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
 
 
 def _road_of(network: Any, problem: Any, dt: float) -> Road:
@@ -313,20 +277,6 @@ def _surface_of(road: Road) -> BaseGeometry:
     lon = np.linspace(0.0, float(road.length), max(2, round(float(road.length) / 2)))
     right, left = (np.stack(road.to_map(lon, road.edges_at(lon)[:, side]), axis=-1) for side in (0, -1))
     return Polygon(np.concatenate([right, left[::-1]])).buffer(0)
-
-
-def shape_of(position: Any) -> BaseGeometry:
-    """The area of a position of commonroad-io, some versions of which draw circles at half their radius."""
-    parts = getattr(position, "shapes", [position])
-    return unary_union([
-        Point(*part.center).buffer(part.radius) if hasattr(part, "radius") else part.shapely_object for part in parts
-    ])  # fmt: skip
-
-
-def _at_origin(shape: Any) -> BaseGeometry:
-    """The area of an obstacle's shape, which from commonroad-io 2026.1 on is none of its own until it is placed."""
-    placed = getattr(shape, "compute_occupancy_for_state", lambda _: shape)
-    return shape_of(placed(SimpleNamespace(position=np.zeros(2), orientation=0.0)))
 
 
 def _way(start: float, along: Interval) -> tuple[bool, float]:

@@ -15,7 +15,8 @@ from commonroad.scenario.trajectory import Trajectory
 from shapely.geometry import Point
 
 from coverdrive.driving.driver import Driver, adapted
-from coverdrive.driving.planning_problem import PlanningProblem, shape_of
+from coverdrive.driving.obstacles import shape_of
+from coverdrive.driving.planning_problem import PlanningProblem
 from coverdrive.driving.recorder import Recorder
 from coverdrive.driving.single_track import BMW, VEHICLE, ModelName, SingleTrackCar
 from coverdrive.plan import Planner

@@ -40,6 +40,9 @@ FASTEST = 90.0
 BESIDE, BEYOND = 5.0, 200.0
 """[m] vehicles may be this far beside the outer edges (a hard shoulder), and beyond the ends of the road"""
 
+MOST_IMPLAUSIBLE = 0.2
+"""Share of the vehicles that may be left out, or not be believed, because of their motion"""
+
 SYSTEMATIC = 0.1
 """Share of the steps that jump from which on headings are wrong, and not positions"""
 
@@ -165,6 +168,21 @@ def implausible_vehicles(table: pl.DataFrame, dt: float, road: Road) -> Int[np.n
     vehicle, tracks = rows.of("vehicle"), rows.backwards | rows.off_course(rows.of("heading"))
     wrong = (rows.of("speed") > FASTEST) | rows.across
     return np.unique(np.concatenate([vehicle[rows.starts[tracks]], vehicle[:-1][rows.jumps], vehicle[wrong]]))
+
+
+def check_vehicles(table: pl.DataFrame, dt: float, road: Road) -> None:
+    """Refuse vehicles on a road that cannot be traffic by their sizes, their speeds, or as many jump or drift.
+
+    As `check`, but they may drive in any direction, cross the road or overlap, and a few may move as none does.
+    """
+    rows = Rows(table, dt, road)
+    wrong = (
+        rows.of("vehicle")[np.append(rows.jumps, False)],
+        rows.of("vehicle")[rows.starts[rows.off_course(rows.of("heading"))]],
+    )
+    many = len(np.union1d(*wrong)) > MOST_IMPLAUSIBLE * table["vehicle"].n_unique()
+    for problem in chain.from_iterable(problems(rows) for problems in (_measures, _speeds, *[_motion] * many)):
+        raise DataError(problem)
 
 
 def _road(rows: Rows) -> Iterator[str]:

@@ -12,6 +12,7 @@ import numpy as np
 from coverdrive.errors import DataError, RecordingError
 from coverdrive.recordings.checks import FASTEST
 from coverdrive.recordings.files.boundary import naming
+from coverdrive.recordings.files.kinds import OTHERS
 from coverdrive.recordings.tracks.reading import check_time_step
 
 FARTHEST = 1e8
@@ -124,6 +125,11 @@ def states_of(obstacle: Any) -> Iterator[Any]:
     prediction = getattr(obstacle, "prediction", None)
     if prediction is not None:  # one of sets has no trajectory
         yield from getattr(getattr(prediction, "trajectory", None), "state_list", [None])
+
+
+def is_vehicle(obstacle: Any) -> bool:
+    """Whether an obstacle is one of the vehicles of a motorway, and no other road user."""
+    return obstacle.obstacle_type.value not in OTHERS
 
 
 def _check_obstacle(file: Path, obstacle: Any) -> None:

@@ -17,8 +17,8 @@ import numpy as np
 from jaxtyping import Float
 
 from coverdrive.errors import DataError, RecordingError
-from coverdrive.recordings.files.kinds import NUMBER_OF, OTHERS
-from coverdrive.recordings.files.scenario import open_scenario, states_of
+from coverdrive.recordings.files.kinds import NUMBER_OF
+from coverdrive.recordings.files.scenario import is_vehicle, open_scenario, states_of
 from coverdrive.recordings.formats.reader import AS_USUAL, How
 from coverdrive.recordings.roads.driven_road import driven_road, roads_of
 from coverdrive.recordings.tracks.reading import MOST_BESIDE, Reading, make_reading, name_of
@@ -138,7 +138,7 @@ def _rows(file: Path, obstacles: list[Any], repairs: Counter[str]) -> Float[np.n
     for obstacle in obstacles:
         shape, name = obstacle.obstacle_shape, f"obstacle {obstacle.obstacle_id}"
         kind, states = obstacle.obstacle_type.value, list(states_of(obstacle))
-        if kind in OTHERS:
+        if not is_vehicle(obstacle):
             repairs["rows of other road users"] += len(states)
             continue
         if not hasattr(shape, "width"):

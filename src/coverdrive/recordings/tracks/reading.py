@@ -13,7 +13,7 @@ import numpy as np
 import polars as pl
 
 from coverdrive.errors import DataError, RecordingError
-from coverdrive.recordings.checks import TIME_STEPS, Rows, implausible_vehicles
+from coverdrive.recordings.checks import MOST_IMPLAUSIBLE, TIME_STEPS, Rows, implausible_vehicles
 from coverdrive.recordings.recording import KIND, SCHEMA, SEEN, STATED_SPEED, Recording
 from coverdrive.recordings.tracks.filtering import SEEN_FOR, least_moments, seen
 from coverdrive.recordings.tracks.repair import (
@@ -31,8 +31,8 @@ from coverdrive.road import Road
 FASTEST = 60.0
 """[m/s] hardly any vehicle drives faster, so a file in which many do is not in metres"""
 
-MOST_IMPLAUSIBLE, MOST_BESIDE = 0.2, 0.5
-"""Share of the vehicles that may be left out because of their motion, and of the rows because they are off the road"""
+MOST_BESIDE = 0.5
+"""Share of the rows that may be left out because they are off the road"""
 
 STATED, MOVING, ENOUGH = (0.9, 1.1), 3.0, 20
 """Median ratio of the speed of the positions to the one that a file states, of vehicles that move at more than so many

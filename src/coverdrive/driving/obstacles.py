@@ -1,0 +1,143 @@
+"""The obstacles of a CommonRoad scenario: what a driver is told of them, and the tracks of those that are vehicles."""
+
+from itertools import pairwise
+from math import ceil
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import polars as pl
+import shapely
+from jaxtyping import Float
+from shapely import get_coordinates
+from shapely.geometry import Point
+from shapely.geometry.base import BaseGeometry
+from shapely.ops import unary_union
+
+from coverdrive.driving.perception import Told
+from coverdrive.errors import DataError
+from coverdrive.geometry import boxes_overlap
+from coverdrive.recordings.files.scenario import is_vehicle, numbers_of, states_of
+from coverdrive.recordings.tracks.repair import VERGE
+from coverdrive.road import Road
+
+_HEADINGS = 9
+"""at which a body of uncertain heading is looked at"""
+_LONG = 20.0
+"""[m] standing obstacles that are longer, as walls and guard rails are, are told in pieces of at most this length"""
+_MOTION = ("velocity", "orientation")
+_COLUMNS = ("vehicle", "time", "lon", "lat", "speed", "heading", "length", "width")
+
+
+def begins_in(obstacle: Any, other: Any) -> bool:
+    """Whether the bodies of two moving obstacles overlap at the first time step of which both have a state."""
+    step = max(obstacle.initial_state.time_step, other.initial_state.time_step)
+    states = [(each.state_at_time(step), each.obstacle_shape) for each in (obstacle, other)]
+    if any(state is None for state, _ in states):
+        return False
+    bodies = [
+        (np.array([x, y]), np.array(heading), np.divide(size, 2))
+        for (x, y, _, heading), size in (told(*each) for each in states)
+    ]
+    return bool(boxes_overlap(*bodies[0], *bodies[1]))
+
+
+def told(state: Any, shape: Any) -> Told:
+    """Where an obstacle is, and its size along its heading: of uncertain states the middle, in a box around all.
+
+    Raises:
+        DataError: it has no place, heading or speed.
+    """
+    for name in ("position", "orientation", "velocity"):
+        if getattr(state, name, None) is None:
+            raise DataError(f"an obstacle has no {name} at time step {state.time_step}; give it one, or leave it out")
+    speed, heading = (float(np.mean(numbers_of(getattr(state, name)))) for name in ("velocity", "orientation"))
+    place, exact = state.position, isinstance(state.position, np.ndarray) and not hasattr(state.orientation, "start")
+    if exact and hasattr(shape, "radius"):
+        size = (2 * shape.radius, 2 * shape.radius)
+    elif exact and hasattr(shape, "width"):
+        size = (shape.length, shape.width)
+    else:
+        ends = numbers_of(state.orientation)
+        backwards, apart = _turned(-heading), np.linspace(ends[0], ends[-1], _HEADINGS) - heading
+        around = np.concatenate([get_coordinates(_at_origin(shape)) @ _turned(each) for each in apart])
+        places = get_coordinates(Point(place) if isinstance(place, np.ndarray) else shape_of(place)) @ backwards
+        least, most = places.min(axis=0) + around.min(axis=0), places.max(axis=0) + around.max(axis=0)
+        size, place = tuple((most - least).tolist()), backwards @ (least + most) / 2
+    return (*place, speed, heading), size
+
+
+def _turned(angle: float) -> Float[np.ndarray, "2 2"]:
+    """What turns rows by an angle [rad]."""
+    return np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+
+
+def shape_of(position: Any) -> BaseGeometry:
+    """The area of a position of commonroad-io, some versions of which draw circles at half their radius."""
+    parts = getattr(position, "shapes", [position])
+    return unary_union([
+        Point(*part.center).buffer(part.radius) if hasattr(part, "radius") else part.shapely_object for part in parts
+    ])  # fmt: skip
+
+
+def _at_origin(shape: Any) -> BaseGeometry:
+    """The area of an obstacle's shape, which from commonroad-io 2026.1 on is none of its own until it is placed."""
+    placed = getattr(shape, "compute_occupancy_for_state", lambda _: shape)
+    return shape_of(placed(SimpleNamespace(position=np.zeros(2), orientation=0.0)))
+
+
+def pieces(state: Any, shape: Any) -> list[Told]:
+    """What is told of a standing obstacle, a long one in pieces that follow its shape; errors as of `told`."""
+    (*place, speed, heading), size = whole = told(state, shape)
+    if max(size) <= _LONG:
+        return [whole]
+    exact = isinstance(state.position, np.ndarray) and not hasattr(state.orientation, "start")
+    area = _at_origin(shape) if exact else shapely.box(*(-np.divide(size, 2)), *np.divide(size, 2))
+    origin, low, high = state.position if exact else place, *np.reshape(area.bounds, (2, 2))
+    axis, found = int(np.argmax(high - low)), list[Told]()
+    ends = np.linspace(low[axis], high[axis], ceil((high - low)[axis] / _LONG) + 1)
+    for first, last in pairwise(ends):
+        begin, end = low.copy(), high.copy()
+        begin[axis], end[axis] = first, last
+        there = area.intersection(shapely.box(*begin, *end))
+        for part in (each for each in getattr(there, "geoms", [there]) if each.area > 0):
+            around = get_coordinates(shapely.oriented_envelope(part))[:4]
+            sides = sorted((around[1] - around[0], around[2] - around[1]), key=lambda side: -np.hypot(*side))
+            turn = np.arctan(sides[0][1] / sides[0][0]) if sides[0][0] else np.pi / 2
+            centre = origin + around.mean(axis=0) @ _turned(heading)
+            found.append(((*centre, speed, heading + turn), tuple(np.hypot(*np.transpose(sides)).tolist())))
+    return found
+
+
+def corners(body: Told) -> Float[np.ndarray, "4 2"]:
+    """The corners [m] of what is told of an obstacle, in map coordinates."""
+    (*place, _, heading), size = body
+    signs = np.array([(1, 1), (1, -1), (-1, 1), (-1, -1)])
+    return place + signs * np.divide(size, 2) @ _turned(heading)
+
+
+def near(points: Any, road: Road, beside: float = VERGE) -> Any:
+    """Which of some points (x, y) [m] of the map are on a road, or at most so far [m] from it."""
+    lon, lat = road.to_road(*points)
+    edges = road.edges_at(lon)
+    within = (edges[..., 0] - beside <= lat) & (lat <= edges[..., -1] + beside)
+    return within & (-beside <= lon) & (lon <= road.length + beside)
+
+
+def tracks_of(scenario: Any, road: Road) -> pl.DataFrame:
+    """The recorded vehicles on a road, as the table of a recording has them; what is uncertain is left out."""
+    rows = [
+        (obstacle.obstacle_id, state.time_step * float(scenario.dt), *pose, *size)
+        for obstacle in scenario.dynamic_obstacles
+        if is_vehicle(obstacle) and hasattr(obstacle.obstacle_shape, "width")
+        for state in states_of(obstacle)
+        if isinstance(state.position, np.ndarray)
+        and len(numbers_of([getattr(state, each, None) for each in _MOTION])) == 2
+        for pose, size in [told(state, obstacle.obstacle_shape)]
+    ]
+    table = np.unique(np.reshape(np.array(rows, dtype=float), (-1, len(_COLUMNS))), axis=0)
+    vehicle, time, x, y, speed, heading, length, width = table[near(table[:, 2:4].T, road)].T
+    lon, lat = road.to_road(x, y)
+    heading = road.heading_to_road(lon, heading + np.pi * (speed < 0))
+    columns = (vehicle.astype(np.int64), time, lon, lat, np.abs(speed), heading, length, width)
+    return pl.DataFrame(dict(zip(_COLUMNS, columns, strict=True)))
