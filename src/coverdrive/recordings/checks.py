@@ -8,6 +8,7 @@ the number of rows, steps lead from one to the next.
 from collections.abc import Iterator
 from functools import cached_property
 from itertools import chain
+from typing import Literal
 
 import numpy as np
 import polars as pl
@@ -17,7 +18,12 @@ from coverdrive.errors import DataError
 from coverdrive.road import Road
 
 TIME_STEPS = (0.02, 1.0)
-"""[s] 50 Hz to 1 Hz: cameras and drones give 10 to 30 Hz; at less than 1 Hz a lane change is a few points"""
+"""[s] between two rows of a vehicle: cameras and drones give 10 to 30 Hz; at less than 1 Hz a lane change is a few
+points"""
+
+LARGEST, LARGEST_WHOLE = 2.0**53, 2.0**62
+"""Float64 does not tell whole numbers from here on apart; nothing that is measured on a road is as large. Of those that
+are stored as whole numbers, the first that is refused, so that there are others for tracks that are split"""
 
 LATEST = 1e10
 """[s] POSIX times are below 2e9 s, the same in milliseconds above 1e12"""
@@ -25,8 +31,8 @@ LATEST = 1e10
 LENGTHS, WIDTHS = (1.0, 60.0), (0.4, 4.0)
 """[m] motorcycles of NGSIM to Australian road trains (53.5 m); handlebars to vehicles of excess width"""
 
-SHORT = 2.5
-"""[m] most vehicles are longer: shorter are motorcycles, and cars in another unit"""
+SHORT, NARROW = 2.5, 1.0
+"""[m] most vehicles are longer and wider: smaller are motorcycles, and cars in another unit"""
 
 LANE_WIDTHS = (2.0, 7.5)
 """[m] lanes are 2.7 to 3.6 m wide on roads (AASHTO Green Book), narrower in road works, wider on ramps"""
@@ -64,6 +70,16 @@ SAME_PLACE = 0.5
 
 BACKWARDS = 5.0
 """[m] that a track may go back: noise of vehicles that stand still"""
+
+WITHIN = 0.25
+"""Share of the shorter length and of the narrower width by which two vehicles overlap that lie within each other"""
+
+MOST_WITHIN, ENOUGH = 0.2, 5
+"""Share of those with another vehicle beside them that may lie within one, and vehicles that have to: in recorded
+traffic (US-101, MONA) it is up to 0.08, in the same with feet taken for metres 0.3 to 0.8"""
+
+COMPARED, NEIGHBOURS = 50_000, 20
+"""Rows of a long recording in which vehicles beside each other are looked for, and how many next ones of each"""
 
 
 class Rows:
@@ -150,9 +166,33 @@ class Rows:
         return share.filter(pl.col("again") > 0.5)["vehicle"].sort().to_numpy()
 
     @cached_property
+    def beside(self) -> Int[np.ndarray, "2 pairs"]:
+        """Pairs of rows of one moment whose vehicles overlap along the road, in whatever lanes.
+
+        Where there are many rows, they are those of some moments.
+        """
+        lon, length = self.of("lon"), self.of("length")
+        order = np.lexsort((lon, self.moment, self.of("group")))
+        order = order[self.moment[order] % -(-len(order) // COMPARED) == 0]
+        pairs = [np.zeros((2, 0), dtype=np.int64)]
+        for step in range(1, NEIGHBOURS):
+            one, next = order[:-step], order[step:]
+            together = (self.moment[one] == self.moment[next]) & (self.of("group")[one] == self.of("group")[next])
+            close = together & (lon[next] - lon[one] < _touching(length[one], length[next]))
+            if not close.any():
+                break
+            pairs.append(np.stack([one[close], next[close]]))
+        return np.concatenate(pairs, axis=1)
+
+    @cached_property
     def across(self) -> Bool[np.ndarray, " R"]:
         """Rows of vehicles that cross the road, or drive against its direction."""
         return (np.abs(self.of("heading")) > ACROSS) & (self.of("speed") > MOVING)
+
+
+def _touching(one: Float[np.ndarray, " N"], other: Float[np.ndarray, " N"]) -> Float[np.ndarray, " N"]:
+    """[m] between the centres of vehicles of these lengths or widths that just lie within each other."""
+    return (one + other) / 2 - WITHIN * np.minimum(one, other)
 
 
 def check(table: pl.DataFrame, dt: float, road: Road) -> None:
@@ -185,9 +225,33 @@ def check_vehicles(table: pl.DataFrame, dt: float, road: Road) -> None:
         raise DataError(problem)
 
 
+def wrong_time_step(what: str, dt: float) -> Iterator[str]:
+    """That no recording of traffic has such a time between two rows [s]."""
+    least, most = TIME_STEPS
+    if not least <= dt <= most:
+        hint = "check the unit of the times"
+        if dt > most:
+            few = f"at {1 / dt:.3g} Hz a lane change is too few points"
+            hint = f"{few}, take a recording of {1 / most:g} Hz or more, or {hint}"
+        yield f"{what} is {dt:g} s; expected {least} to {most:g} s ({1 / least:g} to {1 / most:g} Hz): {hint}"
+
+
+def wrong_usual_sizes(
+    length: Float[np.ndarray, " R"], width: Float[np.ndarray, " R"]
+) -> Iterator[tuple[Literal["length", "width"], str]]:
+    """That sizes [m] are not those of most vehicles: the column that is wrong, and why."""
+    long, wide = float(np.median(length)), float(np.median(width))
+    if wide > long and wide > SHORT:
+        found = f"most vehicles are wider than long, {wide:g} m and {long:g} m in the median"
+        yield "width", f"{found}; expected length along the heading: swap the columns length and width"
+    for name, usual, least in (("length", long, SHORT), ("width", wide, NARROW)):
+        if 0 < usual < least:
+            found = f"the median {name} of the vehicles is {usual:.3g} m; expected at least {least:g} m"
+            yield name, f"{found}: check the unit, metres that are taken for feet become 0.3048 times as long"
+
+
 def _road(rows: Rows) -> Iterator[str]:
-    if not TIME_STEPS[0] <= rows.dt <= TIME_STEPS[1]:
-        yield f"the time step is {rows.dt:g} s; expected {TIME_STEPS[0]} to {TIME_STEPS[1]:g} s: give times in seconds"
+    yield from wrong_time_step("the time step", rows.dt)
     edges = np.asarray(rows.road.edges, dtype=np.float64)
     if edges.ndim != 1 or len(edges) < 2 or not np.isfinite(edges).all() or np.any(np.diff(edges) <= 0):
         yield f"the lane edges are {edges.tolist()}; expected two or more, ascending from the right edge of the road"
@@ -240,10 +304,8 @@ def _order(rows: Rows) -> Iterator[str]:
 
 def _measures(rows: Rows) -> Iterator[str]:
     """Sizes and headings."""
-    if np.median(rows.of("width")) > np.median(rows.of("length")):
-        yield "most vehicles are wider than long; expected length along the heading: swap the columns length and width"
-    if (usual := float(np.median(rows.of("length")))) < SHORT:
-        yield too_short(usual)
+    for _, problem in wrong_usual_sizes(rows.of("length"), rows.of("width")):
+        yield problem
     for name, (least, most) in {"length": LENGTHS, "width": WIDTHS}.items():
         values = rows.of(name)
         wrong = (values < least) | (values > most)
@@ -337,17 +399,26 @@ def _place(rows: Rows) -> Iterator[str]:
             yield f"{found}; expected {least:g} to {most:g} m: {hint}"
 
 
-def too_short(usual: float) -> str:
-    """What is wrong with vehicles of such a median length [m]."""
-    found = f"the median length of the vehicles is {usual:.3g} m; expected at least {SHORT:g} m"
-    return f"{found}: check the unit, metres that are taken for feet become 0.3048 times as long"
-
-
 def _doubled(rows: Rows) -> Iterator[str]:
     for vehicle in rows.doubled:
         found = f"vehicle {vehicle} is where another one is, most of the time"
         yield f"{found}; expected every vehicle once: leave one of them out"
 
 
-CHECKS = (_road, _cells, _order, _measures, _speeds, _motion, _place, _doubled)
+def _within(rows: Rows) -> Iterator[str]:
+    """Vehicles within others, as where positions and sizes are in different units."""
+    lat, width, vehicle = rows.of("lat"), rows.of("width"), rows.of("vehicle")
+    one, other = rows.beside
+    inside = rows.beside[:, np.abs(lat[one] - lat[other]) < _touching(width[one], width[other])]
+    share = len(np.unique(inside)) / max(1, len(np.unique(rows.beside)))
+    if share > MOST_WITHIN and len(np.unique(vehicle[inside])) >= ENOUGH:
+        first, second = inside[:, 0]
+        yield (
+            f"{rows.at(first)} lies within vehicle {vehicle[second]}, and so do {share:.0%} of those that have another "
+            "one beside them; expected vehicles apart: check that positions, lengths and widths are in one unit, as "
+            "feet or metres"
+        )
+
+
+CHECKS = (_road, _cells, _order, _measures, _speeds, _motion, _place, _doubled, _within)
 """In this order, as each relies on what those before have found right; each says what is wrong, the first row first"""

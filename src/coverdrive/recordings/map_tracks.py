@@ -22,7 +22,7 @@ from coverdrive.recordings.roads.carriageway import Line, centred, check_apart, 
 from coverdrive.recordings.roads.driven_road import driven_road, roads_of
 from coverdrive.recordings.roads.lanes import edges_from_centres, edges_from_lanes, edges_from_tracks
 from coverdrive.recordings.roads.partial_lanes import with_partial_lanes
-from coverdrive.recordings.tracks.reading import Reading, make_reading
+from coverdrive.recordings.tracks.reading import Reading, check_time_step, make_reading
 from coverdrive.recordings.tracks.repair import RawTracks, counted, tidy
 from coverdrive.recordings.tracks.smoothing import SmoothingSettings
 from coverdrive.reference_line import ReferenceLine
@@ -40,8 +40,9 @@ BESIDE_LINES = 3.0
 PAUSE, ELSEWHERE = 60.0, 5.0
 """[s] after which a number is that of another vehicle, and [m] between two places that are not the same"""
 
-STEPS, OPPOSED = 10, -0.5
-"""Rows over which motion and stated velocity are compared, and the share of agreement below which they are opposed"""
+STEPS, LONGEST_STEPS, OPPOSED = 10, 1.0, -0.5
+"""Rows and [s] at most over which motion and stated velocity are compared, and the share of agreement below which they
+are opposed"""
 
 SHORTEST_WAY, MOST_TURNED = 1.0, 30.0
 """[m] that a vehicle moves for its heading to be compared with its motion, and [degrees] between them in most rows"""
@@ -127,6 +128,8 @@ def _regular(file: Path, tracks: MapTracks, repairs: Counter[str]) -> tuple[pl.D
     table = table.with_columns(**{name: value for name, value in usual.items() if name not in table.columns})
     check_whole(file, table)
     table = plausible_sizes(file, table.rename({"time": "clock"}), repairs)
+    if tracks.dt is not None:
+        check_time_step(file, tracks.dt, "the time between two frames")
     dt = tracks.dt or time_step(file, table, "times are in seconds")
     clock = table["clock"].to_numpy()
     steps = clock / dt
@@ -137,7 +140,7 @@ def _regular(file: Path, tracks: MapTracks, repairs: Counter[str]) -> tuple[pl.D
         raise RecordingError(file, f"{problem}: resample the tracks")
     table = table.with_columns(pl.col("vehicle").cast(pl.Int64), moment=moment)
     table = _numbered_anew(file, table.sort("vehicle", "moment", maintain_order=True), round(PAUSE / dt), repairs)
-    _check_directions(file, table)
+    _check_directions(file, table, dt)
     if "speed" not in table.columns:
         way = (pl.col("x").diff() ** 2 + pl.col("y").diff() ** 2).sqrt() / (pl.col("moment").diff() * dt)
         table = table.with_columns(speed=way.fill_null(strategy="backward").over("vehicle").fill_null(0.0))
@@ -164,9 +167,10 @@ def _numbered_anew(file: Path, table: pl.DataFrame, pause: int, repairs: Counter
     return table.with_columns(vehicle=part.rank("dense").cast(pl.Int64))
 
 
-def _check_directions(file: Path, table: pl.DataFrame) -> None:
+def _check_directions(file: Path, table: pl.DataFrame, dt: float) -> None:
     """Refuse positions that run against the velocities that the file states, as those in images do."""
-    ahead = (pl.col("x", "y").shift(-STEPS) - pl.col("x", "y")).over("vehicle")
+    steps = min(STEPS, max(1, round(LONGEST_STEPS / dt)))
+    ahead = (pl.col("x", "y").shift(-steps) - pl.col("x", "y")).over("vehicle")
     moved = table.with_columns(ahead.name.suffix("_moved")).drop_nulls()
     for axis in "xy" if "vx" in table.columns else "":
         product = (moved[f"{axis}_moved"] * moved[f"v{axis}"]).to_numpy()

@@ -1,6 +1,8 @@
 """What is known to go wrong with files of published formats: each is refused by name, or repaired and counted."""
 
+import json
 from collections.abc import Callable
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +10,8 @@ import polars as pl
 import pytest
 from published_commonroad import write_commonroad
 from published_formats import (
+    Truth,
+    placed,
     truth,
     write_exid,
     write_highd,
@@ -18,11 +22,13 @@ from published_formats import (
     write_tgsim,
 )
 from published_ngsim import write_ngsim
-from recordings_fakes import bent, lanelet, scenario, state, vehicle
+from recordings_fakes import FOOT, bent, lanelet, scenario, state, vehicle
 
 from coverdrive.errors import RecordingError
 from coverdrive.recordings.formats.registry import readers
+from coverdrive.recordings.map_tracks import MapTracks, readings_from_map
 from coverdrive.recordings.read import read
+from coverdrive.recordings.tracks.smoothing import SmoothingSettings
 
 FAST, SLOW, OTHER = truth(0.04, seconds=4.0), truth(0.1, seconds=4.0), truth(0.1, seconds=4.0, seed=4)
 
@@ -119,6 +125,120 @@ SWAPPED: dict[str, Callable[[Path], Path]] = {
 def test_size_columns_swapped(name: str, tmp_path: Path):
     with pytest.raises(RecordingError, match=r"csv, column width: most .*(are swapped|swap the columns)"):
         read([SWAPPED[name](tmp_path)])
+
+
+def scaled(factor: float, *names: str) -> dict[str, pl.Expr]:
+    return {name: factor * pl.col(name) for name in names}
+
+
+def of_i24(folder: Path, x: float = 1.0, y: float = 1.0, size: float = 1.0) -> Path:
+    """Positions and sizes in feet times these factors."""
+    path = write_i24(folder, SLOW)
+    factors = {"x_position": x, "y_position": y, "length": size, "width": size}
+    records = json.loads(path.read_text())
+    for record, (name, factor) in product(records, factors.items()):
+        record[name] = (factor * np.array(record[name])).tolist()
+    path.write_text(json.dumps(records))
+    return path
+
+
+def of_ngsim(folder: Path, *metric: str, without: str = "Zone") -> Path:
+    """The portal's CSV, in which some columns are in metres."""
+    path = write_ngsim(folder, SLOW)
+    pl.read_csv(path).with_columns(**scaled(FOOT, *metric)).drop(without, strict=False).write_csv(path)
+    return path
+
+
+MOVED = ("Local_X", "Local_Y", "v_Vel")
+WITHIN = r"vehicle \d+ at .* s lies within vehicle \d+, and so do \d\d% of those .* are in one unit"
+MIXED: dict[str, tuple[Callable[[Path], Path], str]] = {
+    "NGSIM, sizes in feet, the rest in metres": (lambda folder: of_ngsim(folder, *MOVED), WITHIN),
+    "the same without lanes": (lambda folder: of_ngsim(folder, *MOVED, without="Lane_ID"), WITHIN),
+    "NGSIM, metres across": (lambda folder: of_ngsim(folder, "Local_X"), WITHIN),
+    "NGSIM, sizes in metres": (lambda folder: of_ngsim(folder, "v_length", "v_Width"), "4.* cannot be feet"),
+    "NGSIM, widths in metres": (lambda folder: of_ngsim(folder, "v_Width"), "median width .* is 0.5.* check the unit"),
+    "I-24, positions in metres": (lambda folder: of_i24(folder, FOOT, FOOT), WITHIN),
+    "I-24, metres across": (lambda folder: of_i24(folder, 1.0, FOOT), WITHIN),
+    "I-24, sizes in metres": (lambda folder: of_i24(folder, size=FOOT), "median length .* is 1.4.* check the unit"),
+    "TGSIM, half of it": (lambda folder: write_tgsim(folder, [SLOW], **scaled(FOOT, *TGSIM_MOVED)), WITHIN),
+    "exiD, half of it": (lambda folder: write_exid(folder, FAST, **scaled(FOOT, *EXID_MOVED)), WITHIN),
+}
+TGSIM_MOVED = ("xloc_kf", "yloc_kf", "speed_kf")
+EXID_MOVED = ("xCenter", "yCenter", "xVelocity", "yVelocity")
+
+
+@pytest.mark.parametrize("case", MIXED)
+def test_units_that_are_mixed(case: str, tmp_path: Path):
+    write, problem = MIXED[case]
+    with pytest.raises(RecordingError, match=problem):
+        read([write(tmp_path)])
+
+
+def slower(real: Truth, times: int) -> Truth:
+    """Every so many moments."""
+    kept = (pl.col("frame") - 1) % times == 0
+    anew = (pl.col("frame") - 1) // times + 1
+    return Truth(tuple(table.filter(kept).with_columns(frame=anew) for table in real.tables), times * real.dt)
+
+
+LONG = truth(0.1, seconds=20.0)
+RATES: dict[str, Callable[[Path, Truth], Path]] = {
+    "NGSIM": write_ngsim,
+    "highD": write_highd,
+    "exiD": write_exid,
+    "INTERACTION": lambda folder, real: write_interaction(
+        folder, real, timestamp_ms=1000 * real.dt * pl.col("frame_id")
+    ),
+    "TGSIM": lambda folder, real: write_tgsim(folder, [real]),
+    "I-24": write_i24,
+    "CommonRoad": write_commonroad,
+}
+
+
+@pytest.mark.parametrize("name", RATES)
+def test_one_row_a_second_is_read_and_slower_is_refused_by_its_rate(name: str, tmp_path: Path):
+    assert read([RATES[name](tmp_path, slower(LONG, 10))])
+    problem = r"is 2 s; expected 0\.02 to 1 s \(50 to 1 Hz\): at 0\.5 Hz .* take a recording of 1 Hz or more"
+    with pytest.raises(RecordingError, match=problem):
+        read([RATES[name](tmp_path, slower(LONG, 20))])
+
+
+def test_clocks_that_waver_at_one_row_a_second_split_no_track(tmp_path: Path):
+    path = write_i24(tmp_path, slower(LONG, 10))
+    records = json.loads(path.read_text())
+    for record in records:
+        record["timestamp"] = [time + 0.0004 * (-1) ** number for number, time in enumerate(record["timestamp"])]
+    path.write_text(json.dumps(records))
+    assert not any("split tracks" in each.repairs for each in read([path]))
+
+
+def test_too_few_rows_name_the_rate(tmp_path: Path):
+    path = write_ngsim(tmp_path, SLOW)
+    pl.read_csv(path).filter(pl.int_range(pl.len()).over("Vehicle_ID") < 2).write_csv(path)
+    with pytest.raises(RecordingError, match="in more than 2 successive rows, at 10 Hz; choose another file, or one"):
+        read([path])
+
+
+@pytest.mark.parametrize(
+    ("number", "problem"),
+    [
+        (pl.col("vehicle") + 2**60, ""),
+        (pl.col("vehicle").cast(pl.UInt64) + 2**63, "expected an exact whole number.*got 922337203685477"),
+        (
+            pl.col("vehicle") + 2.0**53,
+            r"row 1, column vehicle: expected an exact whole number.*got 90071992547409\d\d\.0;",
+        ),
+    ],
+)
+def test_numbers_of_vehicles_are_exact_or_refused(number: pl.Expr, problem: str, tmp_path: Path):
+    table = placed(SLOW._replace(tables=SLOW.tables[:1])).select("x", "y", "time", "length", "width", vehicle=number)
+    tracks = MapTracks("mine", table, dt=0.1)
+    if problem:
+        with pytest.raises(RecordingError, match=problem):
+            readings_from_map(tmp_path / "mine.csv", tracks, SmoothingSettings())
+        return
+    (reading,) = readings_from_map(tmp_path / "mine.csv", tracks, SmoothingSettings())
+    assert set(reading.recording.table["vehicle"]) <= set(table["vehicle"])
 
 
 @pytest.mark.parametrize("write", [write_highd, write_exid])

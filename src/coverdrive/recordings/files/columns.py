@@ -11,8 +11,8 @@ import numpy as np
 import polars as pl
 
 from coverdrive.errors import RecordingError
-from coverdrive.recordings.checks import LENGTHS, SHORT, WIDTHS, too_short
-from coverdrive.recordings.files.delimited import LARGEST, ROW, TEXTS, csv_layout, normalised, read_columns
+from coverdrive.recordings.checks import LARGEST, LARGEST_WHOLE, LENGTHS, WIDTHS, wrong_usual_sizes
+from coverdrive.recordings.files.delimited import ROW, TEXTS, csv_layout, normalised, read_columns
 from coverdrive.recordings.tracks.reading import check_time_step
 
 LENGTH, WIDTH = 4.5, 1.8
@@ -93,10 +93,13 @@ def _texts(file: Path, values: pl.Series) -> pl.Series:
 
 
 def check_whole(file: Path, table: pl.DataFrame) -> None:
-    """Refuse numbers of vehicles, frames and lanes that are not whole, and vehicles below 0."""
+    """Refuse numbers of vehicles, frames and lanes that are not whole or not exact, and vehicles below 0."""
     for name in (name for name in WHOLE if name in table.columns):
-        for row in ((table[name] != table[name].round()) | ((table[name] < 0) & (name == "vehicle"))).arg_true():
-            problem = f"expected a whole number, got {table[name][row]:g}; put the cell right or remove the row"
+        number = table[name]
+        inexact = number.cast(pl.Float64).abs() >= (LARGEST if number.dtype.is_float() else LARGEST_WHOLE)
+        for row in (inexact | (number != number.round()) | ((number < 0) & (name == "vehicle"))).arg_true():
+            what = "an exact whole number, give it a smaller one" if inexact[row] else "a whole number"
+            problem = f"expected {what}, got {number[row]}; put the cell right or remove the row"
             raise RecordingError(file, problem, table[ROW][row], name)
 
 
@@ -105,14 +108,8 @@ def plausible_sizes(file: Path, table: pl.DataFrame, repairs: Counter[str]) -> p
 
     ``repairs`` gains ``odd lengths`` and ``odd widths``.
     """
-    length, width = (float(np.median(table[name].to_numpy())) for name in ("length", "width"))
-    if width > length:
-        problem = (
-            f"most vehicles are wider than long, {width:g} m and {length:g} m in the median; expected length along"
-        )
-        raise RecordingError(file, f"{problem} the heading: swap the columns length and width", None, "width")
-    if length < SHORT:
-        raise RecordingError(file, too_short(length), None, "length")
+    for name, problem in wrong_usual_sizes(table["length"].to_numpy(), table["width"].to_numpy()):
+        raise RecordingError(file, problem, None, name)
     for name, (least, most), usual in (("length", LENGTHS, LENGTH), ("width", WIDTHS, WIDTH)):
         good = pl.col(name).is_between(least, most)
         odd = table.select(ROW, name).filter(~good)

@@ -11,15 +11,13 @@ import polars as pl
 
 from coverdrive.errors import RecordingError
 from coverdrive.progress import done
+from coverdrive.recordings.checks import LARGEST
 
 BLOCK_BYTES = 2**25
 """Size of the blocks that are read at a time"""
 
 LONGEST_LINE = 2**26
 """[bytes]"""
-
-LARGEST = 2.0**53
-"""Whole numbers above it are not told apart as float64; nothing that is measured on a road is as large"""
 
 SITE = "location"
 """The column that tells the sites of a file apart"""

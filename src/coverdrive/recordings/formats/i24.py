@@ -18,7 +18,7 @@ from jaxtyping import Float
 
 from coverdrive.errors import RecordingError
 from coverdrive.progress import done
-from coverdrive.recordings.files.delimited import LARGEST
+from coverdrive.recordings.checks import LARGEST
 from coverdrive.recordings.formats.ngsim import FOOT
 from coverdrive.recordings.formats.reader import How
 from coverdrive.recordings.map_tracks import MapTracks
@@ -84,7 +84,7 @@ def _track(
     """
     time, x, y = series
     length, width, direction, kind = single
-    pauses = np.flatnonzero(np.diff(time) > LONGEST_GAP)
+    pauses = np.flatnonzero(np.diff(time) > LONGEST_GAP + dt / 2)
     parts = zip(time[np.insert(pauses + 1, 0, 0)] - start, time[np.append(pauses, -1)] - start, strict=True)
     grids = [np.arange(np.ceil(first / dt - 1e-3), np.floor(last / dt + 1e-3) + 1) for first, last in parts]
     moments = np.concatenate(grids)

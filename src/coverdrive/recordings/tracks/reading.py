@@ -13,9 +13,9 @@ import numpy as np
 import polars as pl
 
 from coverdrive.errors import DataError, RecordingError
-from coverdrive.recordings.checks import MOST_IMPLAUSIBLE, TIME_STEPS, Rows, implausible_vehicles
+from coverdrive.recordings.checks import MOST_IMPLAUSIBLE, Rows, implausible_vehicles, wrong_time_step
 from coverdrive.recordings.recording import KIND, SCHEMA, SEEN, STATED_SPEED, Recording
-from coverdrive.recordings.tracks.filtering import SEEN_FOR, least_moments, seen
+from coverdrive.recordings.tracks.filtering import least_moments, seen
 from coverdrive.recordings.tracks.repair import (
     LONGEST_GAP,
     RawTracks,
@@ -87,8 +87,7 @@ def name_of(file: Path) -> str:
 
 def check_time_step(file: Path, dt: float, what: str) -> None:
     """Refuse a time between two rows [s] that no recording of traffic has."""
-    if not TIME_STEPS[0] <= dt <= TIME_STEPS[1]:
-        problem = f"{what} is {dt:g} s; expected {TIME_STEPS[0]} to {TIME_STEPS[1]:g} s, check its unit"
+    for problem in wrong_time_step(what, dt):
         raise RecordingError(file, problem)
 
 
@@ -115,7 +114,8 @@ def make_reading(
     _check_stated_speeds(file, kept, dt, road)
     table = regular_table(kept, dt, settings, repairs, road)
     if table.is_empty():
-        raise RecordingError(file, f"no vehicle is on the road for more than {SEEN_FOR:g} s; choose another file")
+        problem = f"no vehicle is on the road in more than {least_moments(dt)} successive rows, at {1 / dt:.3g} Hz"
+        raise RecordingError(file, f"{problem}; choose another file, or one of more rows a second")
     table = _drop_implausible(file, table, dt, road, repairs)
     try:
         return Reading(Recording(name, table, dt, road, dict(repairs), notes), kept)
