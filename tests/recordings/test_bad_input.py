@@ -109,6 +109,14 @@ TABLES: dict[str, tuple[Callable[[pl.DataFrame], pl.DataFrame], str]] = {
         lambda t: t.with_columns(lon=pl.col("lon") + 5e6),
         r"off the road, lon = 5e\+06 m.*or shift lon",
     ),
+    "within each other": (
+        lambda t: t.with_columns(lat=1.8 + 1.1 * (pl.col("vehicle") % 3), lon=pl.col("lon") - 39 * pl.col("vehicle")),
+        r"vehicle \d at 0 s lies within vehicle \d, and so do 100% of those .* are in one unit",
+    ),
+    "widths of another unit": (
+        scaled("width", FOOT),
+        r"the median width of the vehicles is 0\.579 m; expected at least 1 m: check the unit",
+    ),
     "no rows": (lambda t: t.clear(), "the table holds no rows"),
     "columns": (lambda t: t.drop("width"), "columns"),
     "types": (lambda t: t.with_columns(pl.col("vehicle").cast(pl.Float64)), "columns"),
@@ -260,6 +268,11 @@ NGSIM: dict[str, tuple[Callable[[pl.DataFrame], pl.DataFrame], str | dict[str, i
         lambda t: t.drop("Lane_ID").with_columns(pl.col("Local_X") * 1e6),
         "the lanes cannot be told",
     ),
+    "widths in metres": (scaled("v_Width", FOOT), "column width: the median width of the vehicles is 0.557 m"),
+    "1.1 s between rows": (
+        lambda t: t.with_columns(Global_Time=1_118_846_980_200 + 1100 * pl.col("Frame_ID")),
+        r"is 1\.1 s; expected 0\.02 to 1 s \(50 to 1 Hz\): at 0\.909 Hz .* take a recording of 1 Hz or more",
+    ),
     "speeds in mph": (scaled("v_Vel", 0.6818), r"speeds that the file states is 1\.47; expected 1"),
 }
 
@@ -382,8 +395,31 @@ SCENARIOS: dict[str, tuple[str, str]] = {
     "a lanelet beside itself": (DRIVEN.replace('adjacentLeft ref="10"', 'adjacentLeft ref="20"'), "lies beside itself"),
     "a lanelet that is not there": (
         DRIVEN.replace('adjacentRight ref="20"', 'adjacentRight ref="77"'),
-        "refers to 77, which is not in the file|cannot read",
+        "lanelet 10 refers to 77, which is not in the file",
     ),
+    "a lanelet that is no number": (
+        DRIVEN.replace('adjacentRight ref="20"', 'adjacentRight ref="x"').replace("><", ">\n<"),
+        r"row 11: commonroad-io cannot read the lanelet 10 \(ValueError.*\); check the file",
+    ),
+    "a type that is none": (
+        DRIVEN.replace("<dynamicObstacle", "\n<dynamicObstacle").replace("<type>car", "<type>hovercraft"),
+        "row 2: commonroad-io cannot read the dynamicObstacle 100 .*hovercraft",
+    ),
+    "a time that is none": (
+        DRIVEN.replace("<dynamicObstacle", "\n<dynamicObstacle").replace("<exact>35</exact>", "<exact>late</exact>"),
+        "row 2: commonroad-io cannot read time of the dynamicObstacle 100 .*'late'",
+    ),
+    "a number twice": (
+        DRIVEN.replace("<dynamicObstacle", "\n<dynamicObstacle").replace('id="101"', 'id="100"'),
+        "row 3: .*ID 100 is already used",
+    ),
+    "a place that is none": (DRIVEN.replace("Latitude>0", "Latitude>north"), "cannot read its element location"),
+    "no time step": (DRIVEN.replace('timeStepSize="0.1"', ""), "commonroad-io cannot read it .*check the file"),
+    "numbers beyond 2⁵³": (
+        DRIVEN.replace('id="101"', f'id="{2**53 + 1}"'),
+        "obstacle 9007199254740993 has no number below 2⁵³, as they are told apart",
+    ),
+    "numbers beyond int64": (DRIVEN.replace('id="101"', f'id="{2**64}"'), "obstacle 18446744073709551616 has no"),
     "a width of 0": (
         DRIVEN.replace("<width>1.9</width>", "<width>0</width>"),
         r"the width of vehicle 100 at 0.2 s is 0 m",

@@ -1,16 +1,19 @@
 """Opens CommonRoad scenarios, and checks what is in them where it enters: time, lanes, obstacles, planning problems."""
 
 import logging
+import re
 import warnings
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from traceback import walk_tb
 from typing import Any
+from xml.etree import ElementTree
 from xml.parsers import expat
 
 import numpy as np
 
 from coverdrive.errors import DataError, RecordingError
-from coverdrive.recordings.checks import FASTEST
+from coverdrive.recordings.checks import FASTEST, LARGEST
 from coverdrive.recordings.files.boundary import naming
 from coverdrive.recordings.files.kinds import OTHERS
 from coverdrive.recordings.tracks.reading import check_time_step
@@ -41,10 +44,10 @@ def open_scenario(file: Path) -> tuple[Any, Any]:
         RecordingError: it cannot be read, or time, lanes or obstacles are none.
     """
     with naming(file):
-        root = _root(file)
+        root, lines = _checked(file)
         if root != "commonRoad":
             raise RecordingError(file, f"not a CommonRoad file: expected the root element commonRoad, got {root}")
-        scenario, problems = _parsed(file)
+        scenario, problems = _parsed(file, lines)
         check_time_step(file, float(scenario.dt), "the attribute timeStepSize")
         _check_lanelets(file, scenario.lanelet_network)
         for obstacle in (*scenario.static_obstacles, *scenario.dynamic_obstacles):
@@ -52,7 +55,7 @@ def open_scenario(file: Path) -> tuple[Any, Any]:
         return scenario, problems
 
 
-def _parsed(file: Path) -> tuple[Any, Any]:
+def _parsed(file: Path, lines: dict[str, int]) -> tuple[Any, Any]:
     logger = logging.getLogger("commonroad")
     level = logger.level
     try:
@@ -65,25 +68,47 @@ def _parsed(file: Path) -> tuple[Any, Any]:
     except OSError:
         raise
     except Exception as error:  # commonroad-io raises whatever the malformed place happens to trigger
-        problem = f"commonroad-io cannot read it ({type(error).__name__}: {error}); check the file"
-        raise RecordingError(file, problem) from error
+        part, number = _part(error)
+        problem = f"commonroad-io cannot read {part} ({type(error).__name__}: {error}); check the file"
+        raise RecordingError(file, problem, lines.get(number)) from error
     finally:
         logger.setLevel(level)
 
 
-def _root(file: Path) -> str:
-    """Name of the root element of a well-formed file whose initial states are stated.
+def _part(error: Exception) -> tuple[str, str]:
+    """The part of a scenario that was being read when an error was raised, and its number; empty if it has none.
+
+    It is what the reader held last: the innermost XML element, and that around it which has a number.
+    """
+    held = [frame.f_locals for frame, _ in walk_tb(error.__traceback__)]
+    elements = [[each for each in names.values() if isinstance(each, ElementTree.Element)] for names in held]
+    inner = next((found[-1] for found in reversed(elements) if found), None)
+    if inner is None:
+        twice = re.search(r"ID (\d+) is already used", str(error))
+        return "it", twice[1] if twice else ""
+    around = [each for found in elements for each in found if each.get("id") and inner in each.iter()]
+    if not around:
+        return f"its element {inner.tag}", ""
+    whole = around[-1]
+    name = f"the {whole.tag} {whole.get('id')}"
+    return name if whole is inner else f"{inner.tag} of {name}", whole.get("id", "")
+
+
+def _checked(file: Path) -> tuple[str, dict[str, int]]:
+    """Name of the root element of a well-formed file whose initial states are stated, and the line of each number.
 
     Without entities, which could make a small file huge.
     """
-    names, inside, stated = list[str](), list[str](), set[str]()
+    names, inside, stated, lines = list[str](), list[str](), set[str](), dict[str, int]()
     parser = expat.ParserCreate()
 
     def refuse(*_: Any) -> None:
         raise RecordingError(file, "it declares a document type; expected none, remove it", parser.CurrentLineNumber)
 
-    def opened(name: str, _: Any) -> None:
+    def opened(name: str, attributes: dict[str, str]) -> None:
         names.append(name)
+        if "id" in attributes:
+            lines[attributes["id"]] = parser.CurrentLineNumber
         if inside[-1:] == ["initialState"]:
             stated.add(name)
         elif name == "initialState":
@@ -107,7 +132,7 @@ def _root(file: Path) -> str:
         raise RecordingError(file, problem, error.lineno) from None
     except (LookupError, ValueError) as error:  # of encodings
         raise RecordingError(file, f"not a CommonRoad file: {error}; expected UTF-8, save it so", 1) from None
-    return names[0]
+    return names[0], lines
 
 
 def _check_lanelets(file: Path, network: Any) -> None:
@@ -135,6 +160,8 @@ def is_vehicle(obstacle: Any) -> bool:
 def _check_obstacle(file: Path, obstacle: Any) -> None:
     """Refuse sizes, times, places, headings and speeds that are no numbers, or none of this world."""
     name = f"obstacle {obstacle.obstacle_id}"
+    if not abs(obstacle.obstacle_id) < LARGEST:
+        raise RecordingError(file, f"{name} has no number below 2⁵³, as they are told apart; give it another one")
     for part in ("length", "width", "radius", "orientation", "vertices", "shapes"):
         value = getattr(obstacle.obstacle_shape, part, ())
         if not _are_numbers(value, 0.0 if part in ("length", "width", "radius") else -FARTHEST):

@@ -72,7 +72,12 @@ def _driven(
             raise RecordingError(file, problems[0])
         return [found, *_apart(others, rows, *found)]
     except KeyError as error:
-        raise RecordingError(file, f"a lanelet refers to {error}, which is not in the file; check the file") from error
+        (other,) = error.args
+        by = next(
+            part for part in lanelets if other in (*part.predecessor, *part.successor, part.adj_left, part.adj_right)
+        )
+        problem = f"lanelet {by.lanelet_id} refers to {other}, which is not in the file; check the file"
+        raise RecordingError(file, problem) from error
     except RecordingError:
         raise
     except DataError as error:
