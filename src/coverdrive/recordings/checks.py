@@ -31,8 +31,8 @@ LATEST = 1e10
 LENGTHS, WIDTHS = (1.0, 60.0), (0.4, 4.0)
 """[m] motorcycles of NGSIM to Australian road trains (53.5 m); handlebars to vehicles of excess width"""
 
-SHORT, NARROW = 2.5, 1.0
-"""[m] most vehicles are longer and wider: smaller are motorcycles, and cars in another unit"""
+USUAL_SIZES = {"length": (2.5, 20.0), "width": (1.0, 3.0)}
+"""[m] of the median vehicle: smaller are motorcycles, and cars in another unit"""
 
 LANE_WIDTHS = (2.0, 7.5)
 """[m] lanes are 2.7 to 3.6 m wide on roads (AASHTO Green Book), narrower in road works, wider on ramps"""
@@ -241,13 +241,15 @@ def wrong_usual_sizes(
 ) -> Iterator[tuple[Literal["length", "width"], str]]:
     """That sizes [m] are not those of most vehicles: the column that is wrong, and why."""
     long, wide = float(np.median(length)), float(np.median(width))
-    if wide > long and wide > SHORT:
+    if wide > max(long, USUAL_SIZES["length"][0]):
         found = f"most vehicles are wider than long, {wide:g} m and {long:g} m in the median"
         yield "width", f"{found}; expected length along the heading: swap the columns length and width"
-    for name, usual, least in (("length", long, SHORT), ("width", wide, NARROW)):
-        if 0 < usual < least:
-            found = f"the median {name} of the vehicles is {usual:.3g} m; expected at least {least:g} m"
-            yield name, f"{found}: check the unit, metres that are taken for feet become 0.3048 times as long"
+    for name, usual in (("length", long), ("width", wide)):
+        least, most = USUAL_SIZES[name]
+        if not least <= usual <= most:
+            found = f"the median {name} of the vehicles is {usual:.3g} m; expected {least:g} to {most:g} m"
+            other = "metres that are taken for feet" if usual < least else "feet that are taken for metres"
+            yield name, f"{found}: check the unit, {other} are {0.3048 if usual < least else 3.28:g} times as long"
 
 
 def _road(rows: Rows) -> Iterator[str]:
@@ -308,10 +310,8 @@ def _measures(rows: Rows) -> Iterator[str]:
         yield problem
     for name, (least, most) in {"length": LENGTHS, "width": WIDTHS}.items():
         values = rows.of(name)
-        wrong = (values < least) | (values > most)
-        for row in np.flatnonzero(wrong):
-            hint = ": these look like feet, multiply by 0.3048" if wrong.mean() > 0.5 and values[row] > most else ""
-            yield f"the {name} of {rows.at(row)} is {values[row]:g} m; expected {least:g} to {most:g} m{hint}"
+        for row in np.flatnonzero((values < least) | (values > most)):
+            yield f"the {name} of {rows.at(row)} is {values[row]:g} m; expected {least:g} to {most:g} m"
     heading = rows.of("heading")
     for row in np.flatnonzero(np.abs(heading) > np.pi + 1e-6):
         found = f"the heading of {rows.at(row)} is {heading[row]:g} rad"

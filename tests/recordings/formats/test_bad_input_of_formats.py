@@ -155,7 +155,10 @@ MIXED: dict[str, tuple[Callable[[Path], Path], str]] = {
     "NGSIM, sizes in feet, the rest in metres": (lambda folder: of_ngsim(folder, *MOVED), WITHIN),
     "the same without lanes": (lambda folder: of_ngsim(folder, *MOVED, without="Lane_ID"), WITHIN),
     "NGSIM, metres across": (lambda folder: of_ngsim(folder, "Local_X"), WITHIN),
-    "NGSIM, sizes in metres": (lambda folder: of_ngsim(folder, "v_length", "v_Width"), "4.* cannot be feet"),
+    "NGSIM, sizes in metres": (
+        lambda folder: of_ngsim(folder, "v_length", "v_Width"),
+        "median length .* is 1.4.*: check the unit",
+    ),
     "NGSIM, widths in metres": (lambda folder: of_ngsim(folder, "v_Width"), "median width .* is 0.5.* check the unit"),
     "I-24, positions in metres": (lambda folder: of_i24(folder, FOOT, FOOT), WITHIN),
     "I-24, metres across": (lambda folder: of_i24(folder, 1.0, FOOT), WITHIN),

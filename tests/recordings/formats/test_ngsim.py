@@ -120,7 +120,7 @@ def test_missing_columns_are_named(make_ngsim, write_csv, name: str):
 
 def test_metres_are_refused(make_ngsim, write_csv):
     metres = make_ngsim().with_columns(pl.col("v_length", "Local_X", "Local_Y", "v_Vel", "v_Width") * 0.3048)
-    with pytest.raises(RecordingError, match=r"median vehicle length is 4.57, which cannot be feet"):
+    with pytest.raises(RecordingError, match=r"median length of the vehicles is 1.39 m; expected 2.5 to 20 m: check"):
         read_ngsim(write_csv(metres))
 
 

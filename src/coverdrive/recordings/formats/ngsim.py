@@ -35,9 +35,6 @@ PAUSE = 60.0
 MOST_PERIODS = 20
 """More restarts of the frame counter show that it counts something else"""
 
-USUAL_LENGTHS = (8.0, 60.0)
-"""[ft] of the median vehicle; cars are 15 ft long"""
-
 TEXT_COLUMNS = (
     "vehicle_id frame_id total_frames global_time local_x local_y global_x global_y v_length v_width v_class "
     "v_vel v_acc lane_id preceding following space_headway time_headway"
@@ -75,11 +72,6 @@ def read_ngsim(file: Path, how: How = AS_USUAL) -> tuple[Reading, ...]:
     wanted = [name for name in (*REQUIRED, *OPTIONAL) if name in layout.columns]
     repairs: Counter[str] = Counter()
     feet = read_columns(layout, wanted, how.location if layout.separator == "," else None, repairs)
-    usual = float(np.median(feet["v_length"].to_numpy()))
-    if not USUAL_LENGTHS[0] <= usual <= USUAL_LENGTHS[1]:
-        least, most = USUAL_LENGTHS
-        problem = f"the median vehicle length is {usual:.2f}, which cannot be feet; expected {least:g} to {most:g}"
-        raise RecordingError(file, f"{problem}, convert the file to feet")
     lengths = {"right": "local_x", "front": "local_y", "length": "v_length", "width": "v_width", "speed": "v_vel"}
     metres = feet.select(
         ROW,

@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import BinaryIO, Literal
+from typing import Annotated, BinaryIO, Literal
 
 import numpy as np
 import polars as pl
-from pydantic import BaseModel, TypeAdapter, ValidationError
+from pydantic import BaseModel, BeforeValidator, TypeAdapter, ValidationError
 
 from coverdrive.errors import DataError, RecordingError
 from coverdrive.files import write_atomically
@@ -19,17 +19,21 @@ KEY = "coverdrive"
 """Where the file's metadata hold name, dt, road and repairs of every recording"""
 
 
-class _Line(BaseModel):
-    start: list[float]
+Numbers = BeforeValidator(lambda values: values.tolist() if hasattr(values, "tolist") else values)
+"""Takes arrays for the lists that JSON has"""
+
+
+class _Line(BaseModel, from_attributes=True):
+    start: Annotated[list[float], Numbers]
     heading: float
-    curvature: list[float]
+    curvature: Annotated[list[float], Numbers]
     length: float
     lat: float
 
 
-class _Changing(BaseModel):
-    lon: list[float]
-    lat: list[list[float]]
+class _Changing(BaseModel, from_attributes=True):
+    lon: Annotated[list[float], Numbers]
+    lat: Annotated[list[list[float]], Numbers]
 
 
 class _Head(BaseModel):
@@ -37,7 +41,7 @@ class _Head(BaseModel):
 
     name: str
     dt: float
-    edges: list[float]
+    edges: Annotated[list[float], Numbers]
     length: float
     line: _Line | None = None
     changing: _Changing | None = None
@@ -49,27 +53,8 @@ class _Head(BaseModel):
     @staticmethod
     def of(recording: Recording) -> "_Head":
         """What there is to say of a recording."""
-        road = recording.road
-        line, changing = road.line, road.changing
-        return _Head(
-            name=recording.name,
-            dt=recording.dt,
-            edges=np.asarray(road.edges, dtype=np.float64).tolist(),
-            length=float(road.length),
-            line=line
-            and _Line(
-                start=line.start.tolist(),
-                heading=line.heading,
-                curvature=line.curvature.tolist(),
-                length=line.length,
-                lat=line.lat,
-            ),
-            changing=changing and _Changing(lon=changing.lon.tolist(), lat=changing.lat.tolist()),
-            speed_limit=road.speed_limit,
-            side=road.side,
-            repairs=recording.repairs,
-            notes=recording.notes,
-        )
+        own = {name: getattr(recording, name) for name in ("name", "dt", "repairs", "notes")}
+        return _Head.model_validate(vars(recording.road) | own | {"length": float(recording.road.length)})
 
     @property
     def road(self) -> Road:

@@ -56,7 +56,8 @@ def same_numbers(
         return pl.DataFrame(schema=SHARED)
     shown = pl.concat(_vehicles(tracks[each], each, files[each], sites[each], numbers[each]) for each in told)
     pairs = shown.join(shown, on=("site", "vehicle"), suffix="_b").filter(pl.col("file") < pl.col("file_b"))
-    pairs = pairs.with_columns(alike=_alike("_b"), vehicle_b="vehicle")
+    alike = pl.all_horizontal((pl.col(name) - pl.col(f"{name}_b")).abs() < ALIKE for name in _SIZE)
+    pairs = pairs.with_columns(alike=alike, vehicle_b="vehicle")
     both = ["recording", "recording_b"]
     said = (pl.col("worth") == "stable") & (pl.col("worth_b") == "stable")
     chance = _chance(shown, pairs.select(both).unique())
@@ -75,10 +76,6 @@ def _vehicles(track: RawTracks, recording: int, file: int, site: str, worth: Num
     )
     about = {"recording": pl.lit(recording, pl.Int64), "file": pl.lit(file, pl.Int64), "site": pl.lit(site)}
     return table.unique(["vehicle", "group"]).with_columns(**about, worth=pl.lit(worth))
-
-
-def _alike(suffix: str) -> pl.Expr:
-    return pl.all_horizontal((pl.col(name) - pl.col(f"{name}{suffix}")).abs() < ALIKE for name in _SIZE)
 
 
 def _chance(shown: pl.DataFrame, pairs: pl.DataFrame) -> pl.DataFrame:
