@@ -8,7 +8,6 @@ the number of rows, steps lead from one to the next.
 from collections.abc import Iterator
 from functools import cached_property
 from itertools import chain
-from typing import Literal
 
 import numpy as np
 import polars as pl
@@ -236,9 +235,7 @@ def wrong_time_step(what: str, dt: float) -> Iterator[str]:
         yield f"{what} is {dt:g} s; expected {least} to {most:g} s ({1 / least:g} to {1 / most:g} Hz): {hint}"
 
 
-def wrong_usual_sizes(
-    length: Float[np.ndarray, " R"], width: Float[np.ndarray, " R"]
-) -> Iterator[tuple[Literal["length", "width"], str]]:
+def wrong_usual_sizes(length: Float[np.ndarray, " R"], width: Float[np.ndarray, " R"]) -> Iterator[tuple[str, str]]:
     """That sizes [m] are not those of most vehicles: the column that is wrong, and why."""
     long, wide = float(np.median(length)), float(np.median(width))
     if wide > max(long, USUAL_SIZES["length"][0]):

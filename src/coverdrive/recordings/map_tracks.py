@@ -206,15 +206,9 @@ def _mapped(file: Path, tracks: MapTracks, map: Path) -> list[Road]:
 
 def _on_map(side: pl.DataFrame, roads: list[Road]) -> tuple[RawTracks, Road, str]:
     """The rows of one direction in the frame of the road on which they are driven."""
-    found = driven_road(roads, lambda road: _raw(side, *road.to_road(side["x"], side["y"])))
+    found = driven_road(roads, lambda road: RawTracks.placed(side, *road.to_road(side["x"], side["y"])))
     assert found is not None  # there are roads
     return found[1], found[0], "map"
-
-
-def _raw(side: pl.DataFrame, lon: Float[np.ndarray, " R"], lat: Float[np.ndarray, " R"]) -> RawTracks:
-    """Rows at positions [m] in the frame of their road."""
-    columns = {name: side[name].to_numpy() for name in ("vehicle", "moment", "length", "width", "speed", "kind")}
-    return RawTracks(lon=lon, lat=lat, group=np.zeros(len(side), dtype=np.int64), **columns)
 
 
 def _on_road(file: Path, side: pl.DataFrame, tracks: MapTracks, known: tuple[Line, ...]) -> tuple[RawTracks, Road, str]:
@@ -227,7 +221,7 @@ def _on_road(file: Path, side: pl.DataFrame, tracks: MapTracks, known: tuple[Lin
         line = centred(line, lon, lat - centres[np.searchsorted(edges[1:-1], lat)])
         lon, lat = line.to_road(side["x"], side["y"])
         edges, lanes = _edges(file, side, lat, tracks, line)
-    raw = _raw(side, lon, lat)
+    raw = RawTracks.placed(side, lon, lat)
     found = with_partial_lanes([raw], edges)
     road = Road(found.edges, line.length, replace(line, lat=-found.right), found.changing)
     return replace(raw, lat=lat - found.right), road, lanes + found.told

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+import polars as pl
 
 from coverdrive.errors import DataError, RecordingError
 from coverdrive.recordings.files.kinds import NUMBER_OF
@@ -27,6 +27,12 @@ from coverdrive.road import Road
 
 LEFT = "AUS BGD CYP GBR HKG IDN IND IRL JPN KEN LKA MLT MYS NZL PAK SGP THA UGA ZAF ZMB ZWE"
 """Countries (ISO 3166) in which one drives on the left"""
+
+COLUMNS = pl.Schema(
+    {"vehicle": pl.Int64, "moment": pl.Int64, "length": pl.Float64, "width": pl.Float64, "kind": pl.Int8}
+    | dict.fromkeys(("x", "y", "speed"), pl.Float64)
+)
+"""Vehicles at a time step: sizes and map coordinates [m], speed [m/s], and number in `KINDS`"""
 
 STEP = 5.0
 """[m] between two places at which two roads are compared"""
@@ -58,9 +64,7 @@ def read_commonroad(file: Path, how: How = AS_USUAL) -> tuple[Reading, ...]:
     return (reading(name, road, raw, repairs), *apart)
 
 
-def _driven(
-    file: Path, lanelets: list[Any], rows: Float[np.ndarray, "R 8"], problems: list[str]
-) -> list[tuple[Road, RawTracks]]:
+def _driven(file: Path, lanelets: list[Any], rows: pl.DataFrame, problems: list[str]) -> list[tuple[Road, RawTracks]]:
     """The roads of the network that are driven on, with all vehicles on the main one and their own on the others.
 
     ``problems`` gains why parts of the network are no road; it is refused if none is.
@@ -84,12 +88,10 @@ def _driven(
         raise RecordingError(file, str(error)) from error
 
 
-def _apart(
-    roads: Iterable[Road], rows: Float[np.ndarray, "R 8"], road: Road, raw: RawTracks
-) -> Iterator[tuple[Road, RawTracks]]:
+def _apart(roads: Iterable[Road], rows: pl.DataFrame, road: Road, raw: RawTracks) -> Iterator[tuple[Road, RawTracks]]:
     """Other carriageways, with the vehicles that are on none before: long ones that touch none before, as ramps do."""
     roads = (other for other in roads if other.length > road.length / 2)
-    left = rows[~np.isin(raw.vehicle, raw.vehicle[on_road(raw, road)])]
+    left = rows.filter(~np.isin(raw.vehicle, raw.vehicle[on_road(raw, road)]))
     while len(left):
         roads = [other for other in roads if not _touch(other, road)]
         found = driven_road(roads, lambda other, left=left: _in_road_frame(left, other))
@@ -98,7 +100,7 @@ def _apart(
         road, raw = found
         own = np.isin(raw.vehicle, raw.vehicle[there])
         yield road, raw.take(own)
-        left = left[~own]
+        left = left.filter(~own)
 
 
 def _touch(one: Road, other: Road) -> bool:
@@ -126,16 +128,12 @@ def speed_limit(network: Any, through: Collection[int] = ()) -> float | None:
     return max(limits, key=lambda limit: limits[limit], default=None)
 
 
-def _in_road_frame(rows: Float[np.ndarray, "R 8"], road: Road) -> RawTracks:
-    vehicle, length, width, moment, x, y, speed, kind = rows.T.copy()
-    lon, lat = road.to_road(x, y)
-    whole = vehicle.astype(np.int64)
-    group = np.zeros_like(whole)
-    return RawTracks(whole, moment.astype(np.int64), lon, lat, length, width, speed, group, kind.astype(np.int8))
+def _in_road_frame(rows: pl.DataFrame, road: Road) -> RawTracks:
+    return RawTracks.placed(rows, *road.to_road(rows["x"], rows["y"]))
 
 
-def _rows(file: Path, obstacles: list[Any], repairs: Counter[str]) -> Float[np.ndarray, "R 8"]:
-    """Number, length, width [m], time step, map coordinates x, y [m], speed [m/s] and kind of vehicles at all times.
+def _rows(file: Path, obstacles: list[Any], repairs: Counter[str]) -> pl.DataFrame:
+    """The columns of `COLUMNS`, for all vehicles at all times.
 
     ``repairs`` gains ``rows of other road users``, which are left out.
     """
@@ -151,12 +149,12 @@ def _rows(file: Path, obstacles: list[Any], repairs: Counter[str]) -> Float[np.n
         for state in states:
             if not _is_exact(state):
                 raise RecordingError(file, f"{name} has uncertain states; expected exact, recorded ones")
-            about = (shape.length, shape.width, state.time_step)
-            rows.append((obstacle.obstacle_id, *about, *state.position, state.velocity, NUMBER_OF.get(kind, 0)))
+            about = (obstacle.obstacle_id, state.time_step, shape.length, shape.width, NUMBER_OF.get(kind, 0))
+            rows.append((*about, *state.position, state.velocity))
     if not rows:
         raise RecordingError(file, "the scenario has no recorded vehicles; choose another file")
-    table = np.array(rows, dtype=np.float64)
-    if np.unique(table[:, 0], return_counts=True)[1].max() < 3:
+    table = pl.DataFrame(np.array(rows, dtype=np.float64), schema=list(COLUMNS)).cast(COLUMNS)
+    if not (table["vehicle"].unique_counts() > 2).any():
         problem = "no vehicle is there at more than two time steps: an interactive scenario, or one of single states"
         raise RecordingError(file, f"{problem}; choose one with recorded tracks")
     return table

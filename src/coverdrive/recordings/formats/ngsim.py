@@ -124,9 +124,9 @@ def recordings_from_local(
     clock = table["clock"].to_numpy()
     dt = time_step(file, table, "Global_Time is in milliseconds")
     moment = np.rint((clock - clock.min()) / dt).astype(np.int64)
-    vehicle, frame = (table[name].to_numpy().astype(np.int64) for name in ("vehicle", "frame"))
-    period = _periods(vehicle, moment, frame, dt)
-    raw, edges = _in_road_frame(file, table, vehicle, moment)
+    table = table.with_columns(pl.col("vehicle", "frame").cast(pl.Int64), moment=moment)
+    period = _periods(table["vehicle"].to_numpy(), moment, table["frame"].to_numpy(), dt)
+    raw, edges = _in_road_frame(file, table)
     periods = np.unique(period)
     counts = [repairs, *(Counter[str]() for _ in periods[1:])]
     parts = [tidy(raw.take(period == number), dt, own) for number, own in zip(periods, counts, strict=True)]
@@ -145,28 +145,15 @@ def recordings_from_local(
     )
 
 
-def _in_road_frame(
-    file: Path, table: pl.DataFrame, vehicle: Int[np.ndarray, " R"], moment: Int[np.ndarray, " R"]
-) -> tuple[RawTracks, Float[np.ndarray, " edges"]]:
+def _in_road_frame(file: Path, table: pl.DataFrame) -> tuple[RawTracks, Float[np.ndarray, " edges"]]:
     """All rows with vehicle centres in the frame of the road, and the lane edges from its right edge on."""
-    right, length = table["right"].to_numpy(), table["length"].to_numpy()
-    lane = table["lane"].to_numpy() if "lane" in table.columns else None
-    edges = edges_from_width(right) if lane is None else edges_from_lanes(right, lane)
+    right = table["right"].to_numpy()
+    edges = edges_from_lanes(right, table["lane"].to_numpy()) if "lane" in table.columns else edges_from_width(right)
     if edges is None:
         problem = "the lanes cannot be told; expected a few lanes that most vehicles are in, check Lane_ID and Local_X"
         raise RecordingError(file, problem)
-    raw = RawTracks(
-        vehicle=vehicle,
-        moment=moment,
-        lon=table["front"].to_numpy() - length / 2,
-        lat=edges[-1] - right,
-        length=length,
-        width=table["width"].to_numpy(),
-        speed=table["speed"].to_numpy(),
-        group=np.zeros_like(vehicle),
-        kind=table["kind"].to_numpy() if "kind" in table.columns else np.zeros_like(vehicle, dtype=np.int8),
-    )
-    return raw, (edges[-1] - edges)[::-1].copy()
+    lon = (table["front"] - table["length"] / 2).to_numpy()
+    return RawTracks.placed(table, lon, edges[-1] - right), (edges[-1] - edges)[::-1].copy()
 
 
 def _periods(

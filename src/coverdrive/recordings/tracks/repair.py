@@ -4,6 +4,7 @@ from collections import Counter
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+import polars as pl
 from jaxtyping import Bool, Float, Int
 
 from coverdrive.road import Road
@@ -41,6 +42,16 @@ class RawTracks:
     def __post_init__(self) -> None:
         if not len(self.kind):
             object.__setattr__(self, "kind", np.zeros(len(self.vehicle), dtype=np.int8))
+
+    @staticmethod
+    def placed(table: pl.DataFrame, lon: Float[np.ndarray, " R"], lat: Float[np.ndarray, " R"]) -> "RawTracks":
+        """The rows of a table of vehicle, moment, length, width, speed, and kind if known, at places [m] on a road.
+
+        They are of one group.
+        """
+        names = ("vehicle", "moment", "length", "width", "speed", "kind")
+        columns = {name: table[name].to_numpy() for name in names if name in table.columns}
+        return RawTracks(lon=lon, lat=lat, group=np.zeros(len(table), dtype=np.int64), **columns)
 
     def take(self, rows: np.ndarray) -> "RawTracks":
         """The rows selected by an index or boolean array; nothing is copied where all rows are."""
