@@ -22,7 +22,7 @@ from published_formats import (
     write_tgsim,
 )
 from published_ngsim import write_ngsim
-from recordings_fakes import FOOT, bent, lanelet, scenario, state, vehicle
+from recordings_fakes import FOOT, lanelet, scenario, state, vehicle
 
 from coverdrive.errors import RecordingError
 from coverdrive.recordings.formats.registry import readers
@@ -251,12 +251,6 @@ def test_missing_meta_files(write: Callable[..., Path], missing: str, tmp_path: 
     path.with_name(path.name.replace("tracks", missing)).unlink()
     with pytest.raises(RecordingError, match=rf"its description \d\d_{missing}\.csv is not beside it; expected NN_"):
         read([path])
-
-
-def test_a_curve_below_20_m(tmp_path: Path):
-    (tmp_path / "scene.xml").write_text(bent(700))
-    with pytest.raises(RecordingError, match=r"scene\.xml: a curve of 1\d m radius, \d+ m after.*at least 20 m"):
-        read([tmp_path])
 
 
 @pytest.mark.parametrize(("radius", "refused"), [(150.0, False), (45.0, True)])

@@ -30,7 +30,7 @@ def raw_of(values: np.ndarray, first_vehicle: int = 0, first_moment: int = 0) ->
 
 def pairs_of(*tracks: RawTracks, files: list[int] | None = None) -> list[tuple[int, int]]:
     groups = [np.full(len(track.vehicle), number) for number, track in enumerate(tracks)]
-    return group_pairs(shared_vehicles(tracks, groups, files or list(range(len(tracks)))))
+    return group_pairs(shared_vehicles(tracks, groups, files or list(range(len(tracks))), [0.1] * len(tracks)))
 
 
 def group_pairs(shared: pl.DataFrame) -> list[tuple[int, int]]:
@@ -46,7 +46,7 @@ def test_cuts_of_one_original_are_found():
 def test_the_same_vehicles_are_paired_and_only_they():
     original = 15 + 3 * (speeds(0) - 15)
     early, late = raw_of(original[:6, :70]), raw_of(original[2:, 40:], first_vehicle=500, first_moment=3)
-    shared = shared_vehicles([early, late], [0 * early.vehicle, 1 + 0 * late.vehicle], [0, 1])
+    shared = shared_vehicles([early, late], [0 * early.vehicle, 1 + 0 * late.vehicle], [0, 1], [0.1, 0.1])
     assert sorted(shared.select("vehicle", "vehicle_b").iter_rows()) == [(v, 498 + v) for v in range(2, 6)]
 
 
@@ -103,7 +103,7 @@ def test_only_the_groups_that_overlap_are_paired():
     original = speeds(0, moments=200)
     long, short = raw_of(original), raw_of(original[:, 130:170])
     groups = [np.where(long.moment < 100, 0, 1), np.full(len(short.vehicle), 2)]
-    assert group_pairs(shared_vehicles([long, short], groups, [0, 1])) == [(1, 2)]
+    assert group_pairs(shared_vehicles([long, short], groups, [0, 1], [0.1, 0.1])) == [(1, 2)]
 
 
 @pytest.mark.real_data

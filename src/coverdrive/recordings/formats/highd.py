@@ -46,13 +46,21 @@ def frame_rate(description: Path, repairs: Counter[str]) -> float:
     return rate
 
 
-def one_each(description: Path, listed: pl.DataFrame, name: str) -> pl.DataFrame:
-    """What a file says of each ``vehicle``, whose column there has a name; refused if it says two different things."""
+def described(file: Path, rows: pl.DataFrame, description: Path, listed: pl.DataFrame, name: str) -> pl.DataFrame:
+    """Rows with what a description lists of each ``vehicle``, whose column there has a name.
+
+    Refused are vehicles of which it says nothing, or two different things.
+    """
     twice = listed.unique(pl.exclude(ROW), maintain_order=True).filter(pl.col("vehicle").is_duplicated())
     if len(twice):
         problem = f"vehicle {twice['vehicle'][0]:g} is described twice, differently; remove what is wrong"
         raise RecordingError(description, problem, twice.filter(vehicle=twice["vehicle"][0])[ROW][-1], name)
-    return listed.drop(ROW).unique("vehicle")
+    known = listed.drop(ROW).unique("vehicle").with_columns(listed=True)
+    table = rows.join(known, on="vehicle", how="left", maintain_order="left")
+    for row in table["listed"].is_null().arg_true():
+        problem = f"vehicle {table['vehicle'][row]:g} is not in {description.name}"
+        raise RecordingError(file, f"{problem}; check that both are of one recording", table[ROW][row], name)
+    return table.drop("listed")
 
 
 def read_highd(file: Path, how: How) -> list[MapTracks]:
@@ -77,9 +85,9 @@ def read_highd(file: Path, how: How) -> list[MapTracks]:
         length="width",
         width="height",
     )
-    known = one_each(vehicles, listed.rename({"id": "vehicle", "drivingdirection": "direction"}), "id")
-    table = table.join(known, on="vehicle", how="left", maintain_order="left")
-    for row in (~table["direction"].is_in([float(each) for each in CARRIAGEWAYS])).fill_null(True).arg_true():
+    listed = listed.rename({"id": "vehicle", "drivingdirection": "direction"})
+    table = described(file, table, vehicles, listed, "id")
+    for row in (~table["direction"].is_in([float(each) for each in CARRIAGEWAYS])).arg_true():
         found = f"vehicle {table['vehicle'][row]:g} has no drivingDirection 1 or 2 in {vehicles.name}"
         raise RecordingError(file, f"{found}; check that both files are of one recording", table[ROW][row], "id")
     table = with_kinds(table, repairs)

@@ -10,11 +10,10 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from coverdrive.errors import RecordingError
 from coverdrive.recordings.files.columns import read_table
 from coverdrive.recordings.files.delimited import ROW
 from coverdrive.recordings.files.kinds import with_kinds
-from coverdrive.recordings.formats.highd import companion, frame_rate, one_each
+from coverdrive.recordings.formats.highd import companion, described, frame_rate
 from coverdrive.recordings.formats.reader import How
 from coverdrive.recordings.map_tracks import MapTracks
 from coverdrive.recordings.tracks.reading import name_of
@@ -43,11 +42,7 @@ def read_levelx(file: Path, how: How) -> list[MapTracks]:
         vy="yvelocity",
         heading=pl.col("heading") * (np.pi / 180),
     )
-    known = one_each(vehicles, listed.rename({"trackid": "vehicle"}), "trackId")
-    table = table.join(known, on="vehicle", how="left", maintain_order="left")
-    for row in table["class"].is_null().arg_true():
-        problem = f"vehicle {table['vehicle'][row]:g} is not in {vehicles.name}; check that both are of one recording"
-        raise RecordingError(file, problem, table[ROW][row], "trackId")
+    table = described(file, table, vehicles, listed.rename({"trackid": "vehicle"}), "trackId")
     name = name_of(file).removesuffix("_tracks")
     x, y = (float(place[0]) for place in read_table(description, ("xutmorigin", "yutmorigin"), repairs)[:, 1:])
     return [MapTracks(name, with_kinds(table, repairs), origin=lambda _: (x, y), dt=1 / rate, repairs=repairs)]

@@ -45,17 +45,17 @@ def shared_vehicles(
     tracks: Sequence[RawTracks],
     groups: Sequence[Int[np.ndarray, "..."]],
     files: Sequence[int],
-    steps: Sequence[float] | None = None,
+    steps: Sequence[float],
 ) -> pl.DataFrame:
     """The vehicles that two recordings share at the same time: recording, vehicle and group, and those ``_b`` there.
 
     A pair of vehicles has a row for each pair of groups that they share. ``groups`` are those of every row of each of
     the tracks, numbered through all of them; ``files`` the file that each of the recordings is from: those of one file
-    are not compared; ``steps`` the time [s] between their rows, 0.1 s if left out: those of different ones are neither.
+    are not compared; ``steps`` the time [s] between their rows: those of different ones are neither.
     """
     if len(set(files)) < 2:
         return pl.DataFrame(schema=SHARED)
-    every = [math.ceil(SPACING / step - 0.01) for step in steps or [SPACING] * len(tracks)]
+    every = [math.ceil(SPACING / step - 0.01) for step in steps]
     ordered = [_ordered(track, group) for track, group in zip(tracks, groups, strict=True)]
     runs = pl.concat([_runs(table, number, every[number]) for number, table in enumerate(ordered)])
     runs = runs.join(pl.DataFrame({"recording": range(len(files)), "file": files}), on="recording")
