@@ -92,3 +92,8 @@ def test_one_of_many_may_jump_and_others_may_come_towards(tmp_path: Path) -> Non
     for traffic in (TRAFFIC + many + IMPOSSIBLE["jumps"][0].replace('"100"', '"300"'), TRAFFIC + backwards):
         (found,) = read_problems(written(tmp_path, goal(), traffic=traffic))
         assert isinstance(found, PlanningProblem), str(found)
+
+
+def test_a_motorcycle_alone_is_traffic(tmp_path: Path) -> None:
+    (found,) = read_problems(written(tmp_path, goal(), traffic=ONE.replace("<length>4.6", "<length>2.1")))
+    assert isinstance(found, PlanningProblem) and len(found.others(0)) == 1

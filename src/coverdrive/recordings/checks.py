@@ -73,9 +73,12 @@ BACKWARDS = 5.0
 WITHIN = 0.25
 """Share of the shorter length and of the narrower width by which two vehicles overlap that lie within each other"""
 
-MOST_WITHIN, ENOUGH = 0.2, 5
-"""Share of those with another vehicle beside them that may lie within one, and vehicles that have to: in recorded
-traffic (US-101, MONA) it is up to 0.08, in the same with feet taken for metres 0.3 to 0.8"""
+MOST_WITHIN = 0.2
+"""Share of those with another vehicle beside them that may lie within one: in recorded traffic (US-101, MONA) it is up
+to 0.08, in the same with feet taken for metres 0.3 to 0.8"""
+
+ENOUGH = 5
+"""Vehicles from which on shares and medians tell something"""
 
 COMPARED, NEIGHBOURS = 50_000, 20
 """Rows of a long recording in which vehicles beside each other are looked for, and how many next ones of each"""
@@ -212,15 +215,20 @@ def implausible_vehicles(table: pl.DataFrame, dt: float, road: Road) -> Int[np.n
 def check_vehicles(table: pl.DataFrame, dt: float, road: Road) -> None:
     """Refuse vehicles on a road that cannot be traffic by their sizes, their speeds, or as many jump or drift.
 
-    As `check`, but they may drive in any direction, cross the road or overlap, and a few may move as none does.
+    As `check`, but they may drive in any direction, cross the road or overlap, and a few may move as none does. Where
+    there are few, all may be motorcycles, or trucks.
     """
-    rows = Rows(table, dt, road)
+    rows, vehicles = Rows(table, dt, road), table["vehicle"].n_unique()
     wrong = (
         rows.of("vehicle")[np.append(rows.jumps, False)],
         rows.of("vehicle")[rows.starts[rows.off_course(rows.of("heading"))]],
     )
-    many = len(np.union1d(*wrong)) > MOST_IMPLAUSIBLE * table["vehicle"].n_unique()
-    for problem in chain.from_iterable(problems(rows) for problems in (_measures, _speeds, *[_motion] * many)):
+    looked_at = [_measures, _speeds]
+    if vehicles >= ENOUGH:
+        looked_at.insert(0, _usual)
+    if len(np.union1d(*wrong)) > MOST_IMPLAUSIBLE * vehicles:
+        looked_at.append(_motion)
+    for problem in chain.from_iterable(problems(rows) for problems in looked_at):
         raise DataError(problem)
 
 
@@ -301,10 +309,13 @@ def _order(rows: Rows) -> Iterator[str]:
         )
 
 
-def _measures(rows: Rows) -> Iterator[str]:
-    """Sizes and headings."""
+def _usual(rows: Rows) -> Iterator[str]:
     for _, problem in wrong_usual_sizes(rows.of("length"), rows.of("width")):
         yield problem
+
+
+def _measures(rows: Rows) -> Iterator[str]:
+    """Sizes and headings."""
     for name, (least, most) in {"length": LENGTHS, "width": WIDTHS}.items():
         values = rows.of(name)
         for row in np.flatnonzero((values < least) | (values > most)):
@@ -417,5 +428,5 @@ def _within(rows: Rows) -> Iterator[str]:
         )
 
 
-CHECKS = (_road, _cells, _order, _measures, _speeds, _motion, _place, _doubled, _within)
+CHECKS = (_road, _cells, _order, _usual, _measures, _speeds, _motion, _place, _doubled, _within)
 """In this order, as each relies on what those before have found right; each says what is wrong, the first row first"""
