@@ -23,6 +23,7 @@ from coverdrive.prediction.predictor import AnyPredictor, Predictor
 from coverdrive.simulation.drives.episode import EpisodeSettings
 from coverdrive.simulation.drives.outcome import Kind
 from coverdrive.simulation.studies.setup import Setup
+from results import save
 
 
 def reckless(predictor: AnyPredictor) -> Setup:
@@ -49,6 +50,7 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--folder", type=Path, help="of the splitting, which goes on where it was")
     parser.add_argument("--out", type=Path, default=Path("rare.json"))
+    parser.add_argument("--save", help="name of the file in benchmarks/results")
     given = parser.parse_args()
     fitted = Predictor.load(given.predictor) if given.predictor else None
     predictor = fitted or coverdrive.fit(coverdrive.generate()).predictor
@@ -72,6 +74,8 @@ def main() -> None:
     }
     given.out.write_text(json.dumps(result, indent=2), encoding="utf-8")
     print(json.dumps(result, indent=2))
+    if given.save:
+        save(given.save, result, 1)
 
 
 if __name__ == "__main__":

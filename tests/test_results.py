@@ -148,7 +148,7 @@ def test_recordings_and_roads_that_are_not_replayed_are_refused(results: Results
 def test_a_new_fit_removes_what_shows_the_old_one(results: Results) -> None:
     results.save_methods(certify(results, targets=(0.2,)))
     gone = ["report.html", "report-drivers-curved.html", "figures/areas.pdf", "figures/drive_3.mp4", "methods.csv"]
-    gone += ["figures-replay/areas.png", "dialled.json"]
+    gone += ["figures-replay/areas.png", "dialled.json", "league/league.csv", "league/league.png"]
     kept = ["figures/notes.txt", "figures-of-mine/areas.png", "report-of-last-year.html", "study/study.json"]
     for name in (*gone, *kept):
         file = results.folder / name

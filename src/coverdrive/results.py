@@ -116,8 +116,10 @@ class Results:
         self._seal(CONFIG, PREDICTOR, SCORES, LEARNED, CERTIFICATE, RUN, SEEN)
 
     def _remove_shown(self) -> None:
-        """Remove what shows a fit: pages, figures, videos, the comparison of methods, and what its drives prove."""
-        for name in (METHODS, METHODS_TABLE, DIALLED, *(f"{page}.html" for page in _names("report"))):
+        """Remove what shows a fit: pages, figures, videos, tables of methods and the league, and proofs of drives."""
+        pages = (f"{page}.html" for page in _names("report"))
+        league = (f"{LEAGUE}/{LEAGUE}{ending}" for ending in (".csv", ".html", *_DRAWN))
+        for name in (METHODS, METHODS_TABLE, DIALLED, *pages, *league):
             (self.folder / name).unlink(missing_ok=True)
         for folder in map(self.folder.joinpath, _names("figures")):
             for file in folder.glob("*"):
