@@ -63,6 +63,10 @@ def test_columns_get_what_they_need() -> None:
     assert "unbreakable" in printed(table, 30)
 
 
+def test_a_cell_that_begins_with_a_space_is_not_cut() -> None:
+    assert "…" not in printed(table_of([["", "000000000", ""], ["000000000000 0", "", " 00000000"]]), 40)
+
+
 @pytest.mark.parametrize("width", WIDTHS)
 @pytest.mark.parametrize("name", ["[red]a.csv", "a[/b].csv", ":car:.csv", "\udce4.csv", "a" * 100])
 def test_names_are_no_markup(name: str, width: int) -> None:

@@ -90,7 +90,9 @@ def _range(console: Console, column: Column) -> Measurement:
     """The longest word, and the longest line, of a column."""
     texts = [_text(console, cell) for cell in (column.header, *column.cells)]
     ranges = [text.__rich_measure__(console, console.options) for text in texts]
-    longest, word = max(each.maximum for each in ranges), max(each.minimum for each in ranges)
+    indents = [len(text.plain) - len(text.plain.lstrip()) for text in texts]  # which Rich keeps with the first word
+    longest = max(each.maximum for each in ranges)
+    word = min(longest, max(each.minimum + indent for each, indent in zip(ranges, indents, strict=True)))
     if column.overflow == "fold":
         word = min(word, _FOLDED)
     return Measurement(longest if column.no_wrap else word, longest)
