@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from coverdrive.paths import PredictedPaths
 
 check_all_calls("coverdrive")
-for name, examples in {"fast": 25, "all": 100}.items():  # no deadline: a first call compiles
+for name, examples in {"fast": 25, "all": 60}.items():  # no deadline: a first call compiles
     settings.register_profile(
         name, deadline=None, derandomize=True, max_examples=examples, suppress_health_check=[HealthCheck.too_slow]
     )

@@ -51,7 +51,7 @@ def test_it_finds_the_probability(name: str):
 @pytest.mark.parametrize("name", [name for name in CASES if not name.endswith("1e-2")])
 def test_it_is_right_down_to_a_millionth(name: str):
     start, barrier, truth = CASES[name]
-    found = estimates(start, barrier, 16, 200)
+    found = estimates(start, barrier, 10, 200)
     assert apart(found, truth) < 3
     assert found.std(ddof=1) / np.sqrt(len(found)) < 0.35 * truth
 

@@ -33,7 +33,7 @@ from coverdrive.errors import CoverdriveError
 from coverdrive.recordings.read import read
 from coverdrive.recordings.recording import SCHEMA
 
-MUTATIONS = int(os.environ.get("COVERDRIVE_MUTATIONS", "2200"))
+MUTATIONS = int(os.environ.get("COVERDRIVE_MUTATIONS", "1600"))
 """Of all readers together, in the slow test"""
 
 LONGEST, MOST = 20.0, 2e9

@@ -65,11 +65,11 @@ def test_what_is_called_clear_touches_nothing() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("begin", [1000, 51_000])
+@pytest.mark.parametrize("begin", [1000, 26_000])
 def test_what_is_called_clear_touches_nothing_in_many_scenes(begin: int) -> None:
-    clear, touching = np.sum([clear_and_touching(begin + first, 500, 4) for first in range(0, 50_000, 500)], axis=0)
+    clear, touching = np.sum([clear_and_touching(begin + first, 500, 4) for first in range(0, 25_000, 500)], axis=0)
     assert touching == 0
-    assert clear > 25_000
+    assert clear > 12_500
 
 
 def test_samples_alone_would_miss_contacts() -> None:

@@ -222,16 +222,16 @@ def crowd(browser, address: str) -> Iterator:
     context.close()
 
 
-@pytest.mark.parametrize(("rate", "moment"), [("1", 50), ("4", LONG), ("0.25", 12.5)])
+@pytest.mark.parametrize(("rate", "moment"), [("1", 20), ("4", 80), ("0.25", 5)])
 def test_it_plays_in_real_time_with_light_frames(crowd, rate: str, moment: float) -> None:
     crowd.select_option("#rate", rate)
     crowd.click("#all")  # the most that there is to draw
     crowd.evaluate(COUNT)
     crowd.click("#play")
-    crowd.clock.run_for(5000)
+    crowd.clock.run_for(2000)
     assert abs(int(crowd.input_value("#scrub")) - moment) <= 1
     frames = crowd.evaluate("window.frames_drawn")
-    assert len(frames) >= 300  # 60 a second
+    assert len(frames) >= 120  # 60 a second
     assert 1500 < max(frames) <= MOST_OPERATIONS
 
 
@@ -239,8 +239,8 @@ def test_time_before_the_click_is_not_played(crowd) -> None:
     """The first frame may have begun before the click, if the page was busy."""
     crowd.evaluate("const now = performance.now(); performance.now = () => now + 2000")
     crowd.click("#play")
-    crowd.clock.run_for(5000)
-    assert abs(int(crowd.input_value("#scrub")) - 30) <= 1
+    crowd.clock.run_for(3000)
+    assert abs(int(crowd.input_value("#scrub")) - 10) <= 1
 
 
 def test_arrows_step(page) -> None:
