@@ -138,7 +138,7 @@ GOAL = r"(<goalState>.*?)"
 NAN = r"\1NaN"
 REFUSED: dict[str, tuple[Callable[[str], str], str]] = {
     "an obstacle at NaN": (edit(r"(<staticObstacle.*?<x>|<dynamicObstacle.*?<x>)[^<]*", NAN), "position of obstacle"),
-    "a negative length": (edit("<length>4.6", "<length>-4.6"), "commonroad-io cannot read it|length of obstacle"),
+    "a negative length": (edit("<length>4.6", "<length>-4.6"), "commonroad-io cannot read|length of obstacle"),
     "a length of NaN": (edit("<length>4.6", "<length>NaN"), "length of obstacle 100 is nan"),
     "no goal": (edit("<goalState>.*</goalState>", ""), "no goal|cannot read"),
     "a goal of NaN": (edit(GOAL + r"<intervalStart>0\.0", r"\1<intervalStart>NaN"), "velocity of its goal|cannot read"),
