@@ -161,16 +161,16 @@ def test_adapting(quick_predictor: Path, tmp_path: Path, monkeypatch: pytest.Mon
 
 @pytest.mark.slow
 def test_random_emergencies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Hardly any is hit that one of 40 fixed manoeuvres avoids, and by the hardest contact the mean is below theirs."""
-    result = ran("random_emergencies", tmp_path / "random.json", monkeypatch, "--scenes", "120")
-    assert result["scenes"] == 120 == len(result["drives"])
+    """Hardly any is hit that one of 40 fixed manoeuvres avoids, and on average none of them is needed."""
+    result = ran("random_emergencies", tmp_path / "random.json", monkeypatch, "--scenes", "300")
+    assert result["scenes"] == 300 == len(result["drives"])
     assert result["off the road"] == 0
-    assert result["hit though one of 40 avoids"] <= 3
+    assert result["hit though one of 40 avoids"] <= 6
     first, hardest = (result[f"by the {contact} contact"] for contact in ("first", "hardest"))
-    assert first["worse than full braking"] <= 3 and hardest["worse than full braking"] <= 2
-    assert first["worse than the best of 40"] <= 9 and hardest["worse than the best of 40"] <= 6
-    assert first["mean [m/s]"]["planner"] < first["mean [m/s]"]["full braking"] / 2
-    assert hardest["mean [m/s]"]["planner"] < hardest["mean [m/s]"]["best of 40"]
+    assert first["worse than full braking"] <= 6 and hardest["worse than full braking"] <= 3
+    assert first["worse than the best of 40"] <= 18 and hardest["worse than the best of 40"] <= 12
+    for mean in (first["mean [m/s]"], hardest["mean [m/s]"]):
+        assert mean["planner"] < mean["best of 40"] < mean["full braking"]
 
 
 def test_severity_is_that_of_bodies_in_the_map(monkeypatch: pytest.MonkeyPatch) -> None:

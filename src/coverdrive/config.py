@@ -111,8 +111,9 @@ class Experiment(Settings):
         Raises:
             SettingError: the file is missing, is not TOML, or holds an unknown key or a bad value.
         """
+        changes = named_in(path)
         try:
-            return (usual or Experiment()).updated(named_in(path))
+            return (usual or Experiment()).updated(changes)
         except SettingError as error:
             raise SettingError(f"{path}: {error}; the config.toml of any result shows all keys") from error
 

@@ -3,6 +3,8 @@
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from types import FrameType
+from typing import Any
 
 import polars as pl
 import pytest
@@ -10,6 +12,32 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent))
 
 from recordings_fakes import TEXT_COLUMNS, ngsim_table
+
+
+@pytest.fixture
+def lines_run() -> Callable[[Callable[[], object]], int]:
+    """A function that counts the lines of Python that a call runs, in whatever file: its time without a clock.
+
+    The call is made once before, as a first one may import and compile.
+    """
+
+    def count(call: Callable[[], object]) -> int:
+        call()
+        lines, before = 0, sys.gettrace()
+
+        def traced(_: FrameType, event: str, __: Any) -> Any:
+            nonlocal lines
+            lines += event == "line"
+            return traced
+
+        sys.settrace(traced)
+        try:
+            call()
+        finally:
+            sys.settrace(before)
+        return lines
+
+    return count
 
 
 @pytest.fixture

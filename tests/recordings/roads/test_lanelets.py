@@ -1,14 +1,12 @@
 """Which lanelets make the road, on small networks drawn along the x axis."""
 
-import sys
-from types import FrameType, SimpleNamespace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from coverdrive.errors import DataError
-from coverdrive.recordings.roads import lanelets
 from coverdrive.recordings.roads.drawn_road import DrawnLane
 from coverdrive.recordings.roads.lanelets import carriageways
 
@@ -90,26 +88,16 @@ def test_a_ring_is_a_chain():
     assert ends(next(carriageways(ring))[0]) == [[0, 0], [200, 0]]
 
 
-def test_many_in_a_chain_take_linear_time():
-    def events_of(count: int) -> int:
+def test_many_in_a_chain_take_linear_time(lines_run):
+    def lines_for(count: int) -> int:
         chain = [piece(k, 30 * k, 30 * k + 30, 0.0, successor=[k + 1]) for k in range(count)]
         chain[-1].successor.clear()
-        events: list[str] = []
+        found: list[list[DrawnLane]] = []
+        lines = lines_run(lambda: found.append(next(carriageways(chain))))
+        assert ends(found[0][0]) == [[0, 0], [30 * count, 0]]
+        return lines
 
-        def traced(frame: FrameType, event: str, _: Any) -> Any:
-            if frame.f_code.co_filename != lanelets.__file__:
-                return None
-            events.append(event)
-            return traced
-
-        before = sys.gettrace()
-        sys.settrace(traced)
-        lanes = next(carriageways(chain))
-        sys.settrace(before)
-        assert ends(lanes[0]) == [[0, 0], [30 * count, 0]]
-        return len(events)
-
-    assert events_of(500) < 6 * events_of(100)
+    assert lines_for(500) < 6 * lines_for(100)
 
 
 def test_more_lanelets_beside_one_another_than_any_road_has_are_refused():

@@ -175,8 +175,15 @@ def test_the_first_screen_has_the_verdict_and_the_road_at_its_worst_moment(opene
     assert page.inner_text("#read-worst") == worst.text
 
 
-def test_it_is_small(address: str) -> None:
+def test_it_is_small_and_ready_soon(page, address: str) -> None:
+    """By the processor time of the page, which takes half a second; other work on the machine does not count."""
     assert Path(url2pathname(urlparse(address).path)).stat().st_size < 1.5e6
+    browser = page.context.new_cdp_session(page)
+    browser.send("Performance.enable", {"timeDomain": "threadTicks"})
+    page.reload()
+    page.wait_for_selector("#player[data-loaded='0']")
+    measured = {each["name"]: each["value"] for each in browser.send("Performance.getMetrics")["metrics"]}
+    assert 0 < measured["TaskDuration"] < 5
 
 
 def test_space_plays_and_pauses(page) -> None:
