@@ -14,7 +14,7 @@ from coverdrive.planning.problem.obstacles import obstacles_of, reachable
 from coverdrive.planning.problem.road_table import table_of
 from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.planning.problem.vehicle import VehicleSettings, step
-from coverdrive.planning.solver.search import Wanted, hopeless
+from coverdrive.planning.solver.search import EVALUATE, Wanted, search
 from coverdrive.planning.surroundings import Surroundings
 from coverdrive.road import Road
 from coverdrive.road_ahead import STRAIGHT, RoadAhead
@@ -85,7 +85,9 @@ def evaluated(
     last, rest = np.zeros((len(nothing), nodes, 2)), np.zeros((constants.steps, 2))
     plans = empty_plans(len(inputs) + 1, nodes)
     plans.inputs[1:], plans.targets[1:] = inputs, target
-    hopeless(plans, Wanted(nothing, 0, nothing, last, rest, np.zeros(0)), surroundings, constants)
+    wanted = Wanted(nothing, 0, nothing, last, rest, np.zeros(0))
+    for i in range(1, len(plans.cost)):
+        search(EVALUATE, plans, wanted, surroundings, constants, i)
     return Plans(*(each[1:] for each in plans))
 
 

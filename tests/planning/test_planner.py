@@ -26,6 +26,7 @@ from coverdrive.planning.rules.follower import FollowerSettings, with_careful_fo
 from coverdrive.planning.rules.leaders import LeaderSettings
 from coverdrive.planning.rules.manners import NONE
 from coverdrive.planning.rules.wish import Wish
+from coverdrive.planning.solver.search import BEGIN, CHOOSE, EVALUATE, GO_ON, IF_ARRIVED, NOT_YET, NOTHING, search
 from coverdrive.reference_line import ReferenceLine
 from coverdrive.reporting.drives.active_constraints import clearances
 from coverdrive.road import Road
@@ -172,7 +173,9 @@ def test_follower_that_may_accelerate_does_not_push_the_car_into_others(straight
 
 
 def test_brakes_where_the_search_returns_no_numbers(straight_paths, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(planning, "choose", lambda *_: (-1, False))
+    monkeypatch.setattr(
+        planning, "search", lambda do, *args, **_: search(do, *args) if do == BEGIN else (NOTHING, False)
+    )
     plan = MpcPlanner().plan(np.array([0, 1.8, 20, 0.0]), straight_paths((12, 1.8, 0)), ROAD)
     assert plan.status is Status.UNSAFE
     assert plan.severity > 10
@@ -185,41 +188,48 @@ def test_nobody_looks_at_the_clock_unless_asked() -> None:
 
 def test_a_search_that_never_arrives_ends_with_the_time(straight_paths, monkeypatch: pytest.MonkeyPatch) -> None:
     """The clock is a made-up one: every look at it takes a millisecond."""
-    clock, calls, go_on = itertools.count(), [], planning.go_on
+    clock, calls = itertools.count(), []
     monkeypatch.setattr(planning.time, "perf_counter", lambda: next(clock) / 1000)
 
-    def endless(*args):
-        calls.append(args)
-        go_on(*args)
-        return False
+    def endless(do, *args, best):
+        calls.append(do)
+        chosen = search(do & ~IF_ARRIVED, *args, best=best)
+        assert (chosen[0] == NOT_YET) is (do & CHOOSE == 0)
+        return chosen
 
-    monkeypatch.setattr(planning, "go_on", endless)
+    monkeypatch.setattr(planning, "search", endless)
     plan = MpcPlanner(PlannerSettings(budget=0.0105, iterations=1000)).plan(
         np.array([0, 1.8, 20, 0.0]), straight_paths(), ROAD
     )
     assert plan.status is Status.SOLVED
-    assert len(calls) == 10
+    assert [bool(do & GO_ON) for do in calls] == [True] * 10 + [False]
 
 
 def test_no_iteration_and_no_second_search_begin_when_the_time_is_spent(
     straight_paths, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    calls, begin, go_on = [], planning.begin, planning.go_on
-    monkeypatch.setattr(planning, "begin", lambda *args: calls.append("begin") or begin(*args))
-    monkeypatch.setattr(planning, "go_on", lambda *args: calls.append("go on") or go_on(*args))
+    calls = []
+    monkeypatch.setattr(planning, "search", lambda do, *args, **best: calls.append(do) or search(do, *args, **best))
     paths = straight_paths((6, 5.4, 0), (0, 1.8, 20), (0, 9.0, 20), (-7, 5.4, 20))
     state = np.array([0, 5.4, 20, 0.0])
     MpcPlanner(PlannerSettings(budget=1e-9)).plan(state, paths, ROAD)
-    assert calls == ["begin"]
+    assert [do for do in calls if do != EVALUATE] == [BEGIN + CHOOSE]
+    calls.clear()
     MpcPlanner().plan(state, paths, ROAD)
-    assert calls[1:].count("begin") == 3 and "go on" in calls  # leaders that brake, the sets alone, a careful follower
+    begun = [do for do in calls if do & BEGIN]
+    assert len(begun) == 3 and all(do & GO_ON for do in begun)  # leaders that brake, the sets alone, a careful follower
 
 
 def test_the_more_paths_the_fewer_iterations_between_two_looks_at_the_clock(
     straight_paths, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     iterations = []
-    monkeypatch.setattr(planning, "go_on", lambda *args: iterations.append(args[2]) or True)
+
+    def at_once(do, *args, best):
+        iterations.append(args[-1])
+        return search(do | CHOOSE, *args, best=best)
+
+    monkeypatch.setattr(planning, "search", at_once)
     for count in (10, 249, 1500):  # and a leader that brakes
         paths = straight_paths(*[(20.0 + i / 100, 1.8, 18 + i / 1000) for i in range(count)])
         MpcPlanner(PlannerSettings(rear_last=False)).plan(np.array([0, 5.4, 20, 0.0]), paths, ROAD)
@@ -228,7 +238,12 @@ def test_the_more_paths_the_fewer_iterations_between_two_looks_at_the_clock(
 
 def test_a_search_has_no_more_iterations_than_are_set(straight_paths, monkeypatch: pytest.MonkeyPatch) -> None:
     iterations = []
-    monkeypatch.setattr(planning, "go_on", lambda *args: iterations.append(args[2]) and False)
+
+    def endless(do, *args, best):
+        iterations.append(args[-1])
+        return search(do & ~IF_ARRIVED, *args, best=best)
+
+    monkeypatch.setattr(planning, "search", endless)
     MpcPlanner(PlannerSettings(iterations=19)).plan(np.array([0, 5.4, 20, 0.0]), straight_paths(), ROAD)
     assert iterations == [8, 8, 3]
 
@@ -344,8 +359,8 @@ def test_both_branches_begin_with_the_inputs_that_are_driven(straight_paths) -> 
 def test_the_next_search_starts_from_the_last_plan_and_its_fail_safe_rest(
     straight_paths, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    wanted, begin = [], planning.begin
-    monkeypatch.setattr(planning, "begin", lambda plans, each, *rest: wanted.append(each) or begin(plans, each, *rest))
+    wanted = []
+    monkeypatch.setattr(planning, "search", lambda *args, **best: wanted.append(args[2]) or search(*args, **best))
     planner, state, paths = MpcPlanner(), np.array([0, 1.8, 20, 0.0]), straight_paths((40, 1.8, 15))
     planner.reset(PERIOD)
     first = planner.plan(state, paths, ROAD)

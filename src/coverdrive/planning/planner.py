@@ -28,16 +28,18 @@ from coverdrive.planning.rules.path_memory import PathMemory
 from coverdrive.planning.rules.target_lanes import TargetLanes, target_lanes
 from coverdrive.planning.rules.wish import NO_WISH, Wish
 from coverdrive.planning.solver.search import (
-    TOLERANCE,
+    BEGIN,
+    CHOOSE,
+    EVALUATE,
+    GIVE_UP,
+    GO_ON,
+    IF_ARRIVED,
+    NOT_YET,
     Wanted,
     accelerations_of,
-    begin,
-    choose,
-    go_on,
-    hopeless,
     is_compiled,
-    judge,
     room_for,
+    search,
 )
 from coverdrive.planning.surroundings import Surroundings, surroundings_of
 from coverdrive.progress import stage
@@ -50,8 +52,6 @@ _AT_ONCE, _PATHS_BETWEEN_LOOKS = 8, 1000
 """iterations of the search between two looks at the clock, and paths times iterations: fewer for over 125 paths"""
 _WISHED_LANE = 1e4
 """cost of every lane between the one aimed at and the nearest that is wished for: more than speed is worth"""
-_GIVING_UP = 2
-"""iterations after which a search ends that found nothing clear of braking leaders: what is found later is very rare"""
 
 
 class PlannerSettings(Settings):
@@ -288,7 +288,7 @@ class MpcPlanner:
 
     def _judged(self, call: Call, found: _Found, around: Surroundings) -> _Found:
         """What was found, by other surroundings."""
-        judge(found.plans, found.wanted, found.chosen, around, call.constants)
+        search(EVALUATE, found.plans, found.wanted, around, call.constants, found.chosen)
         return found._replace(around=around)
 
     def _spent(self, call: Call) -> bool:
@@ -313,16 +313,26 @@ class MpcPlanner:
             rest=memory.rest if memory else np.zeros((self.steps, 2)),
             accelerations=self._accelerations,
         )
-        around, plans = self._around(call, paths), room_for(wanted, constants)
-        begin(plans, wanted, around, constants)
-        if giving_up and not plans.clear.any() and not self._spent(call):
-            go_on(plans, wanted, _GIVING_UP, TOLERANCE, around, constants)
-            if hopeless(plans, wanted, around, constants):
-                return None
-        self._improve(call, plans, wanted, around)
-        best = wanted.last.copy()
-        chosen, optimised = choose(plans, wanted, around, constants, best)
+        around, plans, best = self._around(call, paths), room_for(wanted, constants), wanted.last.copy()
+        chosen, optimised = self._choose(call, plans, wanted, around, giving_up, best)
         return _Found(plans, wanted, chosen, optimised, best, around) if chosen >= 0 else None
+
+    def _choose(
+        self, call: Call, plans: Plans, wanted: Wanted, around: Surroundings, giving_up: bool,
+        best: Float[np.ndarray, "L N 2"],
+    ) -> tuple[int, bool]:  # fmt: skip
+        """Let the starts descend until the cheapest has arrived, or the time is spent, and choose."""
+        do, left, chosen, optimised = BEGIN + GIVE_UP * giving_up, self.settings.iterations, NOT_YET, False
+        at_once = min(_AT_ONCE, max(1, _PATHS_BETWEEN_LOOKS // max(1, around.boxes.shape[2])))
+        while chosen == NOT_YET:
+            if self._spent(call):
+                do, left = do & BEGIN, 0
+            now = min(at_once, left)
+            left -= now
+            do |= (GO_ON if now else 0) | (IF_ARRIVED if left else CHOOSE)
+            chosen, optimised = search(do, plans, wanted, around, call.constants, now, best=best)
+            do = 0
+        return chosen, optimised
 
     def _extra(self, wish: Wish, targets: TargetLanes, held: int) -> Float[np.ndarray, " L"]:
         """What each target lane costs besides its plan, given the lane that the last plan aimed at."""
@@ -338,15 +348,6 @@ class MpcPlanner:
             ]
         )
 
-    def _improve(self, call: Call, plans: Plans, wanted: Wanted, around: Surroundings) -> None:
-        """Let the starts descend until the cheapest has arrived, or the time is spent."""
-        left = self.settings.iterations
-        at_once = min(_AT_ONCE, max(1, _PATHS_BETWEEN_LOOKS // max(1, around.boxes.shape[2])))
-        while left > 0 and not self._spent(call):
-            if go_on(plans, wanted, min(at_once, left), TOLERANCE, around, call.constants):
-                break
-            left -= at_once
-
     def _braking(self, call: Call, paths: PredictedPaths, own: TargetLanes) -> _Found:
         """Full braking in the own lane."""
         around, constants = self._around(call, paths), call.constants
@@ -359,7 +360,7 @@ class MpcPlanner:
             accelerations=-np.array([self.settings.problem.vehicle.max_deceleration]),
         )
         plans = room_for(wanted, constants)
-        begin(plans, wanted, around, constants)
+        search(BEGIN, plans, wanted, around, constants)
         return _Found(plans, wanted, 0, False, plans.inputs[:1], around)
 
     def _around(self, call: Call, paths: PredictedPaths) -> Surroundings:

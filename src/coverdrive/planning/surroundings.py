@@ -10,10 +10,10 @@ from jaxtyping import Float
 
 from coverdrive.compiled import lent
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.problem.obstacles import boxes_and_likeliest, reachable, with_share_of_tube
+from coverdrive.planning.problem.obstacles import boxes_and_likeliest, reachable, shrink_tubes
 from coverdrive.planning.problem.road_table import RoadTable, on_road
 from coverdrive.planning.problem.settings import ProblemSettings
-from coverdrive.planning.rules.manners import NONE, MannersSettings, wished_boxes
+from coverdrive.planning.rules.manners import NONE, MannersSettings, widen, wished
 from coverdrive.road_ahead import RoadAhead
 
 
@@ -32,7 +32,7 @@ class Surroundings(NamedTuple):
     boxes: Float[np.ndarray, "7 P n"]
     """`coverdrive.planning.problem.obstacles.obstacles_of` every member, those apart that the ego cannot come near"""
     likely: Float[np.ndarray, "7 P m"]
-    """the same of what is likely, and the boxes of `coverdrive.planning.rules.manners.wished_boxes`"""
+    """the same of what is likely, and the boxes of `coverdrive.planning.rules.manners.widen`"""
     sideways: float = np.inf
     """[m/s] across the road that the drive branch is not to exceed"""
 
@@ -47,14 +47,17 @@ def surroundings_of(
     every, likeliest = boxes_and_likeliest(paths, shape)
     near = reachable(state, every, problem.dt, table.reaching, shape)
     every[0] -= lon
-    likely = with_share_of_tube(every.compress(near & likeliest, axis=2), problem.branches.tube)
-    others = with_share_of_tube(every.compress(likeliest & (paths.vehicle >= 0), axis=2), problem.branches.tube)
+    apart = likeliest & (paths.vehicle >= 0) & wished(every, state, problem.vehicle.width, manners)
+    which, asked = (near & likeliest).nonzero()[0], apart.nonzero()[0]
+    likely = every.take(np.concatenate([which, asked]), axis=2)
+    shrink_tubes(likely, problem.branches.tube)
+    widen(likely, len(which), float(state[2]), problem, manners)
     return Surroundings(
         state=np.array([0.0, *state[1:]]),
         previous_input=np.array(applied),
         road=table.ahead(lon),
         wanted=table.wanted_from(lon, float(state[2]), problem, speed, braking),
         boxes=every.compress(near, axis=2),
-        likely=np.concatenate([likely, wished_boxes(others, state, problem, manners)], axis=2),
+        likely=likely,
         sideways=manners.fastest_sideways,
     )

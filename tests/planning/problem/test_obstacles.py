@@ -19,7 +19,7 @@ from coverdrive.planning.problem.obstacles import (
     own_half_sizes,
     reachable,
     reachable_range,
-    with_share_of_tube,
+    shrink_tubes,
 )
 from coverdrive.planning.problem.road_table import table_of
 from coverdrive.planning.problem.settings import ProblemSettings
@@ -183,7 +183,8 @@ def test_what_is_likely_is_the_likeliest_path_of_every_vehicle_in_a_part_of_its_
     np.testing.assert_array_equal(likeliest, [False, True, True])
     likeliest = boxes_and_likeliest(replace(paths, weight=None), ObstacleSettings())[1]
     np.testing.assert_array_equal(likeliest, [True, True, False])
-    likely = with_share_of_tube(boxes, 0.5)
+    likely = boxes.copy()
+    shrink_tubes(likely, 0.5)
     np.testing.assert_array_equal(likely[[0, 1, 4, 5]], boxes[[0, 1, 4, 5]])
     np.testing.assert_allclose(likely[2:4, 0], boxes[2:4, 0])
     np.testing.assert_allclose(likely[2:4, 1:], boxes[2:4, 1:] - 0.5)

@@ -10,6 +10,7 @@ from coverdrive.plan import Plan, Status
 from coverdrive.planning import planner as planning
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.planning.rules.leaders import LeaderSettings, braking, leaders_of
+from coverdrive.planning.solver.search import NOTHING
 from coverdrive.road import Road
 
 STATE = np.array([0.0, 5.4, 30.0, 0.0])
@@ -139,11 +140,16 @@ def test_who_cannot_keep_clear_of_it_plans_for_the_sets_alone(straight_paths, bu
 
 
 def test_a_search_that_finds_nothing_clear_of_them_soon_ends(straight_paths, monkeypatch: pytest.MonkeyPatch) -> None:
-    iterations, go_on = [], planning.go_on
-    monkeypatch.setattr(planning, "go_on", lambda *args: iterations.append(args[2]) or go_on(*args))
+    results, search = [], planning.search
+
+    def searched(*args, **best):
+        results.append(search(*args, **best))
+        return results[-1]
+
+    monkeypatch.setattr(planning, "search", searched)
     road, counts = Road.straight(lanes=1), []
     for ahead in (11.5, 24.0):
         assert planned(straight_paths((ahead, 1.8, 22.0)), road, 4.0).slack.max() == 0
-        counts.append(iterations.count(2))
-        iterations.clear()
+        counts.append(results.count((NOTHING, True)))
+        results.clear()
     assert counts == [2, 1]  # that of the reset is one of them

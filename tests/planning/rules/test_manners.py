@@ -9,7 +9,7 @@ from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.planning.problem.obstacles import obstacles_of
 from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.planning.problem.vehicle import step
-from coverdrive.planning.rules.manners import NONE, MannersSettings, wished_boxes
+from coverdrive.planning.rules.manners import NONE, MannersSettings, widen, wished
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 
@@ -22,7 +22,9 @@ FEW = MannersSettings(headway=0.0, beside=0.0, time_to_collision=0.0)
 
 def boxes_for(straight_paths, manners: MannersSettings, *cars: tuple[float, float, float]) -> np.ndarray:
     likely = obstacles_of(straight_paths(*cars), PROBLEM.obstacles)
-    return wished_boxes(likely, STATE, PROBLEM, manners)
+    boxes = likely.compress(wished(likely, STATE, PROBLEM.vehicle.width, manners), axis=2)
+    widen(boxes, 0, STATE[2], PROBLEM, manners)
+    return boxes
 
 
 def test_a_wished_box_reaches_as_far_as_the_headway(straight_paths) -> None:

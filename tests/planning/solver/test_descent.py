@@ -6,7 +6,7 @@ from planning_scenes import CONSTANTS, STEPS
 
 from coverdrive.planning.check.evaluate import empty_plans
 from coverdrive.planning.check.merit import input_bounds, merit
-from coverdrive.planning.solver.search import Wanted, go_on
+from coverdrive.planning.solver.search import GO_ON, Wanted, search
 from coverdrive.planning.surroundings import Surroundings
 
 
@@ -21,7 +21,7 @@ def descended(
     wanted = Wanted(lanes, 0, np.zeros(max(1, len(lanes))), np.zeros((len(lanes), *starts.shape[1:])),
                     np.zeros((STEPS, 2)), np.zeros(0))  # fmt: skip
     plans.inputs[1:], plans.targets[1:], plans.clear[0] = starts, targets, True
-    arrived = go_on(plans, wanted, iterations, tolerance, around, CONSTANTS)
+    arrived = search(GO_ON, plans, wanted, around, CONSTANTS, iterations, tolerance)[1]
     ends = plans.inputs[1:]
     pairs = zip(ends, targets, strict=True)
     return ends, np.array([merit(end, target, around, CONSTANTS).value for end, target in pairs]), arrived

@@ -21,7 +21,16 @@ from planning_scenes import (
 import coverdrive.planning.solver.search as search
 from coverdrive.planning.check.evaluate import Plans, drive_step, empty_plans
 from coverdrive.planning.check.merit import merit
-from coverdrive.planning.solver.search import Wanted, accelerations_of, begin, choose, go_on, lane_seeking, room_for
+from coverdrive.planning.solver.search import (
+    BEGIN,
+    CHOOSE,
+    EVALUATE,
+    GO_ON,
+    Wanted,
+    accelerations_of,
+    lane_seeking,
+    room_for,
+)
 from coverdrive.planning.surroundings import Surroundings
 
 NODES = len(CONSTANTS.tree.parent)
@@ -41,10 +50,8 @@ def wanted_of(lanes: list[float], last: np.ndarray | None = None, rest: np.ndarr
 
 def searched(wanted: Wanted, surroundings: Surroundings, iterations: int = 24) -> tuple[Plans, int, bool, np.ndarray]:
     plans, best = room_for(wanted, CONSTANTS), wanted.last.copy()
-    begin(plans, wanted, surroundings, CONSTANTS)
-    if iterations:
-        go_on(plans, wanted, iterations, 1e-3, surroundings, CONSTANTS)
-    return plans, *choose(plans, wanted, surroundings, CONSTANTS, best), best
+    do = BEGIN + (GO_ON if iterations else 0) + CHOOSE
+    return plans, *search.search(do, plans, wanted, surroundings, CONSTANTS, iterations, best=best), best
 
 
 def test_guesses_brake_keep_the_speed_and_accelerate() -> None:
@@ -71,7 +78,7 @@ def test_a_search_starts_from_the_last_plan_and_from_the_cheapest_manoeuvre(stra
     last[2, :, 1] = 0.3  # off the road
     wanted, tree = wanted_of([5.4, 1.8, 9.0], last=last), CONSTANTS.tree
     plans, tried, first = room_for(wanted, CONSTANTS), len(wanted.accelerations), wanted.guesses
-    begin(plans, wanted, surroundings, CONSTANTS)
+    search.search(BEGIN, plans, wanted, surroundings, CONSTANTS)
     np.testing.assert_array_equal(plans.inputs[first], last[0])
     np.testing.assert_array_equal(plans.lane[first : first + 4], [0, 1, 2, 0])
     safest = np.flatnonzero(plans.clear[:first])[np.argmin(plans.cost[:first][plans.clear[:first]])]
@@ -250,9 +257,10 @@ def test_where_nothing_is_clear_the_descent_ends_soon(straight_paths) -> None:
         ends, unclear = [], []
         for iterations in (search._HOPELESS, 24):
             plans = room_for(wanted, CONSTANTS)
-            begin(plans, wanted, surroundings, CONSTANTS)
-            go_on(plans, wanted, iterations, 1e-9, surroundings, CONSTANTS)
-            unclear.append(search.hopeless(plans, wanted, surroundings, CONSTANTS))
+            search.search(BEGIN + GO_ON, plans, wanted, surroundings, CONSTANTS, iterations, 1e-9)
+            for i in range(wanted.guesses, wanted.guesses + 4):
+                search.search(EVALUATE, plans, wanted, surroundings, CONSTANTS, i)
+            unclear.append(not plans.clear.any())
             ends.append(plans.inputs)
         if unclear[0]:
             hopeless += 1

@@ -132,17 +132,33 @@ def boxes_and_likeliest(
     paths: PredictedPaths, settings: ObstacleSettings
 ) -> tuple[Float[np.ndarray, "7 P n"], Bool[np.ndarray, " n"]]:
     """`obstacles_of` paths, and which of them are the likeliest of their vehicles."""
-    boxes = np.empty((7, paths.points.shape[1], len(paths)))
-    boxes[:2], boxes[2:4], boxes[4], boxes[5] = paths.points.T, paths.half_sizes.T, FAR, 0.0
-    if settings.terminal_braking:
-        before, last = (boxes[0, -2:] - boxes[0, -3:-1]) / paths.dt
-        fall = np.maximum(0.0, before - last)
-        boxes[4, -1], boxes[5, -1] = np.maximum(0.0, last - fall / 2), fall / paths.dt
-    likelihood, likeliest = np.empty(len(paths)), np.zeros(len(paths), dtype=bool)
-    weight = np.ones(len(paths)) if paths.weight is None else np.maximum(paths.weight, TINY)
-    _compare(paths.vehicle, weight, likelihood, likeliest)
-    boxes[6] = likelihood
+    boxes, likeliest = np.empty((7, paths.points.shape[1], len(paths))), np.zeros(len(paths), dtype=bool)
+    weight = np.ones(len(paths)) if paths.weight is None else paths.weight
+    points, half_sizes = (np.ascontiguousarray(each) for each in (paths.points, paths.half_sizes))
+    braking = settings.terminal_braking
+    _write_boxes(points, half_sizes, paths.vehicle, weight, paths.dt, braking, boxes, likeliest)
     return boxes, likeliest
+
+
+@compiled
+def _write_boxes(
+    points: Float[np.ndarray, "n P 2"], half_sizes: Float[np.ndarray, "n P 2"], vehicle: Int[np.ndarray, " n"],
+    weight: Float[np.ndarray, " n"], dt: float, braking: bool, boxes: Float[np.ndarray, "7 P n"],
+    likeliest: Bool[np.ndarray, " n"],
+) -> None:  # fmt: skip
+    """Write what `boxes_and_likeliest` returns, from paths whose ends leave the way to brake if ``braking``."""
+    last, likelihood = boxes.shape[1] - 1, np.empty(len(vehicle))
+    _compare(vehicle, weight, likelihood, likeliest)
+    for i in range(len(vehicle)):
+        for k in range(last + 1):
+            for axis in range(2):
+                boxes[axis, k, i], boxes[2 + axis, k, i] = points[i, k, axis], half_sizes[i, k, axis]
+            boxes[4, k, i], boxes[5, k, i], boxes[6, k, i] = FAR, 0.0, likelihood[i]
+        if braking:
+            before = (points[i, last - 1, 0] - points[i, max(last - 2, 0), 0]) / dt
+            speed = (points[i, last, 0] - points[i, last - 1, 0]) / dt
+            fall = max(0.0, before - speed)
+            boxes[4, last, i], boxes[5, last, i] = max(0.0, speed - fall / 2), fall / dt
 
 
 @compiled
@@ -154,26 +170,24 @@ def _compare(
     count, best, total = 0, np.empty(len(vehicle), np.int64), np.empty(len(vehicle))  # of each vehicle
     group = np.empty(len(vehicle), np.int64)
     for i in range(len(vehicle)):
-        g = 0
+        own, g = max(weight[i], TINY), 0
         while g < count and vehicle[best[g]] != vehicle[i]:
             g += 1
         if g == count:
             count, best[g], total[g] = count + 1, i, 0.0
-        elif weight[i] > weight[best[g]]:
+        elif own > max(weight[best[g]], TINY):
             best[g] = i
         group[i] = g
-        total[g] += weight[i]
+        total[g] += own
     for i in range(len(vehicle)):
-        likelihood[i], likeliest[i] = weight[i] / total[group[i]], best[group[i]] == i
+        likelihood[i], likeliest[i] = max(weight[i], TINY) / total[group[i]], best[group[i]] == i
 
 
-def with_share_of_tube(boxes: Float[np.ndarray, "7 P n"], share: float) -> Float[np.ndarray, "7 P n"]:
-    """Boxes that grow from now on by a share of what these do, and are all that is to be kept clear of."""
-    boxes = boxes.copy()
+def shrink_tubes(boxes: Float[np.ndarray, "7 P n"], share: float) -> None:
+    """Let boxes grow from now on by a share of what they do, and be all that is to be kept clear of."""
     now = boxes[2:4, :1]
     boxes[2:4] = now + share * (boxes[2:4] - now)
     boxes[6] = 1.0
-    return boxes
 
 
 def reachable(

@@ -77,17 +77,44 @@ def leaders_of(state: Float[np.ndarray, " 4"], half_length: float, paths: Predic
         paths: predicted paths; all of a vehicle begin at the same point and speed.
         road: its lanes.
     """
-    now, end, nearest, first = paths.points[:, 0], paths.points[:, -1], *np.full((2, road.lanes), -1)
+    now, end, lanes = paths.points[:, 0], paths.points[:, -1], road.lanes
     begun, there = road.lane_at(now[:, 0], now[:, 1]), road.lane_at(end[:, 0], end[:, 1])
-    _mark_nearest(paths.points, begun, float(state[0]), nearest, False)
-    moving = np.abs(paths.points[:, 1, 1] - now[:, 1]) > _ON_THE_WAY * paths.dt
-    _mark_nearest(paths.points, np.where(moving & (there != begun), there, -1), float(state[0]), first, True)
-    lane = (nearest >= 0).nonzero()[0]
-    path = nearest[lane]
-    lon, then = paths.points[path, :2, 0].T
-    speed = np.maximum(0.0, then - lon) / paths.dt
-    gap = lon - paths.half_sizes[path, 0, 0] - state[0] - half_length
-    return Leaders(lane, path, gap, speed, first[first >= 0])
+    (lane, path, entering), (gap, speed) = np.empty((3, lanes), dtype=np.int64), np.empty((2, lanes))
+    leading, coming = _write_leaders(
+        paths.points, paths.half_sizes, begun, there, float(state[0]), half_length, paths.dt,
+        lane, path, gap, speed, entering,
+    )  # fmt: skip
+    return Leaders(lane[:leading], path[:leading], gap[:leading], speed[:leading], entering[:coming])
+
+
+@compiled
+def _write_leaders(
+    points: Float[np.ndarray, "S P 2"], half_sizes: Float[np.ndarray, "S P 2"], begun: Int[np.ndarray, " S"],
+    there: Int[np.ndarray, " S"], lon: float, half_length: float, dt: float, lane: Int[np.ndarray, " L"],
+    path: Int[np.ndarray, " L"], gap: Float[np.ndarray, " L"], speed: Float[np.ndarray, " L"],
+    entering: Int[np.ndarray, " L"],
+) -> tuple[int, int]:  # fmt: skip
+    """Write the leaders of an ego at a position [m], given in which lanes paths begin and end; returns how many lead,
+    and how many are entering.
+    """
+    lanes, to, leading, coming = len(lane), there.copy(), 0, 0
+    for i in range(len(points)):
+        if there[i] == begun[i] or not abs(points[i, 1, 1] - points[i, 0, 1]) > _ON_THE_WAY * dt:
+            to[i] = -1
+    nearest, first = np.full(lanes, -1), np.full(lanes, -1)
+    _mark_nearest(points, begun, lon, nearest, False)
+    _mark_nearest(points, to, lon, first, True)
+    for each in range(lanes):
+        i = nearest[each]
+        if i >= 0:
+            lane[leading], path[leading], begins = each, i, points[i, 0, 0]
+            gap[leading] = begins - half_sizes[i, 0, 0] - lon - half_length
+            speed[leading] = max(0.0, points[i, 1, 0] - begins) / dt
+            leading += 1
+        if first[each] >= 0:
+            entering[coming] = first[each]
+            coming += 1
+    return leading, coming
 
 
 @compiled

@@ -11,7 +11,7 @@ that would be hurried; so sideways, along the drive branch, the ego is not to be
 from typing import Literal
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from pydantic import Field
 
 from coverdrive.compiled import compiled
@@ -51,27 +51,32 @@ NONE = MannersSettings(like="paper")
 """nothing is wished for"""
 
 
-def wished_boxes(
-    likely: Float[np.ndarray, "7 P m"], state: Float[np.ndarray, " 4"], problem: ProblemSettings,
-    manners: MannersSettings,
-) -> Float[np.ndarray, "7 P w"]:  # fmt: skip
-    """The boxes that the ego is not to be in.
+def wished(
+    boxes: Float[np.ndarray, "7 P n"], state: Float[np.ndarray, " 4"], width: float, manners: MannersSettings
+) -> Bool[np.ndarray, " n"]:
+    """Of which vehicles the ego is to keep a distance: of nobody, or of all but the one behind in its way.
 
     Args:
-        likely: where vehicles are likely to be, lon from that of the ego.
+        boxes: where vehicles are likely to be, lon from that of the ego.
         state: of the ego.
-        problem: whose slack weights count, of which the last row says the share that being in a box costs.
+        width: [m] of the ego.
         manners: what is wished for.
     """
     if manners.like == "paper":
-        return likely[:, :, :0]
-    across = likely[3, 0] + problem.vehicle.width / 2
-    follower = (likely[0, 0] < 0) & (np.abs(likely[1, 0] - state[1]) < across)
-    boxes, slack = likely.compress(~follower, axis=2), problem.cost.slack_weights(problem.steps)
-    share = np.divide(_WEIGHT, slack, out=np.zeros_like(slack), where=slack > 0)
+        return np.zeros(boxes.shape[2], dtype=bool)
+    return (boxes[0, 0] >= 0) | (np.abs(boxes[1, 0] - state[1]) >= boxes[3, 0] + width / 2)
+
+
+def widen(
+    boxes: Float[np.ndarray, "7 P n"], first: int, speed: float, problem: ProblemSettings, manners: MannersSettings
+) -> None:
+    """Let boxes, from the first of these on, become those that an ego of a speed [m/s] is not to be in.
+
+    Of the problem the slack weights count, of which the last row says the share that being in a box costs.
+    """
+    slack = problem.cost.slack_weights(problem.steps)
     headway = -1.0 if manners.like == "regulation" else manners.headway
-    _widen(boxes, float(state[2]), share, headway, manners.time_to_collision, manners.beside, problem.dt)
-    return boxes
+    _widen(boxes, first, speed, slack, headway, manners.time_to_collision, manners.beside, problem.dt)
 
 
 @compiled
@@ -82,12 +87,12 @@ def _headway(asked: float, speed: float) -> float:
 
 @compiled
 def _widen(
-    boxes: Float[np.ndarray, "7 P w"], own: float, share: Float[np.ndarray, " K"], headway: float,
+    boxes: Float[np.ndarray, "7 P n"], begin: int, own: float, slack: Float[np.ndarray, " K"], headway: float,
     time_to_collision: float, beside: float, dt: float,
 ) -> None:  # fmt: skip
     """Let boxes reach as far as is wished for at an own speed [m/s]."""
     moments = boxes.shape[1]
-    for i in range(boxes.shape[2]):
+    for i in range(begin, boxes.shape[2]):
         for k in range(moments):
             first, last = max(k - 1, 0), min(k + 1, moments - 1)
             speed = max((boxes[0, last, i] - boxes[0, first, i]) / (dt * (last - first)), 0.0)
@@ -96,4 +101,4 @@ def _widen(
             boxes[3, k, i] += beside
             boxes[4, k, i], boxes[5, k, i] = FAR, 0.0
             if k > 0:
-                boxes[6, k, i] = share[k - 1]
+                boxes[6, k, i] = _WEIGHT / slack[k - 1] if slack[k - 1] > 0 else 0.0

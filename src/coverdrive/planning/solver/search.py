@@ -57,8 +57,10 @@ _HOPELESS = 2
 """iterations after which the descent ends where nothing is clear: what is clear is so by then, but for very few"""
 _HALVINGS = 4
 """of the way from a clear plan to one that is not"""
-_BEGIN, _GO_ON, _HOPELESS_YET, _CHOOSE, _JUDGE = range(5)
+BEGIN, GIVE_UP, GO_ON, IF_ARRIVED, CHOOSE, EVALUATE = 1, 2, 4, 8, 16, 32
 """parts of a search"""
+NOTHING, NOT_YET = -1, -2
+"""no plan"""
 _EVASIONS = len(_HARD) * (_PLACES + 1)
 _LANE_TIME = 0.8
 """[s] in which a lane-seeking car would be back on the centre of its lane"""
@@ -102,49 +104,31 @@ def room_for(wanted: Wanted, constants: Constants) -> Plans:
     return empty_plans(wanted.guesses + 1 + len(wanted.lanes) + _EVASIONS, len(constants.tree.parent))
 
 
-def begin(plans: Plans, wanted: Wanted, around: Surroundings, constants: Constants) -> None:
-    """Write the guesses with all that follows from them, and write the starts."""
-    _search(_BEGIN, plans, wanted, 0, 0.0, around, constants, wanted.last)
-
-
-def go_on(
-    plans: Plans, wanted: Wanted, iterations: int, tolerance: float, around: Surroundings, constants: Constants
-) -> bool:
-    """Let the starts descend by so many steps at the most; returns whether that is all: whether the last step of the
-    cheapest has lowered the merit by a smaller share than the tolerance, or nothing is clear after the first steps.
-    """
-    return _search(_GO_ON, plans, wanted, iterations, tolerance, around, constants, wanted.last)[1]
-
-
-def hopeless(plans: Plans, wanted: Wanted, around: Surroundings, constants: Constants) -> bool:
-    """Whether neither a guess is clear nor what the starts have become."""
-    return _search(_HOPELESS_YET, plans, wanted, 0, 0.0, around, constants, wanted.last)[1]
-
-
-def choose(
-    plans: Plans, wanted: Wanted, around: Surroundings, constants: Constants, best: Float[np.ndarray, "L N 2"]
-) -> tuple[int, bool]:
-    """Evaluate what the starts have become, and choose.
+def search(
+    do: int, plans: Plans, wanted: Wanted, around: Surroundings, constants: Constants, number: int = 0,
+    tolerance: float = TOLERANCE, best: Float[np.ndarray, "L N 2"] | None = None,
+) -> tuple[int, bool]:  # fmt: skip
+    """Do some parts of a search, one after the other: a call takes some hundredths of a millisecond, whatever it does.
 
     Args:
-        plans: the guesses evaluated.
+        do: sum of the parts: `BEGIN` writes the guesses with all that follows from them, and writes the starts;
+            `GIVE_UP` ends the search where nothing is clear soon; `GO_ON` lets the starts descend; `CHOOSE` evaluates
+            what they have become, and chooses, `IF_ARRIVED` only if the descent is at its end; `EVALUATE` does so with
+            one plan, as `coverdrive.planning.check.evaluate.evaluate`, by what may be other surroundings.
+        plans: room for them, or what parts before have made of it.
         wanted: target lanes.
         around: what the plans are made for.
         constants: of the problem.
+        number: of steps that the starts descend by at the most; or index of the plan to evaluate.
+        tolerance: the descent ends if the last step of the cheapest lowers the merit by a smaller share, or if nothing
+            is clear after the first steps.
         best: where the inputs of the best plan to each target lane are written.
 
     Returns:
-        The index of the chosen plan, −1 if none has a cost, and whether it comes out of the descent and keeps to the
-        jerk limit.
+        The index of the chosen plan, `NOTHING` if none has a cost or the search was given up, `NOT_YET` if none was to
+        be chosen; and whether it comes out of the descent and keeps to the jerk limit, or the descent has ended.
     """
-    return _search(_CHOOSE, plans, wanted, 0, 0.0, around, constants, best)
-
-
-def judge(plans: Plans, wanted: Wanted, i: int, around: Surroundings, constants: Constants) -> None:
-    """Evaluate a plan of a search, as `coverdrive.planning.check.evaluate.evaluate`, by what may be other
-    surroundings.
-    """
-    _search(_JUDGE, plans, wanted, i, 0.0, around, constants, wanted.last)
+    return _search(do, plans, wanted, number, tolerance, around, constants, wanted.last if best is None else best)
 
 
 def is_compiled() -> bool:
@@ -154,27 +138,29 @@ def is_compiled() -> bool:
 
 @compiled
 def _search(
-    part: int, plans: Plans, wanted: Wanted, number: int, tolerance: float, around: Surroundings, constants: Constants,
+    do: int, plans: Plans, wanted: Wanted, number: int, tolerance: float, around: Surroundings, constants: Constants,
     best: Float[np.ndarray, "L N 2"],
 ) -> tuple[int, bool]:  # fmt: skip
     """All parts of a search: machine code of whatever Python calls comprises all that is called from there."""
-    chosen, whether = -1, False
-    if part == _BEGIN:
-        _begin(plans, wanted, around, constants)
-    elif part == _GO_ON:
-        whether = _go_on(plans, wanted, number, tolerance, around, constants)
-    elif part == _HOPELESS_YET:
-        whether = _hopeless(plans, wanted, around, constants)
-    elif part == _CHOOSE:
-        chosen, whether = _choose(plans, wanted, around, constants, best)
-    else:
+    ended = False
+    if do & EVALUATE:
         evaluate(plans, number, number + 1, around, constants)
-    return chosen, whether
+    if do & BEGIN:
+        _begin(plans, wanted, around, constants)
+    if do & GIVE_UP and not plans.clear[: len(wanted.lanes) * len(wanted.accelerations) + 1].any():
+        _descended(plans, wanted, _HOPELESS, tolerance, around, constants)
+        if _hopeless(plans, wanted, around, constants):
+            return NOTHING, True
+    if do & GO_ON:
+        ended = _go_on(plans, wanted, number, tolerance, around, constants)
+    if do & CHOOSE or (do & IF_ARRIVED and ended):
+        return _choose(plans, wanted, around, constants, best)
+    return NOT_YET, ended
 
 
 @compiled
 def _begin(plans: Plans, wanted: Wanted, around: Surroundings, constants: Constants) -> None:
-    """See `begin`."""
+    """Write the guesses with all that follows from them, and write the starts."""
     tree, lanes, tried = constants.tree, wanted.lanes, len(wanted.accelerations)
     guesses = len(lanes) * tried
     for i in range(guesses):
@@ -229,7 +215,9 @@ def _cheapest(driving: Float[np.ndarray, " m"], first: int, seen: Bool[np.ndarra
 def _go_on(
     plans: Plans, wanted: Wanted, iterations: int, tolerance: float, around: Surroundings, constants: Constants
 ) -> bool:
-    """See `go_on`."""
+    """Let the starts descend by so many steps at the most; returns whether that is all: whether the cheapest has
+    arrived, or nothing is clear after the first steps.
+    """
     first = len(wanted.lanes) * len(wanted.accelerations) + 1
     if plans.clear[:first].any():
         return _descended(plans, wanted, iterations, tolerance, around, constants)
@@ -257,7 +245,7 @@ def _descended(
 
 @compiled
 def _hopeless(plans: Plans, wanted: Wanted, around: Surroundings, constants: Constants) -> bool:
-    """See `hopeless`."""
+    """Whether neither a guess is clear nor what the starts have become."""
     first = len(wanted.lanes) * len(wanted.accelerations) + 1
     last = first + 1 + len(wanted.lanes)
     evaluate(plans, first, last, around, constants)
@@ -268,7 +256,7 @@ def _hopeless(plans: Plans, wanted: Wanted, around: Surroundings, constants: Con
 def _choose(
     plans: Plans, wanted: Wanted, around: Surroundings, constants: Constants, best: Float[np.ndarray, "L N 2"]
 ) -> tuple[int, bool]:
-    """See `choose`."""
+    """Evaluate what the starts have become, and choose."""
     first, lanes = len(wanted.lanes) * len(wanted.accelerations) + 1, len(wanted.lanes)
     last = first + 1 + lanes
     evaluate(plans, first, last, around, constants)

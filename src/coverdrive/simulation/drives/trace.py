@@ -5,6 +5,7 @@ n steps, m = n + 1 moments, A vehicle slots (the ego's is 0). Step k leads from 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import jax
@@ -78,7 +79,7 @@ class Trace:
         """Number of steps n."""
         return len(self.plans)
 
-    @property
+    @cached_property
     def all_paths(self) -> tuple[Int[np.ndarray, " S"], PredictedPaths]:
         """The paths of all steps behind one another, and the step at whose start each of them was predicted."""
         counts, ellipses = [len(each) for each in self.paths], None
