@@ -2,8 +2,7 @@
 
 Bytes are damaged, or what the grammar of the file knows (`mutations`). What is read is as fast as the traffic that was
 written, so that no other unit, rate or direction was taken for it; nothing takes long, or much memory.
-`COVERDRIVE_MUTATIONS=20000 pytest -m slow tests/recordings/test_fuzz.py` tries that many, evenly over all readers; it
-takes about 10 min.
+The slow test tries 20,000, evenly over all readers, which takes about 10 min, or as many as `COVERDRIVE_MUTATIONS` says.
 """
 
 import io
@@ -33,7 +32,7 @@ from coverdrive.errors import CoverdriveError
 from coverdrive.recordings.read import read
 from coverdrive.recordings.recording import SCHEMA
 
-MUTATIONS = int(os.environ.get("COVERDRIVE_MUTATIONS", "1600"))
+MUTATIONS = int(os.environ.get("COVERDRIVE_MUTATIONS", "20000"))
 """Of all readers together, in the slow test"""
 
 LONGEST, MOST = 20.0, 2e9
