@@ -15,7 +15,15 @@ from jaxtyping import Float, Num
 
 from coverdrive.errors import RecordingError
 from coverdrive.recordings.files.boundary import naming
-from coverdrive.recordings.files.columns import LENGTH, WIDTH, check_whole, plausible_sizes, time_step
+from coverdrive.recordings.files.columns import (
+    LENGTH,
+    MOST_UNEVEN,
+    WIDTH,
+    check_even,
+    check_whole,
+    plausible_sizes,
+    time_step,
+)
 from coverdrive.recordings.files.delimited import ROW
 from coverdrive.recordings.files.lanelet2 import Origin, read_lanelet2
 from coverdrive.recordings.roads.carriageway import Line, centred, check_apart, line_along, split_directions
@@ -49,9 +57,6 @@ SHORTEST_WAY, MOST_TURNED = 1.0, 30.0
 
 ORDERED = 0.8
 """Correlation with positions across the road above which numbers of lanes grow in one direction"""
-
-MOST_UNEVEN = 0.02
-"""Share of the rows whose time may be farther than a quarter of a step from a multiple of it"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,9 +140,7 @@ def _regular(file: Path, tracks: MapTracks, repairs: Counter[str]) -> tuple[pl.D
     steps = clock / dt
     steps -= steps[0] - np.rint(steps[0])
     moment = np.rint(steps).astype(np.int64)
-    if np.mean(np.abs(steps - moment) > 0.25) > MOST_UNEVEN:
-        problem = f"the times of the rows are not multiples of {dt:g} s apart; expected one frame rate for all vehicles"
-        raise RecordingError(file, f"{problem}: resample the tracks")
+    check_even(file, steps, dt)
     table = table.with_columns(pl.col("vehicle").cast(pl.Int64), moment=moment)
     table = _numbered_anew(file, table.sort("vehicle", "moment", maintain_order=True), round(PAUSE / dt), repairs)
     _check_directions(file, table, dt)

@@ -137,6 +137,13 @@ def test_times_in_another_unit_are_refused(make_ngsim, write_csv):
         read_ngsim(write_csv(seconds.with_columns(pl.col("v_Vel") * 10)))
 
 
+def test_times_between_those_of_the_frame_rate_are_refused(make_ngsim, write_csv):
+    """They were taken for the nearest of these, and speeds for other ones."""
+    late = 40 * (pl.col("Vehicle_ID") == 2).cast(pl.Int64)
+    with pytest.raises(RecordingError, match=r"the times of the rows are not multiples of 0\.1 s apart"):
+        read_ngsim(write_csv(make_ngsim().with_columns(pl.col("Global_Time") + late)))
+
+
 @pytest.mark.parametrize(
     ("cell", "found"), [("n/a", "'n/a'"), ("", "an empty cell"), ("NaN", "'NaN'"), ("inf", "'inf'")]
 )

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import polars as pl
+from jaxtyping import Float
 
 from coverdrive.errors import RecordingError
 from coverdrive.recordings.checks import LARGEST, LARGEST_WHOLE, LENGTHS, WIDTHS, wrong_usual_sizes
@@ -20,6 +21,9 @@ LENGTH, WIDTH = 4.5, 1.8
 
 MOST_ODD_SIZES = 0.05
 """Share of the rows whose length or width may be no vehicle's; more show another unit"""
+
+MOST_UNEVEN = 0.02
+"""Share of the rows whose time may be farther than a quarter of a step from a multiple of it"""
 
 MOST_EQUAL, CELLS = 20_000_000, 8
 """Cells of a Parquet file that are read in any case, and for each of its bytes; tracks have less than one"""
@@ -133,3 +137,10 @@ def time_step(file: Path, table: pl.DataFrame, what: str) -> float:
     dt = round(float(np.median(steps[steps > 0])), 6)
     check_time_step(file, dt, f"the time between two rows of a vehicle ({what})")
     return dt
+
+
+def check_even(file: Path, steps: Float[np.ndarray, " R"], dt: float) -> None:
+    """Refuse rows that are not multiples of ``dt`` [s] apart, given when they are, in these."""
+    if np.mean(np.abs(steps - np.rint(steps)) > 0.25) > MOST_UNEVEN:
+        problem = f"the times of the rows are not multiples of {dt:g} s apart; expected one frame rate for all vehicles"
+        raise RecordingError(file, f"{problem}: resample the tracks")

@@ -16,7 +16,15 @@ from jaxtyping import Float, Int
 
 from coverdrive.errors import RecordingError
 from coverdrive.recordings.checks import LONGEST_ROAD
-from coverdrive.recordings.files.columns import LENGTH, WIDTH, check_whole, parquet_numbers, plausible_sizes, time_step
+from coverdrive.recordings.files.columns import (
+    LENGTH,
+    WIDTH,
+    check_even,
+    check_whole,
+    parquet_numbers,
+    plausible_sizes,
+    time_step,
+)
 from coverdrive.recordings.files.delimited import ROW, Layout, csv_layout, read_columns
 from coverdrive.recordings.formats.reader import AS_USUAL, How
 from coverdrive.recordings.roads.lanes import edges_from_lanes, edges_from_width
@@ -123,7 +131,9 @@ def recordings_from_local(
     table = plausible_sizes(file, table, repairs)
     clock = table["clock"].to_numpy()
     dt = time_step(file, table, "Global_Time is in milliseconds")
-    moment = np.rint((clock - clock.min()) / dt).astype(np.int64)
+    steps = (clock - clock.min()) / dt
+    check_even(file, steps, dt)
+    moment = np.rint(steps).astype(np.int64)
     table = table.with_columns(pl.col("vehicle", "frame").cast(pl.Int64), moment=moment)
     period = _periods(table["vehicle"].to_numpy(), moment, table["frame"].to_numpy(), dt)
     raw, edges = _in_road_frame(file, table)
