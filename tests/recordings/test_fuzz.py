@@ -2,7 +2,7 @@
 
 Bytes are damaged, or what the grammar of the file knows (`mutations`). What is read is as fast as the traffic that was
 written, so that no other unit, rate or direction was taken for it; nothing takes long, or much memory.
-The slow test tries 20,000, evenly over all readers, which takes about 10 min, or as many as `COVERDRIVE_MUTATIONS` says.
+The slow test tries 20,000, evenly over all readers, or as many as `COVERDRIVE_MUTATIONS` says; it takes about 10 min.
 """
 
 import io
