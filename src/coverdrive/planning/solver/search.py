@@ -147,12 +147,10 @@ def _search(
         evaluate(plans, number, number + 1, around, constants)
     if do & BEGIN:
         _begin(plans, wanted, around, constants)
-    if do & GIVE_UP and not plans.clear[: len(wanted.lanes) * len(wanted.accelerations) + 1].any():
-        _descended(plans, wanted, _HOPELESS, tolerance, around, constants)
-        if _hopeless(plans, wanted, around, constants):
+    if do & (GIVE_UP | GO_ON):
+        ended, given_up = _go_on(plans, wanted, number, tolerance, do & GIVE_UP != 0, around, constants)
+        if given_up:
             return NOTHING, True
-    if do & GO_ON:
-        ended = _go_on(plans, wanted, number, tolerance, around, constants)
     if do & CHOOSE or (do & IF_ARRIVED and ended):
         return _choose(plans, wanted, around, constants, best)
     return NOT_YET, ended
@@ -213,18 +211,24 @@ def _cheapest(driving: Float[np.ndarray, " m"], first: int, seen: Bool[np.ndarra
 
 @compiled
 def _go_on(
-    plans: Plans, wanted: Wanted, iterations: int, tolerance: float, around: Surroundings, constants: Constants
-) -> bool:
-    """Let the starts descend by so many steps at the most; returns whether that is all: whether the cheapest has
-    arrived, or nothing is clear after the first steps.
+    plans: Plans, wanted: Wanted, iterations: int, tolerance: float, giving_up: bool, around: Surroundings,
+    constants: Constants,
+) -> tuple[bool, bool]:  # fmt: skip
+    """Let the starts descend by so many steps at the most, and before that by a few if ``giving_up``.
+
+    Returns whether that is all, as the cheapest has arrived or nothing is clear after the first steps, and whether
+    that was so in the few.
     """
     first = len(wanted.lanes) * len(wanted.accelerations) + 1
     if plans.clear[:first].any():
-        return _descended(plans, wanted, iterations, tolerance, around, constants)
-    soon = min(iterations, _HOPELESS)
-    if _descended(plans, wanted, soon, tolerance, around, constants) or _hopeless(plans, wanted, around, constants):
-        return True
-    return _descended(plans, wanted, iterations - soon, tolerance, around, constants)
+        return _descended(plans, wanted, iterations, tolerance, around, constants), False
+    soon = 0
+    for trial in range(0 if giving_up else 1, 2):
+        soon = _HOPELESS if trial == 0 else min(iterations, _HOPELESS)
+        arrived = _descended(plans, wanted, soon, tolerance, around, constants)
+        if _hopeless(plans, wanted, around, constants) or (arrived and trial == 1):
+            return True, trial == 0
+    return _descended(plans, wanted, iterations - soon, tolerance, around, constants), False
 
 
 @compiled
