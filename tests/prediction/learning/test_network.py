@@ -1,11 +1,14 @@
 """Layers, members, prior and storage of the network, by hand."""
 
+from collections.abc import Callable
+
+import jax
 import numpy as np
 import pytest
 
 from coverdrive.prediction.learning.affordance import FEATURES
 from coverdrive.prediction.learning.inputs import network_inputs
-from coverdrive.prediction.learning.network import Network
+from coverdrive.prediction.learning.network import Network, sampled
 
 
 def small(output: str, prior: float = 0.0) -> Network:
@@ -115,3 +118,9 @@ def test_urgency_says_nothing_of_sizes_and_lateral_clearances() -> None:
     other[hidden] += 1
     assert len(hidden) == 9
     assert np.array_equal(np.asarray(network_inputs(row, "urgency")), np.asarray(network_inputs(other, "urgency")))
+
+
+@pytest.mark.parametrize("draw", [jax.random.normal, jax.random.bernoulli])
+def test_random_numbers_are_those_that_jax_draws_of_the_shape(draw: Callable[..., jax.Array]) -> None:
+    key = jax.random.key(3)
+    np.testing.assert_array_equal(sampled(draw, key, (2, 3, 5)), draw(key, shape=(2, 3, 5)))

@@ -5,7 +5,8 @@ their scores (Lakshminarayanan et al. 2017). Members with a softmax give the pro
 may be mixed with the shares of the bases in training, so that no base is called impossible on little evidence.
 """
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from typing import Literal
 
 import equinox as eqx
@@ -66,7 +67,7 @@ class Network(eqx.Module):
         sizes = (seen.shape[1], *hidden, bases)
         keys = jax.random.split(key, len(sizes) - 1)
         weights = [
-            jax.random.normal(layer, (members, after, before)) * np.sqrt(2 / before)
+            sampled(jax.random.normal, layer, (members, after, before)) * np.sqrt(2 / before)
             for layer, before, after in zip(keys, sizes[:-1], sizes[1:], strict=True)
         ]
         mean = seen.mean(0)
@@ -135,6 +136,11 @@ class Network(eqx.Module):
             prior=arrays["prior"],
             **kind,  # pyright: ignore[reportArgumentType]
         )
+
+
+def sampled(draw: Callable[..., Array], key: PRNGKeyArray, shape: tuple[int, ...]) -> Array:
+    """Random numbers of a shape, the same as JAX draws at once, which takes several times as long to compile."""
+    return draw(key, shape=(math.prod(shape),)).reshape(shape)
 
 
 def affine(

@@ -5,6 +5,7 @@ Of scores, either the paper's margin loss is minimised, or cross-entropy; averag
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import Annotated, Any, Literal
 
 import equinox as eqx
@@ -18,7 +19,7 @@ from pydantic import Field
 
 from coverdrive.errors import DataError
 from coverdrive.prediction.learning.inputs import Inputs
-from coverdrive.prediction.learning.network import Network, affine
+from coverdrive.prediction.learning.network import Network, affine, sampled
 from coverdrive.prediction.learning.samples import COLLIDES, POSSIBLE, Samples
 from coverdrive.progress import done
 from coverdrive.settings import Settings
@@ -211,10 +212,10 @@ def _outputs(
     """What the last layers give in training: with noise on the inputs and with neurons left out."""
     weights, biases = parameters
     keys = jax.random.split(key, len(weights))
-    values = inputs + settings.noise * jax.random.normal(keys[-1], inputs.shape) if settings.noise else inputs
+    values = inputs + settings.noise * sampled(jax.random.normal, keys[-1], inputs.shape) if settings.noise else inputs
+    keeps = partial(jax.random.bernoulli, p=1 - settings.dropout)
     for weight, bias, dropped in zip(weights[:-1], biases[:-1], keys[:-1], strict=True):
         values = jax.nn.relu(affine(values, weight, bias))
         if settings.dropout:
-            kept = jax.random.bernoulli(dropped, 1 - settings.dropout, values.shape)
-            values = values * kept / (1 - settings.dropout)
+            values = values * sampled(keeps, dropped, values.shape) / (1 - settings.dropout)
     return affine(values, weights[-1], biases[-1])
