@@ -80,7 +80,7 @@ def compared(checkouts: list[Checkout], traffic: str, trials: int, repeats: int)
     Of the processes the first and the last drive with ours.
     """
     kinds = len(TRAFFICS[traffic])
-    for trial in range(kinds):
+    for trial in range(min(kinds, trials)):
         for checkout in checkouts:
             checkout.drive(traffic, trial)
     pairs = list[list[dict[str, Any]]]()
