@@ -19,7 +19,7 @@ from coverdrive.errors import CoverdriveError
 
 pytestmark = pytest.mark.usefixtures("unjudged")
 
-MUTATIONS = int(os.environ.get("COVERDRIVE_MUTATIONS", "20000")) // 11
+MUTATIONS = int(os.environ.get("COVERDRIVE_MUTATIONS", "20000")) // 4
 """In the slow test"""
 
 EVERY = 40

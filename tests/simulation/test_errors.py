@@ -184,27 +184,19 @@ def test_names_are_those_of_classes_and_functions() -> None:
     assert name_of(partial(partial(no_planner))) == f"{__name__}.no_planner"
 
 
-def test_of_another_process_the_lines_that_failed_are_shown_too(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("planner", "said"), [("Planner", "1 / 0"), ("OddPlanner", "raise Odd(1, 2)")])
+def test_of_another_process_the_lines_that_failed_are_shown_too(planner: str, said: str, tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text(MINE)
-    (tmp_path / "main.py").write_text("""
-import sys
-import mine
-from coverdrive.league.agents import Witness
-from coverdrive.simulation.studies.setup import Setup
-from coverdrive.simulation.studies.workers import run_trials
-if __name__ == "__main__":
-    for planner in (mine.Planner, mine.OddPlanner):
-        try:
-            list(run_trials(Setup(Witness(), planner, "drivers"), [4, 5], workers=2))
-        except Exception as error:
-            sys.excepthook(type(error), error, error.__traceback__)
-            print("----", file=sys.stderr)
-""")
-    found = subprocess.run([sys.executable, "main.py"], cwd=tmp_path, capture_output=True, text=True, check=True)
-    first, other, rest = found.stderr.split("----\n")
-    assert not rest
-    for printed, planner, said in ((first, "Planner", "1 / 0"), (other, "OddPlanner", "raise Odd(1, 2)")):
-        assert said in printed
-        last = printed.splitlines()[-3:]
-        assert last[0] == f"this came from the planner mine.{planner}, which is not of coverdrive"
-        assert last[1] == STEP[:-2] and last[2] in ("in trial 4 of seed 0", "in trial 5 of seed 0")
+    (tmp_path / "main.py").write_text(
+        "import mine\n"
+        "from coverdrive.league.agents import Witness\n"
+        "from coverdrive.simulation.studies.setup import Setup\n"
+        "from coverdrive.simulation.studies.workers import run_trials\n"
+        "if __name__ == '__main__':\n"
+        f"    list(run_trials(Setup(Witness(), mine.{planner}, 'drivers'), [4, 5], workers=2))\n"
+    )
+    found = subprocess.run([sys.executable, "main.py"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert found.returncode == 1 and said in found.stderr
+    last = found.stderr.splitlines()[-3:]
+    assert last[0] == f"this came from the planner mine.{planner}, which is not of coverdrive"
+    assert last[1] == STEP[:-2] and last[2] in ("in trial 4 of seed 0", "in trial 5 of seed 0")

@@ -19,8 +19,8 @@ from coverdrive.recordings.files.columns import (
     LENGTH,
     MOST_UNEVEN,
     WIDTH,
-    check_even,
     check_whole,
+    moments_of,
     plausible_sizes,
     time_step,
 )
@@ -139,9 +139,7 @@ def _regular(file: Path, tracks: MapTracks, repairs: Counter[str]) -> tuple[pl.D
     clock = table["clock"].to_numpy()
     steps = clock / dt
     steps -= steps[0] - np.rint(steps[0])
-    moment = np.rint(steps).astype(np.int64)
-    check_even(file, steps, dt)
-    table = table.with_columns(pl.col("vehicle").cast(pl.Int64), moment=moment)
+    table = table.with_columns(pl.col("vehicle").cast(pl.Int64), moment=moments_of(file, steps, dt))
     table = _numbered_anew(file, table.sort("vehicle", "moment", maintain_order=True), round(PAUSE / dt), repairs)
     _check_directions(file, table, dt)
     if "speed" not in table.columns:

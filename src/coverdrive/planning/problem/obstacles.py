@@ -133,10 +133,9 @@ def boxes_and_likeliest(
 ) -> tuple[Float[np.ndarray, "7 P n"], Bool[np.ndarray, " n"]]:
     """`obstacles_of` paths, and which of them are the likeliest of their vehicles."""
     boxes, likeliest = np.empty((7, paths.points.shape[1], len(paths))), np.zeros(len(paths), dtype=bool)
-    weight = np.ones(len(paths)) if paths.weight is None else paths.weight
+    weight = np.ones(len(paths)) if paths.weight is None else np.maximum(paths.weight, TINY)
     points, half_sizes = (np.ascontiguousarray(each) for each in (paths.points, paths.half_sizes))
-    braking = settings.terminal_braking
-    _write_boxes(points, half_sizes, paths.vehicle, weight, paths.dt, braking, boxes, likeliest)
+    _write_boxes(points, half_sizes, paths.vehicle, weight, paths.dt, settings.terminal_braking, boxes, likeliest)
     return boxes, likeliest
 
 
@@ -170,17 +169,17 @@ def _compare(
     count, best, total = 0, np.empty(len(vehicle), np.int64), np.empty(len(vehicle))  # of each vehicle
     group = np.empty(len(vehicle), np.int64)
     for i in range(len(vehicle)):
-        own, g = max(weight[i], TINY), 0
+        g = 0
         while g < count and vehicle[best[g]] != vehicle[i]:
             g += 1
         if g == count:
             count, best[g], total[g] = count + 1, i, 0.0
-        elif own > max(weight[best[g]], TINY):
+        elif weight[i] > weight[best[g]]:
             best[g] = i
         group[i] = g
-        total[g] += own
+        total[g] += weight[i]
     for i in range(len(vehicle)):
-        likelihood[i], likeliest[i] = max(weight[i], TINY) / total[group[i]], best[group[i]] == i
+        likelihood[i], likeliest[i] = weight[i] / total[group[i]], best[group[i]] == i
 
 
 def shrink_tubes(boxes: Float[np.ndarray, "7 P n"], share: float) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import polars as pl
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from coverdrive.errors import RecordingError
 from coverdrive.recordings.checks import LARGEST, LARGEST_WHOLE, LENGTHS, WIDTHS, wrong_usual_sizes
@@ -139,8 +139,10 @@ def time_step(file: Path, table: pl.DataFrame, what: str) -> float:
     return dt
 
 
-def check_even(file: Path, steps: Float[np.ndarray, " R"], dt: float) -> None:
-    """Refuse rows that are not multiples of ``dt`` [s] apart, given when they are, in these."""
-    if np.mean(np.abs(steps - np.rint(steps)) > 0.25) > MOST_UNEVEN:
+def moments_of(file: Path, steps: Float[np.ndarray, " R"], dt: float) -> Int[np.ndarray, " R"]:
+    """The moments nearest to the times of rows in steps of ``dt`` [s]; refused if many are between two."""
+    moment = np.rint(steps).astype(np.int64)
+    if np.mean(np.abs(steps - moment) > 0.25) > MOST_UNEVEN:
         problem = f"the times of the rows are not multiples of {dt:g} s apart; expected one frame rate for all vehicles"
         raise RecordingError(file, f"{problem}: resample the tracks")
+    return moment

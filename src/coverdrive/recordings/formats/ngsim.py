@@ -19,8 +19,8 @@ from coverdrive.recordings.checks import LONGEST_ROAD
 from coverdrive.recordings.files.columns import (
     LENGTH,
     WIDTH,
-    check_even,
     check_whole,
+    moments_of,
     parquet_numbers,
     plausible_sizes,
     time_step,
@@ -131,9 +131,7 @@ def recordings_from_local(
     table = plausible_sizes(file, table, repairs)
     clock = table["clock"].to_numpy()
     dt = time_step(file, table, "Global_Time is in milliseconds")
-    steps = (clock - clock.min()) / dt
-    check_even(file, steps, dt)
-    moment = np.rint(steps).astype(np.int64)
+    moment = moments_of(file, (clock - clock.min()) / dt, dt)
     table = table.with_columns(pl.col("vehicle", "frame").cast(pl.Int64), moment=moment)
     period = _periods(table["vehicle"].to_numpy(), moment, table["frame"].to_numpy(), dt)
     raw, edges = _in_road_frame(file, table)
