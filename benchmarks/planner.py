@@ -35,7 +35,7 @@ from coverdrive.planning.problem.road_table import table_of
 from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.planning.rules.follower import with_careful_follower
 from coverdrive.planning.rules.leaders import LeaderSettings, braking, leaders_of
-from coverdrive.planning.solver.search import accelerations_of, write_manoeuvre
+from coverdrive.planning.solver.manoeuvres import accelerations_of, write_manoeuvre
 from coverdrive.planning.surroundings import Surroundings, surroundings_of
 from coverdrive.prediction.fit import fit
 from coverdrive.prediction.predictor import Predictor

@@ -27,7 +27,7 @@ from coverdrive.planning.planner import MpcPlanner
 from coverdrive.planning.problem.road_table import RoadTable, table_of
 from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.planning.problem.vehicle import step
-from coverdrive.planning.solver.search import lane_seeking
+from coverdrive.planning.solver.manoeuvres import lane_seeking
 from coverdrive.reference_line import ReferenceLine
 from coverdrive.road import Road
 from coverdrive.road_ahead import bend_at

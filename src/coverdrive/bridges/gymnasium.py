@@ -19,7 +19,7 @@ from coverdrive.extras import require
 from coverdrive.paths import PredictedPaths
 from coverdrive.planning.problem.constants import vehicle_of
 from coverdrive.planning.problem.vehicle import VehicleSettings, within_limits
-from coverdrive.planning.solver.search import lane_seeking
+from coverdrive.planning.solver.manoeuvres import lane_seeking
 from coverdrive.recordings.recording import Recording
 from coverdrive.road import Road
 from coverdrive.road_ahead import bent_on

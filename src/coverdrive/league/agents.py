@@ -16,7 +16,7 @@ from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Status
 from coverdrive.planning.planner import PlannerSettings
 from coverdrive.planning.problem.vehicle import step
-from coverdrive.planning.solver.search import lane_seeking
+from coverdrive.planning.solver.manoeuvres import lane_seeking
 from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.simulation.drivers.freeway import DECISION, PAUSE, Freeway

@@ -27,6 +27,7 @@ from coverdrive.planning.rules.manners import NONE, MannersSettings
 from coverdrive.planning.rules.path_memory import PathMemory
 from coverdrive.planning.rules.target_lanes import TargetLanes, target_lanes
 from coverdrive.planning.rules.wish import NO_WISH, Wish
+from coverdrive.planning.solver.manoeuvres import accelerations_of
 from coverdrive.planning.solver.search import (
     BEGIN,
     CHOOSE,
@@ -36,7 +37,6 @@ from coverdrive.planning.solver.search import (
     IF_ARRIVED,
     NOT_YET,
     Wanted,
-    accelerations_of,
     is_compiled,
     room_for,
     search,

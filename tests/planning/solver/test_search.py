@@ -21,14 +21,14 @@ from planning_scenes import (
 import coverdrive.planning.solver.search as search
 from coverdrive.planning.check.evaluate import Plans, drive_step, empty_plans
 from coverdrive.planning.check.merit import merit
+from coverdrive.planning.solver import manoeuvres
+from coverdrive.planning.solver.manoeuvres import accelerations_of, lane_seeking
 from coverdrive.planning.solver.search import (
     BEGIN,
     CHOOSE,
     EVALUATE,
     GO_ON,
     Wanted,
-    accelerations_of,
-    lane_seeking,
     room_for,
 )
 from coverdrive.planning.surroundings import Surroundings
@@ -165,7 +165,7 @@ def steered(state: np.ndarray, lat: float, acceleration: float) -> np.ndarray:
     """The inputs (K, 2) of a car in a hurry to a lat."""
     state, inputs, elapsed = tuple(state), [(0.0, 0.0)], PERIOD
     for _ in range(STEPS):
-        wish = acceleration, lane_seeking(*state[1:], lat, search._HURRY)
+        wish = acceleration, lane_seeking(*state[1:], lat, manoeuvres._HURRY)
         applied, state = drive_step(state, wish, inputs[-1], elapsed, DT, STRAIGHT, CONSTANTS.vehicle)
         inputs.append(applied)
         elapsed = DT
@@ -184,10 +184,10 @@ def test_evasions_that_brake_stop_short_of_the_edge_and_keep_to_the_road(
     state, wanted = np.array([0.0, lat, speed, 0.0]), wanted_of([5.4, 1.8, 9.0])
     surroundings = around(state, straight_paths((0.0, lat, speed)))
     plans, *_ = searched(wanted, surroundings, iterations=0)
-    tried = len(search._HARD)
-    outermost = wanted.guesses + 1 + len(wanted.lanes) + ((search._PLACES - 1) * tried if left else 0)
+    tried = len(manoeuvres._HARD)
+    outermost = wanted.guesses + 1 + len(wanted.lanes) + ((manoeuvres._PLACES - 1) * tried if left else 0)
     for i in range(2):
-        braking = -CAR.max_deceleration * search._HARD[i]
+        braking = -CAR.max_deceleration * manoeuvres._HARD[i]
         assert plans.inputs[outermost + i, 0, 0] == pytest.approx(braking)
         assert plans.departure[outermost + i] == 0
         aim = lat + 0.9 * (edge - lat)

@@ -17,14 +17,13 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from coverdrive.compiled import compiled, is_there, lent
-from coverdrive.planning.check.evaluate import Plans, complete, drive_step, empty_plans, evaluate
-from coverdrive.planning.check.merit import input_at, merit
+from coverdrive.planning.check.evaluate import Plans, empty_plans, evaluate
+from coverdrive.planning.check.merit import merit
 from coverdrive.planning.problem.constants import Constants
-from coverdrive.planning.problem.rollout import state_at, write, write_rows
-from coverdrive.planning.problem.vehicle import VehicleSettings
+from coverdrive.planning.problem.rollout import write, write_rows
 from coverdrive.planning.solver.descent import descend
+from coverdrive.planning.solver.manoeuvres import EVASIONS, aim, evade, write_manoeuvre
 from coverdrive.planning.surroundings import Surroundings
-from coverdrive.road_ahead import LEFT, RIGHT, STRAIGHT, bend_at, value_at
 
 TOLERANCE = 1e-3
 """a step of the descent that lowers the merit by a smaller share is the last"""
@@ -43,16 +42,6 @@ _ABRUPT = 1e6
 """more than a clear plan costs; added to manoeuvres, and twice to what exceeds the jerk limit"""
 _ROUNDING = 1e-9
 """share of a limit"""
-_PLACES = 9
-"""across the road, to which a car evades"""
-_FARTHEST = 4.0
-"""[m] across the road to such a place"""
-_SHORT = 0.9
-"""share of the way to the edge that is steered for: a car swings beyond where it steers to"""
-_HURRY = 1.6
-"""times faster than a lane is changed in comfort"""
-_HARD = np.array([1.0, 0.5, 0.0])
-"""shares of full braking while it evades"""
 _HOPELESS = 2
 """iterations after which the descent ends where nothing is clear: what is clear is so by then, but for very few"""
 _HALVINGS = 4
@@ -61,13 +50,6 @@ BEGIN, GIVE_UP, GO_ON, IF_ARRIVED, CHOOSE, EVALUATE = 1, 2, 4, 8, 16, 32
 """parts of a search"""
 NOTHING, NOT_YET = -1, -2
 """no plan"""
-_EVASIONS = len(_HARD) * (_PLACES + 1)
-_LANE_TIME = 0.8
-"""[s] in which a lane-seeking car would be back on the centre of its lane"""
-_LATERAL_SPEED = 2.0
-"""[m/s] at which a lane-seeking car moves sideways at the most: 3.6 m in about 2.5 s"""
-_HEADING_TIME = 0.4
-"""[s] in which a lane-seeking car takes the wanted heading"""
 
 
 @lent
@@ -93,15 +75,9 @@ class Wanted(NamedTuple):
         return len(self.lanes) * len(self.accelerations) + 1
 
 
-def accelerations_of(vehicle: VehicleSettings, braking: int = 6) -> Float[np.ndarray, " g"]:
-    """[m/s²] of the simple manoeuvres: so many from full braking to none, half and full throttle."""
-    slower = np.linspace(-vehicle.max_deceleration, 0.0, braking)
-    return np.concatenate([slower, [vehicle.max_acceleration / 2, vehicle.max_acceleration]])
-
-
 def room_for(wanted: Wanted, constants: Constants) -> Plans:
     """Room for the plans of a search: guesses, then a start for each target lane and one more, then evasions."""
-    return empty_plans(wanted.guesses + 1 + len(wanted.lanes) + _EVASIONS, len(constants.tree.parent))
+    return empty_plans(wanted.guesses + 1 + len(wanted.lanes) + EVASIONS, len(constants.tree.parent))
 
 
 def search(
@@ -178,11 +154,11 @@ def _begin(plans: Plans, wanted: Wanted, around: Surroundings, constants: Consta
     for lane in range(len(lanes)):
         start, pair = guesses + 1 + lane, np.empty_like(plans.inputs[0])
         write_rows(plans.inputs[start], wanted.last[lane])
-        _aim(plans, start, lane, lanes[lane])
+        aim(plans, start, lane, lanes[lane])
         least = merit(plans.inputs[start], plans.targets[start], around, constants).value
         if lane == wanted.held:
             start, least = guesses + 1 + len(lanes), np.inf
-            _aim(plans, start, lane, lanes[lane])
+            aim(plans, start, lane, lanes[lane])
         seen = np.zeros(tried, np.bool_)
         for _ in range(tried):
             i = _cheapest(plans.driving, lane * tried, seen)
@@ -275,7 +251,7 @@ def _choose(
             if not plans.clear[i]:
                 _draw_back(plans, i, base, around, constants)
     else:
-        last = _evade(plans, last, wanted, around, constants)
+        last = evade(plans, last, wanted.lanes, around, constants)
     allowed = _allowed_departure(plans, last)
     standing, chosen, least = np.full(lanes, np.inf), -1, np.inf
     for i in range(last):
@@ -296,13 +272,6 @@ def abrupt(inputs: Float[np.ndarray, "N 2"], around: Surroundings, constants: Co
     most, before = constants.vehicle.max_jerk * constants.period * (1 + _ROUNDING), around.previous_input
     across = max(around.state[2], 1.0) * abs(inputs[0, 1] - before[1])
     return max(abs(inputs[0, 0] - before[0]), across) > most
-
-
-@compiled
-def _aim(plans: Plans, i: int, lane: int, target: float) -> None:
-    """Let both branches of a plan end in a lane."""
-    plans.lane[i] = lane
-    plans.targets[i, 0] = plans.targets[i, 1] = target
 
 
 @compiled
@@ -351,51 +320,3 @@ def _rank(plans: Plans, i: int, allowed: float) -> float:
         return plans.cost[i]
     leaving, worse = max(0.0, plans.departure[i] - allowed), max(0.0, plans.harm[i] - plans.harm[0])
     return _UNCLEAR + _PER_DEPARTURE * leaving + _PER_WORSE * worse + _PER_HARM * plans.harm[i] + plans.cost[i]
-
-
-@compiled
-def _evade(plans: Plans, first: int, wanted: Wanted, around: Surroundings, constants: Constants) -> int:
-    """Append ways to evade: to where the ego is, and across the road as far as it is near; returns their end."""
-    lat, half_width = around.state[1], constants.vehicle.width / 2 + constants.shape.edge_margin
-    right = max(lat - _FARTHEST, min(lat, value_at(0.0, RIGHT, around.road)[0] + half_width))
-    left = min(lat + _FARTHEST, max(lat, value_at(0.0, LEFT, around.road)[0] - half_width))
-    right, left = lat + _SHORT * (right - lat), lat + _SHORT * (left - lat)
-    for i in range(_EVASIONS):
-        place = i // len(_HARD)
-        at = lat if place == _PLACES else right + (left - right) * place / (_PLACES - 1)
-        lane = int(np.argmin(np.abs(wanted.lanes - at)))
-        braking = -constants.vehicle.max_deceleration * _HARD[i % len(_HARD)]
-        write_manoeuvre(plans, first + i, at, lane, wanted.lanes[lane], braking, _HURRY, around, constants)
-    return first + _EVASIONS
-
-
-@compiled
-def lane_seeking(lat: float, speed: float, heading: float, target_lat: float, hurry: float) -> float:
-    """The yaw rate [rad/s] that steers from a lat [m], speed [m/s] and heading [rad] to the centre of a lane [m], so
-    many times faster than in comfort.
-    """
-    fastest = hurry * _LATERAL_SPEED
-    sideways = min(max((target_lat - lat) * hurry / _LANE_TIME, -fastest), fastest)
-    return (np.arctan2(sideways, max(speed, 2 * fastest)) - heading) * hurry / _HEADING_TIME
-
-
-@compiled
-def write_manoeuvre(
-    plans: Plans, i: int, place: float, lane: int, target: float, acceleration: float, hurry: float,
-    around: Surroundings, constants: Constants,
-) -> None:  # fmt: skip
-    """Write a plan whose branches both steer to a lat at a constant acceleration, and what follows from it."""
-    tree, dt, straight = constants.tree, constants.dt, len(around.road.rows) == 1
-    applied, states = np.empty((constants.steps, 2)), np.empty((constants.steps, 4))
-    state = state_at(plans.states[i], -1, around.state)
-    for k in range(constants.steps):
-        before, elapsed = input_at(applied, k - 1, around.previous_input), dt if k > 0 else constants.period
-        wish = acceleration, lane_seeking(state[1], state[2], state[3], place, hurry)
-        bend = STRAIGHT if straight else bend_at(state, dt, around.road)
-        (applied[k, 0], applied[k, 1]), state = drive_step(state, wish, before, elapsed, dt, bend, constants.vehicle)
-        write(states[k], state)
-    for n in range(len(tree.parent)):
-        write(plans.inputs[i, n], applied[tree.moment[n] - 1])
-        write(plans.states[i, n], states[tree.moment[n] - 1])
-    _aim(plans, i, lane, target)
-    complete(plans, i, around, constants)
