@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -158,6 +159,68 @@ def test_a_new_fit_removes_what_shows_the_old_one(results: Results) -> None:
     assert Results(results.folder).methods == []
     assert [name for name in (*gone, *kept) if (results.folder / name).exists()] == kept
     assert not (results.folder / "figures-replay").exists()
+
+
+def drove_with(results: Results, *names: str) -> None:
+    """Folders of drives with the sets that there are."""
+    for name in names:
+        study = results.study(Experiment(), name=name)
+        study.files.claim(study.setup.description())
+
+
+def test_what_drove_with_other_sets_is_set_aside_under_names_that_are_free(results: Results) -> None:
+    names = ("study", "study-drivers", "rare-drivers", "league")
+    for scale in (0.5, 0.7, 0.5, 0.7):
+        drove_with(results, *names)
+        (results.folder / "report.html").touch()
+        results._use_scale(scale)
+        assert results.predictor.scale == results.experiment.prediction.scale == scale
+        assert not (results.folder / "report.html").exists()
+    for name in names:
+        assert {each.name for each in results.folder.glob(f"{name}@*")} == {
+            f"{name}@{rest}" for rest in ("1", "0.5", "0.7", "0.5-2")
+        }
+    with pytest.raises(DataError, match="holds no finished study in `study-drivers`"):
+        results.driven_study("drivers")
+    assert not results.driven_study().files.exists  # whatever was set aside is not the only study
+    drove_with(results, "study-drivers")
+    assert results.driven_study().folder.name == "study-drivers"
+
+
+@pytest.mark.parametrize("killed", ["predictor.safetensors", "manifest.json", "config.toml", "none"])
+def test_a_dial_that_is_killed_while_it_writes_leaves_the_old_sets_or_the_new_ones(
+    results: Results, monkeypatch: pytest.MonkeyPatch, killed: str
+) -> None:
+    """``killed`` before a file has its name: that of the new one, for those that are written together."""
+    replace_file = Path.replace
+
+    def replaced(file: Path, target: Path) -> Path:
+        if target.name in (killed, f"next-{killed}" if killed.startswith("predictor") else ""):
+            raise KeyboardInterrupt
+        return replace_file(file, target)
+
+    monkeypatch.setattr(Path, "replace", replaced)
+    with pytest.raises(KeyboardInterrupt) if killed != "none" else nullcontext():
+        results._use_scale(0.5)
+    monkeypatch.undo()
+    found = Results(results.folder)
+    expected, asked = (0.5, 0.5) if killed in ("config.toml", "none") else (1.0, "auto")
+    assert (found.experiment.prediction.scale, found.predictor.scale) == (asked, expected)
+    assert found.certified.driven[0].scale == expected
+    read_all(found)
+    found._use_scale(0.5)
+    assert Results(results.folder).predictor.scale == 0.5
+
+
+@pytest.mark.parametrize("changed", [{}, {"traffic": {"kind": "drivers"}}, {"seed": 9}, {"study": {"trials": 7}}])
+def test_a_new_fit_sets_aside_what_drove_with_other_settings(results: Results, changed: dict) -> None:
+    drove_with(results, "study")
+    experiment, predictor = results.experiment.overridden(**changed), results.predictor
+    results._make_room(experiment, predictor, "paper")
+    moved = changed.keys() & {"traffic", "seed"}
+    assert (results.folder / "study@1").exists() == bool(moved) != (results.folder / "study").exists()
+    results._make_room(experiment, predictor.scaled(0.5), "paper")
+    assert not (results.folder / "study").exists()
 
 
 def test_an_empty_folder_says_how_to_fill_it(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from collections.abc import Collection, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property
-from itertools import product
+from itertools import chain, count, product
 from pathlib import Path
 from typing import Any, Literal
 
@@ -27,7 +27,7 @@ from coverdrive.config import Experiment
 from coverdrive.dialling.dial import Dialled, Request, dialled
 from coverdrive.dialling.frontier import setups_beside
 from coverdrive.dialling.groups import ChosenOnGroups, across_groups, chosen_share
-from coverdrive.errors import DataError, SettingError
+from coverdrive.errors import CoverdriveError, DataError, SettingError
 from coverdrive.files import write_atomically, write_json
 from coverdrive.league.entrants import Known
 from coverdrive.league.known import known_of, paper_settings_like
@@ -60,6 +60,10 @@ DIAL, DIALLED = "dial", "dialled.json"
 """folder of drives, named like studies, and what they prove of the predictor"""
 STUDY = "study"
 """the study in the traffic of the folder's settings; one in another traffic is called ``study-drivers`` or the like"""
+RARE = "rare"
+"""folder of estimates of rare collisions, named like studies"""
+_ASIDE = "@"
+"""between the name of what drove and the scale of the sets with which it did, where the folder has others now"""
 _DRAWN = (".png", ".pdf", ".mp4", ".gif")
 """endings of figures and videos"""
 
@@ -98,10 +102,12 @@ class Results:
     ) -> None:  # fmt: skip
         """Write a fit and the settings that it was made with; whatever the folder held of another one is void.
 
-        Pages and figures of another fit go; its studies stay, and are refused where they are to be shown. ``road`` is
-        the name of the road of studies, ``like`` a place like that of the recordings, ``near_misses`` what
-        `coverdrive.simulation.measures.notable.recorded_near_misses` says of them.
+        Pages and figures of another fit go; what drove with other sets or settings is set aside, each beside its
+        folder. ``road`` is the name of the road of studies, ``like`` a place like that of the recordings,
+        ``near_misses`` what `coverdrive.simulation.measures.notable.recorded_near_misses` says of them.
         """
+        if self.holds_fit:
+            self._make_room(experiment, fit.predictor, road)
         self._sealed.unseal()
         self._remove_shown()
         experiment.save(self.folder / CONFIG)
@@ -115,12 +121,34 @@ class Results:
         fit.seen.save(self.folder / SEEN)
         self._seal(CONFIG, PREDICTOR, SCORES, LEARNED, CERTIFICATE, RUN, SEEN)
 
+    def _make_room(self, experiment: Experiment, predictor: AnyPredictor, road: str) -> None:
+        """Set aside what drove with other sets, or with settings that studies called ``study`` no longer have."""
+        scale = "unknown"
+        with suppress(CoverdriveError):  # a damaged fit is another one
+            before, scale = self.experiment, f"{self.predictor.scale:.3g}"
+            parts = ("planner", "traffic", "episode", "seed")
+            alike = all(getattr(experiment, part) == getattr(before, part) for part in parts)
+            alike &= experiment.study.vehicles == before.study.vehicles and road == self._road
+            if alike and predictor.fingerprint == self.predictor.fingerprint:
+                return
+        self._set_aside(scale)
+
+    def _set_aside(self, scale: str) -> None:
+        """Give what drove with sets of a scale other names."""
+        for folder in self._driven(STUDY, RARE, LEAGUE):
+            folder.replace(_free(folder.with_name(f"{folder.name}{_ASIDE}{scale}")))
+
     def _remove_shown(self) -> None:
         """Remove what shows a fit: pages, figures, videos, tables of methods and the league, and proofs of drives."""
-        pages = (f"{page}.html" for page in _names("report"))
+        self._remove_pages()
         league = (f"{LEAGUE}/{LEAGUE}{ending}" for ending in (".csv", ".html", *_DRAWN))
-        for name in (METHODS, METHODS_TABLE, DIALLED, *pages, *league):
+        for name in (METHODS, METHODS_TABLE, DIALLED, *league):
             (self.folder / name).unlink(missing_ok=True)
+
+    def _remove_pages(self) -> None:
+        """Remove pages, figures and videos."""
+        for page in _names("report"):
+            (self.folder / f"{page}.html").unlink(missing_ok=True)
         for folder in map(self.folder.joinpath, _names("figures")):
             for file in folder.glob("*"):
                 if file.suffix in _DRAWN:
@@ -298,7 +326,7 @@ class Results:
         """
         name = self.study_name(traffic, road)
         if traffic is road is None and not StudyFolder(self.folder / name).exists:
-            driven = [each.name for each in self.folder.glob(f"{STUDY}-*") if StudyFolder(each).exists]
+            driven = [each.name for each in self._driven(STUDY) if StudyFolder(each).exists]
             name = driven[0] if len(driven) == 1 else name
         folder, experiment = StudyFolder(self.folder / name), self.experiment
         if folder.exists:
@@ -426,8 +454,13 @@ class Results:
         needed = drives_needed(0, request.risk, request.confidence)
         return ChosenOnGroups(share, scale, table["group"].n_unique(), needed, table)
 
+    def _driven(self, *kinds: str) -> list[Path]:
+        """Folders of drives of some kinds with the present sets."""
+        found = [each for kind in kinds for each in sorted(self.folder.glob(f"{kind}*"))]
+        return [each for each in found if _ASIDE not in each.name and each.is_dir()]
+
     def save_dialled(self, dialled: Dialled) -> None:
-        """Let everything use the sets that were proved; studies with others are set aside, each beside its folder."""
+        """Let everything use the sets that were proved; what drove with others is set aside, each beside its folder."""
         self._use_scale(dialled.scale)
         write_json(self.folder / DIALLED, dialled.record)
         self._seal(DIALLED)
@@ -435,22 +468,30 @@ class Results:
     def _use_scale(self, scale: float) -> None:
         """Let the predictor have sets of a scale, of which nothing is proved yet."""
         before, predictor = self.predictor, self.predictor.scaled(scale)
-        certified, scored, experiment = self.certified, self.scored, self.experiment
+        changed = self.experiment.updated({"prediction": {"scale": predictor.scale}})
+        driven = predictor.certificate, evaluate(predictor.rule, self.scored.test, predictor.scale)
+        record = certificate_record(replace(self.certified, driven=driven))
         if predictor.scale != before.scale:
-            for study in sorted(self.folder.glob(f"{STUDY}*")):
-                if "@" not in study.name:
-                    study.replace(study.with_name(f"{study.name}@{before.scale:.3g}"))
-        experiment.updated({"prediction": {"scale": predictor.scale}}).save(self.folder / CONFIG)
-        predictor.save(self.folder / PREDICTOR)
-        driven = predictor.certificate, evaluate(predictor.rule, scored.test, predictor.scale)
-        changed = replace(certified, driven=driven)
-        write_json(self.folder / CERTIFICATE, certificate_record(changed))
-        self._seal(CONFIG, PREDICTOR, CERTIFICATE, void=(DIALLED,))
+            self._remove_pages()
+            self._set_aside(f"{before.scale:.3g}")
+        written = {CONFIG: changed.save, PREDICTOR: predictor.save, CERTIFICATE: lambda file: write_json(file, record)}
+        self._sealed.replace(written, void=(DIALLED,))
+        self._forget()
 
-    def _seal(self, *names: str, void: Collection[str] = ()) -> None:
+    def _seal(self, *names: str) -> None:
         """Seal files that were written; whatever was read before is void."""
-        self._sealed.seal(*names, void=void)
+        self._sealed.seal(*names)
+        self._forget()
+
+    def _forget(self) -> None:
+        """Read anew from now on."""
         self.__dict__ = {"folder": self.folder, "_sealed": self._sealed}
+
+
+def _free(folder: Path) -> Path:
+    """A folder that is not there yet, of such a name, with a number if others have it."""
+    numbered = (folder.with_name(f"{folder.name}-{number}") for number in count(2))
+    return next(each for each in chain([folder], numbered) if not each.exists())
 
 
 def _names(kind: str) -> Iterator[str]:

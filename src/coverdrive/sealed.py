@@ -1,10 +1,12 @@
 """A folder whose files are sealed: one that is damaged, foreign, edited or older is refused by its name.
 
-``manifest.json`` holds the format of the folder, and the digest of every file that was sealed.
+``manifest.json`` holds the format of the folder, and the digest of every file that was sealed. Several files are
+replaced together: they are written beside those that are there, then sealed, then renamed, which whoever reads them
+does if the process was killed before.
 """
 
 import hashlib
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -42,16 +44,33 @@ class SealedFolder:
         """Let nothing be sealed in it any more."""
         (self.folder / MANIFEST).unlink(missing_ok=True)
 
-    def seal(self, *names: str, void: Collection[str] = ()) -> None:
-        """Seal files as they are now, and leave out those that are void."""
-        known = {name: each for name, each in (self._digests if self.exists else {}).items() if name not in void}
-        files = known | {name: _digest(self.folder / name) for name in names}
+    def seal(self, *names: str) -> None:
+        """Seal files as they are now."""
+        known = self._digests if self.exists else {}
+        self._write(known | {name: _digest(self.folder / name) for name in names})
+
+    def replace(self, write: Mapping[str, Callable[[Path], object]], void: Collection[str] = ()) -> None:
+        """Write files anew and seal them, all or none of them; leave out those that are void."""
+        for name, each in write.items():
+            each(self._next(name))
+        known = {name: each for name, each in self._digests.items() if name not in void}
+        self._write(known | {name: _digest(self._next(name)) for name in write})
+        for name in write:
+            self._next(name).replace(self.folder / name)
+
+    def _next(self, name: str) -> Path:
+        """What is to become a file."""
+        return self.folder / f"next-{name}"
+
+    def _write(self, files: Mapping[str, str]) -> None:
         write_json(self.folder / MANIFEST, {"format": _FORMAT, "coverdrive": __version__, "files": files})
 
     def file(self, name: str) -> Path:
         """A file that is as it was sealed, or a `DataError`."""
-        file, written = self.folder / name, self._digests.get(name)
+        file, written, new = self.folder / name, self._digests.get(name), self._next(name)
         try:
+            if new.exists() and _digest(new) == written:  # killed before it was renamed
+                new.replace(file)
             found = _digest(file)
         except OSError as error:
             raise DataError(f"{file} cannot be read ({error.strerror}); make it with `coverdrive fit`") from error

@@ -121,6 +121,20 @@ def test_an_estimate_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.Mo
         rare(reckless(), tmp_path, particles=5)
 
 
+def test_what_is_no_repetition_of_this_estimate_is_made_anew(tmp_path: Path):
+    """Damaged, of another number, or of other settings."""
+    options = {"particles": 4, "changes": 1, "repetitions": 2}
+    first = rare(reckless(), tmp_path / "a", **options)
+    rare(reckless(), tmp_path / "b", **options | {"particles": 5})
+    whole, other = first.repetitions
+    theirs = json.loads((tmp_path / "b" / "repetitions" / "0001.json").read_text())
+    for damaged in ({"seed": whole["seed"]}, whole, theirs, {**other, "more": 1}):
+        (tmp_path / "a" / "repetitions" / "0001.json").write_text(json.dumps(damaged))
+        again = rare(reckless(), tmp_path / "a", **options)
+        assert again.estimates == first.estimates
+        assert [each["repetition"] for each in again.repetitions] == [0, 1]
+
+
 @pytest.mark.slow
 def test_workers_find_the_same(tmp_path: Path):
     setup = replace(reckless(), planner=ConstantPlanner)

@@ -13,7 +13,7 @@ import json
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -51,6 +51,11 @@ _TOUCHING = 1e-3
 """[m] least gap"""
 _STORED = 5
 """collisions of a repetition that are stored"""
+_FIELDS = {
+    "study", "repetition", "seed", "probability", "rarer", "stages", "found", "ancestors", "drives", "collisions",
+    "seconds",
+}  # fmt: skip
+"""of a row"""
 
 
 def danger(scene: Scene) -> float:
@@ -204,6 +209,8 @@ class _Repetitions:
     particles: int
     changes: int
     rarest: float
+    studied: str = ""
+    """hash of the description"""
 
     @property
     def seed(self) -> int:
@@ -226,6 +233,7 @@ class _Repetitions:
             found = split(start, random, CONTACT, self.particles, changes=self.changes, rarest=self.rarest)
         chosen = _different(found.found)
         row: Row = {
+            "study": self.studied,
             "repetition": trial,
             "seed": self.seed,
             "probability": found.probability,
@@ -256,7 +264,9 @@ class _Repetitions:
             row = json.loads(self.file(repetition).read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return None
-        return row if isinstance(row, dict) and row.get("seed") == self.seed else None
+        mine = {"study": self.studied, "repetition": repetition, "seed": self.seed}
+        known = isinstance(row, dict) and row.keys() == _FIELDS and all(row[name] == mine[name] for name in mine)
+        return row if known else None
 
 
 def _different(found: Sequence[Found]) -> list[Found]:
@@ -302,7 +312,8 @@ def rare(
     if not 0 < rarest < 1:
         raise SettingError(f"a collision is looked for down to a probability between 0 and 1, as 1e-6; got {rarest}")
     work = _Repetitions(setup.loaded(), Path(folder), particles, changes, rarest)
-    StudyFolder(work.folder).claim(work.description())
+    (files := StudyFolder(work.folder)).claim(work.description())
+    work = replace(work, studied=files.about())
     rows = {each: row for each in range(repetitions) if (row := work.known(each))}
     with stage(f"repetitions ({repetitions})"):
         done(len(rows), repetitions)

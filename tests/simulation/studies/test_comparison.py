@@ -10,6 +10,7 @@ from simulation_fakes import ConstantPlanner, fakes
 
 from coverdrive.errors import DataError
 from coverdrive.simulation.studies.comparison import compare, newcombe_interval, paired_t
+from coverdrive.simulation.studies.folder import StudyFolder
 from coverdrive.simulation.studies.study import Study
 
 pytestmark = pytest.mark.usefixtures("uncollected")
@@ -84,7 +85,7 @@ def test_collisions_are_compared_by_the_trials_in_which_only_one_collided(tmp_pa
     once = Study(fakes(), tmp_path / "a").run(1).trials
     shutil.copytree(tmp_path / "a", tmp_path / "b")
     for name, ends in kinds.items():
-        pl.concat([once] * 10).with_columns(kind=pl.Series(ends)).write_parquet(tmp_path / name / "trials.parquet")
+        StudyFolder(tmp_path / name).save_table(pl.concat([once] * 10).with_columns(kind=pl.Series(ends)))
     side, rear = compare(tmp_path / "a", tmp_path / "b").collisions
     assert side.only == (5, 1)
     assert side.p == pytest.approx(2 * (1 + 6) / 2**6)

@@ -1,6 +1,7 @@
 import inspect
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -18,10 +19,12 @@ from coverdrive.errors import DataError, SettingError
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.progress import heard_by
 from coverdrive.simulation.drives.episode import EpisodeSettings
+from coverdrive.simulation.drives.storage import load_trace
 from coverdrive.simulation.measures.statistics import widest_interval
 from coverdrive.simulation.measures.trial import SCHEMA, measure
 from coverdrive.simulation.roads import initial
 from coverdrive.simulation.studies.ahead import _CODE
+from coverdrive.simulation.studies.folder import StudyFolder
 from coverdrive.simulation.studies.study import Study, simulate
 from coverdrive.simulation.traffic.model import TrafficStep
 from coverdrive.simulation.traffic.motion import constant_velocity, with_states
@@ -213,6 +216,37 @@ def test_a_damaged_row_is_set_aside_and_driven_again(tmp_path):
         again = Study(fakes(), tmp_path).run(2)
         assert again.trials.drop(TIMES).equals(table.drop(TIMES))
         assert (parts / "000000.damaged").read_bytes() == damaged
+
+
+def test_rows_and_tables_of_another_study_are_not_taken_for_its_own(tmp_path):
+    """Whether they were copied, or their description was lost, or moved away while they were driven."""
+    theirs = run(tmp_path / "theirs", 2)
+    study = Study(fakes(vehicles=(5, 6)), tmp_path / "mine").run(2)
+    ours = study.trials
+    for name in ("trials.parquet", "trials/000001.parquet"):
+        shutil.copy(tmp_path / "theirs" / name, tmp_path / "mine" / name)
+    with pytest.raises(DataError, match=r"trials.parquet holds the drives of another study"):
+        study.trials  # noqa: B018
+    assert Study(fakes(vehicles=(5, 6)), tmp_path / "mine").run(2).trials.drop(TIMES).equals(ours.drop(TIMES))
+    (tmp_path / "theirs" / "study.json").unlink()
+    again = Study(fakes(vehicles=(5, 6)), tmp_path / "theirs").run(2)
+    assert again.trials.drop(TIMES).equals(ours.drop(TIMES)) and not ours.drop(TIMES).equals(theirs.drop(TIMES))
+    assert len(again.set_aside) == 2
+
+    running = StudyFolder(tmp_path / "running")
+    running.claim(fakes().description())
+    (tmp_path / "running" / "study.json").unlink()
+    running.save(theirs.row(0, named=True))
+    assert len(Study(fakes(vehicles=(5, 6)), tmp_path / "running").run(1).set_aside) == 1
+
+
+def test_a_damaged_trace_is_driven_again(tmp_path):
+    study = Study(fakes(), tmp_path).run(1)
+    driven = study.trace(0)
+    (file,) = (tmp_path / "traces").glob("*.npz")
+    file.write_bytes(file.read_bytes()[:1000])
+    assert np.array_equal(study.trace(0).scene.states, driven.scene.states)
+    assert np.array_equal(load_trace(file).scene.states, driven.scene.states)
 
 
 def test_a_damaged_table_is_named(tmp_path):

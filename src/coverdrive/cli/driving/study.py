@@ -145,4 +145,4 @@ def _drive(study: "Study", size: "StudySettings", cluster: str | None, name: str
             until_width=size.until_width, batch=size.batch, name=name,
         )  # fmt: skip
     for file in study.set_aside:
-        console.print(f"• A damaged row was set aside as {file}, and its trial was driven again")
+        console.print(f"• A row that is damaged or of another study is now {file}, and its trial was driven again")

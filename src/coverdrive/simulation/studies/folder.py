@@ -1,12 +1,14 @@
 """The folder of a study: what is studied, one file for each finished trial, all rows together, and stored drives.
 
 ``study.json`` says what is studied · ``trials/`` holds one row for each finished trial · ``trials.parquet`` all rows ·
-``traces/`` drives that were looked at · ``planned.json`` the number of trials, or null if that was not fixed. Only the
-process that runs the study writes.
+``traces/`` drives that were looked at · ``planned.json`` the number of trials, or null if that was not fixed. Rows
+carry a hash of ``study.json``, so that those of another study are not taken for its own. Only the process that runs the
+study writes.
 """
 
 import json
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +24,8 @@ from coverdrive.simulation.drives.trace import Trace
 from coverdrive.simulation.measures.trial import SCHEMA, Row
 from coverdrive.simulation.studies.setup import Setup
 
-_FORMAT = 2
+_FORMAT, _STUDY = 2, "study"
+"""of the description; and what a table's hash of it is called in its file"""
 
 
 class StudyFolder:
@@ -33,8 +36,9 @@ class StudyFolder:
         self.path, self._schema = path, schema
         self._description, self._table = path / "study.json", path / "trials.parquet"
         self._planned = path / "planned.json"
+        self._studied: str | None = None
         self.set_aside: list[Path] = []
-        """damaged files that were moved out of the way"""
+        """damaged files, and those of other studies, that were moved out of the way"""
 
     @property
     def exists(self) -> bool:
@@ -95,14 +99,25 @@ class StudyFolder:
                 f"{self.path} holds a study of another configuration ({len(different)} different: {changes}); "
                 "use another folder, or go back to that configuration"
             )
+        self._studied = self.about()  # whatever becomes of the file from now on
         for temporary in (self.path / "trials").glob(".*.parquet"):  # of a killed study
             temporary.unlink(missing_ok=True)
+
+    def about(self) -> str:
+        """A hash of what is studied."""
+        return self._studied or fingerprint(
+            np.frombuffer(json.dumps(self.description(), sort_keys=True).encode(), np.uint8)
+        )
 
     def save(self, row: Row) -> pl.DataFrame:
         """Keep the row of a finished trial, and give it as a table."""
         table = self.table_of([row])
-        write_atomically(self._part(row["trial"]), table.write_parquet)
+        self._write(table, self._part(row["trial"]))
         return table
+
+    def _write(self, table: pl.DataFrame, file: Path) -> None:
+        about = {_STUDY: self.about()}
+        write_atomically(file, lambda temporary: table.write_parquet(temporary, metadata=about))
 
     def table_of(self, rows: Sequence[Row]) -> pl.DataFrame:
         """Rows as a table."""
@@ -113,7 +128,7 @@ class StudyFolder:
         file = self._part(trial)
         if not file.exists():
             return None
-        row = _table_in(file)
+        row = _table_in(file) if _study_of(file) == self.about() else None
         mine = {"trial": trial, "seed": seed}
         if row is not None and row.height == 1 and row.select(list(mine)).row(0, named=True) == mine:
             return row
@@ -124,7 +139,7 @@ class StudyFolder:
 
     def save_table(self, table: pl.DataFrame) -> None:
         """Keep all rows together."""
-        write_atomically(self._table, table.write_parquet)
+        self._write(table, self._table)
 
     def table(self) -> pl.DataFrame:
         """One row for each trial, also for those that could not start; a DataError if they are not there."""
@@ -140,15 +155,19 @@ class StudyFolder:
             raise DataError(
                 f"{self._table} is damaged or of another version; the command that drove the study makes it anew"
             )
+        if _study_of(self._table) != self.about():
+            raise DataError(
+                f"{self._table} holds the drives of another study; the command that drove this one makes it anew"
+            )
         return table
 
     def trace(self, trial: int, vehicles: int, setup: Callable[[], Setup]) -> Trace:
         """A drive that is stored, or is driven now and stored."""
-        about = json.dumps(self.description(), sort_keys=True).encode()
-        name = f"{trial:06d}_{vehicles}_{fingerprint(np.frombuffer(about, np.uint8))}.npz"
-        file = self.path / "traces" / name
-        if not file.exists():
-            save_trace(setup().drive(trial), file)
+        file = self.path / "traces" / f"{trial:06d}_{vehicles}_{self.about()}.npz"
+        if file.exists():
+            with suppress(DataError):  # damaged; a drive can be driven again
+                return load_trace(file)
+        save_trace(setup().drive(trial), file)
         return load_trace(file)
 
     def _part(self, trial: int) -> Path:
@@ -162,6 +181,14 @@ def _table_in(file: Path) -> pl.DataFrame | None:
     except (OSError, pl.exceptions.PolarsError, pl.exceptions.PanicException):
         return None
     return table if SCHEMA.items() <= dict(table.schema).items() else None
+
+
+def _study_of(file: Path) -> str | None:
+    """The hash of the study that a table belongs to, if it says so."""
+    try:
+        return pl.read_parquet_metadata(file).get(_STUDY)
+    except (OSError, pl.exceptions.PolarsError, pl.exceptions.PanicException):
+        return None
 
 
 def flat(value: Any, name: str = "") -> dict[str, Any]:
