@@ -425,6 +425,8 @@ class Results:
             known = self.known(beside, experiment.planner, recordings if recorded else None)
             others = setups_beside(setup, known, beside, request.scales)
         found = dialled(setup, self.predictor, folder, request, workers, cluster, others)
+        begun = sum((each / "proof").exists() for each in folder.parent.glob("seed-*") if each != folder)
+        found = replace(found, others=begun)
         if found.reached:
             self.save_dialled(found)
         return found

@@ -96,6 +96,15 @@ def test_a_planner_of_other_settings_is_dialled(ran: Path, tmp_path: Path) -> No
     assert "These drives are others than those that were proved" in said and "planner.manners.like" in said
 
 
+def test_proofs_of_several_seeds_are_counted(ran: Path, tmp_path: Path) -> None:
+    folder = shutil.copytree(ran, tmp_path / "out")
+    said = [coverdrive("dial", folder, *ASKED, "--scales", "0.5", "--seed", str(seed)) for seed in (6, 7)]
+    assert "such proofs were begun" not in " ".join(said[0].split())
+    assert "In this folder 2 such proofs were begun: the confidence is that of each" in " ".join(said[1].split())
+    found = Results(folder).dialled
+    assert found is not None and found.others == 1
+
+
 def test_help_teaches(capsys: pytest.CaptureFixture[str]) -> None:
     said = " ".join(coverdrive("dial", "--help").split())
     assert "proved" in said and "--scales" in said and "--risk" in said
