@@ -1,12 +1,15 @@
 """What code of the user's raises stays what it is, and says whose it is and where in a drive."""
 
+import re
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+import jax
 import numpy as np
 import pytest
 from simulation_fakes import FAST, ConstantPlanner, FakeBasis, FakePredictor, fakes
@@ -80,6 +83,38 @@ class Nothing(ConstantPlanner):
         return None
 
 
+class Plans(ConstantPlanner):
+    """Its plans are those of a constant planner with something changed."""
+
+    def __init__(self, **changed: Any):
+        super().__init__()
+        self.changed = changed
+
+    def plan(self, state, paths, road):
+        return replace(super().plan(state, paths, road), **self.changed)
+
+
+class Returns:
+    """Its paths are not what they should be."""
+
+    def __init__(self, change: Callable[[Any], Any]):
+        self.change = change
+
+    def predict(self, scene, road, ego, dt, steps):
+        return self.change(FakePredictor(FakeBasis.make()).predict(scene, road, ego, dt, steps))
+
+
+class Moves(DriverTraffic):
+    """Its steps are not what they should be."""
+
+    def __init__(self, change: Callable[[Any], Any]):
+        super().__init__()
+        self.change = change
+
+    def step(self, scene, dt):
+        return self.change(super().step(scene, dt))
+
+
 class BadTraffic(DriverTraffic):
     def reset(self, scene, road, rng, controlled=None):
         self.third = Third(OSError("no such port"))
@@ -120,7 +155,7 @@ def of_an_agent() -> Setup:
 STEP = "in step 3, 0.2 s after the start, "
 CASES: list[tuple[Callable[[], Setup], type[Exception], str, str, str]] = [
     (partial(fakes, BadPlanner), ZeroDivisionError, "planner", "BadPlanner", STEP),
-    (partial(fakes, Nothing), AttributeError, "planner", "Nothing", "in step 1, 0 s after the start, "),
+    (partial(fakes, Nothing), TypeError, "planner", "Nothing", "in step 1, 0 s after the start, "),
     (partial(fakes, traffic=BadTraffic), OSError, "traffic", "BadTraffic", STEP),
     (of_an_agent, ZeroDivisionError, "agent", "BadAgent", STEP),
     (lambda: Setup(BadPredictor(FakeBasis.make()), ConstantPlanner, episode=FAST), KeyError, "predictor",
@@ -146,6 +181,38 @@ def test_whose_code_failed_and_where_is_said(
     complaints = capsys.readouterr().err
     assert complaints.endswith(f"; {said}\n") and "report" not in complaints.splitlines()[-1]
     assert "Traceback" in complaints and kind.__name__ in complaints
+
+
+WRONG: dict[str, Callable[[], Setup]] = {
+    "plan: expected coverdrive.plan.Plan, got None": partial(fakes, Nothing),
+    "inputs of plan: expected numpy.ndarray, got [[0.0, 0.0]]": partial(fakes, Plans(inputs=[[0.0, 0.0]])),
+    "status of plan: expected coverdrive.plan.Status, got 'solved'": partial(fakes, Plans(status="solved")),
+    "expected states of the plan of the shape": partial(fakes, Plans(states=np.zeros((2, 4)))),
+    "predict: expected coverdrive.paths.PredictedPaths, got None": lambda: believing(lambda paths: None),
+    "expected half sizes of the shape": lambda: believing(
+        lambda paths: replace(paths, half_sizes=paths.half_sizes[:, 0])
+    ),
+    "expected vehicles of the shape": lambda: believing(lambda paths: replace(paths, vehicle=paths.vehicle[:1])),
+    "step: expected coverdrive.simulation.traffic.model.TrafficStep, got None": partial(
+        fakes, traffic=Moves(lambda moved: None)
+    ),
+    "expected states of the scene of the shape": partial(
+        fakes, traffic=Moves(lambda moved: replace(moved, scene=jax.tree.map(lambda each: each[:2], moved.scene)))
+    ),
+}
+
+
+def believing(change: Callable[[Any], Any]) -> Setup:
+    return Setup(Returns(change), ConstantPlanner, "drivers", FAST)
+
+
+@pytest.mark.parametrize(("said", "setup"), WRONG.items(), ids=range(len(WRONG)))
+def test_what_is_returned_by_parts_of_users_is_what_it_should_be(said: str, setup: Callable[[], Setup]) -> None:
+    with unchecked(), pytest.raises((TypeError, ValueError), match=re.escape(said)) as raised:
+        setup().drive(7)
+    assert blamed(raised.value).endswith("in trial 7 of seed 0") and "which is not of coverdrive" in blamed(
+        raised.value
+    )
 
 
 def test_what_makes_a_part_is_named_as_well() -> None:

@@ -215,8 +215,8 @@ def test_ends_are_counted_by_cause_and_fault() -> None:
     columns = {"share_unsafe": pl.Series([0.5, 0.2]), "time": pl.Series([20.0, 10.0])}
     assert ends(replace(contents, trials=contents.trials.with_columns(**columns))) == (
         "1 of 2 drives (30.0 s, 0.0576 km) ended in a collision (planning failure: 1, prediction miss: 0, hopeless "
-        "start: 0). At fault: ego: 0, other vehicle: 1, nobody: 0. 1 was a near miss. 40 % of all plans were unsafe: "
-        "nothing clear of the predicted paths was found."
+        "start: 0). At fault: ego: 0, other vehicle: 1, nobody: 0. 1 was a near miss. 40 % of all plans were unsafe, "
+        "which is that nothing clear of the predicted paths was found."
     )
     calm = ends(replace(contents, trials=contents.trials.head(1).with_columns(share_unsafe=pl.lit(0.0))))
     assert calm.startswith("None of 1 drives (1.2 s, 0.0288 km) ended in a collision. 1 was a near miss. 0 % of")

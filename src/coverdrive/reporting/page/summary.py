@@ -210,7 +210,7 @@ def ends(contents: Contents) -> str:
     said = f" {idle} more could not start: their vehicles found no room on the road." if idle else ""
     return (
         f"{_collisions(trials)} {near} {'was a near miss' if near == 1 else 'were near misses'}. {unsafe} of all plans "
-        f"were unsafe: nothing clear of the predicted paths was found.{said}"
+        f"were unsafe, which is that nothing clear of the predicted paths was found.{said}"
     )
 
 

@@ -6,15 +6,16 @@ is planned against them and its first input applied; meanwhile the traffic moves
 
 import time
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from jaxtyping import Float
 from pydantic import Field
 
+from coverdrive.arguments import shown
 from coverdrive.errors import DataError, blaming, during
 from coverdrive.paths import PredictedPaths
-from coverdrive.plan import Planner
+from coverdrive.plan import Plan, Planner, Status
 from coverdrive.planning.problem.rollout import after_step
 from coverdrive.progress import done
 from coverdrive.road import Road
@@ -26,6 +27,8 @@ from coverdrive.simulation.predictor import Belief, check_period
 from coverdrive.simulation.roads.initial import EGO, InitialSettings, initial_scene
 from coverdrive.simulation.traffic.model import Start, Starting, Traffic, TrafficStep
 from coverdrive.simulation.traffic.motion import with_states
+
+T = TypeVar("T")
 
 _ROUNDING = 1e-6
 """of a number of steps"""
@@ -109,8 +112,9 @@ def _generators(seed: int | np.random.SeedSequence) -> list[np.random.Generator]
 def move(scene: Scene, inputs: Float[np.ndarray, " 2"], traffic: Traffic, dt: float) -> TrafficStep:
     """Everybody after ``dt`` [s] in which the ego drove these inputs; a DataError if somebody is nowhere."""
     with blaming("traffic", traffic):
-        moved = traffic.step(scene, dt)
+        moved = _given(traffic.step(scene, dt), TrafficStep, "step")
         states = moved.scene.states
+        _check_shape("states of the scene", states, scene.states.shape)
     if not np.isfinite(states[np.asarray(moved.scene.valid)]).all():
         lost = np.flatnonzero(np.asarray(moved.scene.valid) & ~np.isfinite(states).all(1))[0]
         raise DataError(
@@ -139,7 +143,10 @@ def decide(predictor: Belief, planner: Planner, scene: Scene, road: Road, **wish
     paths = _predicted(predictor, planner, scene, road)
     predicted = time.process_time()
     with blaming("planner", planner):
-        plan = planner.plan(scene.state_of(EGO), paths, road, **wishes)
+        plan = _given(planner.plan(scene.state_of(EGO), paths, road, **wishes), Plan, "plan")
+        _given(plan.inputs, np.ndarray, "inputs of plan")
+        _given(plan.status, Status, "status of plan")
+        _check_shape("states of the plan", plan.states, (len(plan.inputs) + 1, 4))
         possible = np.shape(plan.inputs)[1:] == (2,) and (np.abs(plan.inputs[0]) <= _MOST).all()
     if not possible:
         raise DataError(
@@ -152,4 +159,21 @@ def decide(predictor: Belief, planner: Planner, scene: Scene, road: Road, **wish
 def _predicted(predictor: Belief, planner: Planner, scene: Scene, road: Road) -> PredictedPaths:
     """The paths that a planner plans against."""
     with blaming("predictor", predictor):
-        return predictor.predict(scene, road, EGO, planner.dt, planner.steps)
+        paths = _given(predictor.predict(scene, road, EGO, planner.dt, planner.steps), PredictedPaths, "predict")
+        _given(paths.points, np.ndarray, "points of predict")
+        _check_shape("half sizes", paths.half_sizes, paths.points.shape)
+        _check_shape("vehicles", paths.vehicle, paths.points.shape[:1])
+        return paths
+
+
+def _given(value: Any, kind: type[T], method: str) -> T:
+    """What a method of a user's returned, or is in that, if it is of the kind that it is to be."""
+    if not isinstance(value, kind):
+        raise TypeError(f"{method}: expected {kind.__module__}.{kind.__qualname__}, got {shown(value)}")
+    return value
+
+
+def _check_shape(name: str, array: Any, expected: tuple[int, ...]) -> None:
+    """Refuse what is not an array of a shape."""
+    if np.shape(array) != expected:
+        raise ValueError(f"expected {name} of the shape {expected}, got {np.shape(array)}")
