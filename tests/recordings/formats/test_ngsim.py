@@ -34,6 +34,11 @@ def test_csv_in_feet_becomes_centres_in_metres(make_ngsim, write_csv):
     assert first["width"][0] == pytest.approx(1.8288)
 
 
+def test_a_lane_without_vehicles_is_there(make_ngsim, write_csv):
+    table = make_ngsim().filter(pl.col("Lane_ID") != 2)
+    assert read_one(write_csv(table)).road.edges == pytest.approx(np.arange(4) * 3.6576, abs=1e-6)
+
+
 def test_text_without_header_is_read_like_the_csv(make_ngsim, write_csv, write_text):
     table = make_ngsim()
     csv, text = read_one(write_csv(table)), read_one(write_text(table))

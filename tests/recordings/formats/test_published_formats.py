@@ -9,6 +9,7 @@ import polars as pl
 import pytest
 from published_formats import (
     EDGES,
+    Truth,
     found_again,
     truth,
     write_centre_lines,
@@ -63,6 +64,12 @@ def test_both_directions_are_found_again(name: str, tmp_path: Path):
         assert worst["lon"] < 0.12 and worst["lat"] < 0.2 and worst["speed"] < 0.45 and worst["heading"] < 0.012
         if classes and (table["length"] > 8).any():
             assert kinds_of(recording) == {"car", "truck"}
+
+
+def test_a_lane_without_vehicles_is_estimated_too(tmp_path: Path):
+    outer = [table.filter(~pl.col("lat").is_between(EDGES[1], EDGES[2])) for table in truth(0.1, 1, 30.0).tables]
+    (recording,) = read([write_interaction(tmp_path, Truth(tuple(outer), 0.1))])
+    assert recording.road.edges == pytest.approx(EDGES, abs=0.02)
 
 
 @pytest.mark.parametrize("tall", [False, True])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from coverdrive.recordings.roads.lanes import edges_from_lanes, edges_from_width
+from coverdrive.recordings.roads.lanes import edges_from_lanes, edges_from_tracks, edges_from_width
 
 
 def test_edges_lie_between_the_medians():
@@ -23,6 +23,29 @@ def test_rare_lanes_and_doubled_lanes_are_left_out():
     assert edges_from_lanes(right, lane) == pytest.approx([0.25, 3.75, 7.25])
     frequent = np.concatenate([right, np.full(300, 6.5)])
     assert len(edges_from_lanes(frequent, np.concatenate([lane, np.full(300, 6)]))) == 3
+
+
+@pytest.mark.parametrize("few", [0, 1])
+def test_lanes_that_nobody_or_few_drive_in_are_filled_in(few: int):
+    right = np.concatenate([np.full(100, 1.8), np.full(few, 5.4), np.full(100, 9.0), np.full(100, 12.6)])
+    lane = np.repeat([1, 2, 3, 4], [100, few, 100, 100])
+    expected = pytest.approx([0, 3.6, 7.2, 10.8, 14.4])
+    assert edges_from_lanes(right, lane) == expected
+    assert edges_from_lanes(right, -lane) == expected
+    assert edges_from_tracks(right) == pytest.approx([0, 3.6, 7.2, 10.8, 14.4], abs=0.01)
+
+
+@pytest.mark.parametrize(("way", "lanes"), [(8.6, 3), (8.0, 2), (10.8, 3), (14.0, 4), (5.0, 1)])
+def test_as_many_lanes_are_filled_in_as_are_as_wide_as_lanes(way: float, lanes: int):
+    """If that leaves a choice as many as the numbers say, here three, and else such as are usual."""
+    right, lane = np.repeat([2.0, 2 + way], 100), np.repeat([4, 1], 100)
+    assert np.diff(edges_from_lanes(right, lane)) == pytest.approx(way / lanes)
+
+
+def test_lanes_too_far_apart_for_their_numbers_are_refused():
+    right = np.repeat([1.8, 9.0], 100)
+    assert edges_from_lanes(right, np.repeat([1, 2], 100)) is None
+    assert edges_from_lanes(right, np.repeat([1, 3], 100)) is not None
 
 
 def test_one_lane_has_the_usual_width():

@@ -3,6 +3,8 @@
 R is the number of rows; positions across the road count to the right or to the left alike.
 """
 
+from itertools import pairwise
+
 import numpy as np
 from jaxtyping import Float, Num
 
@@ -20,21 +22,21 @@ MOST_LANES = 20
 
 
 def edges_from_lanes(right: Float[np.ndarray, " R"], lane: Num[np.ndarray, " R"]) -> Float[np.ndarray, " edges"] | None:
-    """Edges [m] half-way between the median positions of neighbouring lanes, ascending; None if no lane is frequent.
+    """Edges [m] half-way between the median positions of neighbouring lanes, ascending; None if they cannot be told.
 
     ``right`` [m] is the distance of every vehicle's centre from the left edge, ``lane`` the lane that the recording
-    names. Lanes that are rare, or so close to a more frequent one that they cannot lie beside it, are left out.
+    names. Lanes that are rare, or so close to a more frequent one that they cannot lie beside it, are left out; those
+    whose numbers are missing between two others are filled in. No lane is frequent, or two are too far apart: None.
     """
     names, rows = np.unique(lane, return_counts=True)
-    kept: list[float] = []
+    kept = dict[float, float]()
     for index in np.argsort(-rows, kind="stable")[: round(1 / RARE)]:
         if rows[index] >= RARE * len(right):
             centre = float(np.median(right[lane == names[index]]))
             if all(abs(centre - other) > LANE_WIDTH / 2 for other in kept):
-                kept.append(centre)
-    if not kept:
-        return None
-    return edges_from_centres(np.array(kept))
+                kept[centre] = float(names[index])
+    centres = _with_empty_lanes(kept)
+    return None if centres is None else edges_from_centres(centres)
 
 
 def edges_from_width(right: Float[np.ndarray, " R"]) -> Float[np.ndarray, " edges"] | None:
@@ -59,6 +61,36 @@ def edges_from_tracks(across: Float[np.ndarray, " R"]) -> Float[np.ndarray, " ed
     best = int(np.argmax(np.abs(phase)))
     offset = np.angle(phase[best]) / (2 * np.pi) * widths[best]
     return edges_from_lanes(across, np.rint((across - offset) / widths[best]))
+
+
+def _with_empty_lanes(names: dict[float, float]) -> Float[np.ndarray, " L"] | None:
+    """Centres [m] of lanes whose numbers are known, ascending, and of those between them in which nobody drives.
+
+    None if there is no lane, or numbers that leave no lane out are too far apart.
+    """
+    centres = sorted(names)
+    beside = [after - before for before, after in pairwise(centres) if after - before < 2 * NARROWEST]
+    usual = float(np.median(beside or LANE_WIDTH))
+    found = centres[:1]
+    for before, after in pairwise(centres):
+        lanes = _lanes_between(after - before, abs(names[after] - names[before]), usual)
+        if lanes is None:
+            return None
+        found += np.linspace(before, after, lanes + 1)[1:].tolist()
+    return np.array(found) if found else None
+
+
+def _lanes_between(way: float, step: float, usual: float) -> int | None:
+    """How many lanes it is from one centre to another: as many as their numbers say, if lanes are as wide as that.
+
+    Else as many as come nearest to the usual width [m]. None if lanes would be too wide.
+    """
+    if not 2 * NARROWEST <= way <= MOST_LANES * WIDEST:
+        return 1  # no other lane has place between them, or they lie on no road, which is refused with its width
+    if step < 2:
+        return None
+    fitting = [lanes for lanes in range(2, MOST_LANES + 1) if NARROWEST <= way / lanes <= WIDEST]
+    return min(fitting, key=lambda lanes: (lanes != step, abs(way / lanes - usual)))
 
 
 def edges_from_centres(centres: Float[np.ndarray, " L"]) -> Float[np.ndarray, " edges"]:
