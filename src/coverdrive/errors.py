@@ -28,6 +28,10 @@ class RecordingError(CoverdriveError):
         super().__init__(f"{place}: {problem}")
 
 
+class NoVehiclesError(RecordingError):
+    """A whole file in which no vehicle was recorded; of a folder it is skipped."""
+
+
 class SettingError(CoverdriveError):
     """A setting, or a combination of settings, that makes no sense."""
 

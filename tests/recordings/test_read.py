@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
+from recordings_fakes import driving, scenario, straight, three_lanes
 
 from coverdrive.errors import RecordingError
 from coverdrive.progress import heard_by, stage
@@ -19,6 +20,22 @@ def test_folders_are_read_in_natural_order(make_ngsim, tmp_path: Path):
     (tmp_path / "notes.md").write_text("not a recording")
     (tmp_path / "folder.csv").mkdir()
     assert [recording.name for recording in read([tmp_path])] == ["part 1", "part 2", "part 10"]
+
+
+def test_files_of_a_folder_without_vehicles_are_skipped_and_named(tmp_path: Path):
+    bicycle = driving(100, 20.0, -1.75, 5.0, 40).replace("<type>car<", "<type>bicycle<")
+    for number, vehicles in enumerate(("", bicycle, driving(100, 20.0, -1.75, 5.0, 1), "")):
+        (tmp_path / f"{number}.xml").write_text(scenario(three_lanes(), vehicles))
+    with pytest.raises(RecordingError, match=r"0\.xml: the scenario has no recorded vehicles"):
+        read([tmp_path])
+    for name in "ab":
+        (tmp_path / f"{name}.xml").write_text(straight().replace("20.0", f"{19 + ord(name) % 2}.0"))
+    recordings = read([tmp_path])
+    assert [recording.name for recording in recordings] == ["a", "b"]
+    assert recordings[0].notes["skipped"] == "0.xml, 1.xml, 2.xml and 1 more, without vehicles"
+    assert "skipped" not in recordings[1].notes
+    with pytest.raises(RecordingError, match=r"1\.xml: the scenario has no recorded vehicles"):
+        read([tmp_path, tmp_path / "1.xml"])
 
 
 def test_short_recordings_are_a_group_each(make_ngsim, write_csv):

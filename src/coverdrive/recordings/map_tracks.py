@@ -13,7 +13,7 @@ import numpy as np
 import polars as pl
 from jaxtyping import Float, Num
 
-from coverdrive.errors import RecordingError
+from coverdrive.errors import NoVehiclesError, RecordingError
 from coverdrive.recordings.files.boundary import naming
 from coverdrive.recordings.files.columns import (
     LENGTH,
@@ -122,7 +122,7 @@ def _regular(file: Path, tracks: MapTracks, repairs: Counter[str]) -> tuple[pl.D
             raise RecordingError(file, f"the reader gave no column {name}; expected {', '.join(NEEDED)}")
     if table.is_empty():
         others = tracks.repairs["rows of other road users"]
-        raise RecordingError(file, f"it holds no vehicles, and {others} rows of other road users; choose another file")
+        raise NoVehiclesError(file, f"it holds no vehicles, and {others} rows of other road users; choose another file")
     usual = {"length": pl.lit(LENGTH), "width": pl.lit(WIDTH), "kind": pl.lit(0, pl.Int8)}
     if "length" not in table.columns or "width" not in table.columns:
         repairs["assumed sizes"] += table["vehicle"].n_unique()

@@ -17,7 +17,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from coverdrive.arguments import paths_of
-from coverdrive.errors import RecordingError
+from coverdrive.errors import NoVehiclesError, RecordingError
 from coverdrive.progress import part
 from coverdrive.recordings.files.boundary import naming
 from coverdrive.recordings.formats import registry as registry
@@ -35,6 +35,9 @@ BLOCK = 60.0
 
 LONG = 120.0
 """[s] recordings that last longer are cut into groups"""
+
+MOST_NAMED = 3
+"""Skipped files that a note names"""
 
 Groups = Int[np.ndarray, "..."]
 
@@ -56,7 +59,8 @@ def read(
     time; those of the package's own Parquet files stay as they are, unless other files share their vehicles.
 
     Args:
-        paths: one or several files, or folders whose files of a known kind are read in natural order (2 before 10).
+        paths: one or several files, or folders whose files of a known kind are read in natural order (2 before 10);
+            those without vehicles are skipped, and named in the notes of the first recording.
         location: the site to read from NGSIM files that hold several.
         smoothing: how positions are smoothed.
         format: name of the files' format, one of `coverdrive.readers`; without it, each file shows its own.
@@ -67,15 +71,27 @@ def read(
     how = How(location, smoothing or SmoothingSettings(), None if map is None else Path(map))
     readings: list[Reading] = []
     origin: list[int] = []
-    files = [file for path in paths_of("paths", paths) for file in _files(path)]
+    skipped = dict[Path, NoVehiclesError]()
+    named = paths_of("paths", paths)
+    files = [file for path in named for file in _files(path)]
     if not files:
         raise RecordingError("no file", "there is nothing to read; name at least one file or folder")
     namesakes = dict[str, list[Path]]()
     for number, file in enumerate(files):
         with part(number, len(files)):
-            found = _read_file(file, how, format, namesakes)
+            try:
+                found = _read_file(file, how, format, namesakes)
+            except NoVehiclesError as error:
+                if file in named:
+                    raise
+                skipped[file] = error
+                continue
         readings += found
-        origin += [number] * len(found)
+        origin += [number - len(skipped)] * len(found)
+    if skipped:
+        if not readings:
+            raise next(iter(skipped.values()))
+        readings[0].recording.notes["skipped"] = _without_vehicles([file.name for file in skipped])
     return tuple(resampled(recording, dt, how.smoothing) for recording in _grouped(readings, origin))
 
 
@@ -104,6 +120,12 @@ def _files(path: Path) -> list[Path]:
         raise RecordingError(path, f"the folder holds no recording; expected files {', '.join(SUFFIXES)}")
     pairs = re.compile(r"(\D*)(\d*)")
     return sorted(files, key=lambda file: [(int(part or -1), text) for text, part in pairs.findall(file.name.lower())])
+
+
+def _without_vehicles(names: list[str]) -> str:
+    """What is said of skipped files; many are not all named."""
+    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
+    return f"{', '.join(names[:MOST_NAMED])}{more}, without vehicles"
 
 
 def _read_file(file: Path, how: How, name: str | None, namesakes: dict[str, list[Path]]) -> tuple[Reading, ...]:

@@ -83,7 +83,8 @@ class Recording:
     repairs: dict[str, int]
     """how often each kind of repair was made when the recording was read"""
     notes: dict[str, str] = field(default_factory=dict[str, str])
-    """how it was read: the ``format``, where the ``lanes`` are from, how it was ``resampled``"""
+    """how it was read: the ``format``, where the ``lanes`` are from, how it was ``resampled``, and which files of its
+    folder were ``skipped``"""
     call: str = field(default="", repr=False)
     """which call read it; groups are numbered through those of one call"""
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from coverdrive.errors import DataError, RecordingError
+from coverdrive.errors import DataError, NoVehiclesError, RecordingError
 from coverdrive.recordings.files.kinds import NUMBER_OF
 from coverdrive.recordings.files.scenario import is_vehicle, open_scenario, states_of
 from coverdrive.recordings.formats.reader import AS_USUAL, How
@@ -152,11 +152,11 @@ def _rows(file: Path, obstacles: list[Any], repairs: Counter[str]) -> pl.DataFra
             about = (obstacle.obstacle_id, state.time_step, shape.length, shape.width, NUMBER_OF.get(kind, 0))
             rows.append((*about, *state.position, state.velocity))
     if not rows:
-        raise RecordingError(file, "the scenario has no recorded vehicles; choose another file")
+        raise NoVehiclesError(file, "the scenario has no recorded vehicles; choose another file")
     table = pl.DataFrame(np.array(rows, dtype=np.float64), schema=list(COLUMNS)).cast(COLUMNS)
     if not (table["vehicle"].unique_counts() > 2).any():
         problem = "no vehicle is there at more than two time steps: an interactive scenario, or one of single states"
-        raise RecordingError(file, f"{problem}; choose one with recorded tracks")
+        raise NoVehiclesError(file, f"{problem}; choose one with recorded tracks")
     return table
 
 
