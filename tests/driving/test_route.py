@@ -10,6 +10,7 @@ from recordings_fakes import driving, lanelet, on_map, scenario
 
 from coverdrive.driving.planning_problem import PlanningProblem, read_problems
 from coverdrive.driving.solved import solve
+from coverdrive.errors import RecordingError
 
 AT = np.linspace(90.0, 200.0, 30)
 ASIDE = -20 * ((AT - 90) / 110) ** 2
@@ -100,6 +101,27 @@ def test_a_junction_far_ahead_does_not_matter(last: int, tmp_path: Path) -> None
     assert isinstance(found, PlanningProblem)
     lon, lat = found.road.to_road(100.0, 0.0)
     assert found.road.length - lon > 50.0 and lat == pytest.approx(1.75, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("left", "why"),
+    [
+        (0.0, "the goal is 447 m away; from 20 m/s one gets 138 m in its 5 s at most"),
+        (30.0, "the goal is not on the road"),
+    ],
+)
+def test_a_goal_too_far_ahead_is_said_to_be(left: float, why: str, tmp_path: Path) -> None:
+    path = tmp_path / "USA_Test-1_1_T-1.xml"
+    place = (
+        "<position><rectangle><length>6</length><width>2</width><orientation>0</orientation><center><x>500</x>"
+        f"<y>{left}</y></center></rectangle></position>"
+    )
+    wanted = goal(place, first=0, last=50)
+    path.write_text(scenario(arc(50.0, 0.1, 600.0), driving(100, -500.0, 0.0, 0.0, 20) + started(50.0, 20.0, wanted)))
+    (found,) = read_problems(path)
+    assert isinstance(found, PlanningProblem)
+    with pytest.raises(RecordingError, match=why):
+        _ = found.goal
 
 
 def test_a_loop_of_25_m_is_driven_slowly(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from shapely.ops import unary_union
 from coverdrive.driving.goal import Goal, Interval
 from coverdrive.driving.obstacles import begins_in, corners, near, pieces, shape_of, told, tracks_of
 from coverdrive.driving.perception import Told
-from coverdrive.driving.route import drawn_near, route
+from coverdrive.driving.route import drawn_near, farthest, route
 from coverdrive.driving.tidy import in_order, refuse_unknown, with_narrow_headings
 from coverdrive.errors import DataError, RecordingError
 from coverdrive.recordings.checks import check_vehicles
@@ -179,11 +179,24 @@ class PlanningProblem:
         on_road = shape.intersection(_surface_of(self.road).buffer(-_OFF_CENTRE))
         parts = [part for part in getattr(on_road, "geoms", [on_road]) if part.area > 0]
         if not parts:
-            problem = f"planning problem {self.number}: the goal is not on the road that the start is on"
-            raise RecordingError(self.file, f"{problem}; choose another planning problem")
+            problem = self._too_far(shape) or "the goal is not on the road that the start is on"
+            raise RecordingError(
+                self.file, f"planning problem {self.number}: {problem}; choose another planning problem"
+            )
         start = float(self.road.to_road(*self.problem.initial_state.position)[0])
         ways = [self._along(part) for part in parts]
         return min(zip(parts, ways, strict=True), key=lambda each: _way(start, each[1]))[0]
+
+    def _too_far(self, shape: BaseGeometry) -> str | None:
+        """Why a shape cannot be reached in time although lanes lead there; None: for another reason."""
+        start, time = self.problem.initial_state, float(self.scenario.dt) * (self.last - self.first)
+        way, most = shape.distance(Point(*start.position)), farthest(float(start.velocity), time)
+        lanelets = self.scenario.lanelet_network.lanelets
+        if way <= most or route(lanelets, start.position, float(start.orientation), [shape]) is None:
+            return None
+        return (
+            f"the goal is {way:.0f} m away; from {start.velocity:g} m/s one gets {most:.0f} m in its {time:g} s at most"
+        )
 
 
 def read_problems(file: Path) -> Iterator[PlanningProblem | RecordingError]:

@@ -81,6 +81,11 @@ def _reached(parts: dict[int, Any], some: Collection[int], links: Iterable[str],
     return found
 
 
+def farthest(speed: float, time: float) -> float:
+    """[m] as far as a car gets from a speed [m/s] on in a time [s]."""
+    return speed * time + _HARDEST / 2 * time**2
+
+
 def drawn_near(
     start: Float[np.ndarray, " 2"], speed: float, time: float, touching: float
 ) -> Callable[[list[DrawnLane]], Road]:
@@ -88,7 +93,7 @@ def drawn_near(
 
     Where that bends too sharply it is less, as much as can be followed. ``touching`` is that of `drawn_road`.
     """
-    reach = speed * time + _HARDEST / 2 * time**2 + _BEYOND
+    reach = farthest(speed, time) + _BEYOND
 
     def draw(lanes: list[DrawnLane]) -> Road:
         first: DataError | None = None
