@@ -28,7 +28,7 @@ from coverdrive.recordings.files.delimited import ROW
 from coverdrive.recordings.files.lanelet2 import Origin, read_lanelet2
 from coverdrive.recordings.roads.carriageway import Line, centred, check_apart, line_along, split_directions
 from coverdrive.recordings.roads.driven_road import driven_road, roads_of
-from coverdrive.recordings.roads.lanes import edges_from_centres, edges_from_lanes, edges_from_tracks
+from coverdrive.recordings.roads.lanes import edges_from_centres, edges_from_lanes, edges_from_tracks, order_of
 from coverdrive.recordings.roads.partial_lanes import with_partial_lanes
 from coverdrive.recordings.tracks.reading import Reading, check_time_step, make_reading
 from coverdrive.recordings.tracks.repair import RawTracks, counted, tidy
@@ -54,9 +54,6 @@ are opposed"""
 
 SHORTEST_WAY, MOST_TURNED = 1.0, 30.0
 """[m] that a vehicle moves for its heading to be compared with its motion, and [degrees] between them in most rows"""
-
-ORDERED = 0.8
-"""Correlation with positions across the road above which numbers of lanes grow in one direction"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -249,8 +246,7 @@ def _edges(
 
 def _order(lane: Num[np.ndarray, " R"], lat: Float[np.ndarray, " R"]) -> str:
     """In which direction the numbers of lanes grow, in words."""
-    alike = np.mean((lane - lane.mean()) * (lat - lat.mean())) / max(float(lane.std() * lat.std()), 1e-9)
-    return "in no order" if abs(alike) < ORDERED else f"growing to the {'left' if alike > 0 else 'right'}"
+    return {0: "in no order", 1: "growing to the left", -1: "growing to the right"}[order_of(lane, lat)]
 
 
 def _offsets(lines: tuple[Line, ...], line: ReferenceLine) -> Float[np.ndarray, " L"]:

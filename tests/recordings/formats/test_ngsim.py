@@ -39,6 +39,15 @@ def test_a_lane_without_vehicles_is_there(make_ngsim, write_csv):
     assert read_one(write_csv(table)).road.edges == pytest.approx(np.arange(4) * 3.6576, abs=1e-6)
 
 
+@pytest.mark.parametrize("lanes", [2, 3])
+def test_a_mirrored_road_is_refused_by_its_lane_numbers(make_ngsim, write_csv, lanes: int):
+    table = make_ngsim().filter(pl.col("Lane_ID") <= lanes).with_columns(Local_X=36.0 - pl.col("Local_X"))
+    with pytest.raises(RecordingError, match=r"column local_x: .*positions are mirrored, turn Local_X round"):
+        read_one(write_csv(table))
+    assert read_one(write_csv(table.drop("Lane_ID"))).road.lanes == 3
+    assert read_one(write_csv(table.filter(pl.col("Lane_ID") == 1))).road.lanes == 1
+
+
 def test_text_without_header_is_read_like_the_csv(make_ngsim, write_csv, write_text):
     table = make_ngsim()
     csv, text = read_one(write_csv(table)), read_one(write_text(table))

@@ -27,7 +27,7 @@ from coverdrive.recordings.files.columns import (
 )
 from coverdrive.recordings.files.delimited import ROW, Layout, csv_layout, read_columns
 from coverdrive.recordings.formats.reader import AS_USUAL, How
-from coverdrive.recordings.roads.lanes import edges_from_lanes, edges_from_width
+from coverdrive.recordings.roads.lanes import edges_from_lanes, edges_from_width, order_of
 from coverdrive.recordings.roads.partial_lanes import with_partial_lanes
 from coverdrive.recordings.tracks.reading import Reading, make_reading, name_of
 from coverdrive.recordings.tracks.repair import RawTracks, tidy
@@ -156,6 +156,9 @@ def recordings_from_local(
 def _in_road_frame(file: Path, table: pl.DataFrame) -> tuple[RawTracks, Float[np.ndarray, " edges"]]:
     """All rows with vehicle centres in the frame of the road, and the lane edges from its right edge on."""
     right = table["right"].to_numpy()
+    if "lane" in table.columns and order_of(table["lane"].to_numpy(), right) < 0:
+        problem = "Local_X falls from lane to lane as Lane_ID counts; expected both to grow from the left edge"
+        raise RecordingError(file, f"{problem}: positions are mirrored, turn Local_X round", None, "local_x")
     edges = edges_from_lanes(right, table["lane"].to_numpy()) if "lane" in table.columns else edges_from_width(right)
     if edges is None:
         problem = "the lanes cannot be told; expected a few lanes that most vehicles are in, check Lane_ID and Local_X"

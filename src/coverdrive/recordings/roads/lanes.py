@@ -20,6 +20,9 @@ NARROWEST, WIDEST = 2.7, 4.3
 MOST_LANES = 20
 """The widest roads have fewer lanes in one direction"""
 
+ORDERED = 0.8
+"""Correlation with positions across the road above which numbers of lanes grow in one direction"""
+
 
 def edges_from_lanes(right: Float[np.ndarray, " R"], lane: Num[np.ndarray, " R"]) -> Float[np.ndarray, " edges"] | None:
     """Edges [m] half-way between the median positions of neighbouring lanes, ascending; None if they cannot be told.
@@ -91,6 +94,12 @@ def _lanes_between(way: float, step: float, usual: float) -> int | None:
         return None
     fitting = [lanes for lanes in range(2, MOST_LANES + 1) if NARROWEST <= way / lanes <= WIDEST]
     return min(fitting, key=lambda lanes: (lanes != step, abs(way / lanes - usual)))
+
+
+def order_of(lane: Num[np.ndarray, " R"], across: Float[np.ndarray, " R"]) -> int:
+    """Whether the numbers of lanes grow with the positions [m] across the road (1), against them (−1), or neither."""
+    alike = np.mean((lane - lane.mean()) * (across - across.mean())) / max(float(lane.std() * across.std()), 1e-9)
+    return 0 if abs(alike) < ORDERED else int(np.sign(alike))
 
 
 def edges_from_centres(centres: Float[np.ndarray, " L"]) -> Float[np.ndarray, " edges"]:
