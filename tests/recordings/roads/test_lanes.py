@@ -43,7 +43,7 @@ def test_as_many_lanes_are_filled_in_as_are_as_wide_as_lanes(way: float, lanes: 
 
 
 def test_lanes_too_far_apart_for_their_numbers_are_refused():
-    right = np.repeat([1.8, 9.0], 100)
+    right = np.repeat([1.8, 12.6], 100)
     assert edges_from_lanes(right, np.repeat([1, 2], 100)) is None
     assert edges_from_lanes(right, np.repeat([1, 3], 100)) is not None
 

@@ -90,8 +90,8 @@ def _lanes_between(way: float, step: float, usual: float) -> int | None:
     """
     if not 2 * NARROWEST <= way <= MOST_LANES * WIDEST:
         return 1  # no other lane has place between them, or they lie on no road, which is refused with its width
-    if step < 2:
-        return None
+    if step < 2:  # a ramp beyond a wedge
+        return 1 if way <= 2 * WIDEST else None
     fitting = [lanes for lanes in range(2, MOST_LANES + 1) if NARROWEST <= way / lanes <= WIDEST]
     return min(fitting, key=lambda lanes: (lanes != step, abs(way / lanes - usual)))
 
