@@ -23,7 +23,7 @@ from coverdrive.simulation.measures.notable import COLLIDED, OWN_FAULT
 from coverdrive.simulation.measures.statistics import miss_rate
 from coverdrive.simulation.roads.initial import VEHICLES
 from coverdrive.simulation.roads.places import PLACES
-from coverdrive.simulation.studies.comparison import paired_t
+from coverdrive.simulation.studies.comparison import mean_interval
 from coverdrive.simulation.studies.setup import Setup
 
 PHASES = (("drivers", VEHICLES, 0), ("aggressive", (8, 9, 10, 11, 12), 0), ("drivers", VEHICLES, 1))
@@ -72,7 +72,7 @@ def told(drives: pl.DataFrame) -> dict[str, object]:
         "missed": [share.count / max(1, share.total), share.low, share.high],
         "moving average of 10 min": [moving.min(), moving.max()] if len(moving) else None,
         "λ after a drive": np.quantile(drives["scale"].to_numpy(), [0.05, 0.5, 0.95]).tolist(),
-        "mean speed m/s": [float(speed.mean()), *paired_t(speed, 0.95)[:2]],
+        "mean speed m/s": [float(speed.mean()), *mean_interval(speed, 0.95)],
         "collisions": int(drives.select(COLLIDED.sum()).item()),
         "at the ego's fault": int(drives.select(OWN_FAULT.sum()).item()),
         "share of plans without a clear way": float(drives["share_unsafe"].to_numpy().mean()),

@@ -99,7 +99,7 @@ def of_league(said: list[dict[str, str]]) -> dict[str, Any]:
             "gap": float(row["least_gap"]),
             "mean gap": float(row["minimum_gap"]),
         }
-        if row["mean_speed_minus"]:
+        if row["mean_speed_minus_low"]:
             one["faster by"] = [float(row[f"mean_speed_minus{end}"]) for end in ("", "_low", "_high")]
     return found
 

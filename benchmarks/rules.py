@@ -36,7 +36,7 @@ from coverdrive.scene import Scene
 from coverdrive.simulation.drives.fault import Fault
 from coverdrive.simulation.drives.outcome import Kind
 from coverdrive.simulation.measures.trial import measure
-from coverdrive.simulation.studies.comparison import paired_t
+from coverdrive.simulation.studies.comparison import mean_interval
 from coverdrive.simulation.studies.setup import Setup
 from coverdrive.simulation.traffic.replay import cut_scenarios
 from random_emergencies import compared, emergencies, row_of
@@ -168,7 +168,7 @@ def summary(rows: list[dict[str, Any]], base: list[dict[str, Any]]) -> dict[str,
         "contacts": len(touched),
         "own fault": sum(each["at_fault"] == Fault.EGO.value for each in touched),
         "mean speed": float(column["mean_speed"].mean()),
-        "faster by": paired_t(apart, 0.95)[:2] if len(apart) > 1 else None,
+        "faster by": mean_interval(apart, 0.95),
         "unsafe": float(column["share_unsafe"].mean()),
         "headway in nine of ten moments": float(np.nanmedian(column["usual_headway"])),
         "within 1 s of collision": float((column["minimum_time_to_collision"] < 1).mean()),
@@ -198,7 +198,8 @@ def table(found: dict[str, dict[str, dict[str, Any]]]) -> str:
         lines += ["| without | contacts (own fault) | mean speed [m/s] (paired 95 %) | unsafe | headway [s] | < 1 s to collision | jerk [m/s³] |"]  # fmt: skip  # noqa: E501
         lines += ["|---|---|---|---|---|---|---|"]
         for rule, each in rules.items():
-            apart = "" if rule == ALL else " ({:+.2f} … {:+.2f})".format(*each["faster by"])
+            told = rule != ALL and None not in each["faster by"]
+            apart = " ({:+.2f} … {:+.2f})".format(*each["faster by"]) if told else ""
             lines += [f"| {_name(rule)} | {each['contacts']} ({each['own fault']}) | {each['mean speed']:.2f}{apart} | {each['unsafe']:.2%} | {each['headway in nine of ten moments']:.2f} | {each['within 1 s of collision']:.0%} | {each['jerk']:.2f} |"]  # fmt: skip  # noqa: E501
     return "\n".join(lines)
 

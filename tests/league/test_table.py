@@ -44,6 +44,14 @@ def test_counts_means_and_paired_differences_are_those_by_hand() -> None:
     assert (second["at_fault_minus_low"], second["at_fault_minus_high"]) == ends
 
 
+def test_what_is_equal_in_all_drives_has_no_interval() -> None:
+    table = league_table({("here", "first"): drives([20.0, 22.0]), ("here", "second"): drives([21.0, 23.0])})
+    second = table.row(1, named=True)
+    assert second["mean_speed_minus"] == 1.0 and second["jerk_longitudinal"] == 2.0
+    for name in ("mean_speed_minus", "jerk_longitudinal", "jerk_longitudinal_minus"):
+        assert second[f"{name}_low"] is second[f"{name}_high"] is None
+
+
 def test_pairs_are_of_the_trials_that_both_could_start() -> None:
     late = pl.concat([table_of([unstarted(0, 0, 5, "no room")]), drives([9.0, 23.0, 25.0])[1:]])
     table = league_table({("here", "first"): drives([20.0, 22.0, 24.0]), ("here", "second"): late})

@@ -14,7 +14,7 @@ from coverdrive.league.entrants import Known, seated
 from coverdrive.simulation.measures.notable import COLLIDED, OWN_FAULT
 from coverdrive.simulation.measures.trial import STARTED
 from coverdrive.simulation.predictor import Scalable
-from coverdrive.simulation.studies.comparison import paired_t
+from coverdrive.simulation.studies.comparison import mean_interval
 from coverdrive.simulation.studies.setup import Setup
 
 OURS = "default"
@@ -64,7 +64,7 @@ def frontier(tables: Mapping[tuple[str, str, float | None], pl.DataFrame], predi
         speeds = table["mean_speed"].to_numpy()
         collisions, own = (int(table.select(event.sum()).item()) for event in (COLLIDED, OWN_FAULT))
         low, high = clopper_pearson(collisions, table.height, _CONFIDENCE)
-        slow, fast = paired_t(speeds, _CONFIDENCE)[:2] if len(speeds) > 1 else (None, None)
+        slow, fast = mean_interval(speeds, _CONFIDENCE)
         lines.append(
             {
                 "who": who,

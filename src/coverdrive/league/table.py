@@ -15,7 +15,7 @@ from jaxtyping import Bool, Float
 from coverdrive.certificates.bounds import clopper_pearson
 from coverdrive.simulation.drives.outcome import Fault, Kind
 from coverdrive.simulation.measures.trial import STARTED
-from coverdrive.simulation.studies.comparison import newcombe_interval, paired_t
+from coverdrive.simulation.studies.comparison import mean_interval, newcombe_interval
 
 MEASURES = (
     "mean_speed",
@@ -102,7 +102,7 @@ def _line(table: pl.DataFrame) -> dict[str, Any]:
     for name in MEASURES:
         values = _values(table, name)
         values = values[~np.isnan(values)]
-        line |= {name: float(values.mean()) if len(values) else None} | _named(name, _interval(values))
+        line |= {name: float(values.mean()) if len(values) else None} | _named(name, mean_interval(values, _CONFIDENCE))
     return line
 
 
@@ -120,12 +120,8 @@ def _differences(usual: pl.DataFrame, table: pl.DataFrame) -> dict[str, Any]:
         difference = _values(theirs, name) - _values(ours, name)
         difference = difference[~np.isnan(difference)]
         line |= {f"{name}_minus": float(difference.mean()) if len(difference) else None}
-        line |= _named(f"{name}_minus", _interval(difference))
+        line |= _named(f"{name}_minus", mean_interval(difference, _CONFIDENCE))
     return line
-
-
-def _interval(values: Float[np.ndarray, " n"]) -> tuple[float | None, float | None]:
-    return paired_t(values, _CONFIDENCE)[:2] if len(values) > 1 else (None, None)
 
 
 def _named(name: str, interval: tuple[float | None, float | None]) -> dict[str, float | None]:

@@ -125,6 +125,17 @@ def test_comparisons_show_both_studies_and_the_difference() -> None:
         assert part in text
 
 
+def test_comparisons_show_what_is_unknown_as_a_dash() -> None:
+    nan = float("nan")
+    alike = Difference("mean_speed", 2, 20.0, 21.0, nan, nan, nan)
+    never = Difference("minimum_left", 0, nan, nan, nan, nan, nan)
+    text = printed(comparison_table(Comparison(2, {}, (), (alike, never))), 100)
+    cells = {line.strip("│ ").split("  ")[0].strip(): line.split() for line in text.splitlines() if "–" in line}
+    assert "nan" not in text
+    assert cells["mean speed"][-5:] == ["21", "+1", "(–)", "–", "2"]
+    assert cells["minimum left"][-5:] == ["–", "–", "–", "–", "0"]
+
+
 def test_comparisons_fit_a_narrow_terminal() -> None:
     side = Difference("frontal_or_side", 1000, 0.6, 0.2, -0.7, 0.0, 0.2188, (115, 111))
     measures = [

@@ -9,7 +9,7 @@ from scipy.stats import ttest_rel
 from simulation_fakes import ConstantPlanner, fakes
 
 from coverdrive.errors import DataError
-from coverdrive.simulation.studies.comparison import compare, newcombe_interval, paired_t
+from coverdrive.simulation.studies.comparison import compare, mean_interval, newcombe_interval, paired_t
 from coverdrive.simulation.studies.folder import StudyFolder
 from coverdrive.simulation.studies.study import Study
 
@@ -52,7 +52,17 @@ def test_paired_t_agrees_with_scipy():
     result = ttest_rel(two, one)
     interval = result.confidence_interval(0.9)
     assert paired_t(two - one, 0.9) == pytest.approx((interval.low, interval.high, result.pvalue))
-    assert paired_t(np.zeros(4), 0.9) == (0.0, 0.0, 1.0)
+
+
+@pytest.mark.parametrize("difference", [np.ones(2), np.full(3, 0.1), np.array([2.3, 1.4]) - [1.2, 0.3]])
+def test_differences_that_are_all_equal_have_no_interval(difference):
+    assert np.isnan(paired_t(difference, 0.95)).all()
+    assert mean_interval(difference, 0.95) == mean_interval(difference[:0], 0.95) == (None, None)
+
+
+def test_who_never_differs_has_no_interval_but_a_p():
+    low, high, p = paired_t(np.zeros(4), 0.9)
+    assert np.isnan([low, high]).all() and p == 1.0
 
 
 def accelerating():
@@ -69,7 +79,9 @@ def test_two_planners_in_the_same_traffic(tmp_path):
     speed = found.measures[0]
     assert (speed.name, speed.pairs) == ("mean_speed", 4)
     assert speed.first == pytest.approx(20.0) and speed.second == pytest.approx(20.5, abs=0.1)
-    assert speed.low <= speed.value <= speed.high and speed.p < 1e-6
+    assert np.isnan([speed.low, speed.high, speed.p]).all()  # who accelerates alike is faster alike
+    headway = next(each for each in found.measures if each.name == "usual_headway")
+    assert headway.low <= headway.value <= headway.high < 0 and headway.p < 0.01
     assert compare(first, tmp_path / "a").measures[0].p == 1.0
 
 

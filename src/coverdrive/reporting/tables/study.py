@@ -167,7 +167,7 @@ def comparison_table(comparison: Comparison) -> Table:
         ("measure", "first", "second", "difference (95 %)", "p", "pairs"),
         [_difference(each) for each in (*comparison.collisions, *comparison.measures)],
         "collisions: exact sign test on the trials in which only the first : only the second collided, Newcombe's "
-        "interval; all else: paired t, on pairs in which both are finite",
+        "interval; all else: paired t, on pairs in which both are finite; none where all pairs differ alike",
         first={},
         no_wrap=True,
         padding=0,
@@ -179,7 +179,13 @@ def _difference(each: Difference) -> tuple[str, ...]:
     if each.only is not None:
         means, form, pairs = (f"{each.first:.1%}", f"{each.second:.1%}"), "+.1%", "{}:{}".format(*each.only)
     else:
-        means = (f"{mean:.4g}" if abs(mean) >= 1 else f"{mean:.3g}" for mean in (each.first, each.second))
+        means = (_known(mean, ".4g" if abs(mean) >= 1 else ".3g") for mean in (each.first, each.second))
         form, pairs = "+.3g", str(each.pairs)
-    interval = f"{each.value:{form}} ({each.low:{form}} … {each.high:{form}})"
-    return each.name.replace("_", " "), *means, interval, "<0.001" if each.p < 0.001 else f"{each.p:.2g}", pairs
+    interval = "–" if np.isnan(each.low) else f"{each.low:{form}} … {each.high:{form}}"
+    difference = f"{each.value:{form}} ({interval})" if each.pairs else "–"
+    p = "<0.001" if each.p < 0.001 else _known(each.p, ".2g")
+    return each.name.replace("_", " "), *means, difference, p, pairs
+
+
+def _known(value: float, form: str) -> str:
+    return "–" if np.isnan(value) else f"{value:{form}}"
