@@ -114,6 +114,17 @@ def test_other_seeds_or_vehicles_are_refused(tmp_path):
         compare(tmp_path / "a", tmp_path / "c")
 
 
+def test_studies_of_which_no_trial_started_in_both_are_refused(tmp_path):
+    once = Study(fakes(), tmp_path / "a").run(2).trials
+    shutil.copytree(tmp_path / "a", tmp_path / "b")
+    for name, reasons in {"a": ["", "no room"], "b": ["no room", ""]}.items():
+        kinds = ["not started" if reason else "finished" for reason in reasons]
+        rows = once.with_columns(kind=pl.Series(kinds), reason=pl.Series(reasons))
+        StudyFolder(tmp_path / name).save_table(rows)
+    with pytest.raises(DataError, match=r"of 2 trials that .* none started in both"):
+        compare(tmp_path / "a", tmp_path / "b")
+
+
 def test_what_is_missing_in_a_folder_is_named(tmp_path):
     Study(fakes(), tmp_path / "a").run(1)
     Study(fakes(), tmp_path / "b" / "study").run(1)

@@ -80,7 +80,8 @@ def compare(first: Study | Path | str, second: Study | Path | str, confidence: f
     Each is a study, its folder, or the results folder around it; ``confidence``, in (0, 1), is of every interval alone.
 
     Raises:
-        DataError: a folder holds no finished study, or the two have other seeds or numbers of vehicles.
+        DataError: a folder holds no finished study, the two have other seeds or numbers of vehicles, or no trial
+            started in both.
     """
     first, second = (each.folder if isinstance(each, Study) else path_of(name, each, "a study, or ")
                      for name, each in (("first", first), ("second", second)))  # fmt: skip
@@ -95,6 +96,11 @@ def compare(first: Study | Path | str, second: Study | Path | str, confidence: f
                 f"{ours[name][at]} and {theirs[name][at]}; drive both with the same seed, start and vehicles"
             )
     started = ours.select(STARTED).to_series() & theirs.select(STARTED).to_series()
+    if not started.any():
+        raise DataError(
+            f"of {trials} trials that {first} and {second} have in common none started in both, so that there is "
+            "nothing to compare; drive more trials, or fewer vehicles"
+        )
     ours, theirs = ours.filter(started), theirs.filter(started)
     return Comparison(
         trials=ours.height,
