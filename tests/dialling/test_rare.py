@@ -151,8 +151,12 @@ def test_intervals():
     assert low * high == pytest.approx(found.probability**2) and high / low > 10
     assert "with probability 2e-05 (95" in found.sentence and found.sentence.endswith("3 independent repetitions.")
     ended = Rare(Path(), [*found.repetitions[:2], found.repetitions[2] | {"rarer": True}])
-    assert "with probability less than 2e-05 (95" in ended.sentence
+    assert ended.interval[0] < low and ended.interval[1] == high == pytest.approx(6.93e-5, rel=1e-3)
+    assert "with probability less than 0.007 % (the upper end of a 95 % interval that" in ended.sentence
     assert ended.sentence.endswith("of which 1 ended without a collision, below what was to be looked for.")
+    rarer = Rare(Path(), [each | {"rarer": True} for each in found.repetitions])
+    assert rarer.interval == (0.0, high)
+    assert "interval that begins at 0 %): 3 independent" in rarer.sentence and "error" not in rarer.sentence
     nothing = Rare(Path(), [row | {"probability": 0.0}] * 2)
     assert nothing.interval == (0.0, 1.0) and "No collision was found" in nothing.sentence
 

@@ -27,6 +27,7 @@ from coverdrive.dialling.tape import Tape
 from coverdrive.errors import DataError, SettingError, blaming, during
 from coverdrive.files import write_arrays, write_json
 from coverdrive.geometry import turned_half_extents
+from coverdrive.numbers import at_most, percent
 from coverdrive.progress import done, stage
 from coverdrive.scene import Scene
 from coverdrive.simulation.drives.episode import begin, take_step
@@ -159,16 +160,18 @@ class Rare:
 
     @property
     def standard_error(self) -> float:
-        """Of the probability, from the spread of the repetitions."""
-        return float(np.std(self.estimates, ddof=1) / math.sqrt(len(self.estimates)))
+        """Of `probability`, from the spread of the repetitions; unknown for a collision's if some ended before."""
+        return _error(self.estimates)
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Of 95 %: Student's, of the logarithm by the delta method; all that there is if no collision was found."""
-        if self.probability == 0:
-            return 0.0, 1.0
-        reach = student.ppf(0.975, len(self.estimates) - 1) * self.standard_error / self.probability
-        return self.probability * math.exp(-reach), min(1.0, self.probability * math.exp(reach))
+        """Of 95 %: Student's, of the logarithm by the delta method; all that there is if no collision was found.
+
+        A repetition that ended before counts with what it got to in the upper end, and as 0 in the lower one, which is
+        0 where all ended so. With few particles the estimates are so skew that it is too narrow.
+        """
+        reached = [0.0 if each["rarer"] else each["probability"] for each in self.repetitions]
+        return _ends(reached)[0], _ends(self.estimates)[1]
 
     @property
     def drives(self) -> float:
@@ -188,16 +191,35 @@ class Rare:
     @property
     def sentence(self) -> str:
         """What is claimed."""
-        (low, high), error = self.interval, self.standard_error
+        low, high = self.interval
         if self.probability == 0:
             return "No collision was found: take more particles, or drive where there are some."
         rarer = sum(each["rarer"] for each in self.repetitions)
-        ended = f", of which {rarer} ended without a collision, below what was to be looked for" if rarer else ""
+        if rarer:
+            return (
+                f"A drive has a collision with probability less than {at_most(high, 2)} (the upper end of a 95 % "
+                f"interval that begins at {percent(low, 1)}): {len(self.estimates)} independent repetitions, of which "
+                f"{rarer} ended without a collision, below what was to be looked for."
+            )
         return (
-            f"A drive has a collision with probability {'less than ' * bool(rarer)}{self.probability:.2g} (95 % "
-            f"interval {low:.1g} to {high:.1g}; standard error {100 * error / self.probability:.0f} %): "
-            f"{len(self.estimates)} independent repetitions{ended}."
+            f"A drive has a collision with probability {self.probability:.2g} (95 % interval {low:.1g} to {high:.1g}; "
+            f"standard error {100 * self.standard_error / self.probability:.0f} %): {len(self.estimates)} independent "
+            "repetitions."
         )
+
+
+def _ends(estimates: Sequence[float]) -> tuple[float, float]:
+    """Of a 95 % interval of their mean."""
+    mean = float(np.mean(estimates))
+    if mean == 0:
+        return 0.0, 1.0
+    reach = student.ppf(0.975, len(estimates) - 1) * _error(estimates) / mean
+    return mean * math.exp(-reach), min(1.0, mean * math.exp(reach))
+
+
+def _error(estimates: Sequence[float]) -> float:
+    """Standard error of their mean."""
+    return float(np.std(estimates, ddof=1) / math.sqrt(len(estimates)))
 
 
 @dataclass(frozen=True)
