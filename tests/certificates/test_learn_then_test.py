@@ -77,6 +77,16 @@ def test_holm_goes_beyond_one_that_fails() -> None:
     assert bound == pytest.approx(stats.beta.ppf(0.95, 16, 185)) and bound > 0.1
 
 
+def test_holm_never_asks_for_fewer_drives_than_failed_with_as_many_events() -> None:
+    """13 of 200 have a p-value of 0.057: that is enough for one, and not for two at 0.05."""
+    bad = "x" * 13 + "." * 187
+    some = series(GOOD, "x" + GOOD)
+    proofs = [one.proofs[0] for one in replace(DIAL, procedure="Holm").turn(2, some, series(bad, bad)).tried]
+    assert not any(proof.reached for proof in proofs)
+    assert [proof.more for proof in proofs] == [drives_needed(13, 0.1, 0.95)] * 2
+    assert drives_needed(13, 0.1, 0.9) < 200 < proofs[0].more
+
+
 def test_one_that_is_named_needs_no_pilot_and_has_its_own_limit() -> None:
     dialled = replace(DIAL, procedure="named beforehand").turn(1, series(), series(GOOD))
     assert dialled.tried[0].proofs[0].bound == pytest.approx(1 - 0.1 ** (1 / 200))

@@ -162,6 +162,8 @@ class Proof:
     """how the candidate was chosen and proved"""
     unit: str
     """what is counted, as in "20-s drives" """
+    level: float | None = None
+    """confidence of the test alone if it is another one, as by Holm"""
 
     @property
     def reached(self) -> bool:
@@ -172,7 +174,8 @@ class Proof:
     def more(self) -> int:
         """Drives without an event that would do, too, at any time; else new ones, fixed beforehand, with as many."""
         anytime = self.method == "anytime"
-        needed = drives_needed(self.events, self.asked, self.confidence, anytime)
+        level = self.confidence if self.level is None else self.level
+        needed = drives_needed(self.events, self.asked, level, anytime)
         return 0 if self.reached else needed - self.drives * anytime
 
     @property

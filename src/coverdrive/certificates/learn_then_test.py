@@ -235,6 +235,6 @@ class Dial:
         for asked, series, reached, level in zip(self.asked, hits.T, passed, levels, strict=True):
             limit = limit_of(series, level, anytime) if named or not reached else 0.0
             bound = limit if named else max(limit, asked.risk)
-            counts = int(series.sum()), len(series)
-            proofs.append(Proof(asked.event, *counts, asked.risk, bound, self.confidence, self.procedure, self.unit))
+            known = int(series.sum()), len(series), asked.risk, bound, self.confidence
+            proofs.append(Proof(asked.event, *known, self.procedure, self.unit, level))
         return Tried(candidate, float(speeds.mean()) if len(speeds) else math.nan, tuple(proofs))
