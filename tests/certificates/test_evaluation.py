@@ -64,6 +64,13 @@ def test_it_holds_where_few_clusters_have_all_that_is_missed_and_student_does_no
     assert students < held
 
 
+def test_it_is_never_narrower_than_that_of_independent_windows() -> None:
+    rate = Rate.of_totals(np.array([1, 1]), np.array([100, 101]))
+    assert (rate.low, rate.high) == pytest.approx(clopper_pearson(2, 201))
+    shares = Rate.of_losses(np.linspace(0.4, 0.6, 40))  # of which each says more than yes or no
+    assert shares.high - shares.low < 0.1
+
+
 def test_clusters_that_do_not_differ_are_counted() -> None:
     assert clustered_interval(np.full(10, 2.0), np.full(10, 8.0)) == pytest.approx(clopper_pearson_of(2.5, 10))
     once = Rate.of_losses(np.full(40, 0.125))
