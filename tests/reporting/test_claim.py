@@ -41,7 +41,7 @@ def test_every_kind_has_its_words(certificate: Certificate, strong: str, who: st
     assert bounds.hover == [f"nested-sets\nat most 14.4 % of {who} missed,\n{strong}\nset size 5.00 of 5"]
     assert (bounds.hollow, [dot.marker for dot in dots]) == ("†" in sign, ["."] * ("‡" in sign))
     assert all((dot.colour == style.PAPER) == (not bounds.hollow) for dot in dots)
-    assert observed.hover[0].startswith("nested-sets\n4 % missed on unseen scenes (4 of 100)")
+    assert observed.hover[0].startswith("nested-sets\n4 % missed on scenes that did not train it (4 of 100)")
     text = printed(methods_table([compared]))
     (row,) = (line for line in text.splitlines() if line.startswith("nested-sets"))
     assert f"14.4 %{sign}" in row and "proved" not in text

@@ -84,8 +84,8 @@ def test_replay_and_verdict_come_first(html: str) -> None:
 
 def test_the_verdict_is_one_sentence_of_the_sets_without_drives() -> None:
     assert verdict(replace(make_contents(), trials=None)) == (
-        "Of vehicles at most 14.4 % are missed by their predicted sets (with 99 % confidence), and 4 % were on unseen "
-        "scenes."
+        "Of vehicles at most 14.4 % are missed by their predicted sets (with 99 % confidence), and 4 % were on scenes "
+        "that did not train them."
     )
 
 
@@ -152,7 +152,9 @@ def test_the_numbers_say_how_close_it_was_and_how_mannered() -> None:
     counted = replace(contents, trials=contents.trials.with_columns(**left))
     sets = tiles(counted)[-1]
     assert sets.value == "75 %" and sets.label.startswith("of the others left their sets here: less is better (95 %: ")
-    assert ", not this: ≤ 14.4 %" in sets.note and sets.note.endswith("4 % on unseen scenes (95 %: 1–10 %)")
+    assert ", not this: ≤ 14.4 %" in sets.note and sets.note.endswith(
+        "4 % on scenes that did not train them (95 %: 1–10 %)"
+    )
     assert "not this" not in tiles(replace(counted, replayed=True))[-1].note
     generated = contents.run | {"recordings": [{"name": "generated 1"}]}
     assert "not this" in tiles(replace(counted, replayed=True, run=generated))[-1].note

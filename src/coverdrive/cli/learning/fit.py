@@ -40,7 +40,7 @@ def fit(
     files: options.Files = options.AS_USUAL,
     settings: options.Set = None,
 ) -> dict[str, Any]:
-    """Learn a predictor from recordings, certify it, and test it on scenes that it never saw.
+    """Learn a predictor from recordings, certify it, and test it on scenes that did not train it.
 
     For example:
 

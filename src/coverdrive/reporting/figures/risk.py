@@ -19,7 +19,8 @@ _MARGIN = 1.06
 _CAPTION = (
     "Every method of calibration on the same scores. Large marks are bounds: filled, with confidence; hollow, only on "
     "average over calibrations, so that this one may miss more; with a dot, for each base by itself, "
-    "so that more of all {unit}s may be missed. Small marks: what was missed on unseen scenes, with its 95 % interval. "
+    "so that more of all {unit}s may be missed. Small marks: what was missed on scenes that did not train it, with its "
+    "95 % interval. "
     "Left is safer, low is more useful. An arrow at the right edge stands for what is beyond it."
 )
 
@@ -78,6 +79,6 @@ def _marks(each: Compared, marker: str, limit: float, look: dict[str, Any]) -> l
     elif certificate.groups > 1:
         dot: dict[str, Any] = look if hollow else look | {"colour": style.PAPER}
         marks.append(Points(x=[bound], y=size, marker=".", size=3, **dot))
-    said = f"{percent(missed.value)} missed on unseen scenes ({missed.counts})"
+    said = f"{percent(missed.value)} missed on scenes that did not train it ({missed.counts})"
     low, high = ([min(100 * end, limit)] for end in (missed.low, missed.high))
     return [*marks, point(observed, said, low=low, high=high, along="x", size=_SMALL)]

@@ -61,7 +61,7 @@ def verdict(contents: Contents) -> str:
     certificate, observed = contents.certified.driven[0], _observed(contents)
     missed = (
         f"of {whose(certificate)} {_bounded(certificate)} missed by their predicted sets "
-        f"({strength(certificate)}), and {percent(observed.value)} were on unseen scenes."
+        f"({strength(certificate)}), and {percent(observed.value)} were on scenes that did not train them."
     )
     if contents.trials is None:
         return f"{missed[0].upper()}{missed[1:]}"
@@ -110,7 +110,9 @@ def shown_certificates(contents: Contents) -> list[Certificate]:
 def tiles(contents: Contents) -> list[Tile]:
     """The numbers that count."""
     certificate, observed, trials = contents.certified.driven[0], _observed(contents), contents.driven
-    seen = f"{percent(observed.value)} on unseen scenes (95 %: {interval(observed.low, observed.high)})"
+    seen = (
+        f"{percent(observed.value)} on scenes that did not train them (95 %: {interval(observed.low, observed.high)})"
+    )
     scale, bound = f"sets of scale {certificate.scale:.2g}", f"≤ {at_most(certificate.epsilon, 3)}"
     if trials is None:
         evaluation = contents.certified.driven[1]
