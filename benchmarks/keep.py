@@ -20,7 +20,7 @@ NEAR_GAP, NEAR_TIME = 1.0, 1.0
 
 
 def of_fit(said: dict[str, Any]) -> dict[str, Any]:
-    """What a predictor claims, and what it comes to on unseen vehicles."""
+    """What a predictor claims, and what it comes to on vehicles that did not train it."""
     claim, seen, driven = said["certificates"][0], said["evaluation"], said["driven"]
     area, box = seen["mean_area"], float(np.mean(said["occupied"]["baseline"]))
     return {

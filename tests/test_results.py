@@ -169,17 +169,25 @@ def drove_with(results: Results, *names: str) -> None:
 
 
 def test_what_drove_with_other_sets_is_set_aside_under_names_that_are_free(results: Results) -> None:
-    names = ("study", "study-drivers", "rare-drivers", "league")
-    for scale in (0.5, 0.7, 0.5, 0.7):
+    names = ("study", "study-drivers", "rare-drivers")
+    for scale in (0.5, 0.7, 0.5):
         drove_with(results, *names)
+        for name in ("league", "sweep"):
+            (results.folder / name).mkdir(exist_ok=True)
         (results.folder / "report.html").touch()
         results._use_scale(scale)
         assert results.predictor.scale == results.experiment.prediction.scale == scale
         assert not (results.folder / "report.html").exists()
-    for name in names:
-        assert {each.name for each in results.folder.glob(f"{name}@*")} == {
-            f"{name}@{rest}" for rest in ("1", "0.5", "0.7", "0.5-2")
-        }
+    aside = {each.name for each in results.folder.glob("*@*")}
+    assert aside == {f"{name}@{scale}" for name in names for scale in ("1", "0.7")} | {
+        f"{name}@{scale}" for name in ("league", "sweep") for scale in ("1", "0.7", "0.5")
+    }
+    assert all((results.folder / name / "study.json").exists() for name in names)  # of the same sets as before
+    (results.folder / "study@0.5").mkdir()
+    (results.folder / "rare-drivers@0.6").mkdir()
+    (results.folder / "rare-drivers@0.6" / "study.json").write_text("of another version")
+    results._use_scale(0.6)
+    assert (results.folder / "study@0.5-2").exists()
     with pytest.raises(DataError, match="holds no finished study in `study-drivers`"):
         results.driven_study("drivers")
     assert not results.driven_study().files.exists  # whatever was set aside is not the only study
@@ -219,8 +227,13 @@ def test_a_new_fit_sets_aside_what_drove_with_other_settings(results: Results, c
     results._make_room(experiment, predictor, "paper")
     moved = changed.keys() & {"traffic", "seed"}
     assert (results.folder / "study@1").exists() == bool(moved) != (results.folder / "study").exists()
+    (results.folder / "dial-drivers").mkdir()
     results._make_room(experiment, predictor.scaled(0.5), "paper")
-    assert not (results.folder / "study").exists()
+    assert not (results.folder / "study").exists() and (results.folder / "dial-drivers").exists()
+    results._make_room(
+        experiment, replace(predictor, rule=replace(predictor.rule, tube=2 * predictor.rule.tube)), "paper"
+    )
+    assert (results.folder / "dial-drivers@1").exists()
 
 
 def test_an_empty_folder_says_how_to_fill_it(tmp_path: Path) -> None:

@@ -29,7 +29,7 @@ class RecordingError(CoverdriveError):
 
 
 class NoVehiclesError(RecordingError):
-    """A whole file in which no vehicle was recorded; of a folder it is skipped."""
+    """A whole file without recorded tracks of vehicles; in a folder it is skipped."""
 
 
 class SettingError(CoverdriveError):

@@ -62,6 +62,14 @@ STUDY = "study"
 """the study in the traffic of the folder's settings; one in another traffic is called ``study-drivers`` or the like"""
 RARE = "rare"
 """folder of estimates of rare collisions, named like studies"""
+PAPER = "paper-fit"
+"""folder of the paper's preset on the same recordings"""
+SWEEP = "sweep"
+"""folder of studies that vary settings"""
+_DRIVEN = (STUDY, SWEEP, RARE, LEAGUE)
+"""what drives with the sets of the folder"""
+_PARTS = ("planner", "traffic", "episode", "seed")
+"""settings that a study describes besides its numbers of vehicles"""
 _ASIDE = "@"
 """between the name of what drove and the scale of the sets with which it did, where the folder has others now"""
 _DRAWN = (".png", ".pdf", ".mp4", ".gif")
@@ -123,20 +131,38 @@ class Results:
 
     def _make_room(self, experiment: Experiment, predictor: AnyPredictor, road: str) -> None:
         """Set aside what drove with other sets, or with settings that studies called ``study`` no longer have."""
-        scale = "unknown"
-        with suppress(CoverdriveError):  # a damaged fit is another one
-            before, scale = self.experiment, f"{self.predictor.scale:.3g}"
-            parts = ("planner", "traffic", "episode", "seed")
-            alike = all(getattr(experiment, part) == getattr(before, part) for part in parts)
-            alike &= experiment.study.vehicles == before.study.vehicles and road == self._road
-            if alike and predictor.fingerprint == self.predictor.fingerprint:
-                return
-        self._set_aside(scale)
+        try:
+            before, scale = self.predictor, f"{self.predictor.scale:.3g}"
+            changed = not self._drives_alike(experiment, road)
+        except CoverdriveError:  # a damaged fit is another one
+            self._set_aside("unknown", *_DRIVEN, DIAL, PAPER)
+            return
+        if predictor.scaled(1.0).fingerprint != before.scaled(1.0).fingerprint:
+            self._set_aside(scale, *_DRIVEN, DIAL, PAPER)
+        elif changed or predictor.scale != before.scale:
+            self._set_aside(scale, *_DRIVEN)
 
-    def _set_aside(self, scale: str) -> None:
-        """Give what drove with sets of a scale other names."""
-        for folder in self._driven(STUDY, RARE, LEAGUE):
-            folder.replace(_free(folder.with_name(f"{folder.name}{_ASIDE}{scale}")))
+    def _drives_alike(self, experiment: Experiment, road: str) -> bool:
+        """Whether studies of an experiment on a road are those of the folder's settings."""
+        ours = self.experiment
+        alike = all(getattr(experiment, part) == getattr(ours, part) for part in _PARTS)
+        return alike and experiment.study.vehicles == ours.study.vehicles and road == self._road
+
+    def _set_aside(self, scale: str, *kinds: str) -> None:
+        """Rename what drove, by the scale of its sets."""
+        found = [each for kind in kinds for each in sorted(self.folder.glob(f"{kind}*"))]
+        for folder in found:
+            if _ASIDE not in folder.name and folder.is_dir():
+                folder.replace(_free(folder.with_name(f"{folder.name}{_ASIDE}{scale}")))
+
+    def _bring_back(self, predictor: AnyPredictor) -> None:
+        """Give what drove with the sets of a predictor its name again, where that is free."""
+        for folder in self.folder.glob(f"*{_ASIDE}{predictor.scale:.3g}"):
+            named = folder.with_name(folder.name.partition(_ASIDE)[0])
+            with suppress(DataError):  # of another version
+                theirs = StudyFolder(folder).description().get("predictor")
+                if theirs == predictor.fingerprint and not named.exists():
+                    folder.replace(named)
 
     def _remove_shown(self) -> None:
         """Remove what shows a fit: pages, figures, videos, tables of methods and the league, and proofs of drives."""
@@ -183,7 +209,7 @@ class Results:
 
     @cached_property
     def certified(self) -> Certified:
-        """The certificates, and how they did on scenes that were never seen."""
+        """The certificates, and how they did on scenes that did not train it."""
         return self._sealed.read(CERTIFICATE, _CERTIFIED.validate_json)
 
     @cached_property
@@ -326,7 +352,8 @@ class Results:
         """
         name = self.study_name(traffic, road)
         if traffic is road is None and not StudyFolder(self.folder / name).exists:
-            driven = [each.name for each in self._driven(STUDY) if StudyFolder(each).exists]
+            others = (each for each in self.folder.glob(f"{STUDY}-*") if _ASIDE not in each.name)
+            driven = [each.name for each in others if StudyFolder(each).exists]
             name = driven[0] if len(driven) == 1 else name
         folder, experiment = StudyFolder(self.folder / name), self.experiment
         if folder.exists:
@@ -336,7 +363,7 @@ class Results:
                     f"the study in {folder.path} was driven with another predictor than that in {self.folder}; "
                     f"fit to another folder, or remove the folder `{name}` in it and drive again"
                 )
-            parts = {part: described.get(part) for part in ("planner", "traffic", "episode", "seed")}
+            parts = {part: described.get(part) for part in _PARTS}
             experiment = experiment.overridden(study={"vehicles": described.get("vehicles")}, **parts)
         elif name != STUDY:
             raise DataError(
@@ -369,7 +396,7 @@ class Results:
             paper: results folder of the paper's preset on them.
             folder: where that is made, if none is given.
         """
-        theirs = Results(paper or (folder or self.folder / LEAGUE) / "paper-fit")
+        theirs = Results(paper or (folder or self.folder) / PAPER)
         by_paper = paper is None and not theirs.holds_fit and not {"paper", "paper-sets"}.isdisjoint(names)
         needed = recordings is not None and (by_paper or "constant-velocity-box" in names)
         read = self.experiment.recordings(recordings or ()) if needed else ()
@@ -426,7 +453,7 @@ class Results:
             others = setups_beside(setup, known, beside, request.scales)
         found = dialled(setup, self.predictor, folder, request, workers, cluster, others)
         begun = sum((each / "proof").exists() for each in folder.parent.glob("seed-*") if each != folder)
-        found = replace(found, others=begun)
+        found = replace(found, other_proofs=begun)
         if found.reached:
             self.save_dialled(found)
         return found
@@ -456,11 +483,6 @@ class Results:
         needed = drives_needed(0, request.risk, request.confidence)
         return ChosenOnGroups(share, scale, table["group"].n_unique(), needed, table)
 
-    def _driven(self, *kinds: str) -> list[Path]:
-        """Folders of drives of some kinds with the present sets."""
-        found = [each for kind in kinds for each in sorted(self.folder.glob(f"{kind}*"))]
-        return [each for each in found if _ASIDE not in each.name and each.is_dir()]
-
     def save_dialled(self, dialled: Dialled) -> None:
         """Let everything use the sets that were proved; what drove with others is set aside, each beside its folder."""
         self._use_scale(dialled.scale)
@@ -475,9 +497,10 @@ class Results:
         record = certificate_record(replace(self.certified, driven=driven))
         if predictor.scale != before.scale:
             self._remove_pages()
-            self._set_aside(f"{before.scale:.3g}")
+            self._set_aside(f"{before.scale:.3g}", *_DRIVEN)
         written = {CONFIG: changed.save, PREDICTOR: predictor.save, CERTIFICATE: lambda file: write_json(file, record)}
         self._sealed.replace(written, void=(DIALLED,))
+        self._bring_back(predictor)
         self._forget()
 
     def _seal(self, *names: str) -> None:

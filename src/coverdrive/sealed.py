@@ -1,12 +1,13 @@
 """A folder whose files are sealed: one that is damaged, foreign, edited or older is refused by its name.
 
 ``manifest.json`` holds the format of the folder, and the digest of every file that was sealed. Several files are
-replaced together: they are written beside those that are there, then sealed, then renamed, which whoever reads them
-does if the process was killed before.
+replaced together: the new ones are written as ``next-…``, sealed, then renamed; if the process is killed before that,
+the next reader renames them.
 """
 
 import hashlib
 from collections.abc import Callable, Collection, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -19,7 +20,7 @@ from coverdrive.files import write_json
 
 MANIFEST = "manifest.json"
 
-_FORMAT = 4
+_FORMAT, _NEXT = 4, "next-"
 _OBJECT, _FILES = TypeAdapter(dict[str, Any]), TypeAdapter(dict[str, str])
 
 T = TypeVar("T")
@@ -43,6 +44,8 @@ class SealedFolder:
     def unseal(self) -> None:
         """Let nothing be sealed in it any more."""
         (self.folder / MANIFEST).unlink(missing_ok=True)
+        for file in self.folder.glob(f"{_NEXT}*"):
+            file.unlink()
 
     def seal(self, *names: str) -> None:
         """Seal files as they are now."""
@@ -50,27 +53,33 @@ class SealedFolder:
         self._write(known | {name: _digest(self.folder / name) for name in names})
 
     def replace(self, write: Mapping[str, Callable[[Path], object]], void: Collection[str] = ()) -> None:
-        """Write files anew and seal them, all or none of them; leave out those that are void."""
+        """Write files anew and seal them, all or none if the process is killed; leave out those that are void."""
         for name, each in write.items():
             each(self._next(name))
         known = {name: each for name, each in self._digests.items() if name not in void}
         self._write(known | {name: _digest(self._next(name)) for name in write})
         for name in write:
-            self._next(name).replace(self.folder / name)
+            with suppress(FileNotFoundError):  # a reader was quicker
+                self._next(name).replace(self.folder / name)
 
     def _next(self, name: str) -> Path:
         """What is to become a file."""
-        return self.folder / f"next-{name}"
+        return self.folder / f"{_NEXT}{name}"
 
     def _write(self, files: Mapping[str, str]) -> None:
         write_json(self.folder / MANIFEST, {"format": _FORMAT, "coverdrive": __version__, "files": files})
 
     def file(self, name: str) -> Path:
-        """A file that is as it was sealed, or a `DataError`."""
+        """A file that is as it was sealed, renamed if it has still to be, or a `DataError`."""
         file, written, new = self.folder / name, self._digests.get(name), self._next(name)
         try:
             if new.exists() and _digest(new) == written:  # killed before it was renamed
                 new.replace(file)
+        except FileNotFoundError:  # somebody else was quicker
+            pass
+        except OSError:  # a folder that can only be read
+            return new
+        try:
             found = _digest(file)
         except OSError as error:
             raise DataError(f"{file} cannot be read ({error.strerror}); make it with `coverdrive fit`") from error

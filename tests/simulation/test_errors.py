@@ -185,8 +185,8 @@ def test_whose_code_failed_and_where_is_said(
 
 WRONG: dict[str, Callable[[], Setup]] = {
     "plan: expected coverdrive.plan.Plan, got None": partial(fakes, Nothing),
-    "inputs of plan: expected numpy.ndarray, got [[0.0, 0.0]]": partial(fakes, Plans(inputs=[[0.0, 0.0]])),
-    "status of plan: expected coverdrive.plan.Status, got 'solved'": partial(fakes, Plans(status="solved")),
+    "inputs of the plan: expected an array, got [[0.0, 0.0]]": partial(fakes, Plans(inputs=[[0.0, 0.0]])),
+    "status of the plan: expected coverdrive.plan.Status, got 'solved'": partial(fakes, Plans(status="solved")),
     "expected states of the plan of the shape": partial(fakes, Plans(states=np.zeros((2, 4)))),
     "predict: expected coverdrive.paths.PredictedPaths, got None": lambda: believing(lambda paths: None),
     "expected half sizes of the shape": lambda: believing(

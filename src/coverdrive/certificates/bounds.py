@@ -147,9 +147,9 @@ def clustered_interval(
 
     Clopper and Pearson's, of as many independent trials as have the variance that the ratio has over clusters, and
     fewer for the C − 1 degrees of freedom of that variance (Korn and Graubard, *Confidence intervals for proportions
-    with small expected number of positive counts estimated from survey data*, 1998). Of counts, these are
-    never more than were counted, Σ totals. Clusters that do not differ are counted. Means of losses or shares in [0, 1]
-    are the case of equal totals; of a single cluster it is [0, 1].
+    with small expected number of positive counts estimated from survey data*, 1998). If hits are whole
+    numbers, there are never more such trials than Σ totals. Clusters that do not differ are counted. Means of losses or
+    shares in [0, 1] are the case of equal totals; of a single cluster it is [0, 1].
     """
     hits, totals = hits[totals > 0], totals[totals > 0]
     count, total = len(hits), float(totals.sum())

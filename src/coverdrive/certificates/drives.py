@@ -163,7 +163,7 @@ class Proof:
     unit: str
     """what is counted, as in "20-s drives" """
     level: float | None = None
-    """confidence of the test alone if it is another one, as by Holm"""
+    """confidence of its single test where that differs, as by Holm"""
 
     @property
     def reached(self) -> bool:

@@ -75,16 +75,17 @@ class Dialled:
     """everything that the drives depended on but their seed, by name"""
     frontier: pl.DataFrame
     """risk and speed at every λ (`coverdrive.dialling.frontier`)"""
-    others: int = 0
-    """proofs of other seeds that were begun in the same traffic in the same results folder"""
+    other_proofs: int = 0
+    """proofs of other seeds that were begun in the same traffic, with sets of the same fit"""
 
     @property
     def sentence(self) -> str:
         """What is proved of drives, and where."""
         said = " ".join(f"{proof.sentence}." for proof in self.proofs)
         said = f"{said} Driven at {self.mean_speed:.1f} m/s with sets of scale {self.scale:g}. {self.place}"
-        several = f" In this folder {self.others + 1} such proofs were begun: the confidence is that of each by itself."
-        return said + several * bool(self.others)
+        if not self.other_proofs:
+            return said
+        return f"{said} In this folder {self.other_proofs + 1} such proofs were begun: each has that confidence alone."
 
     def unlike(self, setup: Setup) -> dict[str, tuple[Any, Any]]:
         """What other drives depend on that is not as it was proved, by dotted names: as proved, and there."""
@@ -113,7 +114,7 @@ class Dialled:
             "certificate": asdict(self.windows),
             "driven": dict(self.driven),
             "frontier": self.frontier.to_dicts(),
-            "others": self.others,
+            "other_proofs": self.other_proofs,
         }
 
     @staticmethod
@@ -128,7 +129,7 @@ class Dialled:
             place=record["place"],
             driven=record["driven"],
             frontier=pl.DataFrame(record["frontier"], infer_schema_length=None),
-            others=record.get("others", 0),
+            other_proofs=record.get("other_proofs", 0),
         )
 
 

@@ -209,7 +209,7 @@ class Rare:
 
 
 def _ends(estimates: Sequence[float]) -> tuple[float, float]:
-    """Of a 95 % interval of their mean."""
+    """Ends of a 95 % interval of the mean of estimates."""
     mean = float(np.mean(estimates))
     if mean == 0:
         return 0.0, 1.0
@@ -218,7 +218,7 @@ def _ends(estimates: Sequence[float]) -> tuple[float, float]:
 
 
 def _error(estimates: Sequence[float]) -> float:
-    """Standard error of their mean."""
+    """Standard error of the mean of estimates."""
     return float(np.std(estimates, ddof=1) / math.sqrt(len(estimates)))
 
 
@@ -334,8 +334,9 @@ def rare(
     if not 0 < rarest < 1:
         raise SettingError(f"a collision is looked for down to a probability between 0 and 1, as 1e-6; got {rarest}")
     work = _Repetitions(setup.loaded(), Path(folder), particles, changes, rarest)
-    (files := StudyFolder(work.folder)).claim(work.description())
-    work = replace(work, studied=files.about())
+    files = StudyFolder(work.folder)
+    files.claim(work.description())
+    work = replace(work, studied=files.digest)
     rows = {each: row for each in range(repetitions) if (row := work.known(each))}
     with stage(f"repetitions ({repetitions})"):
         done(len(rows), repetitions)

@@ -188,7 +188,7 @@ class PlanningProblem:
         return min(zip(parts, ways, strict=True), key=lambda each: _way(start, each[1]))[0]
 
     def _too_far(self, shape: BaseGeometry) -> str | None:
-        """Why a shape cannot be reached in time although lanes lead there; None: for another reason."""
+        """Why a shape cannot be reached in time although lanes lead there; None if it can, or for another reason."""
         start, time = self.problem.initial_state, float(self.scenario.dt) * (self.last - self.first)
         way, most = shape.distance(Point(*start.position)), farthest(float(start.velocity), time)
         lanelets = self.scenario.lanelet_network.lanelets

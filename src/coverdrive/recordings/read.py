@@ -87,7 +87,7 @@ def read(
                 skipped[file] = error
                 continue
         readings += found
-        origin += [number - len(skipped)] * len(found)
+        origin += [origin[-1] + 1 if origin else 0] * len(found)
     if skipped:
         if not readings:
             raise next(iter(skipped.values()))

@@ -61,7 +61,7 @@ def legend(compared: Sequence[Compared]) -> str:
 def set_facts(
     basis: Basis | None, evaluation: Evaluation, occupied: Occupied, uncovered: Rate
 ) -> Iterator[tuple[str, str]]:
-    """How often the sets of a predictor, with the basis if it has one, missed on unseen scenes, and how large they are.
+    """How often the sets of a predictor, with the basis if it has one, missed where nothing trained it, and their size.
 
     Beside the area in which the centre of a vehicle may be stands what the trivial predictor takes for the same claim.
     """

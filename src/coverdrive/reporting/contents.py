@@ -23,7 +23,7 @@ from coverdrive.simulation.measures.trial import STARTED
 
 @dataclass(frozen=True)
 class Certified:
-    """What is proved about the predictor, and how it did on scenes that it never saw."""
+    """What is proved about the predictor, and how it did on scenes that did not train it."""
 
     certificates: tuple[Certificate, ...]
     """of the calibrated sets, the one asked for first"""

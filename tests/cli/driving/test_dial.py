@@ -100,9 +100,9 @@ def test_proofs_of_several_seeds_are_counted(ran: Path, tmp_path: Path) -> None:
     folder = shutil.copytree(ran, tmp_path / "out")
     said = [coverdrive("dial", folder, *ASKED, "--scales", "0.5", "--seed", str(seed)) for seed in (6, 7)]
     assert "such proofs were begun" not in " ".join(said[0].split())
-    assert "In this folder 2 such proofs were begun: the confidence is that of each" in " ".join(said[1].split())
+    assert "In this folder 2 such proofs were begun: each has that confidence alone" in " ".join(said[1].split())
     found = Results(folder).dialled
-    assert found is not None and found.others == 1
+    assert found is not None and found.other_proofs == 1
 
 
 def test_help_teaches(capsys: pytest.CaptureFixture[str]) -> None:

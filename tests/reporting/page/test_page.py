@@ -85,7 +85,7 @@ def test_replay_and_verdict_come_first(html: str) -> None:
 def test_the_verdict_is_one_sentence_of_the_sets_without_drives() -> None:
     assert verdict(replace(make_contents(), trials=None)) == (
         "Of vehicles at most 14.4 % are missed by their predicted sets (with 99 % confidence), and 4 % were on scenes "
-        "that did not train them."
+        "that did not train the predictor."
     )
 
 
@@ -153,7 +153,7 @@ def test_the_numbers_say_how_close_it_was_and_how_mannered() -> None:
     sets = tiles(counted)[-1]
     assert sets.value == "75 %" and sets.label.startswith("of the others left their sets here: less is better (95 %: ")
     assert ", not this: ≤ 14.4 %" in sets.note and sets.note.endswith(
-        "4 % on scenes that did not train them (95 %: 1–10 %)"
+        "4 % on scenes that did not train the predictor (95 %: 1–10 %)"
     )
     assert "not this" not in tiles(replace(counted, replayed=True))[-1].note
     generated = contents.run | {"recordings": [{"name": "generated 1"}]}
@@ -217,8 +217,8 @@ def test_ends_are_counted_by_cause_and_fault() -> None:
     columns = {"share_unsafe": pl.Series([0.5, 0.2]), "time": pl.Series([20.0, 10.0])}
     assert ends(replace(contents, trials=contents.trials.with_columns(**columns))) == (
         "1 of 2 drives (30.0 s, 0.0576 km) ended in a collision (planning failure: 1, prediction miss: 0, hopeless "
-        "start: 0). At fault: ego: 0, other vehicle: 1, nobody: 0. 1 was a near miss. 40 % of all plans were unsafe, "
-        "which is that nothing clear of the predicted paths was found."
+        "start: 0). At fault: ego: 0, other vehicle: 1, nobody: 0. 1 was a near miss. 40 % of all plans were unsafe "
+        "(nothing clear of the predicted paths was found)."
     )
     calm = ends(replace(contents, trials=contents.trials.head(1).with_columns(share_unsafe=pl.lit(0.0))))
     assert calm.startswith("None of 1 drives (1.2 s, 0.0288 km) ended in a collision. 1 was a near miss. 0 % of")

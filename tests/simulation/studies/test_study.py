@@ -225,7 +225,7 @@ def test_rows_and_tables_of_another_study_are_not_taken_for_its_own(tmp_path):
     ours = study.trials
     for name in ("trials.parquet", "trials/000001.parquet"):
         shutil.copy(tmp_path / "theirs" / name, tmp_path / "mine" / name)
-    with pytest.raises(DataError, match=r"trials.parquet holds the drives of another study"):
+    with pytest.raises(DataError, match=r"trials.parquet is of another study"):
         study.trials  # noqa: B018
     assert Study(fakes(vehicles=(5, 6)), tmp_path / "mine").run(2).trials.drop(TIMES).equals(ours.drop(TIMES))
     (tmp_path / "theirs" / "study.json").unlink()

@@ -121,7 +121,7 @@ def league(
     folder = out or fit / LEAGUE
     with stages(kept="finished drives"):
         read = recording or [] if recorded else None
-        known = results.known(planners, experiment.planner, read, paper, folder)
+        known = results.known(planners, experiment.planner, read, paper, out)
         if recording and posed:
             problems = _unseen(results, known, problems, recording, planners, folder)
         elif posed:

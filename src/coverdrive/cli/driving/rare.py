@@ -58,13 +58,13 @@ def rare(
     """
     with waiting():
         from coverdrive.dialling.rare import rare as estimate
-        from coverdrive.results import Results
+        from coverdrive.results import RARE, STUDY, Results
         from coverdrive.simulation.studies.driven_on import driven_on
     results = Results(fit)
     size = {"workers": workers, "vehicles": vehicles}
     experiment = experiment_in(results, road, config, settings, seed=seed, study=size, traffic={"kind": traffic})
     study = study_of(results, experiment, recording, road)
-    setup, folder = study.setup, out or results.folder / study.folder.name.replace("study", "rare", 1)
+    setup, folder = study.setup, out or results.folder / study.folder.name.replace(STUDY, RARE, 1)
     with stages():
         found = estimate(
             setup, folder, particles=particles, rarest=down_to, repetitions=repetitions,

@@ -124,15 +124,16 @@ def _sweep(
     """Drive a study for every combination of settings, each in its own folder, and put them into one table."""
     with waiting():
         from coverdrive.reporting.tables.study import sweep_table
+        from coverdrive.results import SWEEP
         from coverdrive.sweep import sweep
     variants = {name: experiment.updated(changes) for name, changes in sweep(settings).items()}
     results.check_replay({each.traffic.kind for each in variants.values()}, recording, road)
-    studies = {name: results.study(each, recording, f"sweep/{name}") for name, each in variants.items()}
+    studies = {name: results.study(each, recording, f"{SWEEP}/{name}") for name, each in variants.items()}
     for name, study in studies.items():
         _drive(study, variants[name].study, cluster, name)
         variants[name].save(study.folder / "config.toml")
     console.print(sweep_table({name: study.trials for name, study in studies.items()}))
-    folder = results.folder / "sweep"
+    folder = results.folder / SWEEP
     console.print(f"Every variant has its own folder in {folder}; two of them go to `coverdrive compare`")
     return {"sweep": {name: study.collisions.to_dicts() for name, study in studies.items()}}
 

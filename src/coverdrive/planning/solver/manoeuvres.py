@@ -1,5 +1,7 @@
 """Simple manoeuvres: steer to a place across the road at a constant acceleration. They are guesses for the search, the
-ways to evade where nothing is clear, and how simple drivers change lanes. g accelerations, L target lanes.
+ways to evade where nothing is clear, and how simple drivers change lanes.
+
+g accelerations, L target lanes.
 """
 
 import numpy as np

@@ -76,7 +76,11 @@ def _with_empty_lanes(names: dict[float, float]) -> Float[np.ndarray, " L"] | No
     usual = float(np.median(beside or LANE_WIDTH))
     found = centres[:1]
     for before, after in pairwise(centres):
-        lanes = _lanes_between(after - before, abs(names[after] - names[before]), usual)
+        numbers = sorted((names[before], names[after]))
+        missing = round(numbers[1] - numbers[0]) > 1 and not any(
+            numbers[0] < each < numbers[1] for each in names.values()
+        )
+        lanes = _lanes_between(after - before, numbers[1] - numbers[0] if missing else 1.0, usual)
         if lanes is None:
             return None
         found += np.linspace(before, after, lanes + 1)[1:].tolist()

@@ -136,7 +136,7 @@ def set_sizes_figure(learned: Learned) -> Figure:
     return Figure(
         [[Panel(marks, x, Axis("test windows [%]", low=0))]],
         height=2.6,
-        caption=f"How many of the {sizes[-1]} base trajectories are possible, on scenes that did not train.",
+        caption=f"How many of the {sizes[-1]} base trajectories are possible, on scenes kept out of training.",
     )
 
 
@@ -163,5 +163,5 @@ def areas_figure(occupied: Occupied) -> Figure:
     return Figure(
         [[Panel(marks, x, y)]],
         height=2.6,
-        caption="How large an area the centre of a vehicle may be in, on average over windows that did not train.",
+        caption="How large an area the centre of a vehicle may be in, on average over windows kept out of training.",
     )

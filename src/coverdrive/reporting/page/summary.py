@@ -61,7 +61,7 @@ def verdict(contents: Contents) -> str:
     certificate, observed = contents.certified.driven[0], _observed(contents)
     missed = (
         f"of {whose(certificate)} {_bounded(certificate)} missed by their predicted sets "
-        f"({strength(certificate)}), and {percent(observed.value)} were on scenes that did not train them."
+        f"({strength(certificate)}), and {percent(observed.value)} were on scenes that did not train the predictor."
     )
     if contents.trials is None:
         return f"{missed[0].upper()}{missed[1:]}"
@@ -110,9 +110,8 @@ def shown_certificates(contents: Contents) -> list[Certificate]:
 def tiles(contents: Contents) -> list[Tile]:
     """The numbers that count."""
     certificate, observed, trials = contents.certified.driven[0], _observed(contents), contents.driven
-    seen = (
-        f"{percent(observed.value)} on scenes that did not train them (95 %: {interval(observed.low, observed.high)})"
-    )
+    ends = interval(observed.low, observed.high)
+    seen = f"{percent(observed.value)} on scenes that did not train the predictor (95 %: {ends})"
     scale, bound = f"sets of scale {certificate.scale:.2g}", f"≤ {at_most(certificate.epsilon, 3)}"
     if trials is None:
         evaluation = contents.certified.driven[1]
@@ -191,7 +190,7 @@ def _mean(trials: pl.DataFrame, column: str) -> float:
 
 
 def _observed(contents: Contents) -> Rate:
-    """How many were missed on unseen scenes, of what the certificate counts."""
+    """How many were missed on scenes that did not train, of what the certificate counts."""
     certificate, evaluation = contents.certified.driven
     return evaluation.missed(certificate.unit)
 
@@ -212,7 +211,7 @@ def ends(contents: Contents) -> str:
     said = f" {idle} more could not start: their vehicles found no room on the road." if idle else ""
     return (
         f"{_collisions(trials)} {near} {'was a near miss' if near == 1 else 'were near misses'}. {unsafe} of all plans "
-        f"were unsafe, which is that nothing clear of the predicted paths was found.{said}"
+        f"were unsafe (nothing clear of the predicted paths was found).{said}"
     )
 
 

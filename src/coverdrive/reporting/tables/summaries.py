@@ -44,7 +44,7 @@ def _range(numbers: tuple[int, ...]) -> str:
 
 
 def fit_table(result: Fit) -> Table:
-    """The predictor, its guarantee, and how it did on scenes that it never saw."""
+    """The predictor, its guarantee, and how it did on scenes that did not train it."""
     return facts_table("Predictor", _fit_facts(result))
 
 
@@ -100,7 +100,7 @@ def folds_table(folds: Sequence[Fold]) -> Table:
         bound, own, windows, size = ((np.mean(each), min(each), max(each)) for each in zip(*rates, strict=True))
         shares = ("{:.1%} ({:.1%}–{:.1%})".format(*each) for each in (bound, own, windows))
         rows.append(("mean (range)", "", *shares, "{:.1f} ({:.1f}–{:.1f})".format(*size)))
-    columns = ("calibration", "test", "bound ε", "missed, unseen (95 %)", "windows", "set size")
+    columns = ("calibration", "test", "bound ε", "missed (95 %)", "windows", "set size")
     return columns_table("Scene groups in every role", columns, rows, "numbers of the scene groups of a side", first={})
 
 

@@ -144,8 +144,8 @@ def decide(predictor: Belief, planner: Planner, scene: Scene, road: Road, **wish
     predicted = time.process_time()
     with blaming("planner", planner):
         plan = _given(planner.plan(scene.state_of(EGO), paths, road, **wishes), Plan, "plan")
-        _given(plan.inputs, np.ndarray, "inputs of plan")
-        _given(plan.status, Status, "status of plan")
+        _given(plan.status, Status, "status of the plan")
+        _check_array("inputs of the plan", plan.inputs)
         _check_shape("states of the plan", plan.states, (len(plan.inputs) + 1, 4))
         possible = np.shape(plan.inputs)[1:] == (2,) and (np.abs(plan.inputs[0]) <= _MOST).all()
     if not possible:
@@ -160,17 +160,23 @@ def _predicted(predictor: Belief, planner: Planner, scene: Scene, road: Road) ->
     """The paths that a planner plans against."""
     with blaming("predictor", predictor):
         paths = _given(predictor.predict(scene, road, EGO, planner.dt, planner.steps), PredictedPaths, "predict")
-        _given(paths.points, np.ndarray, "points of predict")
+        _check_array("points of predict", paths.points)
         _check_shape("half sizes", paths.half_sizes, paths.points.shape)
         _check_shape("vehicles", paths.vehicle, paths.points.shape[:1])
         return paths
 
 
-def _given(value: Any, kind: type[T], method: str) -> T:
-    """What a method of a user's returned, or is in that, if it is of the kind that it is to be."""
+def _given(value: Any, kind: type[T], name: str) -> T:
+    """The value, if it is of a kind; else a TypeError, for which `blaming` names the user's code."""
     if not isinstance(value, kind):
-        raise TypeError(f"{method}: expected {kind.__module__}.{kind.__qualname__}, got {shown(value)}")
+        raise TypeError(f"{name}: expected {kind.__module__}.{kind.__qualname__}, got {shown(value)}")
     return value
+
+
+def _check_array(name: str, value: Any) -> None:
+    """Refuse what is no array, of whatever library."""
+    if not (hasattr(value, "shape") and hasattr(value, "tolist")):
+        raise TypeError(f"{name}: expected an array, got {shown(value)}")
 
 
 def _check_shape(name: str, array: Any, expected: tuple[int, ...]) -> None:

@@ -30,7 +30,7 @@ MEASURES = (
 """columns that are compared by their mean paired difference"""
 
 _ALIKE = 1e-9
-"""part of a mean below which its standard error is rounding"""
+"""share of a mean below which its standard error is rounding"""
 
 
 @dataclass(frozen=True)
@@ -157,25 +157,25 @@ def _of_means(name: str, ours: pl.DataFrame, theirs: pl.DataFrame, confidence: f
     finite = np.isfinite(a) & np.isfinite(b)
     a, b = a[finite], b[finite]
     one, two = (float(a.mean()), float(b.mean())) if len(a) else (np.nan, np.nan)
-    low, high, p = paired_t(b - a, confidence) if len(a) else (np.nan, np.nan, np.nan)
+    low, high, p = paired_t(b - a, confidence) if len(a) > 1 else (np.nan, np.nan, np.nan)
     return Difference(name, len(a), one, two, low, high, p)
 
 
 def paired_t(difference: Float[np.ndarray, " n"], confidence: float) -> tuple[float, float, float]:
     """Student's interval of a mean difference, and the probability of a mean as far from zero if there were none.
 
-    Differences that are all equal tell nothing of how they spread: they have no interval, and no probability unless
-    all are zero, from which no mean is less far.
+    Differences that are all equal tell nothing of how they spread: they have no interval; the probability is 1 if
+    all are zero, and unknown otherwise.
     """
     n, mean = len(difference), float(difference.mean())
-    error = float(difference.std(ddof=1) / np.sqrt(n)) if n > 1 else 0.0
+    error = float(difference.std(ddof=1) / np.sqrt(n))
     if error <= _ALIKE * abs(mean):
-        return np.nan, np.nan, 1.0 if n > 1 and mean == 0 else np.nan
+        return np.nan, np.nan, 1.0 if mean == 0 else np.nan
     half = float(t.ppf((1 + confidence) / 2, n - 1)) * error
     return mean - half, mean + half, float(2 * t.sf(abs(mean) / error, n - 1))
 
 
 def mean_interval(values: Float[np.ndarray, " n"], confidence: float) -> tuple[float, float] | tuple[None, None]:
     """Student's interval of a mean; none of fewer than two values, and of those that are all equal."""
-    low, high, _ = paired_t(values, confidence) if len(values) else (np.nan, np.nan, np.nan)
+    low, high, _ = paired_t(values, confidence) if len(values) > 1 else (np.nan, np.nan, np.nan)
     return (None, None) if np.isnan(low) else (low, high)

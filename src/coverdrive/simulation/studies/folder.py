@@ -24,8 +24,9 @@ from coverdrive.simulation.drives.trace import Trace
 from coverdrive.simulation.measures.trial import SCHEMA, Row
 from coverdrive.simulation.studies.setup import Setup
 
-_FORMAT, _STUDY = 2, "study"
-"""of the description; and what a table's hash of it is called in its file"""
+_FORMAT = 3
+_STUDY = "study"
+"""key of the hash of the description in the metadata of a table"""
 
 
 class StudyFolder:
@@ -99,11 +100,12 @@ class StudyFolder:
                 f"{self.path} holds a study of another configuration ({len(different)} different: {changes}); "
                 "use another folder, or go back to that configuration"
             )
-        self._studied = self.about()  # whatever becomes of the file from now on
+        self._studied = self.digest  # whatever becomes of the file from now on
         for temporary in (self.path / "trials").glob(".*.parquet"):  # of a killed study
             temporary.unlink(missing_ok=True)
 
-    def about(self) -> str:
+    @property
+    def digest(self) -> str:
         """A hash of what is studied."""
         return self._studied or fingerprint(
             np.frombuffer(json.dumps(self.description(), sort_keys=True).encode(), np.uint8)
@@ -112,12 +114,13 @@ class StudyFolder:
     def save(self, row: Row) -> pl.DataFrame:
         """Keep the row of a finished trial, and give it as a table."""
         table = self.table_of([row])
-        self._write(table, self._part(row["trial"]))
+        self._write(self._part(row["trial"]), table)
         return table
 
-    def _write(self, table: pl.DataFrame, file: Path) -> None:
-        about = {_STUDY: self.about()}
-        write_atomically(file, lambda temporary: table.write_parquet(temporary, metadata=about))
+    def _write(self, file: Path, table: pl.DataFrame) -> None:
+        """Write a table that says which study it is of."""
+        metadata = {_STUDY: self.digest}
+        write_atomically(file, lambda temporary: table.write_parquet(temporary, metadata=metadata))
 
     def table_of(self, rows: Sequence[Row]) -> pl.DataFrame:
         """Rows as a table."""
@@ -128,7 +131,7 @@ class StudyFolder:
         file = self._part(trial)
         if not file.exists():
             return None
-        row = _table_in(file) if _study_of(file) == self.about() else None
+        row = _table_in(file) if _study_of(file) == self.digest else None
         mine = {"trial": trial, "seed": seed}
         if row is not None and row.height == 1 and row.select(list(mine)).row(0, named=True) == mine:
             return row
@@ -139,7 +142,7 @@ class StudyFolder:
 
     def save_table(self, table: pl.DataFrame) -> None:
         """Keep all rows together."""
-        self._write(table, self._table)
+        self._write(self._table, table)
 
     def table(self) -> pl.DataFrame:
         """One row for each trial, also for those that could not start; a DataError if they are not there."""
@@ -155,15 +158,13 @@ class StudyFolder:
             raise DataError(
                 f"{self._table} is damaged or of another version; the command that drove the study makes it anew"
             )
-        if _study_of(self._table) != self.about():
-            raise DataError(
-                f"{self._table} holds the drives of another study; the command that drove this one makes it anew"
-            )
+        if _study_of(self._table) != self.digest:
+            raise DataError(f"{self._table} is of another study; the command that drove this one makes it anew")
         return table
 
     def trace(self, trial: int, vehicles: int, setup: Callable[[], Setup]) -> Trace:
         """A drive that is stored, or is driven now and stored."""
-        file = self.path / "traces" / f"{trial:06d}_{vehicles}_{self.about()}.npz"
+        file = self.path / "traces" / f"{trial:06d}_{vehicles}_{self.digest}.npz"
         if file.exists():
             with suppress(DataError):  # damaged; a drive can be driven again
                 return load_trace(file)

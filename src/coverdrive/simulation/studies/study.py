@@ -58,7 +58,7 @@ class Study:
 
     @property
     def set_aside(self) -> list[Path]:
-        """Damaged rows that were moved out of the way, and whose trials were driven again."""
+        """Rows that are damaged or of another study, and were moved out of the way."""
         return self.files.set_aside
 
     @property
