@@ -88,6 +88,8 @@ def test_a_study_of_another_seed_is_replayed_as_it_was(results: Path, tmp_path: 
     row = pl.read_parquet(tmp_path / "out" / "study" / "trials.parquet").row(0, named=True)
     assert float(load_trace(stored).scene.speed[:, 0].mean()) == row["mean_speed"]
     coverdrive("fit", "--config", reseeded(results), "--out", tmp_path / "out")
+    (aside,) = (tmp_path / "out").glob("study@*")
+    aside.rename(tmp_path / "out" / "study")
     assert "another predictor" in coverdrive("report", tmp_path / "out", status=2)
 
 

@@ -147,7 +147,7 @@ def _drop_implausible(file: Path, table: pl.DataFrame, dt: float, road: Road, re
     fast = float(np.quantile(table["speed"].to_numpy(), 0.99))
     if fast > FASTEST:
         problem = f"1 % of the rows are faster than {fast:.0f} m/s; expected at most {FASTEST:.0f} m/s"
-        hint = "check the units of positions and times"
+        hint = "check that the positions are in metres, and the unit of the times"
         raise RecordingError(file, f"{problem}, {hint}")
     doubled = Rows(table, dt, road).doubled
     counted(repairs, "doubled vehicles", len(doubled))
