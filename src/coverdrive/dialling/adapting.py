@@ -30,8 +30,7 @@ def life(setup: Setup, drives: int, first: int = 0) -> pl.DataFrame:
         - ``near``: windows of vehicles near the ego that were seen to the end of the horizon
         - ``near_missed``: those of them that were missed, as told from the trace afterwards
         - ``scale``: λ after the drive; of a belief without one null
-        - ``bound``: what the average loss of an adaptive belief until then cannot exceed if no window that had sets of
-          the largest λ was lost (W = 0 in `coverdrive.prediction.adaptive.LongRun`)
+        - ``bound``: of the average loss of an adaptive belief until then, if no window of the largest λ was lost
 
     Raises:
         SettingError: there is no drive, or an adaptive belief has another period than the simulation.
