@@ -13,7 +13,7 @@ import json
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -52,11 +52,6 @@ _TOUCHING = 1e-3
 """[m] least gap"""
 _STORED = 5
 """collisions of a repetition that are stored"""
-_FIELDS = {
-    "study", "repetition", "seed", "probability", "rarer", "stages", "found", "ancestors", "drives", "collisions",
-    "seconds",
-}  # fmt: skip
-"""of a row"""
 
 
 def danger(scene: Scene) -> float:
@@ -231,12 +226,15 @@ class _Repetitions:
     particles: int
     changes: int
     rarest: float
-    studied: str = ""
-    """hash of the description"""
 
     @property
     def seed(self) -> int:
         return self.setup.seed
+
+    @property
+    def mine(self) -> Row:
+        """What tells rows of this estimate from others."""
+        return {"study": StudyFolder(self.folder).digest, "seed": self.seed}
 
     def description(self) -> dict[str, Any]:
         return self.setup.description() | {
@@ -255,9 +253,8 @@ class _Repetitions:
             found = split(start, random, CONTACT, self.particles, changes=self.changes, rarest=self.rarest)
         chosen = _different(found.found)
         row: Row = {
-            "study": self.studied,
+            **self.mine,
             "repetition": trial,
-            "seed": self.seed,
             "probability": found.probability,
             "rarer": found.rarer,
             "stages": [each._asdict() for each in found.stages],
@@ -286,9 +283,8 @@ class _Repetitions:
             row = json.loads(self.file(repetition).read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return None
-        mine = {"study": self.studied, "repetition": repetition, "seed": self.seed}
-        known = isinstance(row, dict) and row.keys() == _FIELDS and all(row[name] == mine[name] for name in mine)
-        return row if known else None
+        mine = {**self.mine, "repetition": repetition}
+        return row if isinstance(row, dict) and mine.items() <= row.items() else None
 
 
 def _different(found: Sequence[Found]) -> list[Found]:
@@ -334,9 +330,7 @@ def rare(
     if not 0 < rarest < 1:
         raise SettingError(f"a collision is looked for down to a probability between 0 and 1, as 1e-6; got {rarest}")
     work = _Repetitions(setup.loaded(), Path(folder), particles, changes, rarest)
-    files = StudyFolder(work.folder)
-    files.claim(work.description())
-    work = replace(work, studied=files.digest)
+    StudyFolder(work.folder).claim(work.description())
     rows = {each: row for each in range(repetitions) if (row := work.known(each))}
     with stage(f"repetitions ({repetitions})"):
         done(len(rows), repetitions)
