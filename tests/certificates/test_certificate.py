@@ -82,6 +82,7 @@ def test_shares_and_groups_are_told_apart() -> None:
     share = replace(PLAIN, unit="share", vehicles=1000, scenes=50).sentence
     assert "the expected share of a vehicle's windows in which it leaves its predicted set is at most 1.23 %" in share
     assert "1000 calibration vehicles in 50 scene groups, 3 of them with uncovered windows" in share
+    assert "uncovered" not in replace(PLAIN, unit="share", uncovered=0).sentence
     group = replace(PLAIN, unit="group", samples=50, vehicles=1000, scenes=50).sentence
     assert "a vehicle of a new scene group leaves its predicted set in any window in which it is seen is" in group
     assert "50 calibration scene groups of 1000 vehicles" in group
