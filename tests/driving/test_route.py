@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from driving_fakes import PREDICTOR
 from problem_fakes import between, box, goal, problem
-from recordings_fakes import driving, lanelet, on_map, scenario
+from recordings_fakes import driving, lanelet, on_map, points, scenario
 
 from coverdrive.driving.planning_problem import PlanningProblem, read_problems
 from coverdrive.driving.solved import solve
@@ -15,6 +15,9 @@ from coverdrive.errors import RecordingError
 AT = np.linspace(90.0, 200.0, 30)
 ASIDE = -20 * ((AT - 90) / 110) ** 2
 """[m] to the left of the road that goes on, the branch leaves it"""
+
+
+NOBODY = driving(100, -500.0, -1.75, 0.0, 20)
 
 
 def split(before: str = "", limits: str = "") -> str:
@@ -139,3 +142,64 @@ def test_a_loop_of_25_m_is_driven_slowly(tmp_path: Path) -> None:
     way = np.hypot(*np.diff(places, axis=0).T).sum()
     assert found.row["mean_speed"] == pytest.approx(way / found.drive.seconds, rel=0.02)
     assert found.row["mean_speed"] != pytest.approx(found.drive.trace.scene.speed[:, 0].mean(), rel=0.02)
+
+
+AHEAD = np.linspace(50.0, 200.0, 30)
+FAR = 15 * ((200 - AHEAD) / 150) ** 2
+"""[m] how far a ramp is from the road that it comes to, and by symmetry one that leaves"""
+
+
+def two_lanes(*links: str) -> str:
+    """Two lanes of three lanelets each, 10 to 12 and 20 to 22, with more links of the right ones."""
+    found, ends = "", [(0.0, 200.0), (200.0, 400.0), (400.0, 600.0)]
+    for lane, first in enumerate((10, 20)):
+        for part, (start, end) in enumerate(ends):
+            number = first + part
+            chain = f'<predecessor ref="{number - 1}"/>' * (part > 0) + f'<successor ref="{number + 1}"/>' * (part < 2)
+            left, right = f'<adjacentLeft ref="{number - 10}"', f'<adjacentRight ref="{number + 10}"'
+            beside = f'{left if lane else right} drivingDir="same"/>'
+            found += lanelet(number, start, end, -3.5 * lane, 3.5, chain + beside + "".join(links[part:][:1]) * lane)
+    return found
+
+
+def curved(number: int, start: float, end: float, aside: np.ndarray, links: str) -> str:
+    at = np.linspace(start, end, 30)
+    bounds = "".join(
+        f"<{name}Bound>{points(at, aside - width)}</{name}Bound>" for name, width in (("left", 0.0), ("right", 3.5))
+    )
+    return f'<lanelet id="{number}">{bounds}{links}</lanelet>'
+
+
+def acceleration_lane() -> str:
+    """Beside the two lanes, from 200 m to 400 m, with the ramp that leads to it."""
+    ramp = curved(90, 50.0, 200.0, -7.0 - FAR, '<successor ref="91"/>')
+    beside = '<predecessor ref="90"/><adjacentLeft ref="21" drivingDir="same"/>'
+    links = "", '<adjacentRight ref="91" drivingDir="same"/>'
+    return two_lanes(*links) + ramp + lanelet(91, 200.0, 400.0, -7.0, 3.5, beside)
+
+
+def exit_lane() -> str:
+    """Beside the two lanes, from 200 m to 400 m, with the ramp that it leads to."""
+    ramp = curved(92, 400.0, 550.0, -7.0 - FAR[::-1], '<predecessor ref="91"/>')
+    beside = '<successor ref="92"/><adjacentLeft ref="21" drivingDir="same"/>'
+    links = "", '<adjacentRight ref="91" drivingDir="same"/>'
+    return two_lanes(*links) + ramp + lanelet(91, 200.0, 400.0, -7.0, 3.5, beside)
+
+
+@pytest.mark.parametrize("left", [-5.25, -1.75], ids=["next lane", "the one after that"])
+def test_from_a_ramp_one_gets_beyond_the_end_of_the_acceleration_lane(left: float, tmp_path: Path) -> None:
+    start = {"at": 150.0, "left": float(np.interp(150.0, AHEAD, -7.0 - FAR)) - 1.75, "speed": 15.0}
+    wanted = goal(box(450.0, left, length=20.0, width=3.0), first=150, last=250)
+    (found,) = solve(written(tmp_path, acceleration_lane(), wanted, traffic=NOBODY, **start), PREDICTOR)
+    assert found.row["solved"], found.row["reason"]
+
+
+@pytest.mark.parametrize(
+    "place", [box(480.0, -7.0 - 15 * (80 / 150) ** 2 - 1.75), '<position><lanelet ref="92"/></position>']
+)
+@pytest.mark.parametrize("left", [-5.25, -1.75])
+def test_an_exit_whose_lane_begins_after_the_start_is_taken(place: str, left: float, tmp_path: Path) -> None:
+    wanted = goal(place, first=150, last=280)
+    path = written(tmp_path, exit_lane(), wanted, traffic=NOBODY, at=120.0, left=left, speed=15.0)
+    (found,) = solve(path, PREDICTOR)
+    assert found.row["solved"], found.row["reason"]

@@ -1,6 +1,7 @@
 """Planning problems of CommonRoad scenarios: who is where, on which road, and where the drive is to lead."""
 
-from collections.abc import Hashable, Iterator
+from collections.abc import Callable, Hashable, Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -22,7 +23,8 @@ from coverdrive.recordings.checks import check_vehicles
 from coverdrive.recordings.files.boundary import naming
 from coverdrive.recordings.files.scenario import check_problem, open_scenario
 from coverdrive.recordings.formats.commonroad import speed_limit
-from coverdrive.recordings.roads.drawn_road import TOUCHING
+from coverdrive.recordings.roads.border import lanes_along_border
+from coverdrive.recordings.roads.drawn_road import TOUCHING, DrawnLane
 from coverdrive.recordings.roads.driven_road import roads_of
 from coverdrive.recordings.tracks.repair import VERGE
 from coverdrive.road import Road
@@ -35,6 +37,8 @@ _BEHIND, _AHEAD = 4.0, 25.0
 """[m] where a map may have no gap between lanes if one is to change between them: body, and way to the other lane"""
 _OFF_CENTRE = 0.4
 """[m] by which one aims at the inside of a position across the road, and of the road"""
+_MOST = 0.5
+"""share of a goal that makes a road one that leads there"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -254,30 +258,54 @@ def _without_ego(file: Path, start: Any) -> Any:
 def _road_of(network: Any, problem: Any, dt: float) -> Road:
     """The first carriageway on which the start is, with the goal on it if there is such a one; as far as it matters.
 
-    Lanes between which the map has a gap are beside each other only if the start is on no road else.
+    Lanes between which the map has a gap are beside each other only if the start is on no road else. Where most of the
+    goal is not on that carriageway, the road along the border of a lane that ends on the way to it, or begins, is
+    taken if there is more of the goal on it.
     """
-    start, found, problems = problem.initial_state, list[Road](), list[str]()
+    start, found, problems = problem.initial_state, list[tuple[float, Road]](), list[str]()
     goals, heading = problem.goal.state_list, float(start.orientation)
     areas = [shape_of(each.position) for each in goals if each.has_value("position")]
     time = dt * (max(_interval(each.time_step)[1] for each in goals) - start.time_step)
-    through = route(network.lanelets, start.position, heading, areas) or ()
+    way = route(network.lanelets, start.position, heading, areas)
+    through = (way.lanelets, way.goals) if way else ()
     limit = speed_limit(network, through[0] if through else ())
+    draws = [drawn_near(start.position, float(start.velocity), time, touching) for touching in (2 * _NO_GAP, TOUCHING)]
+
+    def look_at(roads: Iterator[Road], enough: float) -> None:
+        """Find those that the start is on, up to one with enough of the goal."""
+        for road in () if found and found[-1][0] > enough else roads:
+            lon, lat = road.to_road(*start.position)
+            lane = road.lane_at(lon, lat)
+            edges = road.edges_at(lon)[lane : lane + 2]
+            if edges[0] <= lat <= edges[1] and 0 <= lon <= road.length and _along(road, lon, heading):
+                surface = _surface_of(road)
+                share = max((_share(area, surface) for area in areas), default=1.0)
+                found.append((share, replace(road, speed_limit=limit)))
+                if share > enough:
+                    break
+
     try:
-        for touching in (2 * _NO_GAP, TOUCHING):
-            draw = drawn_near(start.position, float(start.velocity), time, touching)
-            for road in roads_of(network.lanelets, problems, through, draw):
-                lon, lat = road.to_road(*start.position)
-                lane = road.lane_at(lon, lat)
-                edges = road.edges_at(lon)[lane : lane + 2]
-                if edges[0] <= lat <= edges[1] and 0 <= lon <= road.length and _along(road, lon, heading):
-                    found.append(replace(road, speed_limit=limit))
-                    if not areas or any(area.intersects(_surface_of(road)) for area in areas):
-                        return found[-1]
+        for draw in draws:
+            look_at(roads_of(network.lanelets, problems, through, draw), 0.0)
+        if way and (lanes := lanes_along_border(network.lanelets, way.starts, way.goals)):
+            look_at(_drawn(draws, lanes), _MOST)
     except KeyError as error:
         raise DataError(f"a lanelet refers to {error}, which is not in the file; check the file") from error
     if not found:
         raise DataError("; ".join(["the start is on no road of the map", *problems[:1]]))
-    return found[0]
+    return max(found, key=lambda each: each[0])[1]
+
+
+def _share(area: BaseGeometry, surface: BaseGeometry) -> float:
+    """Of an area, how much is on a surface."""
+    return area.intersection(surface).area / area.area if area.area else float(surface.covers(area))
+
+
+def _drawn(draws: Iterable[Callable[[list[DrawnLane]], Road]], lanes: list[DrawnLane]) -> Iterator[Road]:
+    """The roads that some functions draw of lanes, but for those that bend too sharply."""
+    for draw in draws:
+        with suppress(DataError):
+            yield draw(lanes)
 
 
 def _along(road: Road, lon: float, heading: float) -> bool:

@@ -5,7 +5,7 @@ A lanelet can be left for those after it and for those beside it that are driven
 
 from collections.abc import Callable, Collection, Iterable
 from itertools import product
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -27,10 +27,21 @@ _SHARES_AHEAD, _SHARES_BEHIND = (1.0, 0.7, 0.5, 0.35, 0.25, 0.18, 0.12), (1.0, 0
 """of these that are tried where the rest of a lane is no line that can be followed"""
 
 
+class Route(NamedTuple):
+    """The numbers of lanelets."""
+
+    lanelets: set[int]
+    """from a start to goals, and beyond"""
+    goals: set[int]
+    """those of them at the goals, or beside them"""
+    starts: set[int]
+    """at the start, or beside it"""
+
+
 def route(
     lanelets: Iterable[Any], start: Float[np.ndarray, " 2"], heading: float, goals: Collection[BaseGeometry]
-) -> tuple[set[int], set[int]] | None:
-    """The lanelets from a start to goals, and beyond; and those at the goals. None if no way leads there.
+) -> Route | None:
+    """The way from a start to goals. None if none leads there.
 
     Args:
         lanelets: of commonroad-io.
@@ -53,7 +64,7 @@ def route(
     between = ahead & _reached(parts, reached, ("predecessor",), beside=True)
     first, last = (_reached(parts, some, (), beside=True) for some in (at, reached))
     beyond = _reached(parts, last, ("successor",)) | _reached(parts, first, ("predecessor",))
-    return between | beyond, last & between
+    return Route(between | beyond, last & between, first)
 
 
 def _along(part: Any, place: Float[np.ndarray, " 2"], heading: float) -> bool:

@@ -67,7 +67,8 @@ def drawn_road(lanes: Sequence[DrawnLane], touching: float = TOUCHING) -> Road:
     bounds = [np.stack([_offsets(line, bound, stations) for bound in (lane.right, lane.left)]) for lane in lanes]
     own = bounds.pop(0)
     width = own[1] - own[0]
-    width = float(np.median(width[~np.isnan(width)])) if not np.isnan(width).all() else 0.0
+    width = width[np.abs(width) > EVEN]
+    width = float(np.median(width)) if len(width) else 0.0
     if width < NARROWEST:
         problem = f"the lane that leads the road is {width:.2g} m wide"
         raise DataError(f"{problem}; expected at least {NARROWEST:g} m, its left bound left of its right one")

@@ -42,18 +42,11 @@ def carriageways(lanelets: list[Any], through: Sequence[Collection[int]] = ()) -
     itself.
     """
     parts = {part.lanelet_id: part for part in lanelets}
-    stated = {(first, second) for second, part in parts.items() for first in part.predecessor}
-    stated |= {(first, second) for first, part in parts.items() for second in part.successor}
-    after: Links = {number: [] for number in parts}
-    before: Links = {number: [] for number in parts}
-    for first, second in sorted(stated):
-        if _seam(parts[first], parts[second]) < SEAM:
-            after[first].append(second)
-            before[second].append(first)
+    after, before = links_of(parts)
     beside = {(number, side): _beside(parts, number, side) for number in parts for side in ("left", "right")}
 
     def lanes(guide: list[int]) -> list[DrawnLane]:
-        return [_drawn([parts[number] for number in chain]) for chain in (guide, *_joined(parts, after, before, guide))]
+        return [drawn([parts[number] for number in chain]) for chain in (guide, *joined(parts, after, before, guide))]
 
     if through:
         route, by = through
@@ -68,7 +61,24 @@ def carriageways(lanelets: list[Any], through: Sequence[Collection[int]] = ()) -
         yield lanes(guide)
 
 
-def _drawn(chain: list[Any]) -> DrawnLane:
+def links_of(parts: dict[int, Any]) -> tuple[Links, Links]:
+    """The lanelets that follow on each, and those that each follows on, of some by their numbers.
+
+    A KeyError if a lanelet names one that is not there.
+    """
+    stated = {(first, second) for second, part in parts.items() for first in part.predecessor}
+    stated |= {(first, second) for first, part in parts.items() for second in part.successor}
+    after: Links = {number: [] for number in parts}
+    before: Links = {number: [] for number in parts}
+    for first, second in sorted(stated):
+        if _seam(parts[first], parts[second]) < SEAM:
+            after[first].append(second)
+            before[second].append(first)
+    return after, before
+
+
+def drawn(chain: list[Any]) -> DrawnLane:
+    """The lane of lanelets that follow one another."""
     return DrawnLane(*(np.concatenate([getattr(part, bound) for part in chain]) for bound in _BOUNDS))
 
 
@@ -109,8 +119,8 @@ def _kinks(parts: dict[int, Any], chain: list[int]) -> float:
     return sum(misfit for misfit in misfits if misfit > KINK)
 
 
-def _joined(parts: dict[int, Any], after: Links, before: Links, guide: list[int]) -> Iterator[list[int]]:
-    """All other lanelets in chains, at forks and merges as they fit best."""
+def joined(parts: dict[int, Any], after: Links, before: Links, guide: Collection[int]) -> Iterator[list[int]]:
+    """All lanelets but those of a guide in chains, at forks and merges as they fit best."""
     rest = dict.fromkeys(parts)
     for number in guide:
         del rest[number]
@@ -172,8 +182,12 @@ def _seam(first: Any, second: Any) -> float:
 
 def _misfit(first: Any, second: Any) -> float:
     """[m] by which the bounds of a lanelet and of the one after it bend, from 10 m before the seam to 10 m after it."""
-    ends = [(getattr(first, bound), getattr(second, bound)) for bound in _BOUNDS]
-    return sum(float(np.hypot(*(_along(end[::-1]) + _along(start) - 2 * start[0]))) for end, start in ends)
+    return sum(kink(getattr(first, bound), getattr(second, bound)) for bound in _BOUNDS)
+
+
+def kink(first: np.ndarray, second: np.ndarray) -> float:
+    """[m] by which a polyline and one after it bend, from 10 m before the seam to 10 m after it."""
+    return float(np.hypot(*(_along(first[::-1]) + _along(second) - 2 * second[0])))
 
 
 def _along(points: np.ndarray) -> np.ndarray:
