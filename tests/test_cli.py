@@ -346,6 +346,7 @@ def test_a_name_that_looks_like_json_or_markup_is_a_name(tmp_path: Path, monkeyp
     assert len(found["recordings"]) == 3
 
 
+@pytest.mark.slow
 def test_inspect_draws_each_recording_and_all_speeds(tmp_path: Path) -> None:
     one = generate(Experiment().generated.model_copy(update={"scenes": 2, "duration": 5.0}))
     write_parquet(one, tmp_path / "two.parquet")

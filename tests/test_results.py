@@ -123,6 +123,7 @@ def test_a_damaged_description_of_a_study_is_refused(results: Results, content: 
         results.driven_study()
 
 
+@pytest.mark.slow
 def test_a_page_without_a_study_leaves_none_behind(results: Results) -> None:
     written = json.loads(coverdrive("--json", "report", results.folder, only="stdout"))
     assert Path(written["report"]).exists() and not (results.folder / "study").exists()
@@ -146,6 +147,7 @@ def test_recordings_and_roads_that_are_not_replayed_are_refused(results: Results
     assert not list(results.folder.glob("study*"))
 
 
+@pytest.mark.slow
 def test_a_new_fit_removes_what_shows_the_old_one(results: Results) -> None:
     results.save_methods(certify(results, targets=(0.2,)))
     gone = ["report.html", "report-drivers-curved.html", "figures/areas.pdf", "figures/drive_3.mp4", "methods.csv"]

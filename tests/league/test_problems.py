@@ -90,6 +90,7 @@ def test_everybody_drives_the_same_problems_and_is_judged(world: str, tmp_path: 
     assert compare(folder / "constant-velocity", folder / "keep-velocity").trials == 2
 
 
+@pytest.mark.slow
 def test_a_league_on_problems_goes_on_and_counts_what_is_not_driven(world: str, tmp_path: Path) -> None:
     written(tmp_path, AHEAD, name="USA_Here-1_3_T-1", left=30.0)
     first = solved(world, tmp_path / "league", ["keep-velocity"], trials=2)
@@ -104,6 +105,7 @@ def test_a_league_on_problems_goes_on_and_counts_what_is_not_driven(world: str, 
     assert reasons[2].startswith("not driven: ") and "the start is on no road" in reasons[2]
 
 
+@pytest.mark.slow
 def test_a_contact_is_counted_and_its_way_ends_there(tmp_path: Path, judged: None) -> None:
     written(tmp_path, goal(box(120.0, -1.75)), traffic=driving(100, 62.0, -1.75, 0.0, 60))
     table = solved(f"commonroad:{tmp_path}", tmp_path / "league", ["keep-velocity", "idm"])
@@ -175,6 +177,7 @@ def test_fiss_itself_solves_a_drawn_problem(world: str, tmp_path: Path) -> None:
     assert table["solved"].to_list() == [1, 1]
 
 
+@pytest.mark.slow
 def test_worlds_of_long_names_have_folders_of_their_own(world: str, tmp_path: Path) -> None:
     first, second = (
         f"{world}," + ",".join(f"{tmp_path}/{name}.xml" for name in 20 * names) for names in (NAMES, NAMES[:1])

@@ -252,7 +252,11 @@ def test_what_cannot_be_proved_is_said_before_training(scenes: tuple[Recording, 
     ):
         fit(scenes, SETTINGS, seed=1, unit="vehicle", epsilon=0.1)
     assert "affordances and labels" in stages and "training" not in stages
-    result = fit(scenes, SETTINGS, seed=1, unit="vehicle")  # which asks for what can be proved
+
+
+@pytest.mark.slow
+def test_of_independent_vehicles_what_can_be_proved_is_asked_for(scenes: tuple[Recording, ...]) -> None:
+    result = fit(scenes, SETTINGS, seed=1, unit="vehicle")
     units = len(np.unique(result.scored.calibration.vehicle))
     assert result.predictor.certificate.epsilon == rounded_up(rate_limit(0.9, 0, units)) > 0.1
 

@@ -251,6 +251,7 @@ def test_names_are_those_of_classes_and_functions() -> None:
     assert name_of(partial(partial(no_planner))) == f"{__name__}.no_planner"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("planner", "said"), [("Planner", "1 / 0"), ("OddPlanner", "raise Odd(1, 2)")])
 def test_of_another_process_the_lines_that_failed_are_shown_too(planner: str, said: str, tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text(MINE)

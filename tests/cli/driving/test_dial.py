@@ -11,6 +11,7 @@ from coverdrive.errors import DataError
 from coverdrive.reporting import report
 from coverdrive.results import Results
 
+pytestmark = pytest.mark.slow
 ASKED = (
     "--traffic",
     "drivers",

@@ -30,6 +30,7 @@ def test_a_scenario_leaves_out_its_map_whatever_its_vehicles_do(folder: Path) ->
     ]  # fmt: skip
 
 
+@pytest.mark.slow
 def test_who_is_shared_is_found_in_scenarios_of_several_carriageways(tmp_path: Path) -> None:
     """Of each of these two recordings are made."""
     files, seeds = dict[str, Path](), {"USA_Here-1_1_T-1": 5, "USA_There-2_1_T-1": 5, "DEU_Other-1_1_T-1": 3}

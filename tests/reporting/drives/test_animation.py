@@ -78,6 +78,7 @@ def test_frames_show_the_drive(video):
     assert light[-1] > 0.8 * light[STEPS - 1]  # the last moment has the sets of the step before
 
 
+@pytest.mark.slow
 def test_vehicles_that_left_their_sets_are_framed_from_then_on(tmp_path):
     animate(make_stray(), tmp_path / "drive.mp4")
     road = frames_of(tmp_path / "drive.mp4")[:, 70:120]
@@ -85,6 +86,7 @@ def test_vehicles_that_left_their_sets_are_framed_from_then_on(tmp_path):
     assert dark[LEAVES : STEPS + 1].min() > dark[COMES:LEAVES].max() + 20
 
 
+@pytest.mark.slow
 def test_the_worst_moment_is_named_for_a_second(tmp_path, monkeypatch):
     said, write = [], Text.set_text
     monkeypatch.setattr(Text, "set_text", lambda text, words: (said.append(str(words)), write(text, words))[1])

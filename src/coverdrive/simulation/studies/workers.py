@@ -66,7 +66,7 @@ def run_trials(setup: Drives, trials: Sequence[int], workers: int, cluster: str 
             yield from _run_parallel(setup, trials, min(workers, len(trials)))
     else:
         participants = setup.participants()
-        _freeze()
+        gc.freeze()
         try:
             for trial in trials:
                 yield setup.row(trial, participants)
@@ -148,7 +148,7 @@ def _run_in_worker(setup: Drives, study: str, trial: int) -> Row:
             _participants.clear()
             gc.unfreeze()
             _participants[study] = setup.participants()
-            _freeze()
+            gc.freeze()
         row = setup.row(trial, _participants[study])
         _freeze()
         return row
@@ -171,10 +171,10 @@ def _errors_that_travel() -> Generator[None]:
 
 
 def _freeze() -> None:
-    """Let the garbage collector look no more at what is there already, modules and compiled code, above all.
+    """Collect what a trial leaves behind, and let the garbage collector look no more at what stays.
 
-    What a trial leaves behind is collected before; else this is done within some step of the next trial, which takes
-    a tenth of a second and more where everything is looked at.
+    Else it looks at everything within some step of the next trial, at modules and compiled code, above all, which
+    takes a tenth of a second and more.
     """
     gc.collect()
     gc.freeze()
