@@ -25,7 +25,6 @@ import numpy as np
 from coverdrive.certificates.evaluation import Rate
 from coverdrive.config import Experiment
 from coverdrive.league.paper_way import Situation, solve_paper_program
-from coverdrive.oracle.solvers import SolverSettings, solve
 from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Status
 from coverdrive.planning.check.evaluate import Plans, empty_plans, evaluate
@@ -42,6 +41,7 @@ from coverdrive.prediction.predictor import Predictor
 from coverdrive.road import Road
 from coverdrive.simulation.drivers.generated import generate
 from coverdrive.simulation.studies.setup import Setup
+from oracle.solvers import SolverSettings, solve
 
 BRAKING = 5  # manoeuvres that slow down: seven starts, and the plan
 EXACT = SolverSettings(tolerance=1e-6, max_iterations=500)

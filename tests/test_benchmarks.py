@@ -28,7 +28,7 @@ def ran(name: str, out: Path, monkeypatch: pytest.MonkeyPatch, *arguments: str) 
     return json.loads(out.read_text(encoding="utf-8"))
 
 
-@pytest.mark.parametrize("file", sorted(FOLDER.glob("*.py")), ids=lambda file: file.stem)
+@pytest.mark.parametrize("file", sorted(FOLDER.rglob("*.py")), ids=lambda file: file.stem)
 def test_what_it_takes_from_the_package_is_there(file: Path) -> None:
     for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("coverdrive."):

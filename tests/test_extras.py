@@ -46,11 +46,10 @@ def test_a_module_that_is_there_and_does_not_load(monkeypatch: pytest.MonkeyPatc
     assert "pip install" not in str(refused.value)
 
 
-def test_the_reference_planner_needs_casadi(bare: None, monkeypatch: pytest.MonkeyPatch) -> None:
-    for module in ("program", "solvers", "reference"):
-        monkeypatch.delitem(sys.modules, f"coverdrive.oracle.{module}", raising=False)
-    with pytest.raises(MissingExtraError, match=r"the reference planner needs CasADi"):
-        import coverdrive.oracle.reference  # noqa: F401
+def test_the_papers_program_needs_casadi(bare: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delitem(sys.modules, "coverdrive.league.paper_way", raising=False)
+    with pytest.raises(MissingExtraError, match=r"the paper's program needs CasADi"):
+        import coverdrive.league.paper_way  # noqa: F401
 
 
 def test_support_vectors_need_piqp(bare: None) -> None:

@@ -23,7 +23,7 @@ class Extra(NamedTuple):
 
 
 EXTRAS = {
-    "casadi": Extra("CasADi", "reference", "the reference planner"),
+    "casadi": Extra("CasADi", "reference", "the paper's program"),
     "piqp": Extra("PIQP", "svm", "the method svm"),
     "distributed": Extra("Dask", "cluster", "--cluster"),
     "gymnasium": Extra("Gymnasium", "gymnasium", "coverdrive.bridges.gymnasium"),

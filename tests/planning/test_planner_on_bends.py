@@ -7,7 +7,6 @@ from planning_scenes import CAR, PERIOD, PROBLEM
 from test_bent_plans import beyond
 
 from coverdrive.errors import SettingError
-from coverdrive.oracle.reference import ReferencePlanner
 from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Status
 from coverdrive.planning.planner import MpcPlanner
@@ -16,6 +15,7 @@ from coverdrive.planning.rules.target_lanes import target_lanes
 from coverdrive.reference_line import ReferenceLine
 from coverdrive.road import LaneEdges, Road
 from coverdrive.road_ahead import controls
+from oracle.reference import ReferencePlanner
 
 NOBODY = PredictedPaths(np.zeros((0, 13, 2)), np.zeros(0, int), np.zeros((0, 13, 2)), 0.25)
 TIMES = 0.25 * np.arange(13)

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from planning_scenes import WANTED, between
 
-from coverdrive.oracle.program import Program, bounds, build_program, padded, parameters, start_values
 from coverdrive.planning.check.merit import merit
 from coverdrive.planning.problem.constants import constants_of
 from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.planning.problem.tree import BranchSettings
 from coverdrive.planning.surroundings import Surroundings
+from oracle.program import Program, bounds, build_program, padded, parameters, start_values
 
 ca: Any = pytest.importorskip("casadi")
 TWO, ONE = ProblemSettings(), ProblemSettings(branches=BranchSettings(fail_safe=False))

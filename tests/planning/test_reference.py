@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from coverdrive.oracle import reference
-from coverdrive.oracle.reference import ReferencePlanner
-from coverdrive.oracle.solvers import SolverSettings
 from coverdrive.plan import Planner, Status
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.planning.problem.vehicle import step
 from coverdrive.planning.rules.manners import NONE
 from coverdrive.road import Road
+from oracle import reference
+from oracle.reference import ReferencePlanner
+from oracle.solvers import SolverSettings
 
 
 def test_overtakes_a_slower_car_as_the_planner_does(straight_paths) -> None:

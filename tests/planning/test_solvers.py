@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from coverdrive.oracle.solvers import SolverSettings, compiled_program, compiled_solver, solve
 from coverdrive.planning.check.evaluate import drive_step
 from coverdrive.planning.check.merit import input_at, merit
 from coverdrive.planning.problem.constants import constants_of
@@ -12,6 +11,7 @@ from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.planning.surroundings import Surroundings, surroundings_of
 from coverdrive.road import Road
 from coverdrive.road_ahead import STRAIGHT
+from oracle.solvers import SolverSettings, compiled_program, compiled_solver, solve
 
 PROBLEM, PERIOD = ProblemSettings(), 0.1
 CONSTANTS = constants_of(PROBLEM, PERIOD)

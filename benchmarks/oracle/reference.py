@@ -7,11 +7,11 @@ against, and as a baseline in closed loop.
 import numpy as np
 from jaxtyping import Float
 
-from coverdrive.oracle.solvers import SolverSettings, solve
 from coverdrive.planning.check.evaluate import Plans
 from coverdrive.planning.planner import Call, MpcPlanner, PlannerSettings
 from coverdrive.planning.solver.search import BEGIN, CHOOSE, GIVE_UP, NOTHING, Wanted, search
 from coverdrive.planning.surroundings import Surroundings
+from oracle.solvers import SolverSettings, solve
 
 
 class ReferencePlanner(MpcPlanner):

@@ -13,11 +13,11 @@ from pydantic import Field
 
 from coverdrive.errors import SettingError
 from coverdrive.extras import require
-from coverdrive.oracle.program import Program, bounds, build_program, padded, parameters, start_values
 from coverdrive.planning.problem.constants import constants_of
 from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.planning.surroundings import Surroundings
 from coverdrive.settings import Settings
+from oracle.program import Program, bounds, build_program, padded, parameters, start_values
 
 ca: Any = require("casadi")
 _kept: Any = cache  # settings have a hash, which the type checker does not know
