@@ -22,7 +22,7 @@ from coverdrive.planning.problem.obstacles import ObstacleSettings
 from coverdrive.planning.problem.vehicle import VehicleSettings
 from coverdrive.prediction.certifying.occupied import Occupied
 from coverdrive.prediction.cover.basis import Basis
-from coverdrive.prediction.fits.learned import Learned
+from coverdrive.prediction.fits.learned import EDGES, Learned
 from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.reporting.contents import Certified, Contents
@@ -215,7 +215,7 @@ def make_contents(traces: dict[int, Trace] | None = None, bases: int = 5) -> Con
         median_set_size=3,
         bases=bases,
     )
-    counts = random.integers(0, 9, (2, bases, 50))
+    counts = random.integers(0, 9, (2, bases, len(EDGES) - 1))
     return Contents(
         name="results <1>",
         folder=Path("results"),
@@ -233,7 +233,7 @@ def make_contents(traces: dict[int, Trace] | None = None, bases: int = 5) -> Con
         ),
         learned=Learned(
             np.arange(1, bases + 1) / np.arange(1, bases + 1).sum(), basis.points, np.geomspace(9, 1, 12),
-            np.linspace(0, 1, 51), counts[0], counts[1], np.arange(bases + 1),
+            EDGES, counts[0], counts[1], np.arange(bases + 1),
         ),
         compared=[
             Compared(Method.POST_BLOATING, None, certificate, evaluation, "", 0.1),

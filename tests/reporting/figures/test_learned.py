@@ -7,17 +7,25 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from report_fakes import make_contents, marks_of
-from scipy.special import expit
 
+from coverdrive.certificates.rule import Thresholds
 from coverdrive.prediction.fits.learned import EDGES
-from coverdrive.reporting.figures.learned import ScoreAxis, losses_figure, scores_figure, set_sizes_figure
-from coverdrive.reporting.plotting.figure import Bars, Points
+from coverdrive.reporting.figures.learned import losses_figure, scores_figure, set_sizes_figure
+from coverdrive.reporting.plotting.figure import Axis, Bars, Points
 
-NO_MARKS = np.empty(0)
+ONE = make_contents(bases=1).learned
 
 
 def counts_at(*scores: float) -> np.ndarray:
     return np.histogram(np.array(scores), EDGES)[0][None]
+
+
+def drawn(scores: list[float], thresholds: list[float]) -> tuple[Axis, np.ndarray]:
+    """The axis of scores of one base, and the places of its thresholds."""
+    panel = scores_figure(
+        replace(ONE, driven=counts_at(*scores), others=counts_at()), Thresholds.at(np.array(thresholds), 0.5)
+    ).panels[0]
+    return panel.x, np.concatenate([np.empty(0), *(each.x for each in marks_of(panel, Points))])
 
 
 def test_bins_are_from_zero_to_one_and_of_equal_log_odds() -> None:
@@ -28,38 +36,29 @@ def test_bins_are_from_zero_to_one_and_of_equal_log_odds() -> None:
 
 
 def test_places_by_hand() -> None:
-    axis = ScoreAxis.around(EDGES, counts_at(0.0, 1.0), NO_MARKS)
-    assert axis.place(np.array([0.5, 0.2, 0.8])) == pytest.approx([0, -np.log(4), np.log(4)])
-    assert axis.place(np.array([0.0, 1.0])).tolist() == list(axis.limits)
+    axis, places = drawn([0.0, 1.0], [0.5, 0.2, 0.8])
+    half, low, high = places
+    assert low - half == pytest.approx(half - high, abs=0.1)
+    assert (axis.low, axis.high) == (-0.5, len(EDGES) - 0.5)
     assert list(axis.ticks.values()) == ["0", "10⁻⁵", "10⁻⁴", "0.001", "0.01", "0.1", "0.5", "0.9", "0.99", "1"]
 
 
 def test_only_what_is_there_is_shown() -> None:
-    axis = ScoreAxis.around(EDGES, counts_at(0.02, 0.88), NO_MARKS)
-    low, high = axis.place(np.array([0.02, 0.88]))
-    assert axis.limits[0] <= low < high <= axis.limits[1]
+    axis, (low, high) = drawn([0.02, 0.88], [0.02, 0.88])
+    assert axis.low <= low < high <= axis.high
     assert list(axis.ticks.values()) == ["0.1", "0.5"]
 
 
 def test_a_threshold_of_zero_is_at_the_end() -> None:
-    axis = ScoreAxis.around(EDGES, counts_at(0.5), np.zeros(1))
-    assert axis.place(np.zeros(1)).tolist() == [axis.limits[0]]
-    assert axis.ticks[axis.limits[0]] == "0"
-
-
-def test_bins_of_equal_width_are_drawn_too() -> None:
-    edges = np.linspace(0, 1, 51)
-    axis = ScoreAxis.around(edges, np.ones((2, 50), dtype=int), NO_MARKS)
-    assert (np.diff(axis.edges) > 0).all()
-    assert list(axis.ticks.values()) == ["0", "0.1", "0.5", "0.9", "1"]
+    axis, places = drawn([0.5], [0.0])
+    assert places.tolist() == [0] == [place for place, text in axis.ticks.items() if text == "0"]
 
 
 @given(st.lists(st.floats(0, 1), min_size=1, max_size=9), st.lists(st.floats(0, 1), max_size=3))
 def test_every_score_is_within_the_axis_and_in_order(scores: list[float], marks: list[float]) -> None:
-    axis = ScoreAxis.around(EDGES, counts_at(*scores), np.array(marks))
-    places = axis.place(np.sort([*scores, *marks]))
+    axis, places = drawn(scores, np.sort([*scores, *marks]).tolist())
     assert (np.diff(places) >= 0).all()
-    assert axis.limits[0] - 1e-9 <= places[0] <= places[-1] <= axis.limits[1] + 1e-9
+    assert axis.low <= places[0] <= places[-1] <= axis.high
 
 
 def test_thresholds_are_where_the_rule_has_them_and_every_bin_has_a_bar() -> None:
@@ -68,7 +67,7 @@ def test_thresholds_are_where_the_rule_has_them_and_every_bin_has_a_bar() -> Non
     figure = scores_figure(learned, contents.predictor.rule)
     for panel, counts in zip(figure.panels, (learned.driven, learned.others), strict=True):
         (thresholds,) = marks_of(panel, Points)
-        assert expit(thresholds.x) == pytest.approx(values)
+        assert np.interp(thresholds.x, np.arange(len(learned.edges)), learned.edges) == pytest.approx(values)
         rows = marks_of(panel, Bars)
         assert [row.base for row in rows] == list(range(len(counts)))
         for row, bins in zip(rows, counts, strict=True):
