@@ -8,7 +8,7 @@ import pytest
 
 from command import coverdrive
 from coverdrive.config import Experiment
-from coverdrive.paper.settings import paper_settings
+from coverdrive.paper.tables import paper_settings
 
 GENERATED = "[generated]\nscenes = 6\nduration = 12.0\nvehicles = [10, 12]\n"
 

@@ -32,9 +32,8 @@ def paper(
     with waiting():
         from coverdrive.files import write_atomically
         from coverdrive.paper import shown as paper_tables
-        from coverdrive.paper.settings import paper_settings
         from coverdrive.paper.shown import paper_figure
-        from coverdrive.paper.tables import make_tables, table_1_bounds
+        from coverdrive.paper.tables import make_tables, paper_settings, table_1_bounds
         from coverdrive.prediction.fit import fit
         from coverdrive.reporting.plotting.drawing import save
     experiment = experiment_of(config, seed=seed, **vars(files)).model_copy(update={"prediction": paper_settings()})
