@@ -14,6 +14,7 @@ from tempfile import TemporaryFile
 
 from packaging.requirements import Requirement
 
+from coverdrive.errors import CoverdriveError, DataError
 from coverdrive.extras import EXTRAS, require
 from coverdrive.progress import done, stage
 
@@ -40,10 +41,6 @@ class Finding:
     """whether the commands need it"""
 
 
-class _Wrong(Exception):
-    """Something is there, but not as it should be."""
-
-
 def examine(folder: Path) -> list[Finding]:
     """Try everything.
 
@@ -63,8 +60,8 @@ def _tried(name: str, look: Callable[[], str], hint: str, needed: bool) -> Findi
     """What a look has found; whatever it raises is what went wrong."""
     try:
         return Finding(name, True, look(), needed=needed)
-    except _Wrong as wrong:
-        found = str(wrong)
+    except CoverdriveError as error:
+        found = str(error)
     except Exception as error:  # a broken package raises whatever it likes
         found = _in_one_line(error)
     return Finding(name, False, found, hint, needed)
@@ -87,9 +84,14 @@ def _checks(folder: Path) -> Iterator[tuple[str, Callable[[], str], str, bool]]:
         yield each.package, partial(_extra, module), f"only for {each.purpose}: {each.command}", False
     yield "ffmpeg", _ffmpeg, f"{upgrade} av", True
     yield "results", partial(_writable, folder), "name another folder with --out", True
-    yield "cache of matplotlib", _plotting_cache, "set MPLCONFIGDIR to a folder that you can write to", True
+    yield (
+        "cache of matplotlib",
+        _kept("matplotlib", "get_cachedir"),
+        "set MPLCONFIGDIR to a folder that you can write to",
+        True,
+    )
     hint = "planning is compiled anew by every command; set NUMBA_CACHE_DIR to a folder that you can write to"
-    yield "cache of Numba", _code_cache, hint, False
+    yield "cache of Numba", _kept("coverdrive.compiled", "cache_folder"), hint, False
 
 
 def _python() -> str:
@@ -111,19 +113,19 @@ def _version(name: str) -> str:
     try:
         return version(name)
     except PackageNotFoundError:
-        raise _Wrong("not installed") from None
+        raise DataError("not installed") from None
 
 
 def _package(required: Requirement) -> str:
     found = _version(required.name)
     if not required.specifier.contains(found, prereleases=True):
-        raise _Wrong(f"{found}, but coverdrive needs {required.specifier}")
+        raise DataError(f"{found}, but coverdrive needs {required.specifier}")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # others' warnings are no fault of what is installed
             importlib.import_module(_MODULES.get(required.name, required.name.replace("-", "_")))
     except Exception as error:
-        raise _Wrong(f"{found}, but it cannot be imported ({_in_one_line(error)})") from error
+        raise DataError(f"{found}, but it cannot be imported ({_in_one_line(error)})") from error
     return found
 
 
@@ -151,9 +153,6 @@ def _writable(folder: Path) -> str:
     return f"{folder} is writable, {free:.0f} GB free"
 
 
-def _plotting_cache() -> str:
-    return _writable(Path(importlib.import_module("matplotlib").get_cachedir()))
-
-
-def _code_cache() -> str:
-    return _writable(importlib.import_module("coverdrive.compiled").cache_folder())
+def _kept(module: str, folder: str) -> Callable[[], str]:
+    """Whether a module can write to the folder that a function of it tells."""
+    return lambda: _writable(Path(getattr(importlib.import_module(module), folder)()))
