@@ -63,7 +63,7 @@ def numbers(value: Any) -> Iterator[float]:
 EVERY = [
     pytest.param(kind, place, id=f"{kind}:{'.'.join(place)}")
     for kind in KINDS
-    for place in keys(Experiment().overridden(traffic={"kind": kind}))
+    for place in keys(Experiment().updated({"traffic": {"kind": kind}}))
     if kind == KINDS[0] or place[0] == "traffic"
 ]
 
@@ -74,7 +74,7 @@ def test_all_settings_are_walked_over() -> None:
 
 @pytest.mark.parametrize(("kind", "place"), EVERY)
 def test_nonsense_is_refused_by_name(kind: str, place: tuple[str, ...]) -> None:
-    usual = Experiment().overridden(traffic={"kind": kind})
+    usual = Experiment().updated({"traffic": {"kind": kind}})
     for odd in ODD:
         try:
             made = usual.updated(nested(place, odd))
@@ -86,7 +86,7 @@ def test_nonsense_is_refused_by_name(kind: str, place: tuple[str, ...]) -> None:
 
 @pytest.mark.parametrize(("kind", "place"), EVERY)
 def test_every_number_has_bounds(kind: str, place: tuple[str, ...]) -> None:
-    usual = Experiment().overridden(traffic={"kind": kind})
+    usual = Experiment().updated({"traffic": {"kind": kind}})
     value: Any = usual
     for name in place:
         value = getattr(value, name)
@@ -139,8 +139,8 @@ def test_files_that_are_no_text(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_written_file_says_what_every_setting_means_and_gives_the_same_back(kind: str, tmp_path: Path) -> None:
-    made = Experiment.preset("paper").overridden(
-        traffic={"kind": kind}, location='a "quoted" place\n', study={"until_width": 0.1}, seed=2**63 - 1
+    made = Experiment.preset("paper").updated(
+        {"traffic": {"kind": kind}, "location": 'a "quoted" place\n', "study": {"until_width": 0.1}, "seed": 2**63 - 1}
     )
     made.save(tmp_path / "config.toml")
     assert Experiment.load(tmp_path / "config.toml") == made

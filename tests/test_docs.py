@@ -39,14 +39,16 @@ def beside(once: Callable[[str, Callable[[Path], None]], Path], tmp_path: Path) 
 
 
 def fill(folder: Path) -> None:
-    experiment = Experiment().overridden(
-        generated={"scenes": 6, "duration": 20.0, "vehicles": (10, 12)},
-        prediction={
-            "sets": "bases",
-            "basis": {"radius": 1.0},
-            "training": {"epochs": 4},
-            "certificate": {"confidence": 0.9, "unit": "window"},
-        },
+    experiment = Experiment().updated(
+        {
+            "generated": {"scenes": 6, "duration": 20.0, "vehicles": (10, 12)},
+            "prediction": {
+                "sets": "bases",
+                "basis": {"radius": 1.0},
+                "training": {"epochs": 4},
+                "certificate": {"confidence": 0.9, "unit": "window"},
+            },
+        }
     )
     recordings = experiment.recordings([])
     Results(folder / "results").save_fit(experiment, fit(recordings, experiment.prediction, experiment.seed))

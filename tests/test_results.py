@@ -225,7 +225,7 @@ def test_a_dial_that_is_killed_while_it_writes_leaves_the_old_sets_or_the_new_on
 @pytest.mark.parametrize("changed", [{}, {"traffic": {"kind": "drivers"}}, {"seed": 9}, {"study": {"trials": 7}}])
 def test_a_new_fit_sets_aside_what_drove_with_other_settings(results: Results, changed: dict) -> None:
     drove_with(results, "study")
-    experiment, predictor = results.experiment.overridden(**changed), results.predictor
+    experiment, predictor = results.experiment.updated(changed), results.predictor
     results._make_room(experiment, predictor, "paper")
     moved = changed.keys() & {"traffic", "seed"}
     assert (results.folder / "study@1").exists() == bool(moved) != (results.folder / "study").exists()
@@ -244,7 +244,7 @@ def test_an_empty_folder_says_how_to_fill_it(tmp_path: Path) -> None:
 
 
 def test_a_study_is_driven_with_what_the_folder_holds_and_found_again(results: Results) -> None:
-    experiment = results.experiment.overridden(seed=9, traffic={"kind": "drivers"}, study={"vehicles": [2]})
+    experiment = results.experiment.updated({"seed": 9, "traffic": {"kind": "drivers"}, "study": {"vehicles": [2]}})
     study = results.study(experiment).run(1)
     assert study.folder == results.folder / "study-drivers"
     again = Results(results.folder).driven_study("drivers")
@@ -256,10 +256,10 @@ def test_a_study_is_driven_with_what_the_folder_holds_and_found_again(results: R
 
 
 def test_the_only_study_is_found_without_its_name(results: Results) -> None:
-    usual = results.experiment.overridden(study={"vehicles": [2]})
-    results.study(usual.overridden(traffic={"kind": "drivers"})).run(1)
+    usual = results.experiment.updated({"study": {"vehicles": [2]}})
+    results.study(usual.updated({"traffic": {"kind": "drivers"}})).run(1)
     assert results.driven_study().folder.name == "study-drivers"
-    results.study(usual.overridden(traffic={"kind": "mixed"})).run(1)
+    results.study(usual.updated({"traffic": {"kind": "mixed"}})).run(1)
     assert not results.driven_study().files.exists  # which of them?
     results.study(usual).run(1)
     assert results.driven_study().folder.name == "study"
@@ -298,6 +298,6 @@ def test_a_replay_of_nothing_but_what_trained_says_so(results: Results) -> None:
     experiment, seen = results.experiment, results.seen
     used = [each for each in experiment.recordings(()) if not seen.unseen([each])]
     write_parquet(used, results.folder / "used.parquet")
-    replayed = results.study(experiment.overridden(traffic={"kind": "replay"}), [results.folder / "used.parquet"])
+    replayed = results.study(experiment.updated({"traffic": {"kind": "replay"}}), [results.folder / "used.parquet"])
     with pytest.raises(DataError, match=f"nothing of the {len(used)} recordings is left to replay"):
         replayed.run(1)

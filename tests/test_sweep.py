@@ -69,15 +69,15 @@ def test_variants_change_an_experiment_and_unknown_names_are_refused():
 def test_traffic_is_told_apart_by_its_kind(tmp_path):
     usual = Experiment()
     assert usual.traffic.kind == "set-sampling"
-    aggressive = usual.overridden(traffic={"kind": "aggressive"})
+    aggressive = usual.updated({"traffic": {"kind": "aggressive"}})
     assert aggressive.traffic.kind == "aggressive" and "interval" not in aggressive.traffic.model_dump()
-    assert aggressive.overridden(traffic={"kind": None}) == aggressive
-    assert aggressive.overridden(traffic={"kind": "aggressive", "gap": 9.0}).traffic.model_dump()["gap"] == 9.0
+    assert aggressive.updated({"traffic": {"kind": None}}) == aggressive
+    assert aggressive.updated({"traffic": {"kind": "aggressive", "gap": 9.0}}).traffic.model_dump()["gap"] == 9.0
     aggressive.save(tmp_path / "config.toml")
     assert Experiment.load(tmp_path / "config.toml") == aggressive
     (tmp_path / "old.toml").write_text("[traffic]\ninterval = 0.6\n")
     assert Experiment.load(tmp_path / "old.toml").traffic.model_dump() == {"kind": "set-sampling", "interval": 0.6}
     named = get_args(get_args(get_args(TrafficName)[0])[0])
-    assert {usual.overridden(traffic={"kind": name}).traffic.kind for name in named} == set(named) and len(named) == 6
+    assert {usual.updated({"traffic": {"kind": name}}).traffic.kind for name in named} == set(named) and len(named) == 6
     with pytest.raises(SettingError, match="traffic"):
-        usual.overridden(traffic={"kind": "bicycles"})
+        usual.updated({"traffic": {"kind": "bicycles"}})

@@ -117,10 +117,6 @@ class Experiment(Settings):
         except SettingError as error:
             raise SettingError(f"{path}: {error}; the config.toml of any result shows all keys") from error
 
-    def overridden(self, **changes: Any) -> "Experiment":
-        """The same experiment with other values, as `updated` takes them."""
-        return self.updated(changes)
-
     def updated(self, changes: dict[str, Any]) -> "Experiment":
         """The same experiment with other values; nested dicts name settings of a part, None leaves a value as it is.
 

@@ -9,17 +9,16 @@ calibration) · ``study/`` (`coverdrive.simulation.studies.folder`) · ``dialled
 ``figures/`` · ``report.html``.
 """
 
-from collections.abc import Collection, Iterator, Sequence
-from contextlib import suppress
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from functools import cached_property
-from itertools import chain, count, product
 from pathlib import Path
 from typing import Any, Literal
 
 import polars as pl
 from pydantic import BaseModel, TypeAdapter
 
+from coverdrive.aside import bring_back, current, remove_drawn, remove_pages, set_aside
 from coverdrive.certificates.comparison import Compared
 from coverdrive.certificates.drives import drives_needed
 from coverdrive.certificates.evaluation import evaluate
@@ -42,11 +41,10 @@ from coverdrive.prediction.fits.provenance import provenance
 from coverdrive.prediction.predictor import AnyPredictor, Predictor
 from coverdrive.reporting.contents import Certified, Fitted
 from coverdrive.sealed import SealedFolder, read_made
-from coverdrive.simulation.roads.places import PLACES, Place, check_replayed_road, place_of
+from coverdrive.simulation.roads.places import Place, check_replayed_road, place_of
 from coverdrive.simulation.studies.folder import StudyFolder
 from coverdrive.simulation.studies.setup import Setup
 from coverdrive.simulation.studies.study import Study
-from coverdrive.simulation.traffic.registry import NAMES
 from coverdrive.simulation.traffic.replay import REPLAYS, Scenario, cut_scenarios
 
 CONFIG, RUN = "config.toml", "run.json"
@@ -70,10 +68,6 @@ _DRIVEN = (STUDY, SWEEP, RARE, LEAGUE)
 """what drives with the sets of the folder"""
 _PARTS = ("planner", "traffic", "episode", "seed")
 """settings that a study describes besides its numbers of vehicles"""
-_ASIDE = "@"
-"""between the name of what drove and the scale of the sets with which it did, where the folder has others now"""
-_DRAWN = (".png", ".pdf", ".mp4", ".gif")
-"""endings of figures and videos"""
 
 
 class _Run(BaseModel):
@@ -117,7 +111,11 @@ class Results:
         if self.holds_fit:
             self._make_room(experiment, fit.predictor, road)
         self._sealed.unseal()
-        self._remove_shown()
+        remove_pages(self.folder)
+        league = self.folder / LEAGUE / f"{LEAGUE}.csv"
+        for file in (self.folder / METHODS, self.folder / METHODS_TABLE, self.folder / DIALLED, league):
+            file.unlink(missing_ok=True)
+        remove_drawn(league.parent, LEAGUE)
         experiment.save(self.folder / CONFIG)
         fit.predictor.save(self.folder / PREDICTOR)
         fit.scored.save(self.folder / SCORES)
@@ -132,55 +130,16 @@ class Results:
     def _make_room(self, experiment: Experiment, predictor: AnyPredictor, road: str) -> None:
         """Set aside what drove with other sets, or with settings that studies called ``study`` no longer have."""
         try:
-            before, scale = self.predictor, f"{self.predictor.scale:.3g}"
-            changed = not self._drives_alike(experiment, road)
+            ours, before, scale = self.experiment, self.predictor, f"{self.predictor.scale:.3g}"
+            alike = experiment.study.vehicles == ours.study.vehicles and road == self._road
         except CoverdriveError:  # a damaged fit is another one
-            self._set_aside("unknown", *_DRIVEN, DIAL, PAPER)
+            set_aside(self.folder, "unknown", *_DRIVEN, DIAL, PAPER)
             return
+        alike &= all(getattr(experiment, part) == getattr(ours, part) for part in _PARTS)
         if predictor.scaled(1.0).fingerprint != before.scaled(1.0).fingerprint:
-            self._set_aside(scale, *_DRIVEN, DIAL, PAPER)
-        elif changed or predictor.scale != before.scale:
-            self._set_aside(scale, *_DRIVEN)
-
-    def _drives_alike(self, experiment: Experiment, road: str) -> bool:
-        """Whether studies of an experiment on a road are those of the folder's settings."""
-        ours = self.experiment
-        alike = all(getattr(experiment, part) == getattr(ours, part) for part in _PARTS)
-        return alike and experiment.study.vehicles == ours.study.vehicles and road == self._road
-
-    def _set_aside(self, scale: str, *kinds: str) -> None:
-        """Rename what drove, by the scale of its sets."""
-        found = [each for kind in kinds for each in sorted(self.folder.glob(f"{kind}*"))]
-        for folder in found:
-            if _ASIDE not in folder.name and folder.is_dir():
-                folder.replace(_free(folder.with_name(f"{folder.name}{_ASIDE}{scale}")))
-
-    def _bring_back(self, predictor: AnyPredictor) -> None:
-        """Give what drove with the sets of a predictor its name again, where that is free."""
-        for folder in self.folder.glob(f"*{_ASIDE}{predictor.scale:.3g}"):
-            named = folder.with_name(folder.name.partition(_ASIDE)[0])
-            with suppress(DataError):  # of another version
-                theirs = StudyFolder(folder).description().get("predictor")
-                if theirs == predictor.fingerprint and not named.exists():
-                    folder.replace(named)
-
-    def _remove_shown(self) -> None:
-        """Remove what shows a fit: pages, figures, videos, tables of methods and the league, and proofs of drives."""
-        self._remove_pages()
-        league = (f"{LEAGUE}/{LEAGUE}{ending}" for ending in (".csv", ".html", *_DRAWN))
-        for name in (METHODS, METHODS_TABLE, DIALLED, *league):
-            (self.folder / name).unlink(missing_ok=True)
-
-    def _remove_pages(self) -> None:
-        """Remove pages, figures and videos."""
-        for page in _names("report"):
-            (self.folder / f"{page}.html").unlink(missing_ok=True)
-        for folder in map(self.folder.joinpath, _names("figures")):
-            for file in folder.glob("*"):
-                if file.suffix in _DRAWN:
-                    file.unlink()
-            with suppress(OSError):  # there is none, or it holds something else
-                folder.rmdir()
+            set_aside(self.folder, scale, *_DRIVEN, DIAL, PAPER)
+        elif predictor.scale != before.scale or not alike:
+            set_aside(self.folder, scale, *_DRIVEN)
 
     @property
     def holds_fit(self) -> bool:
@@ -332,9 +291,13 @@ class Results:
 
     def check_replay(self, traffics: Collection[str], recordings: Sequence[Path], road: str | None) -> None:
         """Refuse, with a SettingError, recordings that none of the traffics replays, and a road that is not theirs."""
-        _check_replayed(traffics, recordings)
         if not set(REPLAYS).isdisjoint(traffics):
             check_replayed_road(road, self._road)
+        elif recordings:
+            raise SettingError(
+                f"recordings are for replayed traffic only, got {recordings[0]} for {' and '.join(sorted(traffics))}; "
+                f"choose --traffic {' or '.join(REPLAYS)}, or leave --recording out"
+            )
 
     def driven_study(
         self, traffic: str | None = None, recordings: Sequence[Path] = (), road: str | None = None
@@ -352,8 +315,7 @@ class Results:
         """
         name = self.study_name(traffic, road)
         if traffic is road is None and not StudyFolder(self.folder / name).exists:
-            others = (each for each in self.folder.glob(f"{STUDY}-*") if _ASIDE not in each.name)
-            driven = [each.name for each in others if StudyFolder(each).exists]
+            driven = [each.name for each in current(self.folder, f"{STUDY}-") if StudyFolder(each).exists]
             name = driven[0] if len(driven) == 1 else name
         folder, experiment = StudyFolder(self.folder / name), self.experiment
         if folder.exists:
@@ -364,13 +326,14 @@ class Results:
                     f"fit to another folder, or remove the folder `{name}` in it and drive again"
                 )
             parts = {part: described.get(part) for part in _PARTS}
-            experiment = experiment.overridden(study={"vehicles": described.get("vehicles")}, **parts)
+            experiment = experiment.updated({"study": {"vehicles": described.get("vehicles")}, **parts})
         elif name != STUDY:
+            asked = f" --traffic {traffic}" * bool(traffic) + f" --road {road}" * bool(road)
             raise DataError(
                 f"{self.folder} holds no finished study in `{name}`; drive one with "
-                f"`coverdrive study {self.folder}{_option('traffic', traffic)}{_option('road', road)}`"
+                f"`coverdrive study {self.folder}{asked}`"
             )
-        _check_replayed((experiment.traffic.kind,), recordings)
+        self.check_replay((experiment.traffic.kind,), recordings, road)
         return self.study(experiment, recordings, name)
 
     def study_name(self, traffic: str | None, road: str | None = None, kind: str = STUDY) -> str:
@@ -496,11 +459,11 @@ class Results:
         driven = predictor.certificate, evaluate(predictor.rule, self.scored.test, predictor.scale)
         record = certificate_record(replace(self.certified, driven=driven))
         if predictor.scale != before.scale:
-            self._remove_pages()
-            self._set_aside(f"{before.scale:.3g}", *_DRIVEN)
+            remove_pages(self.folder)
+            set_aside(self.folder, f"{before.scale:.3g}", *_DRIVEN)
         written = {CONFIG: changed.save, PREDICTOR: predictor.save, CERTIFICATE: lambda file: write_json(file, record)}
         self._sealed.replace(written, void=(DIALLED,))
-        self._bring_back(predictor)
+        bring_back(self.folder, predictor.fingerprint, predictor.scale)
         self._forget()
 
     def _seal(self, *names: str) -> None:
@@ -511,27 +474,6 @@ class Results:
     def _forget(self) -> None:
         """Read anew from now on."""
         self.__dict__ = {"folder": self.folder, "_sealed": self._sealed}
-
-
-def _free(folder: Path) -> Path:
-    """A folder that is not there yet, of such a name, with a number if others have it."""
-    numbered = (folder.with_name(f"{folder.name}-{number}") for number in count(2))
-    return next(each for each in chain([folder], numbered) if not each.exists())
-
-
-def _names(kind: str) -> Iterator[str]:
-    """What the pages or the folders of figures of studies are called, by their traffic and road (`study_name`)."""
-    for traffic, road in product(("", *NAMES), ("", "recorded", *PLACES)):
-        yield "-".join(filter(None, (kind, traffic, road)))
-
-
-def _check_replayed(traffics: Collection[str], recordings: Sequence[Path]) -> None:
-    """Refuse recordings that none of the traffics replays."""
-    if recordings and set(REPLAYS).isdisjoint(traffics):
-        raise SettingError(
-            f"recordings are for replayed traffic only, got {recordings[0]} for {' and '.join(sorted(traffics))}; "
-            f"choose --traffic {' or '.join(REPLAYS)}, or leave --recording out"
-        )
 
 
 def certificate_record(certified: Certified) -> dict[str, Any]:
@@ -554,11 +496,6 @@ def _row(each: Compared) -> dict[str, Any]:
         "seconds": each.seconds,
         "refusal": each.refusal,
     }
-
-
-def _option(name: str, value: str | None) -> str:
-    """An option of a command, if it has a value."""
-    return f" --{name} {value}" if value else ""
 
 
 def _league_in(content: bytes) -> pl.DataFrame:
