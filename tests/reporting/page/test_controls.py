@@ -59,7 +59,7 @@ ALIKE = ("nav a", "#marks button", "summary", ".key button", "#trials th button"
 """of each, one or two are among `CONTROLS`"""
 FOCUSED = """() => {
     const all = [...document.querySelectorAll(
-        "a[href], button, input, select, summary, #player > canvas, #ticks, [tabindex]",
+        "a[href], button, input, select, summary, #player > canvas, #course, #ticks, [tabindex]",
     )];
     return all.filter((each) => each.getClientRects().length && getComputedStyle(each).visibility !== "hidden");
 }"""

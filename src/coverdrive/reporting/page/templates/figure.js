@@ -8,7 +8,7 @@ const make = (tag, attributes = {}, text = null) => {
   return element;
 };
 /* Colours of the printed figures have names in the style sheet where a dark page needs others. */
-const paint = (colour) => `var(--c${colour.slice(1).toLowerCase()}, ${colour})`;
+const paint = (colour) => colour.startsWith("#") ? `var(--c${colour.slice(1).toLowerCase()}, ${colour})` : `var(--${colour})`;
 const row = (value, length) => Array.isArray(value) ? value : Array(length).fill(value);
 
 const polygon = (corners, turn, inner = 1) => (x, y, r) => {
@@ -93,7 +93,7 @@ class Panel {
 
   draw() {
     if (!this.place.clientWidth) return;
-    const at = this.frame(), svg = make("svg", { width: at.width, height: at.height, "aria-hidden": true });
+    const at = this.at = this.frame(), svg = make("svg", { width: at.width, height: at.height, "aria-hidden": true });
     this.targets = [];
     this.axes(svg, at);
     const clip = make("clipPath", { id: `clip-${Panel.count = (Panel.count ?? 0) + 1}` });

@@ -178,7 +178,7 @@
   });
   const seek = (event) => {
     if (!drive) return;
-    const at = Math.round(course.moment(event.clientX - element("course").getBoundingClientRect().left));
+    const at = Math.round(course.moment(event));
     if (!event.buttons) return playing || course.show(moment, at);
     setPlaying(false);
     go(at);
