@@ -112,10 +112,9 @@ class Results:
             self._make_room(experiment, fit.predictor, road)
         self._sealed.unseal()
         remove_pages(self.folder)
-        league = self.folder / LEAGUE / f"{LEAGUE}.csv"
-        for file in (self.folder / METHODS, self.folder / METHODS_TABLE, self.folder / DIALLED, league):
-            file.unlink(missing_ok=True)
-        remove_drawn(league.parent, LEAGUE)
+        for name in (METHODS, METHODS_TABLE, DIALLED, f"{LEAGUE}/{LEAGUE}.csv", f"{LEAGUE}/{LEAGUE}.html"):
+            (self.folder / name).unlink(missing_ok=True)
+        remove_drawn(self.folder / LEAGUE, LEAGUE)
         experiment.save(self.folder / CONFIG)
         fit.predictor.save(self.folder / PREDICTOR)
         fit.scored.save(self.folder / SCORES)
