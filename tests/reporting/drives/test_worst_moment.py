@@ -156,7 +156,7 @@ def test_a_vehicle_that_came_is_followed_from_there() -> None:
 @pytest.mark.parametrize(
     ("acceleration", "aside", "said"),
     [(-2.0, 0.0, "brakes at 2.0 m/s² and keeps its lane"), (1.0, 3.6, "speeds up at 1.0 m/s² and goes to the left"),
-     (0.1, -3.6, "holds its speed and goes to the right")],
+     (0.1, -3.6, "holds its speed and goes to the right"), (0.1, 0.9, "holds its speed and moves 0.9 m to the left")],
 )  # fmt: skip
 def test_what_the_plan_did(acceleration: float, aside: float, said: str) -> None:
     trace = make_trace(40)

@@ -182,8 +182,13 @@ def _did(trace: Trace, first: int, moment: int, slot: int) -> list[str]:
     )  # fmt: skip
     return [
         *[f"{'sped up' if faster > 0 else 'slowed'} by {abs(faster):.1f} m/s"] * (abs(faster) >= _FASTER),
-        *[f"moved {abs(aside):.1f} m to the {'left' if aside > 0 else 'right'}"] * (abs(aside) >= _ASIDE),
+        *[f"moved {_across(aside)}"] * (abs(aside) >= _ASIDE),
     ]
+
+
+def _across(aside: float) -> str:
+    """A way across the road [m], in words."""
+    return f"{abs(aside):.1f} m to the {'left' if aside > 0 else 'right'}"
 
 
 def _leader(trace: Trace, moment: int, slot: int) -> str:
@@ -207,7 +212,10 @@ def _plan(trace: Trace, moment: int, slot: int, name: str) -> str:
     acceleration = float(plan.inputs[0, 0])
     speed = f"{'speeds up' if acceleration > 0 else 'brakes'} at {abs(acceleration):.1f} m/s²"
     here, there = (int(road.lane_at(state[0], state[1])) for state in (plan.states[0], plan.states[-1]))
-    lane = "keeps its lane" if here == there else f"goes to the {'left' if there > here else 'right'}"
+    aside = float(plan.states[-1, 1] - plan.states[0, 1])
+    lane = f"goes to the {'left' if there > here else 'right'}"
+    if here == there:
+        lane = "keeps its lane" if abs(aside) < _ASIDE else f"moves {_across(aside)}"  # of one between two lanes
     does = f"{'holds its speed' if abs(acceleration) < _STILL else speed} and {lane}{_leader(trace, step, slot)}"
     if plan.status in (Status.SOLVED, Status.FALLBACK):
         return f"the {'last ' * (step < moment)}plan, clear of every set, {does}"
