@@ -31,8 +31,7 @@ from coverdrive.prediction.boxes import boxes as of_boxes
 from coverdrive.prediction.boxes.boxes import TUBE, Boxes, scored_by
 from coverdrive.prediction.boxes.network import BoxNetwork
 from coverdrive.prediction.boxes.training import BoxSettings, train_boxes
-from coverdrive.prediction.certifying.calibrate import CertificateSettings, calibrate
-from coverdrive.prediction.certifying.held_back import held_back
+from coverdrive.prediction.certifying.calibrate import CertificateSettings, calibrate, held_back
 from coverdrive.prediction.data.manoeuvres import ACROSS, ALONG, manoeuvres_of
 from coverdrive.prediction.data.segments import MIRROR, Segments
 from coverdrive.prediction.fit import USUALLY_LEFT, PredictionSettings, cut_and_split
@@ -238,7 +237,7 @@ def tables(learning: Windows, test: Windows) -> list[str]:
             level, zero = (each := maker(some)).levels(each.ratios(some)), np.zeros(len(some.segments), dtype=int)
             about = some.segments.vehicle, None, some.segments.group
             samples += [ScoredSamples(expit(-level / 4)[:, None], zero, 0.0 * zero, *about)]
-        rule, _ = calibrate(lambda rule, *_: rule, TUBE, *samples, settings, 0)
+        rule, _ = calibrate(TUBE, *samples, settings, 0)
         threshold = rule.arrays["thresholds"][0]
         claimed = float(-4 * logit(threshold))
         usual, equal = quantile(level, vehicle, USUALLY_LEFT), float(np.quantile(level[changes], 1 - CHANGES_MISSED))

@@ -1,8 +1,6 @@
 """The whole line from recordings to a certified predictor, and its file."""
 
-from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -10,11 +8,13 @@ import pytest
 from prediction_fakes import SETTINGS
 
 from coverdrive.certificates.bounds import rate_limit
+from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.evaluation import evaluate
 from coverdrive.certificates.methods import Method, rounded_up
 from coverdrive.certificates.rule import Hyperplanes, Thresholds
 from coverdrive.errors import CertificateError, DataError, SettingError
 from coverdrive.prediction.certifying.calibrate import CertificateSettings, calibrate
+from coverdrive.prediction.certifying.scored import ScoredSides
 from coverdrive.prediction.data.segments import cut_segments
 from coverdrive.prediction.fit import Fit, fit
 from coverdrive.prediction.fits.calibrations import certify
@@ -57,20 +57,23 @@ def test_same_seed_same_predictor_however_the_lanes_of_a_straight_road_are_given
     assert again.fingerprint == fitted.predictor.fingerprint
 
 
-def made_like(predictor: Predictor) -> tuple[Callable[..., Predictor], float]:
-    """What makes predictors of the same basis and network, and the radius of the cover."""
-    return partial(Predictor, predictor.basis, predictor.network), predictor.basis.radius
+def calibrated_again(
+    predictor: Predictor, sides: ScoredSides, settings: CertificateSettings
+) -> tuple[Predictor, tuple[Certificate, ...]]:
+    """The same basis and network with the rule of these settings, and its certificates."""
+    rule, certificates = calibrate(predictor.basis.radius, sides.train, sides.calibration, settings)
+    return replace(predictor, rule=rule, calibrated=certificates[0]), certificates
 
 
 def test_calibrating_on_training_samples_is_refused(fitted: Fit) -> None:
     predictor, training = fitted.predictor, fitted.scored.train
     with pytest.raises(CertificateError, match="also trained the network"):
-        calibrate(*made_like(predictor), training, training, SETTINGS.certificate)
+        calibrate(predictor.basis.radius, training, training, SETTINGS.certificate)
 
 
 def test_scores_of_the_same_split_give_the_same_rule(fitted: Fit) -> None:
     predictor, sides = fitted.predictor, fitted.scored
-    again, _ = calibrate(*made_like(predictor), sides.train, sides.calibration, SETTINGS.certificate)
+    again, _ = calibrated_again(predictor, sides, SETTINGS.certificate)
     assert np.array_equal(again.rule.values, predictor.rule.values)
     assert again.fingerprint == predictor.fingerprint == sides.predictor
 
@@ -78,7 +81,7 @@ def test_scores_of_the_same_split_give_the_same_rule(fitted: Fit) -> None:
 def test_another_method_by_its_name(fitted: Fit) -> None:
     settings = CertificateSettings(method=Method.PAC_POOLED, epsilon=0.1, confidence=0.9, unit="window")
     predictor, sides = fitted.predictor, fitted.scored
-    again, certificates = calibrate(*made_like(predictor), sides.train, sides.calibration, settings)
+    again, certificates = calibrated_again(predictor, sides, settings)
     assert len(np.unique(again.rule.values)) == 1
     assert [certificate.epsilon for certificate in certificates] == [0.1]
     assert evaluate(again.rule, sides.calibration).windows.value <= 0.1
@@ -89,7 +92,7 @@ def hyperplanes(fitted: Fit) -> Predictor:
     """The same network with a hyperplane for every base."""
     predictor, sides = fitted.predictor, fitted.scored
     settings = CertificateSettings(method=Method.SVM, confidence=0.5, unit="window")
-    again, certificates = calibrate(*made_like(predictor), sides.train, sides.calibration, settings)
+    again, certificates = calibrated_again(predictor, sides, settings)
     assert certificates[0].unit == "window"
     assert evaluate(again.rule, sides.calibration).windows.count == certificates[0].uncovered
     return again

@@ -8,7 +8,6 @@ import time
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
@@ -28,10 +27,10 @@ from coverdrive.prediction.certifying.calibrate import (
     CertificateSettings,
     Epsilon,
     calibrate,
+    held_back,
     provable,
     proved_scales,
 )
-from coverdrive.prediction.certifying.held_back import held_back
 from coverdrive.prediction.certifying.occupied import Occupied, areas_of_bases, compared
 from coverdrive.prediction.certifying.scored import ScoredSides, score
 from coverdrive.prediction.cover.basis import Basis, BasisSettings, make_basis
@@ -222,16 +221,16 @@ def _fit_boxes(task: _Task) -> _Made:
             scored_by(network.boxes_of(features[side]), segments.of(side), recordings)
             for side in (sides.train, sides.calibration)
         )
-        boxes = network.boxes_of(features[sides.test])
-        make = partial(BoxPredictor, network, step=segments.step)
-        predictor, certificates = calibrate(make, TUBE, train_side, calibration, settings.certificate, seed)
-        rungs = proved_scales(predictor.rule, predictor.trained_on, calibration, certificates[0])
-        predictor = replace(predictor, rungs=rungs)
-        test = scored_by(boxes, segments.of(sides.test), recordings)
+        boxes, trained_on = network.boxes_of(features[sides.test]), np.unique(train_side.vehicle)
+        rule, certificates = calibrate(TUBE, train_side, calibration, settings.certificate, seed)
+        rungs = proved_scales(rule, trained_on, calibration, certificates[0])
+        predictor = BoxPredictor(network, rule, certificates[0], trained_on, segments.step, rungs)
         if sides.crossed:
-            test = held_back(predictor.rule, TUBE, train_side, calibration, settings.certificate, seed)
+            test = held_back(rule, TUBE, train_side, calibration, settings.certificate, seed)
+        else:
+            test = scored_by(boxes, segments.of(sides.test), recordings)
     scored = ScoredSides(train_side, calibration, test, predictor.fingerprint)
-    areas = boxes.areas.mean(0) * scale_of(predictor.rule) ** 2
+    areas = boxes.areas.mean(0) * scale_of(rule) ** 2
     return _Made(predictor, certificates, scored, areas, np.zeros(0), losses)
 
 
@@ -256,13 +255,13 @@ def _fit_bases(task: _Task, learner: Learner | None) -> _Made:
         train_side, calibration, test = (
             score(network, samples.of(side), tube) for side in (sides.train, sides.calibration, sides.test)
         )
-        make = partial(Predictor, basis, network)
-        predictor, certificates = calibrate(make, basis.radius, train_side, calibration, settings.certificate, seed)
+        rule, certificates = calibrate(basis.radius, train_side, calibration, settings.certificate, seed)
+        predictor = Predictor(basis, network, rule, certificates[0], np.unique(train_side.vehicle))
         if sides.crossed:
-            test = held_back(predictor.rule, basis.radius, train_side, calibration, settings.certificate, seed)
+            test = held_back(rule, basis.radius, train_side, calibration, settings.certificate, seed)
     scored = ScoredSides(train_side, calibration, test, predictor.fingerprint)
     share = np.bincount(training.base, minlength=len(basis)) / len(training)
-    areas = areas_of_bases(basis, predictor.rule, test)
+    areas = areas_of_bases(basis, rule, test)
     return _Made(predictor, certificates, scored, areas, share, losses)
 
 

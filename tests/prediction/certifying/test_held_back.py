@@ -11,8 +11,7 @@ from coverdrive.certificates.evaluation import evaluate
 from coverdrive.certificates.methods import Method
 from coverdrive.certificates.rule import Hyperplanes, Rule, Thresholds
 from coverdrive.errors import CertificateError
-from coverdrive.prediction.certifying.calibrate import CertificateSettings, calibrate
-from coverdrive.prediction.certifying.held_back import held_back
+from coverdrive.prediction.certifying.calibrate import CertificateSettings, calibrate, held_back
 
 
 def drawn(seed: int, vehicles: int = 60, boxes: bool = True, first: int = 0) -> ScoredSamples:
@@ -27,7 +26,7 @@ def drawn(seed: int, vehicles: int = 60, boxes: bool = True, first: int = 0) -> 
 
 
 def rule_of(samples: ScoredSamples, settings: CertificateSettings) -> Rule:
-    return calibrate(lambda rule, *_: rule, 1.0, drawn(99, first=9000), samples, settings, 0)[0]
+    return calibrate(1.0, drawn(99, first=9000), samples, settings, 0)[0]
 
 
 SETTINGS = CertificateSettings(epsilon=0.3, confidence=0.9, unit="share")

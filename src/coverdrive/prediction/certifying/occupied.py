@@ -18,8 +18,7 @@ from coverdrive.certificates.methods import Method
 from coverdrive.certificates.rule import Rule, scale_of
 from coverdrive.errors import CertificateError
 from coverdrive.prediction.boxes.boxes import TUBE, constant_velocity, early_share, scored_by
-from coverdrive.prediction.certifying.calibrate import CertificateSettings, calibrate
-from coverdrive.prediction.certifying.held_back import held_back
+from coverdrive.prediction.certifying.calibrate import CertificateSettings, calibrate, held_back
 from coverdrive.prediction.cover.basis import Basis
 from coverdrive.prediction.data.segments import Segments
 from coverdrive.prediction.data.split import Split
@@ -89,7 +88,7 @@ def trivial_box(
     training, calibration, test = (
         scored_by(boxes, segments.of(side), recordings) for side in (sides.train, sides.calibration, sides.test)
     )
-    rule, _ = calibrate(lambda rule, *_: rule, TUBE, training, calibration, claim, seed)
+    rule, _ = calibrate(TUBE, training, calibration, claim, seed)
     if sides.crossed:
         test = held_back(rule, TUBE, training, calibration, claim, seed)
     half_sizes = np.vstack([boxes.early * boxes.half_sizes[0, 0], boxes.half_sizes[0]])

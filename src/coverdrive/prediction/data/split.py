@@ -5,7 +5,7 @@ never stand on two sides. Groups that share a vehicle (blocks of one long record
 side is a contiguous stretch of time; a vehicle that still crosses a border keeps only its side with most samples.
 
 Where all scenes are of two groups, none is left to test on: one trains, and the other calibrates *and* tests
-(`coverdrive.prediction.certifying.held_back`), either way round.
+(`coverdrive.prediction.certifying.calibrate.held_back`), either way round.
 """
 
 from dataclasses import dataclass
