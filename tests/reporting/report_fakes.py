@@ -18,15 +18,13 @@ from coverdrive.certificates.rule import Thresholds
 from coverdrive.dialling.dial import Dialled
 from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Status
-from coverdrive.planning.problem.obstacles import ObstacleSettings
-from coverdrive.planning.problem.vehicle import VehicleSettings
+from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.prediction.certifying.occupied import Occupied
 from coverdrive.prediction.cover.basis import Basis
 from coverdrive.prediction.fits.learned import EDGES, Learned
 from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.predictor import Predictor
 from coverdrive.reporting.contents import Certified, Contents
-from coverdrive.reporting.drives.active_constraints import ActiveConstraints
 from coverdrive.reporting.plotting.figure import Panel
 from coverdrive.road import Road
 from coverdrive.scene import Scene
@@ -243,7 +241,7 @@ def make_contents(traces: dict[int, Trace] | None = None, bases: int = 5) -> Con
         traffic="set-sampling",
         road="Driven on a road of its own.",
         period=0.1,
-        constraints=ActiveConstraints(VehicleSettings(), ObstacleSettings()),
+        problem=ProblemSettings(),
         traces=traces,
     )  # fmt: skip
 

@@ -10,15 +10,12 @@ from coverdrive.extras import EXTRAS
 from coverdrive.geometry import CORNERS, body_corners
 from coverdrive.paths import PredictedPaths
 from coverdrive.road import Road
+from coverdrive.road_markings import dashes, markings
 from coverdrive.scene import Scene
 from coverdrive.simulation.roads.initial import EGO
 
 _SIZE, _SCALE, _BEHIND = (1200, 240), 8.0, 40.0
 """[pixel] width and height of a picture, [pixel/m], and [m] of road behind the ego"""
-_DASH, _PERIOD = 3.0, 12.0
-"""[m] length of a lane marking, and from one to the next"""
-_LEAST = 0.1
-"""[m] width of a lane that is there"""
 _PAPER, _ROAD, _MARKING, _SETS, _EGO, _OTHER = "white", "#EFEFEF", "#A0A0A0", "#F8C79F", "#0072B2", "#D55E00"
 
 
@@ -77,34 +74,23 @@ class View:
     def _draw(self, scene: Scene, road: Road, paths: PredictedPaths | None, said: str) -> None:
         draw, picture = self._pygame.draw, self._picture
         first = float(scene.lon[EGO]) - _BEHIND
-        lon = np.linspace(first, first + _SIZE[0] / _SCALE, 100)
-        edges = road.edges_at(lon)
+        last = first + _SIZE[0] / _SCALE
         middle = (float(road.edges[0]) + float(road.edges[-1])) / 2
 
         def at(points: Float[np.ndarray, "*n 2"]) -> Float[np.ndarray, "*n 2"]:
             return (points - [first, middle]) * [_SCALE, -_SCALE] + [0.0, _SIZE[1] / 2]
 
         picture.fill(_PAPER)
-        sides = [at(np.stack([lon, side], axis=-1)) for side in (edges[:, 0], edges[:, -1])]
+        sides = [at(line.points) for line in markings(road, first, last) if line.outer]
         draw.polygon(picture, _ROAD, np.concatenate([sides[0], sides[1][::-1]]).tolist())
         for boxes in () if paths is None else at(paths.points[:, :, None] + CORNERS * paths.half_sizes[:, :, None]):
             for box in boxes.tolist():
                 draw.polygon(picture, _SETS, box)
         for side in sides:
             draw.lines(picture, _MARKING, False, side.tolist(), 2)
-        for start, end in _dashes(road, first, lon[-1]):
-            draw.line(picture, _MARKING, at(start).tolist(), at(end).tolist(), 2)
+        for dash in at(dashes(road, first, last)).tolist():
+            draw.line(picture, _MARKING, *dash, 2)
         for slot, body in enumerate(at(body_corners(scene.states, scene.half_sizes)).tolist()):
             if scene.valid[slot]:
                 draw.polygon(picture, _EGO if slot == EGO else _OTHER, body)
         picture.blit(self._font.render(said, True, "black"), (8, 8))
-
-
-def _dashes(road: Road, first: float, last: float) -> Float[np.ndarray, "n 2 2"]:
-    """Both ends of all lane markings between two lanes, which stand still on the road."""
-    start = _PERIOD * np.arange(np.floor(first / _PERIOD), last / _PERIOD)
-    lon = np.stack([start, start + _DASH])
-    lat = road.edges_at(lon)
-    wide = np.all(np.diff(lat, axis=-1) > _LEAST, axis=0)
-    ends = np.stack(np.broadcast_arrays(lon[..., None], lat), axis=-1)[:, :, 1:-1]
-    return ends.swapaxes(0, 1).swapaxes(1, 2)[np.logical_and(wide[:, 1:], wide[:, :-1])]

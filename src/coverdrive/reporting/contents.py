@@ -11,12 +11,12 @@ from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.comparison import Compared
 from coverdrive.certificates.evaluation import Evaluation, Rate
 from coverdrive.dialling.dial import Dialled
+from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.prediction.certifying.occupied import Occupied
 from coverdrive.prediction.fit import Fit
 from coverdrive.prediction.fits.learned import Learned
 from coverdrive.prediction.fits.provenance import provenance
 from coverdrive.prediction.predictor import AnyPredictor
-from coverdrive.reporting.drives.active_constraints import ActiveConstraints
 from coverdrive.simulation.drives.trace import Trace
 from coverdrive.simulation.measures.trial import STARTED
 
@@ -107,8 +107,8 @@ class Contents(Fitted):
     """[s] between two plans"""
     kept: float | None = None
     """[s] time headway that people keep in nine of ten moments, which the planner knows; none if it has no manners"""
-    constraints: ActiveConstraints | None = None
-    """tells which are active in a plan; none are marked if it is left out"""
+    problem: ProblemSettings | None = None
+    """that the planner solves, which tells what is active in a plan; none if the planner is not ours"""
     traces: Mapping[int, Trace] = field(default_factory=dict[int, Trace])
     """drives to replay, by the number of their trial"""
 

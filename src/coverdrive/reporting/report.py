@@ -16,7 +16,7 @@ from coverdrive.planning.planner import MpcPlanner
 from coverdrive.prediction.fit import Fit
 from coverdrive.progress import done, stage
 from coverdrive.reporting.contents import Contents, Fitted
-from coverdrive.reporting.drives.active_constraints import ActiveConstraints
+from coverdrive.reporting.drives.active_constraints import problem_of
 from coverdrive.reporting.drives.animation import animate
 from coverdrive.reporting.figures.gallery import draw_all
 from coverdrive.reporting.figures.league import league_figure
@@ -77,7 +77,7 @@ def animate_drive(
     """Write the video of a drive, of the liveliest one if no trial is named; DataError if there is none."""
     chosen = _one(study, trial) or [liveliest(study.trials)]
     path = _beside(fitted, study, "figures") / f"drive_{chosen[0]}.{file_format}"
-    animate(study.trace(chosen[0]), path, ActiveConstraints.of_study(study))
+    animate(study.trace(chosen[0]), path, problem_of(study))
     return path
 
 
@@ -121,7 +121,7 @@ def contents_of(fitted: Fit | Fitted, study: Study | None, replayed: Sequence[in
         road=driven_on(study.setup),
         period=study.setup.episode.step,
         kept=planner.settings.manners.headway if isinstance(planner, MpcPlanner) else None,
-        constraints=ActiveConstraints.of_study(study),
+        problem=problem_of(study),
         traces=study.traces(replayed),
     )
 

@@ -11,10 +11,8 @@ from PIL import Image, ImageSequence
 from report_fakes import COMES, LEAVES, LOST, STEPS, make_lost, make_stray, make_trace
 
 from coverdrive.errors import SettingError
-from coverdrive.planning.problem.obstacles import ObstacleSettings
-from coverdrive.planning.problem.vehicle import VehicleSettings
+from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.progress import heard_by
-from coverdrive.reporting.drives.active_constraints import ActiveConstraints
 from coverdrive.reporting.drives.animation import animate
 from coverdrive.reporting.plotting import style
 from coverdrive.simulation.drives.outcome import Kind
@@ -112,7 +110,7 @@ def test_other_formats_are_refused(trace, tmp_path):
 
 
 def test_gif_plays_in_real_time_with_the_colours_of_the_figures(tmp_path):
-    animate(make_trace(4), tmp_path / "drive.gif", constraints=ActiveConstraints(VehicleSettings(), ObstacleSettings()))
+    animate(make_trace(4), tmp_path / "drive.gif", problem=ProblemSettings())
     with Image.open(tmp_path / "drive.gif") as gif:
         frames = [np.asarray(frame.convert("RGB")).astype(int) for frame in ImageSequence.Iterator(gif)]
         seconds = sum(frame.info["duration"] for frame in ImageSequence.Iterator(gif)) / 1000

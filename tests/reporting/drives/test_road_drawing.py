@@ -1,5 +1,6 @@
 """What one moment of a drive is drawn from."""
 
+import jax
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,12 +10,12 @@ from report_fakes import HORIZON, LEAVES, PATHS_PER_VEHICLE, STEPS, make_stray, 
 
 from coverdrive.geometry import body_corners, turned_half_extents
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.problem.obstacles import ObstacleSettings
-from coverdrive.planning.problem.vehicle import VehicleSettings
-from coverdrive.reporting.drives.active_constraints import ActiveConstraints
+from coverdrive.planning.problem.settings import ProblemSettings
+from coverdrive.reporting.drives.active_constraints import active_constraints
 from coverdrive.reporting.drives.road_drawing import RoadDrawing, set_boxes
 from coverdrive.reporting.plotting import style
 from coverdrive.simulation.measures.misses import find_windows, left_recently
+from ramp_road import RAMP
 
 pytestmark = pytest.mark.usefixtures("no_global_change")
 
@@ -76,10 +77,9 @@ def test_the_last_moment_shows_what_was_planned_the_step_before_where_it_belongs
 
 
 def test_active_boxes_have_the_hue_of_their_time(drawing, trace):
-    constraints = ActiveConstraints(VehicleSettings(), ObstacleSettings())
-    step = next(step for step in range(STEPS) if constraints.of(trace, step).any())
-    drawing.show_moment(trace, step, constraints)
-    active = constraints.of(trace, step)
+    step = next(step for step in range(STEPS) if active_constraints(trace, step, ProblemSettings()).any())
+    drawing.show_moment(trace, step, ProblemSettings())
+    active = active_constraints(trace, step, ProblemSettings())
     for box, colour, (path, point) in zip(
         polygons(drawing.active), drawing.active.get_edgecolor(), np.argwhere(active), strict=True
     ):
@@ -169,3 +169,19 @@ def test_traces_of_any_length_are_drawn():
     axes = style.new_figure(8, 2).subplots()
     scene = RoadDrawing(axes, short.road, 4).show_moment(short, 1)
     assert scene.lon.shape == (4,)
+
+
+def test_a_drawing_shows_the_lanes_where_the_ego_is():
+    trace = make_trace(1)
+    scene = jax.tree.map(lambda values: values[0], trace.scene)
+    scene.lon[0] = 210.0
+    drawing = RoadDrawing(style.new_figure(8, 2).subplots(), RAMP, scene.vehicles)
+    drawing.show(scene, trace.paths[0], trace.plans[0])
+    right, left = drawing.borders.get_segments()
+    assert right.tolist() == [[-35, 0], [-10, 0], [30, 3.5], [105, 3.5]]
+    assert left.tolist() == [[-35, 10.5], [-10, 10.5], [30, 10.5], [105, 10.5]]
+    (surface,) = drawing.surface.get_paths()
+    assert surface.vertices[:, 1].min() == 0 and surface.vertices[:, 1].max() == 10.5
+    dashes = np.array(drawing.dashes.get_segments())
+    beside = dashes[np.abs(dashes[:, 0, 1] - 3.5) < 1.0]
+    assert len(beside) and beside[:, 1, 0].max() < 30 < dashes[:, 1, 0].max()

@@ -9,9 +9,12 @@ from report_fakes import LEAVES, make_stray, make_trace
 
 from coverdrive.errors import DataError
 from coverdrive.plan import Status
+from coverdrive.reference_line import ReferenceLine
+from coverdrive.reporting.drives.road_drawing import VERGE
 from coverdrive.reporting.drives.snapshots import Moment, interesting_moments, snapshots
 from coverdrive.reporting.plotting.drawing import save
 from coverdrive.road import Road
+from coverdrive.road_markings import ahead_label
 from coverdrive.simulation.drives.outcome import Kind
 from coverdrive.simulation.drives.trace import Trace
 from coverdrive.simulation.measures.misses import find_windows
@@ -121,3 +124,15 @@ def test_wide_roads_are_drawn_as_wide_as_narrow_ones():
 def test_steps_that_do_not_exist_are_refused(trace, steps):
     with pytest.raises(DataError, match="from 0 to 11"):
         snapshots(trace, steps=steps)
+
+
+def test_pictures_say_that_a_bend_is_unrolled():
+    straight = Road.straight()
+    bent = Road(straight.edges, 300.0, ReferenceLine(np.zeros(2), 0.0, np.full(301, 1 / 400), 300.0))
+    assert ahead_label(straight) == "distance ahead of the ego [m]"
+    assert "unrolled" in ahead_label(bent)
+    trace = make_trace(1)
+    figure = snapshots(type(trace)(**{**vars(trace), "road": bent}), steps=[0])
+    assert figure.axes[-1].get_xlabel() == ahead_label(bent)
+    low, high = figure.axes[0].get_ylim()
+    assert (low, high) == pytest.approx((-VERGE, 10.8 + VERGE))

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from report_fakes import COMES, LEAVES, STEPS, make_contents, make_stray
 
+from coverdrive.reporting.drives.active_constraints import active_constraints
 from coverdrive.reporting.drives.reasons import reason_of
 from coverdrive.reporting.drives.worst_moment import worst_moment
 from coverdrive.reporting.page.replay import MARKS, replay_data
@@ -32,7 +33,7 @@ def restored(data: dict) -> dict[str, np.ndarray]:
 def test_arrays_are_restored_up_to_half_a_unit() -> None:
     contents = make_contents()
     trace = contents.traces[7]
-    data = replay_data(7, trace, contents.constraints)
+    data = replay_data(7, trace, contents.problem)
     arrays = restored(data)
     for name in ("lon", "lat", "speed"):
         assert arrays[name] == pytest.approx(getattr(trace.scene, name), abs=0.0051)
@@ -63,7 +64,7 @@ def test_gap_time_to_collision_severity_and_first_contact_are_stored() -> None:
 
 
 def test_who_is_there_and_who_left_its_set_is_told_of_every_moment() -> None:
-    data = replay_data(7, make_stray(), make_contents().constraints)
+    data = replay_data(7, make_stray(), make_contents().problem)
     arrays, moment = restored(data), np.arange(STEPS + 1)
     always, never = moment >= 0, moment < 0
     assert np.array_equal(arrays["valid"].T, [always, moment >= COMES, always, never])
@@ -74,9 +75,9 @@ def test_who_is_there_and_who_left_its_set_is_told_of_every_moment() -> None:
 def test_active_constraints_are_marked_point_by_point() -> None:
     contents = make_contents()
     trace = contents.traces[0]
-    flags = np.concatenate([contents.constraints.of(trace, step) for step in range(len(trace))])
+    flags = np.concatenate([active_constraints(trace, step, contents.problem) for step in range(len(trace))])
     assert flags.any()
-    masks = restored(replay_data(0, trace, contents.constraints))["active"]
+    masks = restored(replay_data(0, trace, contents.problem))["active"]
     assert (((masks[:, None] >> np.arange(flags.shape[1])) & 1) == flags).all()
 
 

@@ -46,7 +46,7 @@ def drive(
     - among other traffic: `coverdrive drive us101 --vehicles 8 --traffic aggressive`
     """
     with waiting():
-        from coverdrive.reporting.drives.active_constraints import ActiveConstraints
+        from coverdrive.reporting.drives.active_constraints import problem_of
         from coverdrive.reporting.figures.gallery import draw_drive
         from coverdrive.reporting.tables.study import drives_table
         from coverdrive.results import Results
@@ -65,7 +65,7 @@ def drive(
         with stage("drive"):
             trace = setup.drive(trial)
         save_trace(trace, kept / "trace.npz")
-        draw_drive(trace, kept, ActiveConstraints.of_study(study))
+        draw_drive(trace, kept, problem_of(study))
     result = measure(trace, setup.seed, trial)
     console.print(driven_on(setup))
     console.print("{kind} at {time:.1f} s with {vehicles} vehicles".format(**result))

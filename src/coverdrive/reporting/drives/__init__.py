@@ -1,4 +1,4 @@
 """The trace of a drive goes in; out come pictures and a video of it, and in words what happened and why.
 
-Door: `snapshots`, `animation`, `active_constraints`, `reasons`, `worst_moment` and `road_markings`.
+Door: `snapshots`, `animation`, `active_constraints`, `reasons` and `worst_moment`.
 """

@@ -1,7 +1,5 @@
 """Which constraints of a plan are active: the predicted boxes that it could not come any closer to."""
 
-from typing import NamedTuple
-
 import numpy as np
 from jaxtyping import Bool, Float
 
@@ -13,6 +11,7 @@ from coverdrive.planning.problem.obstacles import (
     own_half_sizes,
     way_to_brake,
 )
+from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.planning.problem.vehicle import VehicleSettings
 from coverdrive.simulation.drives.trace import Trace
 from coverdrive.simulation.studies.study import Study
@@ -21,33 +20,20 @@ _MARGIN = 0.02
 """a constraint is active if its left-hand side is at most this much above what the planner asks for"""
 
 
-class ActiveConstraints(NamedTuple):
-    """What decides it."""
+def problem_of(study: Study) -> ProblemSettings | None:
+    """The problem that the planner of a study solves, which says what is active, if the planner is ours."""
+    planner = study.setup.planner
+    return planner.settings.problem if isinstance(planner, MpcPlanner) else None
 
-    car: VehicleSettings
-    """the ego"""
-    obstacles: ObstacleSettings
-    """shape of the obstacles that the planner stays clear of"""
 
-    @staticmethod
-    def of_study(study: Study) -> "ActiveConstraints | None":
-        """That of the planner of a study, if it is ours."""
-        if not isinstance(study.setup.planner, MpcPlanner):
-            return None
-        problem = study.setup.planner.settings.problem
-        return ActiveConstraints(problem.vehicle, problem.obstacles)
+def active_constraints(trace: Trace, step: int, problem: ProblemSettings) -> Bool[np.ndarray, "S P"]:
+    """Which of the S paths constrain the plan of a step, and at which of their points; never at the first, now.
 
-    def of(self, trace: Trace, step: int) -> Bool[np.ndarray, "S P"]:
-        """Which of the S paths constrain the plan of a step, and at which of their points; never at the first, now.
-
-        All paths constrain the fail-safe branch, where a plan has one.
-        """
-        plan = trace.plans[step]
-        states = plan.states if plan.fail_safe is None else plan.fail_safe
-        boxes = obstacles_of(trace.paths[step], self.obstacles)
-        values = clearances(states, boxes, self.car, self.obstacles)
-        tight = values < 1 + self.obstacles.margin + _MARGIN
-        return np.pad(tight.T, ((0, 0), (1, 0)))
+    All paths constrain the fail-safe branch, where a plan has one.
+    """
+    boxes = obstacles_of(trace.paths[step], problem.obstacles)
+    values = clearances(trace.plans[step].held, boxes, problem.vehicle, problem.obstacles)
+    return np.pad((values < 1 + problem.obstacles.margin + _MARGIN).T, ((0, 0), (1, 0)))
 
 
 def clearances(

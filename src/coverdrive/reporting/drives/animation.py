@@ -28,14 +28,14 @@ from PIL import Image
 from coverdrive.errors import SettingError
 from coverdrive.files import write_atomically
 from coverdrive.plan import Status
+from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.progress import done, stage
-from coverdrive.reporting.drives.active_constraints import ActiveConstraints
 from coverdrive.reporting.drives.reasons import reason_of
 from coverdrive.reporting.drives.road_drawing import RoadDrawing, height_of
-from coverdrive.reporting.drives.road_markings import ahead_label
 from coverdrive.reporting.drives.snapshots import add_legend
 from coverdrive.reporting.drives.worst_moment import worst_moment
 from coverdrive.reporting.plotting import style
+from coverdrive.road_markings import ahead_label
 from coverdrive.simulation.drives.outcome import Kind
 from coverdrive.simulation.drives.trace import Trace
 from coverdrive.simulation.measures.metrics import distances, gaps
@@ -61,10 +61,10 @@ _MOST = 10.0
 _MARKERS = {Status.SOLVED: "o", Status.FALLBACK: "s", Status.REAR: "D", Status.UNSAFE: "X", Status.INVALID_INPUT: "P"}
 
 
-def animate(trace: Trace, path: Path, constraints: ActiveConstraints | None = None) -> None:
+def animate(trace: Trace, path: Path, problem: ProblemSettings | None = None) -> None:
     """Write a video of a trace, ``.mp4`` or ``.gif``: a frame for every moment, and the last one held for a second.
 
-    The folder is made if need be. Active constraints are marked if ``constraints`` tells them.
+    The folder is made if need be. Active constraints of the planner's ``problem`` are marked, if it is known.
     """
     write = _WRITERS.get(path.suffix)
     if write is None:
@@ -72,7 +72,7 @@ def animate(trace: Trace, path: Path, constraints: ActiveConstraints | None = No
     rate = 1 / float(trace.time[1] - trace.time[0])
     moments = [*range(len(trace) + 1), *[len(trace)] * round(HOLD * rate)]
     with stage("video"), style.style():
-        frames = _frames(trace, moments, constraints)
+        frames = _frames(trace, moments, problem)
         write_atomically(path, lambda temporary: write(temporary, frames, rate))
 
 
@@ -90,14 +90,14 @@ def _write_mp4(path: Path, frames: Iterator[memoryview], rate: float) -> None:
         video.mux(stream.encode(None))
 
 
-def _frames(trace: Trace, moments: list[int], constraints: ActiveConstraints | None) -> Iterator[memoryview]:
+def _frames(trace: Trace, moments: list[int], problem: ProblemSettings | None) -> Iterator[memoryview]:
     """The picture of every moment as RGBA pixels, valid until the next one is asked for."""
     road = height_of(trace.road, _WIDTH / _DPI - _BESIDE)
     height = _MULTIPLE * math.ceil((_ABOUT + road + _BELOW) * _DPI / _MULTIPLE)
     figure = style.new_figure(_WIDTH / _DPI, height / _DPI)
     figure.set_dpi(_DPI)
     canvas = FigureCanvasAgg(figure)
-    picture = _Picture(figure, trace, constraints, road)
+    picture = _Picture(figure, trace, problem, road)
     canvas.draw()
     still = canvas.copy_from_bbox(figure.bbox)  # pyright: ignore[reportAttributeAccessIssue]
     for count, moment in enumerate(moments, start=1):
@@ -112,9 +112,9 @@ def _frames(trace: Trace, moments: list[int], constraints: ActiveConstraints | N
 class _Picture:
     """The artists of the video's frames."""
 
-    def __init__(self, figure: Figure, trace: Trace, constraints: ActiveConstraints | None, height: float):
+    def __init__(self, figure: Figure, trace: Trace, problem: ProblemSettings | None, height: float):
         windows = find_windows(trace)
-        self._trace, self._constraints, self._left = trace, constraints, left_recently(trace, windows)
+        self._trace, self._problem, self._left = trace, problem, left_recently(trace, windows)
         self._worst = worst_moment(trace, windows)
         self._speed = np.asarray(trace.scene.speed[:, EGO])
         self._milliseconds = 1000 * trace.planning_seconds
@@ -126,7 +126,7 @@ class _Picture:
         self._drawing = RoadDrawing(road, trace.road, trace.scene.vehicles)
         self._title = road.text(0, 1.04, "", transform=road.transAxes, fontsize=8)
         met = any(reason.path >= 0 for reason in self._reasons)
-        add_legend(figure, trace.horizon, constraints is not None, bool(self._left.any()), met)
+        add_legend(figure, trace.horizon, problem is not None, bool(self._left.any()), met)
         courses = (
             ("ego speed [m/s]", self._speed, max(self._speed.max(), 1.0)),
             ("gap [m]", np.minimum(gaps(trace), 2 * _MOST), _MOST),
@@ -150,7 +150,7 @@ class _Picture:
     def show(self, moment: int) -> None:
         """Move the artists to one moment of the trace."""
         trace = self._trace
-        self._drawing.show_moment(trace, moment, self._constraints, self._left)
+        self._drawing.show_moment(trace, moment, self._problem, self._left)
         title, since = f"{trace.time[moment]:.1f} s, ego {self._speed[moment]:.1f} m/s", trace.time[self._worst.moment]
         if self._worst.slot >= 0 and since <= trace.time[moment] < since + HOLD:
             title += f", {self._worst.name} {since:.1f} s"

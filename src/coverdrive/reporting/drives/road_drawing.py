@@ -22,11 +22,12 @@ from matplotlib.path import Path
 from coverdrive.geometry import CORNERS, body_corners
 from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan
-from coverdrive.reporting.drives.active_constraints import ActiveConstraints
+from coverdrive.planning.problem.settings import ProblemSettings
+from coverdrive.reporting.drives.active_constraints import active_constraints
 from coverdrive.reporting.drives.reasons import Reason, reason_of
-from coverdrive.reporting.drives.road_markings import across, drawn_edges, markings
 from coverdrive.reporting.plotting import style
 from coverdrive.road import Road
+from coverdrive.road_markings import across, dashes, markings
 from coverdrive.scene import Scene
 from coverdrive.simulation.drives.trace import Trace
 from coverdrive.simulation.roads.initial import EGO
@@ -36,9 +37,6 @@ BEHIND, AHEAD = 35.0, 105.0
 
 VERGE = 0.8
 """[m] shown beyond the edges of the road"""
-
-_DASH, _DASH_PERIOD = 3.0, 12.0
-"""[m] length of a lane marking, and from one to the next (MUTCD: 10 ft of 40 ft)"""
 
 _CLEAR = 10
 """outlines of active boxes that are drawn in full colour; more of them are paler"""
@@ -97,13 +95,13 @@ class RoadDrawing:
         self,
         trace: Trace,
         moment: int,
-        constraints: ActiveConstraints | None = None,
+        problem: ProblemSettings | None = None,
         left: Bool[np.ndarray, "m A"] | None = None,
     ) -> Scene:
         """Show moment 0 … n of a trace of n steps, and return its scene; at moment n, what was planned the step before.
 
-        Active constraints are marked if ``constraints`` tells them, and vehicles that left their sets if ``left``,
-        which is `coverdrive.simulation.measures.misses.left_recently` of the trace, does.
+        Active constraints of the planner's ``problem`` are marked, if it is known, and vehicles that left their sets if
+        ``left``, which is `coverdrive.simulation.measures.misses.left_recently` of the trace, tells them.
         """
         scene: Scene = jax.tree.map(lambda values: values[moment], trace.scene)
         origin = np.array([float(scene.lon[EGO]), 0.0])
@@ -111,8 +109,8 @@ class RoadDrawing:
         paths = trace.paths[planned]
         self.show(scene, paths, trace.plans[planned])
         boxes, times = np.zeros((0, 4, 2)), np.zeros(0)
-        if constraints is not None:
-            active = constraints.of(trace, planned)
+        if problem is not None:
+            active = active_constraints(trace, planned, problem)
             boxes, times = np.swapaxes(path_boxes(paths), 0, 1)[active], active.nonzero()[1] / (active.shape[1] - 1)
         self.active.set_edgecolor(style.TIMES(times).tolist())
         self.active.set_alpha(float(np.clip(_CLEAR / max(len(boxes), 1), 0.15, 1)))
@@ -143,21 +141,12 @@ class RoadDrawing:
         for slot, text in enumerate(self.speeds):
             text.set_position(tuple(corners[slot].mean(0)))
             text.set_text(f"{scene.speed[slot]:.0f}" if valid[slot] else "")
-        self.dashes.set_segments(list(self._dashes(origin[0]) - origin))
-        shown = markings(self._road, origin[0] - BEHIND, origin[0] + AHEAD)
+        ends = origin[0] - BEHIND, origin[0] + AHEAD
+        self.dashes.set_segments(list(dashes(self._road, *ends) - origin))
+        shown = markings(self._road, *ends)
         right, left = (line.points - origin for line in shown if line.outer)
         self.surface.set_verts([np.concatenate([right, left[::-1]])])
         self.borders.set_segments([right, left])
-
-    def _dashes(self, own_lon: float) -> Float[np.ndarray, "n 2 2"]:
-        """Lane markings, which stand still on the road."""
-        first, last = own_lon - BEHIND, own_lon + AHEAD
-        start = _DASH_PERIOD * np.arange(np.floor(first / _DASH_PERIOD), last / _DASH_PERIOD)
-        lon = np.stack([start, start + _DASH], axis=-1)
-        drawn = np.logical_and(*(drawn_edges(self._road, each) for each in lon.T))
-        lat = self._road.edges_at(lon)
-        lines = np.stack(np.broadcast_arrays(lon[..., None], lat), axis=-1)[:, :, 1:-1].swapaxes(1, 2)
-        return lines[drawn[:, 1:-1]]
 
 
 def _first_contact(trace: Trace, step: int, reason: Reason) -> Float[np.ndarray, "_ 4 2"]:

@@ -11,13 +11,13 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from coverdrive.errors import DataError
-from coverdrive.reporting.drives.active_constraints import ActiveConstraints
+from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.reporting.drives.reasons import reason_of
 from coverdrive.reporting.drives.road_drawing import RoadDrawing, height_of
-from coverdrive.reporting.drives.road_markings import ahead_label
 from coverdrive.reporting.drives.worst_moment import worst_moment
 from coverdrive.reporting.plotting import style
 from coverdrive.reporting.plotting.figure import TWO_COLUMNS
+from coverdrive.road_markings import ahead_label
 from coverdrive.simulation.drives.outcome import Kind
 from coverdrive.simulation.drives.trace import Trace
 from coverdrive.simulation.measures.misses import Windows, find_windows, left_recently
@@ -40,12 +40,12 @@ class Moment(NamedTuple):
 def snapshots(
     trace: Trace,
     steps: Sequence[int] | None = None,
-    constraints: ActiveConstraints | None = None,
+    problem: ProblemSettings | None = None,
 ) -> Figure:
     """Draw vehicles, predicted sets and the ego's plan at the starts of some steps, by default four interesting ones.
 
-    Active constraints are marked if ``constraints`` tells them. DataError if there is no step, or one that the trace
-    does not have.
+    Active constraints of the planner's ``problem`` are marked, if it is known. DataError if there is no step, or one
+    that the trace does not have.
     """
     if steps is not None and not (steps and all(0 <= step < len(trace) for step in steps)):
         raise DataError(f"snapshots need steps from 0 to {len(trace) - 1}, got {list(steps)}; choose among these")
@@ -60,7 +60,7 @@ def snapshots(
         panels = figure.subplots(len(moments), 1, sharex=True, squeeze=False)[:, 0]
         for letter, (axes, moment, reason) in enumerate(zip(panels, moments, reasons, strict=True), start=ord("a")):
             drawing = RoadDrawing(axes, trace.road, trace.scene.vehicles)
-            scene = drawing.show_moment(trace, moment.step, constraints, left)
+            scene = drawing.show_moment(trace, moment.step, problem, left)
             title = f"({chr(letter)})  {trace.time[moment.step]:.1f} s, ego {scene.speed[EGO]:.1f} m/s"
             title += f":  {moment.remark}" * bool(moment.remark)
             title += f"\n{trace.plans[moment.step].status.value}: {reason.text}" * bool(reason.text)
@@ -68,7 +68,7 @@ def snapshots(
         panels[-1].set_xlabel(ahead_label(trace.road))
         met = any(reason.path >= 0 for reason in reasons)
         marked = bool(left[[moment.step for moment in moments]].any())
-        add_legend(figure, trace.horizon, constraints is not None, marked, met)
+        add_legend(figure, trace.horizon, problem is not None, marked, met)
     return figure
 
 

@@ -6,11 +6,11 @@ from pathlib import Path
 from matplotlib.figure import Figure as Drawn
 
 from coverdrive.files import number_in_name
+from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.prediction.cover.basis_study import StudiedBasis
 from coverdrive.prediction.data.segments import Segments
 from coverdrive.progress import done, stage
 from coverdrive.reporting.contents import Contents
-from coverdrive.reporting.drives.active_constraints import ActiveConstraints
 from coverdrive.reporting.drives.animation import animate
 from coverdrive.reporting.drives.snapshots import snapshots
 from coverdrive.reporting.figures.affordance import affordance_figure
@@ -54,17 +54,17 @@ def draw_all(contents: Contents, folder: Path) -> list[Path]:
     with stage("figures"):
         figures: dict[str, Figure | Drawn] = {**figures_of(contents), "affordance": affordance_figure()}
         for trace in list(contents.traces.values())[:1]:
-            figures["snapshots"] = snapshots(trace, constraints=contents.constraints)
+            figures["snapshots"] = snapshots(trace, problem=contents.problem)
         for number, (name, figure) in enumerate(figures.items(), start=1):
             files += save(figure, folder / name)
             done(number, len(figures))
     return files
 
 
-def draw_drive(trace: Trace, folder: Path, constraints: ActiveConstraints | None) -> None:
+def draw_drive(trace: Trace, folder: Path, problem: ProblemSettings | None) -> None:
     """Draw snapshots and a video of one drive into a folder."""
-    save(snapshots(trace, constraints=constraints), folder / "snapshots")
-    animate(trace, folder / "drive.mp4", constraints)
+    save(snapshots(trace, problem=problem), folder / "snapshots")
+    animate(trace, folder / "drive.mp4", problem)
 
 
 def draw_bases(studied: Sequence[StudiedBasis], segments: Segments, folder: Path) -> None:

@@ -91,7 +91,7 @@ def _replays(contents: Contents) -> list[dict[str, Any]]:
     replays: list[dict[str, Any]] = []
     for trial, trace in contents.traces.items():
         near = trace.outcome.kind is Kind.FINISHED and trial in near_misses
-        data = {**replay_data(trial, trace, contents.constraints), "near": near}
+        data = {**replay_data(trial, trace, contents.problem), "near": near}
         vehicles, ended = int(trace.scene.valid[0].sum()) - 1, trace.outcome.kind.value + ", near miss" * near
         label = f"trial {trial}: {vehicles} vehicles, {ended}"
         replays.append({"trial": trial, "label": label, "json": _script_json(data)})

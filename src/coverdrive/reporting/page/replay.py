@@ -14,10 +14,11 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from coverdrive.plan import Status
-from coverdrive.reporting.drives.active_constraints import ActiveConstraints
+from coverdrive.planning.problem.settings import ProblemSettings
+from coverdrive.reporting.drives.active_constraints import active_constraints
 from coverdrive.reporting.drives.reasons import reason_of, where_is
-from coverdrive.reporting.drives.road_markings import across, bends, markings
 from coverdrive.reporting.drives.worst_moment import nearest, worst_moment
+from coverdrive.road_markings import across, bends, markings
 from coverdrive.simulation.drives.outcome import Kind
 from coverdrive.simulation.drives.trace import Trace
 from coverdrive.simulation.measures.metrics import distances, gaps
@@ -62,8 +63,8 @@ SEVERITY = "where nothing is clear: relative speed at the worst first contact wi
 """in one line"""
 
 
-def replay_data(trial: int, trace: Trace, constraints: ActiveConstraints | None) -> dict[str, Any]:
-    """A drive, the trial of this number, as JSON values; ``constraints`` tells which are active, none if left out."""
+def replay_data(trial: int, trace: Trace, problem: ProblemSettings | None) -> dict[str, Any]:
+    """A drive, the trial of this number, as JSON values, with what is active in a problem, if it is known."""
     scene, plans, paths = trace.scene, trace.plans, trace.paths
     windows = find_windows(trace)
     left = left_recently(trace, windows)
@@ -83,7 +84,7 @@ def replay_data(trial: int, trace: Trace, constraints: ActiveConstraints | None)
         "paths": (_side_by_side([each.points for each in paths]), _COARSE, 0),
         "boxes": (_side_by_side([each.half_sizes for each in paths]), _COARSE, 0),
         "vehicle": (np.concatenate([each.vehicle for each in paths]), 1, 0),
-        "active": (_active(trace, constraints), 1, None),
+        "active": (_active(trace, problem), 1, None),
         "plan": (np.stack([plan.states[:, [0, 1, 3]] for plan in plans]), _FINE, 1),
         "held": (np.stack([plan.held[:, [0, 1, 3]] for plan in plans]), _FINE, 1),
         "slack": (np.stack([plan.slack for plan in plans]), _FINE, None),
@@ -129,11 +130,11 @@ def _side_by_side(arrays: list[Float[np.ndarray, "_ P 2"]]) -> Float[np.ndarray,
     return np.moveaxis(np.concatenate(arrays), 0, -1)
 
 
-def _active(trace: Trace, constraints: ActiveConstraints | None) -> Int[np.ndarray, " S"]:
+def _active(trace: Trace, problem: ProblemSettings | None) -> Int[np.ndarray, " S"]:
     """One integer for each path: bit k says whether it constrains the plan at point k."""
-    if constraints is None:
+    if problem is None:
         return np.zeros(sum(len(each) for each in trace.paths), dtype=np.int64)
-    everything = np.concatenate([constraints.of(trace, step) for step in range(len(trace))])
+    everything = np.concatenate([active_constraints(trace, step, problem) for step in range(len(trace))])
     return everything.astype(np.int64) @ (1 << np.arange(everything.shape[1], dtype=np.int64))
 
 

@@ -8,6 +8,9 @@ from jaxtyping import Bool, Float
 
 from coverdrive.road import Road
 
+_DASH, _PERIOD = 3.0, 12.0
+"""[m] length of a dash, and from one to the next (MUTCD: 10 ft of 40 ft)"""
+
 BEND = 1.0
 """[degrees] by which a road bends to be told as unrolled"""
 
@@ -54,6 +57,15 @@ def markings(road: Road, first: float, last: float) -> list[Marking]:
             if drawn[start, edge] and end - start > 1:
                 found.append(Marking(points[start:end], edge in (0, road.lanes)))
     return found
+
+
+def dashes(road: Road, first: float, last: float) -> Float[np.ndarray, "n 2 2"]:
+    """Both ends [m] of the dashes of all lines within the road between two positions [m]; they stand still on it."""
+    start = _PERIOD * np.arange(np.floor(first / _PERIOD), last / _PERIOD)
+    lon = np.stack([start, start + _DASH], axis=-1)
+    drawn = np.logical_and(*(drawn_edges(road, each) for each in lon.T))
+    lines = np.stack(np.broadcast_arrays(lon[..., None], road.edges_at(lon)), axis=-1)[:, :, 1:-1].swapaxes(1, 2)
+    return lines[drawn[:, 1:-1]]
 
 
 def bends(road: Road) -> bool:
