@@ -239,6 +239,7 @@ def make_contents(traces: dict[int, Trace] | None = None, bases: int = 5) -> Con
         ],
         trials=make_trials(traces),
         traffic="set-sampling",
+        proved="With 99 % confidence at most 99.5 % of 20-s drives like these touch anybody (1 of 2)",
         road="Driven on a road of its own.",
         period=0.1,
         problem=ProblemSettings(),

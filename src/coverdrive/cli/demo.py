@@ -41,7 +41,7 @@ def demo(
     Go on with the other commands: report for another drive of the study, study for other traffic.
     """
     with waiting():
-        from coverdrive.dialling.dial import proof_of
+        from coverdrive.reporting.claim import proved_by
         from coverdrive.reporting.report import report
         from coverdrive.results import Results
         from coverdrive.simulation.measures.notable import liveliest
@@ -55,11 +55,10 @@ def demo(
             stored.unlink()
     with stages():
         page = report(results.fitted, study, trials=[trial], replays=0)
-    setup, trials = study.setup, study.trials
+    trials, proved = study.trials, proved_by(study)
     sentences = [each.sentence for each in results.certified.planned_against]
-    proved = proof_of(trials, setup.episode.duration, study.files.anytime).sentence
     row = trials.filter(trial=trial).row(0, named=True)
-    console.print(driven_on(setup))
+    console.print(driven_on(study.setup))
     for sentence in (*sentences, proved):
         console.print(f"• {sentence}")
     console.print(

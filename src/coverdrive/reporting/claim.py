@@ -10,10 +10,13 @@ from collections.abc import Iterator, Sequence
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.comparison import Compared
 from coverdrive.certificates.evaluation import Evaluation, Rate
+from coverdrive.dialling.dial import proof_of, said_of_replays
 from coverdrive.numbers import at_most, percent
 from coverdrive.prediction.certifying.occupied import Occupied
 from coverdrive.prediction.cover.basis import Basis
 from coverdrive.prediction.data.manoeuvres import MANOEUVRES
+from coverdrive.simulation.measures.notable import COLLIDED
+from coverdrive.simulation.studies.study import Study
 
 ON_AVERAGE, BY_ITSELF = "†", "‡"
 """signs at a bound in a table: it holds on average; it is about every base by itself"""
@@ -56,6 +59,14 @@ def legend(compared: Sequence[Compared]) -> str:
     kinds += ["each base" for each in certificates if each.groups > 1]
     named = ", ".join(dict.fromkeys(kinds))
     return compared[0].method.value + (f" ({named})" if named else "")
+
+
+def proved_by(study: Study) -> str:
+    """What the drives of a study prove of others like them, in a sentence."""
+    trials = study.trials
+    if study.setup.replays:
+        return said_of_replays(f"{trials.select(COLLIDED.sum()).item()} of {trials.height} drives")
+    return proof_of(trials, study.setup.episode.duration, study.files.anytime).sentence
 
 
 def set_facts(

@@ -95,8 +95,8 @@ class Contents(Fitted):
     """one row for each trial; none before ``coverdrive study``"""
     traffic: str = ""
     """in which the trials were driven"""
-    anytime: bool = False
-    """whether their number was not fixed before the first"""
+    proved: str = ""
+    """what they prove of others like them, in a sentence; nothing if none could start"""
     replayed: bool = False
     """whether that replays scenes, of which several drives may be alike"""
     unlike: str = ""

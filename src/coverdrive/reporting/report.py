@@ -15,6 +15,7 @@ from coverdrive.files import write_text
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.prediction.fit import Fit
 from coverdrive.progress import done, stage
+from coverdrive.reporting.claim import proved_by
 from coverdrive.reporting.contents import Contents, Fitted
 from coverdrive.reporting.drives.active_constraints import problem_of
 from coverdrive.reporting.drives.animation import animate
@@ -115,7 +116,7 @@ def contents_of(fitted: Fit | Fitted, study: Study | None, replayed: Sequence[in
         **known | {"name": known["name"] + other},
         trials=study.files.table() if study.files.finished else None,
         traffic=study.setup.traffic_name,
-        anytime=study.files.anytime,
+        proved=proved_by(study) if study.files.finished and study.trials.height else "",
         replayed=study.setup.replays,
         unlike="".join(said_of_dial(known["dialled"], study.setup)[1:]),
         road=driven_on(study.setup),

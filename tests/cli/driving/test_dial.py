@@ -73,7 +73,7 @@ def test_a_study_afterwards_says_what_was_proved_and_that_it_is_another(dialled:
     coverdrive("report", folder)
     page = (folder / "report.html").read_text(encoding="utf-8")
     heading = page[page.index("<h1") : page.index("</h1>")]
-    assert "drives like these touch anybody: " in heading and "These drives are others than those" in page
+    assert "drives like these touch anybody (" in heading and "These drives are others than those" in page
 
 
 def test_a_risk_that_so_few_drives_cannot_prove_is_refused(dialled: tuple[Path, dict]) -> None:

@@ -82,9 +82,9 @@ def study_and_print(
 ) -> dict[str, Any]:
     """Drive the trials that are missing, and say how they went."""
     with waiting():
-        from coverdrive.dialling.dial import proof_of, said_of_dial, said_of_replays
+        from coverdrive.dialling.dial import said_of_dial
+        from coverdrive.reporting.claim import proved_by
         from coverdrive.reporting.tables.study import collisions_table, drives_table, safety_table
-        from coverdrive.simulation.measures.notable import COLLIDED
         from coverdrive.simulation.studies.driven_on import driven_on
     _drive(study, size, cluster)
     place = driven_on(study.setup)
@@ -93,10 +93,7 @@ def study_and_print(
     console.print(collisions_table(trials))
     console.print(safety_table(trials, results.certified.planned_against))
     console.print(drives_table(trials))
-    if study.setup.replays:
-        proved = said_of_replays(f"{trials.select(COLLIDED.sum()).item()} of {trials.height} drives")
-    else:
-        proved = proof_of(trials, study.setup.episode.duration, study.files.anytime).sentence
+    proved = proved_by(study)
     console.print(f"• {proved}")
     for line in said_of_dial(results.dialled, study.setup):
         console.print(f"• {line}")

@@ -7,9 +7,7 @@ import numpy as np
 import polars as pl
 
 from coverdrive.certificates.certificate import Certificate
-from coverdrive.certificates.drives import limit_of
 from coverdrive.certificates.evaluation import Rate
-from coverdrive.dialling.dial import said_of_replays
 from coverdrive.numbers import at_most, interval, percent
 from coverdrive.plan import Status
 from coverdrive.reporting.claim import set_facts, strength, whose
@@ -17,9 +15,6 @@ from coverdrive.reporting.contents import Contents
 from coverdrive.simulation.drives.outcome import Cause, Fault
 from coverdrive.simulation.measures.notable import COLLIDED, NEAR_GAP, NEAR_TIME, NEARLY
 from coverdrive.simulation.measures.statistics import braking_behind, miss_rate, misses_by_manoeuvre
-
-_CONFIDENCE = 0.99
-"""with which the drives of a study prove something"""
 
 _BEST = "known-future"
 """the entrant of the league whose speed no prediction beats"""
@@ -57,7 +52,7 @@ def verdict(contents: Contents) -> str:
     if contents.dialled is not None and not contents.unlike:
         return f"{contents.dialled.proofs[0].sentence}; {contents.dialled.mean_speed:.1f} m/s{_of_the_best(contents)}."
     if contents.driven is not None:
-        return f"{_proved(contents)}; {_mean(contents.driven, 'mean_speed'):.1f} m/s on average."
+        return f"{contents.proved}; {_mean(contents.driven, 'mean_speed'):.1f} m/s on average."
     certificate, observed = contents.certified.driven[0], _observed(contents)
     missed = (
         f"of {whose(certificate)} {_bounded(certificate)} missed by their predicted sets "
@@ -76,22 +71,6 @@ def _of_the_best(contents: Contents) -> str:
         return ""
     share = contents.dialled.mean_speed / float(known["mean_speed"].to_numpy().max())
     return f", {percent(share, 2)} of knowing the future"
-
-
-def _proved(contents: Contents) -> str:
-    """What the drives of the study prove of new ones, with what they were."""
-    assert contents.driven is not None
-    trials, hits = contents.driven, contents.driven.select(COLLIDED).to_series().to_numpy()
-    counted = f"{int(hits.sum()) or 'None'} of {len(hits)} drives ({exposure(trials)})"
-    if contents.replayed:
-        return said_of_replays(counted)
-    bound = at_most(limit_of(hits, _CONFIDENCE, contents.anytime), 3)
-    if bound == percent(1):
-        return f"{counted} touched anybody, which proves nothing of others with {percent(_CONFIDENCE)} confidence"
-    return (
-        f"With {percent(_CONFIDENCE)} confidence at most {bound} of drives like these touch anybody: "
-        f"{counted[0].lower()}{counted[1:]} did"
-    )
 
 
 def exposure(trials: pl.DataFrame) -> str:
