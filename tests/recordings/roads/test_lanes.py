@@ -42,6 +42,15 @@ def test_as_many_lanes_are_filled_in_as_are_as_wide_as_lanes(way: float, lanes: 
     assert np.diff(edges_from_lanes(right, lane)) == pytest.approx(way / lanes)
 
 
+@pytest.mark.parametrize(
+    ("way", "usual", "lanes"), [(5.6, 3.6, 1), (5.9, 3.6, 1), (6.1, 3.6, 2), (5.7, 2.9, 2), (5.9, 3.3, 1)]
+)
+def test_no_narrow_lanes_are_filled_in_beside_wide_ones(way: float, usual: float, lanes: int):
+    right = np.repeat([2.0, 2 + usual, 2 + usual + way], 100)
+    edges = edges_from_lanes(right, np.repeat([1, 2, 4], 100))
+    assert edges is not None and len(edges) == 3 + lanes
+
+
 def test_lanes_too_far_apart_for_their_numbers_are_refused():
     right = np.repeat([1.8, 12.6], 100)
     assert edges_from_lanes(right, np.repeat([1, 2], 100)) is None

@@ -17,6 +17,10 @@ RARE = 0.02
 NARROWEST, WIDEST = 2.7, 4.3
 """[m] lanes that are looked for in tracks; those of motorways are 3.25 to 3.75 m wide"""
 
+LEAST_SHARE, FILLED_IN = 0.9, 3.0
+"""Share of the usual width, or width [m] if that is less, of two lanes of which nobody is seen in one: where there is
+less place, a ramp is beyond a wedge"""
+
 MOST_LANES = 20
 """The widest roads have fewer lanes in one direction"""
 
@@ -92,7 +96,7 @@ def _lanes_between(way: float, step: float, usual: float) -> int | None:
 
     Else as many as come nearest to the usual width [m]. None if lanes would be too wide.
     """
-    if not 2 * NARROWEST <= way <= MOST_LANES * WIDEST:
+    if not 2 * max(NARROWEST, min(LEAST_SHARE * usual, FILLED_IN)) <= way <= MOST_LANES * WIDEST:
         return 1  # no other lane has place between them, or they lie on no road, which is refused with its width
     if step < 2:  # a ramp beyond a wedge
         return 1 if way <= 2 * WIDEST else None
