@@ -1,5 +1,6 @@
 """The demo: what is stored is whole and of this version, and a page of it is written without a drive."""
 
+import hashlib
 import json
 import re
 import subprocess
@@ -15,6 +16,7 @@ import pytest
 
 from command import coverdrive
 from coverdrive.cli.demo import STORED
+from coverdrive.errors import DataError
 from coverdrive.results import Results
 from coverdrive.simulation.drives.storage import load_trace
 from coverdrive.simulation.studies.setup import Setup
@@ -44,6 +46,22 @@ def test_what_is_stored_is_small_certified_and_of_this_configuration(tmp_path: P
     study = results.study(results.experiment)
     study.files.claim(study.setup.description())  # else: python tools/demo_results.py
     assert study.trials.height == 40
+
+
+def test_what_is_stored_solves_scenarios_and_needs_no_tracks_for_it(tmp_path: Path) -> None:
+    with zipfile.ZipFile(STORED) as stored:
+        stored.extractall(tmp_path)
+    scenario = tmp_path / "USA_Test-1_1_T-1.xml"
+    scenario.write_text("")
+    Results(tmp_path).refuse_seen([scenario])
+    sealed = json.loads((tmp_path / "manifest.json").read_text())
+    run = json.loads((tmp_path / "run.json").read_text())
+    run["recordings"][0]["name"] = "mine"
+    (tmp_path / "run.json").write_text(text := json.dumps(run))
+    sealed["files"]["run.json"] = hashlib.sha256(text.encode()).hexdigest()
+    (tmp_path / "manifest.json").write_text(json.dumps(sealed))
+    with pytest.raises(DataError, match=r"seen\.parquet"):
+        Results(tmp_path).refuse_seen([scenario])
 
 
 def test_nothing_is_driven_for_the_page(tmp_path: Path, opened: list[str], monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,6 +1,5 @@
 """The page in words: the numbers that count, how the drives of the study ended, and where everything comes from."""
 
-import re
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +11,7 @@ from coverdrive.numbers import at_most, interval, percent
 from coverdrive.plan import Status
 from coverdrive.reporting.claim import set_facts, strength, whose
 from coverdrive.reporting.contents import Contents
+from coverdrive.simulation.drivers.generated import is_generated
 from coverdrive.simulation.drives.outcome import Cause, Fault
 from coverdrive.simulation.measures.notable import COLLIDED, NEAR_GAP, NEAR_TIME, NEARLY
 from coverdrive.simulation.measures.statistics import braking_behind, miss_rate, misses_by_manoeuvre
@@ -44,7 +44,7 @@ def heading(contents: Contents) -> str:
 
 def _generated(contents: Contents) -> bool:
     """Whether it was learned from generated traffic."""
-    return all(re.fullmatch(r"generated \d+", recording["name"]) for recording in contents.run["recordings"])
+    return all(is_generated(recording["name"]) for recording in contents.run["recordings"])
 
 
 def verdict(contents: Contents) -> str:

@@ -4,6 +4,7 @@ Seeded scenes of IDM and MOBIL drivers (`coverdrive.simulation.drivers.idm_mobil
 stop-and-go.
 """
 
+import re
 from collections import Counter
 from typing import Annotated
 
@@ -191,3 +192,8 @@ def _recording(
         head = {"vehicle": vehicle, "group": group, "time": moment * settings.dt}
         table = pl.DataFrame(head | values, schema=SCHEMA)
     return Recording(f"generated {scene + 1}", table, settings.dt, road, {})
+
+
+def is_generated(name: str) -> bool:
+    """Whether a recording of such a name is one of these."""
+    return re.fullmatch(r"generated \d+", name) is not None
