@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from scipy.stats import beta
 from scipy.stats import t as student
 
-from coverdrive.certificates.bounds import clopper_pearson, clustered_interval
+from coverdrive.certificates.bounds import clopper_pearson
+from coverdrive.certificates.clustered import clustered_interval
 from coverdrive.certificates.evaluation import Rate
 
 
@@ -24,8 +24,8 @@ def test_copies_change_nothing_and_names_of_clusters_neither() -> None:
 
 
 def test_where_nothing_is_missed_clusters_are_counted() -> None:
-    assert clustered_interval(np.zeros(20), np.full(20, 100.0)) == clopper_pearson(0, 20)
-    assert clustered_interval(np.full(20, 9.0), np.full(20, 9.0)) == clopper_pearson(20, 20)
+    assert clustered_interval(np.zeros(20), np.full(20, 100.0)) == pytest.approx(clopper_pearson(0, 20), abs=1e-12)
+    assert clustered_interval(np.full(20, 9.0), np.full(20, 9.0)) == pytest.approx(clopper_pearson(20, 20), abs=1e-12)
     assert clustered_interval(np.ones(1), np.full(1, 9.0)) == (0.0, 1.0)
 
 
@@ -65,20 +65,20 @@ def test_it_holds_where_few_clusters_have_all_that_is_missed_and_student_does_no
 
 
 def test_it_is_never_narrower_than_that_of_independent_windows() -> None:
-    rate = Rate.of_totals(np.array([1, 1]), np.array([100, 101]))
-    assert (rate.low, rate.high) == pytest.approx(clopper_pearson(2, 201))
+    for hits, totals in (((1, 1), (100, 101)), ((5,) * 200, (100,) * 200)):
+        rate, counted = Rate.of_totals(np.array(hits), np.array(totals)), clopper_pearson(sum(hits), sum(totals))
+        assert rate.high > counted[1] and rate.high - rate.low > counted[1] - counted[0]
     shares = Rate.of_losses(np.linspace(0.4, 0.6, 40))  # of which each says more than yes or no
     assert shares.high - shares.low < 0.1
 
 
-def test_clusters_that_do_not_differ_are_counted() -> None:
-    assert clustered_interval(np.full(10, 2.0), np.full(10, 8.0)) == pytest.approx(clopper_pearson_of(2.5, 10))
-    once = Rate.of_losses(np.full(40, 0.125))
-    assert (once.low, once.high) == pytest.approx(clopper_pearson(5, 40))
-
-
-def clopper_pearson_of(successes: float, trials: float) -> tuple[float, float]:
-    return beta.ppf(0.025, successes, trials - successes + 1), beta.ppf(0.975, successes + 1, trials - successes)
+def test_clusters_that_do_not_differ_are_still_no_more_than_their_number() -> None:
+    """The weight of ten of eleven that are drawn alike is above w with probability 1 − w^10."""
+    weight = 0.025 ** (1 / 10)
+    expected = 0.25 * weight, 0.25 * weight + (1 - weight)
+    assert clustered_interval(np.full(10, 2.0), np.full(10, 8.0)) == pytest.approx(expected)
+    once, (low, high) = Rate.of_losses(np.full(40, 0.125)), clopper_pearson(5, 40)
+    assert low < once.low < 0.125 < once.high < high  # losses that are all 0 or 1 say least
 
 
 def test_counts_are_written_as_counts_and_means_as_means() -> None:

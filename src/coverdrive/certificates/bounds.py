@@ -15,7 +15,6 @@ from bisect import bisect_left
 from fractions import Fraction
 
 import numpy as np
-from jaxtyping import Float
 from scipy import optimize, special, stats
 
 from coverdrive.errors import CertificateError
@@ -128,42 +127,13 @@ def judged_bound(confidence: float, support: int, samples: int) -> float:
     return float(optimize.root_scalar(excess, bracket=(0.0, 1 - 1e-15), method="brentq", xtol=1e-15).root)
 
 
-def clopper_pearson(successes: float, trials: float, confidence: float = 0.95) -> tuple[float, float]:
-    """Exact two-sided interval of a rate (Clopper and Pearson 1934); of no trials, it is [0, 1].
-
-    Where trials are not counted but measured by a variance, numbers need not be whole.
-    """
+def clopper_pearson(successes: int, trials: int, confidence: float = 0.95) -> tuple[float, float]:
+    """Exact two-sided interval of a rate (Clopper and Pearson 1934); of no trials, it is [0, 1]."""
     check_confidence(confidence)
     tail = (1 - confidence) / 2
     low = float(stats.beta.ppf(tail, successes, trials - successes + 1)) if successes > 0 else 0.0
     high = float(stats.beta.isf(tail, successes + 1, trials - successes)) if successes < trials else 1.0
     return low, high
-
-
-def clustered_interval(
-    hits: Float[np.ndarray, " C"], totals: Float[np.ndarray, " C"], confidence: float = 0.95
-) -> tuple[float, float]:
-    """Interval of the rate Σ hits / Σ totals over C clusters, within which anything may depend on anything.
-
-    Clopper and Pearson's, of as many independent trials as have the variance that the ratio has over clusters, and
-    fewer for the C − 1 degrees of freedom of that variance (Korn and Graubard, *Confidence intervals for proportions
-    with small expected number of positive counts estimated from survey data*, 1998). If hits are whole
-    numbers, there are never more such trials than Σ totals. Clusters that do not differ are counted. Means of losses or
-    shares in [0, 1] are the case of equal totals; of a single cluster it is [0, 1].
-    """
-    hits, totals = hits[totals > 0], totals[totals > 0]
-    count, total = len(hits), float(totals.sum())
-    if count < 2:
-        return 0.0, 1.0
-    rate = min(float(hits.sum()) / total, 1.0)
-    variance = count / (count - 1) * float(((hits - rate * totals) ** 2).sum()) / total**2
-    if variance <= 1e-12 * rate**2:
-        return clopper_pearson(rate * count, count, confidence)
-    level = (1 + confidence) / 2
-    trials = rate * (1 - rate) / variance * float(stats.norm.ppf(level) / stats.t.ppf(level, count - 1)) ** 2
-    if (hits % 1 == 0).all():
-        trials = min(trials, total)
-    return clopper_pearson(rate * trials, trials, confidence)
 
 
 def check_confidence(confidence: float) -> None:

@@ -6,9 +6,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Bool, Float, Int, Num
 
-from coverdrive.certificates.bounds import clopper_pearson, clustered_interval
+from coverdrive.certificates.bounds import clopper_pearson
 from coverdrive.certificates.calibration import ScoredSamples
 from coverdrive.certificates.certificate import Unit
+from coverdrive.certificates.clustered import clustered_interval
 from coverdrive.certificates.rule import Rule, Thresholds, scale_of
 from coverdrive.numbers import interval, percent
 
@@ -18,7 +19,7 @@ class Rate:
     """An observed rate with the ends of its 95 % interval, by what is independent: units, or clusters of them.
 
     Every interval of a rate or share in the package is one of two: of units that are independent, such as drives,
-    Clopper and Pearson's; of all else that of `coverdrive.certificates.bounds.clustered_interval`.
+    Clopper and Pearson's; of all else that of `coverdrive.certificates.clustered.clustered_interval`.
     """
 
     count: int | float

@@ -50,7 +50,8 @@ def misses(missed, total):
 def test_miss_rate_is_over_all_and_its_interval_over_trials():
     alike = miss_rate(misses([1] * 50, [10] * 50), "missed", "total")
     assert (alike.count, alike.total) == (50, 500)
-    assert (alike.low, alike.high) == pytest.approx(clopper_pearson(5, 50))  # trials are counted
+    weight = 0.025 ** (1 / 50)  # of 50 trials against one more: trials are counted
+    assert (alike.low, alike.high) == pytest.approx((0.1 * weight, 1 - 0.9 * weight))
     bunched = miss_rate(misses([10] * 5 + [0] * 45, [10] * 50), "missed", "total")
     assert bunched.count == 50
     assert (bunched.low, bunched.high) == pytest.approx(clopper_pearson(5, 50), abs=0.006)
@@ -66,14 +67,16 @@ def test_no_miss_still_has_an_upper_end_and_one_trial_says_nothing():
 
 
 def test_the_interval_of_a_miss_rate_covers_as_often_as_it_says():
+    """It knows nothing of how trials differ: where they do little, it covers more often, and nearly all is above."""
     random = np.random.default_rng(0)
-    covered = 0
+    covered, below = 0, 0
     for _ in range(1000):
         own_rate = random.beta(2, 18, 40)  # trials differ; 10 % on average
         table = misses(random.binomial(100, own_rate), np.full(40, 100))
         rate = miss_rate(table, "missed", "total")
         covered += rate.low <= 0.1 <= rate.high
-    assert 0.92 < covered / 1000 < 0.98
+        below += rate.low > 0.1
+    assert covered / 1000 > 0.92 and 0.002 < below / 1000 < 0.04
 
 
 def test_braking_behind_is_of_the_median_trial_and_of_one_in_twenty():
