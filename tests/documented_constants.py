@@ -14,6 +14,7 @@ CONSTANTS = {
     "41 %": "√2: an ellipse through the corners of a box",
     "9 %": "2^(1/8): a superellipse of order 8 through them",
     "3 %": "planning: weight of a box's rim",
+    "80 %": "dialling.frontier.POWER",
     "35 %": "planning: weight of three quarters of a box",
     "80 MB": "libsumo's wheel",
     "0.3 m/s": "dialling.rare: how much faster others may be across",

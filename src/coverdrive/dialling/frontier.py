@@ -1,12 +1,14 @@
 """Risk against speed: a line for every λ, and for everybody beside, with exact intervals."""
 
+from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import polars as pl
-from scipy.stats import norm
+from scipy.special import betaincinv
+from scipy.stats import binom
 
 from coverdrive.certificates.bounds import clopper_pearson
 from coverdrive.errors import SettingError
@@ -24,7 +26,10 @@ SCALED = "constant-velocity-box", "paper-sets"
 """names of entrants whose sets have a scale as well"""
 
 _CONFIDENCE = 0.95
-_POWER = 0.8
+_UNLIKELY = 1e-9
+"""probability of the numbers of events that are left out"""
+
+POWER = 0.8
 """probability of telling two rates apart that differ as much as those that were seen"""
 
 
@@ -87,16 +92,30 @@ def frontier(tables: Mapping[tuple[str, str, float | None], pl.DataFrame], predi
 
 
 def drives_to_tell(first: tuple[int, int], second: tuple[int, int]) -> int | None:
-    """How many drives of each would tell two rates apart, if they are as they were seen; 0 if they are told apart.
+    """How many drives of each tell two rates apart with a probability of `POWER`, if they are as they were seen.
 
-    None if they were seen to be alike. Each is given by its events and drives; they are told apart if their exact
-    intervals do not overlap.
+    It is 0 if they are told apart, and None if they were seen to be alike. Each is given by its events and drives; they
+    are told apart if their exact 95 % intervals do not overlap. That is stricter than a test of two rates, so that it
+    may be asked of the safest and the riskiest of several: of eight that are alike, it tells these two apart in 7 % of
+    the cases at the most, where a test at 5 % does in half of them.
     """
     (low, high), (lower, upper) = (clopper_pearson(*each, _CONFIDENCE) for each in (first, second))
     if high < lower or upper < low:
         return 0
-    rates = np.array([first[0] / first[1], second[0] / second[1]])
+    rates = sorted(events / drives for events, drives in (first, second))
     if rates[0] == rates[1]:
         return None
-    spread = (norm.ppf((1 + _CONFIDENCE) / 2) + norm.ppf(_POWER)) ** 2 * (rates * (1 - rates)).sum()
-    return int(np.ceil(spread / np.diff(rates)[0] ** 2))
+    most = 1
+    while told_apart(most, *rates) < POWER:
+        most *= 2
+    return bisect_left(range(most), POWER, key=lambda drives: told_apart(drives, *rates) if drives else 0.0)
+
+
+def told_apart(drives: int, rate: float, higher: float) -> float:
+    """Probability that the exact intervals of so many drives of each of two rates do not overlap, in this order."""
+    few, many = (np.arange(*binom.interval(1 - _UNLIKELY, drives, each) + np.array([0, 1])) for each in (rate, higher))
+    tail = (1 - _CONFIDENCE) / 2
+    ends = np.where(few < drives, betaincinv(few + 1, np.maximum(drives - few, 1), 1 - tail), 1.0)
+    begins = np.where(many > 0, betaincinv(np.maximum(many, 1), drives - many + 1, tail), 0.0)
+    enough = np.append(many, drives + 1)[np.searchsorted(begins, ends, side="right")]
+    return float(binom.pmf(few, drives, rate) @ binom.sf(enough - 1, drives, higher))

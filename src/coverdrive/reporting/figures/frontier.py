@@ -6,7 +6,7 @@ import numpy as np
 import polars as pl
 from rich.table import Table
 
-from coverdrive.dialling.frontier import OURS, drives_to_tell
+from coverdrive.dialling.frontier import OURS, POWER, drives_to_tell
 from coverdrive.numbers import at_most, interval, percent
 from coverdrive.reporting.plotting import style
 from coverdrive.reporting.plotting.figure import Axis, Figure, Mark, Panel, crossed
@@ -116,5 +116,6 @@ def untold(lines: pl.DataFrame) -> str:
     needed = drives_to_tell(best, worst)
     if needed == 0:
         return ""
-    would = "" if needed is None else f"; about {needed:,} each would, if their rates are as they were seen"
+    likely = f"with a probability of {percent(POWER, 0)}"
+    would = "" if needed is None else f"; {needed:,} each would {likely}, if their rates are as they were seen"
     return f"; {best[1]:,} drives each do not tell the scales apart by collisions{would}"
