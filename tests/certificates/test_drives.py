@@ -149,12 +149,30 @@ def test_sentences() -> None:
     more = proof(0.00331234, events=2, drives=3000)
     assert more.sentence == (
         "With 99 % confidence at most 0.3313 % of 20-s drives like these touch anybody (2 of 3,000); 0.2 % is not "
-        "proved: 2,380 more, all without, would"
+        "proved: 2,380 more, all without, would (a chance of 23 %)"
     )
     assert more.more == 2380 == drives_needed(2, 0.002, 0.99, anytime=True) - 3000
     assert proof(0.003, "fixed sequence", events=2, drives=3000).sentence.endswith(
-        "0.2 % is not proved: with as many in 4,200 new ones, a number fixed beforehand, it would be"
+        "0.2 % is not proved: with as many in 4,200 new ones, a number fixed beforehand, it would be (a chance of 44 %)"
     )
+    assert proof(0.02, events=40, drives=3000).sentence.endswith("would (a chance of less than 1 %)")
+    assert proof(0.002).chance == 1.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("method", "drives"), [("anytime", 2600), ("named beforehand", 2301)])
+def test_so_many_of_the_dials_that_failed_prove_it_with_more_as_they_say(method: Procedure, drives: int) -> None:
+    """Rates are drawn from a twentieth to five times the risk; the negative control is that more drives would do."""
+    random, told, came = np.random.default_rng(0), list[float](), list[bool]()
+    for rate in np.repeat(np.geomspace(0.0001, 0.01, 30), 60):
+        events = int(random.binomial(drives, rate))
+        if p_value(events, drives, 0.002, method == "anytime") > 0.01:
+            failed = proof(1.0, method, events, drives)
+            told.append(failed.chance)
+            came.append(bool(random.binomial(failed.more, rate) <= (0 if method == "anytime" else events)))
+    assert len(told) > 1000 and abs(np.mean(told) - np.mean(came)) < 0.08 and np.mean(came) < 0.4
+    order = np.argsort(told)
+    assert np.mean(np.array(came)[order[:400]]) < 0.05 < 0.2 < np.mean(np.array(came)[order[-400:]])
 
 
 @given(st.floats(1e-6, 1), st.floats(0.5, 0.99999))

@@ -100,7 +100,9 @@ def test_drives_may_run_out_at_any_time_but_not_a_number_fixed_beforehand() -> N
     proof = dialled.tried[0].proofs[0]
     assert dialled.chosen is None and proof.drives == 17 and 0.1 < proof.bound < 0.2
     assert proof.more == drives_needed(0, 0.1, 0.9, anytime=True) - 17
-    assert dialled.sentence.endswith(f"10 % is not proved: {proof.more} more, all without, would.")
+    assert dialled.sentence.endswith(
+        f"10 % is not proved: {proof.more} more, all without, would (a chance of {100 * proof.chance:.0f} %)."
+    )
     assert DIAL.turn(1, series(), series("")).tried[0].proofs[0].bound == 1
     with pytest.raises(CertificateError, match=r"17 of 200 20-s drives; .* fixed beforehand \(fixed sequence\)"):
         replace(DIAL, procedure="fixed sequence").turn(1, series(), series("." * 17))

@@ -26,7 +26,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from scipy import optimize, special
+from scipy import optimize, special, stats
 
 from coverdrive.certificates.bounds import binomial_tail, check_confidence, rate_limit
 from coverdrive.numbers import at_most, percent
@@ -179,8 +179,19 @@ class Proof:
         return 0 if self.reached else needed - self.drives * anytime
 
     @property
+    def chance(self) -> float:
+        """That `more` drives go so well, by what these say of their rate: a beta-binomial of Jeffreys' prior.
+
+        Of all that a rate may be beforehand, it is right on average: of dials whose rates are from a twentieth to five
+        times the risk, and which 2,301 or 2,600 drives do not prove at 0.2 %, it says 19 and 11 %, and 26 and 12 % do.
+        """
+        most = 0 if self.method == "anytime" else self.events
+        law = stats.betabinom(self.more, self.events + 0.5, self.drives - self.events + 0.5)
+        return 1.0 if self.reached else float(law.cdf(most))
+
+    @property
     def sentence(self) -> str:
-        """What is proved; and if that is not what was asked, what would."""
+        """What is proved; and if that is not what was asked, what would, and how likely that is."""
         proved = (
             f"With {percent(self.confidence, 10)} confidence at most {at_most(self.bound)} of {self.unit} like these "
             f"{self.event} ({self.events:,} of {self.drives:,})"
@@ -192,7 +203,11 @@ class Proof:
             if self.method == "anytime"
             else f"with as many in {self.more:,} new ones, a number fixed beforehand, it would be"
         )
-        return f"{proved}; {at_most(self.asked)} is not proved: {would}"
+        return f"{proved}; {at_most(self.asked)} is not proved: {would} (a chance of {_about(self.chance)})"
+
+
+def _about(chance: float) -> str:
+    return "less than 1 %" if chance < 0.01 else f"{100 * chance:.0f} %"
 
 
 def limit_of(hits: Bool[np.ndarray, " drives"], confidence: float, anytime: bool) -> float:
