@@ -65,6 +65,20 @@ def test_who_never_differs_has_no_interval_but_a_p():
     assert np.isnan([low, high]).all() and p == 1.0
 
 
+@pytest.mark.slow
+def test_of_pairs_of_which_few_differ_the_p_holds_and_the_interval_only_if_they_differ_both_ways():
+    """Differences in one direction alone are the negative control: the interval is said not to hold there."""
+    random = np.random.default_rng(0)
+    for pairs_ in (10, 40, 100):
+        differ = random.random((2000, pairs_)) < 0.1
+        amounts = differ * random.normal(size=differ.shape)
+        both_ways = np.array([paired_t(each, 0.95) for each in amounts])
+        one_way = np.array([paired_t(each, 0.95) for each in differ * random.exponential(size=differ.shape)])
+        assert (both_ways[:, 2] < 0.05).mean() < 0.06
+        assert ((both_ways[:, 0] > 0) | (both_ways[:, 1] < 0)).mean() < 0.06
+        assert (one_way[:, 1] < 0.1).mean() > 0.08
+
+
 def accelerating():
     return ConstantPlanner(1.0)
 

@@ -165,7 +165,9 @@ def paired_t(difference: Float[np.ndarray, " n"], confidence: float) -> tuple[fl
     """Student's interval of a mean difference, and the probability of a mean as far from zero if there were none.
 
     Differences that are all equal tell nothing of how they spread: they have no interval; the probability is 1 if
-    all are zero, and unknown otherwise.
+    all are zero, and unknown otherwise. Where few of few pairs differ, the probability is too large rather than too
+    small, but if they all differ in one direction, the interval ends too near to zero: with 1 in 10 pairs that differ,
+    by exponential amounts, the mean is farther in 13 % of the cases with 100 pairs, and in 20 % with 20 or 40.
     """
     n, mean = len(difference), float(difference.mean())
     error = float(difference.std(ddof=1) / np.sqrt(n))
