@@ -88,7 +88,7 @@ def readings_from_map(
     """One recording for each direction of travel, on the roads of a Lanelet2 map if there is one.
 
     Raises:
-        RecordingError: the tracks cannot be traffic on one straight road, with the reason.
+        RecordingError, DataError: the tracks cannot be traffic on one straight road, with the reason.
     """
     repairs = Counter(tracks.repairs)
     roads = [] if map is None else _mapped(file, tracks, map)

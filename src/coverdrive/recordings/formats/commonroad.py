@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from coverdrive.errors import DataError, NoVehiclesError, RecordingError
+from coverdrive.errors import NoVehiclesError, RecordingError
 from coverdrive.recordings.files.kinds import NUMBER_OF
 from coverdrive.recordings.files.scenario import is_vehicle, open_scenario, states_of
 from coverdrive.recordings.formats.reader import AS_USUAL, How
@@ -82,10 +82,6 @@ def _driven(file: Path, lanelets: list[Any], rows: pl.DataFrame, problems: list[
         )
         problem = f"lanelet {by.lanelet_id} refers to {other}, which is not in the file; check the file"
         raise RecordingError(file, problem) from error
-    except RecordingError:
-        raise
-    except DataError as error:
-        raise RecordingError(file, str(error)) from error
 
 
 def _apart(roads: Iterable[Road], rows: pl.DataFrame, road: Road, raw: RawTracks) -> Iterator[tuple[Road, RawTracks]]:

@@ -14,8 +14,7 @@ import polars as pl
 from jaxtyping import Float
 from scipy.interpolate import CubicSpline, make_smoothing_spline
 
-from coverdrive.errors import DataError, RecordingError
-from coverdrive.recordings.checks import LONGEST_ROAD
+from coverdrive.errors import RecordingError
 from coverdrive.recordings.roads.line_fit import SPACING, fit_line
 from coverdrive.recordings.tracks.repair import counted
 from coverdrive.reference_line import ReferenceLine
@@ -109,21 +108,17 @@ def line_along(file: Path, table: pl.DataFrame, known: tuple[Line, ...]) -> Refe
     """The line of the road of the vehicles of one direction: the longest of the known lines, or along the tracks.
 
     Raises:
-        RecordingError: the road's length is that of no road, or it bends too sharply.
+        DataError: the road's length is that of no road, or it bends too sharply.
+        RecordingError: vehicles turn more sharply than a line along them can.
     """
     ends = table.group_by("vehicle").agg(pl.col("x", "y").last() - pl.col("x", "y").first())
     travel = ends.select("x", "y").sum().to_numpy()[0]
     points = max(known, key=lambda line: float(np.hypot(*(line[-1] - line[0])))) if known else _chord(table, travel)
     if (points[-1] - points[0]) @ travel < 0:
         points = points[::-1]
-    if not 1.0 <= float(np.sum(np.hypot(*np.diff(points, axis=0).T))) <= LONGEST_ROAD:
-        raise RecordingError(file, f"the road is not between 1 m and {LONGEST_ROAD:g} m long; check the coordinates")
-    try:
-        line = fit_line(points)
-        for _ in range(0 if known else FOLLOWINGS):
-            line = _followed(table, line)
-    except DataError as error:
-        raise RecordingError(file, str(error)) from error
+    line = fit_line(points)
+    for _ in range(0 if known else FOLLOWINGS):
+        line = _followed(table, line)
     if not known:
         _check_followed(file, table, line)
     return line
