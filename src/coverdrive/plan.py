@@ -61,6 +61,13 @@ class Plan:
         """The states that keep clear of all: those of the fail-safe branch, or of the only one."""
         return self.states if self.fail_safe is None else self.fail_safe
 
+    def applied(self, period: float) -> Float[np.ndarray, " 2"]:
+        """The inputs that are applied for a period [s], after which there is another plan: their mean until then."""
+        if period <= self.dt:
+            return self.inputs[0].copy()
+        share = np.clip(period / self.dt - np.arange(len(self.inputs)), 0.0, 1.0)
+        return share @ self.inputs / share.sum()
+
 
 @runtime_checkable
 class Planner(Protocol):

@@ -67,3 +67,14 @@ def test_a_place_that_is_to_be_reached_late(tmp_path: Path) -> None:
     driven = solved(written(tmp_path, goal(box(80.0, -1.75), first=350, last=360), traffic=NOBODY))
     speed = np.array([car.pose[2] for car in driven.cars])
     assert len(speed) - 1 >= 350 and np.diff(speed).min() > -HARD * 0.1
+
+
+@pytest.mark.parametrize("dt", [0.3, 0.5])
+@pytest.mark.parametrize("speed", [10.0, 25.0])
+def test_a_lane_is_changed_in_long_time_steps(dt: float, speed: float, tmp_path: Path) -> None:
+    wanted = goal(box(20.0 + 5.5 * speed, -5.25, length=speed), first=round(5 / dt), last=round(6 / dt))
+    path = written(tmp_path, wanted, traffic=driving(100, -500.0, -1.75, 0.0, 20), speed=speed)
+    path.write_text(path.read_text().replace('timeStepSize="0.1"', f'timeStepSize="{dt}"'))
+    driven = solved(path)
+    across = np.array([driven.problem.road.to_road(*car.pose[:2])[1] for car in driven.cars])
+    assert np.diff(across).max() < 0.1, "it comes back"

@@ -10,6 +10,7 @@ from simulation_fakes import ConstantPlanner
 from coverdrive.driving.driver import Driver
 from coverdrive.driving.goal import Goal
 from coverdrive.errors import DataError, SettingError
+from coverdrive.plan import Plan, Status
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.planning.problem.vehicle import VehicleSettings, step
 from coverdrive.planning.rules.wish import NO_WISH
@@ -183,3 +184,10 @@ def test_bad_settings_are_refused() -> None:
         Driver(PREDICTOR, length=0.0)
     with pytest.raises(SettingError, match="the period between two steps is 0 s"):
         Driver(PREDICTOR, period=0)
+
+
+@pytest.mark.parametrize(("period", "acceleration"), [(0.1, 1.0), (0.25, 1.0), (0.5, 2.0), (0.625, 2.4)])
+def test_of_a_plan_is_applied_what_it_says_until_the_next_one(period: float, acceleration: float) -> None:
+    inputs = np.stack([[1.0, 3.0, 4.0, 0.0], np.zeros(4)], axis=-1)
+    plan = Plan(np.zeros((5, 4)), inputs, np.zeros(4), Status.SOLVED, 0.0, 0.0, 0.25)
+    assert plan.applied(period) == pytest.approx([acceleration, 0.0])

@@ -213,10 +213,13 @@ def test_a_judge_that_comes_to_no_end_is_ended() -> None:
     assert (ended.returncode, ended.stdout) == (-signal.SIGALRM, b"")
 
 
-def test_models_of_the_car() -> None:
-    class Start:
-        position, orientation, velocity = np.array([3.0, -2.0]), 0.4, 12.0
+class Start:
+    """The state of a start."""
 
+    position, orientation, velocity = np.array([3.0, -2.0]), 0.4, 12.0
+
+
+def test_models_of_the_car() -> None:
     kinematic, slipping = (SingleTrackCar.at(Start, model) for model in ("KS", "ST"))
     for _ in range(30):
         kinematic, slipping = (car.moved(0.5, 0.02, 0.1) for car in (kinematic, slipping))
@@ -228,6 +231,17 @@ def test_models_of_the_car() -> None:
     turned = SingleTrackCar.at(Start, "KS").moved(0.0, 1.0, 0.1)
     assert turned.values[2] == pytest.approx(0.1 * BMW.steering.v_max, rel=1e-5)
     assert SingleTrackCar.at(Start, "KS").pose == pytest.approx([3.0, -2.0, 12.0, 0.4])
+
+
+@pytest.mark.parametrize("period", [0.3, 0.5])
+def test_in_long_periods_the_wheels_turn_about_as_planned_in_the_mean(period: float) -> None:
+    car, wanted, angles = SingleTrackCar.at(Start, "KS"), 0.01, [0.0]
+    for _ in range(6):
+        car = car.moved(0.0, wanted, period)
+        angles.append(float(car.values[2]))
+    means = (np.array(angles[:-1]) + angles[1:]) / 2
+    assert means == pytest.approx(wanted, rel=0.13)
+    assert angles[-1] == pytest.approx(wanted, rel=0.2)
 
 
 def shapes(pose: tuple[float, float, float], corners: np.ndarray) -> tuple[Any, Any, Any]:

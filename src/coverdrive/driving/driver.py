@@ -148,7 +148,7 @@ class Driver:
         with during(f"in step {self._steps}, {(self._steps - 1) * self.period:g} s after the start"):
             decision = decide(self._predictor, self.planner, scene, road, **wishes)
         self._clear = decision.plan.status is not Status.UNSAFE
-        inputs = decision.plan.inputs[:1]
+        inputs = decision.plan.applied(self.period)[None]
         real = controls(step(state[None], inputs, self.period / 2), inputs, road, self._vehicle.wheelbase)
         acceleration, yaw_rate, steering = (float(each[0]) for each in real[1:])
         steering = min(max(steering, -self._vehicle.max_steering), self._vehicle.max_steering)

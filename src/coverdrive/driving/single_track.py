@@ -27,6 +27,9 @@ VEHICLE = VehicleType.BMW_320i
 _DYNAMICS: dict[ModelName, Callable[..., list[float]]] = {"KS": vehicle_dynamics_ks, "ST": vehicle_dynamics_st}
 _SUBSTEP = 0.005
 """[s] of Runge and Kutta's method"""
+_SHORT, _FARTHER = 0.22, 0.75
+"""[s] in longer periods the wheels, which turn evenly until the end, turn farther by this share of their way: with all
+of it they would have the angle in the mean, but swing to and fro from one period to the next"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,8 +57,10 @@ class SingleTrackCar:
         return np.array([x + ahead * np.cos(heading), y + ahead * np.sin(heading), speed, heading])
 
     def moved(self, acceleration: float, steering: float, period: float) -> "SingleTrackCar":
-        """The car one period [s] later, its wheels turned towards an angle [rad] as fast as they can."""
+        """The car one period [s] later, its wheels turned towards an angle [rad] as fast as they can, and evenly."""
         fastest = BMW.steering.v_max * (1 - 1e-6)
+        if period > _SHORT:
+            steering += _FARTHER * (steering - self.values[2])
         rate = float(np.clip((steering - self.values[2]) / period, -fastest, fastest))
         acceleration = max(acceleration, -self.values[3] / period)
         steps, dynamics = max(1, round(period / _SUBSTEP)), _DYNAMICS[self.model]

@@ -396,6 +396,7 @@ class MpcPlanner:
         constants, chosen = call.constants, found.plans.inputs[found.chosen]
         inputs = {lane: constants.shift @ each for lane, each in zip(targets.lanes, found.best, strict=True)}
         rest = self._held_on @ chosen[constants.tree.fail_safe]
-        after = np.array(after_step(tuple(call.state.tolist()), tuple(plan.inputs[0].tolist()), self._period))
+        applied = plan.applied(self._period)
+        after = np.array(after_step(tuple(call.state.tolist()), tuple(applied.tolist()), self._period))
         lane = targets.lanes[int(found.plans.lane[found.chosen])]
-        self._memory = _Memory(lane, plan.inputs[0].copy(), after, inputs, rest, unknown)
+        self._memory = _Memory(lane, applied, after, inputs, rest, unknown)
