@@ -78,3 +78,14 @@ def test_a_lane_is_changed_in_long_time_steps(dt: float, speed: float, tmp_path:
     driven = solved(path)
     across = np.array([driven.problem.road.to_road(*car.pose[:2])[1] for car in driven.cars])
     assert np.diff(across).max() < 0.1, "it comes back"
+
+
+@pytest.mark.parametrize(("ahead", "apart", "braking"), [(12.0, 16.0, -1.0), (8.0, 14.0, -2.0), (8.0, 16.0, -2.0)])
+def test_a_lane_is_entered_between_cars_that_are_near(
+    ahead: float, apart: float, braking: float, tmp_path: Path
+) -> None:
+    """Who took it as no longer urgent once the centre is in the lane would draw back, again and again."""
+    traffic = "".join(driving(100 + n, 20.0 + ahead + apart * (n - 4), -5.25, 10.0, 80) for n in range(8))
+    wanted = goal(box(85.0, -5.25, length=30.0, width=2.5), first=60, last=80)
+    likely = FakePredictor(FakeBasis.make(accelerations=(braking, 0.0, 1.0), shifts=(0.0,)))
+    solved(written(tmp_path, wanted, traffic=traffic, speed=10.0), likely)

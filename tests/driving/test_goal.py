@@ -77,6 +77,22 @@ def test_it_is_urgent_where_comfort_would_come_too_late(goal: Goal, urgent: bool
     assert goal.wish(state(20.0, 1.8, 15.0), ROAD, 0.0, 15.0).urgent is urgent
 
 
+@pytest.mark.parametrize(
+    ("lanes", "lat", "urgent"),
+    [(1, 3.5, True), (1, 3.7, True), (1, 4.3, True), (1, 4.5, False), ((0, 1), 3.7, False), ((1, 2), 3.7, True)],
+)
+def test_a_lane_change_is_urgent_until_one_is_in_the_lane(
+    lanes: int | tuple[int, ...], lat: float, urgent: bool
+) -> None:
+    goal = Goal(lanes=lanes, position=(110.0, 120.0), time=(6.0, 7.0))
+    assert goal.wish(state(20.0, lat, 15.0), ROAD, 0.0, 15.0).urgent is urgent
+
+
+def test_nothing_is_urgent_for_who_is_at_a_place_near_the_edge() -> None:
+    goal = Goal(lanes=1, lat=4.1, position=(110.0, 120.0), time=(6.0, 7.0))
+    assert not goal.wish(state(20.0, 3.9, 15.0), ROAD, 0.0, 15.0).urgent
+
+
 def test_nobody_hurries_to_a_place_that_is_behind() -> None:
     wish = Goal(lanes=0, position=(50.0, 60.0), time=(2.0, 9.0)).wish(state(61.0, 1.8, 15.0), ROAD, 5.0, 15.0)
     assert (wish.speed, wish.urgent) == (15.0, False)

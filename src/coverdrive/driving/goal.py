@@ -36,6 +36,8 @@ _UNTURNED = 0.02
 """[rad] by which one aims at the inside of a heading"""
 _STEEPEST = 0.2
 """[rad] to the road that a lane change takes at the most; another heading is that of another road"""
+_OVER, _AT = 0.8, 0.4
+"""[m] to the edge of a lane from the centre of who is over it, and to a place across the road from who is there"""
 _TINY = 1e-3
 """[m] of a way that is divided by"""
 _ACROSS, _LAG = 3.0, 0.95
@@ -110,9 +112,17 @@ class Goal:
         if state[0] > farthest or (time >= self.time[1] and state[0] >= nearest):
             return wish
         needed, left = self._on_the_way(state, time, speed, (nearest, max(nearest, min(farthest, last))))
-        away = bool(wish.away([int(road.lane_at(state[0], state[1]))]).any())
+        away = not self._inside(state, road)
         wish = self._hurrying(wish, state, needed, left, away)
         return self._turned(wish, state, road, left)
+
+    def _inside(self, state: Float[np.ndarray, " 4"], road: Road) -> bool:
+        """Whether one is in a lane of the goal and not over its edge, or at the place in it."""
+        lane, edges, lanes = int(road.lane_at(state[0], state[1])), road.edges_at(state[0]), self.any_lane
+        right, left = state[1] - edges[lane], edges[lane + 1] - state[1]
+        whole = (right >= _OVER or lane - 1 in lanes) and (left >= _OVER or lane + 1 in lanes)
+        there = self.lat is not None and abs(state[1] - self.lat) <= _AT
+        return not lanes or (lane in lanes and bool(whole or there))
 
     def _turned(self, wish: Wish, state: Float[np.ndarray, " 4"], road: Road, left: float) -> Wish:
         """The wish with a place that moves across the road as one does who arrives with the heading in some time [s].
