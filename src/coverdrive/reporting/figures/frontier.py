@@ -116,6 +116,6 @@ def untold(lines: pl.DataFrame) -> str:
     needed = drives_to_tell(best, worst)
     if needed == 0:
         return ""
-    likely = f"with a probability of {percent(POWER, 0)}"
+    likely = f"with a probability of {percent(POWER)}"
     would = "" if needed is None else f"; {needed:,} each would {likely}, if their rates are as they were seen"
     return f"; {best[1]:,} drives each do not tell the scales apart by collisions{would}"
