@@ -313,7 +313,7 @@ def test_a_stopped_study_says_how_to_go_on(
             time.sleep(0.1)
         process.send_signal(number)
         _, complaint = process.communicate()
-    assert process.returncode == status
+    assert process.returncode == status, complaint
     assert "goes on from them" in complaint and "Traceback" not in complaint
 
 

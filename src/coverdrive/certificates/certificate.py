@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from coverdrive.numbers import at_most, percent
+from coverdrive.percentages import at_most, percent
 
 Unit = Literal["window", "vehicle", "share", "group"]
 """What is bounded: how many single windows are missed; how many vehicles (one misses if any of its windows does); the

@@ -29,7 +29,7 @@ from jaxtyping import Bool, Float, Int
 from scipy import optimize, special, stats
 
 from coverdrive.certificates.bounds import binomial_tail, check_confidence, rate_limit
-from coverdrive.numbers import at_most, percent
+from coverdrive.percentages import at_most, percent
 
 Procedure: TypeAlias = Literal["named beforehand", "fixed sequence", "Holm", "anytime"]
 """What keeps several candidates from being tried until one passes by chance: there is one; an order fixed beforehand,

@@ -11,7 +11,7 @@ from coverdrive.certificates.calibration import ScoredSamples
 from coverdrive.certificates.certificate import Unit
 from coverdrive.certificates.clustered import clustered_interval
 from coverdrive.certificates.rule import Rule, Thresholds, scale_of
-from coverdrive.numbers import interval, percent
+from coverdrive.percentages import interval, percent
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ from coverdrive.certificates.drives import (
     proved_at,
 )
 from coverdrive.errors import CertificateError
-from coverdrive.numbers import percent
+from coverdrive.percentages import percent
 
 Hits: TypeAlias = Bool[np.ndarray, "drives kinds"]
 """whether each kind of event happened"""

@@ -20,7 +20,7 @@ from coverdrive.certificates.nested_sets import nested_sets
 from coverdrive.certificates.rule import Rule
 from coverdrive.certificates.support_vectors import support_vectors
 from coverdrive.errors import CertificateError
-from coverdrive.numbers import percent
+from coverdrive.percentages import percent
 
 USUAL = 0.1
 """the bound ε that is asked for where nobody says another"""

@@ -27,7 +27,7 @@ from coverdrive.dialling.tape import Tape
 from coverdrive.errors import DataError, SettingError, blaming, during
 from coverdrive.files import write_arrays, write_json
 from coverdrive.geometry import turned_half_extents
-from coverdrive.numbers import at_most, percent
+from coverdrive.percentages import at_most, percent
 from coverdrive.progress import done, stage
 from coverdrive.scene import Scene
 from coverdrive.simulation.drives.episode import begin, take_step

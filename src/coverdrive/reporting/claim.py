@@ -11,7 +11,7 @@ from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.comparison import Compared
 from coverdrive.certificates.evaluation import Evaluation, Rate
 from coverdrive.dialling.dial import proof_of, said_of_replays
-from coverdrive.numbers import at_most, percent
+from coverdrive.percentages import at_most, percent
 from coverdrive.prediction.certifying.occupied import Occupied
 from coverdrive.prediction.cover.basis import Basis
 from coverdrive.prediction.data.manoeuvres import MANOEUVRES

@@ -10,7 +10,7 @@ from coverdrive.certificates.bounds import rate_limit
 from coverdrive.certificates.drives import anytime_limit
 from coverdrive.cli.driving.study import study_and_print
 from coverdrive.config import StudySettings
-from coverdrive.numbers import at_most
+from coverdrive.percentages import at_most
 from coverdrive.simulation.studies.study import Study
 
 

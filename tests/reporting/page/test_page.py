@@ -12,7 +12,7 @@ from simulation_fakes import fakes
 
 from coverdrive.certificates.bounds import rate_limit
 from coverdrive.certificates.drives import anytime_limit
-from coverdrive.numbers import at_most
+from coverdrive.percentages import at_most
 from coverdrive.progress import heard_by
 from coverdrive.reporting.contents import Fitted
 from coverdrive.reporting.page.page import _script_json, page

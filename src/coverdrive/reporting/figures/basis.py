@@ -16,7 +16,7 @@ from jaxtyping import Float
 from scipy.optimize import isotonic_regression
 
 from coverdrive.errors import DataError
-from coverdrive.numbers import percent
+from coverdrive.percentages import percent
 from coverdrive.prediction.cover.basis import Basis
 from coverdrive.prediction.cover.basis_study import StudiedBasis
 from coverdrive.reporting.plotting import style

@@ -7,7 +7,7 @@ import polars as pl
 from rich.table import Table
 
 from coverdrive.dialling.frontier import OURS, POWER, drives_to_tell
-from coverdrive.numbers import at_most, interval, percent
+from coverdrive.percentages import at_most, interval, percent
 from coverdrive.reporting.plotting import style
 from coverdrive.reporting.plotting.figure import Axis, Figure, Mark, Panel, crossed
 from coverdrive.reporting.tables.fitting import columns_table

@@ -13,7 +13,7 @@ from jaxtyping import Float, Int
 
 from coverdrive.certificates.rule import Rule as Sets
 from coverdrive.certificates.rule import Thresholds
-from coverdrive.numbers import percent
+from coverdrive.percentages import percent
 from coverdrive.prediction.certifying.occupied import Occupied
 from coverdrive.prediction.fits.learned import Learned
 from coverdrive.reporting.plotting import style

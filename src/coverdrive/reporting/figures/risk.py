@@ -5,7 +5,7 @@ from typing import Any
 
 from coverdrive.certificates.comparison import Compared
 from coverdrive.errors import DataError
-from coverdrive.numbers import at_most, percent
+from coverdrive.percentages import at_most, percent
 from coverdrive.reporting.claim import legend, strength, whose
 from coverdrive.reporting.plotting import style
 from coverdrive.reporting.plotting.figure import Axis, Figure, Mark, Panel, Points, Texts

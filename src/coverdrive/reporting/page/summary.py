@@ -7,7 +7,7 @@ import polars as pl
 
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.evaluation import Rate
-from coverdrive.numbers import at_most, interval, percent
+from coverdrive.percentages import at_most, interval, percent
 from coverdrive.plan import Status
 from coverdrive.reporting.claim import set_facts, strength, whose
 from coverdrive.reporting.contents import Contents

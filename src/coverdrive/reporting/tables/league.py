@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import polars as pl
 from rich.table import Table
 
-from coverdrive.numbers import interval
+from coverdrive.percentages import interval
 from coverdrive.reporting.tables.fitting import columns_table
 
 COLUMNS = (

@@ -13,7 +13,7 @@ from rich.text import Text
 from coverdrive.certificates.bounds import clopper_pearson
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.evaluation import Rate
-from coverdrive.numbers import interval
+from coverdrive.percentages import interval
 from coverdrive.plan import Status
 from coverdrive.reporting.claim import proved
 from coverdrive.reporting.tables.fitting import columns_table, facts_table

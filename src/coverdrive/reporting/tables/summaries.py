@@ -7,7 +7,7 @@ from rich.table import Table
 from rich.text import Text
 
 from coverdrive.certificates.comparison import Compared
-from coverdrive.numbers import at_most, percent
+from coverdrive.percentages import at_most, percent
 from coverdrive.prediction.cover.basis_study import StudiedBasis
 from coverdrive.prediction.fit import Fit
 from coverdrive.prediction.fits.folds import Fold

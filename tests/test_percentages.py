@@ -1,6 +1,6 @@
 """Numbers as they are written for readers."""
 
-from coverdrive.numbers import at_most, interval, percent
+from coverdrive.percentages import at_most, interval, percent
 
 
 def test_percentages_have_a_space_and_no_needless_zeros() -> None:

@@ -1,4 +1,4 @@
-"""How numbers are written for readers: 10 %, not 10.000%."""
+"""How shares are written for readers: 10 %, not 10.000%."""
 
 import math
 
