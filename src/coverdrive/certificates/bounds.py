@@ -73,7 +73,7 @@ def log_discarding_tail(epsilon: float, support: int, discarded: int, samples: i
     terms = np.arange(most + 1)
     choices = special.gammaln(samples + 1) - special.gammaln(terms + 1) - special.gammaln(samples - terms + 1)
     powers = special.xlogy(terms, epsilon) + special.xlog1py(samples - terms, -epsilon)
-    return float(ways + special.logsumexp(choices + powers))
+    return float(ways + np.logaddexp.reduce(choices + powers))
 
 
 def discarding_bound(confidence: float, support: int, discarded: int, samples: int) -> float:
@@ -88,7 +88,7 @@ def discarding_bound(confidence: float, support: int, discarded: int, samples: i
         optimize.root_scalar(
             lambda epsilon: log_discarding_tail(epsilon, support, discarded, samples) - goal,
             bracket=(low, high),
-            method="bisect",
+            method="brentq",
             xtol=1e-15,  # the tail is steep where the bound is close to 1
         ).root
     )
