@@ -7,7 +7,7 @@ value, among the sizes of whoever asks for it) and those that name a type which 
 """
 
 import inspect
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import is_dataclass
 from functools import wraps
@@ -68,17 +68,19 @@ def _with_sizes(function: Callable[..., Any]) -> Callable[..., Any]:
         nonlocal checked, checked_result
         if _left_out:
             return function(*args, **kwargs)
-        given = tuple(map(_kind, args)), tuple(kwargs), tuple(map(_kind, kwargs.values()))
+        given = _kinds(args)
+        if kwargs:
+            given = given, tuple(kwargs), _kinds(kwargs.values())
         results = good.get(given)
         if results is None:
             if checked is None:
                 checked = _TYPES(function) if _has_known_types(function) else function
             with _SIZES:
                 result = checked(*args, **kwargs)
-            good.setdefault(given, set()).add(_kind(result))
+            good.setdefault(given, set()).add(_kinds((result,)))
             return result
         result = function(*args, **kwargs)
-        if (kind := _kind(result)) not in results:
+        if (kind := _kinds((result,))) not in results:
             if checked_result is None:
                 again = wraps(function)(lambda *_, **__: found.pop())
                 checked_result = _TYPES(again) if checked is not function else again
@@ -99,27 +101,46 @@ _looks: dict[type, Callable[[Any], Any] | None] = {}
 """how the kind of a value is told, by its type, which is all that there is to tell where this is none"""
 
 
-def _kind(value: Any) -> Any:
-    """All of a value that the checks depend on: its type, and sizes of arrays; a text is what it says."""
-    kind = type(value)
-    if kind is np.ndarray:
-        return value.shape, value.dtype.char
-    if kind not in _looks:
-        _looks[kind] = _look_of(kind)
-    look = _looks[kind]
-    return kind if look is None else look(value)
+def _kinds(values: Iterable[Any]) -> tuple[Any, ...]:
+    """All of values that the checks depend on: their types, and sizes of arrays; a text is what it says."""
+    kinds = []
+    for value in values:
+        kind = type(value)
+        if kind is np.ndarray:
+            kinds.append((value.shape, value.dtype.char))
+            continue
+        if kind not in _looks:
+            _looks[kind] = _look_of(kind)
+        look = _looks[kind]
+        kinds.append(kind if look is None else look(value))
+    return tuple(kinds)
 
 
 def _look_of(kind: type) -> Callable[[Any], Any] | None:
     if issubclass(kind, str):
         return lambda value: value
+    if hasattr(kind, "_fields"):
+        return _look_of_named(kind)
     if issubclass(kind, tuple | list):
-        return lambda value: (kind, len(value) > _MANY, *map(_kind, value[:_MANY]))
+        return lambda value: (kind, len(value) > _MANY, _kinds(value[:_MANY]))
     if issubclass(kind, dict):
-        return lambda value: (kind, *map(_kind, next(iter(value.items()), ())))
-    if hasattr(kind, "shape") and hasattr(kind, "dtype"):
+        return lambda value: (kind, _kinds(next(iter(value.items()), ())))
+    if hasattr(kind, "shape") and hasattr(kind, "dtype") and not issubclass(kind, np.number):
         return lambda value: (kind, value.shape, value.dtype)
     return None
+
+
+def _look_of_named(kind: type) -> Callable[[Any], Any]:
+    """Of named tuples, which are given on from function to function: the last one is remembered."""
+    last = told = None
+
+    def look(value: Any) -> Any:
+        nonlocal last, told
+        if value is not last:
+            last, told = value, (kind, _kinds(value[:_MANY]))
+        return told
+
+    return look
 
 
 def _has_known_types(function: Callable[..., Any]) -> bool:
