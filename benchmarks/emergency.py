@@ -115,16 +115,24 @@ def impact(drive: Callable, scene: Scene) -> float:
     untouched, worst = list(scene.others), 0.0
     while now < LONGEST and (state[2] > 0.05 or scene.kind == "follower") and untouched:
         acceleration, yaw_rate = drive(state, now)
+        velocities, motion, times = [], [], [now]
         for _ in range(round(PERIOD / SMALL)):
-            turn = np.array([np.cos(state[3]), np.sin(state[3])])
-            velocity = state[2] * turn
+            velocity = state[2] * np.array([np.cos(state[3]), np.sin(state[3])])
             state = state + SMALL * np.array([*velocity, acceleration, yaw_rate])
-            state[2], now = max(state[2], 0.0), now + SMALL
-            for other in untouched.copy():
-                there = other.at(np.array([now, now + SMALL]))
-                if boxes_overlap(state[:2], state[3], OWN, there[0], np.float64(0), other.half):
-                    worst = max(worst, float(np.linalg.norm(velocity - np.diff(there, axis=0)[0] / SMALL)))
-                    untouched.remove(other)
+            state[2] = max(state[2], 0.0)
+            velocities.append(velocity)
+            motion.append(state)
+            times.append(times[-1] + SMALL)
+        now, followed = times[-1], np.array(motion)
+        for other in untouched.copy():
+            there = other.at(np.array([*times[1:], now + SMALL]))
+            still = np.zeros(len(followed))
+            hit = boxes_overlap(followed[:, :2], followed[:, 3], OWN, there[:-1], still, other.half)
+            if hit.any():
+                first = hit.argmax()
+                moved = np.diff(there, axis=0)[first] / SMALL
+                worst = max(worst, float(np.linalg.norm(velocities[first] - moved)))
+                untouched.remove(other)
     return worst
 
 

@@ -26,7 +26,7 @@ from coverdrive.planning.check.evaluate import drive_step
 from coverdrive.planning.planner import MpcPlanner
 from coverdrive.planning.problem.road_table import RoadTable, table_of
 from coverdrive.planning.problem.settings import ProblemSettings
-from coverdrive.planning.problem.vehicle import step
+from coverdrive.planning.problem.vehicle import moved
 from coverdrive.planning.solver.manoeuvres import lane_seeking
 from coverdrive.reference_line import ReferenceLine
 from coverdrive.road import Road
@@ -195,12 +195,18 @@ def off_road(states: Float[np.ndarray, "m T 4"], road: Road, until: np.ndarray) 
 
 def followed(state: np.ndarray, inputs: np.ndarray) -> np.ndarray:
     """The states (…, 10, 4) in the period after this one, every 10 ms."""
-    states = list[np.ndarray]()
-    for _ in range(PARTS):
-        state = step(state, inputs, SMALL)
-        state[..., 2] = np.maximum(state[..., 2], 0.0)
-        states.append(state)
-    return np.stack(states, axis=-2)
+    lon, lat, speed, heading = np.moveaxis(state, -1, 0)[..., None]
+    acceleration, yaw_rate = np.moveaxis(inputs, -1, 0)[..., None]
+    speeds = np.maximum(summed(speed, SMALL * acceleration), 0.0)
+    before = 0.0, 0.0, speeds[..., :-1], summed(heading, SMALL * yaw_rate)[..., :-1]
+    along, across, _, headings = moved(before, (acceleration, yaw_rate), SMALL)
+    return np.stack([summed(lon, along)[..., 1:], summed(lat, across)[..., 1:], speeds[..., 1:], headings], axis=-1)
+
+
+def summed(start: np.ndarray, change: np.ndarray) -> np.ndarray:
+    """A value (…, 1) at the start and after each of the changes (…, 1 or 10) of a period."""
+    changes = np.broadcast_to(change, (*change.shape[:-1], PARTS))
+    return np.add.accumulate(np.concatenate([start, changes], axis=-1), axis=-1)
 
 
 def manoeuvres(scene: Scene, wishes: list[tuple[float, float]], table: RoadTable) -> Float[np.ndarray, "m T 4"]:
