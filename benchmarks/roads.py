@@ -20,7 +20,6 @@ from coverdrive.prediction.boxes.predictor import BoxPredictor
 from coverdrive.prediction.data.segments import cut_segments
 from coverdrive.prediction.learning.samples import make_features
 from coverdrive.prediction.predictor import Predictor
-from coverdrive.recordings.formats.commonroad import read_commonroad
 from coverdrive.recordings.read import read
 from coverdrive.recordings.recording import Recording
 from coverdrive.simulation.drives.episode import EpisodeSettings, run_episode
@@ -34,12 +33,12 @@ TRIED = ("predicted", "missed", "driven", "contacts")
 COLUMNS = (*READ, *TRIED)
 
 
-def read_cells(file: Path) -> tuple[str, ...]:
-    """What is read of a file, in the columns `READ`; of one that is refused its name and why."""
+def read_cells(file: Path) -> tuple[tuple[str, ...], Recording | None]:
+    """What is read of a file, in the columns `READ`, and the recording; of one that is refused its name and why."""
     try:
-        recording = read_commonroad(file)[0].recording
+        recording = read(file)[0]
     except RecordingError as error:
-        return file.stem, f"refused: {str(error).removeprefix(f'{file}: ')}"
+        return (file.stem, f"refused: {str(error).removeprefix(f'{file}: ')}"), None
     road, line = recording.road, recording.road.line
     assert line is not None
     shares = road.has_lane(np.linspace(0, road.length, 500)).mean(axis=0)
@@ -54,7 +53,7 @@ def read_cells(file: Path) -> tuple[str, ...]:
         recording.table["vehicle"].n_unique(),
         recording.repairs.get("rows off the road", 0),
     )
-    return tuple(map(str, cells))
+    return tuple(map(str, cells)), recording
 
 
 def predicted(recording: Recording, predictor: BoxPredictor) -> int:
@@ -123,9 +122,9 @@ def main() -> None:
         raise SystemExit(f"{chosen.predictor} has base trajectories; give a predictor of boxes")
     rows: list[tuple[str, ...]] = []
     for file in sorted(chosen.folder.glob("*.xml")):
-        cells = read_cells(file)
-        if predictor is not None and len(cells) == len(READ):
-            cells = (*cells, *tried_cells(read(file)[0], predictor, chosen.drives, chosen.duration))
+        cells, recording = read_cells(file)
+        if predictor is not None and recording is not None:
+            cells = (*cells, *tried_cells(recording, predictor, chosen.drives, chosen.duration))
         rows.append(cells)
     print(table(rows))
     if chosen.out is not None:

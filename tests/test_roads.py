@@ -26,6 +26,9 @@ from coverdrive.reporting.figures.recording import road_figure
 PROJECT = Path(__file__).parents[1]
 KEPT = PROJECT / "benchmarks" / "results" / "roads.json"
 
+Everything = dict[str, tuple[tuple[str, ...], Recording | None]]
+"""Of every scenario its cells in the table, and the recording if it is not refused"""
+
 pytestmark = [pytest.mark.real_data, pytest.mark.slow]
 
 
@@ -55,18 +58,22 @@ def predictor(us101: Path) -> BoxPredictor:
 
 
 @pytest.fixture(scope="module")
-def recordings(roads: Path, benchmark: Any) -> dict[str, Recording]:
+def everything(roads: Path, benchmark: Any) -> Everything:
+    return {file.stem: benchmark.read_cells(file) for file in sorted(roads.glob("*.xml"))}
+
+
+@pytest.fixture(scope="module")
+def recordings(everything: Everything) -> dict[str, Recording]:
     """Every scenario that is not refused."""
-    files = [file for file in sorted(roads.glob("*.xml")) if len(benchmark.read_cells(file)) > 2]
-    assert len(files) == 51
-    return {file.stem: read(file)[0] for file in files}
+    found = {name: recording for name, (_, recording) in everything.items() if recording is not None}
+    assert len(found) == 51
+    return found
 
 
-def test_the_table_in_the_documentation_is_what_is_read(roads: Path, benchmark: Any):
+def test_the_table_in_the_documentation_is_what_is_read(everything: Everything, benchmark: Any):
     kept = json.loads(KEPT.read_text(encoding="utf-8"))["values"]["rows"]
-    files = sorted(roads.glob("*.xml"))
-    assert len(files) == 54
-    assert [row[: len(benchmark.READ)] for row in kept] == [list(benchmark.read_cells(file)) for file in files]
+    assert len(everything) == 54
+    assert [row[: len(benchmark.READ)] for row in kept] == [list(cells) for cells, _ in everything.values()]
 
 
 def test_every_road_is_drawn(recordings: dict[str, Recording]):
