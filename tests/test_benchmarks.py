@@ -6,12 +6,14 @@ import json
 import shutil
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from coverdrive.certificates.methods import Method
+from coverdrive.cli.demo import STORED
 
 FOLDER = Path(__file__).parents[1] / "benchmarks"
 
@@ -141,7 +143,10 @@ def test_emergency(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.slow
 def test_rare(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    quick = ("--drives", "3", "--particles", "4", "--repetitions", "2", "--duration", "2")
+    with zipfile.ZipFile(STORED) as stored:
+        stored.extract("predictor.safetensors", tmp_path)
+    given = ("--predictor", str(tmp_path / "predictor.safetensors"))
+    quick = (*given, "--drives", "3", "--particles", "4", "--repetitions", "2", "--duration", "2")
     result = ran("rare", tmp_path / "rare.json", monkeypatch, *quick)
     assert result["plain"]["drives"] == 3
     assert 0 <= result["splitting"]["probability"] <= 1 and result["splitting"]["drives"] > 4
