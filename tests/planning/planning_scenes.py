@@ -147,5 +147,9 @@ def touches(states: np.ndarray, points: np.ndarray, half_sizes: np.ndarray, samp
     own = sampled(states, samples)[:, None]
     each = (own.shape[2] - 1) // STEPS
     points, half_sizes = sampled(points, each), sampled(half_sizes, each)
-    heading = np.zeros(points.shape[:-1])
-    return boxes_overlap(own[..., :2], own[..., 3], CAR.half_sizes, points, heading, half_sizes).any((1, 2))
+    reach = half_sizes + np.hypot(*CAR.half_sizes)
+    near = np.nonzero((np.abs(points - own[..., :2]) <= reach).all(-1))
+    own = own[near[0], 0, near[2]]
+    points, half_sizes = (np.broadcast_to(each, (len(states), *each.shape[-3:]))[near] for each in (points, half_sizes))
+    touching = boxes_overlap(own[:, :2], own[:, 3], CAR.half_sizes, points, np.zeros(len(points)), half_sizes)
+    return np.bincount(near[0][touching], minlength=len(states)) > 0
