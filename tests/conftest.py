@@ -143,6 +143,15 @@ def quick_predictor(quick_fit: Path) -> Path:
     return quick_fit / "predictor.safetensors"
 
 
+@pytest.fixture
+def hardly_trained(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Networks see their samples ten times at most, where any that is certified will do; not those of ``once``."""
+    from coverdrive.prediction.learning.training import OptimiserSettings
+
+    passes = OptimiserSettings.passes
+    monkeypatch.setattr(OptimiserSettings, "passes", lambda self, samples: min(10, passes(self, samples)))
+
+
 @pytest.fixture(scope="session")
 def us101() -> Path:
     """The folder of recorded US-101 traffic; where nobody says that it is there, tests that need it are skipped."""

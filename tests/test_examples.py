@@ -37,7 +37,9 @@ def test_an_example_is_short_and_says_how_to_call_it(example: Path) -> None:
 
 
 @pytest.mark.slow
-def test_own_data(here: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
+def test_own_data(
+    here: Path, hardly_trained: None, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
     monkeypatch.setattr(registry, "_readers", dict(registry._readers))
     assert "leaves its predicted set is at most" in said("own_data", monkeypatch, capfd, "--scenes", "9")
     assert len(list((here / "mine").glob("*.csv"))) == 9
