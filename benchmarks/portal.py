@@ -39,6 +39,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rows", type=int, default=4_800_000)
     parser.add_argument("--file", type=Path, default=Path(tempfile.gettempdir()) / "portal.csv")
+    parser.add_argument("--steps", type=int, default=1500, help="of training")
     parser.add_argument("--only-write", action="store_true", help="make the file and fit nothing")
     parser.add_argument("--out", type=Path)
     chosen = parser.parse_args()
@@ -48,7 +49,7 @@ def main() -> None:
     if not chosen.file.exists():  # in a process of its own, whose memory does not count
         sizes = ("--rows", str(chosen.rows), "--file", str(chosen.file))
         subprocess.run([sys.executable, __file__, *sizes, "--only-write"], check=True)
-    result = fitted(chosen.file)
+    result = fitted(chosen.file, chosen.steps)
     print(f"{'stage':20} {'wall':>10} {'processor':>10} {'peak':>11}")
     for name, row in result["stages"].items():
         print(f"{name:20} {row['wall s']:8.1f} s {row['processor s']:8.1f} s {row['peak GB']:8.2f} GB")
@@ -97,7 +98,7 @@ def write_portal_csv(path: Path, rows: int) -> None:
     table.with_columns(**empty).select(COLUMNS).write_csv(path)
 
 
-def fitted(path: Path) -> dict[str, object]:
+def fitted(path: Path, steps: int) -> dict[str, object]:
     """What `coverdrive fit` does, stage by stage."""
     begun = time.perf_counter()
     from coverdrive.config import Experiment
@@ -108,7 +109,7 @@ def fitted(path: Path) -> dict[str, object]:
 
     stages = Stages(begun)
     with heard_by(lambda name, _: stages.enter(name)), tempfile.TemporaryDirectory() as folder:
-        experiment = Experiment()
+        experiment = Experiment().updated({"prediction": {"boxes": {"most_steps": steps}}})
         recordings = experiment.recordings([path])
         stages.enter("place")
         like = recorded_place(recordings)

@@ -94,7 +94,7 @@ def test_drives(quick_predictor: Path, tmp_path: Path) -> None:
 def test_portal(tmp_path: Path) -> None:
     """In a process of its own, whose memory is measured."""
     out = tmp_path / "portal.json"
-    small = ("--rows", "280000", "--file", str(tmp_path / "portal.csv"), "--out", str(out))
+    small = ("--rows", "280000", "--steps", "300", "--file", str(tmp_path / "portal.csv"), "--out", str(out))
     subprocess.run([sys.executable, FOLDER / "portal.py", *small], check=True)
     result = json.loads(out.read_text(encoding="utf-8"))
     assert list(result["stages"]) == [
