@@ -10,6 +10,7 @@ import zipfile
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from coverdrive.certificates.methods import Method
@@ -227,6 +228,28 @@ def test_problems(quick_fit: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPat
     only = found["elsewhere"]
     assert (only["problems"], only["solved"], only["share"][0], only["collisions"]) == (2, 1, 0.5, 0)
     assert only["not solved"] == [["USA_Never-1_1_T-1", 7, "goal missed: not far enough"]]
+
+
+@pytest.mark.filterwarnings("ignore:Call to deprecated create function:DeprecationWarning")  # of commonroad-io
+def test_recorded_problems(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of two vehicles one is seen for long enough; it is taken out, and its last state is the goal."""
+    pytest.importorskip("commonroad.geometry.shape", reason="needs the extra commonroad")
+    for room in (FOLDER, *(Path(__file__).parent / name for name in ("driving", "recordings"))):
+        monkeypatch.syspath_prepend(room)
+    fakes, scenarios = (
+        importlib.import_module("problem_fakes"),
+        importlib.import_module("commonroad.common.file_reader"),
+    )
+    traffic = fakes.driving(100, 20.0, -1.75, 14.0, 75) + fakes.driving(101, 20.0, -9.0, 10.0, 30)
+    file = fakes.written(tmp_path, fakes.goal(), traffic=traffic)
+    monkeypatch.setattr(sys, "argv", ["recorded_problems", str(file), str(tmp_path / "made")])
+    importlib.import_module("recorded_problems").main()
+    left, problems = scenarios.CommonRoadFileReader(tmp_path / "made" / "USA_Test-1_3_T-100.xml").open()
+    assert [each.obstacle_id for each in left.obstacles] == [101]
+    driven = scenarios.CommonRoadFileReader(file).open()[0].obstacle_by_id(100)
+    made, arrival = problems.planning_problem_dict[90_100], driven.prediction.trajectory.final_state
+    assert made.goal.is_reached(arrival) and not made.goal.is_reached(driven.state_at_time(arrival.time_step - 11))
+    assert np.allclose(made.initial_state.position, driven.initial_state.position)
 
 
 def test_other_planners(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
