@@ -72,7 +72,7 @@ def _upper_end(hits: Float[np.ndarray, " C"], totals: Float[np.ndarray, " C"], t
         above = _exceeds_zero(np.append(hits - end * totals, (1 - end) * more))
         return float(special.ndtri(max(above, _NEVER)) - special.ndtri(tail))
 
-    return float(optimize.brentq(excess, rate, 1.0, xtol=1e-11))
+    return float(optimize.root_scalar(excess, bracket=(rate, 1.0), method="brentq", xtol=1e-11).root)
 
 
 def _exceeds_zero(parts: Float[np.ndarray, " n"]) -> float:
@@ -87,6 +87,7 @@ def _exceeds_zero(parts: Float[np.ndarray, " n"]) -> float:
     part, count = np.unique(parts / largest, return_counts=True)
     mean, square = float(count @ part), float(count @ part**2)
     saddle = min((np.sqrt(mean**2 + 4 * square) - mean) / (2 * square), 0.9)  # of a normal sum
+    steep, width = part, np.inf
     for _ in range(_NEWTON):  # damped: K(s) − log s is self-concordant
         steep = part / (1 - part * saddle)
         slope, width = count @ steep - 1 / saddle, (count @ steep**2 + saddle**-2) ** -0.5
