@@ -39,7 +39,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rows", type=int, default=4_800_000)
     parser.add_argument("--file", type=Path, default=Path(tempfile.gettempdir()) / "portal.csv")
-    parser.add_argument("--steps", type=int, default=1500, help="of training")
+    parser.add_argument("--steps", type=int, help="of training, at the most")
     parser.add_argument("--only-write", action="store_true", help="make the file and fit nothing")
     parser.add_argument("--out", type=Path)
     chosen = parser.parse_args()
@@ -98,7 +98,7 @@ def write_portal_csv(path: Path, rows: int) -> None:
     table.with_columns(**empty).select(COLUMNS).write_csv(path)
 
 
-def fitted(path: Path, steps: int) -> dict[str, object]:
+def fitted(path: Path, steps: int | None) -> dict[str, object]:
     """What `coverdrive fit` does, stage by stage."""
     begun = time.perf_counter()
     from coverdrive.config import Experiment
