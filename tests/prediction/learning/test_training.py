@@ -1,10 +1,13 @@
 """The losses by hand; that training learns with each, and is reproducible."""
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from coverdrive.errors import DataError
+from coverdrive.prediction.data.parts import padded
+from coverdrive.prediction.learning import training
 from coverdrive.prediction.learning.network import Network
 from coverdrive.prediction.learning.samples import Samples
 from coverdrive.prediction.learning.training import Loss, TrainingSettings, cross_entropy, margin_loss, train
@@ -70,6 +73,33 @@ def test_same_seed_same_network_of_members_that_differ(ensemble: tuple[Network, 
     again, other = (np.asarray(train(toy_samples(1000, seed=0), MEMBERS, seed)[0].weights[0]) for seed in (7, 8))
     assert np.array_equal(first, again)
     assert not np.array_equal(first, other)
+
+
+def test_what_is_compiled_serves_other_numbers_of_samples(caplog: pytest.LogCaptureFixture) -> None:
+    def compiled(count: int) -> bool:
+        caplog.clear()
+        with jax.log_compiles():
+            train(toy_samples(count, seed=0), MEMBERS.model_copy(update={"hidden": (31,)}))
+        return "compilation of jit(_epoch)" in caplog.text
+
+    assert compiled(600)
+    assert not compiled(900)
+    assert compiled(1100)
+
+
+def test_what_follows_the_samples_is_not_seen(
+    ensemble: tuple[Network, np.ndarray], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def unusable(values: np.ndarray) -> np.ndarray:
+        rows = padded(values)
+        if rows.dtype.kind == "f":
+            rows[len(values) :] = np.nan
+        return rows
+
+    monkeypatch.setattr(training, "padded", unusable)
+    network, losses = train(toy_samples(1000, seed=0), MEMBERS, seed=7)
+    assert np.array_equal(losses, ensemble[1])
+    assert np.array_equal(network.weights[0], ensemble[0].weights[0])
 
 
 def test_no_samples_and_divergence_are_refused() -> None:

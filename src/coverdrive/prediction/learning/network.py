@@ -17,7 +17,7 @@ from jax import Array
 from jaxtyping import Float, PRNGKeyArray
 
 from coverdrive.errors import DataError
-from coverdrive.prediction.data.parts import parts
+from coverdrive.prediction.data.parts import padded, parts
 from coverdrive.prediction.learning.inputs import COLUMNS, Inputs, network_inputs
 
 Output = Literal["sigmoid", "softmax", "boxes"]
@@ -63,7 +63,8 @@ class Network(eqx.Module):
             raise DataError("there are no samples to train on; give more recordings or a larger training share")
         seen = np.empty((len(features), len(COLUMNS[inputs])), dtype=np.float32)
         for part in parts(len(features)):
-            seen[part] = network_inputs(features[part], inputs)
+            few = features[part]
+            seen[part] = network_inputs(padded(few), inputs)[: len(few)]
         sizes = (seen.shape[1], *hidden, bases)
         keys = jax.random.split(key, len(sizes) - 1)
         weights = [

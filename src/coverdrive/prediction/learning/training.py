@@ -14,10 +14,11 @@ import jax.numpy as jnp
 import numpy as np
 import optax
 from jax import Array
-from jaxtyping import Float, Int8, PRNGKeyArray, Shaped
+from jaxtyping import Float, Int, Int8, PRNGKeyArray, Shaped
 from pydantic import Field
 
 from coverdrive.errors import DataError
+from coverdrive.prediction.data.parts import padded
 from coverdrive.prediction.learning.inputs import Inputs
 from coverdrive.prediction.learning.network import Network, affine, sampled
 from coverdrive.prediction.learning.samples import COLLIDES, POSSIBLE, Samples
@@ -151,14 +152,21 @@ def optimised(
 
     `DataError` where training diverges.
     """
+    samples, passes, steps = len(features), settings.passes(len(features)), settings.steps(len(features))
+    seen, wanted = jnp.asarray(padded(features)), jnp.asarray(padded(np.asarray(targets)))
+    size = min(settings.batch, samples)
+    batches = len(seen) // size, size, settings.members
+    rates = np.zeros((passes, batches[0]), dtype=np.float32)
+    rates[:, :steps] = _rates(settings, passes * steps).reshape(passes, steps)
     parameters = (network.weights, network.biases)
-    state = _optimiser(settings, len(features)).init(parameters)
-    seen, wanted = jnp.asarray(features), jnp.asarray(targets)
-    passes = settings.passes(len(features))
+    state = _optimiser(settings, settings.learning_rate).init(parameters)
     losses: list[float] = []
     for epoch, drawn in enumerate(jax.random.split(key, passes)):
-        parameters, state, mean = _epoch(parameters, state, network, seen, wanted, loss, settings, drawn)
-        losses.append(float(mean))
+        orders = padded(np.stack([_order(each, samples) for each in jax.random.split(drawn, settings.members)], axis=1))
+        order = jnp.asarray(orders[: batches[0] * size].reshape(batches))
+        drawn_from = seen, wanted, order, jnp.asarray(rates[epoch]), jnp.asarray(steps)
+        parameters, state, total = _epoch(parameters, state, network, *drawn_from, loss, settings, drawn)
+        losses.append(float(total) / steps)
         done(epoch + 1, passes)
     if not np.isfinite(losses[-1]):
         raise DataError(f"training diverged (loss {losses[-1]}); use a smaller learning rate")
@@ -166,10 +174,19 @@ def optimised(
     return jax.tree.map(np.asarray, trained), np.array(losses)
 
 
-def _optimiser(settings: OptimiserSettings, samples: int) -> optax.GradientTransformation:
-    rate = settings.learning_rate
-    schedule = optax.cosine_decay_schedule(rate, settings.passes(samples) * settings.steps(samples))
-    return optax.adamw(schedule if settings.annealed else rate, weight_decay=settings.weight_decay)
+def _rates(settings: OptimiserSettings, steps: int) -> Float[np.ndarray, " steps"]:
+    """The learning rate of every step."""
+    if not settings.annealed:
+        return np.full(steps, settings.learning_rate, dtype=np.float32)
+    return np.asarray(jax.jit(optax.cosine_decay_schedule(settings.learning_rate, steps))(jnp.arange(steps)))
+
+
+def _optimiser(settings: OptimiserSettings, rate: float | Array) -> optax.GradientTransformation:
+    return optax.adamw(rate, weight_decay=settings.weight_decay)
+
+
+_order = jax.jit(jax.random.permutation, static_argnums=1)
+"""of samples, as many as are said"""
 
 
 @eqx.filter_jit
@@ -177,33 +194,33 @@ def _epoch(
     parameters: Any,
     state: Any,
     network: Network,
-    features: Float[Array, "N F"],
-    targets: Shaped[Array, "N *target"],
+    features: Float[Array, "R F"],
+    targets: Shaped[Array, "R *target"],
+    batches: Int[Array, "S B E"],
+    rates: Float[Array, " S"],
+    steps: Int[Array, ""],
     loss: Callable[[Array, Array], Array],
     settings: OptimiserSettings,
     key: PRNGKeyArray,
 ) -> tuple[Any, Any, Float[Array, ""]]:
-    """One pass over the samples; every member sees them in an order of its own."""
-    samples = len(features)
-    optimiser = _optimiser(settings, samples)
-    steps = settings.steps(samples)
-    size = min(settings.batch, samples)
-    orders = [jax.random.permutation(each, samples) for each in jax.random.split(key, settings.members)]
-    batches = jnp.stack(orders, axis=1)[: steps * size].reshape(steps, size, settings.members)
+    """One pass over the samples, of which each member sees those of its own batches, and the sum of the losses.
+
+    It takes so many ``steps``, with the first batches and rates: what is compiled serves for other numbers of samples.
+    """
+    keys = jax.random.split(key, len(rates))
     loss_of_member = jax.vmap(loss, in_axes=1)
 
     def loss_of(parameters: Any, batch: Array, key: PRNGKeyArray) -> Array:
         outputs = _outputs(parameters, network.scaled(features[batch]), settings, key)
         return loss_of_member(outputs, targets[batch]).sum()
 
-    def step(carry: tuple[Any, Any], drawn: tuple[Array, PRNGKeyArray]) -> tuple[tuple[Any, Any], Array]:
-        parameters, state = carry
-        loss, gradient = jax.value_and_grad(loss_of)(parameters, *drawn)
-        update, state = optimiser.update(gradient, state, parameters)
-        return (optax.apply_updates(parameters, update), state), loss / settings.members
+    def step(i: Array, carry: tuple[Any, Any, Array]) -> tuple[Any, Any, Array]:
+        parameters, state, total = carry
+        loss, gradient = jax.value_and_grad(loss_of)(parameters, batches[i], keys[i])
+        update, state = _optimiser(settings, rates[i]).update(gradient, state, parameters)
+        return optax.apply_updates(parameters, update), state, total + loss / settings.members
 
-    (parameters, state), losses = jax.lax.scan(step, (parameters, state), (batches, jax.random.split(key, steps)))
-    return parameters, state, losses.mean()
+    return jax.lax.fori_loop(0, steps, step, (parameters, state, jnp.zeros(())))
 
 
 def _outputs(
