@@ -1,8 +1,9 @@
 """CommonRoad problems of recorded vehicles. `python benchmarks/recorded_problems.py scenarios/ made/` writes them.
 
-Each begins where a recorded vehicle, which is taken out, begins, on the road and beside the others. The goal is to be
-where it was when it left, 8 m by 2.4 m, within the second before that, at its speed ±3 m/s: somebody has driven it, and
-nobody has chosen it. From each scenario come the first 6 cars that change lanes, and 3 drawn ones that do not.
+Each begins where a recorded vehicle, which is taken out, begins. The goal is to be where it was when it left, 8 m by
+2.4 m, within the second before that, at its speed ±3 m/s: somebody has driven it, where our car would have been on the
+road and have touched nobody, and nobody has chosen it. From each scenario come the first 6 cars that change lanes, and
+3 drawn ones that do not.
 `problems.py` solves them. Both need the extra `commonroad`.
 """
 
@@ -23,7 +24,7 @@ from commonroad.prediction.prediction import TrajectoryPrediction
 from commonroad.scenario.obstacle import DynamicObstacle
 from commonroad.scenario.scenario import Scenario
 from commonroad.scenario.state import CustomState, InitialState
-from shapely import Polygon, unary_union
+from shapely import Polygon, prepare, unary_union
 
 from coverdrive.driving.single_track import BMW
 
@@ -60,6 +61,7 @@ def main() -> None:
 def problems(scenario: Scenario, rng: np.random.Generator) -> Iterator[tuple[Scenario, PlanningProblemSet]]:
     """The problems of a scenario, whose lanes and obstacles remain but for the vehicle that is taken out."""
     network, road = scenario.lanelet_network, _road(scenario)
+    prepare(road)
     found: dict[bool, list[DynamicObstacle]] = {True: [], False: []}
     for each in scenario.dynamic_obstacles:
         if not isinstance(each.prediction, TrajectoryPrediction) or each.obstacle_shape.length > LONGEST:
@@ -68,8 +70,7 @@ def problems(scenario: Scenario, rng: np.random.Generator) -> Iterator[tuple[Sce
         there, goal = network.find_lanelet_by_position([first.position, last.position])
         if not (there and goal) or (last.time_step - first.time_step) * scenario.dt < SHORTEST:
             continue
-        body = Rectangle(BMW.l, BMW.w, first.position, first.orientation).shapely_object
-        if body.within(road) and not any(body.intersects(other) for other in _others(scenario, each)):
+        if _drivable(each, scenario, road):
             found[not set(goal) & set(_onward(scenario, there))].append(each)
     drawn = [found[False][i] for i in rng.permutation(len(found[False]))[:KEEPING]]
     for number, vehicles in ((2, found[True][:CHANGING]), (3, drawn)):
@@ -99,12 +100,17 @@ def _road(scenario: Scenario) -> Polygon:
     return unary_union([each.polygon.shapely_object.buffer(ROUNDING) for each in scenario.lanelet_network.lanelets])
 
 
-def _others(scenario: Scenario, vehicle: DynamicObstacle) -> Iterator[Polygon]:
-    """Bodies of the others when a vehicle begins."""
-    for each in scenario.dynamic_obstacles:
-        there = each.occupancy_at_time(vehicle.initial_state.time_step)
-        if each.obstacle_id != vehicle.obstacle_id and there is not None:
-            yield there.shape.shapely_object
+def _drivable(vehicle: DynamicObstacle, scenario: Scenario, road: Polygon) -> bool:
+    """Whether our car where the vehicle was would have been on the road and have touched nobody."""
+    others = [each for each in scenario.dynamic_obstacles if each.obstacle_id != vehicle.obstacle_id]
+    for state in (vehicle.initial_state, *vehicle.prediction.trajectory.state_list):
+        body = Rectangle(BMW.l, BMW.w, state.position, state.orientation).shapely_object
+        there = [each.occupancy_at_time(state.time_step) for each in others]
+        if not body.within(road) or any(
+            each is not None and body.intersects(each.shape.shapely_object) for each in there
+        ):
+            return False
+    return True
 
 
 def _onward(scenario: Scenario, lanelets: list[int]) -> list[int]:
