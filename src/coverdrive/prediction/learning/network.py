@@ -61,10 +61,11 @@ class Network(eqx.Module):
         """
         if len(features) == 0:
             raise DataError("there are no samples to train on; give more recordings or a larger training share")
+        seen_of = jax.jit(network_inputs, static_argnums=1)
         seen = np.empty((len(features), len(COLUMNS[inputs])), dtype=np.float32)
         for part in parts(len(features)):
             few = features[part]
-            seen[part] = network_inputs(padded(few), inputs)[: len(few)]
+            seen[part] = seen_of(padded(few), inputs)[: len(few)]
         sizes = (seen.shape[1], *hidden, bases)
         keys = jax.random.split(key, len(sizes) - 1)
         weights = [

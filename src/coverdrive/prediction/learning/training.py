@@ -159,9 +159,10 @@ def optimised(
     rates = np.zeros((passes, batches[0]), dtype=np.float32)
     rates[:, :steps] = _rates(settings, passes * steps).reshape(passes, steps)
     parameters = (network.weights, network.biases)
-    state = _optimiser(settings, settings.learning_rate).init(parameters)
-    losses: list[float] = []
-    for epoch, drawn in enumerate(jax.random.split(key, passes)):
+    state = jax.jit(_optimiser(settings, settings.learning_rate).init)(parameters)
+    keys, losses = jax.random.split(key, passes), list[float]()
+    for epoch in range(passes):  # not over the keys, which compiles a part for each of them
+        drawn = keys[epoch]
         orders = padded(np.stack([_order(each, samples) for each in jax.random.split(drawn, settings.members)], axis=1))
         order = jnp.asarray(orders[: batches[0] * size].reshape(batches))
         drawn_from = seen, wanted, order, jnp.asarray(rates[epoch]), jnp.asarray(steps)
