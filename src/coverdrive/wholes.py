@@ -10,7 +10,6 @@ therefore an error to make a named tuple of such a kind in compiled code, or to 
 part are borrowed, too, until it returns.
 """
 
-import gc
 import importlib
 import os
 from collections.abc import Callable, Generator, Iterator
@@ -30,6 +29,8 @@ from numba.core import (  # pyright: ignore[reportMissingTypeStubs]
     types,
 )
 from numba.core.runtime.context import NRTContext  # pyright: ignore[reportMissingTypeStubs]
+
+from coverdrive.garbage import not_looking_for_garbage
 
 T = TypeVar("T")
 
@@ -208,7 +209,7 @@ class Whole(_Compiled):
 
     def compile(self, sig: Any) -> Any:
         """Its code for arguments of these types, from the disk if it is kept there."""
-        with _alone(self.stats.cache_path), _not_looking_for_garbage():
+        with _alone(self.stats.cache_path), not_looking_for_garbage():
             return super().compile(sig)
 
 
@@ -219,18 +220,6 @@ def _named_tuples(kind: Any) -> Iterator[Any]:
     if isinstance(kind, _types.BaseTuple):
         for each in kind:
             yield from _named_tuples(each)
-
-
-@contextmanager
-def _not_looking_for_garbage() -> Generator[None]:
-    """Let no time go into it while much is made that is needed to the end."""
-    looking = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if looking:
-            gc.enable()
 
 
 @contextmanager

@@ -18,6 +18,7 @@ from scipy.sparse.csgraph import connected_components
 
 from coverdrive.arguments import paths_of
 from coverdrive.errors import NoVehiclesError, RecordingError
+from coverdrive.garbage import not_looking_for_garbage
 from coverdrive.progress import part
 from coverdrive.recordings.files.boundary import naming
 from coverdrive.recordings.formats import registry as registry
@@ -128,6 +129,7 @@ def _without_vehicles(names: list[str]) -> str:
     return f"{', '.join(names[:MOST_NAMED])}{more}, without vehicles"
 
 
+@not_looking_for_garbage()
 def _read_file(file: Path, how: How, name: str | None, namesakes: dict[str, list[Path]]) -> tuple[Reading, ...]:
     """The recordings of one file, with groups from 0 on; ``namesakes`` gains the file under their names."""
     with naming(file):
