@@ -3,8 +3,7 @@
 Each begins where a recorded vehicle, which is taken out, begins. The goal is to be where it was when it left, 8 m by
 2.4 m, within the second before that, at its speed ±3 m/s: somebody has driven it, where our car would have been on the
 road and have touched nobody, and nobody has chosen it. From each scenario come the first 6 cars that change lanes, and
-3 drawn ones that do not.
-`problems.py` solves them. Both need the extra `commonroad`.
+3 drawn ones that do not. `problems.py` solves them. Both need the extra `commonroad`.
 """
 
 import argparse
@@ -105,10 +104,8 @@ def _drivable(vehicle: DynamicObstacle, scenario: Scenario, road: Polygon) -> bo
     others = [each for each in scenario.dynamic_obstacles if each.obstacle_id != vehicle.obstacle_id]
     for state in (vehicle.initial_state, *vehicle.prediction.trajectory.state_list):
         body = Rectangle(BMW.l, BMW.w, state.position, state.orientation).shapely_object
-        there = [each.occupancy_at_time(state.time_step) for each in others]
-        if not body.within(road) or any(
-            each is not None and body.intersects(each.shape.shapely_object) for each in there
-        ):
+        there = (each.occupancy_at_time(state.time_step) for each in others)
+        if not road.contains(body) or any(each and body.intersects(each.shape.shapely_object) for each in there):
             return False
     return True
 

@@ -155,8 +155,8 @@ def optimised(
     samples, passes, steps = len(features), settings.passes(len(features)), settings.steps(len(features))
     seen, wanted = jnp.asarray(padded(features)), jnp.asarray(padded(np.asarray(targets)))
     size = min(settings.batch, samples)
-    batches = len(seen) // size, size, settings.members
-    rates = np.zeros((passes, batches[0]), dtype=np.float32)
+    most = len(seen) // size
+    rates = np.zeros((passes, most), dtype=np.float32)
     rates[:, :steps] = _rates(settings, passes * steps).reshape(passes, steps)
     parameters = (network.weights, network.biases)
     state = jax.jit(_optimiser(settings, settings.learning_rate).init)(parameters)
@@ -164,8 +164,8 @@ def optimised(
     for epoch in range(passes):  # not over the keys, which compiles a part for each of them
         drawn = keys[epoch]
         orders = padded(np.stack([_order(each, samples) for each in jax.random.split(drawn, settings.members)], axis=1))
-        order = jnp.asarray(orders[: batches[0] * size].reshape(batches))
-        drawn_from = seen, wanted, order, jnp.asarray(rates[epoch]), jnp.asarray(steps)
+        batches = jnp.asarray(orders[: most * size].reshape(most, size, settings.members))
+        drawn_from = seen, wanted, batches, jnp.asarray(rates[epoch]), jnp.asarray(steps)
         parameters, state, total = _epoch(parameters, state, network, *drawn_from, loss, settings, drawn)
         losses.append(float(total) / steps)
         done(epoch + 1, passes)
