@@ -238,6 +238,15 @@ def test_harm_counts_how_deep_a_box_is_entered(straight_paths, gap: float, share
     assert got.harm[0] == pytest.approx(harm, rel=0.04)  # a contact later counts less
 
 
+@pytest.mark.parametrize(("depth", "share"), [(0.05, 0.7), (0.14, 0.7), (0.16, 1.0)])
+def test_less_harm_is_expected_of_what_is_hardly_touched(straight_paths, depth: float, share: float) -> None:
+    """A body beside the ego, 3 m/s faster."""
+    paths = straight_paths((0, 1.8 + 1.9 - depth, 23.0))
+    got = evaluated(whole(np.zeros((STEPS, 2))), around(np.array([0, 1.8, 20.0, 0]), paths))
+    assert got.harm[0] > 0
+    assert got.expected[0] == pytest.approx(share * got.harm[0])
+
+
 def test_what_is_touched_now_is_judged_by_how_the_ego_meets_it_a_step_later(straight_paths) -> None:
     """Somebody at 25 m/s is in the ego's rear: who goes on from 20 m/s is hit less hard than who brakes at 8 m/s²."""
     state, paths = np.array([0, 1.8, 20.0, 0]), straight_paths((-4.0, 1.8, 25.0))

@@ -67,7 +67,7 @@ def test_first_contact_of_the_turned_body_is_that_of_dense_sampling(grown: float
         size = boxes[2:4, :1, 0] + grown * (boxes[2:4, :, 0] - boxes[2:4, :1, 0])
         centre, half = (np.stack([np.interp(share, [0, 1], at) for at in each], -1) for each in (boxes[:2, :, 0], size))
         overlap = boxes_overlap(own[:, :2], own[:, 3], CAR.half_sizes, centre, np.zeros(1), half)
-        got, _ = contact_at(tuple(state), tuple(applied), boxes, 0, 0, grown, CONSTANTS)
+        got, _ = contact_at(tuple(state), tuple(applied), boxes, 0, 0, grown, 0.0, CONSTANTS)
         extent = turned_half_extents(CAR.half_sizes, own[:, 3])
         upright += (np.abs(own[:, :2] - centre) < extent + half).all(-1).any()
         if overlap.sum() > 20:
@@ -81,12 +81,14 @@ def test_first_contact_of_the_turned_body_is_that_of_dense_sampling(grown: float
 
 
 def test_time_of_contact_by_hand() -> None:
-    """At 20 m/s towards a standing box 2 m ahead: after 2 of the 5 m of the step."""
+    """At 20 m/s towards a standing box 2 m ahead: after 2 of the 5 m of the step, and 1 m deep in it after 3."""
     boxes, state = np.zeros((7, 13, 2)), (0.0, 0.0, 20.0, 0.0)
     boxes[0], boxes[2], boxes[3] = [6.8, 60.0], 2.4, 0.95
-    assert contact_at(state, (0.0, 0.0), boxes, 0, 0, 1.0, CONSTANTS) == (pytest.approx(0.4), False)
-    assert contact_at(state, (0.0, 0.0), boxes, 0, 1, 1.0, CONSTANTS) == (NEVER, False)
-    assert contact_at((5.0, 0.0, 20.0, 0.0), (0.0, 0.0), boxes, 1, 0, 1.0, CONSTANTS) == (0.0, False)
+    assert contact_at(state, (0.0, 0.0), boxes, 0, 0, 1.0, 0.0, CONSTANTS) == (pytest.approx(0.4), False)
+    assert contact_at(state, (0.0, 0.0), boxes, 0, 0, 1.0, 1.0, CONSTANTS) == (pytest.approx(0.6), False)
+    assert contact_at(state, (0.0, 0.0), boxes, 0, 0, 1.0, 1.95, CONSTANTS) == (NEVER, False)  # it is not that wide
+    assert contact_at(state, (0.0, 0.0), boxes, 0, 1, 1.0, 0.0, CONSTANTS) == (NEVER, False)
+    assert contact_at((5.0, 0.0, 20.0, 0.0), (0.0, 0.0), boxes, 1, 0, 1.0, 0.0, CONSTANTS) == (0.0, False)
 
 
 def test_a_turned_body_passes_what_the_upright_box_around_it_meets() -> None:
@@ -99,9 +101,9 @@ def test_a_turned_body_passes_what_the_upright_box_around_it_meets() -> None:
     states = np.stack([state, step(state, np.zeros(2), DT)])
     write_edges(states, np.zeros((1, 2)), edges, CONSTANTS._replace(steps=1))
     assert may_touch(edges, boxes, 0, 0)
-    assert contact_at(tuple(state), (0.0, 0.0), boxes, 0, 0, 1.0, CONSTANTS) == (NEVER, False)
+    assert contact_at(tuple(state), (0.0, 0.0), boxes, 0, 0, 1.0, 0.0, CONSTANTS) == (NEVER, False)
     boxes[2:4] = 0.2
-    assert contact_at(tuple(state), (0.0, 0.0), boxes, 0, 0, 1.0, CONSTANTS)[0] == 0
+    assert contact_at(tuple(state), (0.0, 0.0), boxes, 0, 0, 1.0, 0.0, CONSTANTS)[0] == 0
 
 
 @pytest.mark.parametrize(
@@ -118,7 +120,7 @@ def test_who_comes_over_from_beside_does_not_come_from_behind(
 ) -> None:
     boxes = np.zeros((7, 2, 1))
     boxes[:2, :, 0], boxes[2], boxes[3] = np.transpose([box, np.add(box, way)]), 2.4, 0.95
-    share, got = contact_at((0.0, 0.0, 0.0, 0.0), (0.0, 0.0), boxes, 0, 0, 1.0, CONSTANTS)
+    share, got = contact_at((0.0, 0.0, 0.0, 0.0), (0.0, 0.0), boxes, 0, 0, 1.0, 0.0, CONSTANTS)
     assert 0 < share < 1
     assert got is behind
 

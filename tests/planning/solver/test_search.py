@@ -197,7 +197,8 @@ def test_evasions_that_brake_stop_short_of_the_edge_and_keep_to_the_road(
 
 def test_where_nothing_is_clear_5_cm_beyond_the_least_departure_count_for_nothing() -> None:
     plans = empty_plans(4, NODES)
-    plans.cost[:], plans.departure[:], plans.harm[:] = 1.0, [0.2, 0.249, 0.251, 0.9], [5.0, 3.0, 1.0, 0.0]
+    plans.cost[:], plans.departure[:] = 1.0, [0.2, 0.249, 0.251, 0.9]
+    plans.harm[:] = plans.expected[:] = [5.0, 3.0, 1.0, 0.0]
     allowed = search._allowed_departure(plans, 4)
     assert allowed == pytest.approx(0.25)
     ranks = [search._rank(plans, i, allowed) for i in range(4)]
@@ -208,11 +209,19 @@ def test_where_nothing_is_clear_5_cm_beyond_the_least_departure_count_for_nothin
 
 def test_whoever_is_clear_is_better_than_whoever_is_not_and_leaving_the_road_is_worst() -> None:
     plans = empty_plans(5, NODES)
-    plans.cost[:], plans.harm[:], plans.departure[:] = [9e9, 1.0, 2.0, 1.0, 0.0], [0, 5, 5, 9, 0], [0, 0, 0, 0, 0.1]
+    plans.cost[:], plans.departure[:] = [9e9, 1.0, 2.0, 1.0, 0.0], [0, 0, 0, 0, 0.1]
+    plans.harm[:] = plans.expected[:] = [0, 5, 5, 9, 0]
     plans.clear[0] = True
     ranks = [search._rank(plans, i, 0.005) for i in range(5)]
     assert ranks == sorted(ranks)
     assert len(set(ranks)) == 5
+
+
+def test_of_what_does_no_more_harm_than_full_braking_that_is_best_of_which_least_is_expected() -> None:
+    plans = empty_plans(3, NODES)
+    plans.cost[:], plans.departure[:] = 1.0, 0.0
+    plans.harm[:], plans.expected[:] = [5.0, 4.9, 5.1], [5.0, 3.6, 3.5]
+    assert sorted(range(3), key=lambda i: search._rank(plans, i, 0.005)) == [1, 0, 2]
 
 
 def test_where_nothing_is_clear_nothing_that_does_more_harm_than_full_braking_is_chosen() -> None:

@@ -30,8 +30,16 @@ _UNCERTAIN = 0.4
 """by how much less a contact at the end of the plan counts than one now"""
 _FROM_BEHIND = 0.1
 """share of the harm that a contact counts where the other one runs into the ego"""
-_LEVELS = ((1.0, 0.03), (0.75, 0.04), (0.5, 0.08), (0.25, 0.2), (0.0, 0.65))
-"""shares of what boxes have grown beyond the bodies in their middle, and of the harm that contact with these counts"""
+_LEVELS = (
+    (1.0, 0.0, 0.03, 0.03),
+    (0.75, 0.0, 0.04, 0.04),
+    (0.5, 0.0, 0.08, 0.08),
+    (0.25, 0.0, 0.2, 0.2),
+    (0.0, 0.0, 0.65, 0.35),
+    (0.0, 0.15, 0.0, 0.3),
+)
+"""shares of what boxes have grown beyond the bodies in their middle, depth [m] from which on contact with these counts,
+and the shares that it has of the harm, and of the expected harm"""
 _ON_THE_ROAD = 1e-9
 """[m] by which a body may be beyond the edge of the road"""
 
@@ -57,6 +65,8 @@ class Plans(NamedTuple):
     harm: Float[np.ndarray, " m"]
     """of the first contacts of the fail-safe branch with every member: the fourth power of their speed, so that the
     worst one decides, times their likelihood, less from behind, at the rim of a box, and later, thus less certain"""
+    expected: Float[np.ndarray, " m"]
+    """the same, but less where a body is hardly touched: the next plans may still avoid that"""
     departure: Float[np.ndarray, " m"]
     """[m] by which the fail-safe branch gets beyond the road's edges during each of its steps, summed"""
     clear: Bool[np.ndarray, " m"]
@@ -65,10 +75,10 @@ class Plans(NamedTuple):
 
 def empty_plans(plans: int, nodes: int) -> Plans:
     """Room for a number of plans; none yet."""
-    numbers = np.full((5, plans), np.nan)
+    numbers = np.full((6, plans), np.nan)
     return Plans(
         np.zeros((plans, nodes, 2)), np.zeros((plans, nodes, 4)), np.zeros((plans, 2)), np.zeros(plans, int),
-        numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], np.zeros(plans, bool),
+        numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5], np.zeros(plans, bool),
     )  # fmt: skip
 
 
@@ -124,7 +134,7 @@ def complete(plans: Plans, i: int, around: Surroundings, constants: Constants) -
         write(inputs[k], plans.inputs[i, tree.fail_safe[k]])
     edges = np.empty((steps, 2, 4))
     write_edges(states, inputs, edges, constants)
-    departure, severity, harm, touching = 0.0, 0.0, 0.0, False
+    departure, severity, harm, expected, touching = 0.0, 0.0, 0.0, 0.0, False
     for k in range(steps):
         beyond = _beyond(states[k, 0], states[k + 1, 0], edges[k], k == 0, around.road)
         departure += beyond if beyond > _ON_THE_ROAD else 0.0
@@ -135,8 +145,8 @@ def complete(plans: Plans, i: int, around: Surroundings, constants: Constants) -
         if not _touching(states, edges, slot, boxes, constants):
             continue
         touching = True
-        for grown, likely in _LEVELS:
-            time, speed = first_contact(states, inputs, edges, slot, grown, boxes, constants)
+        for grown, deep, share, left in _LEVELS:
+            time, speed = first_contact(states, inputs, edges, slot, grown, deep, boxes, constants)
             if time == np.inf:
                 break
             if grown == 1:
@@ -145,8 +155,9 @@ def complete(plans: Plans, i: int, around: Surroundings, constants: Constants) -
                 start, applied = state_at(states, 0, states[0]), (inputs[0, 0], inputs[0, 1])
                 later = impact(start, applied, 1.0, boxes, 0, slot, constants.dt)
                 time, speed = 1.0, -later if speed < 0 else later
-            harm += likely * boxes[6, 0, slot] * _harm_of(time / steps, speed)
-    plans.departure[i], plans.severity[i], plans.harm[i] = departure, severity, harm
+            contact = boxes[6, 0, slot] * _harm_of(time / steps, speed)
+            harm, expected = harm + share * contact, expected + left * contact
+    plans.departure[i], plans.severity[i], plans.harm[i], plans.expected[i] = departure, severity, harm, expected
     plans.clear[i] = departure == 0 and not touching
 
 
@@ -193,21 +204,22 @@ def _touching(
 @compiled
 def first_contact(
     states: Float[np.ndarray, "P 4"], inputs: Float[np.ndarray, "K 2"], edges: Float[np.ndarray, "K 2 4"], slot: int,
-    grown: float, boxes: Float[np.ndarray, "7 P n"], constants: Constants,
+    grown: float, deep: float, boxes: Float[np.ndarray, "7 P n"], constants: Constants,
 ) -> tuple[float, float]:  # fmt: skip
-    """When [steps] the turned body first touches a box, infinity for never, and how fast [m/s], below 0 if from behind.
+    """When [steps] the turned body first gets ``deep`` [m] into a box, infinity for never, and how fast [m/s], below 0
+    if from behind.
 
     Its edges tell where it may.
     """
     for k in range(constants.steps):
         if may_touch(edges, boxes, k, slot):
             state, applied = state_at(states, k, states[0]), (inputs[k, 0], inputs[k, 1])
-            share, behind = contact_at(state, applied, boxes, k, slot, grown, constants)
+            share, behind = contact_at(state, applied, boxes, k, slot, grown, deep, constants)
             if share < NEVER:
                 speed = impact(state, applied, share, boxes, k, slot, constants.dt)
                 return k + share, -speed if behind else speed
     end = state_at(states, constants.steps, states[0])
-    speed = impact_beyond(end, reach(end, constants.vehicle), boxes, slot, constants.vehicle.braking)
+    speed = impact_beyond(end, reach(end, deep, constants.vehicle), boxes, slot, constants.vehicle.braking)
     return (float(constants.steps) if speed >= 0 else np.inf), speed
 
 

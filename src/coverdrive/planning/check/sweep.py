@@ -101,10 +101,10 @@ def may_touch(edges: Float[np.ndarray, "K 2 4"], boxes: Float[np.ndarray, "7 P n
 @compiled
 def contact_at(
     state: State, applied: tuple[float, float], boxes: Float[np.ndarray, "7 P n"], step: int, slot: int, grown: float,
-    constants: Constants,
+    deep: float, constants: Constants,
 ) -> tuple[float, bool]:  # fmt: skip
-    """The share of a step after which the turned body and a box first overlap, `NEVER` if they do not, and whether the
-    box's front then meets the body's rear.
+    """The share of a step after which the turned body and a box first overlap by a depth, `NEVER` if they do not, and
+    whether the box's front then meets the body's rear.
 
     Args:
         state: at the start of the step.
@@ -113,6 +113,7 @@ def contact_at(
         step: index of the step, from 0.
         slot: index of the box.
         grown: share of what the box has grown since the start of the plan: 1 for all of it, 0 for the body alone.
+        deep: [m] from which on an overlap counts.
         constants: of the problem.
     """
     before = 0.0
@@ -120,7 +121,7 @@ def contact_at(
         share = look / _LOOKS
         body = after_step(state, applied, share * constants.dt)
         along, across, ahead = _depth(body, boxes, step, share, slot, grown, constants)
-        depth = min(along, across)
+        depth = min(along, across) - deep
         if depth > 0:
             since = share if look == 0 else share - depth / (depth - before) / _LOOKS
             return since, along < across and not ahead  # what overlaps least does so for the shortest time
@@ -151,13 +152,13 @@ def _depth(
 
 
 @compiled
-def reach(body: State, vehicle: Any) -> Float[np.ndarray, " 4"]:
-    """Rear, right, front and left edge [m] of the turned body; ahead only as far as all of its front is: what is
-    farther ahead than that, and not touched yet, is ahead.
+def reach(body: State, deep: float, vehicle: Any) -> Float[np.ndarray, " 4"]:
+    """Rear, right, front and left edge [m] of the turned body, less what it may be ``deep`` [m] in others; ahead only
+    as far as all of its front is: what is farther ahead than that, and not touched yet, is ahead.
     """
     long, wide = _extents_of(vehicle.length / 2, vehicle.width / 2, body[3])
     front = long - vehicle.width * abs(np.sin(body[3]))
-    return np.array([body[0] - long, body[1] - wide, body[0] + front, body[1] + wide])
+    return np.array([body[0] - long + deep, body[1] - wide + deep, body[0] + front - deep, body[1] + wide - deep])
 
 
 @compiled

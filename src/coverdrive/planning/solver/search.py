@@ -30,7 +30,7 @@ TOLERANCE = 1e-3
 _UNCLEAR = 1e12
 """more than any plan costs; added to the cost of those that are not clear"""
 _PER_HARM = 1e7
-"""price of the harm of contacts, against what slack and comfort cost"""
+"""price of the expected harm of contacts, against what slack and comfort cost"""
 _PER_WORSE = 1e10
 """price of more harm than full braking in the own lane does, the first guess: only leaving the road costs more"""
 _PER_DEPARTURE = 1e15
@@ -314,9 +314,9 @@ def _allowed_departure(plans: Plans, last: int) -> float:
 @compiled
 def _rank(plans: Plans, i: int, allowed: float) -> float:
     """The lower, the better: clear plans by their cost; others by leaving the road, by being worse than full braking,
-    by the harm that they do, and by their cost, which counts how deep and how early they get into boxes.
+    by the harm to expect of them, and by their cost, which counts how deep and how early they get into boxes.
     """
     if plans.clear[i]:
         return plans.cost[i]
     leaving, worse = max(0.0, plans.departure[i] - allowed), max(0.0, plans.harm[i] - plans.harm[0])
-    return _UNCLEAR + _PER_DEPARTURE * leaving + _PER_WORSE * worse + _PER_HARM * plans.harm[i] + plans.cost[i]
+    return _UNCLEAR + _PER_DEPARTURE * leaving + _PER_WORSE * worse + _PER_HARM * plans.expected[i] + plans.cost[i]

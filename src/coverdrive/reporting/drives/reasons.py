@@ -98,7 +98,7 @@ def first_contacts(plan: Plan, paths: PredictedPaths, road: Road, length: float,
     boxes[4] = FAR  # what comes after the end is not looked at
     inputs = np.diff(states[:, 2:], axis=0) / plan.dt
     write_edges(states, inputs, edges, constants)
-    found = [first_contact(states, inputs, edges, slot, 1.0, boxes, constants) for slot in range(len(paths))]
+    found = [first_contact(states, inputs, edges, slot, 1.0, 0.0, boxes, constants) for slot in range(len(paths))]
     times, speeds = np.array(found).reshape(-1, 2).T
     right, left = np.moveaxis(
         road.edges_at(np.stack([plan.held[:-1, 0], plan.held[1:, 0]], axis=-1))[..., [0, -1]], -1, 0
