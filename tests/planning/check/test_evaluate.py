@@ -247,6 +247,16 @@ def test_less_harm_is_expected_of_what_is_hardly_touched(straight_paths, depth: 
     assert got.expected[0] == pytest.approx(share * got.harm[0])
 
 
+@pytest.mark.parametrize(("depth", "deep"), [(0.1, False), (0.3, True)])
+def test_less_harm_is_expected_of_what_is_hardly_touched_beyond_the_end(straight_paths, depth: float, deep: bool):
+    """A car at 5 m/s, 10 m ahead at the end of the plan, beside the ego but for a little: 15 cm deep it is slower."""
+    paths = straight_paths((60 + 4.8 + 10 - 15, 1.8 + 1.9 - depth, 5))
+    got = evaluated(whole(np.zeros((STEPS, 2))), around(np.array([0, 1.8, 20.0, 0]), paths))
+    assert got.harm[0] > 0
+    slower = (5 + np.sqrt(225 - 16 * 10.15)) / (5 + np.sqrt(225 - 16 * 10))
+    assert got.expected[0] == pytest.approx((0.7 + 0.3 * deep * slower**4) * got.harm[0])
+
+
 def test_what_is_touched_now_is_judged_by_how_the_ego_meets_it_a_step_later(straight_paths) -> None:
     """Somebody at 25 m/s is in the ego's rear: who goes on from 20 m/s is hit less hard than who brakes at 8 m/s²."""
     state, paths = np.array([0, 1.8, 20.0, 0]), straight_paths((-4.0, 1.8, 25.0))

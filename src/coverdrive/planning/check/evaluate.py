@@ -145,7 +145,7 @@ def complete(plans: Plans, i: int, around: Surroundings, constants: Constants) -
         if not _touching(states, edges, slot, boxes, constants):
             continue
         touching = True
-        for grown, deep, share, left in _LEVELS:
+        for grown, deep, share, likely in _LEVELS:
             time, speed = first_contact(states, inputs, edges, slot, grown, deep, boxes, constants)
             if time == np.inf:
                 break
@@ -156,7 +156,7 @@ def complete(plans: Plans, i: int, around: Surroundings, constants: Constants) -
                 later = impact(start, applied, 1.0, boxes, 0, slot, constants.dt)
                 time, speed = 1.0, -later if speed < 0 else later
             contact = boxes[6, 0, slot] * _harm_of(time / steps, speed)
-            harm, expected = harm + share * contact, expected + left * contact
+            harm, expected = harm + share * contact, expected + likely * contact
     plans.departure[i], plans.severity[i], plans.harm[i], plans.expected[i] = departure, severity, harm, expected
     plans.clear[i] = departure == 0 and not touching
 
