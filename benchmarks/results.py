@@ -7,6 +7,7 @@ file (`measured.py`).
 
 import json
 import re
+import shlex
 import subprocess
 import sys
 from collections.abc import Iterator, Mapping
@@ -78,7 +79,7 @@ def write_section(title: str, about: str | None, body: str) -> None:
 
 
 def _command() -> str:
-    return " ".join(["python", f"benchmarks/{Path(sys.argv[0]).name}", *map(_shown, sys.argv[1:])])
+    return shlex.join(["python", f"benchmarks/{Path(sys.argv[0]).name}", *map(_shown, sys.argv[1:])])
 
 
 def _commit() -> str:
