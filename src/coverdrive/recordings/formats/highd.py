@@ -1,8 +1,11 @@
-"""highD (Krajewski et al. 2018) and AD4CHE, which has its layout: vehicles on a straight motorway, seen from a drone.
+"""Road users seen from a drone, in metres: highD (Krajewski et al. 2018) and AD4CHE, which has its layout, on straight
+motorways; exiD, inD, rounD and uniD (Moers et al. 2022, Bock et al. 2020) on any road.
 
-``NN_tracks.csv`` comes with ``NN_tracksMeta.csv`` (class and carriageway of every vehicle) and ``NN_recordingMeta.csv``
-(frame rate, lane markings). Positions are those of the upper left corner of a box along the image, whose y grows
-downward; ``width`` is its size along the road, that is the vehicle's length. Each carriageway becomes a recording.
+``NN_tracks.csv`` comes with ``NN_tracksMeta.csv`` (class, and in highD carriageway, of every vehicle) and
+``NN_recordingMeta.csv`` (frame rate, and in highD lane markings). Positions in highD are those of the upper left corner
+of a box along the image, whose y grows downward; ``width`` is its size along the road, that is the vehicle's length;
+each carriageway becomes a recording. In the others they are centres, x to the east and y to the north of the
+recording's origin; headings are in degrees.
 """
 
 from collections import Counter
@@ -21,8 +24,7 @@ from coverdrive.recordings.roads.carriageway import Line
 from coverdrive.recordings.tracks.reading import name_of
 
 HIGHD = "frame id x y width height xvelocity yvelocity"
-HIGHD_VEHICLES = "id initialframe finalframe numframes"
-HIGHD_RECORDING = "id framerate locationid"
+LEVELX = "trackid frame xcenter ycenter heading width length xvelocity yvelocity"
 
 CARRIAGEWAYS = {1: ("upper", "upperlanemarkings"), 2: ("lower", "lowerlanemarkings")}
 """Name of each driving direction, and the column of its lane markings"""
@@ -113,3 +115,28 @@ def _markings(description: Path, column: str, text: str, table: pl.DataFrame) ->
         raise RecordingError(description, problem, 2, column)
     ends = np.array([table["x"].min(), table["x"].max()], dtype=np.float64)
     return tuple(np.stack([ends, np.full(2, -mark)], axis=-1) for mark in marks)
+
+
+def read_levelx(file: Path, how: How) -> list[MapTracks]:
+    """The tracks of all vehicles; pedestrians and bicycles are left out."""
+    vehicles, description = companion(file, "tracksMeta"), companion(file, "recordingMeta")
+    repairs: Counter[str] = Counter()
+    rows = read_table(file, LEVELX.split(), repairs)
+    listed = read_table(vehicles, ("trackid", "class"), repairs)
+    rate = frame_rate(description, repairs)
+    table = rows.select(
+        ROW,
+        "length",
+        "width",
+        vehicle="trackid",
+        time=pl.col("frame") / rate,
+        x="xcenter",
+        y="ycenter",
+        vx="xvelocity",
+        vy="yvelocity",
+        heading=pl.col("heading") * (np.pi / 180),
+    )
+    table = described(file, table, vehicles, listed.rename({"trackid": "vehicle"}), "trackId")
+    name = name_of(file).removesuffix("_tracks")
+    x, y = (float(place[0]) for place in read_table(description, ("xutmorigin", "yutmorigin"), repairs)[:, 1:])
+    return [MapTracks(name, with_kinds(table, repairs), origin=lambda _: (x, y), dt=1 / rate, repairs=repairs)]

@@ -25,8 +25,6 @@ from coverdrive.recordings.map_tracks import MapTracks
 from coverdrive.recordings.tracks.reading import check_time_step, name_of
 from coverdrive.recordings.tracks.repair import LONGEST_GAP
 
-I24 = "timestamp x_position y_position direction coarse_vehicle_class"
-
 SERIES = ("timestamp", "x_position", "y_position")
 SINGLE = ("length", "width", "direction", "coarse_vehicle_class")
 

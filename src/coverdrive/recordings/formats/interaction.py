@@ -18,7 +18,6 @@ from coverdrive.recordings.map_tracks import MapTracks
 from coverdrive.recordings.tracks.reading import name_of
 
 INTERACTION = "track_id frame_id timestamp_ms agent_type x y vx vy psi_rad length width"
-PEDESTRIANS = "track_id frame_id timestamp_ms agent_type x y vx vy"
 MONA = "track_id frame_id agent_type x y v psi_rad length width"
 
 MONA_STEP = 0.04

@@ -63,10 +63,6 @@ METRIC_COLUMNS = {
 }
 """and what they are called from here on"""
 
-METRIC = "vehicle_id local_x_m local_y_m"
-"""The columns that tell this format"""
-
-
 _kind = pl.col("v_class").cast(pl.Int64).replace_strict(KIND_OF_CLASS, default=0, return_dtype=pl.Int8)
 
 

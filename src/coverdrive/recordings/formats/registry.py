@@ -8,11 +8,10 @@ from typing import Any, NoReturn
 
 from coverdrive.errors import RecordingError
 from coverdrive.recordings.formats.commonroad import read_commonroad
-from coverdrive.recordings.formats.highd import HIGHD, HIGHD_RECORDING, HIGHD_VEHICLES, read_highd
-from coverdrive.recordings.formats.i24 import I24, read_i24
-from coverdrive.recordings.formats.interaction import INTERACTION, MONA, PEDESTRIANS, read_interaction, read_mona
-from coverdrive.recordings.formats.levelx import LEVELX, LEVELX_RECORDING, LEVELX_VEHICLES, read_levelx
-from coverdrive.recordings.formats.ngsim import METRIC, read_metric, read_ngsim
+from coverdrive.recordings.formats.highd import HIGHD, LEVELX, read_highd, read_levelx
+from coverdrive.recordings.formats.i24 import read_i24
+from coverdrive.recordings.formats.interaction import INTERACTION, MONA, read_interaction, read_mona
+from coverdrive.recordings.formats.ngsim import read_metric, read_ngsim
 from coverdrive.recordings.formats.parquet import read_parquet
 from coverdrive.recordings.formats.reader import having, readers, register_reader
 from coverdrive.recordings.formats.tgsim import TGSIM, has_centre_lines, read_tgsim
@@ -34,19 +33,31 @@ register_reader(
         head.suffix in (".csv", ".txt") and (not head.columns or bool(head.columns & {"vehicle_id", "local_x"}))
     ),
 )
-register_reader("NGSIM-metric", read_metric, having(METRIC), numbers="restart")
+register_reader("NGSIM-metric", read_metric, having("vehicle_id local_x_m local_y_m"), numbers="restart")
 register_reader("CitySim", refuse_citysim, having("carcenterx boundingbox1x"))
-register_reader("highD", read_highd, having(HIGHD), having(HIGHD_RECORDING, HIGHD_VEHICLES), "restart")
-register_reader("exiD", read_levelx, having(LEVELX), having(LEVELX_RECORDING, LEVELX_VEHICLES), "restart")
+register_reader(
+    "highD",
+    read_highd,
+    having(HIGHD),
+    having("id framerate locationid", "id initialframe finalframe numframes"),
+    "restart",
+)
+register_reader(
+    "exiD",
+    read_levelx,
+    having(LEVELX),
+    having("recordingid framerate locationid", "recordingid trackid initialframe finalframe"),
+    "restart",
+)
 register_reader("TGSIM", read_tgsim, having(TGSIM), has_centre_lines)
 register_reader(
     "INTERACTION",
     read_interaction,
     having(INTERACTION),
-    lambda head: having(PEDESTRIANS)(head) and "psi_rad" not in head.columns,
+    lambda head: having("track_id frame_id timestamp_ms agent_type x y vx vy")(head) and "psi_rad" not in head.columns,
     "restart",
 )
 register_reader("MONA", read_mona, having(MONA))
-register_reader("I-24", read_i24, having(I24))
+register_reader("I-24", read_i24, having("timestamp x_position y_position direction coarse_vehicle_class"))
 register_reader("CommonRoad", read_commonroad, lambda head: head.suffix == ".xml")
 register_reader("own", lambda file, how: read_parquet(file), lambda head: head.own, numbers="restart")
