@@ -93,12 +93,9 @@ def _corner_distance(
     other_centre: Pairs, other_heading: Numbers, other_half_sizes: Pairs,
 ) -> Numbers:  # fmt: skip
     """Least distance [m] of the other box's corners to the one box."""
-    distances = list[Any]()
-    for side in CORNERS:
-        corner = other_centre + _turned_into(side * other_half_sizes, -other_heading)
-        beyond = np.abs(_turned_into(corner - centre, heading)) - half_sizes
-        distances.append(np.linalg.norm(np.maximum(beyond, 0.0), axis=-1))
-    return np.min(np.stack(np.broadcast_arrays(*distances)), axis=0)
+    offset = _corners(other_centre, other_heading, other_half_sizes) - centre[..., None, :]
+    beyond = np.abs(_turned_into(offset, heading[..., None])) - half_sizes[..., None, :]
+    return np.linalg.norm(np.maximum(beyond, 0.0), axis=-1).min(axis=-1)
 
 
 def _turned_into(offset: Pairs, heading: Any) -> Pairs:
@@ -112,7 +109,8 @@ def body_corners(
     states: Float[np.ndarray, "*n 4"], half_sizes: Float[np.ndarray, "*#n 2"]
 ) -> Float[np.ndarray, "*n 4 2"]:
     """Corners [m] of bodies of half lengths and widths [m] in states (lon, lat [m], speed [m/s], heading [rad])."""
-    along, across = np.moveaxis(half_sizes[..., None, :] * CORNERS, -1, 0)
-    cosine, sine = np.cos(states[..., 3, None]), np.sin(states[..., 3, None])
-    turned = np.stack([along * cosine - across * sine, along * sine + across * cosine], axis=-1)
-    return states[..., None, :2] + turned
+    return _corners(states[..., :2], states[..., 3], half_sizes)
+
+
+def _corners(centre: Pairs, heading: Numbers, half_sizes: Pairs) -> Float[np.ndarray, "*n 4 2"]:
+    return centre[..., None, :] + _turned_into(half_sizes[..., None, :] * CORNERS, -heading[..., None])

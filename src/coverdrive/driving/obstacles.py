@@ -109,13 +109,6 @@ def pieces(state: Any, shape: Any) -> list[Told]:
     return found
 
 
-def corners(body: Told) -> Float[np.ndarray, "4 2"]:
-    """The corners [m] of what is told of an obstacle, in map coordinates."""
-    (*place, _, heading), size = body
-    signs = np.array([(1, 1), (1, -1), (-1, 1), (-1, -1)])
-    return place + signs * np.divide(size, 2) @ _turned(heading)
-
-
 def near(points: Any, road: Road, beside: float = VERGE) -> Any:
     """Which of some points (x, y) [m] of the map are on a road, or at most so far [m] from it."""
     lon, lat = road.to_road(*points)

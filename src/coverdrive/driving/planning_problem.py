@@ -14,11 +14,12 @@ from shapely.geometry.base import BaseGeometry
 from shapely.ops import unary_union
 
 from coverdrive.driving.goal import Goal, Interval
-from coverdrive.driving.obstacles import begins_in, corners, near, pieces, shape_of, told, tracks_of
+from coverdrive.driving.obstacles import begins_in, near, pieces, shape_of, told, tracks_of
 from coverdrive.driving.perception import Told
 from coverdrive.driving.route import drawn_near, farthest, route
 from coverdrive.driving.tidy import in_order, refuse_unknown, with_narrow_headings
 from coverdrive.errors import DataError, RecordingError
+from coverdrive.geometry import body_corners
 from coverdrive.recordings.checks import check_vehicles
 from coverdrive.recordings.files.boundary import naming
 from coverdrive.recordings.files.scenario import check_problem, open_scenario
@@ -83,7 +84,9 @@ class PlanningProblem:
         for obstacle in self.scenario.static_obstacles:
             parts = pieces(obstacle.initial_state, obstacle.obstacle_shape)
             for k, each in enumerate(parts, start=1):
-                if near(each[0][:2], self.road) or near(corners(each).T, self.road, 0.0).any():
+                state, size = each
+                corners = body_corners(np.array(state), np.divide(size, 2))
+                if near(state[:2], self.road) or near(corners.T, self.road, 0.0).any():
                     found[f"{obstacle.obstacle_id}, piece {k}" if len(parts) > 1 else int(obstacle.obstacle_id)] = each
         return found
 
