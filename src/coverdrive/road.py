@@ -44,11 +44,7 @@ class LaneEdges:
 
     def at(self, lon: Numbers) -> Float[np.ndarray, "*n E"]:
         """lat [m] of the edges at positions [m]."""
-        lon = np.asarray(lon, dtype=float)
-        after = np.clip(np.searchsorted(self.lon, lon, side="right"), 1, len(self.lon) - 1)
-        before = after - 1
-        share = np.clip((lon - self.lon[before]) / (self.lon[after] - self.lon[before]), 0.0, 1.0)[..., None]
-        return (1 - share) * self.lat[before] + share * self.lat[after]
+        return np.stack([np.interp(lon, self.lon, edge) for edge in self.lat.T], axis=-1)
 
 
 @jax.tree_util.register_dataclass
