@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from shapely import contains_xy, get_coordinates, prepare
+from shapely import contains_xy, get_coordinates, intersects_xy, prepare
 from shapely.geometry import Point, Polygon
 from shapely.geometry.base import BaseGeometry
 from shapely.ops import unary_union
@@ -142,8 +142,8 @@ class PlanningProblem:
             goal = replace(goal, heading=(turned, turned + high - low))
         centres = self.road.edges_at(middle)
         centres = (centres[:-1] + centres[1:]) / 2
-        inside = [shape.covers(Point(*self.road.to_map(middle, centre))) for centre in centres]
-        lanes = tuple(np.flatnonzero(np.array(inside) & self.road.has_lane(middle)).tolist())
+        inside = intersects_xy(shape, *self.road.to_map(np.full(len(centres), middle), centres))
+        lanes = tuple(np.flatnonzero(inside & self.road.has_lane(middle)).tolist())
         wide = lat[1] - lat[0] > 2 * _OFF_CENTRE
         if len(lanes) > 1 or (lanes and lat[0] + _OFF_CENTRE <= centres[lanes[0]] <= lat[1] - _OFF_CENTRE):
             return replace(goal, position=lon, lanes=lanes)
@@ -177,8 +177,7 @@ class PlanningProblem:
     def _across(self, shape: BaseGeometry, lon: float) -> Interval | None:
         """Extent of a shape across the road at a place [m]; None: it is not there."""
         places = np.linspace(self.road.edges[0] - VERGE, self.road.edges[-1] + VERGE, 400)
-        points = np.stack(self.road.to_map(np.full(400, lon), places), axis=-1)
-        inside = places[[shape.covers(Point(*each)) for each in points]]
+        inside = places[intersects_xy(shape, *self.road.to_map(np.full(400, lon), places))]
         return (float(inside.min()), float(inside.max())) if len(inside) else None
 
     def _next_part(self, shape: BaseGeometry) -> BaseGeometry:
