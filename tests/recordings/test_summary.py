@@ -5,7 +5,7 @@ import polars as pl
 import pytest
 
 from coverdrive.recordings.recording import SCHEMA, Recording
-from coverdrive.recordings.summary import accelerations, gaps, summarise
+from coverdrive.recordings.summary import accelerations, following, summarise
 from coverdrive.reference_line import ReferenceLine
 from coverdrive.road import Road
 
@@ -41,7 +41,7 @@ def driving(speeds: list[float], lat: list[float], lon: list[float], steps: int 
 
 def test_gaps_are_those_to_the_next_vehicle_of_the_lane():
     table = driving([10.0, 12.0, 10.0, 10.0], [1.8, 1.8, 5.4, 1.8], [0.0, 20.0, 5.0, 60.0])
-    found = gaps(Recording("test", table, 0.1, Road.straight(2), {}))
+    found = following(Recording("test", table, 0.1, Road.straight(2), {}))["gap"].to_numpy()
     assert sorted(found) == pytest.approx(
         sorted([16 + 0.2 * step for step in range(5)] + [36 - 0.2 * step for step in range(5)])
     )
@@ -50,7 +50,7 @@ def test_gaps_are_those_to_the_next_vehicle_of_the_lane():
 def test_gaps_are_measured_on_the_ground():
     line = ReferenceLine(np.zeros(2), 0.0, np.full(301, 1 / 100), 300.0)
     table = driving([0.0, 0.0], [2.0, 2.0], [0.0, 50.0], steps=1)
-    found = gaps(Recording("test", table, 0.1, Road(np.array([0.0, 3.5]), 300.0, line), {}))
+    found = following(Recording("test", table, 0.1, Road(np.array([0.0, 3.5]), 300.0, line), {}))["gap"].to_numpy()
     assert found == pytest.approx([50 * 0.98 - 4])
 
 

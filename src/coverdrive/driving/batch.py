@@ -138,9 +138,6 @@ def _kept(folder: Path) -> dict[str, list[Row]]:
     with suppress(OSError, pl.exceptions.PolarsError):  # none, or of another version
         for row in pl.read_csv(folder / TABLE, schema=SCHEMA).iter_rows(named=True):
             found.setdefault(row["made_from"] or "", []).append(row | {"reason": row["reason"] or ""})
-    lost = {row["made_from"] for rows in found.values() for row in rows if not _is_there(row, folder)}
+    named = [row for rows in found.values() for row in rows if row["solution"]]
+    lost = {row["made_from"] for row in named if not (folder / row["solution"]).is_file()}
     return {made: rows for made, rows in found.items() if made and made not in lost}
-
-
-def _is_there(row: Row, folder: Path) -> bool:
-    return not row["solution"] or (folder / row["solution"]).is_file()

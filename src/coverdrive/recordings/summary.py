@@ -62,11 +62,6 @@ def accelerations(recording: Recording) -> Float[np.ndarray, " n"]:
     return table.filter(pl.col("time") < 1.5 * recording.dt)["speed"].to_numpy() / recording.dt
 
 
-def gaps(recording: Recording) -> Float[np.ndarray, " n"]:
-    """[m] bumper to bumper along the road, from every vehicle at every moment to the one ahead in its lane."""
-    return following(recording)["gap"].to_numpy()
-
-
 def following(recording: Recording) -> pl.DataFrame:
     """Every vehicle at every moment that has one ahead in its lane: ``gap`` to it and ``spacing`` [m], ``speed`` [m/s].
 

@@ -63,7 +63,7 @@ def regular_table(
     ``dropped tracks`` (of too few rows to have a speed), each where any. A track begins when its vehicle is seen.
     """
     least = least_moments(dt)
-    tracks = drop_short(fill_gaps(tidy(raw, dt, repairs), dt, LONGEST_GAP, repairs), least, repairs)
+    tracks = drop_short(fill_gaps(tidy(raw, dt, repairs), dt, repairs), least, repairs)
     starts = np.flatnonzero(np.diff(tracks.vehicle, prepend=tracks.vehicle[:1] - 1))
     lon, lon_rate = smooth(tracks.lon, starts, dt, settings)
     lat, lat_rate = smooth(tracks.lat, starts, dt, settings)

@@ -127,8 +127,8 @@ def _drop_outliers(raw: RawTracks, dt: float, repairs: Counter[str]) -> RawTrack
     return raw.take(~lone)
 
 
-def fill_gaps(raw: RawTracks, dt: float, longest: float, repairs: Counter[str]) -> RawTracks:
-    """Short gaps filled by linear interpolation; after a longer one, or a jump, the vehicle gets a new number.
+def fill_gaps(raw: RawTracks, dt: float, repairs: Counter[str]) -> RawTracks:
+    """Gaps up to `LONGEST_GAP` filled by linear interpolation; after a longer one, or a jump, another number.
 
     Rows that were filled in state no speed (NaN).
     """
@@ -137,7 +137,7 @@ def fill_gaps(raw: RawTracks, dt: float, longest: float, repairs: Counter[str]) 
     jumps = _jumps(raw, dt)
     if not np.any(same & (step > 1)) and not jumps.any():
         return raw
-    split = same & (step * dt > longest + dt / 2) | jumps
+    split = same & (step * dt > LONGEST_GAP + dt / 2) | jumps
     part = np.concatenate([[0], np.cumsum(split)])
     renamed = part - np.maximum.accumulate(np.concatenate([[0], np.where(same, 0, part[1:])])) > 0
     vehicle = np.where(renamed, raw.vehicle.max(initial=0) + part, raw.vehicle)

@@ -13,7 +13,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from coverdrive.recordings.recording import Recording
-from coverdrive.recordings.summary import accelerations, gaps
+from coverdrive.recordings.summary import accelerations, following
 from coverdrive.reporting.plotting import style
 from coverdrive.reporting.plotting.figure import TWO_COLUMNS
 
@@ -59,7 +59,7 @@ def histogram_figure(recordings: Sequence[Recording]) -> Figure:
     """How often speeds, gaps and accelerations occur in recordings, with the median and the range of 98 % of them."""
     joined = {
         "speed [m/s]": [recording.table["speed"].to_numpy() for recording in recordings],
-        "gap to the vehicle ahead [m]": [gaps(recording) for recording in recordings],
+        "gap to the vehicle ahead [m]": [following(recording)["gap"].to_numpy() for recording in recordings],
         "acceleration [m/s²]": [accelerations(recording) for recording in recordings],
     }
     with style.style():

@@ -165,7 +165,7 @@ class Freeway:
         side = np.zeros_like(self.lane)
         chosen = current
         for step in (-1, 1):
-            to = np.clip(self.lane + step, 0, self.course.lanes - 1)
+            to = np.clip(self.lane + step, 0, self.course.road.lanes - 1)
             there = (to != self.lane) & (begins[to] <= self.lon - self.length / 2) & (ends[to] >= ends[self.lane])
             target = self._neighbours(self.lane + step)
             advantage = lane_change_advantage(drivers, self.speed, self.length, current, target) + relief

@@ -30,11 +30,6 @@ class Course:
 
     road: Road
 
-    @property
-    def lanes(self) -> int:
-        """Number of lanes L."""
-        return self.road.lanes
-
     @cached_property
     def _spots(self) -> Float[np.ndarray, " n"]:
         return np.arange(0.0, float(self.road.length) + _STEP, _STEP)
@@ -44,7 +39,7 @@ class Course:
         """[m] where each lane begins and ends to be as wide as it is; infinite where it goes on."""
         edges = np.asarray(self.road.edges)
         if self.road.changing is None:
-            return np.outer([-np.inf, np.inf], np.ones(self.lanes))
+            return np.outer([-np.inf, np.inf], np.ones(self.road.lanes))
         whole = np.diff(self.road.edges_at(self._spots), axis=-1) >= _WHOLE * np.diff(edges)
         first, last = whole.argmax(0), len(whole) - 1 - whole[::-1].argmax(0)
         return np.stack(
