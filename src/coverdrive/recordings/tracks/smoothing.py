@@ -11,7 +11,6 @@ from functools import cache
 import numpy as np
 from jaxtyping import Float, Int
 from pydantic import Field
-from scipy.signal import savgol_coeffs
 
 from coverdrive.settings import Settings
 
@@ -90,8 +89,10 @@ def motion(
 @cache
 def _fit(count: int, order: int, dt: float) -> tuple[np.ndarray, np.ndarray]:
     """Matrices (count, count) from samples to the fitted polynomial's values and slopes at the samples."""
-    fit, slope = (
-        np.stack([savgol_coeffs(count, order, deriv, dt, place, use="dot") for place in range(count)])
-        for deriv in (0, 1)
-    )
-    return fit, slope
+    powers = np.arange(order + 1)
+    position = (np.arange(count) - (count - 1) / 2) * dt
+    design = position[:, None] ** powers
+    solve = np.linalg.pinv(design)
+    rate = np.zeros_like(design)
+    rate[:, 1:] = powers[1:] * position[:, None] ** powers[:-1]
+    return design @ solve, rate @ solve
