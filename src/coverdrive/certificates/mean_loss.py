@@ -87,20 +87,16 @@ def last_level(calibration: Calibration, claim: Claim, level: Float[np.ndarray, 
 
     A rule misses the pieces (`Calibration.pieces`) whose level is below its own; every rule misses those of level −∞.
     """
-    count, owner = len(calibration), calibration.pieces[1]
+    owner, values = calibration.pieces[1], np.unique(level[np.isfinite(level)])
     weight = 1 / np.bincount(owner)[owner]
-    order = np.argsort(level, kind="stable")
-    values, first = np.unique(level[order], return_index=True)
-    losses, reached = np.zeros(count), -np.inf
-    for value, here in zip(values, np.split(order, first[1:]), strict=True):
-        if np.isfinite(value):
-            if not proves(losses, claim.bound, claim.confidence):
-                break
-            reached = float(value)
-        np.add.at(losses, owner[here], weight[here])
-    if not np.isfinite(reached):
-        raise CertificateError(_refusal(calibration, claim, losses))
-    return reached
+
+    def losses(value: float) -> Float[np.ndarray, " n"]:
+        return np.bincount(owner, weight * (level < value))
+
+    passed = bisect_left(values, True, key=lambda value: not proves(losses(value), claim.bound, claim.confidence))
+    if passed == 0:
+        raise CertificateError(_refusal(calibration, claim, losses(values[0] if len(values) else np.inf)))
+    return float(values[passed - 1])
 
 
 def _refusal(calibration: Calibration, claim: Claim, losses: Float[np.ndarray, " n"]) -> str:
