@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from certificates_fakes import conformal
+from certificates_fakes import conformal, make_units
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
@@ -14,7 +14,6 @@ from scipy.spatial import KDTree
 
 from coverdrive.certificates.bounds import binomial_tail, marginal_misses_allowed, misses_allowed
 from coverdrive.certificates.calibration import ScoredSamples
-from coverdrive.certificates.evaluation import evaluate
 from coverdrive.errors import CertificateError
 
 TUBE = 0.5
@@ -212,14 +211,14 @@ def test_calibrating_on_training_data_fails() -> None:
             scores = (labels[nearest][:, :, None] == np.arange(3)).mean(1)
             return ScoredSamples(scores, base, np.zeros(len(base)), first + np.arange(len(base)))
 
-        new = scored(random.random(150), random.integers(0, 3, 150), 5000)
+        new = make_units(scored(random.random(150), random.integers(0, 3, 150), 5000), TUBE, "window")
         fresh = scored(random.random(150), random.integers(0, 3, 150), 9000)
         trained = scored(place[:150], label[:150], 0)
         if repeat == 0:
             with pytest.raises(CertificateError, match="also trained the network"):
                 conformal(trained, TUBE, np.arange(500), 0.1, 0.9)
-        failed += evaluate(conformal(trained, TUBE, NOBODY, 0.1, 0.9)[0], new).windows.value > 0.1
-        held += evaluate(conformal(fresh, TUBE, NOBODY, 0.1, 0.9)[0], new).windows.value <= 0.1
+        failed += new.missed(conformal(trained, TUBE, NOBODY, 0.1, 0.9)[0]).mean() > 0.1
+        held += new.missed(conformal(fresh, TUBE, NOBODY, 0.1, 0.9)[0]).mean() <= 0.1
     assert held >= 900
     assert failed > 900
 
