@@ -59,13 +59,14 @@ def checks(states: np.ndarray, angles: np.ndarray, dt: float) -> bool:
 def reachable(before: KSState, after: KSState, dt: float, car: Any) -> bool:
     """Whether the checker finds inputs from one state to the next.
 
-    Its search begins at none and may end early: then it is told those that turn the wheels and the speed into the next.
+    It is told those that turn the wheels and the speed into the next: its search begins at none, takes long and may end
+    early.
     """
-    if feasibility.state_transition_feasibility(before, after, car, dt, objective=difference, ftol=1e-12)[0]:
-        return True
     now, then = (car.state_to_array(each)[0] for each in (before, after))
     reached = car.forward_simulation(now, (then - now)[2:4] / dt, dt, throw=False)  # None beyond the limits of the car
-    return reached is not None and feasibility.position_orientation_feasibility_criteria(then, reached, car)
+    if reached is not None and feasibility.position_orientation_feasibility_criteria(then, reached, car):
+        return True
+    return bool(feasibility.state_transition_feasibility(before, after, car, dt, objective=difference, ftol=1e-12)[0])
 
 
 def wheels(states: np.ndarray, inputs: np.ndarray) -> np.ndarray:
