@@ -195,18 +195,14 @@ def off_road(states: Float[np.ndarray, "m T 4"], road: Road, until: np.ndarray) 
 
 def followed(state: np.ndarray, inputs: np.ndarray) -> np.ndarray:
     """The states (…, 10, 4) in the period after this one, every 10 ms."""
-    lon, lat, speed, heading = np.moveaxis(state, -1, 0)[..., None]
-    acceleration, yaw_rate = np.moveaxis(inputs, -1, 0)[..., None]
-    speeds = np.maximum(summed(speed, SMALL * acceleration), 0.0)
-    before = 0.0, 0.0, speeds[..., :-1], summed(heading, SMALL * yaw_rate)[..., :-1]
-    along, across, _, headings = moved(before, (acceleration, yaw_rate), SMALL)
-    return np.stack([summed(lon, along)[..., 1:], summed(lat, across)[..., 1:], speeds[..., 1:], headings], axis=-1)
-
-
-def summed(start: np.ndarray, change: np.ndarray) -> np.ndarray:
-    """A value (…, 1) at the start and after each of the changes (…, 1 or 10) of a period."""
-    changes = np.broadcast_to(change, (*change.shape[:-1], PARTS))
-    return np.add.accumulate(np.concatenate([start, changes], axis=-1), axis=-1)
+    motion = np.empty((*state.shape[:-1], PARTS + 1, 4))
+    motion[..., 0, :], motion[..., 1:, 2:] = state, SMALL * inputs[..., None, :]
+    motion[..., 2:] = np.add.accumulate(motion[..., 2:], axis=-2)
+    motion[..., 2] = np.maximum(motion[..., 2], 0.0)
+    before, held = (0.0, 0.0, motion[..., :-1, 2], motion[..., :-1, 3]), (inputs[..., None, 0], inputs[..., None, 1])
+    motion[..., 1:, 0], motion[..., 1:, 1], *_ = moved(before, held, SMALL)
+    motion[..., :2] = np.add.accumulate(motion[..., :2], axis=-2)
+    return motion[..., 1:, :]
 
 
 def manoeuvres(scene: Scene, wishes: list[tuple[float, float]], table: RoadTable) -> Float[np.ndarray, "m T 4"]:
