@@ -145,7 +145,7 @@ def test_many_random_drives_end_without_anybody_running_into_an_ego_that_keeps_i
 def test_the_same_seed_gives_the_same_drive() -> None:
     scenario: Scenario = SCENARIOS[0]
     first, second = (
-        run_episode(PREDICTOR, ConstantPlanner(-3.0), ReactiveReplayTraffic([scenario]), EpisodeSettings(), 3, 4)
-        for _ in range(2)
+        run_episode(PREDICTOR, ConstantPlanner(-3.0), traffic, EpisodeSettings(), 3, 4)
+        for traffic in (ReactiveReplayTraffic([scenario], ReactiveReplaySettings()) for _ in range(2))
     )
     assert np.array_equal(first.scene.states, second.scene.states)

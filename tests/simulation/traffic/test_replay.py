@@ -107,7 +107,7 @@ def test_a_follower_that_runs_into_the_ego_is_at_fault():
 def test_an_episode_ends_with_its_recording():
     predictor = FakePredictor(FakeBasis.make((0.0,), (0.0,)))
     apart = cut_scenarios([recording((0, 1.8, 20, 10), (40, 1.8, 20, 10), (10, 5.4, 20, 10))])
-    trace = run_episode(predictor, ConstantPlanner(), ReplayTraffic(apart), EpisodeSettings(), 3, 1)
+    trace = run_episode(predictor, ConstantPlanner(), ReplayTraffic(apart, ReplaySettings()), EpisodeSettings(), 3, 1)
     assert trace.outcome.kind is Kind.FINISHED
     assert trace.outcome.time == pytest.approx(0.1 * len(trace)) and 5 <= trace.outcome.time <= 10
 

@@ -7,7 +7,6 @@ the start at less than the usual gap is content with that. Nobody leaves the rec
 and nobody minds an ego behind. A vehicle slots, n moments of a path, F moments of a recording.
 """
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Literal, NamedTuple
 
@@ -22,7 +21,7 @@ from coverdrive.simulation.drivers.idm_mobil import FREE, Drivers, follow
 from coverdrive.simulation.roads.initial import EGO
 from coverdrive.simulation.traffic.model import TrafficStep
 from coverdrive.simulation.traffic.motion import with_states
-from coverdrive.simulation.traffic.replay import ReplaySettings, ReplayTraffic, Scenario
+from coverdrive.simulation.traffic.replay import ReplaySettings, ReplayTraffic
 
 _BACK = 0.1
 """[m] behind its recorded place from which on a vehicle is back there"""
@@ -79,10 +78,6 @@ class ReactiveReplayTraffic(ReplayTraffic):
     """Uncontrolled vehicles that do what they did when they were recorded, unless the ego is in their way."""
 
     _settings: ReactiveReplaySettings
-
-    def __init__(self, scenarios: Sequence[Scenario], settings: ReactiveReplaySettings | None = None):
-        """Replay some of the scenarios; a DataError if none lasts long enough."""
-        super().__init__(scenarios, settings or ReactiveReplaySettings())
 
     def reset(self, scene: Scene, road: Road, rng: np.random.Generator) -> None:
         """Begin the scene that `start` has drawn."""

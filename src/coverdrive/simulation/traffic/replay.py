@@ -86,10 +86,9 @@ def _scenario(recording: Recording, table: pl.DataFrame) -> Scenario:
 class ReplayTraffic:
     """Uncontrolled vehicles that do what they did when they were recorded."""
 
-    def __init__(self, scenarios: Sequence[Scenario], settings: ReplaySettings | None = None):
+    def __init__(self, scenarios: Sequence[Scenario], settings: ReplaySettings):
         """Replay some of the scenarios; a DataError if none lasts long enough."""
-        self._settings = settings or ReplaySettings()
-        least = self._settings.shortest
+        self._settings, least = settings, settings.shortest
         self._scenarios = [each for each in scenarios if (len(each.states) - 1) * each.dt >= least - 1e-6]
         if not self._scenarios:
             raise DataError(
