@@ -51,10 +51,10 @@ class Rate:
         return Rate.of_totals(losses, np.ones(len(losses), dtype=int))
 
     @staticmethod
-    def of_totals(hits: Num[np.ndarray, " C"], totals: Int[np.ndarray, " C"], confidence: float = 0.95) -> "Rate":
+    def of_totals(hits: Num[np.ndarray, " C"], totals: Int[np.ndarray, " C"]) -> "Rate":
         """Σ hits / Σ totals of independent clusters; where hits are no whole numbers, they are sums of losses."""
         count = float(hits.sum()) if hits.dtype.kind == "f" else int(hits.sum())
-        low, high = clustered_interval(hits.astype(float), totals.astype(float), confidence)
+        low, high = clustered_interval(hits.astype(float), totals.astype(float))
         return Rate(count, int(totals.sum()), low, high)
 
     def __str__(self) -> str:

@@ -19,7 +19,7 @@ from coverdrive.errors import SettingError
 from coverdrive.geometry import turned_half_extents
 from coverdrive.prediction.boxes.boxes import TUBE, WHOLE, Boxes, constant_velocity, scored_by
 from coverdrive.prediction.boxes.network import BoxNetwork
-from coverdrive.prediction.boxes.predictor import BoxPredictor, _rates
+from coverdrive.prediction.boxes.predictor import BoxPredictor
 from coverdrive.prediction.boxes.training import BoxSettings, box_loss, train_boxes
 from coverdrive.prediction.certifying.occupied import union_area
 from coverdrive.prediction.data.segments import WATCHED, Segments, watched
@@ -351,13 +351,3 @@ def three_vehicles() -> Scene:
         lon=np.array([0.0, 30.0, 10.0]), lat=np.array([1.8, 1.8, 5.4]), speed=np.array([20.0, 15.0, 12.0]),
         heading=np.zeros(3), length=np.full(3, 4.8), width=np.full(3, 1.9), valid=np.ones(3, dtype=bool),
     )  # fmt: skip
-
-
-def test_rates_at_uneven_times_are_those_of_a_parabola() -> None:
-    random, times = np.random.default_rng(0), np.array([0.0, 0.1, 0.5, 1.0, 1.2, 3.0])
-    start, slope, bend = random.normal(size=(3, 4, 1, 2))
-    rates = _rates(start + slope * times[:, None] + bend * times[:, None] ** 2, times)
-    np.testing.assert_allclose(rates[:, 1:-1], (slope + 2 * bend * times[:, None])[:, 1:-1], atol=1e-12)
-    np.testing.assert_allclose(
-        rates, np.gradient(start + slope * times[:, None] + bend * times[:, None] ** 2, times, axis=1)
-    )

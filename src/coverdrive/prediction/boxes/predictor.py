@@ -93,7 +93,7 @@ class BoxPredictor(StoredPredictor):
         ends = np.where(aslant, np.asarray(self.network.arms).min(0), 1) * _ENDS
         deviation = centre[:, None] + ends[:, None] * (reach * way)[:, None]
         possible = np.broadcast_to(np.asarray(scene.valid)[:, None], deviation.shape[:2]).copy()
-        return deviation, _rates(deviation, times), possible
+        return deviation, np.gradient(deviation, times, axis=-2), possible
 
     def _boxes_at(
         self, scene: Scene, road: Road, vehicle: Int[np.ndarray, " n"], times: Float[np.ndarray, " K"]
@@ -128,18 +128,3 @@ class BoxPredictor(StoredPredictor):
         network = BoxNetwork.of(arrays, header["network"])
         rule, certificate = rule_of(header["rule"], arrays), Certificate(**header["certificate"])
         return BoxPredictor(network, rule, certificate, arrays["trained_on"], rungs=arrays["rungs"], **header["boxes"])
-
-
-def _rates(values: Float[np.ndarray, "*n K 2"], times: Float[np.ndarray, " K"]) -> Float[np.ndarray, "*n K 2"]:
-    """What `np.gradient` says of values at times, without its questions."""
-    steps, result = np.diff(times)[:, None], np.empty_like(values)
-    before, after = steps[:-1], steps[1:]
-    both = before + after
-    result[..., 1:-1, :] = (
-        -after / (before * both) * values[..., :-2, :]
-        + (after - before) / (before * after) * values[..., 1:-1, :]
-        + before / (after * both) * values[..., 2:, :]
-    )
-    result[..., 0, :] = (values[..., 1, :] - values[..., 0, :]) / steps[0]
-    result[..., -1, :] = (values[..., -1, :] - values[..., -2, :]) / steps[-1]
-    return result
