@@ -64,7 +64,7 @@ def scene(rng: np.random.Generator, vehicles: int = 3) -> tuple[np.ndarray, Pred
 
 def around(state: np.ndarray, paths: PredictedPaths, edges: np.ndarray = EDGES) -> Surroundings:
     """What a plan is made for, packed as the planner does; all paths are likely."""
-    boxes = obstacles_of(paths, PROBLEM.obstacles)
+    boxes, _ = obstacles_of(paths, PROBLEM.obstacles)
     boxes = boxes.compress(reachable(state, boxes, DT, CAR, PROBLEM.obstacles), axis=2)
     boxes[0] -= state[0]
     return Surroundings(np.array([0.0, *state[1:]]), np.zeros(2), between(*edges), WANTED, boxes, boxes)

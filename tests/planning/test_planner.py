@@ -166,7 +166,7 @@ def test_follower_that_may_accelerate_does_not_push_the_car_into_others(straight
     assert plan.status is Status.REAR
     assert plan.slack.max() > 0.1
     others = paths.of(np.arange(len(paths)) != 2)
-    clear = clearances(plan.states, obstacles_of(others, ObstacleSettings()), VehicleSettings(), ObstacleSettings())
+    clear = clearances(plan.states, obstacles_of(others, ObstacleSettings())[0], VehicleSettings(), ObstacleSettings())
     assert clear.min() >= 1
     without = MpcPlanner(PlannerSettings(rear_last=False)).plan(state, paths, ROAD)
     assert without.status is Status.UNSAFE

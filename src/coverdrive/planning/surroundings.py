@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from coverdrive.compiled import lent
 from coverdrive.paths import PredictedPaths
-from coverdrive.planning.problem.obstacles import boxes_and_likeliest, reachable, shrink_tubes
+from coverdrive.planning.problem.obstacles import obstacles_of, reachable, shrink_tubes
 from coverdrive.planning.problem.road_table import RoadTable, on_road
 from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.planning.rules.manners import NONE, MannersSettings, widen, wished
@@ -44,7 +44,7 @@ def surroundings_of(
     """What a plan is made for, along the road from where the ego is, after these inputs; at a wished speed [m/s]."""
     lon, shape = float(state[0]), problem.obstacles
     paths = on_road(paths, lon, table)
-    every, likeliest = boxes_and_likeliest(paths, shape)
+    every, likeliest = obstacles_of(paths, shape)
     near = reachable(state, every, problem.dt, table.reaching, shape)
     every[0] -= lon
     apart = likeliest & (paths.vehicle >= 0) & wished(every, state, problem.vehicle.width, manners)

@@ -295,7 +295,7 @@ def test_slack_is_that_of_the_definition_where_nothing_is_passed() -> None:
     for inputs in fail_safe(evaluated(wishes(rng, 10), surroundings)):
         states, slack = rollout(state, inputs, DT), np.empty(STEPS)
         write_slack(states, surroundings, CONSTANTS, slack)
-        values = clearances(states, obstacles_of(paths, PROBLEM.obstacles), CAR, PROBLEM.obstacles)
+        values = clearances(states, obstacles_of(paths, PROBLEM.obstacles)[0], CAR, PROBLEM.obstacles)
         asked = smallest_slack(values, PROBLEM.obstacles.margin) - PROBLEM.obstacles.margin
         np.testing.assert_allclose(slack, np.maximum(0, asked), rtol=1e-9, atol=1e-9)
         assert slack.max() > 0

@@ -14,7 +14,6 @@ from coverdrive.paths import PredictedPaths
 from coverdrive.planning.problem.obstacles import (
     FAR,
     ObstacleSettings,
-    boxes_and_likeliest,
     obstacles_of,
     own_half_sizes,
     reachable,
@@ -98,7 +97,7 @@ def test_slack_is_that_of_the_worst_box() -> None:
 def test_culling_keeps_all_that_can_be_met(straight_paths, shape: ObstacleSettings) -> None:
     state = np.array([100.0, 5.4, 20.0, 0.0])
     rows = [(100 + d, 1.8 + 3.6 * (i % 3), 20.0 + i % 5) for i, d in enumerate(range(-300, 300, 7))]
-    everything = obstacles_of(straight_paths(*rows), shape)
+    everything, _ = obstacles_of(straight_paths(*rows), shape)
     near = reachable(state, everything, 0.25, CAR, shape)
     kept = everything[:, :, near]
     assert 0 < near.sum() < len(near)
@@ -117,7 +116,7 @@ def test_what_some_motion_touches_is_kept(seed: int, speed: float, heading: floa
     touching = states[..., :2] + side * np.array([own_half_sizes(0.0, CAR)[0] + 0.01, 0.0])
     sizes = np.full((20, 13, 2), 0.01)
     paths = PredictedPaths(touching, np.arange(20), sizes, 0.25)
-    assert reachable(state, obstacles_of(paths, shape), 0.25, CAR, shape).all()
+    assert reachable(state, obstacles_of(paths, shape)[0], 0.25, CAR, shape).all()
 
 
 @given(st.integers(0, 2**32 - 1), st.floats(-1, 60), st.floats(-0.6, 0.6))
@@ -140,7 +139,9 @@ def test_reachable_range_by_hand() -> None:
 def test_what_no_motion_comes_near_is_left_out(straight_paths) -> None:
     """In 3 s a car at 20 m/s gets 20 m far at the least, braking, and 73.5 m at the most."""
     shape = ObstacleSettings(terminal_braking=False)
-    boxes = obstacles_of(straight_paths((-8.0, 2.0, 0.0), (-5.0, 2.0, 0.0), (85.0, 2.0, 0.0), (78.0, 2.0, 0.0)), shape)
+    boxes, _ = obstacles_of(
+        straight_paths((-8.0, 2.0, 0.0), (-5.0, 2.0, 0.0), (85.0, 2.0, 0.0), (78.0, 2.0, 0.0)), shape
+    )
     near = reachable(np.array([0.0, 2.0, 20.0, 0.0]), boxes, 0.25, CAR, shape)
     assert near.tolist() == [False, True, False, True]
 
@@ -162,26 +163,26 @@ def test_speed_to_brake_to_at_the_end_goes_on_as_it_fell(straight_paths) -> None
     paths = straight_paths((0, 1.8, 10), (0, 5.4, 10))
     time = 0.25 * np.arange(13)
     paths.points[0, :, 0] = 10 * time - time**2
-    obstacles = obstacles_of(paths, ObstacleSettings())
+    obstacles, _ = obstacles_of(paths, ObstacleSettings())
     np.testing.assert_allclose(obstacles[5, -1], [2, 0], atol=1e-9)
     np.testing.assert_allclose(obstacles[4, -1], [4, 10])
-    assert (obstacles_of(paths, ObstacleSettings(terminal_braking=False))[4] == FAR).all()
+    assert (obstacles_of(paths, ObstacleSettings(terminal_braking=False))[0][4] == FAR).all()
 
 
 def test_likelihoods_add_up_to_one_for_every_vehicle(straight_paths) -> None:
     paths = replace(straight_paths(*3 * [(0, 1.8, 10)]), vehicle=np.array([7, 2, 7]))
-    np.testing.assert_allclose(obstacles_of(paths, ObstacleSettings())[6], np.tile([0.5, 1, 0.5], (13, 1)))
+    np.testing.assert_allclose(obstacles_of(paths, ObstacleSettings())[0][6], np.tile([0.5, 1, 0.5], (13, 1)))
     paths = replace(paths, weight=np.array([3.0, 5.0, 1.0]))
-    np.testing.assert_allclose(obstacles_of(paths, ObstacleSettings())[6], np.tile([0.75, 1, 0.25], (13, 1)))
+    np.testing.assert_allclose(obstacles_of(paths, ObstacleSettings())[0][6], np.tile([0.75, 1, 0.25], (13, 1)))
 
 
 def test_what_is_likely_is_the_likeliest_path_of_every_vehicle_in_a_part_of_its_tube(straight_paths) -> None:
     paths = straight_paths((0, 1.8, 10), (20, 5.4, 10), (0, 1.8, 12))
     paths = replace(paths, vehicle=np.array([0, 1, 0]), weight=np.array([0.4, 1.0, 0.6]))
     paths.half_sizes[:, 1:] += 1.0
-    boxes, likeliest = boxes_and_likeliest(paths, ObstacleSettings())
+    boxes, likeliest = obstacles_of(paths, ObstacleSettings())
     np.testing.assert_array_equal(likeliest, [False, True, True])
-    likeliest = boxes_and_likeliest(replace(paths, weight=None), ObstacleSettings())[1]
+    likeliest = obstacles_of(replace(paths, weight=None), ObstacleSettings())[1]
     np.testing.assert_array_equal(likeliest, [True, True, False])
     likely = boxes.copy()
     shrink_tubes(likely, 0.5)

@@ -21,7 +21,7 @@ FEW = MannersSettings(headway=0.0, beside=0.0, time_to_collision=0.0)
 
 
 def boxes_for(straight_paths, manners: MannersSettings, *cars: tuple[float, float, float]) -> np.ndarray:
-    likely = obstacles_of(straight_paths(*cars), PROBLEM.obstacles)
+    likely, _ = obstacles_of(straight_paths(*cars), PROBLEM.obstacles)
     boxes = likely.compress(wished(likely, STATE, PROBLEM.vehicle.width, manners), axis=2)
     widen(boxes, 0, STATE[2], PROBLEM, manners)
     return boxes

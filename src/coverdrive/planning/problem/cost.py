@@ -5,7 +5,6 @@ terminal cost, and penalties of the slacks. The error of the current state is le
 become factors of every step in `coverdrive.planning.problem.tree`.
 """
 
-from functools import cache
 from typing import Annotated
 
 import numpy as np
@@ -59,10 +58,4 @@ class CostSettings(Settings):
 
     def slack_weights(self, steps: int) -> Float[np.ndarray, " K"]:
         """The weights c_k of the K steps: the schedule spread evenly over the horizon."""
-        return _slack_weights(self.slack, self.slack_schedule, steps)
-
-
-@cache
-def _slack_weights(slack: float, schedule: tuple[float, ...], steps: int) -> Float[np.ndarray, " K"]:
-    """Those of the settings, which nobody changes."""
-    return slack * np.asarray(schedule)[np.arange(steps) * len(schedule) // steps]
+        return self.slack * np.array(self.slack_schedule)[np.arange(steps) * len(self.slack_schedule) // steps]

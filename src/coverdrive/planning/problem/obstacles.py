@@ -113,7 +113,9 @@ def clearance(
     return (ahead**order + aside**order + TINY) ** (1 / order)
 
 
-def obstacles_of(paths: PredictedPaths, settings: ObstacleSettings) -> Float[np.ndarray, "7 P n"]:
+def obstacles_of(
+    paths: PredictedPaths, settings: ObstacleSettings
+) -> tuple[Float[np.ndarray, "7 P n"], Bool[np.ndarray, " n"]]:
     """All n predicted paths as boxes to stay clear of; between two moments every one of them moves and grows evenly.
 
     Args:
@@ -123,15 +125,8 @@ def obstacles_of(paths: PredictedPaths, settings: ObstacleSettings) -> Float[np.
     Returns:
         lon, lat [m] of their centres, half length, half width [m], the speed [m/s] that the ego must be able to brake
         to after this moment and the deceleration [m/s²] at which that falls on, and how likely the vehicle is to take
-        this path.
+        this path; and which paths are the likeliest of their vehicles.
     """
-    return boxes_and_likeliest(paths, settings)[0]
-
-
-def boxes_and_likeliest(
-    paths: PredictedPaths, settings: ObstacleSettings
-) -> tuple[Float[np.ndarray, "7 P n"], Bool[np.ndarray, " n"]]:
-    """`obstacles_of` paths, and which of them are the likeliest of their vehicles."""
     boxes, likeliest = np.empty((7, paths.points.shape[1], len(paths))), np.zeros(len(paths), dtype=bool)
     weight = np.ones(len(paths)) if paths.weight is None else np.maximum(paths.weight, TINY)
     points, half_sizes = (np.ascontiguousarray(each) for each in (paths.points, paths.half_sizes))
@@ -145,7 +140,7 @@ def _write_boxes(
     weight: Float[np.ndarray, " n"], dt: float, braking: bool, boxes: Float[np.ndarray, "7 P n"],
     likeliest: Bool[np.ndarray, " n"],
 ) -> None:  # fmt: skip
-    """Write what `boxes_and_likeliest` returns, from paths whose ends leave the way to brake if ``braking``."""
+    """Write what `obstacles_of` returns, from paths whose ends leave the way to brake if ``braking``."""
     last, likelihood = boxes.shape[1] - 1, np.empty(len(vehicle))
     _compare(vehicle, weight, likelihood, likeliest)
     for i in range(len(vehicle)):

@@ -31,22 +31,6 @@ class Stages(NamedTuple):
 
 
 @compiled
-def minimiser(
-    stages: Stages, held: Bool[np.ndarray, "N 2"], rollout: Rollout, tree: Tree, dt: float
-) -> Float[np.ndarray, "N 2"]:
-    """The change of the inputs that costs least.
-
-    Args:
-        stages: the problem, convex in the inputs.
-        held: which inputs do not change.
-        rollout: the motion whose changes follow from those of the inputs.
-        tree: its steps.
-        dt: [s].
-    """
-    return _played(_gains(stages, held, rollout, tree, dt), rollout, tree, dt)
-
-
-@compiled
 def _place(i: int, j: int) -> int:
     """Where the coefficient of two variables stands: a form is symmetric, so that half of it is kept."""
     return i * (i + 1) // 2 + j if i >= j else j * (j + 1) // 2 + i
@@ -113,9 +97,19 @@ def _eliminate(
 
 
 @compiled
-def _played(gains: Float[np.ndarray, "N 2 7"], rollout: Rollout, tree: Tree, dt: float) -> Float[np.ndarray, "N 2"]:
-    """The inputs that follow from the gains, node by node."""
-    nodes = len(gains)
+def minimiser(
+    stages: Stages, held: Bool[np.ndarray, "N 2"], rollout: Rollout, tree: Tree, dt: float
+) -> Float[np.ndarray, "N 2"]:
+    """The change of the inputs that costs least.
+
+    Args:
+        stages: the problem, convex in the inputs.
+        held: which inputs do not change.
+        rollout: the motion whose changes follow from those of the inputs.
+        tree: its steps.
+        dt: [s].
+    """
+    gains, nodes = _gains(stages, held, rollout, tree, dt), len(tree.parent)
     result, states, known = np.empty((nodes, 2)), np.zeros((nodes, 4)), np.zeros(7)
     known[_ONE] = 1.0
     for n in range(nodes):

@@ -31,7 +31,7 @@ def active_constraints(trace: Trace, step: int, problem: ProblemSettings) -> Boo
 
     All paths constrain the fail-safe branch, where a plan has one.
     """
-    boxes = obstacles_of(trace.paths[step], problem.obstacles)
+    boxes, _ = obstacles_of(trace.paths[step], problem.obstacles)
     values = clearances(trace.plans[step].held, boxes, problem.vehicle, problem.obstacles)
     return np.pad((values < 1 + problem.obstacles.margin + _MARGIN).T, ((0, 0), (1, 0)))
 
