@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from coverdrive.cli.learning.fit import fit
+from coverdrive.cli.learning.fit import Learning, fit
 from coverdrive.cli.shared.options import experiment_of
 from coverdrive.config import Experiment
 from coverdrive.errors import SettingError
@@ -39,7 +39,7 @@ def saved(monkeypatch: pytest.MonkeyPatch, **options: Any) -> SavedError:
     monkeypatch.setattr(fitting, "fit", lambda *_: None)
     monkeypatch.setattr(Results, "save_fit", save_fit)
     with pytest.raises(SavedError) as kept:
-        fit(**options)
+        fit(learning=Learning(**options))
     return kept.value
 
 
@@ -75,7 +75,7 @@ def test_traffic_is_generated_on_the_road_that_is_asked_for(monkeypatch: pytest.
 
 def test_what_was_not_recorded_is_no_road() -> None:
     with pytest.raises(SettingError, match="a road like the recorded one needs recordings"):
-        fit(road="recorded")
+        fit(learning=Learning(road="recorded"))
 
 
 def test_a_study_takes_the_numbers_of_vehicles_of_its_road_unless_others_are_asked_for() -> None:

@@ -1,39 +1,25 @@
 """``coverdrive run``: everything, from recordings to the report."""
 
 from dataclasses import asdict
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from coverdrive.cli.driving.dial import Risk, dial_and_print
 from coverdrive.cli.driving.study import study_and_print
 from coverdrive.cli.learning.calibrations import compare_and_save
-from coverdrive.cli.learning.fit import fit_and_print
+from coverdrive.cli.learning.fit import AS_USUAL, Learning, fit_and_print
 from coverdrive.cli.shared import options
 from coverdrive.cli.shared.bars import stages, waiting
-from coverdrive.cli.shared.options import certificate, console, experiment_of, processes
-
-if TYPE_CHECKING:
-    from coverdrive.config import Experiment
+from coverdrive.cli.shared.options import console, processes
 
 
 def run(
     *,
-    recording: options.Recordings = None,
-    epsilon: options.Epsilon = None,
-    confidence: options.Confidence = None,
-    unit: options.Unit = None,
+    learning: Learning = AS_USUAL,
     risk: Risk = None,
     trials: options.Trials = None,
     traffic: options.TrafficName = None,
     vehicles: options.Vehicles = None,
-    seed: options.Seed = None,
-    out: options.Out = Path("results"),
-    config: options.Config = None,
-    preset: options.Preset = "default",
-    road: options.RoadName = None,
     workers: options.Workers = None,
-    files: options.Files = options.AS_USUAL,
-    settings: options.Set = None,
 ) -> dict[str, Any]:
     """Do everything: learn, certify, test, compare methods, drive a closed-loop study, and draw the report.
 
@@ -46,38 +32,25 @@ def run(
     - on a road with bends and a ramp: `coverdrive run --road curved --traffic drivers --out curved`
     - with sets as bold as drives prove to be safe: `coverdrive run --traffic drivers --risk 0.01`
     """
-
-    def settle(**around: Any) -> "Experiment":
-        return experiment_of(
-            config,
-            preset,
-            settings,
-            seed=seed,
-            **vars(files),
-            prediction=certificate(epsilon, confidence, unit),
-            study={"trials": trials, "workers": workers, "vehicles": vehicles},
-            traffic={"kind": traffic},
-            **around,
-        )
-
     with waiting():
         from coverdrive.reporting.contents import Certified
         from coverdrive.reporting.report import draw_everything
         from coverdrive.results import Results, certificate_record
         from coverdrive.simulation.studies.ahead import compiled_ahead
-    results = Results(out)
+    results, recording = Results(learning.out), learning.recording or []
+    size = {"trials": trials, "workers": workers, "vehicles": vehicles}
     with compiled_ahead():
-        fitted = fit_and_print(settle, recording or [], results, road, preset)
+        fitted = fit_and_print(learning, results, study=size, traffic={"kind": traffic})
         compared = compare_and_save(results)
         if risk is not None:
             from coverdrive.dialling.dial import Request
 
-            dial_and_print(results, results.experiment, Request(risk), recording or [], None)
-        study = results.study(results.experiment, recording or [])
+            dial_and_print(results, results.experiment, Request(risk), recording, None)
+        study = results.study(results.experiment, recording)
         studied = study_and_print(study, results, results.experiment.study)
     with stages():
         page = draw_everything(results.fitted, study, processes(results.experiment.study))
-    console.print(f"Results are in {out}; look at {page}")
+    console.print(f"Results are in {learning.out}; look at {page}")
     return {
         **certificate_record(Certified.of(fitted)),
         "methods": [asdict(each) for each in compared],

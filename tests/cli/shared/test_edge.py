@@ -190,13 +190,14 @@ def test_bad_calls_end_in_one_line(
 
 
 def test_a_setting_of_the_command_line_holds_over_a_file(tmp_path: Path) -> None:
-    from coverdrive.cli.shared.options import certificate, experiment_of
+    from coverdrive.cli.shared.options import experiment_of
 
     (tmp_path / "mine.toml").write_text("seed = 3\n[prediction.certificate]\nepsilon = 0.3\n")
-    usual = {"prediction": certificate(0.25, None, None)}
+    usual = {"prediction": {"certificate": {"epsilon": 0.25}}}
 
     def epsilon(config: Path | None = None, settings: list[str] | None = None, given: float | None = None) -> Any:
-        made = experiment_of(config, "default", settings, usual, prediction=certificate(given, None, None))
+        claim = {"certificate": {"epsilon": given}}
+        made = experiment_of(config, "default", settings, usual, prediction=claim)
         return made.prediction.certificate.epsilon
 
     assert epsilon() == 0.25

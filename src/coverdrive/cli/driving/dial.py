@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from coverdrive.cli.driving.study import Cluster
+from coverdrive.cli.driving.study import AS_FITTED, Cluster, Driven
 from coverdrive.cli.shared import options
 from coverdrive.cli.shared.bars import stages, waiting
-from coverdrive.cli.shared.options import between, console, experiment_in, processes
+from coverdrive.cli.shared.options import between, console, processes
 
 if TYPE_CHECKING:
     from coverdrive.config import Experiment
@@ -30,7 +30,7 @@ def dial(
     folder: options.Folder = Path("results"),
     /,
     *,
-    traffic: options.TrafficName = None,
+    driven: Driven = AS_FITTED,
     risk: Annotated[Risk, Parameter(show_default=lambda _: "0.01")] = None,
     confidence: Annotated[
         float,
@@ -78,11 +78,6 @@ def dial(
             "constant-velocity-box`; sets are driven at every scale.",
         ),
     ] = None,
-    recording: options.ToReplay = None,
-    vehicles: options.Vehicles = None,
-    road: options.RoadOfStudy = None,
-    seed: options.Seed = None,
-    config: options.Config = None,
     settings: options.Set = None,
     workers: options.Workers = None,
     cluster: Cluster = None,
@@ -105,20 +100,23 @@ def dial(
         from coverdrive.results import Results
         from coverdrive.simulation.traffic.replay import REPLAYS
     results = Results(folder)
-    size = {"workers": workers, "vehicles": vehicles}
-    experiment = experiment_in(results, road, config, settings, seed=seed, study=size, traffic={"kind": traffic})
-    results.check_replay((experiment.traffic.kind,), [] if beside else recording or [], road)
+    experiment, recording, road = (
+        driven.experiment(results, settings, workers=workers),
+        driven.recording or [],
+        driven.road,
+    )
+    results.check_replay((experiment.traffic.kind,), [] if beside else recording, road)
     tried = tuple(scales or SCALES)
     request = Request(0.01 if risk is None else risk, confidence, event, tried, procedure, pilot, most)
     if experiment.traffic.kind in REPLAYS:
         with stages():
             chosen = results.choose_on_groups(
-                experiment, request, recording or [], road, workers=processes(experiment.study), cluster=cluster
+                experiment, request, recording, road, workers=processes(experiment.study), cluster=cluster
             )
         console.print(f"• {chosen.sentence}")
         return {"results": str(folder), "reached": False, "scale": chosen.scale, "sentence": chosen.sentence,
                 "groups": chosen.table.to_dicts()}  # fmt: skip
-    found = dial_and_print(results, experiment, request, recording or [], road, cluster, beside or [])
+    found = dial_and_print(results, experiment, request, recording, road, cluster, beside or [])
     return {"results": str(folder), **found.record}
 
 

@@ -6,10 +6,10 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from coverdrive.cli.driving.study import study_of
+from coverdrive.cli.driving.study import AS_FITTED, Driven
 from coverdrive.cli.shared import options
 from coverdrive.cli.shared.bars import stages, waiting
-from coverdrive.cli.shared.options import console, experiment_in
+from coverdrive.cli.shared.options import console
 from coverdrive.progress import stage
 
 
@@ -24,18 +24,7 @@ def drive(
             help="Number of the trial, from 0, as in `--trial 7`: it gives the start and the traffic.",
         ),
     ] = 0,
-    vehicles: Annotated[
-        int | None,
-        Parameter(
-            validator=Number(gte=1, lte=100),
-            help="Number of uncontrolled vehicles, as in `--vehicles 8`; else that of the trial.",
-        ),
-    ] = None,
-    traffic: options.TrafficName = None,
-    road: options.RoadOfStudy = None,
-    recording: options.ToReplay = None,
-    seed: options.Seed = None,
-    config: options.Config = None,
+    driven: Driven = AS_FITTED,
     settings: options.Set = None,
 ) -> dict[str, Any]:
     """Drive one trial with the predictor in a results folder; write its trace, snapshots and a video.
@@ -55,9 +44,7 @@ def drive(
         from coverdrive.simulation.measures.trial import measure, table_of
         from coverdrive.simulation.studies.driven_on import driven_on
     results = Results(folder)
-    numbers = {"vehicles": None if vehicles is None else [vehicles]}
-    experiment = experiment_in(results, road, config, settings, seed=seed, traffic={"kind": traffic}, study=numbers)
-    study = study_of(results, experiment, recording, road)
+    study = driven.study(results, driven.experiment(results, settings))
     setup = study.setup.loaded()
     number = setup.vehicles_of(trial)
     kept = folder / f"{study.folder.name.replace('study', 'drive', 1)}_{trial}_{number}"

@@ -6,19 +6,16 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from coverdrive.cli.driving.study import study_of
+from coverdrive.cli.driving.study import AS_FITTED, Driven
 from coverdrive.cli.shared import options
 from coverdrive.cli.shared.bars import stages, waiting
-from coverdrive.cli.shared.options import console, experiment_in, processes
+from coverdrive.cli.shared.options import console, processes
 
 
 def rare(
     fit: options.Folder = Path("results"),
     *,
-    traffic: options.TrafficName = None,
-    vehicles: options.Vehicles = None,
-    road: options.RoadOfStudy = None,
-    recording: options.ToReplay = None,
+    driven: Driven = AS_FITTED,
     particles: Annotated[
         int,
         Parameter(validator=Number(gte=2), help="Drives that each repetition goes on with, as in `--particles 400`."),
@@ -34,7 +31,6 @@ def rare(
         float,
         Parameter(help="Probability below which no collision is looked for any more, as in `--down-to 1e-5`."),
     ] = 1e-6,
-    seed: options.Seed = None,
     out: Annotated[
         Path | None,
         Parameter(
@@ -42,7 +38,6 @@ def rare(
             show_default=lambda _: "`rare` in that of the fit, with the traffic and the road if they are others",
         ),
     ] = None,
-    config: options.Config = None,
     settings: options.Set = None,
     workers: options.Workers = None,
 ) -> dict[str, Any]:
@@ -61,9 +56,8 @@ def rare(
         from coverdrive.results import RARE, STUDY, Results
         from coverdrive.simulation.studies.driven_on import driven_on
     results = Results(fit)
-    size = {"workers": workers, "vehicles": vehicles}
-    experiment = experiment_in(results, road, config, settings, seed=seed, study=size, traffic={"kind": traffic})
-    study = study_of(results, experiment, recording, road)
+    experiment = driven.experiment(results, settings, workers=workers)
+    study = driven.study(results, experiment)
     setup, folder = study.setup, out or results.folder / study.folder.name.replace(STUDY, RARE, 1)
     with stages():
         found = estimate(

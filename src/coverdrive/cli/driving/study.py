@@ -1,9 +1,12 @@
 """``coverdrive study``: many drives, once or for every variant of a sweep."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
+from cyclopts.validators import Number
 
 from coverdrive.cli.shared import options
 from coverdrive.cli.shared.bars import stages, waiting
@@ -19,15 +22,40 @@ Cluster = Annotated[
 ]
 
 
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Driven:
+    """What is driven with the predictor in a results folder."""
+
+    traffic: options.TrafficName = None
+    vehicles: Annotated[options.Vehicles, Parameter(validator=Number(gte=1, lte=100))] = None
+    road: options.RoadOfStudy = None
+    recording: options.ToReplay = None
+    seed: options.Seed = None
+    config: options.Config = None
+
+    def experiment(self, results: "Results", settings: Sequence[str] | None = None, **size: Any) -> "Experiment":
+        """The settings of the folder with these; ``size`` is that of a study."""
+        size |= {"vehicles": self.vehicles}
+        traffic = {"kind": self.traffic}
+        return experiment_in(results, self.road, self.config, settings, seed=self.seed, study=size, traffic=traffic)
+
+    def study(self, results: "Results", experiment: "Experiment") -> "Study":
+        """The study with such settings; refused if there is nothing to replay."""
+        kind, recordings = experiment.traffic.kind, self.recording or []
+        results.check_replay((kind,), recordings, self.road)
+        return results.study(experiment, recordings, results.study_name(kind, self.road))
+
+
+AS_FITTED = Driven()
+
+
 def study(
     folder: options.Folder = Path("results"),
     /,
     *,
     trials: options.Trials = None,
-    traffic: options.TrafficName = None,
-    vehicles: options.Vehicles = None,
-    road: options.RoadOfStudy = None,
-    recording: options.ToReplay = None,
+    driven: Driven = AS_FITTED,
     until_width: Annotated[
         float | None,
         Parameter(
@@ -42,8 +70,6 @@ def study(
             help="Settings to vary, as in `--set planner.problem.obstacles.order=2,4`; every combination is a study."
         ),
     ] = None,
-    seed: options.Seed = None,
-    config: options.Config = None,
     workers: options.Workers = None,
     cluster: Cluster = None,
 ) -> dict[str, Any]:
@@ -62,19 +88,10 @@ def study(
     with waiting():
         from coverdrive.results import Results
     results = Results(folder)
-    size = {"trials": trials, "workers": workers, "vehicles": vehicles, "until_width": until_width}
-    experiment = experiment_in(results, road, config, seed=seed, study=size, traffic={"kind": traffic})
+    experiment = driven.experiment(results, trials=trials, workers=workers, until_width=until_width)
     if settings:
-        return _sweep(results, experiment, settings, recording or [], road, cluster)
-    study = study_of(results, experiment, recording, road)
-    return study_and_print(study, results, experiment.study, cluster)
-
-
-def study_of(results: "Results", experiment: "Experiment", recording: list[Path] | None, road: str | None) -> "Study":
-    """The study of a results folder in some traffic on a road; refused if there is nothing to replay."""
-    kind = experiment.traffic.kind
-    results.check_replay((kind,), recording or [], road)
-    return results.study(experiment, recording or [], results.study_name(kind, road))
+        return _sweep(results, experiment, settings, driven.recording or [], driven.road, cluster)
+    return study_and_print(driven.study(results, experiment), results, experiment.study, cluster)
 
 
 def study_and_print(

@@ -1,7 +1,6 @@
 """``coverdrive fit``: a certified predictor."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,7 +9,7 @@ from cyclopts.validators import Number
 
 from coverdrive.cli.shared import options
 from coverdrive.cli.shared.bars import stages, waiting
-from coverdrive.cli.shared.options import certificate, console, experiment_of
+from coverdrive.cli.shared.options import console, experiment_of
 
 if TYPE_CHECKING:
     from coverdrive.config import Experiment
@@ -18,13 +17,38 @@ if TYPE_CHECKING:
     from coverdrive.results import Results
 
 
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Learning:
+    """What is learned from, with which claim and settings, and where it is kept."""
+
+    recording: options.Recordings = None
+    epsilon: options.Epsilon = None
+    confidence: options.Confidence = None
+    unit: options.Unit = None
+    seed: options.Seed = None
+    out: options.Out = Path("results")
+    config: options.Config = None
+    preset: options.Preset = "default"
+    road: options.RoadName = None
+    files: options.Files = options.AS_USUAL
+    settings: options.Set = None
+
+    def experiment(self, **parts: Any) -> "Experiment":
+        """The settings, with further parts as `experiment_of` takes them."""
+        claim = {"certificate": {"epsilon": self.epsilon, "confidence": self.confidence, "unit": self.unit}}
+        files = vars(self.files)
+        return experiment_of(
+            self.config, self.preset, self.settings, seed=self.seed, prediction=claim, **files, **parts
+        )
+
+
+AS_USUAL = Learning()
+
+
 def fit(
     *,
-    recording: options.Recordings = None,
-    epsilon: options.Epsilon = None,
-    confidence: options.Confidence = None,
-    unit: options.Unit = None,
-    seed: options.Seed = None,
+    learning: Learning = AS_USUAL,
     folds: Annotated[
         int | None,
         Parameter(
@@ -33,12 +57,6 @@ def fit(
             "spread, and keep no predictor; as in `--folds 4`, which is 12 fits.",
         ),
     ] = None,
-    out: options.Out = Path("results"),
-    config: options.Config = None,
-    preset: options.Preset = "default",
-    road: options.RoadName = None,
-    files: options.Files = options.AS_USUAL,
-    settings: options.Set = None,
 ) -> dict[str, Any]:
     """Learn a predictor from recordings, certify it, and test it on scenes that did not train it.
 
@@ -53,60 +71,52 @@ def fit(
         from coverdrive.reporting.contents import Certified
         from coverdrive.results import Results, certificate_record
 
-    def settle(**around: Any) -> "Experiment":
-        claim = certificate(epsilon, confidence, unit)
-        return experiment_of(config, preset, settings, seed=seed, **vars(files), prediction=claim, **around)
-
     if folds is not None:
-        return _folds_and_print(settle(), recording or [], folds)
-    result = fit_and_print(settle, recording or [], Results(out), road, preset)
-    console.print(f"The predictor is in {out}")
-    return {"results": str(out), **certificate_record(Certified.of(result))}
+        return _folds_and_print(learning, folds)
+    result = fit_and_print(learning, Results(learning.out))
+    console.print(f"The predictor is in {learning.out}")
+    return {"results": str(learning.out), **certificate_record(Certified.of(result))}
 
 
-def _folds_and_print(experiment: "Experiment", paths: Sequence[Path], folds: int) -> dict[str, Any]:
+def _folds_and_print(learning: Learning, folds: int) -> dict[str, Any]:
     """Fit with scene groups in every role, and say how far results spread."""
     with waiting():
         from coverdrive.prediction.fits.folds import fit_folds
         from coverdrive.reporting.tables.summaries import folds_table
+    experiment = learning.experiment()
     with stages():
-        found = fit_folds(experiment.recordings(paths), experiment.prediction, experiment.seed, folds)
+        found = fit_folds(
+            experiment.recordings(learning.recording or []), experiment.prediction, experiment.seed, folds
+        )
     console.print(folds_table(found))
     for refused in dict.fromkeys(each.refusal for each in found if each.refusal):
         console.print(f"• {refused}")
     return {"folds": [asdict(each) for each in found]}
 
 
-def fit_and_print(
-    settle: "Callable[..., Experiment]",
-    paths: Sequence[Path],
-    results: "Results",
-    road: options.Roads | None,
-    preset: options.Preset,
-) -> "Fit":
-    """Learn, certify, test, save, and say how it went.
-
-    ``settle`` makes the experiment as `experiment_of` does; where it drives is ``road``, or else like the recordings.
-    """
+def fit_and_print(learning: Learning, results: "Results", **parts: Any) -> "Fit":
+    """Learn, certify, test, save, and say how it went; ``parts`` of the experiment are kept for what drives."""
     with waiting():
         from coverdrive.prediction.fit import fit
         from coverdrive.reporting.contents import Certified
         from coverdrive.reporting.tables.summaries import fit_table
         from coverdrive.simulation.measures.notable import recorded_near_misses
         from coverdrive.simulation.roads.places import PLACES, place_of, recorded_place
-    asked = road or ("paper" if preset == "paper" else None)
+    paths, road = learning.recording or [], learning.road
+    asked = road or ("paper" if learning.preset == "paper" else None)
     if not paths:
         place_of(asked, None)  # refuses a recorded one before traffic is generated
     with stages():
         named = PLACES.get(road or "")
-        experiment = settle(road=named and {**named.parts, "generated": named.road}) if not paths else settle()
+        generated = None if paths else named and {**named.parts, "generated": named.road}
+        experiment = learning.experiment(road=generated, **parts)
         recordings = experiment.recordings(paths)
         like = recorded_place(recordings) if paths else None
         name, place = place_of(asked, like)
         if like:
             manners = like.manners.model_dump(exclude={"like"}) if like.manners else {}
             usual = place.parts if name == "recorded" else {"planner": {"manners": manners}}
-            experiment = settle(road=named and named.parts, usual=usual)
+            experiment = learning.experiment(road=named and named.parts, usual=usual, **parts)
         result = fit(recordings, experiment.prediction, experiment.seed)
         results.save_fit(experiment, result, name, like, recorded_near_misses(recordings) if paths else None)
     console.print(fit_table(result))

@@ -295,10 +295,3 @@ def experiment_in(
 def processes(study: "StudySettings") -> int:
     """How many to work with."""
     return study.workers or os.cpu_count() or 1
-
-
-def certificate(
-    epsilon: float | Literal["auto"] | None, confidence: float | None, unit: str | None
-) -> dict[str, dict[str, Any]]:
-    """What the options of the certificate say, as a part of an experiment."""
-    return {"certificate": {"epsilon": epsilon, "confidence": confidence, "unit": unit}}
