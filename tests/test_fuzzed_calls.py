@@ -134,10 +134,10 @@ def test_the_command(quick_fit: Path, tmp_path: Path, monkeypatch: pytest.Monkey
         reached.append(True)
         raise DataError("so far, so good")
 
-    for name in _COMMANDS:
-        monkeypatch.setattr(f"coverdrive.cli.{name}.stages", begun, raising=False)
+    for file in _COMMANDS.values():
+        monkeypatch.setattr(f"coverdrive.cli.{file}.stages", begun, raising=False)
     monkeypatch.chdir(tmp_path)
-    names = [name.rpartition(".")[2] for name in _COMMANDS]
+    names = [*_COMMANDS]
     options = {name: [argument.names[0] for argument in app[name].assemble_argument_collection()] for name in names}
 
     def case(random: np.random.Generator) -> None:

@@ -63,8 +63,8 @@ def by_name() -> Iterator[tuple[str, str, str]]:
     for name, place in coverdrive._PLACES.items():
         module, _, inner = place.partition(":")
         yield "coverdrive", f"coverdrive.{module}", inner or name
-    for name in cli._COMMANDS:
-        yield "coverdrive.cli", f"coverdrive.cli.{name}", name.rpartition(".")[2]
+    for name, file in cli._COMMANDS.items():
+        yield "coverdrive.cli", f"coverdrive.cli.{file}", name
 
 
 @pytest.mark.parametrize(("loader", "module", "name"), [*by_name()])

@@ -1,4 +1,4 @@
-"""The command ``coverdrive``, one file for each subcommand; each loads what it needs when it is called."""
+"""The command ``coverdrive``; each subcommand loads what it needs when it is called."""
 
 import sys
 from collections.abc import Sequence
@@ -32,15 +32,17 @@ app = App(
     not support · 3, done, but `solve` could not read or drive some problems · 130, stopped by Ctrl-C · 143, stopped by
     SIGTERM · 141, nobody reads the output any more.""",
 )
-_COMMANDS = (
-    "demo", "run", "learning.inspect", "learning.fit", "learning.calibrations", "driving.dial", "driving.study",
-    "driving.drive", "driving.compare", "driving.league", "driving.rare", "showing.report", "showing.figures",
-    "showing.animate", "driving.solve", "learning.basis", "paper", "doctor",
-)  # fmt: skip
-"""in the order of a first visit"""
+_COMMANDS = {
+    "demo": "demo", "run": "run", "inspect": "learning.inspect", "fit": "learning.fit",
+    "calibrations": "learning.calibrations", "dial": "driving.dial", "study": "driving.study", "drive": "driving.drive",
+    "compare": "driving.compare", "league": "driving.league", "rare": "driving.rare", "report": "showing",
+    "figures": "showing", "animate": "showing", "solve": "driving.solve", "basis": "learning.basis", "paper": "paper",
+    "doctor": "doctor",
+}  # fmt: skip
+"""in the order of a first visit, and the file of each"""
 
-for number, name in enumerate(_COMMANDS):
-    app.command(getattr(import_module(f"coverdrive.cli.{name}"), name.rpartition(".")[2]), sort_key=number)
+for number, (name, file) in enumerate(_COMMANDS.items()):
+    app.command(getattr(import_module(f"coverdrive.cli.{file}"), name), sort_key=number)
 
 app.meta.group_parameters = Group("Options of every command")
 app.meta.suppress_keyboard_interrupt = False

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
-from cyclopts.validators import Number
 
 from coverdrive.cli.shared.bars import console as progress_console
 from coverdrive.cli.shared.bars import waiting
@@ -39,12 +38,12 @@ def between(low: float, high: float) -> Callable[[Any, Any], None]:
     return check
 
 
-_TRAFFICS = Literal["set-sampling", "drivers", "aggressive", "mixed", "replay", "reactive-replay"]
-_RECORDING = Parameter(name="--recording", consume_multiple=True)
+Traffics = Literal["set-sampling", "drivers", "aggressive", "mixed", "replay", "reactive-replay"]
+RECORDING = Parameter(name="--recording", consume_multiple=True)
 
 Recordings = Annotated[
     list[Path] | None,
-    _RECORDING,
+    RECORDING,
     Parameter(
         help="Files or folders of NGSIM, highD, CommonRoad and others, as in `--recording scenarios/ us-101.csv`. "
         "Without any, traffic is generated.",
@@ -52,7 +51,7 @@ Recordings = Annotated[
 ]
 ToReplay = Annotated[
     list[Path] | None,
-    _RECORDING,
+    RECORDING,
     Parameter(
         help="Only with --traffic replay or reactive-replay: files or folders to replay, as in `--recording "
         "scenarios/`. Without any, the generated traffic is replayed.",
@@ -127,7 +126,7 @@ Workers = Annotated[
     Parameter(help="Number of processes, as in `--workers 4`; 0: one for each processor.", show_default=usually("0")),
 ]
 TrafficName = Annotated[
-    _TRAFFICS | None,
+    Traffics | None,
     Parameter(
         name="--traffic",
         help="Uncontrolled vehicles: of the paper (set-sampling), IDM and MOBIL drivers, aggressive ones, a mixture, "
@@ -148,29 +147,6 @@ RoadName = Annotated[
     ),
 ]
 RoadOfStudy = Annotated[RoadName, Parameter(name="--road", show_default=lambda _: "that of the results folder")]
-Studied = Annotated[
-    _TRAFFICS | None,
-    Parameter(
-        name="--traffic",
-        help="Traffic of the study to show, as in `--traffic drivers`; else that of the results folder's settings, or "
-        "of the only study there is.",
-    ),
-]
-StudiedRoad = Annotated[
-    Roads | None,
-    Parameter(
-        name="--road",
-        help="Road of the study to show, as in `--road curved`; else that of the results folder.",
-    ),
-]
-Replayed = Annotated[
-    list[Path] | None,
-    _RECORDING,
-    Parameter(
-        help="Recordings that the study replayed, as in `--recording scenarios/`; needed if drives in replayed traffic "
-        "are not stored yet.",
-    ),
-]
 Vehicles = Annotated[
     list[int] | None,
     Parameter(
@@ -211,29 +187,6 @@ class Files:
 
 
 AS_USUAL = Files()
-_Number = Number(gte=0, lte=9_999_999)
-Named = Annotated[
-    list[Annotated[int, Parameter(validator=_Number)]] | None,
-    Parameter(
-        name="--trial",
-        consume_multiple=True,
-        help="Trials to replay besides the notable ones, by their numbers from 0; as in `--trial 7 12`.",
-    ),
-]
-Trial = Annotated[
-    int | None,
-    Parameter(
-        validator=_Number,
-        help="Number of the trial, from 0, as in `--trial 7`; else the drive in which most happens.",
-    ),
-]
-Replays = Annotated[
-    int,
-    Parameter(
-        validator=Number(gte=0, lte=1000),
-        help="Number of drives to replay at most, as in `--replays 3`: collisions, near misses, the liveliest.",
-    ),
-]
 
 
 def experiment_of(
