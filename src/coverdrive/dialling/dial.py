@@ -11,7 +11,7 @@ each, and ``dial.json`` with what is proved.
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -99,38 +99,25 @@ class Dialled:
     def record(self) -> dict[str, Any]:
         """As JSON values, the first proof's numbers by themselves."""
         first = self.proofs[0]
-        return {
-            "scale": self.scale,
-            "reached": self.reached,
+        numbers = {
             "risk": first.bound,
             "confidence": first.confidence,
             "drives": first.drives,
             "collisions": first.events,
-            "mean_speed": self.mean_speed,
-            "sentence": self.sentence,
-            "windows": self.windows.sentence,
-            "place": self.place,
-            "proofs": [asdict(each) for each in self.proofs],
-            "certificate": asdict(self.windows),
-            "driven": dict(self.driven),
-            "frontier": self.frontier.to_dicts(),
-            "other_proofs": self.other_proofs,
         }
+        said = {"sentence": self.sentence, "windows": self.windows.sentence, "certificate": asdict(self.windows)}
+        own = {"proofs": [asdict(each) for each in self.proofs], "frontier": self.frontier.to_dicts()}
+        return {**vars(self), **numbers, **said, **own}
 
     @staticmethod
     def of(record: Mapping[str, Any]) -> "Dialled":
         """The one that a record is of."""
-        return Dialled(
-            scale=record["scale"],
-            reached=record["reached"],
-            proofs=tuple(Proof(**each) for each in record["proofs"]),
-            mean_speed=record["mean_speed"],
-            windows=Certificate(**record["certificate"]),
-            place=record["place"],
-            driven=record["driven"],
-            frontier=pl.DataFrame(record["frontier"], infer_schema_length=None),
-            other_proofs=record.get("other_proofs", 0),
-        )
+        own: dict[str, Any] = {
+            "proofs": tuple(Proof(**each) for each in record["proofs"]),
+            "windows": Certificate(**record["certificate"]),
+            "frontier": pl.DataFrame(record["frontier"], infer_schema_length=None),
+        }
+        return Dialled(**{each.name: record[each.name] for each in fields(Dialled) if each.name in record} | own)
 
 
 @dataclass(frozen=True)
@@ -208,27 +195,8 @@ def dial(
     """Find the boldest scale of the predictor's sets with which drives are proved to be safe enough.
 
     What is proved drives as ``predictor.scaled(result.scale)`` and this planner; ``result.reached`` says whether it is
-    what was asked for. All else is as of `coverdrive.study`, and of `Request`.
-
-    Args:
-        predictor: whose sets are scaled.
-        planner: of the ego.
-        folder: of this dial, which goes on where it was stopped.
-        risk: probability of a collision in a drive that is to be proved not to be exceeded.
-        confidence: of the proof.
-        event: ``any`` collision, or those at the ego's ``own`` fault.
-        scales: to try; one alone is named beforehand.
-        procedure: how several are kept from being tried until one passes by chance.
-        pilot: drives at every scale that choose.
-        most: drives to prove one at the most.
-        traffic: in which is driven.
-        vehicles: numbers of uncontrolled vehicles.
-        seed: of both kinds of drives, which no study with this seed has.
-        recordings: on a road like theirs.
-        road: another one.
-        episode: start, length and time steps.
-        workers: number of processes.
-        cluster: address of a Dask scheduler.
+    what was asked for. The folder is that of this dial, which goes on where it was stopped. From ``risk`` to ``most``
+    all is as of `Request`, the rest as of `coverdrive.study`, but no study with this seed has the same drives.
 
     Raises:
         SettingError: a number makes no sense, or there is no such traffic or road.
