@@ -33,7 +33,7 @@ def seat(name: str, place: Place = PLACE) -> Seat:
 
 
 def test_who_does_not_apply_says_why() -> None:
-    reasons = {name: make(KNOWN, PLACE) for name, (make, _) in ENTRANTS.items()}
+    reasons = {name: make(KNOWN, PLACE) for name, make in ENTRANTS.items()}
     out = {name: reason for name, reason in reasons.items() if isinstance(reason, str)}
     assert out == {
         "paper": "no paper",

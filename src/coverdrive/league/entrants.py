@@ -116,24 +116,21 @@ def _own(known: Known, place: Place) -> Seat | str:
     return Seat(None, None) if place.own_driver else "there everybody else is the world's own driver"
 
 
-ENTRANTS: dict[str, tuple[Callable[[Known, Place], Seat | str], str]] = {
-    "default": (lambda known, place: _with(known.predictor, place), "certified sets, and our planner"),
-    "paper": (_paper, "the paper's sets, and its program solved by IPOPT"),
-    "paper-sets": (lambda known, place: _with(known.paper, place), "the paper's sets, and our planner"),
-    "constant-velocity-box": (lambda known, place: _with(known.box, place),
-                              "constant velocity in one box with the default's certificate, and our planner"),
-    "constant-velocity": (lambda known, place: _with(ConstantVelocity(), place),
-                          "bodies that keep their velocity, and our planner"),
-    "known-future": (_known_future, "what recorded vehicles will do, and our planner"),
-    "idm-mobil": (lambda known, place: _acting(partial(IdmMobil, place.settings)),
-                  "car following by IDM and lane changes by MOBIL"),
-    "idm": (lambda known, place: _acting(Idm), "car following by IDM in the lane of the start"),
-    "keep-velocity": (lambda known, place: _acting(KeepVelocity), "the speed and the lane of the start"),
-    "fiss-future": (_fiss, "FISS+, told what recorded vehicles will do"),
-    "fiss-constant-velocity": (_fiss, "FISS+, which believes that everybody keeps the velocity"),
-    "own": (_own, "the world's own driver: IDM and MOBIL in highway-env, Krauss and LC2013 in SUMO"),
-}  # fmt: skip
-"""what makes an entrant for a place, or says why it does not take part, and who it is"""
+ENTRANTS: dict[str, Callable[[Known, Place], Seat | str]] = {
+    "default": lambda known, place: _with(known.predictor, place),  # certified sets, and our planner
+    "paper": _paper,  # the paper's sets, and its program solved by IPOPT
+    "paper-sets": lambda known, place: _with(known.paper, place),  # the paper's sets, and our planner
+    "constant-velocity-box": lambda known, place: _with(known.box, place),  # with the default's certificate
+    "constant-velocity": lambda known, place: _with(ConstantVelocity(), place),  # bodies that keep their velocity
+    "known-future": _known_future,  # what recorded vehicles will do, and our planner
+    "idm-mobil": lambda known, place: _acting(partial(IdmMobil, place.settings)),
+    "idm": lambda known, place: _acting(Idm),  # in the lane of the start
+    "keep-velocity": lambda known, place: _acting(KeepVelocity),  # and the lane
+    "fiss-future": _fiss,  # FISS+, told what recorded vehicles will do
+    "fiss-constant-velocity": _fiss,
+    "own": _own,  # the world's own driver: IDM and MOBIL in highway-env, Krauss and LC2013 in SUMO
+}
+"""what makes an entrant for a place, or says why it does not take part"""
 
 USUAL = [name for name in ENTRANTS if name not in ("paper", "idm", "keep-velocity", *FISS)]
 """who drives if nobody is named; the paper's program takes seconds for every step"""
@@ -145,7 +142,7 @@ ON_PROBLEMS = ["default", "constant-velocity-box", "constant-velocity", "idm", "
 def entrant(name: str) -> Callable[[Known, Place], Seat | str]:
     """What seats the entrant of a name or a ``module:factory``; a SettingError if there is none."""
     if name in ENTRANTS:
-        return ENTRANTS[name][0]
+        return ENTRANTS[name]
     if ":" not in name:
         raise SettingError(
             f"no planner is called {name!r}; choose {', '.join(ENTRANTS)}, or name your own as module:factory"
