@@ -34,8 +34,8 @@ app = App(
 )
 _COMMANDS = {
     "demo": "demo", "run": "run", "inspect": "learning.inspect", "fit": "learning.fit",
-    "calibrations": "learning.calibrations", "dial": "driving.dial", "study": "driving.study", "drive": "driving.drive",
-    "compare": "driving.compare", "league": "driving.league", "rare": "driving.rare", "report": "showing",
+    "calibrations": "learning.calibrations", "dial": "driving.dial", "study": "driving.study", "drive": "driving.study",
+    "compare": "driving.study", "league": "driving.league", "rare": "driving.rare", "report": "showing",
     "figures": "showing", "animate": "showing", "solve": "driving.solve", "basis": "learning.basis", "paper": "paper",
     "doctor": "doctor",
 }  # fmt: skip

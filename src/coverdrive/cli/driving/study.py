@@ -1,7 +1,8 @@
-"""``coverdrive study``: many drives, once or for every variant of a sweep."""
+"""``coverdrive study``, ``drive`` and ``compare``: many drives or one of them, and two studies beside each other."""
 
+import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,6 +12,7 @@ from cyclopts.validators import Number
 from coverdrive.cli.shared import options
 from coverdrive.cli.shared.bars import stages, waiting
 from coverdrive.cli.shared.options import between, console, experiment_in, processes
+from coverdrive.progress import stage
 
 if TYPE_CHECKING:
     from coverdrive.config import Experiment, StudySettings
@@ -103,7 +105,7 @@ def study_and_print(
         from coverdrive.reporting.claim import proved_by
         from coverdrive.reporting.tables.study import collisions_table, drives_table, safety_table
         from coverdrive.simulation.studies.driven_on import driven_on
-    _drive(study, size, cluster)
+    _run(study, size, cluster)
     place = driven_on(study.setup)
     console.print(place)
     trials = study.trials
@@ -144,7 +146,7 @@ def _sweep(
     results.check_replay({each.traffic.kind for each in variants.values()}, recording, road)
     studies = {name: results.study(each, recording, f"{SWEEP}/{name}") for name, each in variants.items()}
     for name, study in studies.items():
-        _drive(study, variants[name].study, cluster, name)
+        _run(study, variants[name].study, cluster, name)
         variants[name].save(study.folder / "config.toml")
     console.print(sweep_table({name: study.trials for name, study in studies.items()}))
     folder = results.folder / SWEEP
@@ -152,7 +154,7 @@ def _sweep(
     return {"sweep": {name: study.collisions.to_dicts() for name, study in studies.items()}}
 
 
-def _drive(study: "Study", size: "StudySettings", cluster: str | None, name: str = "closed-loop trials") -> None:
+def _run(study: "Study", size: "StudySettings", cluster: str | None, name: str = "closed-loop trials") -> None:
     """Drive a study, and say which rows of it were damaged."""
     with stages(kept="finished trials"):
         study.run(
@@ -161,3 +163,79 @@ def _drive(study: "Study", size: "StudySettings", cluster: str | None, name: str
         )  # fmt: skip
     for file in study.set_aside:
         console.print(f"• A row that is damaged or of another study is now {file}, and its trial was driven again")
+
+
+def drive(
+    folder: options.Folder = Path("results"),
+    /,
+    *,
+    trial: Annotated[
+        int,
+        Parameter(
+            validator=Number(gte=0, lte=9_999_999),
+            help="Number of the trial, from 0, as in `--trial 7`: it gives the start and the traffic.",
+        ),
+    ] = 0,
+    driven: Driven = AS_FITTED,
+    settings: options.Set = None,
+) -> dict[str, Any]:
+    """Drive one trial with the predictor in a results folder; write its trace, snapshots and a video.
+
+    For example:
+
+    - a trial of the study again: `coverdrive drive us101 --trial 7`
+    - among other traffic: `coverdrive drive us101 --vehicles 8 --traffic aggressive`
+    """
+    with waiting():
+        from coverdrive.reporting.drives.active_constraints import problem_of
+        from coverdrive.reporting.figures.gallery import draw_drive
+        from coverdrive.reporting.tables.study import drives_table
+        from coverdrive.results import Results
+        from coverdrive.simulation.drives.outcome import Cause
+        from coverdrive.simulation.drives.storage import save_trace
+        from coverdrive.simulation.measures.trial import measure, table_of
+        from coverdrive.simulation.studies.driven_on import driven_on
+    results = Results(folder)
+    study = driven.study(results, driven.experiment(results, settings))
+    setup = study.setup.loaded()
+    number = setup.vehicles_of(trial)
+    kept = folder / f"{study.folder.name.replace('study', 'drive', 1)}_{trial}_{number}"
+    with stages():
+        with stage("drive"):
+            trace = setup.drive(trial)
+        save_trace(trace, kept / "trace.npz")
+        draw_drive(trace, kept, problem_of(study))
+    result = measure(trace, setup.seed, trial)
+    console.print(driven_on(setup))
+    console.print("{kind} at {time:.1f} s with {vehicles} vehicles".format(**result))
+    if result["cause"] != Cause.NONE:
+        console.print("at fault: {at_fault}; {cause}".format(**result))
+    console.print(drives_table(table_of([result])))
+    console.print(f"Trace, snapshots and video are in {kept}")
+    return {"drive": str(kept), **result}
+
+
+def compare(
+    first: Annotated[
+        Path, Parameter(help="Folder of a study, or the results folder around it, as in `results/study-drivers`.")
+    ],
+    second: Annotated[
+        Path, Parameter(help="The same, as in `other/`; its trials must have the same seed and numbers of vehicles.")
+    ],
+    /,
+) -> dict[str, Any]:
+    """Compare two studies trial by trial: paired differences, second minus first, with 95 % intervals.
+
+    For example:
+
+    - two results folders: `coverdrive compare one/ other/`
+    - two variants of a sweep: `coverdrive compare results/sweep/traffic.kind=drivers results/sweep/traffic.kind=mixed`
+    """
+    with waiting():
+        from coverdrive.reporting.tables.study import comparison_table
+        from coverdrive.simulation.studies.comparison import compare as compare_studies
+    comparison = compare_studies(first, second)
+    for name, (one, two) in comparison.settings.items():
+        console.print(f"{name}: {json.dumps(one)} and {json.dumps(two)}", highlight=False, markup=False)
+    console.print(comparison_table(comparison))
+    return asdict(comparison)
