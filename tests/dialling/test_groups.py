@@ -44,5 +44,5 @@ def test_only_the_same_recordings_settings_and_seed_have_the_same_fit(
     asked += [(scenes[:3], settings.model_copy(update={"basis": BasisSettings(radius=1.0)}), 0)]
     for _ in range(2):
         for each in asked:
-            groups._fitted(*each, tmp_path, (0.1,))  # pyright: ignore[reportPrivateUsage]
+            groups._fitted(*each, tmp_path)  # pyright: ignore[reportPrivateUsage]
         assert len(made) == len(set(made)) == 2 * len(asked)

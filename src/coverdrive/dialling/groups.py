@@ -77,11 +77,10 @@ def across_groups(
     setup: Setup,
     folder: Path,
     drives: int = 100,
-    shares: Sequence[float] = SHARES,
     workers: int = 1,
     cluster: str | None = None,
 ) -> pl.DataFrame:
-    """Replays of every group of scenes, driven by what was fitted to all others; a line for every group and share.
+    """Replays of every group of scenes, driven by what was fitted to all others; a line for each, by `SHARES`.
 
     Args:
         recordings: all of them.
@@ -89,7 +88,6 @@ def across_groups(
         setup: of the replays; predictor and scenes are replaced.
         folder: of fits and drives, which go on where they were stopped.
         drives: of each group, for every share.
-        shares: of calibration windows that leave the sets (`SHARES`).
         workers: number of processes.
         cluster: address of a Dask scheduler whose workers drive instead.
 
@@ -112,10 +110,10 @@ def across_groups(
         if not scenarios:
             continue
         others = [each for other in groups if other is not group for each in other]
-        predictor, scales = _fitted(others, settings, setup.seed, folder / "fits", shares)
+        predictor, scales = _fitted(others, settings, setup.seed, folder / "fits")
         reacting = isinstance(setup.traffic, ReactiveReplaySettings)
         beliefs: dict[float, Belief] = {} if reacting else {FUTURE: KnownFuture(scenarios)}
-        beliefs |= {share: predictor.scaled(scale) for share, scale in zip(shares, scales, strict=True)}
+        beliefs |= {share: predictor.scaled(scale) for share, scale in zip(SHARES, scales, strict=True)}
         for share, belief in beliefs.items():
             there = replace(setup, predictor=belief, scenarios=scenarios)
             files = StudyFolder(folder / "groups" / str(number) / f"{share:g}")
@@ -185,7 +183,7 @@ def chosen_share(table: pl.DataFrame) -> float:
 
 
 def _fitted(
-    recordings: Sequence[Recording], settings: PredictionSettings, seed: int, folder: Path, shares: Sequence[float]
+    recordings: Sequence[Recording], settings: PredictionSettings, seed: int, folder: Path
 ) -> tuple[AnyPredictor, list[float]]:
     """What was fitted to recordings, once, and the scale for each share; each fit has its own folder."""
     roads = [fingerprint(*map(np.asarray, tree.leaves(each.road))) for each in recordings]
@@ -201,4 +199,4 @@ def _fitted(
         result.scored.save(scores)
     found = Predictor.load(predictor)
     calibration = ScoredSides.load(scores, found).calibration
-    return found, [scale_left(found, calibration, share) for share in shares]
+    return found, [scale_left(found, calibration, share) for share in SHARES]
