@@ -99,8 +99,7 @@ def league(
                 count = min(trials, len(problems[world].places)) if world in problems else trials
                 found = _driven(found, files, f"{name} in {world}", count, workers, cluster)
             driven[world, name] = found
-            table = league_table(driven)
-            write_atomically(folder / "league.csv", table.write_csv)
+            write_atomically(folder / "league.csv", league_table(driven).write_csv)
     each = [
         rows.select(pl.lit(world).alias("world"), pl.lit(name).alias("planner"), pl.all())
         for (world, name), rows in driven.items()
