@@ -81,7 +81,9 @@ class _Run(BaseModel):
     recordings: tuple[Source, ...]
     seconds: dict[str, float]
     road: str = "paper"
+    """of studies, if no other is named"""
     recorded_place: Place | None = None
+    """like that of the recordings, if the fit was to any"""
     recorded_near_misses: dict[str, float] | None = None
 
 
@@ -131,7 +133,7 @@ class Results:
         """Set aside what drove with other sets, or with settings that studies called ``study`` no longer have."""
         try:
             ours, before, scale = self.experiment, self.predictor, f"{self.predictor.scale:.3g}"
-            alike = experiment.study.vehicles == ours.study.vehicles and road == self._road
+            alike = experiment.study.vehicles == ours.study.vehicles and road == self._run.road
         except CoverdriveError:  # a damaged fit is another one
             set_aside(self.folder, "unknown", *_DRIVEN, DIAL, PAPER)
             return
@@ -172,11 +174,13 @@ class Results:
         return self._sealed.read(CERTIFICATE, _CERTIFIED.validate_json)
 
     @cached_property
+    def _run(self) -> _Run:
+        return self._sealed.read(RUN, _Run.model_validate_json)
+
+    @property
     def run(self) -> dict[str, Any]:
         """Versions, data and times."""
-        return self._sealed.read(
-            RUN, lambda content: _Run.model_validate_json(content) and _OBJECT.validate_json(content)
-        )
+        return self._run.model_dump(mode="json")
 
     def refuse_seen(self, scenarios: Sequence[Path]) -> None:
         """Raise `DataError` if CommonRoad scenarios show vehicles that trained or calibrated the predictor.
@@ -184,7 +188,7 @@ class Results:
         Those that cannot be read as recordings are passed over. No scenario shows vehicles of generated traffic, whose
         tracks a demo leaves out.
         """
-        if not (self.folder / SEEN).exists() and all(is_generated(each["name"]) for each in self.run["recordings"]):
+        if not (self.folder / SEEN).exists() and all(is_generated(each.name) for each in self._run.recordings):
             return
         read = self.experiment.recordings
         self.seen.refuse([each for file in scenarios if legible(file) for each in read([file])])
@@ -192,23 +196,11 @@ class Results:
     @cached_property
     def seen(self) -> Seen:
         """What trained or calibrated the predictor, which is refused wherever it is to be tried."""
-        sources = TypeAdapter(tuple[Source, ...]).validate_python(self.run["recordings"])
-        return Seen.load(self._sealed.file(SEEN), sources)
+        return Seen.load(self._sealed.file(SEEN), self._run.recordings)
 
     def place(self, road: str | None = None) -> Place:
         """Where a study on a road of a name takes place, or on that of the fit; a SettingError if there is none."""
-        return place_of(road or self._road, self._like)[1]
-
-    @property
-    def _like(self) -> Place | None:
-        """Like that of the recordings, if the fit was to any."""
-        like = self.run.get("recorded_place")
-        return like and Place.model_validate(like)
-
-    @property
-    def _road(self) -> str:
-        """That of studies, if no other is named."""
-        return self.run.get("road", "paper")
+        return place_of(road or self._run.road, self._run.recorded_place)[1]
 
     @property
     def settings(self) -> PredictionSettings:
@@ -280,6 +272,7 @@ class Results:
                 )
             return cut_scenarios(left)
 
+        like = self._run.recorded_place
         setup = Setup(
             self.predictor,
             MpcPlanner(experiment.planner),
@@ -288,14 +281,14 @@ class Results:
             experiment.study.vehicles,
             experiment.seed,
             scenarios,
-            self._like and self._like.initial,
+            like and like.initial,
         )
         return Study(setup, self.folder / (name or self.study_name(experiment.traffic.kind)))
 
     def check_replay(self, traffics: Collection[str], recordings: Sequence[Path], road: str | None) -> None:
         """Refuse, with a SettingError, recordings that none of the traffics replays, and a road that is not theirs."""
         if not set(REPLAYS).isdisjoint(traffics):
-            check_replayed_road(road, self._road)
+            check_replayed_road(road, self._run.road)
         elif recordings:
             raise SettingError(
                 f"recordings are for replayed traffic only, got {recordings[0]} for {' and '.join(sorted(traffics))}; "
@@ -341,7 +334,7 @@ class Results:
 
     def study_name(self, traffic: str | None, road: str | None = None, kind: str = STUDY) -> str:
         """Folder of the study in a traffic, on a road: that of the folder's settings is called ``study``."""
-        names = (traffic, self.experiment.traffic.kind), (road, self._road)
+        names = (traffic, self.experiment.traffic.kind), (road, self._run.road)
         return "-".join([kind, *(asked for asked, usual in names if asked not in (None, usual))])
 
     def known(
@@ -395,26 +388,16 @@ class Results:
     ) -> Dialled:
         """Turn the dial of an experiment, on a road of a name; what is proved is used by everything from then on.
 
-        Args:
-            experiment: in which traffic, and with which planner.
-            request: what is to be proved.
-            recordings: as of `study`; if others of the frontier need them, those that made the predictor.
-            road: on which to drive; else that of the fit.
-            workers: number of processes.
-            cluster: address of a Dask scheduler whose workers drive instead.
-            beside: names of entrants of the league whose risk and speed in the pilot stand on the frontier, too.
-
-        Raises:
-            SettingError: a number makes no sense, or there is no such entrant.
-            CertificateError: so many drives cannot prove the risk, whatever happens in them.
-            DataError: the folder holds drives of another configuration, or no scores of its predictor.
+        All is as of `coverdrive.dialling.dial.dialled` and of `study`, but ``beside`` has names of entrants of the
+        league, which may need the recordings that made the predictor; a SettingError if there is no such entrant, a
+        DataError if the folder holds no scores of its predictor.
         """
         _ = self.scored  # which is needed at the end: without it, all would be driven for nothing
         folder = self.folder / self.study_name(experiment.traffic.kind, road, DIAL) / f"seed-{experiment.seed}"
         setup = self.study(experiment, recordings).setup.loaded()
         others = {}
         if beside:
-            recorded = recordings or not self._like  # else of generated traffic, which is made again
+            recorded = recordings or not self._run.recorded_place  # else of generated traffic, which is made again
             known = self.known(beside, experiment.planner, recordings if recorded else None)
             others = setups_beside(setup, known, beside, request.scales)
         found = dialled(setup, self.predictor, folder, request, workers, cluster, others)
