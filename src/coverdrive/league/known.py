@@ -33,15 +33,9 @@ def known_of(
     paper: AnyPredictor | None,
     planner: PlannerSettings,
 ) -> Known:
-    """What there is for all entrants.
+    """What there is for all entrants: the predictor of the default, how it was made, and the paper's, if there is one.
 
-    Args:
-        predictor: of the default.
-        settings: that it was made with.
-        seed: that it was made with.
-        recordings: that it was made from; without any, constant velocity has no box.
-        paper: the predictor of the paper's preset, if there is one.
-        planner: ours.
+    Without the recordings that it was made from, constant velocity has no box.
 
     Raises:
         DataError: the predictors were not trained on the same vehicles, those of the recordings.
@@ -89,17 +83,9 @@ def unseen_of(
     *,
     boxed: bool,
 ) -> tuple[Known, ...]:
-    """What there is for each scenario.
+    """What there is for each scenario: ``known`` where nothing of it is in the recordings, read from ``paths``.
 
-    Args:
-        known: where nothing of a scenario is in the recordings.
-        scenarios: files.
-        paths: of the recordings.
-        recordings: the same, as they were read.
-        settings: of the fits.
-        seed: of the fits.
-        folder: where fits are kept.
-        boxed: whether constant velocity is to have its box.
+    Fits are kept in the folder; constant velocity has its box only if it is to be ``boxed``.
     """
     files = list(dict.fromkeys(scenarios))
     out = dict(zip(files, left_out(paths, files), strict=True))

@@ -108,12 +108,10 @@ def _predictors(
         from coverdrive.prediction.fits.left_out import fit_without, left_out
     if leave_one_out and not paths:
         raise SettingError("--leave-one-out is about recordings; name some, as in `--recording scenarios/`")
-    recordings, out_of = experiment.recordings(paths), dict.fromkeys(files, frozenset[str]())
-    if leave_one_out:
-        with stage("shared scenes"):
-            out_of = dict(zip(files, left_out(paths, files), strict=True))
-    fits = out / "fits"
+    made_of = experiment.recordings(paths), experiment.prediction, experiment.seed, out / "fits"
     if not leave_one_out:
-        fitted = fit_without(frozenset(), recordings, experiment.prediction, experiment.seed, fits)
+        fitted = fit_without(frozenset(), *made_of)
         return lambda _: fitted
-    return lambda file: fit_without(out_of[file], recordings, experiment.prediction, experiment.seed, fits)
+    with stage("shared scenes"):
+        out_of = dict(zip(files, left_out(paths, files), strict=True))
+    return lambda file: fit_without(out_of[file], *made_of)
