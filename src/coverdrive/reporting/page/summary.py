@@ -8,13 +8,12 @@ import polars as pl
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.evaluation import Rate
 from coverdrive.percentages import at_most, interval, percent
-from coverdrive.plan import Status
 from coverdrive.reporting.claim import set_facts, strength, whose
 from coverdrive.reporting.contents import Contents
 from coverdrive.simulation.drivers.generated import is_generated
 from coverdrive.simulation.drives.outcome import Cause, Fault
 from coverdrive.simulation.measures.notable import COLLIDED, NEAR_GAP, NEAR_TIME, NEARLY
-from coverdrive.simulation.measures.statistics import braking_behind, miss_rate, misses_by_manoeuvre
+from coverdrive.simulation.measures.statistics import braking_behind, miss_rate, misses_by_manoeuvre, plan_share
 
 _BEST = "known-future"
 """the entrant of the league whose speed no prediction beats"""
@@ -108,7 +107,7 @@ def tiles(contents: Contents) -> list[Tile]:
     gap, time = (_least(trials, name) for name in ("minimum_gap", "minimum_time_to_collision"))
     plans = round(float(trials["time"].to_numpy().sum()) / contents.period)
     missed = _missed_in_drives(certificate.unit, trials)
-    unsafe, rear = (percent(plan_share(trials, status)) for status in (Status.UNSAFE, Status.REAR))
+    unsafe, rear = (percent(plan_share(trials, way)) for way in ("unsafe", "rear"))
     braking = f"hardest braking {float(trials['hardest_braking'].to_numpy().max()):.1f} m/s²"
     behind = None if contents.replayed else braking_behind(trials)  # who is replayed does not brake for the ego
     if behind is not None:
@@ -125,7 +124,7 @@ def tiles(contents: Contents) -> list[Tile]:
         Tile("–" if usual is None else f"{usual:.2f} s", "of headway, kept in 9 of 10 moments of the median drive",
              "" if contents.kept is None else f"recorded drivers: {contents.kept:.2f} s"),
         Tile(f"{_mean(trials, 'jerk_longitudinal'):.1f} m/s³", "jerk along the road, root mean square", braking),
-        Tile(percent(plan_share(trials, Status.SOLVED, Status.FALLBACK)),
+        Tile(percent(plan_share(trials, "solved", "fallback")),
              f"of {plans:,} plans clear of all predicted paths",
              f"{rear} more if the vehicle behind keeps its distance; {unsafe} unsafe; clear plans lost: "
              f"{int(trials['lost_clear'].sum())}"),
@@ -186,7 +185,7 @@ def ends(contents: Contents) -> str:
     if trials is None:
         return f"None of the {idle} trials could start: their vehicles found no room on the road."
     idle -= trials.height
-    near, unsafe = trials.filter(NEARLY).height, percent(plan_share(trials, Status.UNSAFE))
+    near, unsafe = trials.filter(NEARLY).height, percent(plan_share(trials, "unsafe"))
     said = f" {idle} more could not start: their vehicles found no room on the road." if idle else ""
     return (
         f"{_collisions(trials)} {near} {'was a near miss' if near == 1 else 'were near misses'}. {unsafe} of all plans "
@@ -206,12 +205,6 @@ def _collisions(trials: pl.DataFrame) -> str:
         f"{collided.height} of {trials.height} drives ({exposure(trials)}) ended in a collision ({causes}). At fault: "
         f"{faults}."
     )
-
-
-def plan_share(trials: pl.DataFrame, *statuses: Status) -> float:
-    """Share of the plans of all drives that were found in one of these ways."""
-    shares = sum(trials[f"share_{status.name.lower()}"].to_numpy() for status in statuses)
-    return float(np.average(shares, weights=trials["time"].to_numpy()))
 
 
 def facts(contents: Contents) -> list[tuple[str, str]]:

@@ -27,6 +27,7 @@ from coverdrive.simulation.measures.statistics import (
     collision_table,
     miss_rate,
     misses_by_manoeuvre,
+    plan_share,
     telling_rows,
 )
 from coverdrive.simulation.studies.comparison import Comparison, Difference
@@ -98,9 +99,6 @@ def drives_table(trials: pl.DataFrame) -> Table:
     def median(name: str) -> float:
         return float(np.median(values(name)))
 
-    def share(name: str) -> float:
-        return float(np.average(values(f"share_{name.replace(' ', '_')}"), weights=values("time")))
-
     def least(name: str, unit: str) -> str:
         smallest, tenth = np.quantile(values(name), [0, 0.1], method="lower")
         return f"least {smallest:.2f} {unit}, 1 of 10 trials at most {tenth:.2f} {unit}"
@@ -122,9 +120,9 @@ def drives_table(trials: pl.DataFrame) -> Table:
         *([] if behind is None else [
             ("hardest braking of the one behind (in replays as recorded)",
              f"{behind[0]:.1f} m/s² in the median trial, 1 of 20 trials at least {behind[1]:.1f} m/s²")]),
-        ("plans with slack", f"{share('slack'):.1%}, largest {values('maximum_slack').max():.2f}"),
+        ("plans with slack", f"{plan_share(trials, 'slack'):.1%}, largest {values('maximum_slack').max():.2f}"),
         (f"plans {' / '.join(status.value for status in Status)}",
-         " / ".join(f"{share(status.name.lower()):.2%}" for status in Status)),
+         " / ".join(f"{plan_share(trials, status.name.lower()):.2%}" for status in Status)),
         ("prediction and planning per step",
          f"median {1e3 * np.median(values('planning_median')):.1f} ms, "
          f"99th percentile {1e3 * np.median(values('planning_p99')):.1f} ms (each of the median trial), "

@@ -83,6 +83,12 @@ def miss_rate(results: pl.DataFrame, missed: str, total: str) -> Rate:
     return Rate.of_totals(misses.to_numpy(), totals.to_numpy().astype(int))
 
 
+def plan_share(results: pl.DataFrame, *ways: str) -> float:
+    """The share of the plans of all drives that were found in one of these ways, which are columns ``share_…``."""
+    shares = sum(results[f"share_{way}"].to_numpy() for way in ways)
+    return float(np.average(shares, weights=results["time"].to_numpy()))
+
+
 def braking_behind(results: pl.DataFrame) -> tuple[float, float] | None:
     """Hardest braking behind the ego [m/s²] in the median trial, and what one trial in 20 exceeds; None: not measured.
 
