@@ -341,7 +341,7 @@ class Results:
         self,
         names: Collection[str],
         planner: PlannerSettings,
-        recordings: Sequence[Path] | None = (),
+        recordings: Sequence[Path] = (),
         paper: Path | None = None,
         folder: Path | None = None,
     ) -> Known:
@@ -350,15 +350,16 @@ class Results:
         Args:
             names: of those who are to take part; what they need is made.
             planner: ours.
-            recordings: that made the predictor, without which there is no box and no paper's preset; none for
-                generated traffic; None if they are not there.
+            recordings: that made the predictor, without which there is no box and no paper's preset; generated traffic
+                is made again.
             paper: results folder of the paper's preset on them.
             folder: where that is made, if none is given.
         """
         theirs = Results(paper or (folder or self.folder) / PAPER)
         by_paper = paper is None and not theirs.holds_fit and not {"paper", "paper-sets"}.isdisjoint(names)
-        needed = recordings is not None and (by_paper or "constant-velocity-box" in names)
-        read = self.experiment.recordings(recordings or ()) if needed else ()
+        there = recordings or not self._run.recorded_place
+        needed = there and (by_paper or "constant-velocity-box" in names)
+        read = self.experiment.recordings(recordings) if needed else ()
         read = read if read and self.seen.from_all(read) else ()
         if by_paper and read:
             changed = self.experiment.model_copy(update={"prediction": paper_settings_like(self.settings)})
@@ -397,8 +398,7 @@ class Results:
         setup = self.study(experiment, recordings).setup.loaded()
         others = {}
         if beside:
-            recorded = recordings or not self._run.recorded_place  # else of generated traffic, which is made again
-            known = self.known(beside, experiment.planner, recordings if recorded else None)
+            known = self.known(beside, experiment.planner, recordings)
             others = setups_beside(setup, known, beside, request.scales)
         found = dialled(setup, self.predictor, folder, request, workers, cluster, others)
         begun = sum((each / "proof").exists() for each in folder.parent.glob("seed-*") if each != folder)

@@ -108,7 +108,8 @@ def league(
         from coverdrive.simulation.traffic.registry import NAMES
         from coverdrive.simulation.traffic.replay import REPLAYS
     results = Results(fit)
-    recorded = recording or not results.run.get("recorded_place")  # else of generated traffic, which is made again
+    recording = recording or []
+    recorded = recording or not results.run["recorded_place"]  # generated traffic is made again
     worlds = worlds or [name for name in NAMES if recorded or name not in REPLAYS]
     posed = [name for name in worlds if is_problems(name)]
     planners = planners or list(
@@ -120,14 +121,13 @@ def league(
     experiment = experiment_in(results, road, seed=seed, study=size, episode={"duration": duration})
     folder = out or fit / LEAGUE
     with stages(kept="finished drives"):
-        read = recording or [] if recorded else None
-        known = results.known(planners, experiment.planner, read, paper, out)
+        known = results.known(planners, experiment.planner, recording, paper, out)
         if recording and posed:
             problems = _unseen(results, known, problems, recording, planners, folder)
         elif posed:
             results.refuse_seen(sorted({file for each in problems.values() for file in each.files}))
         table = drive(
-            _setups(results, experiment, [name for name in worlds if name in NAMES], recording or []),
+            _setups(results, experiment, [name for name in worlds if name in NAMES], recording),
             known,
             folder,
             planners=planners,
