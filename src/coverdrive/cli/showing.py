@@ -8,7 +8,7 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from coverdrive.cli.shared.bars import stages, waiting
-from coverdrive.cli.shared.options import RECORDING, Folder, Roads, Traffics, console
+from coverdrive.cli.shared.options import Folder, Roads, Traffics, console
 
 if TYPE_CHECKING:
     from coverdrive.results import Results
@@ -33,10 +33,10 @@ class Shown:
     ] = None
     recording: Annotated[
         list[Path] | None,
-        RECORDING,
         Parameter(
+            consume_multiple=True,
             help="Recordings that the study replayed, as in `--recording scenarios/`; needed if drives in replayed "
-            "traffic are not stored yet."
+            "traffic are not stored yet.",
         ),
     ] = None
 

@@ -29,7 +29,6 @@ def solve(
     leave_one_out: Annotated[
         bool,
         Parameter(
-            name="--leave-one-out",
             negative="",
             help="Fit for each scenario on the recordings that show nothing of it, nor of others on its map.",
         ),

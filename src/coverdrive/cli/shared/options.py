@@ -39,20 +39,19 @@ def between(low: float, high: float) -> Callable[[Any, Any], None]:
 
 
 Traffics = Literal["set-sampling", "drivers", "aggressive", "mixed", "replay", "reactive-replay"]
-RECORDING = Parameter(name="--recording", consume_multiple=True)
 
 Recordings = Annotated[
     list[Path] | None,
-    RECORDING,
     Parameter(
+        consume_multiple=True,
         help="Files or folders of NGSIM, highD, CommonRoad and others, as in `--recording scenarios/ us-101.csv`. "
         "Without any, traffic is generated.",
     ),
 ]
 ToReplay = Annotated[
     list[Path] | None,
-    RECORDING,
     Parameter(
+        consume_multiple=True,
         help="Only with --traffic replay or reactive-replay: files or folders to replay, as in `--recording "
         "scenarios/`. Without any, the generated traffic is replayed.",
     ),
@@ -128,7 +127,6 @@ Workers = Annotated[
 TrafficName = Annotated[
     Traffics | None,
     Parameter(
-        name="--traffic",
         help="Uncontrolled vehicles: of the paper (set-sampling), IDM and MOBIL drivers, aggressive ones, a mixture, "
         "or recorded ones that do not react (replay), or do so while the ego is in their way (reactive-replay); as in "
         "`--traffic drivers`.",
@@ -139,14 +137,13 @@ Roads = Literal["recorded", "paper", "curved"]
 RoadName = Annotated[
     Roads | None,
     Parameter(
-        name="--road",
         help="Road to drive on: like that of the recordings, with its lanes, bends, density and speeds (recorded); "
         "three straight lanes on which the ego wants 40 m/s (paper); or bends of 231 m to 400 m radius and an on-ramp "
         "whose lane ends (curved), on which generated traffic is recorded, too; as in `--road curved`.",
         show_default=lambda _: "recorded, or paper where traffic is generated and for --preset paper",
     ),
 ]
-RoadOfStudy = Annotated[RoadName, Parameter(name="--road", show_default=lambda _: "that of the results folder")]
+RoadOfStudy = Annotated[RoadName, Parameter(show_default=lambda _: "that of the results folder")]
 Vehicles = Annotated[
     list[int] | None,
     Parameter(
