@@ -195,8 +195,27 @@ def dial(
     """Find the boldest scale of the predictor's sets with which drives are proved to be safe enough.
 
     What is proved drives as ``predictor.scaled(result.scale)`` and this planner; ``result.reached`` says whether it is
-    what was asked for. The folder is that of this dial, which goes on where it was stopped. From ``risk`` to ``most``
-    all is as of `Request`, the rest as of `coverdrive.study`, but no study with this seed has the same drives.
+    what was asked for. All else is as of `coverdrive.study`, and of `Request`.
+
+    Args:
+        predictor: whose sets are scaled.
+        planner: of the ego.
+        folder: of this dial, which goes on where it was stopped.
+        risk: probability of a collision in a drive that is to be proved not to be exceeded.
+        confidence: of the proof.
+        event: ``any`` collision, or those at the ego's ``own`` fault.
+        scales: to try; one alone is named beforehand.
+        procedure: how several are kept from being tried until one passes by chance.
+        pilot: drives at every scale that choose.
+        most: drives to prove one at the most.
+        traffic: in which is driven.
+        vehicles: numbers of uncontrolled vehicles.
+        seed: of both kinds of drives, which no study with this seed has.
+        recordings: on a road like theirs.
+        road: another one.
+        episode: start, length and time steps.
+        workers: number of processes.
+        cluster: address of a Dask scheduler.
 
     Raises:
         SettingError: a number makes no sense, or there is no such traffic or road.
