@@ -65,20 +65,33 @@ FOCUSED = """() => {
 }"""
 
 
+PUT_BACK = """() => {
+    history.replaceState(null, "", location.pathname);
+    document.querySelectorAll("details").forEach((each) => { each.open = true; });
+    document.querySelector(".filters button").click();
+    document.getElementById("rate").value = "1";
+    const trial = document.getElementById("trial");
+    trial.value = "0";
+    trial.dispatchEvent(new Event("change"));
+}"""
+"""as it was opened, but for what every press changes: the theme, the order of the table, marks of figures"""
+
+
 @pytest.fixture(scope="module")
 def opened(browser, address: str) -> Iterator[Callable[..., Any]]:
-    """A function that shows the page on a device at moment 50, with all that folds open; anew unless told not to."""
+    """A function that shows the page of a device at moment 50 with all that folds open, put back unless told not to."""
     contexts = {name: browser.new_context(**settings) for name, settings in DEVICES.items()}
     pages = {name: context.new_page() for name, context in contexts.items()}
+    for page in pages.values():
+        page.goto(address)
+        page.wait_for_selector("#player[data-loaded='0']")
+        page.evaluate(PUT_BACK)
+        page.evaluate("figures.forEach((view) => view.draw())")
 
     def open_on(name: str, anew: bool = True) -> Any:
         page = pages[name]
         if anew:
-            page.goto("about:blank")
-            page.goto(address)
-            page.wait_for_selector("#player[data-loaded='0']")
-            page.evaluate("document.querySelectorAll('details').forEach((each) => { each.open = true; })")
-            page.evaluate("figures.forEach((view) => view.draw())")
+            page.evaluate(PUT_BACK)
         page.evaluate("scrub.value = 50; scrub.dispatchEvent(new Event('input'))")
         return page
 
