@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from command import coverdrive
 from coverdrive import doctor
 
 COMMAND = [sys.executable, "-m", "coverdrive", "doctor"]
@@ -63,13 +64,10 @@ def test_a_cache_of_compiled_code_that_cannot_be_written(monkeypatch: pytest.Mon
 
 
 @pytest.mark.slow
-def test_the_command_as_json_and_quiet_and_its_status(tmp_path: Path) -> None:
-    def run(*options: str) -> subprocess.CompletedProcess[str]:
-        return subprocess.run([*COMMAND, *options], capture_output=True, text=True, check=True, cwd=tmp_path)
-
-    assert json.loads(run("--json").stdout)["missing"] == []
+def test_the_command_as_json_and_quiet_and_its_status(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert json.loads(coverdrive("doctor", "--json", only="stdout"))["missing"] == []
     (tmp_path / "file").touch()
-    broken = subprocess.run([*COMMAND, "file/results"], capture_output=True, text=True, check=False, cwd=tmp_path)
-    assert broken.returncode == 1 and "Missing: results." in broken.stdout
-    quiet = run("--quiet")
+    assert "Missing: results." in coverdrive("doctor", "file/results", status=1, only="stdout")
+    quiet = subprocess.run([*COMMAND, "--quiet"], capture_output=True, text=True, check=True)
     assert (quiet.stdout, quiet.stderr) == ("", "")
