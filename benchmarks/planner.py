@@ -6,8 +6,7 @@ kept. On the same instances, in the same run:
 
 - *coverdrive*: the planner as it drives, warm: the instances of one drive in their order, prediction apart.
 - *reference*: the same problem of two branches, with the lanes that the plan aims at, solved by IPOPT from eight
-  starts, one of them the plan; the best merit of them, as the planner evaluates it. Where nothing is clear of every
-  path, it is the problem with a careful follower, which the planner then solves.
+  starts, one of them the plan; the best merit of them, as the planner evaluates it.
 - *the paper's way*: what the paper describes (`coverdrive.league.paper_way`). At every step a nonlinear program is
   built anew in CasADi and solved by IPOPT, here once for the lane of the car, from the recorded plan. It has a cost of
   its own (its ellipses are smaller than the bodies), so that costs are compared with the reference alone.
@@ -32,7 +31,6 @@ from coverdrive.planning.planner import MpcPlanner
 from coverdrive.planning.problem.constants import Constants, constants_of
 from coverdrive.planning.problem.road_table import table_of
 from coverdrive.planning.problem.settings import ProblemSettings
-from coverdrive.planning.rules.follower import with_careful_follower
 from coverdrive.planning.rules.leaders import LeaderSettings, braking, leaders_of
 from coverdrive.planning.solver.manoeuvres import accelerations_of, write_manoeuvre
 from coverdrive.planning.surroundings import Surroundings, surroundings_of
@@ -60,7 +58,6 @@ def summary(seconds: list[float]) -> dict[str, float]:
 def recorded(experiment: Experiment, predictor: Predictor, trials: int) -> tuple[list[dict], dict]:
     """Instances of closed-loop trials, and how the planner did on all steps."""
     setup = Setup(predictor, MpcPlanner(experiment.planner), episode=experiment.episode, seed=experiment.seed)
-    road = experiment.episode.initial.road()
     instances, seconds, planning, statuses = [], [], [], Counter()
     for trial in range(trials):
         trace = setup.drive(trial)
@@ -69,9 +66,6 @@ def recorded(experiment: Experiment, predictor: Predictor, trials: int) -> tuple
             usual, tight = k % 10 == 0, plan.status is not Status.SOLVED
             if usual or (tight and k % 3 == 0):
                 state = trace.scene.states[k, 0]
-                if plan.status in (Status.REAR, Status.UNSAFE):
-                    careful = with_careful_follower(state, paths, road, experiment.planner.follower)
-                    paths = paths if careful is None else careful
                 flags = {"usual": usual, "tight": tight}
                 instances.append({"state": state, "paths": paths, "before": before, "plan": plan, **flags})
             before = plan.inputs[0]

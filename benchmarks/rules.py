@@ -52,7 +52,6 @@ WITHOUT: dict[str, dict[str, Any]] = {
     "leaders that brake": {"leaders": {"deceleration": 0.0}},
     ENTERING: {},
     "foresight": {"leaders": {"foresight": 0.0}},
-    "careful follower": {"rear_last": False},
     "manners": {"manners": {"like": "paper"}},
     "calm lane changes": {"manners": {"sideways": 10.0}},
     "cost of another lane": {"lane_change": 0.0},

@@ -31,6 +31,7 @@ CONSTANTS = {
     "0.5 m/s²": "proofs: an example",
     "0.6 m/s²": "prediction.boxes: second paths; proofs: an example",
     "1 m/s²": "simulation: drivers before a bend",
+    "2 m/s²": "planning.manners: before a wished time to collision; simulation: drivers in bends; gymnasium",
     "4.5 m/s²": "league.others: SUMO's hardest braking",
     "6 m/s²": "highway-env's hardest braking; simulation.driver_traffic",
     "0.02 s": "recordings.checks.TIME_STEPS",

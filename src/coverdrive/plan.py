@@ -21,9 +21,6 @@ class Status(enum.Enum):
     FALLBACK = "fallback"
     """as clear, but the rest of the last fail-safe branch, a simple manoeuvre to a lane at a constant acceleration, or
     what lies between one and an optimised plan: no optimised plan is clear and within the jerk limit"""
-    REAR = "rear"
-    """nothing clear was found; it is clear of everything else if the vehicle directly behind in the own lane (paper,
-    Remark 2) reacts and brakes as a careful driver would"""
     UNSAFE = "unsafe"
     """nothing clear was found; of all that was tried, this keeps to the road as far as anything does, and does least
     harm; cost decides between what does about as much"""

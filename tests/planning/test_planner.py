@@ -22,7 +22,6 @@ from coverdrive.planning.problem.obstacles import ObstacleSettings, obstacles_of
 from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.planning.problem.tree import BranchSettings, held_on
 from coverdrive.planning.problem.vehicle import VehicleSettings, step
-from coverdrive.planning.rules.follower import FollowerSettings, with_careful_follower
 from coverdrive.planning.rules.leaders import LeaderSettings
 from coverdrive.planning.rules.manners import NONE
 from coverdrive.planning.rules.wish import Wish
@@ -163,13 +162,11 @@ def test_follower_that_may_accelerate_does_not_push_the_car_into_others(straight
     paths = PredictedPaths(paths.points, vehicle, paths.half_sizes, paths.dt)
     state = np.array([0, 1.8, 20, 0.0])
     plan = MpcPlanner().plan(state, paths, ROAD)
-    assert plan.status is Status.REAR
+    assert plan.status is Status.UNSAFE
     assert plan.slack.max() > 0.1
     others = paths.of(np.arange(len(paths)) != 2)
     clear = clearances(plan.states, obstacles_of(others, ObstacleSettings())[0], VehicleSettings(), ObstacleSettings())
     assert clear.min() >= 1
-    without = MpcPlanner(PlannerSettings(rear_last=False)).plan(state, paths, ROAD)
-    assert without.status is Status.UNSAFE
 
 
 def test_brakes_where_the_search_returns_no_numbers(straight_paths, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -217,7 +214,7 @@ def test_no_iteration_and_no_second_search_begin_when_the_time_is_spent(
     calls.clear()
     MpcPlanner().plan(state, paths, ROAD)
     begun = [do for do in calls if do & BEGIN]
-    assert len(begun) == 3 and all(do & GO_ON for do in begun)  # leaders that brake, the sets alone, a careful follower
+    assert len(begun) == 2 and all(do & GO_ON for do in begun)  # leaders that brake, the sets alone
 
 
 def test_the_more_paths_the_fewer_iterations_between_two_looks_at_the_clock(
@@ -232,7 +229,7 @@ def test_the_more_paths_the_fewer_iterations_between_two_looks_at_the_clock(
     monkeypatch.setattr(planning, "search", at_once)
     for count in (10, 249, 1500):  # and a leader that brakes
         paths = straight_paths(*[(20.0 + i / 100, 1.8, 18 + i / 1000) for i in range(count)])
-        MpcPlanner(PlannerSettings(rear_last=False)).plan(np.array([0, 5.4, 20, 0.0]), paths, ROAD)
+        MpcPlanner().plan(np.array([0, 5.4, 20, 0.0]), paths, ROAD)
     assert iterations == [8, 4, 1]
 
 
@@ -288,26 +285,6 @@ def test_plans_compile_nothing_after_the_reset(straight_paths) -> None:
         single = paths.half_sizes.astype(np.float32)
         planner.plan(state, dataclasses.replace(paths, half_sizes=single), ROAD)
     assert compiled_functions() == compiled
-
-
-def test_a_follower_does_not_push_where_nothing_is_clear_anyway(straight_paths) -> None:
-    """Vehicles on both sides, one ahead that may brake too hard, one behind that may accelerate or brake."""
-    paths = straight_paths((6, 5.4, 20), (0, 1.8, 20), (0, 9.0, 20), (-6, 5.4, 20), (-6, 5.4, 20))
-    time, vehicle = 0.25 * np.arange(13), np.array([0, 1, 2, 3, 3])
-    braking, points = 5 * np.minimum(time, 2.5), paths.points.copy()
-    for path in (0, 4):
-        points[path, :, 0] -= braking * time - 2.5 * np.minimum(time, 2.5) ** 2
-    points[3, :, 0] += 4 * time**2
-    state, paths = np.array([0, 5.4, 20, 0.0]), PredictedPaths(points, vehicle, paths.half_sizes, paths.dt)
-    plan = MpcPlanner().plan(state, paths, ROAD)
-    assert plan.status is Status.UNSAFE
-    assert plan.slack.max() > 0.1
-    careful = with_careful_follower(state, paths, ROAD, FollowerSettings())
-    assert careful is not None
-    polite = MpcPlanner().plan(state, careful, ROAD)
-    np.testing.assert_array_equal(plan.inputs, polite.inputs)
-    pushed = MpcPlanner(PlannerSettings(rear_last=False)).plan(state, paths, ROAD)
-    assert np.abs(pushed.inputs - plan.inputs).max() > 0.1
 
 
 def test_an_interrupt_in_the_middle_of_a_search_is_heeded(straight_paths, heeds_interrupts: None) -> None:
@@ -539,17 +516,6 @@ def test_a_car_off_its_limits_still_gets_a_plan(straight_paths) -> None:
     assert plan.status in (Status.SOLVED, Status.FALLBACK, Status.UNSAFE)
     assert plan.states[-1, 3] > -0.3
     assert plan.states[-1, 2] < 50
-
-
-def test_with_a_follower_that_is_no_obstacle_nobody_else_is_trusted_to_brake(straight_paths, monkeypatch) -> None:
-    """The vehicle behind the follower would be the next one to be trusted."""
-    asked = []
-    monkeypatch.setattr(planning, "with_careful_follower", lambda *arguments: asked.append(arguments))
-    paths = straight_paths((6, 5.4, 0), (0, 1.8, 20), (0, 9.0, 20), (-7, 5.4, 20), (-14, 5.4, 20))
-    for ignored in (True, False):
-        problem = ProblemSettings(obstacles=ObstacleSettings(ignore_rear=ignored))
-        MpcPlanner(PlannerSettings(problem=problem)).plan(np.array([0, 5.4, 20, 0.0]), paths, ROAD)
-        assert bool(asked) is not ignored
 
 
 def test_wishes_choose_speed_and_lanes_for_one_plan_only(straight_paths) -> None:

@@ -21,7 +21,7 @@ from coverdrive.planning.problem.rollout import after_step
 from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.planning.problem.tree import held_on
 from coverdrive.planning.rules.ego_state import assumed_state, continued, plausible
-from coverdrive.planning.rules.follower import FollowerSettings, with_careful_follower, without_follower
+from coverdrive.planning.rules.follower import without_follower
 from coverdrive.planning.rules.leaders import Leaders, LeaderSettings, braking, leaders_of
 from coverdrive.planning.rules.manners import NONE, MannersSettings
 from coverdrive.planning.rules.path_memory import PathMemory
@@ -68,11 +68,6 @@ class PlannerSettings(Settings):
     budget: float | None = Field(default=None, gt=0, le=10)
     """[s] wall time after which no further iterations are begun: in a car, half of the time between two plans is a good
     choice; without it, the same seed gives the same drive on every machine"""
-    rear_last: bool = True
-    """if nothing is clear, the vehicle directly behind in the own lane (paper, Remark 2) is taken to keep its distance
-    as ``follower`` says, so that it does not push the ego into another, even where nothing is clear then either"""
-    follower: FollowerSettings = FollowerSettings()
-    """what that vehicle is trusted to do"""
     leaders: LeaderSettings = LeaderSettings()
     """what the vehicles directly ahead may do besides, as far as a plan that is clear of it exists"""
     manners: MannersSettings = MannersSettings()
@@ -261,15 +256,9 @@ class MpcPlanner:
         if found is None:
             own = targets._replace(lanes=targets.lanes[:1], lat=targets.lat[:1])
             return self._braking(call, paths, own), own, Status.UNSAFE
-        if found.clear:
-            return found, targets, Status.SOLVED if found.optimised else Status.FALLBACK
-        trusting = settings.rear_last and not settings.problem.obstacles.ignore_rear and not self._spent(call)
-        careful = with_careful_follower(state, paths, road, settings.follower) if trusting else None
-        yielded = self._search(call._replace(manners=NONE), careful, targets) if careful else None
-        if yielded is None:
+        if not found.clear:
             return found, targets, Status.UNSAFE
-        status = Status.REAR if yielded.clear else Status.UNSAFE
-        return self._judged(call, yielded, found.around), targets, status
+        return found, targets, Status.SOLVED if found.optimised else Status.FALLBACK
 
     def _clear_of_leaders(
         self, call: Call, paths: PredictedPaths, leaders: Leaders, targets: TargetLanes

@@ -66,11 +66,6 @@ def test_who_is_on_the_line_is_partly_in_the_same_lane(trace) -> None:
     assert where_is(replace(trace, scene=replace(trace.scene, lat=lats)), 0, 1) == "ahead partly in the same lane"
 
 
-def test_a_follower_that_is_trusted_is_named(trace) -> None:
-    text = reason_of(changed(trace, Status.REAR, ahead=-4.8), 0).text
-    assert text.startswith("unless the vehicle behind brakes: would meet ")
-
-
 @pytest.mark.parametrize(
     ("more", "said"),
     [

@@ -130,8 +130,8 @@ def test_slack_planning_time_and_status():
     assert found["planning_median"] == pytest.approx(0.25)
     assert found["planning_maximum"] == pytest.approx(0.4)
     assert found["planning_wall_p99"] == pytest.approx(np.quantile([0.2, 0.4, 0.6, 0.8], 0.99))
-    shares = [found[f"share_{status}"] for status in ("solved", "fallback", "rear", "unsafe", "invalid_input")]
-    assert shares == [0.5, 0.25, 0.0, 0.25, 0.0]
+    shares = [found[f"share_{status}"] for status in ("solved", "fallback", "unsafe", "invalid_input")]
+    assert shares == [0.5, 0.25, 0.25, 0.0]
 
 
 def test_jerk_and_braking_come_from_the_inputs_that_were_applied():
@@ -215,5 +215,5 @@ def test_driving_into_a_box_counts_where_the_plan_was_called_clear(lon: float, e
 
 def test_a_clear_plan_is_lost_where_none_follows_it() -> None:
     scenes = [make_scene([5.0 * k], [1.8]) for k in range(6)]
-    statuses = [Status.SOLVED, Status.UNSAFE, Status.FALLBACK, Status.SOLVED, Status.REAR]
+    statuses = [Status.SOLVED, Status.UNSAFE, Status.FALLBACK, Status.SOLVED, Status.UNSAFE]
     assert metrics.lost_clear(trace_of(scenes, statuses=statuses)) == 2

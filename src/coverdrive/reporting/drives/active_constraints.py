@@ -1,11 +1,18 @@
 """Which constraints of a plan are active: the predicted boxes that it could not come any closer to."""
 
 import numpy as np
-from jaxtyping import Bool
+from jaxtyping import Bool, Float
 
 from coverdrive.planning.planner import MpcPlanner
-from coverdrive.planning.problem.obstacles import clearance, obstacles_of, own_half_sizes, way_to_brake
+from coverdrive.planning.problem.obstacles import (
+    ObstacleSettings,
+    clearance,
+    obstacles_of,
+    own_half_sizes,
+    way_to_brake,
+)
 from coverdrive.planning.problem.settings import ProblemSettings
+from coverdrive.planning.problem.vehicle import VehicleSettings
 from coverdrive.simulation.drives.trace import Trace
 from coverdrive.simulation.studies.study import Study
 
@@ -24,10 +31,27 @@ def active_constraints(trace: Trace, step: int, problem: ProblemSettings) -> Boo
 
     All paths constrain the fail-safe branch, where a plan has one.
     """
-    settings, vehicle = problem.obstacles, problem.vehicle
-    lon, lat, speed, heading = (trace.plans[step].held[1:, i, None] for i in range(4))
-    there_lon, there_lat, half_length, half_width, other, fall, _ = obstacles_of(trace.paths[step], settings)[0][:, 1:]
+    boxes, _ = obstacles_of(trace.paths[step], problem.obstacles)
+    values = clearances(trace.plans[step].held, boxes, problem.vehicle, problem.obstacles)
+    return np.pad((values < 1 + problem.obstacles.margin + _MARGIN).T, ((0, 0), (1, 0)))
+
+
+def clearances(
+    states: Float[np.ndarray, "*m P 4"],
+    boxes: Float[np.ndarray, "7 P n"],
+    vehicle: VehicleSettings,
+    settings: ObstacleSettings,
+) -> Float[np.ndarray, "*m K n"]:
+    """Left-hand sides of all obstacle constraints, without their slacks, at the steps k = 1 … K.
+
+    Args:
+        states: lon [m], lat [m], speed [m/s], heading [rad].
+        boxes: to stay clear of, as `coverdrive.planning.problem.obstacles.obstacles_of` gives them.
+        vehicle: size and limits of the ego.
+        settings: shape of the obstacles.
+    """
+    lon, lat, speed, heading = (states[..., 1:, i, None] for i in range(4))
+    there, half_length, half_width, other, fall = boxes[:2, 1:], *boxes[2:6, 1:]
     way = way_to_brake(speed, np.minimum(speed, other), fall, vehicle.max_deceleration)
-    apart, own = (lon - there_lon, lat - there_lat), own_half_sizes(np.abs(heading), vehicle)
-    values = clearance(apart, (half_length, half_width), own, way, settings)
-    return np.pad((values < 1 + settings.margin + _MARGIN).T, ((0, 0), (1, 0)))
+    own = own_half_sizes(np.abs(heading), vehicle)
+    return clearance((lon - there[0], lat - there[1]), (half_length, half_width), own, way, settings)

@@ -58,7 +58,7 @@ _MULTIPLE = 16
 _MOST = 10.0
 """[m], [s] that gaps and times to collision are shown up to; what is more leaves the panel"""
 
-_MARKERS = {Status.SOLVED: "o", Status.FALLBACK: "s", Status.REAR: "D", Status.UNSAFE: "X", Status.INVALID_INPUT: "P"}
+_MARKERS = {Status.SOLVED: "o", Status.FALLBACK: "s", Status.UNSAFE: "X", Status.INVALID_INPUT: "P"}
 
 
 def animate(trace: Trace, path: Path, problem: ProblemSettings | None = None) -> None:

@@ -58,8 +58,7 @@ def reason_of(trace: Trace, step: int) -> Reason:
         said.append(f"would get {departure:.2f} m off the road")
     if not said and plan.severity > 0:
         said = [f"could not brake behind a vehicle after its end, {plan.severity:.1f} m/s too fast"]
-    trusted = "unless the vehicle behind brakes: " if plan.status is Status.REAR else ""
-    text = trusted + (" and ".join(said) or "meets nothing that is seen now")
+    text = " and ".join(said) or "meets nothing that is seen now"
     return Reason(text, path, float(times[path]) if met else 0.0)
 
 

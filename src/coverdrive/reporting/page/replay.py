@@ -36,7 +36,6 @@ STATUSES = MappingProxyType(
     {
         Status.SOLVED.value: "an optimised plan that is clear of every predicted path",
         Status.FALLBACK.value: "the rest of the last plan or a simple manoeuvre, clear of every predicted path",
-        Status.REAR.value: "clear as long as the vehicle behind keeps its distance",
         Status.UNSAFE.value: "nothing clear was found",
         Status.INVALID_INPUT.value: "what was seen cannot be true, so that nothing can be promised",
     }

@@ -107,7 +107,6 @@ def tiles(contents: Contents) -> list[Tile]:
     gap, time = (_least(trials, name) for name in ("minimum_gap", "minimum_time_to_collision"))
     plans = round(float(trials["time"].to_numpy().sum()) / contents.period)
     missed = _missed_in_drives(certificate.unit, trials)
-    unsafe, rear = (percent(plan_share(trials, way)) for way in ("unsafe", "rear"))
     braking = f"hardest braking {float(trials['hardest_braking'].to_numpy().max()):.1f} m/s²"
     behind = None if contents.replayed else braking_behind(trials)  # who is replayed does not brake for the ego
     if behind is not None:
@@ -126,8 +125,7 @@ def tiles(contents: Contents) -> list[Tile]:
         Tile(f"{_mean(trials, 'jerk_longitudinal'):.1f} m/s³", "jerk along the road, root mean square", braking),
         Tile(percent(plan_share(trials, "solved", "fallback")),
              f"of {plans:,} plans clear of all predicted paths",
-             f"{rear} more if the vehicle behind keeps its distance; {unsafe} unsafe; clear plans lost: "
-             f"{int(trials['lost_clear'].sum())}"),
+             f"{percent(plan_share(trials, 'unsafe'))} unsafe; clear plans lost: {int(trials['lost_clear'].sum())}"),
         Tile(percent(missed.value),
              f"of {_counted(contents)} left their sets here: less is better (95 %: "
              f"{interval(missed.low, missed.high)})",

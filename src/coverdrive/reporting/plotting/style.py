@@ -31,8 +31,8 @@ EGO, OTHER = BLUE, VERMILION
 BAD = "#B3261E"
 """where a plan that is not clear first meets what was predicted"""
 
-STATUS = MappingProxyType({Status.SOLVED: "#007A58", Status.FALLBACK: "#A8437F", Status.REAR: "#5360C4",
-                           Status.UNSAFE: "#B84A00", Status.INVALID_INPUT: "#882255"})  # fmt: skip
+STATUS = MappingProxyType({Status.SOLVED: "#007A58", Status.FALLBACK: "#A8437F", Status.UNSAFE: "#B84A00",
+                           Status.INVALID_INPUT: "#882255"})  # fmt: skip
 """how plans were found, dark enough to be read as text; the page has the same"""
 
 ROAD, MARKING, PAPER = "#EFEFEF", "#A0A0A0", "#FFFFFF"

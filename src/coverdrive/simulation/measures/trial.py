@@ -88,8 +88,6 @@ COLUMNS: dict[str, tuple[type, Callable[[_Drive], Any], str]] = {
     "share_solved": (float, lambda of: of.share(Status.SOLVED),
                      "of the plans that are optimised and clear of all paths"),
     "share_unsafe": (float, lambda of: of.share(Status.UNSAFE), "of the plans for which nothing clear was found"),
-    "share_rear": (float, lambda of: of.share(Status.REAR),
-                   "of the plans clear of all but the vehicle directly behind"),
     "share_fallback": (float, lambda of: of.share(Status.FALLBACK),
                        "of the plans that are clear, but a simple manoeuvre or the rest of the last plan"),
     "share_invalid_input": (float, lambda of: of.share(Status.INVALID_INPUT),
