@@ -357,8 +357,7 @@ class Results:
         """
         theirs = Results(paper or (folder or self.folder) / PAPER)
         by_paper = paper is None and not theirs.holds_fit and not {"paper", "paper-sets"}.isdisjoint(names)
-        there = recordings or not self._run.recorded_place
-        needed = there and (by_paper or "constant-velocity-box" in names)
+        needed = self.can_replay(recordings) and (by_paper or "constant-velocity-box" in names)
         read = self.experiment.recordings(recordings) if needed else ()
         read = read if read and self.seen.from_all(read) else ()
         if by_paper and read:
@@ -366,6 +365,10 @@ class Results:
             theirs.save_fit(changed, fit(read, changed.prediction, changed.seed))
         named = theirs.predictor if paper or theirs.holds_fit else None
         return known_of(self.predictor, self.settings, self.seed, read, named, planner)
+
+    def can_replay(self, recordings: Sequence[Path]) -> bool:
+        """Whether there is what the fit was made from, or something else to replay; generated traffic is made again."""
+        return bool(recordings) or not self._run.recorded_place
 
     # the dial
 

@@ -6,7 +6,7 @@ from typing import Any
 from coverdrive.cli.driving.dial import Risk, dial_and_print
 from coverdrive.cli.driving.study import study_and_print
 from coverdrive.cli.learning.calibrations import compare_and_save
-from coverdrive.cli.learning.fit import AS_USUAL, Learning, fit_and_print
+from coverdrive.cli.learning.fit import USUAL, Learning, fit_and_print
 from coverdrive.cli.shared import options
 from coverdrive.cli.shared.bars import stages, waiting
 from coverdrive.cli.shared.options import console, processes
@@ -14,7 +14,7 @@ from coverdrive.cli.shared.options import console, processes
 
 def run(
     *,
-    learning: Learning = AS_USUAL,
+    learning: Learning = USUAL,
     risk: Risk = None,
     trials: options.Trials = None,
     traffic: options.TrafficName = None,

@@ -45,7 +45,7 @@ class Shown:
         return results.driven_study(self.traffic, self.recording or [], self.road)
 
 
-AS_FITTED = Shown()
+AS_DRIVEN = Shown()
 _Number = Number(gte=0, lte=9_999_999)
 Trial = Annotated[
     int | None,
@@ -73,7 +73,7 @@ def report(
             help="Number of drives to replay at most, as in `--replays 3`: collisions, near misses, the liveliest.",
         ),
     ] = 8,
-    shown: Shown = AS_FITTED,
+    shown: Shown = AS_DRIVEN,
 ) -> dict[str, Any]:
     """Show everything in a results folder on one HTML page that needs no network, with drives to replay.
 
@@ -94,7 +94,7 @@ def report(
     return {"report": str(path)}
 
 
-def figures(folder: Folder = Path("results"), *, trial: Trial = None, shown: Shown = AS_FITTED) -> dict[str, Any]:
+def figures(folder: Folder = Path("results"), *, trial: Trial = None, shown: Shown = AS_DRIVEN) -> dict[str, Any]:
     """Draw all figures of a results folder, as PDF (vectors) and PNG.
 
     For example:
@@ -121,7 +121,7 @@ def animate(
         Literal["mp4", "gif"],
         Parameter(help="MP4 for players, GIF for slides and web pages; as in `--format gif`."),
     ] = "mp4",
-    shown: Shown = AS_FITTED,
+    shown: Shown = AS_DRIVEN,
 ) -> dict[str, Any]:
     """Write one drive of a results folder as a video that plays in real time.
 

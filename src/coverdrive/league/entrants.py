@@ -120,12 +120,12 @@ ENTRANTS: dict[str, Callable[[Known, Place], Seat | str]] = {
     "default": lambda known, place: _with(known.predictor, place),  # certified sets, and our planner
     "paper": _paper,  # the paper's sets, and its program solved by IPOPT
     "paper-sets": lambda known, place: _with(known.paper, place),  # the paper's sets, and our planner
-    "constant-velocity-box": lambda known, place: _with(known.box, place),  # with the default's certificate
+    "constant-velocity-box": lambda known, place: _with(known.box, place),  # one box, as certain as the default's sets
     "constant-velocity": lambda known, place: _with(ConstantVelocity(), place),  # bodies that keep their velocity
     "known-future": _known_future,  # what recorded vehicles will do, and our planner
     "idm-mobil": lambda known, place: _acting(partial(IdmMobil, place.settings)),
     "idm": lambda known, place: _acting(Idm),  # in the lane of the start
-    "keep-velocity": lambda known, place: _acting(KeepVelocity),  # and the lane
+    "keep-velocity": lambda known, place: _acting(KeepVelocity),  # in the lane of the start
     "fiss-future": _fiss,  # FISS+, told what recorded vehicles will do
     "fiss-constant-velocity": _fiss,
     "own": _own,  # the world's own driver: IDM and MOBIL in highway-env, Krauss and LC2013 in SUMO

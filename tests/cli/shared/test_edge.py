@@ -131,7 +131,7 @@ def called(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[in
 
 
 BAD_CALLS = [
-    (["run", "--vehicles", "100000"], "study.vehicles.0"),
+    (["run", "--vehicles", "100000"], "--vehicles"),
     (["run", "--trials", "1e20"], "--trials"),
     (["run", "--trials", "-3"], "study.trials"),
     (["run", "--seed", "1e23"], "seed"),

@@ -71,7 +71,7 @@ def test_moments_are_in_order_and_spread(steps, count):
 def test_one_panel_for_each_moment(trace, tmp_path):
     figure = snapshots(trace, steps=[0, 7])
     titles = [axes.get_title(loc="left") for axes in figure.axes]
-    why = "unsafe: meets nothing that is seen now"
+    why = "invalid input: what was seen of the ego or of another vehicle cannot be true"
     assert titles == ["(a)  0.0 s, ego 24.4 m/s", f"(b)  0.7 s, ego 24.4 m/s\n{why}"]
     assert all(axes.get_xlim() == (-35, 105) and axes.get_aspect() == 1 for axes in figure.axes)
     png, pdf = save(figure, tmp_path / "snapshots")

@@ -152,6 +152,7 @@ def test_pictures_are_touched(opened: Callable[..., Any]) -> None:
     page.evaluate("""() => {
         const show = RoadView.prototype.show;
         RoadView.prototype.show = function (...what) {
+            RoadView.prototype.show = show;
             show.apply(this, what);
             window.places = this.now.map((vehicle) => vehicle && this.place(vehicle.lon, vehicle.lat));
         };

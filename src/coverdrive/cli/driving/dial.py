@@ -30,7 +30,6 @@ def dial(
     folder: options.Folder = Path("results"),
     /,
     *,
-    driven: Driven = AS_FITTED,
     risk: Annotated[Risk, Parameter(show_default=lambda _: "0.01")] = None,
     confidence: Annotated[
         float,
@@ -78,6 +77,7 @@ def dial(
             "constant-velocity-box`; sets are driven at every scale.",
         ),
     ] = None,
+    driven: Driven = AS_FITTED,
     settings: options.Set = None,
     workers: options.Workers = None,
     cluster: Cluster = None,
@@ -100,11 +100,8 @@ def dial(
         from coverdrive.results import Results
         from coverdrive.simulation.traffic.replay import REPLAYS
     results = Results(folder)
-    experiment, recording, road = (
-        driven.experiment(results, settings, workers=workers),
-        driven.recording or [],
-        driven.road,
-    )
+    experiment = driven.experiment(results, settings, workers=workers)
+    recording, road = driven.recording or [], driven.road
     results.check_replay((experiment.traffic.kind,), [] if beside else recording, road)
     tried = tuple(scales or SCALES)
     request = Request(0.01 if risk is None else risk, confidence, event, tried, procedure, pilot, most)

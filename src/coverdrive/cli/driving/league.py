@@ -109,8 +109,7 @@ def league(
         from coverdrive.simulation.traffic.replay import REPLAYS
     results = Results(fit)
     recording = recording or []
-    recorded = recording or not results.run["recorded_place"]  # generated traffic is made again
-    worlds = worlds or [name for name in NAMES if recorded or name not in REPLAYS]
+    worlds = worlds or [name for name in NAMES if results.can_replay(recording) or name not in REPLAYS]
     posed = [name for name in worlds if is_problems(name)]
     planners = planners or list(
         dict.fromkeys([*(USUAL if len(posed) < len(worlds) else []), *(ON_PROBLEMS if posed else [])])

@@ -30,7 +30,7 @@ class Driven:
     """What is driven with the predictor in a results folder."""
 
     traffic: options.TrafficName = None
-    vehicles: Annotated[options.Vehicles, Parameter(validator=Number(gte=1, lte=100))] = None
+    vehicles: options.Vehicles = None
     road: options.RoadOfStudy = None
     recording: options.ToReplay = None
     seed: options.Seed = None

@@ -37,18 +37,17 @@ class Learning:
     def experiment(self, **parts: Any) -> "Experiment":
         """The settings, with further parts as `experiment_of` takes them."""
         claim = {"certificate": {"epsilon": self.epsilon, "confidence": self.confidence, "unit": self.unit}}
-        files = vars(self.files)
         return experiment_of(
-            self.config, self.preset, self.settings, seed=self.seed, prediction=claim, **files, **parts
+            self.config, self.preset, self.settings, seed=self.seed, prediction=claim, **vars(self.files), **parts
         )
 
 
-AS_USUAL = Learning()
+USUAL = Learning()
 
 
 def fit(
     *,
-    learning: Learning = AS_USUAL,
+    learning: Learning = USUAL,
     folds: Annotated[
         int | None,
         Parameter(

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
+from cyclopts.validators import Number
 
 from coverdrive.cli.shared.bars import console as progress_console
 from coverdrive.cli.shared.bars import waiting
@@ -148,6 +149,7 @@ Vehicles = Annotated[
     list[int] | None,
     Parameter(
         consume_multiple=True,
+        validator=Number(gte=1, lte=100),
         help="Numbers of uncontrolled vehicles, 1 to 100, taken in turn by the trials; as in `--vehicles 5 10`.",
         show_default=usually("3 4 5 6 7, as in the paper,"),
     ),

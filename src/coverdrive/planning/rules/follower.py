@@ -8,7 +8,7 @@ from coverdrive.road import Road
 
 
 def without_follower(state: Float[np.ndarray, " 4"], paths: PredictedPaths, road: Road) -> PredictedPaths:
-    """The paths without those of that vehicle, if ``planner.problem.obstacles.ignore_rear`` asks for it.
+    """The paths without those of that vehicle, which ``planner.problem.obstacles.ignore_rear`` asks for.
 
     Args:
         state: lon [m], lat [m], speed [m/s], heading [rad] of the ego.

@@ -100,7 +100,7 @@ def cause_of(trace: Trace) -> Cause:
     outcome = trace.outcome
     if outcome.kind is Kind.FINISHED or outcome.partner is None:
         return Cause.NONE
-    if {plan.status for plan in trace.plans} <= {Status.UNSAFE}:
+    if all(plan.status is Status.UNSAFE for plan in trace.plans):
         return Cause.START
     left = left_recently(trace, find_windows(trace, boxes=True))
     return Cause.PREDICTION if left[-1, outcome.partner] else Cause.PLANNING

@@ -84,7 +84,7 @@ def miss_rate(results: pl.DataFrame, missed: str, total: str) -> Rate:
 
 
 def plan_share(results: pl.DataFrame, *ways: str) -> float:
-    """The share of the plans of all drives that were found in one of these ways, which are columns ``share_…``."""
+    """The share of the plans of all drives that is counted in some columns ``share_…``, summed."""
     shares = sum(results[f"share_{way}"].to_numpy() for way in ways)
     return float(np.average(shares, weights=results["time"].to_numpy()))
 

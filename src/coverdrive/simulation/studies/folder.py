@@ -24,7 +24,7 @@ from coverdrive.simulation.drives.trace import Trace
 from coverdrive.simulation.measures.trial import SCHEMA, Row
 from coverdrive.simulation.studies.setup import Setup
 
-_FORMAT = 3
+_FORMAT = 4
 _STUDY = "study"
 """key of the hash of the description in the metadata of a table"""
 
