@@ -96,10 +96,10 @@ def planned(scene: Scene, status: Status) -> Plan:
 
 
 def make_trace(steps: int = STEPS, kind: Kind = Kind.FINISHED) -> Trace:
-    """A drive of 0.1 s steps whose plans were found in every possible way in turn, unsafe ones in pairs."""
+    """A drive of 0.1 s steps whose plans were found in every possible way in turn."""
     scene = scenes(steps)
     moments = [jax.tree.map(lambda values, k=k: values[k], scene) for k in range(steps)]
-    statuses = [Status.SOLVED, Status.FALLBACK, Status.INVALID_INPUT, Status.UNSAFE, Status.UNSAFE]
+    statuses = [Status.SOLVED, Status.FALLBACK, Status.INVALID_INPUT, Status.UNSAFE, Status.INVALID_INPUT]
     seconds = 0.01 + 0.001 * np.arange(steps)
     nothing = np.zeros((steps, 4), dtype=bool)
     collided = kind is not Kind.FINISHED

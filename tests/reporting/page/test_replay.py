@@ -95,7 +95,7 @@ def test_marks_are_what_is_near_lost_left_and_hit_and_lane_changes() -> None:
         and (STEPS, "contact", "side collision") in data["marks"]
     )
     assert steps["gap"] == [gaps(trace).argmin()] and steps["time"] == [distances(trace).time_to_collision.argmin()]
-    assert steps["lost"] == [2, 7] and steps["unsafe"] == [3, 8]  # invalid first, then unsafe twice
+    assert steps["lost"] == [2, 7] and steps["unsafe"] == [3, 4, 8, 9]  # invalid first, then unsafe and invalid in turn
     gone = [step for step, kind, _ in replay_data(9, make_stray(), None)["marks"] if kind == "left"]
     assert gone == [LEAVES]
 
