@@ -3,10 +3,9 @@
 Every rule is switched off by itself, on equal seeds: among drivers, among aggressive ones, among both where each is
 unseen on a tenth of its way, 8 m at a time, in highway-env at density 2, in replays of recorded scenes, half of which
 drive on what was learned from the other half, with which they share no vehicle, and in random emergencies with known
-futures. Of each: drives that end in contact, those at the ego's fault,
-the difference in mean speed with its paired 95 % interval, unsafe plans, and manners. Beside them stand bodies that
-keep their velocity, the least that one can believe, and the known future, the most. ``--write`` puts the table into
-`benchmarks/RESULTS.md`.
+futures. Of each: drives that end in contact, those at the ego's fault, the difference in mean speed with its paired
+95 % interval, unsafe plans, and manners. Beside them stand bodies that keep their velocity, the least that one can
+believe, and the known future, the most. ``--write`` puts the table into `benchmarks/RESULTS.md`.
 """
 
 import argparse

@@ -208,11 +208,14 @@ def test_manners(quick_run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 @pytest.mark.slow
 def test_rules(quick_predictor: Path, tmp_path: Path) -> None:
     shutil.copy(quick_predictor, tmp_path / "generated.safetensors")
-    few = ("--drives", "2", "--workers", "1", "--traffics", "drivers", "emergencies", "--rules", "foresight")
-    command = [sys.executable, FOLDER / "rules.py", *few, "--folder", tmp_path]
+    few = ("--drives", "2", "--workers", "1", "--rules", "foresight")
+    traffics = ("drivers", "drivers, at times unseen", "emergencies")
+    command = [sys.executable, FOLDER / "rules.py", *few, "--folder", tmp_path, "--traffics", *traffics]
     printed = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-    assert printed.count("| nothing |") == printed.count("| foresight |") == 2
+    assert printed.count("| nothing |") == printed.count("| foresight |") == 3
     assert "`drivers`, 2 drives a row" in printed and "Random emergencies, 2 a row" in printed
+    seen, unseen = (json.loads((tmp_path / f"{each}, all rules, 0, 2.json").read_text()) for each in traffics[:2])
+    assert unseen != seen
 
 
 @pytest.mark.slow

@@ -86,6 +86,7 @@ def last_level(calibration: Calibration, claim: Claim, level: Float[np.ndarray, 
     """The highest level of nested rules of which the mean loss is proved to be at most ε, else `CertificateError`.
 
     A rule misses the pieces (`Calibration.pieces`) whose level is below its own; every rule misses those of level −∞.
+    More losses never prove what fewer do not, so that it is found by halving.
     """
     owner, values = calibration.pieces[1], np.unique(level[np.isfinite(level)])
     weight = 1 / np.bincount(owner)[owner]

@@ -273,10 +273,7 @@ class MpcPlanner:
             return found
         if found is None or not self._spent(call):
             return self._search(call, paths, targets)
-        return self._judged(call, found, self._around(call, paths))
-
-    def _judged(self, call: Call, found: _Found, around: Surroundings) -> _Found:
-        """What was found, by other surroundings."""
+        around = self._around(call, paths)  # in which those ahead do not brake
         search(EVALUATE, found.plans, found.wanted, around, call.constants, found.chosen)
         return found._replace(around=around)
 

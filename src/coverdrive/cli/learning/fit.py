@@ -84,9 +84,8 @@ def _folds_and_print(learning: Learning, folds: int) -> dict[str, Any]:
         from coverdrive.reporting.tables.summaries import folds_table
     experiment = learning.experiment()
     with stages():
-        found = fit_folds(
-            experiment.recordings(learning.recording or []), experiment.prediction, experiment.seed, folds
-        )
+        recordings = experiment.recordings(learning.recording or [])
+        found = fit_folds(recordings, experiment.prediction, experiment.seed, folds)
     console.print(folds_table(found))
     for refused in dict.fromkeys(each.refusal for each in found if each.refusal):
         console.print(f"• {refused}")
