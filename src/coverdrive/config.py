@@ -94,7 +94,7 @@ class Experiment(Settings):
 
     @staticmethod
     def preset(name: Preset) -> "Experiment":
-        """The experiment of a name: the defaults, or the paper's labels, network, loss, certificate and single plan."""
+        """The experiment of a name: the defaults, or the paper's labels, network, loss, certificate and planner."""
         if name != "paper":
             return Experiment()
         free = {"max_steering": 1.57, "max_steering_rate": 1e4, "max_power": 1e4}  # a Dubins car turns at once

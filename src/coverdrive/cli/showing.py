@@ -63,7 +63,8 @@ def report(
         list[Annotated[int, Parameter(validator=_Number)]] | None,
         Parameter(
             consume_multiple=True,
-            help="Trials to replay besides the notable ones, by their numbers from 0; as in `--trial 7 12`.",
+            help="Trials to replay besides collisions, near misses and the liveliest, by their numbers from 0; as in "
+            "`--trial 7 12`.",
         ),
     ] = None,
     replays: Annotated[

@@ -68,7 +68,7 @@ Config = Annotated[
 Preset = Annotated[
     Literal["default", "paper"],
     Parameter(
-        help="What holds where nothing else says it: our defaults, or the paper's network and certificate, as in "
+        help="What holds where nothing else says it: our defaults, or the paper's sets, certificate, planner and road, as in "
         "`--preset paper`."
     ),
 ]
