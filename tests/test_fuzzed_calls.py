@@ -44,7 +44,7 @@ SOUND: dict[str, tuple[Any, ...]] = {
     "slots": (1, 16, 1000),
     "sets": (True, False),
     "render_mode": (None, "rgb_array"),
-    "episode": (None, EpisodeSettings(duration=0.3), EpisodeSettings(duration=0.01, step=1.0)),
+    "episode": (None, EpisodeSettings(duration=0.3), EpisodeSettings(duration=0.01, step=0.25)),
     "reward": (None, RewardSettings(wanted_speed=0.1)),
     "car": (None, VehicleSettings()),
     "seed": (None, 0, 7, 2**70),

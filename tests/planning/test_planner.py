@@ -316,6 +316,27 @@ def test_the_fail_safe_branch_of_a_clear_plan_touches_no_path_and_keeps_to_the_r
         assert plan.slack.max() > 0 and plan.severity > 0
 
 
+@pytest.mark.parametrize("period", [0.4, 1.0])
+def test_a_clear_plan_that_is_driven_for_longer_than_its_first_step_touches_nothing(straight_paths, period) -> None:
+    """Between bodies, what swerves and swerves back is driven as the mean of both."""
+    rng, planner, clear = np.random.default_rng(1), MpcPlanner(), 0
+    for _ in range(200):
+        planner.reset(period)
+        state = np.array([0.0, rng.uniform(1, 3), rng.uniform(5, 33), rng.normal(0, 0.02)])
+        cars = [(rng.uniform(6, 50), rng.uniform(0.5, 6.5), rng.choice([0.0, 15.0])) for _ in range(2)]
+        plan = planner.plan(state, straight_paths(*cars), ROAD)
+        if plan.status not in (Status.SOLVED, Status.FALLBACK):
+            continue
+        clear += 1
+        held = int(np.ceil(period / plan.dt))
+        np.testing.assert_array_equal(plan.inputs[:held], np.broadcast_to(plan.inputs[0], (held, 2)))
+        for time in np.linspace(0, period, 41):
+            own, others = step(state, plan.applied(period), float(time)), np.array(cars)
+            others[:, 0] += time * others[:, 2]
+            assert not boxes_overlap(own[:2], own[3], CAR.half_sizes, others[:, :2], np.zeros(2), CAR.half_sizes).any()
+    assert clear > 100
+
+
 def test_both_branches_begin_with_the_inputs_that_are_driven(straight_paths) -> None:
     """Behind a slower car the drive branch trusts what is likely; the other one does not."""
     state, paths = np.array([0, 1.8, 20, 0.0]), straight_paths((25, 1.8, 20), (25, 1.8, 20), (0, 5.4, 20))

@@ -213,6 +213,16 @@ def test_driving_into_a_box_counts_where_the_plan_was_called_clear(lon: float, e
     assert metrics.clear_contacts(trace) == expected * (status in (Status.SOLVED, Status.FALLBACK))
 
 
+@pytest.mark.parametrize(("gone_at", "expected"), [(1, 0), (2, 1)])
+def test_boxes_are_followed_for_longer_than_a_step_of_their_path(gone_at: int, expected: int) -> None:
+    """The ego comes 10 m in 0.1 s; who is 12 m ahead leaves after 0.05 s, or when it is too late."""
+    trace = trace_of([make_scene([0], [1.8]), make_scene([10], [1.8])])
+    points = np.tile([12.0, 1.8], (1, 13, 1))
+    points[:, gone_at + 1 :, 0] = 40.0
+    paths = PredictedPaths(points, np.ones(1, dtype=int), np.tile([2.4, 0.95], (1, 13, 1)), 0.05)
+    assert metrics.clear_contacts(replace(trace, paths=(paths,))) == expected
+
+
 def test_a_clear_plan_is_lost_where_none_follows_it() -> None:
     scenes = [make_scene([5.0 * k], [1.8]) for k in range(6)]
     statuses = [Status.SOLVED, Status.UNSAFE, Status.FALLBACK, Status.SOLVED, Status.UNSAFE]

@@ -93,6 +93,30 @@ def drive_step(
 
 
 @compiled
+def hold(
+    inputs: Float[np.ndarray, "n 2"], states: Float[np.ndarray, "n 4"], around: Surroundings, constants: Constants
+) -> int:
+    """Where a plan is driven for longer than its first step, let all steps until the next plan have the mean of their
+    inputs, as far as the limits allow, and write their states; returns how many these are.
+    """
+    steps, dt, period = constants.held, constants.dt, constants.period
+    if steps == 1:
+        return 0
+    acceleration = turn = 0.0
+    for k in range(steps):
+        share = min(dt / period, 1 - k * dt / period)
+        acceleration, turn = acceleration + share * inputs[k, 0], turn + share * inputs[k, 1]
+    state, before = state_at(states, -1, around.state), input_at(inputs, -1, around.previous_input)
+    bend = STRAIGHT if len(around.road.rows) == 1 else bend_at(state, steps * dt, around.road)
+    applied = within_limits(state, (acceleration, turn), before, period, steps * dt, bend, constants.vehicle)
+    for k in range(steps):
+        state = after_step(state, applied, dt)
+        write(inputs[k], applied)
+        write(states[k], state)
+    return steps
+
+
+@compiled
 def evaluate(plans: Plans, first: int, last: int, around: Surroundings, constants: Constants) -> None:
     """Drive the inputs of some plans as far as the limits of the ego allow, and complete what follows from them.
 
@@ -106,7 +130,7 @@ def evaluate(plans: Plans, first: int, last: int, around: Surroundings, constant
     tree, dt, straight = constants.tree, constants.dt, len(around.road.rows) == 1
     for i in range(first, last):
         states, inputs = plans.states[i], plans.inputs[i]
-        for n in range(len(inputs)):
+        for n in range(hold(inputs, states, around, constants), len(inputs)):
             state, wish = state_at(states, tree.parent[n], around.state), (inputs[n, 0], inputs[n, 1])
             before = input_at(inputs, tree.parent[n], around.previous_input)
             elapsed = dt if tree.parent[n] >= 0 else constants.period

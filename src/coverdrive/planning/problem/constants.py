@@ -12,6 +12,8 @@ from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.planning.problem.tree import Tree, shift_of, tree_of
 from coverdrive.planning.problem.vehicle import VehicleSettings
 
+_ROUNDING = 1e-9
+"""of a number of steps"""
 Vehicle: Any = namedtuple("Vehicle", [*VehicleSettings.model_fields, "sharpest", "braking"])  # pyright: ignore
 """the fields of `VehicleSettings`, the tangent of the largest steering angle, and the deceleration that is sure"""
 Shape: Any = namedtuple("Shape", ObstacleSettings.model_fields)  # pyright: ignore[reportUntypedNamedTuple]
@@ -34,6 +36,8 @@ class Constants(NamedTuple):
     """factor on the summed half sizes"""
     period: float
     """[s] from one plan to the next"""
+    held: int
+    """steps that begin until then: their inputs are one, as that is what will be driven"""
     tree: Tree
     """the steps of a plan, and what they cost"""
     shift: Float[np.ndarray, "N N"]
@@ -51,6 +55,7 @@ def constants_of(problem: ProblemSettings, period: float) -> Constants:
         shape=Shape(**problem.obstacles.model_dump()),
         inflation=problem.obstacles.inflation,
         period=period,
+        held=min(max(int(np.ceil(period / problem.dt - _ROUNDING)), 1), problem.steps),
         tree=tree,
         shift=shift_of(tree, period, problem.dt),
     )

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from coverdrive.compiled import compiled
-from coverdrive.planning.check.evaluate import Plans, complete, drive_step
+from coverdrive.planning.check.evaluate import Plans, complete, drive_step, hold
 from coverdrive.planning.check.merit import input_at
 from coverdrive.planning.problem.constants import Constants
 from coverdrive.planning.problem.rollout import state_at, write
@@ -67,6 +67,9 @@ def write_manoeuvre(
         bend = STRAIGHT if straight else bend_at(state, dt, around.road)
         (applied[k, 0], applied[k, 1]), state = drive_step(state, wish, before, elapsed, dt, bend, constants.vehicle)
         write(states[k], state)
+        if k + 1 == constants.held:
+            hold(applied, states, around, constants)
+            state = state_at(states, k, around.state)
     for n in range(len(tree.parent)):
         write(plans.inputs[i, n], applied[tree.moment[n] - 1])
         write(plans.states[i, n], states[tree.moment[n] - 1])

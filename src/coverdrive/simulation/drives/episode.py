@@ -43,8 +43,9 @@ class EpisodeSettings(Settings):
     """road and traffic at the start"""
     duration: float = Field(default=20.0, ge=0.01, le=3600)
     """[s] of an episode without a collision (paper §5)"""
-    step: float = Field(default=0.1, ge=0.01, le=1)
-    """[s] of simulation, and between two plans (own choice; the authors' scripts plan every 0.05 s)"""
+    step: float = Field(default=0.1, ge=0.01, le=0.25)
+    """[s] of simulation, between two plans, and between two moments at which contacts are looked for (own choice; the
+    authors' scripts plan every 0.05 s)"""
 
     @property
     def steps(self) -> int:
@@ -130,7 +131,7 @@ def take_step(
 ) -> Step:
     """Predict, plan, and move everybody by one simulation step."""
     decision = decide(predictor, planner, scene, road)
-    return Step(decision, move(scene, decision.plan.inputs[0], traffic, settings.step))
+    return Step(decision, move(scene, decision.plan.applied(settings.step), traffic, settings.step))
 
 
 def decide(predictor: Belief, planner: Planner, scene: Scene, road: Road, **wishes: Any) -> Decision:

@@ -92,7 +92,8 @@ def hardest_braking_behind(trace: Trace, near: Kept) -> float:
 
 def _accelerations(trace: Trace) -> Float[np.ndarray, "n 2"]:
     """Acceleration [m/s²] of the ego along and across its way in every step."""
-    applied = np.stack([plan.inputs[0] for plan in trace.plans])
+    period = float(trace.time[1] - trace.time[0])
+    applied = np.stack([plan.applied(period) for plan in trace.plans])
     return np.stack([applied[:, 0], applied[:, 1] * trace.scene.speed[:-1, EGO]], axis=-1)
 
 
@@ -112,13 +113,18 @@ def clear_contacts(trace: Trace) -> int:
     (at, paths), states = trace.all_paths, trace.scene.states[:, EGO]
     body, share = trace.scene.half_sizes[at, EGO], np.linspace(0.0, 1.0, _LOOKS)[:, None, None]
     middle, half = (states[at, :2] + states[at + 1, :2]) / 2, np.abs(states[at + 1, :2] - states[at, :2]) / 2
-    moved = np.abs(paths.points[:, 1] - paths.points[:, 0]) + paths.half_sizes[:, :2].max(1)
+    last = int(np.ceil((trace.time[1] - trace.time[0]) / paths.dt - 1e-9)) + 1
+    moved = np.ptp(paths.points[:, :last], axis=1) + paths.half_sizes[:, :last].max(1)
     reach = half + moved + np.hypot(body[:, :1], body[:, 1:])
     near = (np.abs(middle - paths.points[:, 0]) < reach).all(1)  # most are not, and need no look
     near &= clear_plans(trace)[at]
     at, body, points, half_sizes = at[near], body[near], paths.points[near], paths.half_sizes[near]
     own = states[at] + share * (states[at + 1] - states[at])
-    gone = share * (trace.time[at + 1] - trace.time[at])[:, None] / paths.dt
-    points, half_sizes = (each[:, 0] + gone * (each[:, 1] - each[:, 0]) for each in (points, half_sizes))
+    gone = share[..., 0] * (trace.time[at + 1] - trace.time[at]) / paths.dt
+    before = np.minimum(gone.astype(int), points.shape[1] - 2)
+    row, gone = np.arange(len(at)), (gone - before)[..., None]
+    points, half_sizes = (
+        each[row, before] + gone * (each[row, before + 1] - each[row, before]) for each in (points, half_sizes)
+    )
     touching = boxes_overlap(own[..., :2], own[..., 3], body, points, np.zeros(points.shape[:-1]), half_sizes)
     return len(np.unique(at[touching.any(0)]))
