@@ -69,8 +69,8 @@ def study(
     settings: Annotated[
         options.Set,
         Parameter(
-            help="Settings to vary, as in `--set planner.problem.obstacles.order=2,4`; every combination, be it one, is a "
-            "study of its own in sweep/, for `compare`."
+            help="Settings to vary, as in `--set planner.problem.obstacles.order=2,4`; every combination, be it one, "
+            "is a study of its own in sweep/, for `compare`."
         ),
     ] = None,
     workers: options.Workers = None,

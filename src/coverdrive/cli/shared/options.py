@@ -68,8 +68,8 @@ Config = Annotated[
 Preset = Annotated[
     Literal["default", "paper"],
     Parameter(
-        help="What holds where nothing else says it: our defaults, or the paper's sets, certificate, planner and road, as in "
-        "`--preset paper`."
+        help="What holds where nothing else says it: our defaults, or the paper's sets, certificate, planner and road, "
+        "as in `--preset paper`."
     ),
 ]
 Set = Annotated[
