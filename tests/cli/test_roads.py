@@ -1,5 +1,6 @@
 """Where studies drive: a road like the recorded one, the paper's, or one with a name."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ from coverdrive.config import Experiment
 from coverdrive.errors import SettingError
 from coverdrive.prediction import fit as fitting
 from coverdrive.recordings.formats.parquet import write_parquet
+from coverdrive.recordings.recording import Recording
 from coverdrive.results import Results
 from coverdrive.simulation.drivers.generated import GeneratedSettings, generate
 from coverdrive.simulation.roads.places import PLACES, Place
@@ -73,9 +75,20 @@ def test_traffic_is_generated_on_the_road_that_is_asked_for(monkeypatch: pytest.
     assert usual.road == "paper" and usual.experiment.episode == Experiment().episode
 
 
-def test_what_was_not_recorded_is_no_road() -> None:
+@pytest.mark.parametrize("folds", [None, 4])
+def test_what_was_not_recorded_is_no_road(folds: int | None) -> None:
     with pytest.raises(SettingError, match="a road like the recorded one needs recordings"):
-        fit(learning=Learning(road="recorded"))
+        fit(learning=Learning(road="recorded"), folds=folds)
+
+
+def test_folds_are_of_traffic_on_the_road_that_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fit_folds(recordings: Sequence[Recording], *_: Any) -> None:
+        assert recordings[0].road.line is not None
+        raise SavedError(Experiment(), "curved", None)
+
+    monkeypatch.setattr("coverdrive.prediction.fits.folds.fit_folds", fit_folds)
+    with pytest.raises(SavedError):
+        fit(learning=Learning(road="curved", settings=["generated.scenes=2", "generated.duration=5"]), folds=4)
 
 
 def test_a_study_takes_the_numbers_of_vehicles_of_its_road_unless_others_are_asked_for() -> None:

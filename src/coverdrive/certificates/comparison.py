@@ -1,13 +1,14 @@
 """All methods on the same scores: what each proves, what happens on unseen samples, and how large its sets are."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from coverdrive.certificates.calibration import Calibration, Claim, ScoredSamples
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.evaluation import Evaluation, Rate, evaluate
 from coverdrive.certificates.methods import Method, certify
+from coverdrive.certificates.rule import Rule
 from coverdrive.errors import CertificateError, MissingExtraError
 from coverdrive.progress import done
 
@@ -36,7 +37,11 @@ class Compared:
         return self.evaluation.missed(self.certificate.unit)
 
 
-def compare(calibration: Calibration, claim: Claim, test: ScoredSamples, targets: Sequence[float]) -> list[Compared]:
+TestOf = Callable[[Method, Claim, Rule], ScoredSamples]
+"""Samples to test what a method calibrated for a claim, or a `CertificateError`"""
+
+
+def compare(calibration: Calibration, claim: Claim, test_of: TestOf, targets: Sequence[float]) -> list[Compared]:
     """Calibrate by every method for every ε of ``targets``, and test on samples that neither trained nor calibrated.
 
     The ε of the claim is ignored; a target that is not in (0, 1) is a `CertificateError`.
@@ -45,13 +50,14 @@ def compare(calibration: Calibration, claim: Claim, test: ScoredSamples, targets
     runs = [(method, each) for method in Method for each in ([None] if method.computes_epsilon else targets)]
     compared: list[Compared] = []
     for method, target in runs:
-        rule, certificate, refusal, begin = None, None, "", time.perf_counter()
+        certificate, found, refusal, begin = None, None, "", time.perf_counter()
+        seconds = 0.0
         try:
             rule, certificate = certify(method, calibration, asked[target])
+            seconds = time.perf_counter() - begin
+            found = evaluate(rule, test_of(method, asked[target], rule))
         except (CertificateError, MissingExtraError) as error:
-            refusal = str(error)
-        seconds = time.perf_counter() - begin
-        found = None if rule is None else evaluate(rule, test)
+            certificate, refusal = None, str(error)
         compared.append(Compared(method, target, certificate, found, refusal, seconds))
         done(len(compared), len(runs))
     return compared

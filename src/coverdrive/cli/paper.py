@@ -48,7 +48,7 @@ def paper(
         with stages():
             result = fit(experiment.recordings(paths), experiment.prediction, experiment.seed)
             scored, tube = result.scored, result.predictor.tube
-            tables = make_tables(scored.train, scored.calibration, scored.test, tube, experiment.seed)
+            tables = make_tables(scored.train, *scored.apart(experiment.seed), tube, experiment.seed)
         console.print(paper_tables.growth_table(tables, titles[name]))
         console.print(paper_tables.conformal_table(tables, titles[name]))
         frames |= {

@@ -4,8 +4,11 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import pytest
+
 from coverdrive.cli.shared.options import experiment_in
 from coverdrive.config import Experiment
+from coverdrive.errors import SettingError
 
 
 def test_a_file_changes_what_it_names_of_the_settings_of_a_folder(tmp_path: Path) -> None:
@@ -16,3 +19,14 @@ def test_a_file_changes_what_it_names_of_the_settings_of_a_folder(tmp_path: Path
     assert found.planner.manners.beside == 1.23
     assert (found.episode.duration, found.study.trials) == (2.0, 5)
     assert experiment_in(results, None).episode.duration == 7.0
+
+
+@pytest.mark.parametrize("by", ["file", "set"])
+def test_what_made_the_predictor_cannot_be_set_for_its_drives(tmp_path: Path, by: str) -> None:
+    results: Any = SimpleNamespace(experiment=Experiment(), folder=tmp_path, place=lambda _: SimpleNamespace(parts={}))
+    (tmp_path / "wide.toml").write_text("[prediction]\nscale = 0.05\n")
+    given: Any = (tmp_path / "wide.toml", None) if by == "file" else (None, ["prediction.scale=0.05"])
+    with pytest.raises(SettingError, match=r"prediction\.scale made the predictor in .*; fit anew"):
+        experiment_in(results, None, *given)
+    results.experiment.save(tmp_path / "same.toml")
+    assert experiment_in(results, None, tmp_path / "same.toml") == results.experiment

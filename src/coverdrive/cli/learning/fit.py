@@ -1,5 +1,6 @@
 """``coverdrive fit``: a certified predictor."""
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -14,6 +15,7 @@ from coverdrive.cli.shared.options import console, experiment_of
 if TYPE_CHECKING:
     from coverdrive.config import Experiment
     from coverdrive.prediction.fit import Fit
+    from coverdrive.recordings.recording import Recording
     from coverdrive.results import Results
 
 
@@ -40,6 +42,11 @@ class Learning:
         return experiment_of(
             self.config, self.preset, self.settings, seed=self.seed, prediction=claim, **vars(self.files), **parts
         )
+
+    @property
+    def asked_road(self) -> str | None:
+        """The name of the road that is asked for, if any is."""
+        return self.road or ("paper" if self.preset == "paper" else None)
 
 
 USUAL = Learning()
@@ -82,14 +89,25 @@ def _folds_and_print(learning: Learning, folds: int) -> dict[str, Any]:
     with waiting():
         from coverdrive.prediction.fits.folds import fit_folds
         from coverdrive.reporting.tables.summaries import folds_table
-    experiment = learning.experiment()
     with stages():
-        recordings = experiment.recordings(learning.recording or [])
+        experiment, recordings = _recorded(learning)
         found = fit_folds(recordings, experiment.prediction, experiment.seed, folds)
     console.print(folds_table(found))
     for refused in dict.fromkeys(each.refusal for each in found if each.refusal):
         console.print(f"• {refused}")
     return {"folds": [asdict(each) for each in found]}
+
+
+def _recorded(learning: Learning, **parts: Any) -> "tuple[Experiment, Sequence[Recording]]":
+    """The settings, and what is learned from: recordings, or traffic that is generated on the road of a name."""
+    from coverdrive.simulation.roads.places import PLACES, place_of
+
+    paths, named = learning.recording or [], PLACES.get(learning.road or "")
+    if not paths:
+        place_of(learning.asked_road, None)  # refuses a recorded one before traffic is generated
+    generated = None if paths else named and {**named.parts, "generated": named.road}
+    experiment = learning.experiment(road=generated, **parts)
+    return experiment, experiment.recordings(paths)
 
 
 def fit_and_print(learning: Learning, results: "Results", **parts: Any) -> "Fit":
@@ -100,23 +118,17 @@ def fit_and_print(learning: Learning, results: "Results", **parts: Any) -> "Fit"
         from coverdrive.reporting.tables.summaries import fit_table
         from coverdrive.simulation.measures.notable import recorded_near_misses
         from coverdrive.simulation.roads.places import PLACES, place_of, recorded_place
-    paths, road = learning.recording or [], learning.road
-    asked = road or ("paper" if learning.preset == "paper" else None)
-    if not paths:
-        place_of(asked, None)  # refuses a recorded one before traffic is generated
     with stages():
-        named = PLACES.get(road or "")
-        generated = None if paths else named and {**named.parts, "generated": named.road}
-        experiment = learning.experiment(road=generated, **parts)
-        recordings = experiment.recordings(paths)
-        like = recorded_place(recordings) if paths else None
-        name, place = place_of(asked, like)
+        experiment, recordings = _recorded(learning, **parts)
+        like = recorded_place(recordings) if learning.recording else None
+        name, place = place_of(learning.asked_road, like)
         if like:
             manners = like.manners.model_dump(exclude={"like"}) if like.manners else {}
             usual = place.parts if name == "recorded" else {"planner": {"manners": manners}}
+            named = PLACES.get(learning.road or "")
             experiment = learning.experiment(road=named and named.parts, usual=usual, **parts)
         result = fit(recordings, experiment.prediction, experiment.seed)
-        results.save_fit(experiment, result, name, like, recorded_near_misses(recordings) if paths else None)
+        results.save_fit(experiment, result, name, like, recorded_near_misses(recordings) if like else None)
     console.print(fit_table(result))
     for each in Certified.of(result).proofs:
         console.print(f"• {each.sentence}")

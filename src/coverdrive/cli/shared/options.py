@@ -12,6 +12,7 @@ from cyclopts.validators import Number
 from coverdrive.cli.shared.bars import console as progress_console
 from coverdrive.cli.shared.bars import waiting
 from coverdrive.cli.shared.terminal import Terminal
+from coverdrive.errors import SettingError
 
 if TYPE_CHECKING:
     from coverdrive.config import Experiment, StudySettings
@@ -223,14 +224,21 @@ def experiment_of(
     return experiment.updated(merged(merged(road or {}, options), changes_of(settings or [])))
 
 
+def _differing(one: "Experiment", other: "Experiment", part: str = "") -> list[str]:
+    """The names of settings, of a part, that differ between two experiments."""
+    from coverdrive.simulation.studies.folder import flat
+
+    before, after = (flat(each.model_dump(mode="json")) for each in (one, other))
+    return [name for name in before | after if name.startswith(part) and before.get(name) != after.get(name)]
+
+
 def _say_replaced(config: Path, experiment: "Experiment", road: dict[str, Any]) -> None:
     """Say in a line on stderr which settings of a file the road that was asked for replaces, if it replaces any."""
     from coverdrive.config import named_in
     from coverdrive.simulation.studies.folder import flat
 
-    before, after = (flat(each.model_dump(mode="json")) for each in (experiment, experiment.updated(road)))
-    replaced = [name for name in flat(named_in(config)) if before.get(name) != after.get(name)]
-    if replaced:
+    changed = _differing(experiment, experiment.updated(road))
+    if replaced := [name for name in flat(named_in(config)) if name in changed]:
         named = ", ".join(replaced[:3]) + " and others" * (len(replaced) > 3)
         said = f"--road holds over what {config} says of {named}"
         progress_console.print(said, soft_wrap=True, highlight=False)
@@ -239,9 +247,19 @@ def _say_replaced(config: Path, experiment: "Experiment", road: dict[str, Any]) 
 def experiment_in(
     results: "Results", road: str | None, config: Path | None = None, settings: Sequence[str] | None = None, **said: Any
 ) -> "Experiment":
-    """`experiment_of` the settings of a results folder, for drives on its road or on the one that is asked for."""
+    """`experiment_of` the settings of a results folder, for drives on its road or on the one that is asked for.
+
+    Raises:
+        SettingError: as of `experiment_of`, or a setting is of the predictor, which is made already.
+    """
     parts = results.place(road).parts if road else None
-    return experiment_of(config, settings=settings, base=results.experiment, road=parts, **said)
+    experiment = experiment_of(config, settings=settings, base=results.experiment, road=parts, **said)
+    if changed := _differing(results.experiment, experiment, "prediction."):
+        raise SettingError(
+            f"{changed[0]} made the predictor in {results.folder}, and cannot change what drives with it; fit anew, "
+            "with another --out, or leave it out"
+        )
+    return experiment
 
 
 def processes(study: "StudySettings") -> int:

@@ -30,6 +30,19 @@ class ScoredSides:
     predictor: str
     """fingerprint of the predictor at scale 1"""
 
+    @property
+    def crossed(self) -> bool:
+        """Whether the vehicles that calibrate also test (`coverdrive.prediction.data.split`)."""
+        return np.array_equal(self.calibration.vehicle, self.test.vehicle)
+
+    def apart(self, seed: int) -> tuple[ScoredSamples, ScoredSamples]:
+        """What calibrates and what tests without a vehicle in both: where they are the same, a half each, by chance."""
+        if not self.crossed:
+            return self.calibration, self.test
+        _, vehicle = np.unique(self.calibration.vehicle, return_inverse=True)
+        tests = np.random.default_rng(seed).permutation(vehicle.max() + 1)[vehicle] % 2 == 1
+        return self.calibration.of(np.flatnonzero(~tests)), self.calibration.of(np.flatnonzero(tests))
+
     def save(self, path: Path) -> None:
         """Write them to a file; an interrupted write leaves no file behind."""
         sides = {side: vars(getattr(self, side)) for side in _SIDES}

@@ -3,9 +3,12 @@
 from collections.abc import Sequence
 from typing import Protocol, runtime_checkable
 
-from coverdrive.certificates.calibration import Calibration, Claim
+from coverdrive.certificates.calibration import Calibration, Claim, ScoredSamples
 from coverdrive.certificates.certificate import Unit
 from coverdrive.certificates.comparison import Compared, compare
+from coverdrive.certificates.methods import Method
+from coverdrive.certificates.rule import Rule
+from coverdrive.prediction.certifying.calibrate import held_back
 from coverdrive.prediction.certifying.scored import ScoredSides
 from coverdrive.prediction.fit import PredictionSettings
 from coverdrive.prediction.predictor import AnyPredictor
@@ -45,7 +48,8 @@ def certify(
 ) -> list[Compared]:
     """Calibrate by every method for every bound ε on the miss rate in ``targets``, and test on the test split.
 
-    What the bounds count and their confidence are those of the settings, unless given.
+    What the bounds count and their confidence are those of the settings, unless given. Where what calibrates also
+    tests, each method is tested as the fit is (`held_back`).
 
     Raises:
         CertificateError: a target or the confidence is no share between 0 and 1.
@@ -54,5 +58,12 @@ def certify(
     wanted = Claim(confidence=settings.confidence if confidence is None else confidence)
     tube, unit = predictor.tube, unit or settings.unit
     calibration = Calibration.of(scored.calibration, tube, predictor.trained_on, unit, fitted.seed, scored.train)
+
+    def test_of(method: Method, claim: Claim, rule: Rule) -> ScoredSamples:
+        if not scored.crossed:
+            return scored.test
+        asked = {"method": method, "epsilon": claim.epsilon or "auto", "confidence": claim.sure, "unit": unit}
+        return held_back(rule, tube, scored.train, scored.calibration, settings.model_copy(update=asked), fitted.seed)
+
     with stage("methods"):
-        return compare(calibration, wanted, scored.test, targets)
+        return compare(calibration, wanted, test_of, targets)
