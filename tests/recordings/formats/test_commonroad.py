@@ -124,6 +124,12 @@ def test_stated_speeds_are_kept_to_find_the_same_vehicles(bend: Path):
         ),
         (
             scenario(three_lanes(), driving(100, 20.0, -1.75, 20.0, 5)).replace(
+                "</width></rectangle>", "</width><center><x>1.4</x><y>0.0</y></center></rectangle>"
+            ),
+            "obstacle 100 has a body beside its position",
+        ),
+        (
+            scenario(three_lanes(), driving(100, 20.0, -1.75, 20.0, 5)).replace(
                 "<velocity><exact>20.0</exact></velocity>",
                 "<velocity><intervalStart>1</intervalStart><intervalEnd>2</intervalEnd></velocity>",
             ),

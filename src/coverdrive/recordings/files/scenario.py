@@ -157,6 +157,11 @@ def is_vehicle(obstacle: Any) -> bool:
     return obstacle.obstacle_type.value not in OTHERS
 
 
+def is_centred(shape: Any) -> bool:
+    """Whether a rectangle or a circle is around the position of its obstacle, and not turned against it."""
+    return not np.any(getattr(shape, "center", 0.0)) and not getattr(shape, "orientation", 0.0)
+
+
 def _check_obstacle(file: Path, obstacle: Any) -> None:
     """Refuse sizes, times, places, headings and speeds that are no numbers, or none of this world."""
     name = f"obstacle {obstacle.obstacle_id}"

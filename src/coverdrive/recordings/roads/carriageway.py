@@ -111,7 +111,7 @@ def line_along(file: Path, table: pl.DataFrame, known: tuple[Line, ...]) -> Refe
         DataError: the road's length is that of no road, or it bends too sharply.
         RecordingError: vehicles turn more sharply than a line along them can.
     """
-    ends = table.group_by("vehicle").agg(pl.col("x", "y").last() - pl.col("x", "y").first())
+    ends = table.group_by("vehicle", maintain_order=True).agg(pl.col("x", "y").last() - pl.col("x", "y").first())
     travel = ends.select("x", "y").sum().to_numpy()[0]
     points = max(known, key=lambda line: float(np.hypot(*(line[-1] - line[0])))) if known else _chord(table, travel)
     if (points[-1] - points[0]) @ travel < 0:

@@ -15,7 +15,7 @@ from jaxtyping import Float
 from coverdrive.errors import SettingError
 from coverdrive.recordings.checks import TIME_STEPS
 from coverdrive.recordings.recording import Recording
-from coverdrive.recordings.tracks.smoothing import SmoothingSettings, motion
+from coverdrive.recordings.tracks.smoothing import SmoothingSettings
 
 STEP = 0.1
 """[s] the usual time step of recordings"""
@@ -65,7 +65,7 @@ def resampled(recording: Recording, dt: float, settings: SmoothingSettings) -> R
             share = past / recording.dt
             between = (1 - share) * rates[:, before] + share * rates[:, after]
             along = between[0] * recording.road.stretch(values["lon"], values["lat"])
-            values["speed"], values["heading"] = motion(along, between[1])
+            values["speed"], values["heading"] = np.hypot(along, between[1]), np.arctan2(between[1], along)
     fit = f"Savitzky–Golay fit of {settings.window:g} s, order {settings.order}"
     notes = recording.notes | {"resampled": f"{1 / recording.dt:g} Hz to {1 / dt:g} Hz after the {fit}"}
     return replace(recording, table=pl.DataFrame(values, schema=table.schema), dt=dt, notes=notes)
