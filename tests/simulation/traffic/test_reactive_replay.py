@@ -1,5 +1,7 @@
 """Recorded vehicles drive as they were recorded, but for those in whose way the ego is: they stay behind it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import test_replay
@@ -109,6 +111,23 @@ def test_it_goes_back_to_where_it_was_recorded_once_the_way_is_free(monkeypatch:
     assert np.array_equal(expected[-1].states[1:], found[-1].states[1:])
     speed = np.array([each.speed[1] for each in found])
     assert np.abs(np.diff(speed)).max() < 0.8 and speed.max() < 30
+
+
+def test_nobody_brakes_harder_than_it_may_to_be_where_it_was_recorded() -> None:
+    """Who is late, and just about back, as the recording brakes at 7.5 m/s²."""
+    time = np.arange(0, 16.05, 0.1)
+    speed = np.where(time < 8, 20.0, np.maximum(20 - 7.5 * (time - 8), 10.0))
+    lon = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2 * 0.1)])
+    states = np.stack([[lon + at, np.full(len(lon), 1.8), speed, 0 * lon] for at in (0.0, 60.0)], axis=1)
+    scenario = cut_scenarios([recording((0, 1.8, 20, 10), (60, 1.8, 20, 10))])[0]
+    scenario = replace(scenario, states=states.T, valid=np.ones((len(lon), 2), bool), dt=0.1)
+    hardest = 0.0
+    for braked in (2, 4, 6, 8, 10):
+        _, traffic, scene = both([scenario])
+        inputs = [(-3.0, 0.0)] * braked + [(0.0, 0.0)] * 10 + [(3.0, 0.0)] * 60 + [(0.0, 0.0)] * 50
+        speeds = np.array([each.speed for each in driven(traffic, scene, inputs)])[:, 1:]
+        hardest = max(hardest, float(-np.diff(speeds, axis=0).min() / 0.1))
+    assert 7.0 < hardest <= 8.0 + 1e-6
 
 
 def test_a_late_vehicle_goes_where_its_recording_ends() -> None:

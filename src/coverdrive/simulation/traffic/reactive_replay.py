@@ -24,7 +24,9 @@ from coverdrive.simulation.traffic.motion import with_states
 from coverdrive.simulation.traffic.replay import ReplaySettings, ReplayTraffic
 
 _BACK = 0.1
-"""[m] behind its recorded place from which on a vehicle is back there"""
+"""[m] behind its recorded place from which on a vehicle is back there, if it is about as fast as it was"""
+_PROMPT = 0.3
+"""[s] in which who is late takes a lower speed that was recorded"""
 
 
 class ReactiveReplaySettings(ReplaySettings):
@@ -110,11 +112,12 @@ class ReactiveReplayTraffic(ReplayTraffic):
             there = path.way_at(self._time)
             usual = (there - path.way_at(self._time - dt)) / dt
             wish = usual + (there - self._way[slot]) / own.catching_up - speed
-            wish = min(float(np.clip(wish, -own.deceleration, own.acceleration)), float(allowed[slot]))
+            wish = min(wish if wish > 0 else wish / _PROMPT, own.acceleration, float(allowed[slot]))
             speed_after = max(0.0, speed + dt * max(wish, -own.hardest))
             self._way[slot] = min(self._way[slot] + dt * (speed + speed_after) / 2, there)
             gone = self._way[slot] >= path.way[-1]
-            self._late[slot] = not gone and (braking[slot] or self._way[slot] < there - _BACK)
+            apart = abs(speed - states[slot, 2]) > own.hardest * dt or self._way[slot] < there - _BACK
+            self._late[slot] = not gone and (braking[slot] or apart)
             if self._late[slot]:
                 states[slot], valid[slot] = path.state_at(self._way[slot], speed_after), True
             elif gone and self._time > path.time[-1]:
