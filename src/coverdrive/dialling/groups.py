@@ -6,26 +6,23 @@ each group is driven by what was fitted to all others. Sizes are compared by the
 windows that leave the sets, because λ is relative to sets whose size depends on how many vehicles calibrated them.
 """
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import polars as pl
-from jax import tree
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from coverdrive.certificates.certificate import fingerprint
 from coverdrive.errors import DataError
 from coverdrive.files import write_atomically
 from coverdrive.league.beliefs import KnownFuture
 from coverdrive.prediction.certifying.scored import ScoredSides
-from coverdrive.prediction.data.held_out import digest_of
 from coverdrive.prediction.data.segments import Segments, cut_segments
 from coverdrive.prediction.data.split import Split
 from coverdrive.prediction.fit import PredictionSettings, fit, scale_left
+from coverdrive.prediction.fits.provenance import made_from
 from coverdrive.prediction.predictor import AnyPredictor, Predictor
 from coverdrive.progress import stage
 from coverdrive.recordings.recording import Recording
@@ -186,9 +183,7 @@ def _fitted(
     recordings: Sequence[Recording], settings: PredictionSettings, seed: int, folder: Path
 ) -> tuple[AnyPredictor, list[float]]:
     """What was fitted to recordings, once, and the scale for each share; each fit has its own folder."""
-    roads = [fingerprint(*map(np.asarray, tree.leaves(each.road))) for each in recordings]
-    asked = json.dumps([[digest_of(each) for each in recordings], roads, settings.model_dump(mode="json"), seed])
-    folder /= fingerprint(np.frombuffer(asked.encode(), np.uint8))
+    folder /= made_from(recordings, settings, seed)
     predictor, scores = folder / "predictor.safetensors", folder / "scores.safetensors"
     if not scores.exists():
         sides = None

@@ -1,13 +1,20 @@
 """What a scenario shares with recordings is left out of the fit that it is judged with."""
 
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from published_commonroad import write_commonroad
 from published_formats import truth
 from recordings_fakes import driving, scenario, three_lanes
 
-from coverdrive.prediction.fits.left_out import left_out
+from coverdrive.prediction.boxes.predictor import BoxPredictor
+from coverdrive.prediction.fit import PredictionSettings
+from coverdrive.prediction.fits import left_out as module
+from coverdrive.prediction.fits.left_out import fit_without, left_out
+from coverdrive.recordings.read import read
+from coverdrive.recordings.tracks.smoothing import SmoothingSettings
 
 
 @pytest.fixture
@@ -40,3 +47,34 @@ def test_who_is_shared_is_found_in_scenarios_of_several_carriageways(tmp_path: P
     here, there, other = files.values()
     both, shared = ({name, f"{name} carriageway 2"} for name in ("DEU_Other-1_1_T-1", "USA_Here-1_1_T-1"))
     assert left_out([other, here], [other, there]) == [both, shared]
+
+
+def test_a_fit_is_kept_by_what_it_was_made_from(
+    folder: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not by what that is called: other files of these names, or the same read otherwise, are fitted to anew."""
+    fits, made, loaded = tmp_path_factory.mktemp("fits"), list[int](), list[str]()
+
+    def noted(recordings: object, settings: object, seed: int) -> SimpleNamespace:
+        made.append(seed)
+        return SimpleNamespace(predictor=SimpleNamespace(save=lambda path: path.write_text(str(len(made)))))
+
+    def load(path: Path) -> BoxPredictor:
+        loaded.append(path.read_text())
+        return object.__new__(BoxPredictor)
+
+    monkeypatch.setattr(module, "fit", noted)
+    monkeypatch.setattr(module.Predictor, "load", load)
+    other = tmp_path_factory.mktemp("other")
+    for file in folder.glob("*.xml"):
+        (other / file.name).write_text(file.read_text().replace("<exact>14.0", "<exact>14.5"))
+    smoothed = SmoothingSettings(window=2.0)
+    here, *others = read(folder), read(other), read(folder, dt=0.05), read(folder, smoothing=smoothed)
+    wider = [replace(each, road=replace(each.road, edges=each.road.edges * 1.01)) for each in here]
+    calls = [(each, PredictionSettings(), 0) for each in (here, *others, wider)]
+    calls += [(here, PredictionSettings(scale=1.0), 0), (here, PredictionSettings(), 1)]
+    for recordings, settings, seed in [*calls, *calls, (read(folder), PredictionSettings(), 0)]:
+        fit_without(frozenset(), recordings, settings, seed, fits)
+    assert loaded == [*"1234567", *"1234567", "1"]
+    fit_without(frozenset({"USA_US101-2_1_T-1"}), here, PredictionSettings(), 0, fits)
+    assert loaded[-1] == "8" and len(made) == 8

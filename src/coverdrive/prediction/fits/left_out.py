@@ -5,7 +5,6 @@ Published scenarios are often cut from the same recording. What shares vehicles 
 benchmark id names: scenarios whose vehicles were moved by a little are not found otherwise.
 """
 
-import hashlib
 import re
 from collections.abc import Sequence
 from itertools import islice
@@ -14,6 +13,7 @@ from pathlib import Path
 from coverdrive.errors import DataError, RecordingError
 from coverdrive.prediction.data.split import SplitSettings
 from coverdrive.prediction.fit import PredictionSettings, fit
+from coverdrive.prediction.fits.provenance import made_from
 from coverdrive.prediction.predictor import AnyPredictor, Predictor
 from coverdrive.recordings.read import read
 from coverdrive.recordings.recording import Recording
@@ -51,11 +51,10 @@ def fit_without(
         recordings: to fit on.
         settings: of the fit.
         seed: of the fit.
-        folder: where predictors are kept, by what they were made from.
+        folder: where predictors are kept, by the content of what they were made from.
     """
     kept, settings = [each for each in recordings if each.name not in names], tested_elsewhere(settings)
-    made_from = (*sorted(each.name for each in kept), settings.model_dump_json(), str(seed))
-    path = folder / f"{hashlib.blake2b('/'.join(made_from).encode(), digest_size=8).hexdigest()}.safetensors"
+    path = folder / f"{made_from(kept, settings, seed)}.safetensors"
     if not path.exists():
         path.parent.mkdir(parents=True, exist_ok=True)
         fit(kept, settings, seed).predictor.save(path)
