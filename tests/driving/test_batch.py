@@ -78,6 +78,28 @@ def test_goes_on_where_it_was_stopped(tmp_path: Path, monkeypatch: pytest.Monkey
     assert len(rows_of(files, out)) == 3
 
 
+def test_other_scenarios_stay_in_the_table(tmp_path: Path) -> None:
+    """And so do their solutions, be they of the same benchmark; what is there of a changed scenario is replaced."""
+    out, (a, _, b) = tmp_path / "out", three(tmp_path)
+    (first,) = rows_of([a], out)
+    solution = (out / first["solution"]).read_bytes()
+    (second,) = rows_of([b], out)
+    table = pl.read_csv(out / "solved.csv")
+    assert table["scenario"].to_list() == ["a", "c"]
+    assert table["file"].to_list() == [str(each.resolve()) for each in (a, b)]
+    assert first["solution"] != second["solution"] and (out / first["solution"]).read_bytes() == solution
+    (tmp_path / "elsewhere").mkdir()
+    (third,) = rows_of([written(tmp_path / "elsewhere", SOON, name="a")], out)
+    assert rows_of([a, b], out) == [first, second]
+    b.write_text(b.read_text().replace("50.0", "0.0"))
+    (changed,) = rows_of([b], out)
+    assert changed["solved"] and changed["solution"] == second["solution"]
+    (out / third["solution"]).unlink()
+    assert rows_of([a], out, model="ST")[0]["solution"] == first["solution"]
+    table = pl.read_csv(out / "solved.csv")
+    assert table["scenario"].to_list() == ["a", "c"] and table["model"].to_list() == ["ST", "KS"]
+
+
 def test_what_has_no_predictor_is_a_row(tmp_path: Path) -> None:
     def refused(scenario: Path) -> Belief:
         raise DataError("there are too few scenes")

@@ -1,8 +1,9 @@
 """Solves the planning problems of many scenarios, on one process or on several.
 
 A solution is written when all problems of its scenario are driven, the table after each. What is there already, of the
-same scenario with the same settings, is not solved again. A trial of `coverdrive.simulation.studies.workers` is a
-scenario.
+same scenario with the same settings, is not solved again; what is there of other scenarios stays, and what is there of
+the same one, changed or with other settings, until it is replaced. A trial of `coverdrive.simulation.studies.workers`
+is a scenario.
 """
 
 import hashlib
@@ -91,7 +92,7 @@ def solve_all(
     Args:
         scenarios: files; what cannot be read or driven is a row with its reason, and ends nothing.
         predictor_of: the predictor for a scenario.
-        folder: of the table ``solved.csv`` and the solutions.
+        folder: of the table ``solved.csv``, whose rows are sorted by file, and the solutions.
         model: of the ego.
         workers: number of processes.
         draw: is shown every drive, in the process that drove it.
@@ -101,20 +102,24 @@ def solve_all(
         then as they are solved.
     """
     setup = _Scenarios(scenarios, [_predictor(predictor_of, each) for each in scenarios], model, draw)
-    made, kept = [setup.made_from(trial) for trial in range(len(scenarios))], _kept(folder)
-    found = {trial: kept[name] for trial, name in enumerate(made) if name in kept}
-    yield from found.values()
-    left = [trial for trial in range(len(scenarios)) if trial not in found]
+    found, files = _kept(folder), [_path_of(each) for each in scenarios]
+    made, left = [setup.made_from(trial) for trial in range(len(scenarios))], list[int]()
+    for trial, file in enumerate(files):
+        if made[trial] and made[trial] in {row["made_from"] for row in found.get(file, ())}:
+            yield found[file]
+        else:
+            left.append(trial)
     with stage("scenarios"):
-        for each in run_trials(setup, left, workers):
-            trial, taken = each["trial"], {row["solution"] or "" for rows in found.values() for row in rows}
+        for number, each in enumerate(run_trials(setup, left, workers), start=len(scenarios) - len(left) + 1):
+            file, made_from = files[each["trial"]], made[each["trial"]]
+            taken = {row["solution"] or "" for other, rows in found.items() if other != file for row in rows}
             written = _write_solution(each["benchmark"], each["text"], folder, taken) if each["text"] else None
-            about = {"solution": written, "made_from": made[trial]}
-            found[trial] = [row | about for row in each["rows"]]
-            table = pl.DataFrame([row for trial in sorted(found) for row in found[trial]], schema=SCHEMA)
+            about = {"file": file, "solution": written, "made_from": made_from}
+            found[file] = [row | about for row in each["rows"]]
+            table = pl.DataFrame([row for file in sorted(found) for row in found[file]], schema=SCHEMA)
             write_atomically(folder / TABLE, table.write_csv)
-            done(len(found), len(scenarios))
-            yield found[trial]
+            done(number, len(scenarios))
+            yield found[file]
 
 
 def _predictor(predictor_of: Callable[[Path], Belief], scenario: Path) -> Belief | str:
@@ -132,12 +137,17 @@ def _write_solution(benchmark: str, text: str, folder: Path, taken: Collection[s
     return name
 
 
+def _path_of(file: Path) -> str:
+    """From the root of the disk; bytes that are no UTF-8 become question marks."""
+    return str(file.resolve()).encode("utf-8", "replace").decode()
+
+
 def _kept(folder: Path) -> dict[str, list[Row]]:
-    """The rows of scenarios in a folder whose solutions are there, too, by what they are made from."""
+    """The rows in a folder whose solutions are there, too, by the files of their scenarios."""
     found = dict[str, list[Row]]()
     with suppress(OSError, pl.exceptions.PolarsError):  # none, or of another version
         for row in pl.read_csv(folder / TABLE, schema=SCHEMA).iter_rows(named=True):
-            found.setdefault(row["made_from"] or "", []).append(row | {"reason": row["reason"] or ""})
+            found.setdefault(row["file"] or "", []).append(row | {"reason": row["reason"] or ""})
     named = [row for rows in found.values() for row in rows if row["solution"]]
-    lost = {row["made_from"] for row in named if not (folder / row["solution"]).is_file()}
-    return {made: rows for made, rows in found.items() if made and made not in lost}
+    lost = {row["file"] for row in named if not (folder / row["solution"]).is_file()}
+    return {file: rows for file, rows in found.items() if file and file not in lost}

@@ -29,10 +29,10 @@ SCHEMA = pl.Schema(
     {"scenario": pl.String(), "problem": pl.Int64(), "model": pl.String(), "solved": pl.Boolean()}
     | {"reason": pl.String(), "checked": pl.Boolean()}
     | {name: MEASURED[name] for name in MEASURES}
-    | {"solution": pl.String(), "made_from": pl.String()}
+    | {"file": pl.String(), "solution": pl.String(), "made_from": pl.String()}
 )
 """of the table: whether a problem is ``solved``, by the drivability checker if that is installed (``checked``), or else
-the ``reason``; the file of its ``solution``, and a hash of all that this depends on"""
+the ``reason``; the ``file`` of the scenario, that of its ``solution``, and a hash of all that this depends on"""
 
 
 @dataclass(frozen=True, eq=False)
