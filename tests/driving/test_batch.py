@@ -12,8 +12,11 @@ from recordings_fakes import driving
 
 from coverdrive.driving import batch, solved
 from coverdrive.driving.batch import solve_all
+from coverdrive.driving.driver import adapted
 from coverdrive.driving.solved import solve
 from coverdrive.errors import DataError
+from coverdrive.planning.planner import PlannerSettings
+from coverdrive.settings import checked
 from coverdrive.simulation.measures.trial import Row
 from coverdrive.simulation.predictor import Belief
 
@@ -76,6 +79,17 @@ def test_goes_on_where_it_was_stopped(tmp_path: Path, monkeypatch: pytest.Monkey
     assert driven[4:] == ["a", "broken", "c"]
     (out / "solved.csv").write_text("some,table\n1,2\n")
     assert len(rows_of(files, out)) == 3
+
+
+def test_settings_of_the_planner_are_driven_with(tmp_path: Path) -> None:
+    """And rows that were made with others are replaced; size and wanted speed are those of car and problem."""
+    files, out = [written(tmp_path, SOON)], tmp_path / "out"
+    even = checked(PlannerSettings, {"problem": {"cost": {"acceleration_change": 50.0}}})
+    large = adapted(PlannerSettings(), length=9.0, width=2.5, wanted_speed=3.0)
+    (usual,) = rows_of(files, out)
+    assert rows_of(files, out, planner=PlannerSettings()) == [usual]
+    jerks = [rows_of(files, out, planner=each)[0]["jerk_longitudinal"] for each in (even, large)]
+    assert jerks[0] < 0.7 * usual["jerk_longitudinal"] and jerks[1] == usual["jerk_longitudinal"]
 
 
 def test_other_scenarios_stay_in_the_table(tmp_path: Path) -> None:

@@ -23,6 +23,7 @@ from coverdrive.driving.solved import SCHEMA, because, solve, unsolved
 from coverdrive.driving.solving import Drive, solution_of
 from coverdrive.errors import CoverdriveError
 from coverdrive.files import write_atomically, write_text
+from coverdrive.planning.planner import PlannerSettings
 from coverdrive.progress import done, stage
 from coverdrive.recordings.tracks.reading import name_of
 from coverdrive.simulation.measures.trial import Row
@@ -40,13 +41,15 @@ class _Scenarios:
     predictors: Sequence[Belief | str]
     """for each, or why there is none"""
     model: ModelName
+    planner: PlannerSettings
     draw: Callable[[Drive], None] | None
     seed: int = 0
 
     def description(self) -> dict[str, Any]:
         """What all drives depend on."""
         judge = find_spec("commonroad_dc") is not None
-        return {"coverdrive": version("coverdrive"), "model": self.model, "judge": judge}
+        planner = self.planner.model_dump(mode="json")
+        return {"coverdrive": version("coverdrive"), "model": self.model, "judge": judge, "planner": planner}
 
     def made_from(self, trial: int) -> str:
         """A hash of all that the drives of a scenario depend on; empty if it cannot be read."""
@@ -67,7 +70,7 @@ class _Scenarios:
             rows = [unsolved(file, self.model) | because(f"not driven: {belief}")]
             return {"trial": trial, "rows": rows, "benchmark": "", "text": ""}
         with stage(name_of(file)):
-            found = list(solve(file, belief, self.model))
+            found = list(solve(file, belief, self.model, self.planner))
         rows, drives, text = [each.row for each in found], [each.drive for each in found if each.drive], ""
         try:
             text = solution_of(drives) if drives else ""
@@ -86,6 +89,7 @@ def solve_all(
     model: ModelName = "KS",
     workers: int = 1,
     draw: Callable[[Drive], None] | None = None,
+    planner: PlannerSettings | None = None,
 ) -> Iterator[list[Row]]:
     """Drive and judge the planning problems of scenarios, and write their solutions and the table.
 
@@ -96,12 +100,15 @@ def solve_all(
         model: of the ego.
         workers: number of processes.
         draw: is shown every drive, in the process that drove it.
+        planner: settings of it, fitted to car and problem as by `coverdrive.driving.solving.settings_for`; the defaults
+            if left out.
 
     Yields:
         The rows of a scenario, by the names of `coverdrive.driving.solved.SCHEMA`: first of all that are there already,
         then as they are solved.
     """
-    setup = _Scenarios(scenarios, [_predictor(predictor_of, each) for each in scenarios], model, draw)
+    predictors = [_predictor(predictor_of, each) for each in scenarios]
+    setup = _Scenarios(scenarios, predictors, model, planner or PlannerSettings(), draw)
     found, files = _kept(folder), [_path_of(each) for each in scenarios]
     made, left = [setup.made_from(trial) for trial in range(len(scenarios))], list[int]()
     for trial, file in enumerate(files):

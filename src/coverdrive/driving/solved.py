@@ -12,6 +12,7 @@ from coverdrive.driving.single_track import ModelName
 from coverdrive.driving.solving import Drive, drive
 from coverdrive.errors import CoverdriveError, blamed
 from coverdrive.plan import Planner
+from coverdrive.planning.planner import PlannerSettings
 from coverdrive.recordings.files.boundary import naming
 from coverdrive.recordings.tracks.reading import name_of
 from coverdrive.simulation.measures.trial import SCHEMA as MEASURED
@@ -46,7 +47,7 @@ class Solved:
 
 
 def solve(
-    scenario: Path, predictor: Belief, model: ModelName = "KS", planner: Planner | None = None
+    scenario: Path, predictor: Belief, model: ModelName = "KS", planner: Planner | PlannerSettings | None = None
 ) -> Iterator[Solved]:
     """Drive and judge the planning problems of a scenario; arguments are those of `drive`."""
     known = unsolved(scenario, model)
@@ -77,7 +78,10 @@ def because(reason: str) -> Row:
 
 
 def solve_problem(
-    problem: PlanningProblem, predictor: Belief, model: ModelName = "KS", planner: Planner | None = None
+    problem: PlanningProblem,
+    predictor: Belief,
+    model: ModelName = "KS",
+    planner: Planner | PlannerSettings | None = None,
 ) -> Solved:
     """Drive and judge one planning problem; arguments are those of `drive`."""
     known = unsolved(problem.file, model) | {"problem": problem.number}

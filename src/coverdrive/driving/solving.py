@@ -77,7 +77,10 @@ class Drive:
 
 
 def drive(
-    problem: PlanningProblem, predictor: Belief, model: ModelName = "KS", planner: Planner | None = None
+    problem: PlanningProblem,
+    predictor: Belief,
+    model: ModelName = "KS",
+    planner: Planner | PlannerSettings | None = None,
 ) -> Drive:
     """Drive one planning problem.
 
@@ -85,10 +88,13 @@ def drive(
         problem: where from, and where to.
         predictor: of the other vehicles.
         model: of the ego.
-        planner: ours, with the `settings_for` the problem if left out, or another one, which is not told of the goal.
+        planner: settings of ours, which `settings_for` the problem are made of; the defaults if left out. Or a planner
+            as it is, which is told of the goal if it is ours.
     """
     dt, car = float(problem.scenario.dt), SingleTrackCar.at(problem.problem.initial_state, model)
-    planner = planner or MpcPlanner(settings_for(problem, PlannerSettings()))
+    planner = PlannerSettings() if planner is None else planner
+    if isinstance(planner, PlannerSettings):
+        planner = MpcPlanner(settings_for(problem, planner))
     ours = isinstance(planner, MpcPlanner)  # which knows its car
     length, width = (None, None) if ours else (BMW.l, BMW.w)
     driver = Driver(as_given(predictor), planner, length=length, width=width, period=dt)

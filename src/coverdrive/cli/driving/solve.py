@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from coverdrive.config import Experiment
     from coverdrive.driving.solving import Drive
     from coverdrive.prediction.predictor import AnyPredictor
+    from coverdrive.results import Results
 
 
 def solve(
@@ -42,7 +43,14 @@ def solve(
     seed: options.Seed = None,
     out: Annotated[Path, Parameter(help="Folder of the solutions, as in `--out solutions`.")] = Path("solutions"),
     config: options.Config = None,
-    settings: options.Set = None,
+    settings: Annotated[
+        options.Set,
+        Parameter(
+            help="Settings of the planner, and of the fit where one is made, by their names in config.toml, as in "
+            "`--set planner.manners.like=regulation`. All others have no effect, nor have those of the ego's size and "
+            "wanted speed, which are as the car and the problem say."
+        ),
+    ] = None,
 ) -> dict[str, Any]:
     """Drive planning problems of CommonRoad scenarios, told no more than the present, and write their solutions.
 
@@ -63,14 +71,22 @@ def solve(
     for file in files:
         if not file.is_file():
             raise DataError(f"{file}: there is no such scenario; check the path")
+    if predictor is not None and (recording or leave_one_out):
+        raise SettingError("--predictor names one that is fitted; leave out --recording and --leave-one-out")
+    if leave_one_out and not recording:
+        raise SettingError("--leave-one-out is about recordings; name some, as in `--recording scenarios/`")
     with waiting():
         from coverdrive.driving.batch import solve_all
         from coverdrive.reporting.tables.summaries import solved_table
-    experiment = experiment_of(config, settings=settings, seed=seed, study={"workers": workers})
+        from coverdrive.results import Results
+    fitted = None if predictor is None else Results(predictor)
+    base = fitted and fitted.experiment
+    experiment = experiment_of(config, settings=settings, base=base, seed=seed, study={"workers": workers})
     workers = processes(experiment.study)
     with stages(kept="solutions"):
-        predictor_of = _predictors(files, predictor, recording or [], leave_one_out, experiment, out)
-        each = solve_all(files, predictor_of, out, model, workers, partial(_draw, out) if video else None)
+        predictor_of = _predictors(files, fitted, recording or [], leave_one_out, experiment, out)
+        draw = partial(_draw, out) if video else None
+        each = solve_all(files, predictor_of, out, model, workers, draw, experiment.planner)
         found = [row for rows in each for row in rows]
     console.print(solved_table(found))
     console.print(f"Solutions and solved.csv are in {out}")
@@ -87,30 +103,23 @@ def _draw(folder: Path, drive: "Drive") -> None:
 
 def _predictors(
     files: Sequence[Path],
-    folder: Path | None,
+    fitted: "Results | None",
     paths: Sequence[Path],
     leave_one_out: bool,
     experiment: "Experiment",
     out: Path,
 ) -> "Callable[[Path], AnyPredictor]":
     """The predictor for each scenario: that of a results folder, or one fitted on recordings and kept beside."""
-    if folder is not None:
-        if paths or leave_one_out:
-            raise SettingError("--predictor names one that is fitted; leave out --recording and --leave-one-out")
-        with waiting():
-            from coverdrive.results import Results
-        fitted = Results(folder)
+    if fitted is not None:
         with stage("shared scenes"):
             fitted.refuse_seen(files)
         return lambda _: fitted.predictor
     with waiting():
         from coverdrive.prediction.fits.left_out import fit_without, left_out
-    if leave_one_out and not paths:
-        raise SettingError("--leave-one-out is about recordings; name some, as in `--recording scenarios/`")
     made_of = experiment.recordings(paths), experiment.prediction, experiment.seed, out / "fits"
     if not leave_one_out:
-        fitted = fit_without(frozenset(), *made_of)
-        return lambda _: fitted
+        usual = fit_without(frozenset(), *made_of)
+        return lambda _: usual
     with stage("shared scenes"):
         out_of = dict(zip(files, left_out(paths, files), strict=True))
     return lambda file: fit_without(out_of[file], *made_of)
