@@ -14,6 +14,7 @@ from coverdrive.driving import batch, solved
 from coverdrive.driving.batch import solve_all
 from coverdrive.driving.driver import adapted
 from coverdrive.driving.solved import solve
+from coverdrive.driving.solving import Drive
 from coverdrive.errors import DataError
 from coverdrive.planning.planner import PlannerSettings
 from coverdrive.settings import checked
@@ -112,6 +113,28 @@ def test_other_scenarios_stay_in_the_table(tmp_path: Path) -> None:
     assert rows_of([a], out, model="ST")[0]["solution"] == first["solution"]
     table = pl.read_csv(out / "solved.csv")
     assert table["scenario"].to_list() == ["a", "c"] and table["model"].to_list() == ["ST", "KS"]
+
+
+def test_what_is_solved_but_not_drawn_is_driven_again(tmp_path: Path) -> None:
+    files, out, drawn = three(tmp_path), tmp_path / "out", list[str]()
+
+    def draw(drive: Drive) -> str:
+        drawn.append(drive.problem.file.stem)
+        (out / f"{drawn[-1]}.mp4").write_text("frames")
+        return f"{drawn[-1]}.mp4"
+
+    solutions = [row["solution"] for row in rows_of(files, out)]
+    once = rows_of(files, out, draw=draw)
+    assert drawn == ["a", "c"] and sorted(row["video"] or "" for row in once) == ["", "a.mp4", "c.mp4"]
+    assert [row["solution"] for row in pl.read_csv(out / "solved.csv").iter_rows(named=True)] == solutions
+    assert rows_of(files, out, draw=draw) == rows_of(files, out) and drawn == ["a", "c"]
+    (out / "c.mp4").unlink()
+    rows_of(files, out, draw=draw)
+    assert drawn == ["a", "c", "c"]
+    files[0].write_text(files[0].read_text() + "\n")
+    rows_of(files, out)
+    rows_of(files, out, draw=draw)
+    assert drawn == ["a", "c", "c", "a"]
 
 
 def test_what_has_no_predictor_is_a_row(tmp_path: Path) -> None:

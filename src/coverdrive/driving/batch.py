@@ -19,7 +19,7 @@ from typing import Any
 import polars as pl
 
 from coverdrive.driving.single_track import ModelName
-from coverdrive.driving.solved import SCHEMA, because, solve, unsolved
+from coverdrive.driving.solved import SCHEMA, Solved, because, solve, unsolved
 from coverdrive.driving.solving import Drive, solution_of
 from coverdrive.errors import CoverdriveError
 from coverdrive.files import write_atomically, write_text
@@ -42,7 +42,7 @@ class _Scenarios:
     """for each, or why there is none"""
     model: ModelName
     planner: PlannerSettings
-    draw: Callable[[Drive], None] | None
+    draw: Callable[[Drive], str | None] | None
     seed: int = 0
 
     def description(self) -> dict[str, Any]:
@@ -71,15 +71,17 @@ class _Scenarios:
             return {"trial": trial, "rows": rows, "benchmark": "", "text": ""}
         with stage(name_of(file)):
             found = list(solve(file, belief, self.model, self.planner))
-        rows, drives, text = [each.row for each in found], [each.drive for each in found if each.drive], ""
+        rows, drives, text = [self._shown(each) for each in found], [each.drive for each in found if each.drive], ""
         try:
             text = solution_of(drives) if drives else ""
         except (ValueError, AttributeError) as error:  # of commonroad-io
             lost = {"solved": False} | because(f"driven, but it has no solution that can be written: {error}")
             rows = [row | lost if row["solved"] else row for row in rows]
-        for each in drives if self.draw else ():
-            self.draw(each)  # pyright: ignore[reportOptionalCall]
         return {"trial": trial, "rows": rows, "benchmark": drives[0].name if drives else "", "text": text}
+
+    def _shown(self, found: Solved) -> Row:
+        """The row of a problem, whose drive is drawn, if any."""
+        return found.row | ({"video": self.draw(found.drive)} if self.draw and found.drive else {})
 
 
 def solve_all(
@@ -88,7 +90,7 @@ def solve_all(
     folder: Path,
     model: ModelName = "KS",
     workers: int = 1,
-    draw: Callable[[Drive], None] | None = None,
+    draw: Callable[[Drive], str | None] | None = None,
     planner: PlannerSettings | None = None,
 ) -> Iterator[list[Row]]:
     """Drive and judge the planning problems of scenarios, and write their solutions and the table.
@@ -99,7 +101,8 @@ def solve_all(
         folder: of the table ``solved.csv``, whose rows are sorted by file, and the solutions.
         model: of the ego.
         workers: number of processes.
-        draw: is shown every drive, in the process that drove it.
+        draw: is shown every drive, in the process that drove it, and says which file in the folder is its video; what
+            is solved already, but has no such file, is driven again.
         planner: settings of it, fitted to car and problem as by `coverdrive.driving.solving.settings_for`; the defaults
             if left out.
 
@@ -112,8 +115,10 @@ def solve_all(
     found, files = _kept(folder), [_path_of(each) for each in scenarios]
     made, left = [setup.made_from(trial) for trial in range(len(scenarios))], list[int]()
     for trial, file in enumerate(files):
-        if made[trial] and made[trial] in {row["made_from"] for row in found.get(file, ())}:
-            yield found[file]
+        rows = found.get(file, [])
+        drawn = not draw or all(row["time"] is None or _is_in(folder, row["video"]) for row in rows)
+        if drawn and made[trial] and made[trial] in {row["made_from"] for row in rows}:
+            yield rows
         else:
             left.append(trial)
     with stage("scenarios"):
@@ -149,6 +154,10 @@ def _path_of(file: Path) -> str:
     return str(file.resolve()).encode("utf-8", "replace").decode()
 
 
+def _is_in(folder: Path, name: str | None) -> bool:
+    return bool(name) and (folder / name).is_file()
+
+
 def _kept(folder: Path) -> dict[str, list[Row]]:
     """The rows in a folder whose solutions are there, too, by the files of their scenarios."""
     found = dict[str, list[Row]]()
@@ -156,5 +165,5 @@ def _kept(folder: Path) -> dict[str, list[Row]]:
         for row in pl.read_csv(folder / TABLE, schema=SCHEMA).iter_rows(named=True):
             found.setdefault(row["file"] or "", []).append(row | {"reason": row["reason"] or ""})
     named = [row for rows in found.values() for row in rows if row["solution"]]
-    lost = {row["file"] for row in named if not (folder / row["solution"]).is_file()}
+    lost = {row["file"] for row in named if not _is_in(folder, row["solution"])}
     return {file: rows for file, rows in found.items() if file and file not in lost}

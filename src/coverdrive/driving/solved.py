@@ -30,10 +30,11 @@ SCHEMA = pl.Schema(
     {"scenario": pl.String(), "problem": pl.Int64(), "model": pl.String(), "solved": pl.Boolean()}
     | {"reason": pl.String(), "checked": pl.Boolean()}
     | {name: MEASURED[name] for name in MEASURES}
-    | {"file": pl.String(), "solution": pl.String(), "made_from": pl.String()}
+    | {"file": pl.String(), "solution": pl.String(), "video": pl.String(), "made_from": pl.String()}
 )
 """of the table: whether a problem is ``solved``, by the drivability checker if that is installed (``checked``), or else
-the ``reason``; the ``file`` of the scenario, that of its ``solution``, and a hash of all that this depends on"""
+the ``reason``; the ``file`` of the scenario, those of its ``solution`` and of a ``video``, if this drive has one, and a
+hash of all that a drive depends on"""
 
 
 @dataclass(frozen=True, eq=False)

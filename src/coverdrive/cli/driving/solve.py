@@ -39,7 +39,13 @@ def solve(
         Parameter(help="Model of the car: kinematic single-track, or single-track with slip; as in `--model ST`."),
     ] = "KS",
     workers: options.Workers = None,
-    video: Annotated[bool, Parameter(negative="", help="Draw snapshots and a video of every drive.")] = False,
+    video: Annotated[
+        bool,
+        Parameter(
+            negative="",
+            help="Draw snapshots and a video of every drive; what is solved already but has none is driven again.",
+        ),
+    ] = False,
     seed: options.Seed = None,
     out: Annotated[Path, Parameter(help="Folder of the solutions, as in `--out solutions`.")] = Path("solutions"),
     config: options.Config = None,
@@ -94,11 +100,14 @@ def solve(
     return {"solutions": str(out), "problems": found, "undriven": undriven}
 
 
-def _draw(folder: Path, drive: "Drive") -> None:
+def _draw(folder: Path, drive: "Drive") -> str:
+    """Draw a drive; the file of its video in the folder."""
     from coverdrive.recordings.tracks.reading import name_of
     from coverdrive.reporting.figures.gallery import draw_drive
 
-    draw_drive(drive.trace, folder / f"{name_of(drive.problem.file)}_{drive.problem.number}", None)
+    name = f"{name_of(drive.problem.file)}_{drive.problem.number}"
+    draw_drive(drive.trace, folder / name, None)
+    return f"{name}/drive.mp4"
 
 
 def _predictors(
