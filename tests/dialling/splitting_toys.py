@@ -6,14 +6,18 @@ import numpy as np
 from scipy.stats import norm
 
 from coverdrive.dialling.tape import Tape
+from coverdrive.errors import StartError
 
 
 class Walk:
-    """Normal steps of variance 1 in all, and a slope that is drawn at the start."""
+    """Normal steps of variance 1 in all, and a slope that is drawn at the start, which the steepest make impossible."""
 
-    def __init__(self, tape: Tape, steps: int = 10, slope: float = 0.0):
+    def __init__(self, tape: Tape, steps: int = 10, slope: float = 0.0, steepest: float = np.inf):
         self.tape, self.steps, self.moment, self.level = tape, steps, 0, 0.0
-        self.slope = slope * float(tape.standard_normal(3).sum()) / np.sqrt(3)
+        drawn = float(tape.standard_normal(3).sum()) / np.sqrt(3)
+        if drawn > steepest:
+            raise StartError("too steep")
+        self.slope = slope * drawn
 
     @property
     def over(self) -> bool:
@@ -29,10 +33,13 @@ class Walk:
         return other
 
     @staticmethod
-    def probability(barrier: float, steps: int = 10, slope: float = 0.0, points: int = 1001) -> float:
+    def probability(
+        barrier: float, steps: int = 10, slope: float = 0.0, points: int = 1001, steepest: float = np.inf
+    ) -> float:
         """That its level reaches a barrier, by integration over the places below it, step by step."""
         slopes = np.linspace(-7, 7, 71) if slope else np.zeros(1)
-        weight = norm.pdf(slopes) / norm.pdf(slopes).sum()
+        weight = norm.pdf(slopes) * (slopes <= steepest)
+        weight /= weight.sum()
         return float(weight @ [_reached(barrier, steps, slope * each, points) for each in slopes])
 
 
@@ -48,15 +55,25 @@ def _reached(barrier: float, steps: int, slope: float, points: int) -> float:
 
 
 class Still:
-    """Everything is drawn at the start: a sum of normal numbers, of variance 1."""
+    """Everything is drawn at the start: a sum of normal numbers, of variance 1, unless the first one is too large."""
 
     over = True
 
-    def __init__(self, tape: Tape, numbers: int = 6):
-        self.level = float(tape.standard_normal(numbers).sum()) / np.sqrt(numbers)
+    def __init__(self, tape: Tape, numbers: int = 6, most: float = np.inf):
+        drawn = tape.standard_normal(numbers)
+        if drawn[0] > most:
+            raise StartError("too much")
+        self.level = float(drawn.sum()) / np.sqrt(numbers)
 
     def advance(self) -> None:
         raise AssertionError("it is over")
 
     def copied(self, tape: Tape) -> "Still":
         return self
+
+    @staticmethod
+    def probability(barrier: float, most: float) -> float:
+        """That it reaches a barrier, of 6 numbers, by integration over the first one."""
+        first = np.linspace(-9, most, 4001)
+        reached = norm.pdf(first) * norm.sf((barrier * np.sqrt(6) - first) / np.sqrt(5))
+        return float(np.trapezoid(reached, first)) / norm.cdf(most)

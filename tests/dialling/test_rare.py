@@ -20,6 +20,7 @@ from coverdrive.prediction.adaptive import Adaptive
 from coverdrive.simulation.drives.episode import EpisodeSettings
 from coverdrive.simulation.drives.outcome import Kind
 from coverdrive.simulation.drives.storage import load_trace
+from coverdrive.simulation.roads import initial
 from coverdrive.simulation.studies.setup import Setup
 
 TRAFFICS = "set-sampling", "drivers", "aggressive", "mixed"
@@ -104,6 +105,22 @@ def test_collisions_are_counted_stored_and_driven_again(tmp_path: Path):
         driven_again = again(setup, file.with_name(f"{file.stem}.tape.npz"))
         assert np.array_equal(driven_again.scene.states, trace.scene.states)
     assert result.drives > 8 and result.seconds > 0
+
+
+def test_drives_that_cannot_start_are_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Of two numbers of vehicles one never fits: what is found is what is found among the other."""
+    monkeypatch.setattr(initial, "_ATTEMPTS", 200)
+    setup = reckless(vehicles=(3, 40), seed=3)
+    result = rare(setup, tmp_path, particles=8, repetitions=2, changes=1)
+    fits = reckless(vehicles=(3,), seed=3)
+    share = np.mean([fits.drive(trial).outcome.kind is not Kind.FINISHED for trial in range(20)])
+    assert 0.02 < share < 0.98
+    assert abs(result.probability - share) < 5 * math.hypot(result.standard_error, math.sqrt(share * (1 - share) / 20))
+    assert result.collisions
+    for file in result.collisions:
+        driven_again = again(setup, file.with_name(f"{file.stem}.tape.npz"))
+        assert driven_again.scene.vehicles == 4
+        assert np.array_equal(driven_again.scene.states, load_trace(file).scene.states)
 
 
 def test_an_estimate_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

@@ -9,7 +9,7 @@ from splitting_toys import Still, Walk
 from coverdrive.dialling import splitting
 from coverdrive.dialling.splitting import split
 from coverdrive.dialling.tape import Tape
-from coverdrive.errors import SettingError
+from coverdrive.errors import SettingError, StartError
 
 STEEP = partial(Walk, slope=0.5)
 CASES = {
@@ -54,6 +54,38 @@ def test_it_is_right_down_to_a_millionth(name: str):
     found = estimates(start, barrier, 10, 200)
     assert apart(found, truth) < 3
     assert found.std(ddof=1) / np.sqrt(len(found)) < 0.35 * truth
+
+
+@pytest.mark.parametrize(
+    ("start", "truth", "of_all"),
+    [
+        (partial(Still, most=0.0), Still.probability(2.0, most=0.0), norm.sf(2.0)),
+        (
+            partial(Walk, slope=1.0, steepest=0.1),
+            Walk.probability(2.0, slope=1.0, points=401, steepest=0.1),
+            Walk.probability(2.0, slope=1.0, points=401),
+        ),
+    ],
+    ids=["still", "walk"],
+)
+def test_of_paths_that_may_not_start_it_is_the_probability_of_those_that_can(start, truth: float, of_all: float):
+    """About half of them can; who reaches the level is mostly among the others."""
+    found = estimates(start, 2.0, 8, 60)
+    assert np.array_equal(found[:1], estimates(start, 2.0, 1, 60))
+    assert apart(found, truth) < 3
+    assert min(apart(found, of_all), apart(found, 2 * truth)) > 3
+
+
+def test_where_hardly_any_path_can_start_there_is_no_probability():
+    begun = list[Tape]()
+
+    def impossible(tape: Tape) -> Walk:
+        begun.append(tape)
+        raise StartError("no room")
+
+    with pytest.raises(SettingError, match=r"none of 100 starts .* take fewer vehicles.*no room"):
+        split(impossible, np.random.default_rng(0))
+    assert len(begun) == 100
 
 
 def test_changes_that_forget_the_level_are_wrong(monkeypatch: pytest.MonkeyPatch):

@@ -74,7 +74,7 @@ class Drive:
     """A drive on its way, as `coverdrive.dialling.splitting.Process`."""
 
     def __init__(self, setup: Setup, participants: Participants, tape: Tape):
-        """Draw the number of vehicles and the start."""
+        """Draw the number of vehicles and the start; a StartError if they cannot be placed."""
         self._belief, self._settings, self._tape = participants[0], setup.episode, tape
         scenarios = () if callable(setup.scenarios) else setup.scenarios
         self._shared: list[Any] = [setup.predictor, setup.sampled, *scenarios]
@@ -305,7 +305,7 @@ def rare(
     repetitions: int = 4,
     workers: int = 1,
 ) -> Rare:
-    """Estimate the probability of a collision in a drive, where the number of vehicles is any of the setup's.
+    """Estimate the probability of a collision in a drive that can start, with any of the setup's numbers of vehicles.
 
     Args:
         setup: who drives where.
@@ -317,7 +317,8 @@ def rare(
         workers: number of processes.
 
     Raises:
-        SettingError: a number makes no sense, or the belief of the ego learns from drive to drive.
+        SettingError: a number makes no sense, hardly any drive can start, or the belief of the ego learns from drive
+            to drive.
         DataError: the folder holds something else.
     """
     if isinstance(setup.predictor, Learning):

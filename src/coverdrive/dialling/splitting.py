@@ -14,6 +14,9 @@ A copy is made different in two ways, of which each leaves the law of a path tha
   paths whose randomness is all drawn at the beginning are split as well.
 - All numbers after the moment at which it first reached the level are drawn anew, and the path goes on from there.
 
+Where a start may be impossible, all this is about paths that can start: a first one is drawn anew until it can, and a
+change to one that cannot is refused.
+
 Of what others offer, pytams 1.0 splits trajectories in time, but keeps what was drawn at the beginning, and
 openturns 1.27 has subset simulation of a known number of normal variables, but knows no paths that can be gone on with;
 a drive needs both, and draws as many numbers as it needs.
@@ -21,13 +24,17 @@ a drive needs both, and draws as many numbers as it needs.
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
 from coverdrive.dialling.tape import Tape
-from coverdrive.errors import SettingError
+from coverdrive.errors import SettingError, StartError
+
+IN_VAIN = 100
+"""starts in a row that are impossible, after which no other is tried"""
 
 _EVERY = 10
 """moments between two that a path can be gone on with from"""
@@ -62,7 +69,7 @@ class Process(Protocol):
 
 
 Start = Callable[[Tape], Process]
-"""begins a path at moment 0, with all its random numbers from a tape"""
+"""begins a path at moment 0, with all its random numbers from a tape; a StartError if that is impossible"""
 
 
 @dataclass(eq=False)
@@ -121,7 +128,7 @@ def split(
     start: Start, random: np.random.Generator, target: float = 0.0, particles: int = 200, kept: float = 0.5,
     changes: int = 2, rarest: float = 1e-15,
 ) -> Split:  # fmt: skip
-    """Estimate the probability that a path's level reaches the target.
+    """Estimate the probability that the level of a path that can start reaches the target.
 
     Args:
         start: begins a path.
@@ -131,6 +138,9 @@ def split(
         kept: share of the paths that are not given up at a time.
         changes: number of times that a copy is changed.
         rarest: probability below which nothing is looked for.
+
+    Raises:
+        SettingError: a number makes no sense, or hardly any path can start.
     """
     top = particles - math.ceil(kept * particles)
     if not 0 < top < particles or changes < 1:
@@ -169,14 +179,25 @@ class _Walk:
         self._start, self._random, self.moments = start, random, 0
 
     def first(self, number: int) -> Path:
-        """A new path."""
-        path = self._begun(Tape(random=self._random), number)
+        """A new path, drawn anew until it can start."""
+        path, vain = None, 0
+        while path is None:
+            try:
+                path = self._begun(Tape(random=self._random), number)
+            except StartError as error:
+                if (vain := vain + 1) == IN_VAIN:
+                    raise SettingError(
+                        f"none of {IN_VAIN} starts in a row was possible; take fewer vehicles, or other traffic (the "
+                        f"last one: {error})"
+                    ) from error
         self._go(path)
         return path
 
     def changed(self, path: Path, level: float) -> tuple[Path, bool]:
         """Another path above a level instead of one that is, and whether it is another until it gets there, too."""
-        tried = self._tried(path, level)
+        tried = None
+        with suppress(StartError):  # a change to a path that cannot start is refused
+            tried = self._tried(path, level)
         other = self._from(tried or path, (tried or path).above(level) + 1)
         self._go(other)
         return other, tried is not None
