@@ -12,7 +12,7 @@ from simulation_fakes import ConstantPlanner, FakeBasis, FakePredictor, make_sce
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.drives import anytime_limit, drives_needed
 from coverdrive.dialling.dial import SCALES, Dialled, Request, dial, dialled, proof_of, said_of_dial
-from coverdrive.errors import CertificateError, DataError, SettingError
+from coverdrive.errors import CertificateError, DataError, SettingError, StartError
 from coverdrive.road import Road
 from coverdrive.simulation.drives.episode import EpisodeSettings
 from coverdrive.simulation.studies.folder import StudyFolder
@@ -71,6 +71,15 @@ class Ahead:
         states = np.array(scene.states)
         states[1, 0] += dt * states[1, 2]
         return TrafficStep.without_bases(replace(scene, lon=states[:, 0]))
+
+
+class Crowded(Ahead):
+    """Every second start finds no room, and none among many."""
+
+    def start(self, settings, vehicles, rng):
+        if vehicles > 1 or rng.random() < 0.5:
+            raise StartError(f"no room for {vehicles}")
+        return super().start(settings, vehicles, rng)
 
 
 PREDICTOR = Sized(FakeBasis.make(accelerations=(0.0,), shifts=(0.0,)))
@@ -134,6 +143,26 @@ def test_what_is_proved_does_not_depend_on_the_workers(tmp_path: Path) -> None:
     named = replace(REQUEST, scales=(0.6,))
     one, two = (dialled(SETUP, PREDICTOR, tmp_path / str(n), named, workers=n) for n in (1, 2))
     assert one.record == two.record
+
+
+@pytest.mark.parametrize("vehicles", [(1,), (1, 60)])
+def test_drives_that_cannot_start_are_none(vehicles, turned: Dialled, tmp_path: Path) -> None:
+    setup = replace(SETUP, traffic=Crowded, vehicles=vehicles)
+    found = dialled(setup, PREDICTOR, tmp_path / "crowded", REQUEST)
+    assert (found.scale, found.reached, found.proofs) == (turned.scale, turned.reached, turned.proofs)
+    assert "; among 1 vehicles within" in found.place
+    table = StudyFolder(tmp_path / "crowded" / "proof" / "0.6").table()
+    assert table["trial"].to_list() == list(range(table.height)) and table.height > found.proofs[0].drives
+    before = Bold.driven
+    assert dialled(setup, PREDICTOR, tmp_path / "crowded", REQUEST).record == found.record
+    assert Bold.driven == before
+
+
+def test_where_hardly_any_drive_can_start_nothing_is_proved(tmp_path: Path) -> None:
+    none = replace(SETUP, traffic=Crowded, vehicles=(60,))
+    named = replace(REQUEST, risk=0.01, scales=(1.0,))
+    with pytest.raises(SettingError, match=r"^0 of 100 trials could start, none of the last 100.* no room for 60"):
+        dialled(none, PREDICTOR, tmp_path, named)
 
 
 def test_a_dial_of_other_drives_is_refused(turned: Dialled, tmp_path: Path) -> None:

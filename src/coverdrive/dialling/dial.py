@@ -23,6 +23,7 @@ from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.drives import Procedure, Proof, drives_needed, limit_of
 from coverdrive.certificates.learn_then_test import Asked, Dial, Tried
 from coverdrive.dialling.frontier import OURS, frontier
+from coverdrive.dialling.splitting import IN_VAIN
 from coverdrive.errors import DataError, SettingError
 from coverdrive.files import write_atomically, write_json
 from coverdrive.prediction.stored import checked_scale
@@ -70,7 +71,7 @@ class Dialled:
     windows: Certificate
     """what is proved of recorded traffic at that λ"""
     place: str
-    """on which road, among how many vehicles, in a sentence"""
+    """on which road, among how many vehicles the drives of the proof could start, in a sentence"""
     driven: Mapping[str, Any]
     """everything that the drives depended on but their seed, by name"""
     frontier: pl.DataFrame
@@ -218,7 +219,7 @@ def dial(
         cluster: address of a Dask scheduler.
 
     Raises:
-        SettingError: a number makes no sense, or there is no such traffic or road.
+        SettingError: a number makes no sense, there is no such traffic or road, or hardly any drive can start.
         CertificateError: so many drives cannot prove the risk, whatever happens in them.
         DataError: the folder holds drives of another configuration.
     """
@@ -249,9 +250,9 @@ def dialled(
         beside: others of the frontier, by name and scale, that pilot drives are driven of.
 
     Raises:
-        SettingError: a number makes no sense.
+        SettingError: a number makes no sense, or hardly any drive can start.
         CertificateError: so many drives cannot prove the risk, whatever happens in them.
-        DataError: the folder holds drives of another configuration, or no drive could start.
+        DataError: the folder holds drives of another configuration.
     """
     setup, dial = setup.loaded(), request.dial(setup.episode.duration)
     _claim(folder / "request.json", request, dial)
@@ -285,13 +286,14 @@ def dialled(
         tables["pilot", name, scale] = _driven(given, files, None, dial.pilot, told, dial.pilot, workers, cluster)
     tried: Tried = turned.chosen or turned.tried[0]
     scale = scales[tried.candidate]
+    began = {setup.vehicles_of(trial) for trial in tables["proof", OURS, scale].filter(STARTED)["trial"]}
     result = Dialled(
         scale=scale,
         reached=tried.reached,
         proofs=tried.proofs,
         mean_speed=tried.speed,
         windows=predictor.scaled(scale).certificate,
-        place=driven_on(setup),
+        place=driven_on(replace(setup, vehicles=sorted(began))),
         driven={name: each for name, each in at(scale, _PROOF).description().items() if name != "seed"},
         frontier=frontier(tables, predictor),
     )
@@ -364,11 +366,14 @@ def _driven(
         files.claim(setup.description())
     table = files.table_of([]) if known is None else known
     with stage(f"{told} ({most} at most)"):
-        while (missing := started - table.select(STARTED.sum()).item()) > 0:
-            before = table.select(STARTED.sum()).item()
-            table = drive_missing(table, table.height + missing, files, setup, workers, cluster, most)
-            if table.select(STARTED.sum()).item() == before:
-                raise SettingError(f"no drive could start: {table['reason'][-1]}")
+        while (missing := started - (begun := table.select(STARTED.sum()).item())) > 0:
+            if table.select((STARTED.cum_sum(reverse=True) == 0).sum()).item() >= IN_VAIN:
+                raise SettingError(
+                    f"{begun:,} of {table.height:,} trials could start, none of the last {IN_VAIN}; {missing:,} more "
+                    f"are needed: dial among fewer vehicles, or in other traffic (the last one: {table['reason'][-1]})"
+                )
+            end = table.height + (missing if begun else min(missing, IN_VAIN))
+            table = drive_missing(table, end, files, setup, workers, cluster, most + table.height - begun)
     files.save_table(table)
     return table
 
