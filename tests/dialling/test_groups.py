@@ -4,15 +4,20 @@ from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import polars as pl
 import pytest
+from simulation_fakes import fakes
 
 from coverdrive.dialling import groups
+from coverdrive.errors import DataError
+from coverdrive.league.beliefs import ConstantVelocity
 from coverdrive.prediction.boxes.predictor import BoxPredictor
 from coverdrive.prediction.cover.basis import BasisSettings
 from coverdrive.prediction.fit import PredictionSettings
 from coverdrive.recordings.recording import IDENTITY, SCHEMA, Recording
 from coverdrive.road import Road
+from coverdrive.simulation.measures.trial import table_of, unstarted
 
 
 def recording_of(vehicle: int) -> Recording:
@@ -46,3 +51,13 @@ def test_only_the_same_recordings_settings_and_seed_have_the_same_fit(
         for each in asked:
             groups._fitted(*each, tmp_path)  # pyright: ignore[reportPrivateUsage]
         assert len(made) == len(set(made)) == 2 * len(asked)
+
+
+def test_where_no_replay_can_start_nothing_is_chosen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    sets = ConstantVelocity(np.ones((3, 2)))
+    monkeypatch.setattr(groups, "_fitted", lambda *_: (SimpleNamespace(scaled=lambda _: sets), [1.0] * 8))
+    idle = table_of([unstarted(0, 0, 1, "no room")])
+    monkeypatch.setattr(groups, "drive_missing", lambda *_: idle)
+    with pytest.raises(DataError, match=r"no replay of any of the 2 groups .* could start"):
+        scenes = [recording_of(vehicle) for vehicle in range(2)]
+        groups.across_groups(scenes, PredictionSettings(), fakes(traffic="replay"), tmp_path)

@@ -84,7 +84,8 @@ def across_groups(
         settings: of the fits.
         setup: of the replays; predictor and scenes are replaced.
         folder: of fits and drives, which go on where they were stopped.
-        drives: of each group, for every share.
+        drives: trials of each group, for every share; those that cannot start are no drives, and a group of which none
+            can is left out.
         workers: number of processes.
         cluster: address of a Dask scheduler whose workers drive instead.
 
@@ -93,7 +94,7 @@ def across_groups(
         ``collisions``, ``own_fault``, ``mean_speed``, ``share_unsafe``.
 
     Raises:
-        DataError: all scenes show vehicles of one another, or too few to be fitted to.
+        DataError: all scenes show vehicles of one another, or too few to be fitted to, or no drive can start.
     """
     groups = independent(recordings)
     if len(groups) < 2:
@@ -131,6 +132,11 @@ def across_groups(
                     "share_unsafe": float(table["share_unsafe"].to_numpy().mean()),
                 }
             )
+    if not lines:
+        raise DataError(
+            f"no replay of any of the {len(groups)} groups of scenes could start; give longer recordings, or a smaller "
+            "traffic.gap"
+        )
     found = pl.DataFrame(lines, infer_schema_length=None)
     write_atomically(folder / "groups.csv", found.write_csv)
     return found
