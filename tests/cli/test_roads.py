@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from command import coverdrive
 from coverdrive.cli.learning.fit import Learning, fit
 from coverdrive.cli.shared.options import experiment_of
 from coverdrive.config import Experiment
@@ -111,3 +112,9 @@ def test_a_road_says_what_it_replaces_of_a_file(
     saved(monkeypatch, recording=[recording], config=config)
     experiment_of(config, road={"seed": 5}, seed=6)  # other options say what they replace by their names
     assert "holds over" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("kind", ["replay", "reactive-replay"])
+def test_replays_are_refused_as_a_proof_before_anything_is_learned(kind: str, tmp_path: Path) -> None:
+    refused = coverdrive("run", "--traffic", kind, "--risk", "0.01", "--out", tmp_path / "out", status=2)
+    assert "--risk proves drives of new traffic" in refused and not (tmp_path / "out").exists()

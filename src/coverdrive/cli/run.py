@@ -10,6 +10,7 @@ from coverdrive.cli.learning.fit import USUAL, Learning, fit_and_print
 from coverdrive.cli.shared import options
 from coverdrive.cli.shared.bars import stages, waiting
 from coverdrive.cli.shared.options import console, processes
+from coverdrive.errors import SettingError
 
 
 def run(
@@ -37,6 +38,12 @@ def run(
         from coverdrive.reporting.report import draw_everything
         from coverdrive.results import Results, certificate_record
         from coverdrive.simulation.studies.ahead import compiled_ahead
+        from coverdrive.simulation.traffic.replay import REPLAYS
+    if risk is not None and traffic in REPLAYS:
+        raise SettingError(
+            f"--risk proves drives of new traffic, and those with --traffic {traffic} are of recorded scenes; "
+            "run without --risk, and choose λ on groups of scenes by `coverdrive dial`"
+        )
     results, recording = Results(learning.out), learning.recording or []
     size = {"trials": trials, "workers": workers, "vehicles": vehicles}
     with compiled_ahead():

@@ -36,3 +36,12 @@ def test_settings_of_the_planner_are_those_of_the_fit_and_what_is_said(
     polite = {"planner": {"manners": {"like": "regulation"}}}
     wanted = usual, usual.updated(polite), stored, stored.updated(polite)
     assert planners == [each.planner for each in wanted]
+
+
+def test_scenarios_are_not_solved_by_what_learned_from_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(left_out, "fit_without", lambda *_: pytest.fail("nothing is to be fitted"))
+    scenario = written(tmp_path, goal(between("velocity", 0.0, 60.0)))
+    called = "solve", scenario, "--recording", scenario, "--out", tmp_path / "out"
+    assert "would train or calibrate what drives it; fit without them by --leave-one-out" in coverdrive(
+        *called, status=2
+    )

@@ -126,9 +126,15 @@ def _predictors(
     with waiting():
         from coverdrive.prediction.fits.left_out import fit_without, left_out
     made_of = experiment.recordings(paths), experiment.prediction, experiment.seed, out / "fits"
-    if not leave_one_out:
-        usual = fit_without(frozenset(), *made_of)
-        return lambda _: usual
     with stage("shared scenes"):
-        out_of = dict(zip(files, left_out(paths, files), strict=True))
-    return lambda file: fit_without(out_of[file], *made_of)
+        out_of = dict(zip(files, left_out(paths, files), strict=True)) if paths else {}
+    if leave_one_out:
+        return lambda file: fit_without(out_of[file], *made_of)
+    for file, names in out_of.items():
+        if names:
+            raise DataError(
+                f"{file} shows something of {len(names)} of the recordings ({', '.join(sorted(names)[:3])}), which "
+                "would train or calibrate what drives it; fit without them by --leave-one-out, or give others"
+            )
+    usual = fit_without(frozenset(), *made_of)
+    return lambda _: usual
