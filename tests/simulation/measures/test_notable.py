@@ -4,7 +4,7 @@ import numpy as np
 import polars as pl
 import pytest
 
-from coverdrive.recordings.recording import SCHEMA, Recording
+from coverdrive.recordings.recording import IDENTITY, SCHEMA, Recording
 from coverdrive.road import Road
 from coverdrive.simulation.measures.notable import liveliest, notable, recorded_near_misses
 
@@ -68,3 +68,24 @@ def test_recorded_vehicles_came_as_near(lon: tuple, lat: tuple, speed: tuple, ne
     }  # fmt: skip
     recording = Recording("made", pl.DataFrame(columns, schema=SCHEMA), 0.1, Road.straight(2), {})
     assert recorded_near_misses([recording]) == pytest.approx({"share": near / 3, "seconds": 0.4})
+
+
+def test_a_vehicle_that_several_recordings_show_counts_once_where_it_is_seen_longest() -> None:
+    """Two vehicles beside each other, and a third one alone; then the first two again, for longer and far apart."""
+
+    def recording(name: str, lon: list[float], lat: list[float], identity: list[int], rows: int) -> Recording:
+        count, moment = len(lon), np.arange(rows)
+        columns = {
+            "vehicle": np.repeat(np.arange(count), rows), "group": np.zeros(count * rows, int),
+            "time": np.tile(0.1 * moment, count), "lon": (np.array(lon)[:, None] + 2.0 * moment).ravel(),
+            "lat": np.repeat(lat, rows), "speed": np.full(count * rows, 20.0), "heading": np.zeros(count * rows),
+            "length": np.full(count * rows, 4.8), "width": np.full(count * rows, 1.8),
+            "identity": np.repeat(identity, rows),
+        }  # fmt: skip
+        return Recording(name, pl.DataFrame(columns, schema=SCHEMA | IDENTITY), 0.1, Road.straight(2), {})
+
+    near = recording("near", [50.0, 50.0, 150.0], [1.8, 4.5, 1.8], [7, 8, 9], 4)
+    apart = recording("apart", [50.0, 150.0], [1.8, 1.8], [8, 7], 8)
+    assert recorded_near_misses([near]) == pytest.approx({"share": 2 / 3, "seconds": 0.4})
+    assert recorded_near_misses([near, near]) == recorded_near_misses([near])
+    assert recorded_near_misses([near, apart]) == pytest.approx({"share": 0.0, "seconds": 2.0 / 3})

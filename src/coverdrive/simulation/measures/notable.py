@@ -28,9 +28,10 @@ NEARLY = ~COLLIDED & ((pl.col("minimum_gap") < NEAR_GAP) | (pl.col("minimum_time
 def recorded_near_misses(recordings: Sequence[Recording]) -> dict[str, float]:
     """Of recorded vehicles the ``share`` that came as near to another, and for how many ``seconds`` each was seen.
 
-    Half-seconds are looked at, with bodies that lie along the road.
+    Half-seconds are looked at, with bodies that lie along the road. A vehicle that several recordings show counts once,
+    as in that which shows it longest.
     """
-    near, seconds = list[np.ndarray](), list[np.ndarray]()
+    shown = list[pl.DataFrame]()
     for each in recordings:
         frames, came = each.frames(), list[np.ndarray]()
         for frame in range(0, len(frames.time), max(1, round(_LOOK / each.dt))):
@@ -38,10 +39,11 @@ def recorded_near_misses(recordings: Sequence[Recording]) -> dict[str, float]:
             found = Kept(*(values[0] for values in kept(scene, each.road, there)))
             gap = np.minimum(found.headway * np.maximum(np.abs(scene.speed[0, there]), STANDING), found.beside)
             came.append(frames.vehicle[frame, there[(gap < NEAR_GAP) | (found.time_to_collision < NEAR_TIME)]])
-        vehicles, rows = np.unique(each.table["vehicle"].to_numpy(), return_counts=True)
-        near.append(np.isin(vehicles, np.concatenate(came)))
-        seconds.append(rows * each.dt)
-    return {"share": float(np.concatenate(near).mean()), "seconds": float(np.concatenate(seconds).mean())}
+        near = pl.col("vehicle").is_in(pl.Series(np.concatenate(came))).any().alias("share")
+        shown.append(each.table.group_by("identity", maintain_order=True).agg(near, seconds=pl.len() * each.dt))
+    longest = pl.concat(shown).sort("seconds", descending=True, maintain_order=True)
+    once = longest.unique("identity", keep="first", maintain_order=True)
+    return once.select(pl.col("share", "seconds").mean()).row(0, named=True)
 
 
 def liveliest(trials: pl.DataFrame) -> int:
