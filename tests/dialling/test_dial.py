@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from simulation_fakes import ConstantPlanner, FakeBasis, FakePredictor, make_scene
+from simulation_fakes import REPLAYED, ConstantPlanner, FakeBasis, FakePredictor, make_scene
 
 from coverdrive.certificates.certificate import Certificate
 from coverdrive.certificates.drives import anytime_limit, drives_needed
@@ -117,6 +117,10 @@ def test_the_boldest_that_is_proved_is_taken(turned: Dialled) -> None:
     assert lines["pilot", 0.0]["collisions"] == lines["pilot", 0.0]["own_fault"] == 3
     assert lines["proof", 0.6]["collisions"] == 0 and lines["proof", 0.0]["collisions"] > 0
     assert lines["pilot", 0.6]["mean_speed"] > lines["pilot", 1.0]["mean_speed"]
+    drives = lines["proof", 0.6]["drives"]
+    ends = [lines["proof", 0.6][f"rate_{end}"] for end in ("low", "high")]
+    assert ends == [0, pytest.approx(anytime_limit(0, drives, 0.95))]  # which hold although they ended when they did
+    assert lines["pilot", 0.6]["rate_high"] == pytest.approx(1 - 0.025 ** (1 / 3))
 
 
 def test_other_seeds_prove_than_choose_and_no_study_has_them(turned: Dialled, tmp_path: Path) -> None:
@@ -163,6 +167,12 @@ def test_where_hardly_any_drive_can_start_nothing_is_proved(tmp_path: Path) -> N
     named = replace(REQUEST, risk=0.01, scales=(1.0,))
     with pytest.raises(SettingError, match=r"^0 of 100 trials could start, none of the last 100.* no room for 60"):
         dialled(none, PREDICTOR, tmp_path, named)
+
+
+def test_replays_prove_nothing(tmp_path: Path) -> None:
+    with pytest.raises(CertificateError, match="replays of recorded scenes depend on each other"):
+        dialled(replace(SETUP, **REPLAYED), PREDICTOR, tmp_path, REQUEST)
+    assert not any(tmp_path.iterdir())
 
 
 def test_a_dial_of_other_drives_is_refused(turned: Dialled, tmp_path: Path) -> None:

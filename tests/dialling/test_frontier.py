@@ -1,18 +1,43 @@
 """How many drives tell two rates apart: by hand, and by simulation with the very criterion."""
 
 import numpy as np
+import polars as pl
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binom, norm
+from simulation_fakes import FakeBasis, FakePredictor
 
 from coverdrive.certificates.bounds import clopper_pearson
-from coverdrive.dialling.frontier import POWER, drives_to_tell, told_apart
+from coverdrive.dialling.frontier import POWER, drives_to_tell, frontier, told_apart
 
 
 def apart(first: int, second: int, drives: int) -> bool:
     one, other = sorted((first, second))
     return clopper_pearson(one, drives)[1] < clopper_pearson(other, drives)[0]
+
+
+class Sized(FakePredictor):
+    certificate = None
+
+    def scaled(self, scale):
+        return self
+
+
+@pytest.mark.slow
+def test_who_stops_when_an_interval_excludes_the_truth_needs_one_that_holds_at_any_time() -> None:
+    """The negative control are Clopper and Pearson's intervals of the same drives."""
+    random, rate, looks = np.random.default_rng(0), 0.3, range(10, 401, 5)
+    outside = {False: 0, True: 0}
+    for _ in range(100):
+        hits = random.random(400) < rate
+        stop = next((n for n in looks if clopper_pearson(int(hits[:n].sum()), n)[1] < rate), 400)
+        rows = {"kind": np.where(hits[:stop], "side", "finished"), "at_fault": "none", "mean_speed": 20.0}
+        table = pl.DataFrame(rows | {"share_unsafe": 0.0, "usual_headway": 1.0})
+        for anytime in outside:
+            line = frontier({("proof", "somebody", None): table}, Sized(FakeBasis.make()), anytime).row(0, named=True)
+            outside[anytime] += not line["rate_low"] <= rate <= line["rate_high"]
+    assert outside[True] <= 5 and outside[False] > 12
 
 
 def test_who_is_told_apart_needs_none_and_who_is_alike_has_no_number() -> None:

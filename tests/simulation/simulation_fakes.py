@@ -7,9 +7,11 @@ import numpy as np
 from coverdrive.paths import PredictedPaths
 from coverdrive.plan import Plan, Status
 from coverdrive.planning.problem.rollout import after_step
+from coverdrive.road import Road
 from coverdrive.scene import Scene
 from coverdrive.simulation.drives.episode import EpisodeSettings
 from coverdrive.simulation.studies.setup import Setup
+from coverdrive.simulation.traffic.replay import Scenario
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,3 +108,16 @@ FAST = EpisodeSettings(duration=1.0)
 def fakes(planner=ConstantPlanner, **changes) -> Setup:
     """A short study with stand-ins."""
     return Setup(FakePredictor(FakeBasis.make()), planner, episode=FAST, **changes)
+
+
+def make_scenario() -> Scenario:
+    """Recorded for 10 s: two vehicles that follow each other at 20 m/s, 40 m apart."""
+    moment = np.arange(101)[:, None]
+    lon, lat = 2.0 * moment + np.array([0.0, 40.0]), np.full((101, 2), 1.8)
+    states = np.stack([lon, lat, np.full_like(lon, 20.0), np.zeros_like(lon)], axis=-1)
+    sizes, valid = np.tile([4.8, 1.9], (2, 1)), np.ones((101, 2), dtype=bool)
+    return Scenario(states, sizes, valid, 0.1, Road.straight())
+
+
+REPLAYED = {"traffic": "replay", "scenarios": (make_scenario(),)}
+"""what makes `fakes` a study of replays"""

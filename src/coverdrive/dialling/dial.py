@@ -24,7 +24,7 @@ from coverdrive.certificates.drives import Procedure, Proof, drives_needed, limi
 from coverdrive.certificates.learn_then_test import Asked, Dial, Tried
 from coverdrive.dialling.frontier import OURS, frontier
 from coverdrive.dialling.splitting import IN_VAIN
-from coverdrive.errors import DataError, SettingError
+from coverdrive.errors import CertificateError, DataError, SettingError
 from coverdrive.files import write_atomically, write_json
 from coverdrive.prediction.stored import checked_scale
 from coverdrive.progress import stage
@@ -220,7 +220,7 @@ def dial(
 
     Raises:
         SettingError: a number makes no sense, there is no such traffic or road, or hardly any drive can start.
-        CertificateError: so many drives cannot prove the risk, whatever happens in them.
+        CertificateError: so many drives cannot prove the risk, whatever happens in them, or they are replays.
         DataError: the folder holds drives of another configuration.
     """
     of_kind("predictor", predictor, Scalable, "a predictor with sets of any scale (predict, certificate, scaled)")
@@ -251,9 +251,14 @@ def dialled(
 
     Raises:
         SettingError: a number makes no sense, or hardly any drive can start.
-        CertificateError: so many drives cannot prove the risk, whatever happens in them.
+        CertificateError: so many drives cannot prove the risk, whatever happens in them, or they are replays.
         DataError: the folder holds drives of another configuration.
     """
+    if setup.replays:
+        raise CertificateError(
+            "replays of recorded scenes depend on each other, so that counting them proves nothing; dial in another "
+            "traffic, or choose a scale on groups of scenes by `coverdrive dial --traffic replay`"
+        )
     setup, dial = setup.loaded(), request.dial(setup.episode.duration)
     _claim(folder / "request.json", request, dial)
     scales, tables = list(request.scales), dict[tuple[str, str, float | None], pl.DataFrame]()
@@ -295,7 +300,7 @@ def dialled(
         windows=predictor.scaled(scale).certificate,
         place=driven_on(replace(setup, vehicles=sorted(began))),
         driven={name: each for name, each in at(scale, _PROOF).description().items() if name != "seed"},
-        frontier=frontier(tables, predictor),
+        frontier=frontier(tables, predictor, dial.procedure == "anytime"),
     )
     write_json(folder / "dial.json", result.record)
     write_atomically(folder / "frontier.csv", result.frontier.write_csv)

@@ -1,4 +1,4 @@
-"""Risk against speed: a line for every λ, and for everybody beside, with exact intervals."""
+"""Risk against speed: a line for every λ, and for everybody beside, with intervals."""
 
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
@@ -11,6 +11,7 @@ from scipy.special import betaincinv
 from scipy.stats import binom
 
 from coverdrive.certificates.bounds import clopper_pearson
+from coverdrive.certificates.drives import limit_of
 from coverdrive.errors import SettingError
 from coverdrive.league.entrants import Known, seated
 from coverdrive.simulation.measures.notable import COLLIDED, OWN_FAULT
@@ -53,8 +54,13 @@ def setups_beside(
     return found
 
 
-def frontier(tables: Mapping[tuple[str, str, float | None], pl.DataFrame], predictor: Scalable) -> pl.DataFrame:
+def frontier(
+    tables: Mapping[tuple[str, str, float | None], pl.DataFrame], predictor: Scalable, anytime: bool = False
+) -> pl.DataFrame:
     """A line for the drives of everybody at every λ, with 95 % intervals.
+
+    Those of collisions are Clopper and Pearson's, for a number of drives that was fixed. A proof that may end
+    ``anytime`` has from 0 to the risk that it proves; the interval of its mean speed takes the number as fixed.
 
     ``headway`` [s] is kept in nine of ten moments behind somebody, in the median drive; ``claim`` is the bound ε on the
     windows of recorded traffic at that λ, 1 if nothing is proved; of others null.
@@ -62,13 +68,18 @@ def frontier(tables: Mapping[tuple[str, str, float | None], pl.DataFrame], predi
     Args:
         tables: of trials, by the kind of drive, ``pilot`` or ``proof``, who drove, and λ if there is one.
         predictor: of our own sets.
+        anytime: whether a proof ends when its collisions say so.
     """
     lines = list[dict[str, Any]]()
     for (kind, who, scale), trials in tables.items():
         table = trials.filter(STARTED)
         speeds = table["mean_speed"].to_numpy()
         collisions, own = (int(table.select(event.sum()).item()) for event in (COLLIDED, OWN_FAULT))
-        low, high = clopper_pearson(collisions, table.height, _CONFIDENCE)
+        if anytime and kind == "proof":
+            hits = table.select(COLLIDED).to_series().to_numpy()
+            low, high = 0.0, limit_of(hits, _CONFIDENCE, anytime)
+        else:
+            low, high = clopper_pearson(collisions, table.height, _CONFIDENCE)
         slow, fast = mean_interval(speeds, _CONFIDENCE)
         lines.append(
             {
