@@ -90,7 +90,7 @@ def of_league(said: list[dict[str, str]]) -> dict[str, Any]:
     for row in driven:
         one = found.setdefault(row["world"], {})[row["planner"]] = {
             "own fault": int(row["at_fault"]),
-            "at most": float(row["at_fault_high"]),
+            "at most": float(row["at_fault_high"]) if row["at_fault_high"] else None,
             "others": int(row["not_at_fault"]),
             "speed": float(row["mean_speed"]),
             "unsafe": float(row["share_unsafe"]) if row["share_unsafe"] else None,

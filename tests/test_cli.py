@@ -141,7 +141,7 @@ def test_every_traffic_has_its_own_study(results: Path) -> None:
 @pytest.mark.slow
 def test_replay_takes_the_scenes_that_the_predictor_never_saw(results: Path, tmp_path: Path) -> None:
     printed = coverdrive("study", results, "--traffic", "replay", "--trials", "2", "--workers", "1")
-    assert "paper" in printed
+    assert "paper" in printed and "no interval" in printed
     assert pl.read_parquet(results / "study-replay" / "trials.parquet")["vehicles"].min() > 7
     (row,) = pl.read_parquet(results / "study-replay" / "trials.parquet")[1].iter_rows(named=True)
     coverdrive("drive", results, "--trial", "1", "--traffic", "replay")

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
-from simulation_fakes import FAST, FakeBasis, FakePredictor
+from simulation_fakes import FAST, REPLAYED, FakeBasis, FakePredictor
 
 from coverdrive.errors import DataError, SettingError
 from coverdrive.league.entrants import Known
@@ -62,6 +62,13 @@ def test_the_table_has_a_line_for_everybody(tmp_path: Path) -> None:
         for trial in (0, 1):
             expected, row = measure(entered.drive(trial), 0, trial), mine.row(trial, named=True)
             assert row["mean_speed"] == expected["mean_speed"] and row["kind"] == expected["kind"]
+
+
+def test_replays_have_no_intervals(tmp_path: Path) -> None:
+    there = setup("replay", scenarios=REPLAYED["scenarios"])
+    table = driven(tmp_path, {"drivers": setup(), "again": there}, planners=["keep-velocity"])
+    assert [None in ends for ends in table.select("at_fault_low", "at_fault_high").rows()] == [False, True]
+    assert "at_fault_high" in pl.read_csv(tmp_path / "league.csv").columns
 
 
 def test_a_league_that_was_stopped_goes_on_and_ends_as_if_it_had_not_been(tmp_path: Path) -> None:

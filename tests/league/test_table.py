@@ -44,6 +44,17 @@ def test_counts_means_and_paired_differences_are_those_by_hand() -> None:
     assert (second["at_fault_minus_low"], second["at_fault_minus_high"]) == ends
 
 
+def test_replays_have_counts_means_and_differences_without_intervals() -> None:
+    collided = {1: ("frontal", "ego")}
+    driven = {("here", "first"): drives([20.0, 22.0, 24.0]), ("here", "second"): drives([21.0, 23.5, 24.5], collided)}
+    there = {("there", planner): table for (_, planner), table in driven.items()}
+    table = league_table(driven | there, replayed=["there"])
+    ends = [name for name in SCHEMA if name.endswith(("_low", "_high"))]
+    here, replayed = (table.filter(pl.col("world") == world).drop("world") for world in ("here", "there"))
+    assert here.equals(league_table(driven).drop("world"))
+    assert replayed.drop(ends).equals(here.drop(ends)) and replayed.select(ends).null_count().row(0) == (2,) * len(ends)
+
+
 def test_what_is_equal_in_all_drives_has_no_interval() -> None:
     table = league_table({("here", "first"): drives([20.0, 22.0]), ("here", "second"): drives([21.0, 23.0])})
     second = table.row(1, named=True)

@@ -52,6 +52,18 @@ def test_cells_have_counts_and_differences() -> None:
     assert (sumo.name, len(sumo.rows), sumo.left_out) == ("sumo-1500", 1, [])
 
 
+def test_replays_have_no_intervals() -> None:
+    row = line("replay", "default", 4, 25.0) | {name: None for name in SCHEMA if name.endswith(("_low", "_high"))}
+    table = pl.DataFrame([row], schema=SCHEMA)
+    (world,) = worlds_of(table)
+    cells = dict(zip(COLUMNS, world.rows[0], strict=True))
+    assert (cells["at fault"], cells["not at fault"], cells["mean speed [m/s]"]) == ("4", "0", "25.00")
+    figure = league_figure(table)
+    assert figure is not None
+    (mark,) = (each for each in figure.panels[0].marks if isinstance(each, Points))
+    assert (mark.low, mark.high, mark.hover) == (None, None, ["default\n4 of 40 collided at fault\n25.00 m/s"])
+
+
 def posed(planner: str, solved: int, minus: float | None = None) -> dict:
     row = line("commonroad:here", planner, 1, 13.0) | {"solved": solved, "off_road": 0, "progress": 0.9}
     row |= {"solved_low": 0.762, "solved_high": 0.944, "off_road_low": 0.0, "off_road_high": 0.07}

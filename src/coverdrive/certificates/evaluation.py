@@ -1,7 +1,8 @@
 """Checking a rule on samples that neither trained nor calibrated it."""
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Bool, Float, Int, Num
@@ -19,7 +20,8 @@ class Rate:
     """An observed rate with the ends of its 95 % interval, by what is independent: units, or clusters of them.
 
     Every interval of a rate or share in the package is one of two: of units that are independent, such as drives,
-    Clopper and Pearson's; of all else that of `coverdrive.certificates.clustered.clustered_interval`.
+    Clopper and Pearson's; of all else that of `coverdrive.certificates.clustered.clustered_interval`. Where nobody
+    knows which units are independent, as in replays, there is none: its ends are not numbers.
     """
 
     count: int | float
@@ -57,14 +59,20 @@ class Rate:
         low, high = clustered_interval(hits.astype(float), totals.astype(float))
         return Rate(count, int(totals.sum()), low, high)
 
+    @property
+    def alone(self) -> "Rate":
+        """The same without an interval."""
+        return replace(self, low=math.nan, high=math.nan)
+
     def __str__(self) -> str:
-        """The rate, its counts and its interval."""
-        return f"{percent(self.value)} ({self.counts}; 95 % {interval(self.low, self.high)})"
+        """The rate, its counts and its interval, if it has one."""
+        ends = "" if math.isnan(self.low) else f"; 95 % {interval(self.low, self.high)}"
+        return f"{percent(self.value)} ({self.counts}{ends})"
 
     @property
     def brief(self) -> str:
         """The rate and its interval alone."""
-        return f"{percent(self.value)} ({interval(self.low, self.high)})"
+        return percent(self.value) + ("" if math.isnan(self.low) else f" ({interval(self.low, self.high)})")
 
     @property
     def counts(self) -> str:

@@ -90,6 +90,7 @@ def league(
         raise SettingError(f"a league needs at least one trial and one worker; got {trials} and {workers}")
     check_names(planners, worlds, setups)
     problems = problems or {}
+    replayed = [world for world, setup in setups.items() if setup.replays]
     driven: dict[tuple[str, str], pl.DataFrame | str] = {}
     for world in worlds:
         for name in planners:
@@ -99,7 +100,7 @@ def league(
                 count = min(trials, len(problems[world].places)) if world in problems else trials
                 found = _driven(found, files, f"{name} in {world}", count, workers, cluster)
             driven[world, name] = found
-            write_atomically(folder / "league.csv", league_table(driven).write_csv)
+            write_atomically(folder / "league.csv", league_table(driven, replayed).write_csv)
     each = [
         rows.select(pl.lit(world).alias("world"), pl.lit(name).alias("planner"), pl.all())
         for (world, name), rows in driven.items()
@@ -107,7 +108,7 @@ def league(
     ]
     if each:
         write_atomically(folder / "drives.csv", pl.concat(each, how="diagonal").write_csv)
-    return league_table(driven)
+    return league_table(driven, replayed)
 
 
 def _plain(name: str) -> str:

@@ -2,10 +2,11 @@
 
 Rates of collisions, and of problems that are solved, have Clopper–Pearson intervals, means Student's over drives.
 Differences are to the first entrant of the world, drive by drive: Student's of the paired differences, of rates
-Newcombe's (`coverdrive.simulation.studies.comparison`).
+Newcombe's (`coverdrive.simulation.studies.comparison`). Replays of recorded scenes depend on each other, and
+have none.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -47,12 +48,13 @@ SCHEMA = pl.Schema(
 difference to the first entrant; ``least_gap`` [m] of all drives; the reason where an entrant was ``left_out``"""
 
 
-def league_table(driven: Mapping[tuple[str, str], pl.DataFrame | str]) -> pl.DataFrame:
+def league_table(driven: Mapping[tuple[str, str], pl.DataFrame | str], replayed: Collection[str] = ()) -> pl.DataFrame:
     """The table.
 
     Args:
         driven: by world and entrant, the first entrant of every world first: the table of its trials, or why there is
             none.
+        replayed: worlds of recorded scenes, where all ends of intervals are null.
     """
     rows: list[dict[str, Any]] = []
     first: dict[str, pl.DataFrame] = {}
@@ -65,7 +67,9 @@ def league_table(driven: Mapping[tuple[str, str], pl.DataFrame | str]) -> pl.Dat
             rows.append(known | {"drives": 0, "left_out": table})
             continue
         usual = first.setdefault(world, table)
-        rows.append(known | _line(table) | ({} if usual is table else _differences(usual, table)))
+        line = known | _line(table) | ({} if usual is table else _differences(usual, table))
+        unknown = (name for name in line if world in replayed and name.endswith(("_low", "_high")))
+        rows.append(line | dict.fromkeys(unknown))
     return pl.DataFrame(rows, schema=SCHEMA)
 
 

@@ -128,3 +128,15 @@ def test_a_few_values_have_no_box_and_no_whisker_ends_inside_of_one() -> None:
     box, line, _ = drawn([1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 9.0, 9.0])
     top = box.outlines[0][:, 1].max()
     assert 1.0 < top < 9.0 and line.y[-1] == top
+
+
+def test_replays_have_no_whiskers(tmp_path):
+    figure = collisions_figure(results((4, 40, 3, 2)), replayed=True)
+    for points, texts, name in zip(
+        marks_of(figure.panels[0], Points), marks_of(figure.panels[0], Texts), ("frontal or side", "rear-end"),
+        strict=True,
+    ):  # fmt: skip
+        assert points.low is points.high is None and list(texts.y) == list(points.y)
+        assert points.hover == [f"{texts.text[0]} of 40 with a {name} collision: {points.y[0]:.3g} %"]
+    assert "95 %" not in figure.caption and "replays of recorded scenes depend on each other" in figure.caption
+    assert save(figure, tmp_path / "collisions")[0].exists()

@@ -16,7 +16,7 @@ from coverdrive.percentages import at_most
 from coverdrive.progress import heard_by
 from coverdrive.reporting.contents import Fitted
 from coverdrive.reporting.page.page import _script_json, page
-from coverdrive.reporting.page.summary import ends, heading, tiles, verdict
+from coverdrive.reporting.page.summary import ends, facts, heading, tiles, verdict
 from coverdrive.reporting.page.trials import COLUMNS, trial_rows
 from coverdrive.reporting.report import contents_of
 from coverdrive.simulation.drives.outcome import Kind
@@ -152,7 +152,9 @@ def test_the_numbers_say_how_close_it_was_and_how_mannered() -> None:
     assert ", not this: ≤ 14.4 %" in sets.note and sets.note.endswith(
         "4 % on scenes that did not train the predictor (95 %: 1–10 %)"
     )
-    assert "not this" not in tiles(replace(counted, replayed=True))[-1].note
+    sets = tiles(replace(counted, replayed=True))[-1]
+    assert sets.label.endswith("less is better (replays of recorded scenes depend on each other: no interval)")
+    assert sets.value == "75 %" and "not this" not in sets.note
     generated = contents.run | {"recordings": [{"name": "generated 1"}]}
     assert "not this" in tiles(replace(counted, replayed=True, run=generated))[-1].note
     shares = replace(contents.certified.driven[0], unit="share")
@@ -160,6 +162,17 @@ def test_the_numbers_say_how_close_it_was_and_how_mannered() -> None:
     sets = tiles(replace(counted, certified=by_share))[-1]
     assert sets.value == "25 %" and sets.label.startswith("of what others do in ")
     assert len(tiles(replace(contents, trials=None))) == 2
+
+
+def test_replays_are_counted_without_intervals() -> None:
+    contents = make_contents()
+    trials = contents.trials.with_columns(windows_cut_in=pl.lit(10), misses_cut_in=pl.lit(5))
+    replays = replace(contents, trials=trials, replayed=True)
+    (missed,) = (fact for name, fact in facts(replays) if name.startswith("missed in drives: ") and "10 of 20" in fact)
+    assert missed == "50 % (10 of 20)"
+    html = page(replays)
+    for part in ("less is better", "the rate as a mark"):
+        assert f"{part} (replays of recorded scenes depend on each other: no interval)" in html
 
 
 def test_trials_that_could_not_start_are_rows_and_counted_apart() -> None:

@@ -82,6 +82,25 @@ def test_misses_stand_beside_the_certificate_and_apart_from_failures() -> None:
         assert part in text
 
 
+def test_replays_have_counts_and_no_intervals() -> None:
+    table = trials(
+        vehicles=[3, 4], kind=["side", "finished"], cause=["planning failure", "none"], windows=[100] * 2,
+        prediction_misses=[0, 3], vehicles_seen=[5] * 2, vehicles_missed=[0, 2],
+    )  # fmt: skip
+    texts = [
+        printed(collisions_table(table, replayed=True), 160),
+        printed(safety_table(table, replayed=True), 160),
+        printed(sweep_table({"a": table, "b": table}, replayed=["b"]), 160),
+    ]
+    for text in texts:
+        assert "replays of recorded scenes depend on each other: no interval" in " ".join(text.split())
+    assert not re.search(r"–\d", texts[0] + texts[1])
+    for part in ("50 % (1 of 2)", "1.5 % (3 of 200)", "20 % (2 of 10)"):
+        assert part in texts[1]
+    lines = {line.split()[0]: line.split() for line in texts[2].splitlines() if line.strip()}
+    assert lines["a"][3] == "(1.3–99" and lines["b"][1:6] == ["2", "1", "0", "1.5", "%"]
+
+
 def test_drives_weigh_statuses_by_time_and_count_departures() -> None:
     table = trials(
         time=[20.0, 5.0],
@@ -134,6 +153,14 @@ def test_comparisons_show_what_is_unknown_as_a_dash() -> None:
     assert "nan" not in text
     assert cells["mean speed"][-5:] == ["21", "+1", "(–)", "–", "2"]
     assert cells["minimum left"][-5:] == ["–", "–", "–", "–", "0"]
+
+
+def test_comparisons_of_replays_say_why_there_is_no_interval() -> None:
+    nan = float("nan")
+    side = Difference("frontal_or_side", 10, 0.6, 0.2, nan, nan, nan, (5, 1))
+    text = printed(comparison_table(Comparison(10, {}, (side,), (), replayed=True)), 100)
+    assert "-40.0% (–)" in text and "5:1" in text and "nan" not in text
+    assert "replays of recorded scenes depend on each other: no interval, and no test" in " ".join(text.split())
 
 
 def test_comparisons_fit_a_narrow_terminal() -> None:

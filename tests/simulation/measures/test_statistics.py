@@ -92,3 +92,12 @@ def test_braking_behind_is_of_the_median_trial_and_of_one_in_twenty():
     table = pl.DataFrame({"hardest_braking_behind": [*map(float, range(21)), None]})
     assert braking_behind(table) == (10.0, 19.0)
     assert braking_behind(table.tail(1)) is None
+
+
+def test_replays_which_depend_on_each_other_have_counts_alone():
+    table = collision_table(results({3: ["side", "finished"], 4: ["finished"] * 2}), replayed=True)
+    assert table["frontal_or_side"].to_list() == [1, 0, 1] and table["frontal_or_side_rate"].to_list() == [0.5, 0, 0.25]
+    for end in ("frontal_or_side_low", "frontal_or_side_high", "rear_end_low", "rear_end_high"):
+        assert table[end].dtype == pl.Float64 and table[end].null_count() == 3
+    rate = miss_rate(misses([1] * 50, [10] * 50), "missed", "total", replayed=True)
+    assert (str(rate), rate.brief) == ("10 % (50 of 500)", "10 %")

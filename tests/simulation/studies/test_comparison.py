@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import ttest_rel
-from simulation_fakes import ConstantPlanner, fakes
+from simulation_fakes import REPLAYED, ConstantPlanner, fakes
 
 from coverdrive.errors import DataError
 from coverdrive.simulation.studies.comparison import compare, mean_interval, newcombe_interval, paired_t
@@ -97,6 +97,18 @@ def test_two_planners_in_the_same_traffic(tmp_path):
     headway = next(each for each in found.measures if each.name == "usual_headway")
     assert headway.low <= headway.value <= headway.high < 0 and headway.p < 0.01
     assert compare(first, tmp_path / "a").measures[0].p == 1.0
+
+
+@pytest.mark.parametrize("traffic", ["replay", "reactive-replay"])
+def test_replays_differ_without_interval_or_test(tmp_path, traffic):
+    for name, planner in (("a", ConstantPlanner), ("b", accelerating)):
+        Study(fakes(planner, **REPLAYED | {"traffic": traffic}), tmp_path / name).run(4)
+    found = compare(tmp_path / "a", tmp_path / "b")
+    assert found.replayed and found.collisions[0].only is not None
+    headway = next(each for each in found.measures if each.name == "usual_headway")
+    assert headway.pairs > 1 and headway.value != 0
+    for each in (*found.collisions, *found.measures):
+        assert np.isnan([each.low, each.high, each.p]).all()
 
 
 def test_one_pair_has_means_but_no_interval(tmp_path):

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
-from simulation_fakes import FAST, ConstantPlanner, fakes
+from simulation_fakes import FAST, REPLAYED, ConstantPlanner, fakes
 
 import coverdrive
 from coverdrive.errors import DataError, SettingError
@@ -325,6 +325,14 @@ def test_a_study_stops_after_the_batch_that_makes_its_intervals_narrow_enough(tm
     assert stopped.drop(TIMES).equals(full.head(expected).drop(TIMES))
     assert pl.read_parquet(tmp_path / "stopped" / "trials.parquet").height == expected
     assert run("full", widths[1] + 1e-9, 4).equals(full.head(expected))
+
+
+def test_replays_have_no_interval_that_could_be_narrow_enough(tmp_path):
+    study = Study(fakes(**REPLAYED), tmp_path)
+    with pytest.raises(SettingError, match=r"until_width: replays of recorded scenes depend on each other"):
+        study.run(3, until_width=0.9)
+    total = study.run(3).collisions.row(-1, named=True)
+    assert (total["trials"], total["rear_end_low"], total["rear_end_high"]) == (3, None, None)
 
 
 @pytest.mark.slow

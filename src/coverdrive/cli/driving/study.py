@@ -110,8 +110,9 @@ def study_and_print(
     place = driven_on(study.setup)
     console.print(place)
     trials = study.trials
-    console.print(collisions_table(trials))
-    console.print(safety_table(trials, results.certified.planned_against))
+    replayed = study.setup.replays
+    console.print(collisions_table(trials, replayed))
+    console.print(safety_table(trials, results.certified.planned_against, replayed))
     console.print(drives_table(trials))
     proved = proved_by(study)
     console.print(f"• {proved}")
@@ -149,7 +150,8 @@ def _sweep(
     for name, study in studies.items():
         _run(study, variants[name].study, cluster, name)
         variants[name].save(study.folder / "config.toml")
-    console.print(sweep_table({name: study.trials for name, study in studies.items()}))
+    replayed = [name for name, study in studies.items() if study.setup.replays]
+    console.print(sweep_table({name: study.trials for name, study in studies.items()}, replayed))
     folder = results.folder / SWEEP
     console.print(f"Every variant has its own folder in {folder}; two of them go to `coverdrive compare`")
     return {"sweep": {name: study.collisions.to_dicts() for name, study in studies.items()}}

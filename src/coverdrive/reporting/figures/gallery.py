@@ -42,7 +42,7 @@ def figures_of(contents: Contents) -> dict[str, Figure]:
     if contents.league is not None and (shown := league_figure(contents.league)):
         figures["league"] = shown
     if trials is not None:
-        figures["collisions"] = collisions_figure(trials)
+        figures["collisions"] = collisions_figure(trials, contents.replayed)
         figures["drives"] = drives_figure(trials)
         figures["planning"] = planning_figure(trials, contents.period)
     return figures

@@ -12,8 +12,8 @@ _ACROSS = 3
 _CAPTION = (
     "Collisions at the ego's fault against its mean speed, or against the planning problems solved: up and left is "
     "better. Horizontal: 95 % Clopper–Pearson intervals; vertical: 95 % intervals of the mean, or Clopper–Pearson's of "
-    "the problems solved. All drive on equal seeds: differences, in the table, are told more exactly. Dashed: whom "
-    "nobody beats in both."
+    "the problems solved; replays depend on each other, and have none. All drive on equal seeds: differences, in the "
+    "table, are told more exactly. Dashed: whom nobody beats in both."
 )
 
 
@@ -63,8 +63,9 @@ def _frontier(rows: list[dict[str, Any]]) -> Line:
 
 def _marks(row: dict[str, Any], number: int) -> list[Mark]:
     progress, name, factor = _progress(row)
-    low, high = 100 * row["at_fault_low"], 100 * row["at_fault_high"]
-    count = f"{row['at_fault']} of {row['drives']} collided at fault ({low:.2g}–{high:.2g} %)"
+    low, high = (None if row[end] is None else 100 * row[end] for end in ("at_fault_low", "at_fault_high"))
+    count = f"{row['at_fault']} of {row['drives']} collided at fault"
+    count += "" if low is None else f" ({low:.2g}–{high:.2g} %)"
     gained = f"{progress:.2f} m/s" if factor == 1 else f"{row['solved']} solved"
     ends = (row[f"{name}_{end}"] for end in ("low", "high"))
     least, most = (None if end is None else factor * end for end in ends)

@@ -8,7 +8,7 @@ import polars as pl
 
 from coverdrive.reporting.plotting import style
 from coverdrive.reporting.plotting.figure import Axis, Bars, Figure, Line, Mark, Panel, Points, Rule, Shapes, Texts
-from coverdrive.simulation.measures.statistics import PAPER, PAPER_TRIALS, collision_table, telling_rows
+from coverdrive.simulation.measures.statistics import DEPENDENT, PAPER, PAPER_TRIALS, collision_table, telling_rows
 
 _KINDS = {"frontal_or_side": ("frontal or side", style.BLUE, "o"), "rear_end": ("rear-end", style.VERMILION, "s")}
 """columns of the table: name, colour and marker"""
@@ -40,9 +40,12 @@ _TIMES = {
 }
 
 
-def collisions_figure(results: pl.DataFrame) -> Figure:
-    """How often the ego collides, for all trials together, and for every number of vehicles if each has enough."""
-    table = telling_rows(collision_table(results))
+def collisions_figure(results: pl.DataFrame, replayed: bool = False) -> Figure:
+    """How often the ego collides, for all trials together, and for every number of vehicles if each has enough.
+
+    Trials that were ``replayed`` have no interval.
+    """
+    table = telling_rows(collision_table(results, replayed))
     place = np.arange(table.height, dtype=float)
     place[-1] += (_APART - 1) * (table.height > 1)
     numbers = [*table["vehicles"].drop_nulls().to_list(), "all"]
@@ -51,14 +54,15 @@ def collisions_figure(results: pl.DataFrame) -> Figure:
     marks: list[Mark] = [between] if table.height > 1 else []
     for side, kind in enumerate(_KINDS):
         marks += _collisions(table, kind, place + (side - 0.5) * _BAR)
+    ends = f"({DEPENDENT})" if replayed else "with its 95 % Clopper–Pearson interval"
     room = 0.6 if table.height > 1 else 1.6
     x = Axis("uncontrolled vehicles (number of trials)", -room, float(place[-1]) + room, ticks=ticks)
     return Figure(
         [[Panel(marks, x, Axis("collisions per 100 trials", low=0))]],
         height=3.1,
         caption=f"{'Collisions by number of uncontrolled vehicles' if table.height > 1 else 'Collisions'} (number of "
-        f"trials in brackets): the rate as a mark, its 95 % Clopper–Pearson interval, and the number "
-        f"of collisions above it. Dashed: the paper's rates over all its {PAPER_TRIALS} trials.",
+        f"trials in brackets): the rate as a mark {ends}, and the number of collisions above it. Dashed: the paper's "
+        f"rates over all its {PAPER_TRIALS} trials.",
         legend_columns=2,
     )
 
@@ -68,15 +72,24 @@ def _collisions(table: pl.DataFrame, kind: str, place: np.ndarray) -> list[Mark]
     name, colour, marker = _KINDS[kind]
     rate, low, high = (100 * table[f"{kind}_{part}"].to_numpy() for part in ("rate", "low", "high"))
     counts = table[kind].to_list()
+    known = not np.isnan(low).any()
     hover = [
-        f"{count} of {total} with a {name} collision: {value:.3g} % ({least:.2g}–{most:.3g} %)"
+        f"{count} of {total} with a {name} collision: {value:.3g} %" + f" ({least:.2g}–{most:.3g} %)" * known
         for count, total, value, least, most in zip(counts, table["trials"], rate, low, high, strict=True)
     ]
+    ends = (low, high) if known else (None, None)
     paper = f"paper, {name}: {PAPER[kind]} of {PAPER_TRIALS}"
     return [
         Bars(x=place, height=rate, width=_BAR, colour=colour, opacity=0.35),
-        Points(x=place, y=rate, marker=marker, low=low, high=high, colour=colour, name=name, hover=hover),
-        Texts(x=place, y=high, text=[str(count) for count in counts], anchor="middle", above=2, colour=colour),
+        Points(x=place, y=rate, marker=marker, low=ends[0], high=ends[1], colour=colour, name=name, hover=hover),
+        Texts(
+            x=place,
+            y=high if known else rate,
+            text=[str(count) for count in counts],
+            anchor="middle",
+            above=2,
+            colour=colour,
+        ),
         Rule(at=100 * PAPER[kind] / PAPER_TRIALS, axis="y", colour=colour, name=paper),
     ]
 

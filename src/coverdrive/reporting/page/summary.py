@@ -13,7 +13,13 @@ from coverdrive.reporting.contents import Contents
 from coverdrive.simulation.drivers.generated import is_generated
 from coverdrive.simulation.drives.outcome import Cause, Fault
 from coverdrive.simulation.measures.notable import COLLIDED, NEAR_GAP, NEAR_TIME, NEARLY
-from coverdrive.simulation.measures.statistics import braking_behind, miss_rate, misses_by_manoeuvre, plan_share
+from coverdrive.simulation.measures.statistics import (
+    DEPENDENT,
+    braking_behind,
+    miss_rate,
+    misses_by_manoeuvre,
+    plan_share,
+)
 
 _BEST = "known-future"
 """the entrant of the league whose speed no prediction beats"""
@@ -106,7 +112,8 @@ def tiles(contents: Contents) -> list[Tile]:
     usual = float(np.median(headway[np.isfinite(headway)])) if np.isfinite(headway).any() else None
     gap, time = (_least(trials, name) for name in ("minimum_gap", "minimum_time_to_collision"))
     plans = round(float(trials["time"].to_numpy().sum()) / contents.period)
-    missed = _missed_in_drives(certificate.unit, trials)
+    missed = _missed_in_drives(certificate.unit, trials, contents.replayed)
+    here = DEPENDENT if contents.replayed else f"95 %: {interval(missed.low, missed.high)}"
     braking = f"hardest braking {float(trials['hardest_braking'].to_numpy().max()):.1f} m/s²"
     behind = None if contents.replayed else braking_behind(trials)  # who is replayed does not brake for the ego
     if behind is not None:
@@ -127,8 +134,7 @@ def tiles(contents: Contents) -> list[Tile]:
              f"of {plans:,} plans clear of all predicted paths",
              f"{percent(plan_share(trials, 'unsafe'))} unsafe; clear plans lost: {int(trials['lost_clear'].sum())}"),
         Tile(percent(missed.value),
-             f"of {_counted(contents)} left their sets here: less is better (95 %: "
-             f"{interval(missed.low, missed.high)})",
+             f"of {_counted(contents)} left their sets here: less is better ({here})",
              f"{scale}; certified in traffic like {taught}: {bound} {strength(certificate)}; there {seen}"),
     ]  # fmt: skip
 
@@ -148,10 +154,10 @@ def _least(trials: pl.DataFrame, column: str) -> str:
     return f"{value:.2f}" if np.isfinite(value) else "–"
 
 
-def _missed_in_drives(unit: str, trials: pl.DataFrame) -> Rate:
+def _missed_in_drives(unit: str, trials: pl.DataFrame, replayed: bool) -> Rate:
     """How many were missed in the drives, of what a certificate counts."""
     columns = {"window": ("prediction_misses", "windows"), "share": ("shares_missed", "vehicles_seen")}
-    return miss_rate(trials, *columns.get(unit, ("vehicles_missed", "vehicles_seen")))
+    return miss_rate(trials, *columns.get(unit, ("vehicles_missed", "vehicles_seen")), replayed)
 
 
 def _counted(contents: Contents) -> str:
@@ -222,7 +228,8 @@ def facts(contents: Contents) -> list[tuple[str, str]]:
         *([("prediction and plan", f"{median:.3g} ms (median step of the median trial); due every "
             f"{1e3 * contents.period:g} ms")] if median is not None else []),
         *([] if contents.driven is None else
-          [(f"missed in drives: {name}", str(rate)) for name, rate in misses_by_manoeuvre(contents.driven).items()]),
+          [(f"missed in drives: {name}", str(rate))
+           for name, rate in misses_by_manoeuvre(contents.driven, contents.replayed).items()]),
         *([("drives", contents.road)] if contents.road else []),
         ("time", ", ".join(f"{stage} {seconds:.1f} s" for stage, seconds in run["seconds"].items())),
         ("software", f"coverdrive {run['coverdrive']}, Python {run['python']}, "

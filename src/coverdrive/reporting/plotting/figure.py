@@ -70,14 +70,15 @@ class Points(Mark):
 def crossed(
     x: float,
     y: float,
-    along_x: tuple[float, float],
+    along_x: tuple[float | None, float | None],
     along_y: tuple[float | None, float | None],
     hover: str,
     **look: Any,
 ) -> list[Mark]:
-    """One mark, with its intervals along both axes, of which that of y may be unknown."""
-    low, high = along_y
-    marks: list[Mark] = [Points(x=[x], y=[y], low=[along_x[0]], high=[along_x[1]], along="x", hover=[hover], **look)]
+    """One mark, with its intervals along both axes, if they are known."""
+    (left, right), (low, high) = along_x, along_y
+    across: dict[str, Any] = {} if left is None or right is None else {"low": [left], "high": [right], "along": "x"}
+    marks: list[Mark] = [Points(x=[x], y=[y], hover=[hover], **across, **look)]
     if low is not None and high is not None:
         marks.append(Points(x=[x], y=[y], low=[low], high=[high], **look))
     return marks

@@ -24,7 +24,8 @@ NOTE = (
     "after Δ the 95 % interval of the paired difference to the first. Unsafe: plans for which nothing clear was found. "
     "Headway: kept in nine of ten moments behind somebody. Gap: the smallest one of a drive, on average and of all. "
     "Step: median time of prediction and plan. Solved: goals reached, as the judge of CommonRoad accepts, with the "
-    "interval. Progress: share of the way to the place of the goal."
+    "interval, as if problems were independent. Progress: share of the way to the place of the goal. Replays of "
+    "recorded scenes depend on each other, and have no interval."
 )
 
 
@@ -102,7 +103,8 @@ def _last(row: dict[str, Any]) -> tuple[str, str]:
 
 
 def _counted(row: dict[str, Any], name: str) -> str:
-    return f"{row[name]} ({interval(row[f'{name}_low'], row[f'{name}_high'])})"
+    low, high = row[f"{name}_low"], row[f"{name}_high"]
+    return str(row[name]) if low is None else f"{row[name]} ({interval(low, high)})"
 
 
 def _compared(row: dict[str, Any], name: str, factor: float, form: str) -> str:

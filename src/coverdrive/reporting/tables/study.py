@@ -1,7 +1,7 @@
 """Tables of closed-loop studies for the terminal."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 import polars as pl
@@ -21,6 +21,7 @@ from coverdrive.simulation.drives.outcome import Cause, Fault
 from coverdrive.simulation.measures.misses import NEAR
 from coverdrive.simulation.measures.notable import COLLIDED
 from coverdrive.simulation.measures.statistics import (
+    DEPENDENT,
     PAPER,
     PAPER_TRIALS,
     braking_behind,
@@ -36,16 +37,16 @@ _NOTABLE = 0.1
 """[m] by which a body has to leave the road to be counted"""
 
 
-def collisions_table(trials: pl.DataFrame) -> Table:
-    """Collisions of the ego by number of uncontrolled vehicles, with 95 % intervals, and the paper's."""
+def collisions_table(trials: pl.DataFrame, replayed: bool = False) -> Table:
+    """Collisions of the ego by number of uncontrolled vehicles, and the paper's; with 95 % intervals but of replays."""
     rows = [
         ("all" if row["vehicles"] is None else str(row["vehicles"]), str(row["trials"]),
-         *(_rate(row[kind], row["trials"]) for kind in PAPER))
-        for row in telling_rows(collision_table(trials)).iter_rows(named=True)
+         *(_rate(row[kind], row["trials"], replayed) for kind in PAPER))
+        for row in telling_rows(collision_table(trials, replayed)).iter_rows(named=True)
     ]  # fmt: skip
-    rows.append(("paper", str(PAPER_TRIALS), *(_rate(count, PAPER_TRIALS) for count in PAPER.values())))
+    rows.append(("paper", str(PAPER_TRIALS), *(_rate(count, PAPER_TRIALS, replayed) for count in PAPER.values())))
     title, columns = (
-        "Collisions (95 % Clopper–Pearson intervals)",
+        f"Collisions ({DEPENDENT if replayed else '95 % Clopper–Pearson intervals'})",
         ("vehicles", "trials", "frontal or side", "rear-end"),
     )
     table = columns_table(title, columns, rows, box=HEAVY_HEAD, padding=(0, 1), show_edge=True)
@@ -53,28 +54,29 @@ def collisions_table(trials: pl.DataFrame) -> Table:
     return table
 
 
-def _rate(count: int, trials: int) -> str:
-    return f"{count} ({interval(*clopper_pearson(count, trials))})"
+def _rate(count: int, trials: int, replayed: bool) -> str:
+    return str(count) if replayed else f"{count} ({interval(*clopper_pearson(count, trials))})"
 
 
-def safety_table(trials: pl.DataFrame, certificates: Sequence[Certificate] = ()) -> Table:
+def safety_table(trials: pl.DataFrame, certificates: Sequence[Certificate] = (), replayed: bool = False) -> Table:
     """Why the ego collided, and how often vehicles left the sets that were planned against, beside their bounds."""
     collided = trials.filter(COLLIDED)
     causes = {cause: Rate.of((trials["cause"] == cause.value).fill_null(False).to_numpy()) for cause in Cause}
+    causes = {cause: rate.alone if replayed else rate for cause, rate in causes.items()}
     bounds = {certificate.unit: certificate for certificate in certificates}
-    windows = miss_rate(trials, "prediction_misses", "windows")
-    vehicles = miss_rate(trials, "vehicles_missed", "vehicles_seen")
-    shares = miss_rate(trials, "shares_missed", "vehicles_seen")
-    near = miss_rate(trials, "near_shares_missed", "near_seen")
+    windows = miss_rate(trials, "prediction_misses", "windows", replayed)
+    vehicles = miss_rate(trials, "vehicles_missed", "vehicles_seen", replayed)
+    shares = miss_rate(trials, "shares_missed", "vehicles_seen", replayed)
+    near = miss_rate(trials, "near_shares_missed", "near_seen", replayed)
     each = windows.total / max(vehicles.total, 1)
-    return facts_table("Faults, failures and misses", [
+    return facts_table("Faults, failures and misses" + f" ({DEPENDENT})" * replayed, [
         ("collisions after a prediction miss: with a vehicle that had left its set", str(causes[Cause.PREDICTION])),
         ("planning failures: collisions with a vehicle that had not", str(causes[Cause.PLANNING])),
         ("collisions from hopeless starts: no plan was ever clear", str(causes[Cause.START])),
         ("at fault: ego / other / nobody",
          " / ".join(str((collided["at_fault"] == fault.value).sum()) for fault in Fault)),
         ("windows that left their set", _missed(windows, bounds.get("window"))),
-        *((f"  {name}", str(rate)) for name, rate in misses_by_manoeuvre(trials).items()),
+        *((f"  {name}", str(rate)) for name, rate in misses_by_manoeuvre(trials, replayed).items()),
         ("share of a vehicle's windows that left their set", _missed(shares, bounds.get("share"))),
         (f"  of vehicles within {NEAR:g} m of the ego, while they are", _missed(near, bounds.get("share"))),
         (f"vehicles that left a set ({each:.0f} windows each)",
@@ -134,24 +136,24 @@ def drives_table(trials: pl.DataFrame) -> Table:
     ])  # fmt: skip
 
 
-def sweep_table(variants: Mapping[str, pl.DataFrame]) -> Table:
-    """One line for each variant of a sweep, by the last parts of the names of its settings."""
+def sweep_table(variants: Mapping[str, pl.DataFrame], replayed: Collection[str] = ()) -> Table:
+    """One line for each variant of a sweep, by the last parts of the names of its settings; some are ``replayed``."""
     return columns_table(
         "Sweep (95 % intervals)",
         ("variant", "trials", "frontal or side", "rear-end", "windows missed", "m/s", "ms"),
-        [_variant(name, trials) for name, trials in variants.items()],
-        "ms: prediction and planning of a step, median of the median trial",
+        [_variant(name, trials, name in replayed) for name, trials in variants.items()],
+        "ms: prediction and planning of a step, median of the median trial" + f"; {DEPENDENT}" * bool(replayed),
         first={"overflow": "fold"},
     )
 
 
-def _variant(name: str, trials: pl.DataFrame) -> tuple[str | Text, ...]:
-    total = collision_table(trials).row(-1, named=True)
-    missed = miss_rate(trials, "prediction_misses", "windows")
+def _variant(name: str, trials: pl.DataFrame, replayed: bool) -> tuple[str | Text, ...]:
+    total = collision_table(trials, replayed).row(-1, named=True)
+    missed = miss_rate(trials, "prediction_misses", "windows", replayed)
     return (
         Text(re.sub(r"[\w.]+\.(\w+=)", r"\1", name)),
         str(trials.height),
-        *(_rate(total[kind], trials.height) for kind in PAPER),
+        *(_rate(total[kind], trials.height, replayed) for kind in PAPER),
         missed.brief,
         f"{trials['mean_speed'].mean():.1f}",
         f"{1e3 * np.median(trials['planning_median'].to_numpy()):.1f}",
@@ -159,13 +161,16 @@ def _variant(name: str, trials: pl.DataFrame) -> tuple[str | Text, ...]:
 
 
 def comparison_table(comparison: Comparison) -> Table:
-    """Paired differences of two studies, with 95 % intervals."""
+    """Paired differences of two studies, with 95 % intervals if neither replays."""
+    caption = (
+        "collisions: exact sign test on the trials in which only the first : only the second collided, Newcombe's "
+        "interval; all else: paired t, on pairs in which both are finite; none where all pairs differ alike"
+    )
     return columns_table(
         f"Second minus first, {comparison.trials} pairs of trials",
         ("measure", "first", "second", "difference (95 %)", "p", "pairs"),
         [_difference(each) for each in (*comparison.collisions, *comparison.measures)],
-        "collisions: exact sign test on the trials in which only the first : only the second collided, Newcombe's "
-        "interval; all else: paired t, on pairs in which both are finite; none where all pairs differ alike",
+        f"{DEPENDENT}, and no test" if comparison.replayed else caption,
         first={},
         no_wrap=True,
         padding=0,

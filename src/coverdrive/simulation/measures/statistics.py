@@ -1,6 +1,7 @@
 """How often the ego collides and vehicles leave their predicted sets, with intervals (paper §5, Fig. 4a).
 
-As in the paper, frontal and side collisions are counted together, and rear-end collisions apart.
+As in the paper, frontal and side collisions are counted together, and rear-end collisions apart. Trials are
+independent, but for those that replay recorded scenes: these have no interval.
 """
 
 import numpy as np
@@ -19,21 +20,25 @@ PAPER = {"frontal_or_side": 7, "rear_end": 20}
 
 PAPER_TRIALS = 1000
 
+DEPENDENT = "replays of recorded scenes depend on each other: no interval"
+"""why replays have none: several begin in one scene, and what is independent, groups of scenes, is not in the rows"""
+
 FEWEST = 20
 """trials with each number of vehicles, with fewer of which a rate for every number says nothing"""
 
 
-def collision_table(results: pl.DataFrame) -> pl.DataFrame:
+def collision_table(results: pl.DataFrame, replayed: bool = False) -> pl.DataFrame:
     """Collisions by number of uncontrolled vehicles, and of all trials together.
 
     One row per number of vehicles, ascending, then one with ``vehicles`` null for all trials; ``trials``, and for
     ``frontal_or_side`` and ``rear_end`` the count, and the rate with the ends of its 95 % Clopper–Pearson interval as
-    ``…_rate``, ``…_low``, ``…_high``.
+    ``…_rate``, ``…_low``, ``…_high``, the last two null if the trials are replays.
     """
     numbers = results["vehicles"].unique().sort().to_list()
-    rows = [_row(number, results.filter(pl.col("vehicles") == number)) for number in numbers]
-    rows.append(_row(None, results))
-    return pl.DataFrame(rows, schema_overrides={"vehicles": pl.Int64()}, infer_schema_length=None)
+    rows = [_row(number, results.filter(pl.col("vehicles") == number), replayed) for number in numbers]
+    rows.append(_row(None, results, replayed))
+    types = {"vehicles": pl.Int64()} | {f"{name}_{end}": pl.Float64() for name in COUNTED for end in ("low", "high")}
+    return pl.DataFrame(rows, schema_overrides=types, infer_schema_length=None)
 
 
 def telling_rows(table: pl.DataFrame) -> pl.DataFrame:
@@ -48,11 +53,11 @@ def widest_interval(results: pl.DataFrame) -> float:
     return max(total[f"{name}_high"] - total[f"{name}_low"] for name in COUNTED)
 
 
-def _row(vehicles: int | None, results: pl.DataFrame) -> dict[str, int | float | None]:
+def _row(vehicles: int | None, results: pl.DataFrame, replayed: bool) -> dict[str, int | float | None]:
     row: dict[str, int | float | None] = {"vehicles": vehicles, "trials": results.height}
     for name, kinds in COUNTED.items():
         count = int(results["kind"].is_in(kinds).sum())
-        low, high = clopper_pearson(count, results.height)
+        low, high = (None, None) if replayed else clopper_pearson(count, results.height)
         row |= {
             name: count,
             f"{name}_rate": count / results.height if results.height else None,
@@ -62,25 +67,26 @@ def _row(vehicles: int | None, results: pl.DataFrame) -> dict[str, int | float |
     return row
 
 
-def misses_by_manoeuvre(results: pl.DataFrame) -> dict[str, Rate]:
-    """Missed windows of each manoeuvre that any vehicle does, by its name in words, with intervals over trials."""
+def misses_by_manoeuvre(results: pl.DataFrame, replayed: bool = False) -> dict[str, Rate]:
+    """Missed windows of each manoeuvre that any vehicle does, by its name in words, as of `miss_rate`."""
     return {
-        words: miss_rate(results, f"misses_{name}", f"windows_{name}")
+        words: miss_rate(results, f"misses_{name}", f"windows_{name}", replayed)
         for name, words in MANOEUVRES.items()
         if results[f"windows_{name}"].sum()
     }
 
 
-def miss_rate(results: pl.DataFrame, missed: str, total: str) -> Rate:
+def miss_rate(results: pl.DataFrame, missed: str, total: str, replayed: bool = False) -> Rate:
     """The share of windows, or of vehicles, that left their predicted sets, with a 95 % interval over trials.
 
-    What happens in one trial is not independent, trials are.
+    What happens in one trial is not independent, trials are, unless they are replays: then there is no interval.
 
     ``missed`` and ``total`` are the columns, of one row per trial, that count the misses, or sum up vehicles' shares of
     windows, and what could be missed.
     """
     misses, totals = (results[name].fill_null(0) for name in (missed, total))
-    return Rate.of_totals(misses.to_numpy(), totals.to_numpy().astype(int))
+    rate = Rate.of_totals(misses.to_numpy(), totals.to_numpy().astype(int))
+    return rate.alone if replayed else rate
 
 
 def plan_share(results: pl.DataFrame, *ways: str) -> float:

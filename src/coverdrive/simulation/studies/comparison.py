@@ -2,10 +2,11 @@
 
 Trial i of both begins alike, so that differences are paired: the exact sign test on the trials in which only one of
 the two collided (McNemar), Newcombe's interval for the difference of the two rates (*Improved confidence intervals for
-the difference between binomial proportions based on paired data*, 1998, method 10), and Student's t for all else.
+the difference between binomial proportions based on paired data*, 1998, method 10), and Student's t for all else. Pairs
+have to be independent of each other: of replays there are differences alone, without intervals and tests.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -72,6 +73,8 @@ class Comparison:
     """of the two counted kinds"""
     measures: tuple[Difference, ...]
     """of everything else"""
+    replayed: bool = False
+    """whether one of them replays recorded scenes, so that there are no intervals and no probabilities"""
 
 
 def compare(first: Study | Path | str, second: Study | Path | str, confidence: float = 0.95) -> Comparison:
@@ -102,11 +105,17 @@ def compare(first: Study | Path | str, second: Study | Path | str, confidence: f
             "nothing to compare; drive more trials, or fewer vehicles"
         )
     ours, theirs = ours.filter(started), theirs.filter(started)
+    replayed = any(each.get("scenarios") for each in (one, two))
+
+    def told(each: Difference) -> Difference:
+        return replace(each, low=np.nan, high=np.nan, p=np.nan) if replayed else each
+
     return Comparison(
         trials=ours.height,
         settings={name: (one.get(name), two.get(name)) for name in sorted(one | two) if one.get(name) != two.get(name)},
-        collisions=tuple(_of_rates(name, kinds, ours, theirs, confidence) for name, kinds in COUNTED.items()),
-        measures=tuple(_of_means(name, ours, theirs, confidence) for name in MEASURES),
+        collisions=tuple(told(_of_rates(name, kinds, ours, theirs, confidence)) for name, kinds in COUNTED.items()),
+        measures=tuple(told(_of_means(name, ours, theirs, confidence)) for name in MEASURES),
+        replayed=replayed,
     )
 
 

@@ -15,7 +15,7 @@ from coverdrive.recordings.recording import Recording
 from coverdrive.settings import merged
 from coverdrive.simulation.drives.episode import EpisodeSettings
 from coverdrive.simulation.drives.trace import Trace
-from coverdrive.simulation.measures.statistics import collision_table, widest_interval
+from coverdrive.simulation.measures.statistics import DEPENDENT, collision_table, widest_interval
 from coverdrive.simulation.measures.trial import STARTED
 from coverdrive.simulation.predictor import Belief
 from coverdrive.simulation.roads.places import check_replayed_road, place_of, recorded_place
@@ -64,7 +64,7 @@ class Study:
     @property
     def collisions(self) -> pl.DataFrame:
         """Collisions by number of uncontrolled vehicles, with intervals (`collision_table`)."""
-        return collision_table(self.trials)
+        return collision_table(self.trials, self.setup.replays)
 
     def trace(self, trial: int) -> Trace:
         """Everything that happened in a trial: read if it was looked at before, else driven again and stored."""
@@ -104,6 +104,8 @@ class Study:
             )
         if until_width is not None and not 0 < finite("until_width", until_width) < 1:
             raise SettingError(f"until_width: expected a number between 0 and 1, got {until_width!r}")
+        if until_width is not None and self.setup.replays:
+            raise SettingError(f"until_width: {DEPENDENT}, got {until_width!r}; leave it out")
         setup = self._loaded
         self.files.go_on(trials, early=until_width is not None)
         ends = [*range(batch, trials, batch), trials] if until_width else [trials]
@@ -187,7 +189,8 @@ def study(
             after whole batches in the order of trials, so that it does not depend on the workers.
 
     Raises:
-        SettingError: a number makes no sense, there is no such traffic or road, or no cluster there.
+        SettingError: a number makes no sense, replays are to end early, there is no such traffic or road, or no cluster
+            there.
         DataError: the folder holds a study of another configuration, or no trial could start.
     """
     setup = setup_of(predictor, planner, traffic, vehicles, seed, recordings, road, episode)
