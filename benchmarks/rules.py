@@ -4,8 +4,9 @@ Every rule is switched off by itself, on equal seeds: among drivers, among aggre
 unseen on a tenth of its way, 8 m at a time, in highway-env at density 2, in replays of recorded scenes, half of which
 drive on what was learned from the other half, with which they share no vehicle, and in random emergencies with known
 futures. Of each: drives that end in contact, those at the ego's fault, the difference in mean speed with its paired
-95 % interval, unsafe plans, and manners. Beside them stand bodies that keep their velocity, the least that one can
-believe, and the known future, the most. ``--write`` puts the table into `benchmarks/RESULTS.md`.
+95 % interval (none of replays, which depend on each other), unsafe plans, and manners. Beside them stand bodies that
+keep their velocity, the least that one can believe, and the known future, the most. ``--write`` puts the table into
+`benchmarks/RESULTS.md`.
 """
 
 import argparse
@@ -174,8 +175,8 @@ def prepare(folder: Path, recordings: tuple[Path, ...]) -> None:
         (folder / f"fold {number}.json").write_text(json.dumps(names))
 
 
-def summary(rows: list[dict[str, Any]], base: list[dict[str, Any]]) -> dict[str, Any]:
-    """What drives came to, against those with all rules on the same seeds."""
+def summary(rows: list[dict[str, Any]], base: list[dict[str, Any]], replayed: bool) -> dict[str, Any]:
+    """What drives came to, against those with all rules on the same seeds; of replays without an interval."""
     if "planner" in rows[0]:
         return compared(rows)
     both = [(ours, theirs) for ours, theirs in zip(rows, base, strict=True) if not ours["reason"] + theirs["reason"]]
@@ -189,7 +190,7 @@ def summary(rows: list[dict[str, Any]], base: list[dict[str, Any]]) -> dict[str,
         "contacts": len(touched),
         "own fault": sum(each["at_fault"] == Fault.EGO.value for each in touched),
         "mean speed": float(column["mean_speed"].mean()),
-        "faster by": mean_interval(apart, 0.95),
+        "faster by": (None, None) if replayed else mean_interval(apart, 0.95),
         "unsafe": float(column["share_unsafe"].mean()),
         "headway in nine of ten moments": float(np.nanmedian(column["usual_headway"])),
         "within 1 s of collision": float((column["minimum_time_to_collision"] < 1).mean()),
@@ -260,7 +261,7 @@ def main() -> None:
                     ]
                     kept.write_text(json.dumps([run.result() for run in runs], default=float))
                 rows[rule] = json.loads(kept.read_text())
-                found.setdefault(traffic, {})[rule] = summary(rows[rule], rows[ALL])
+                found.setdefault(traffic, {})[rule] = summary(rows[rule], rows[ALL], "fold" in traffic)
                 print(traffic, "without", rule, found[traffic][rule], flush=True)
     print(table(found))
     if given.write:
