@@ -1,7 +1,10 @@
 """Who takes part, by name or as module:factory, and with what."""
 
+import importlib
 import re
+import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +17,7 @@ from coverdrive.league.entrants import ENTRANTS, Known, Place, Seat, entrant
 from coverdrive.plan import Planner, Status
 from coverdrive.planning.planner import MpcPlanner, PlannerSettings
 from coverdrive.road import Road
-from coverdrive.simulation.studies.setup import made
+from coverdrive.simulation.studies.setup import described, made
 
 KNOWN = Known(FakePredictor(FakeBasis.make()), "no paper", "no box", PlannerSettings())
 PLACE = Place(PlannerSettings(lane_change=7.0))
@@ -71,6 +74,22 @@ def test_a_belief_of_ones_own_has_our_planner() -> None:
     assert isinstance(found.planner, MpcPlanner) and found.planner.settings is PLACE.settings
 
 
+MINE = """
+from entered import Agent, ConstantPlanner
+
+GAIN = {gain}
+
+
+class Steady(Agent):
+    def act(self, scene, road):
+        return GAIN, 0.0
+
+
+def planner():
+    return ConstantPlanner(GAIN)
+"""
+
+
 def test_an_agent_sees_the_scene_and_its_plan_promises_nothing() -> None:
     found, road = seat("entered:Agent"), Road.straight()
     assert callable(found.planner) and found.belief is not None
@@ -85,6 +104,23 @@ def test_an_agent_sees_the_scene_and_its_plan_promises_nothing() -> None:
         assert plan.states[-1, 2] == pytest.approx(20 + 3 * expected)
         assert plan.status is Status.INVALID_INPUT
     assert planner.agent.periods == [0.1]
+
+
+@pytest.mark.parametrize("name", ["steady:Steady", "steady:planner"])
+def test_who_was_changed_in_its_module_is_another_one(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also if what was changed is not in the source of the class or function that is named."""
+    monkeypatch.syspath_prepend(tmp_path)
+
+    def told(gain: float) -> Any:
+        (tmp_path / "steady.py").write_text(MINE.format(gain=gain))
+        monkeypatch.delitem(sys.modules, "steady", raising=False)
+        importlib.invalidate_caches()
+        return described(seat(name).planner)
+
+    assert told(1.0) == told(1.0) != told(2.0)
+    assert told(1.0) != described(seat("entered:planner").planner)
 
 
 @pytest.mark.parametrize(

@@ -23,6 +23,7 @@ from coverdrive.prediction.fit import PredictionSettings
 from coverdrive.recordings.recording import Recording
 from coverdrive.road import Road
 from coverdrive.simulation.studies.comparison import compare
+from coverdrive.simulation.studies.folder import StudyFolder
 
 KNOWN = Known(FakePredictor(FakeBasis.make()), "no paper", "no box", PlannerSettings())
 AHEAD, BESIDE = goal(box(92.0, -1.75, length=20.0)), goal(box(95.0, -5.25, length=20.0))
@@ -103,6 +104,20 @@ def test_a_league_on_problems_goes_on_and_counts_what_is_not_driven(world: str, 
     assert (row["solved"], row["at_fault"], row["not_at_fault"], row["off_road"]) == (1, 0, 0, 0)
     reasons = pl.read_csv(tmp_path / "league" / "drives.csv")["reason"]
     assert reasons[2].startswith("not driven: ") and "the start is on no road" in reasons[2]
+
+
+def test_a_scenario_that_was_edited_is_another_one(world: str, tmp_path: Path) -> None:
+    def claim() -> None:
+        drives = problems_of(world).drives("keep-velocity", KNOWN, 0)
+        assert not isinstance(drives, str)
+        StudyFolder(tmp_path / "league").claim(drives.description())
+
+    claim()
+    claim()
+    file = problems_of(world).files[1]
+    file.write_text(file.read_text().replace("14.0", "15.0"))
+    with pytest.raises(DataError, match=r"another configuration \(1 different: problems"):
+        claim()
 
 
 @pytest.mark.slow

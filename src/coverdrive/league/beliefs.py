@@ -20,7 +20,7 @@ from coverdrive.paths import PredictedPaths
 from coverdrive.prediction.stored import others_of
 from coverdrive.road import Road
 from coverdrive.scene import Scene
-from coverdrive.simulation.traffic.replay import Scenario
+from coverdrive.simulation.traffic.replay import Scenario, hash_of_scenarios
 
 _SAME = 1e-6
 """[m, m/s, rad] states that differ by less are the same"""
@@ -71,7 +71,7 @@ class KnownFuture:
     @property
     def fingerprint(self) -> str:
         """A short hash."""
-        return f"known future {fingerprint(*(each.states for each in self.scenarios))}"
+        return f"known future {hash_of_scenarios(self.scenarios)}"
 
     def predict(self, scene: Scene, road: Road, ego: int, dt: float, steps: int) -> PredictedPaths:
         """One path for each vehicle, interpolated between recorded moments as the replay is."""

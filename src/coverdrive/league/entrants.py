@@ -8,6 +8,7 @@ Anybody else enters as ``module:factory``: a function of the `coverdrive.plannin
 import inspect
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
@@ -15,6 +16,9 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from coverdrive.certificates.certificate import fingerprint
 from coverdrive.errors import SettingError, blaming
 from coverdrive.extras import EXTRAS
 from coverdrive.league.agents import Agent, AgentPlanner, Idm, IdmMobil, KeepVelocity, Witness
@@ -166,8 +170,8 @@ def factory_of(name: str) -> Callable[..., Any]:
     return found
 
 
-def _made(name: str, settings: PlannerSettings) -> Any:
-    """What a factory makes of the settings, or of nothing."""
+def _made(name: str, settings: PlannerSettings, source: str = "") -> Any:
+    """What a factory, of a module whose source has this hash, makes of the settings, or of nothing."""
     factory = factory_of(name)
     with blaming("entrant", factory):
         return factory(settings) if inspect.signature(factory).parameters else factory()
@@ -175,7 +179,10 @@ def _made(name: str, settings: PlannerSettings) -> Any:
 
 def _entered(name: str, known: Known, place: Place) -> Seat:
     """Somebody's own planner, agent or belief, made anew in every process."""
-    made, again = _made(name, place.settings), partial(_made, name, place.settings)
+    made, source = _made(name, place.settings), b""
+    with suppress(OSError, TypeError):  # there is no file with it
+        source = inspect.getsource(import_module(name.partition(":")[0])).encode()
+    again = partial(_made, name, place.settings, source=fingerprint(np.frombuffer(source, np.uint8)))
     if isinstance(made, Planner):
         return Seat(known.predictor, again)
     if isinstance(made, Agent):

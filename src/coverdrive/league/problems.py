@@ -95,8 +95,12 @@ def problems_of(world: str) -> Problems:
 
 def _numbers(file: Path) -> list[int]:
     """Those of the planning problems in a file, in its order."""
+    return [int(each) for each in _NUMBER.findall(_content(file))]
+
+
+def _content(file: Path) -> bytes:
     try:
-        return [int(each) for each in _NUMBER.findall(file.read_bytes())]
+        return file.read_bytes()
     except OSError as error:
         raise DataError(f"{file} cannot be read ({error.strerror}); name scenarios, folders or patterns") from error
 
@@ -115,13 +119,14 @@ class DrivesOfProblems:
 
     def description(self) -> dict[str, Any]:
         """Everything that a drive depends on."""
-        names = "/".join(f"{file.name} {number}" for file, number in self.problems.places)
+        names = "/".join(f"{file.name} {number}" for file, number in self.problems.places).encode()
+        contents = map(_content, dict.fromkeys(self.problems.files))
         place = Place(self.known.planner, problems=True)
         found = (entrant(self.entrant)(each, place) for each in dict.fromkeys(self.problems.known or (self.known,)))
         seats = [each for each in found if isinstance(each, Seat)]
         return {
             "world": "commonroad",
-            "problems": fingerprint(np.frombuffer(names.encode(), np.uint8)),
+            "problems": fingerprint(*(np.frombuffer(each, np.uint8) for each in (names, *contents))),
             "model": self.problems.model,
             "seed": self.seed,
             "predictor": [identity(each.belief) for each in seats],

@@ -9,7 +9,10 @@ import pytest
 from problem_fakes import box, goal, written
 
 from command import coverdrive
+from coverdrive.errors import SettingError
 from coverdrive.league import problems
+from coverdrive.simulation.roads.initial import VEHICLES
+from coverdrive.simulation.studies.setup import Setup
 
 PAGE = Path(__file__).parents[3] / "docs" / "tutorials" / "planner.md"
 
@@ -62,3 +65,19 @@ def test_names_of_nobody_are_refused(quick_fit: Path, tmp_path: Path) -> None:
     assert "no planner is called 'best'; choose default" in coverdrive(*called, status=2)
     called = "league", quick_fit, "--planners", "default", "--worlds", "moon", "--out", tmp_path / "league"
     assert "no world is called 'moon'; choose set-sampling, drivers" in coverdrive(*called, status=2)
+
+
+def test_numbers_of_vehicles_that_are_said_hold_even_if_they_are_the_usual_ones(
+    quick_fit: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = list[dict[str, object]]()
+
+    def drive(setups: dict[str, Setup], *_: object, **__: object) -> None:
+        asked.append({name: each.vehicles for name, each in setups.items()})
+        raise SettingError("nobody drives")
+
+    monkeypatch.setattr("coverdrive.league.league.league", drive)
+    for said in ([], ["--vehicles", *map(str, VEHICLES)]):
+        called = "league", quick_fit, "--planners", "default", "--worlds", "aggressive", "drivers", *said
+        assert "nobody drives" in coverdrive(*called, "--out", tmp_path / "league", status=2)
+    assert asked == [{"aggressive": each, "drivers": VEHICLES} for each in ((8, 10, 12), VEHICLES)]

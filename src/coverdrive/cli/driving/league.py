@@ -126,7 +126,7 @@ def league(
         elif posed:
             results.refuse_seen(sorted({file for each in problems.values() for file in each.files}))
         table = drive(
-            _setups(results, experiment, [name for name in worlds if name in NAMES], recording),
+            _setups(results, experiment, [name for name in worlds if name in NAMES], recording, vehicles is not None),
             known,
             folder,
             planners=planners,
@@ -146,14 +146,16 @@ def league(
 
 
 def _setups(
-    results: "Results", experiment: "Experiment", worlds: list[str], recording: list[Path]
+    results: "Results", experiment: "Experiment", worlds: list[str], recording: list[Path], said: bool
 ) -> "dict[str, Setup]":
-    """Studies of the default in our traffics."""
+    """Studies of the default in our traffics; the numbers of vehicles are ``said``, or may be others where they are as
+    on the paper's road.
+    """
     from coverdrive.simulation.roads.initial import VEHICLES
 
     setups: dict[str, Setup] = {}
     for name in worlds:
-        dense = name == "aggressive" and tuple(experiment.study.vehicles) == VEHICLES
+        dense = name == "aggressive" and not said and tuple(experiment.study.vehicles) == VEHICLES
         changed = experiment.updated({"traffic": {"kind": name}, "study": {"vehicles": _DENSE if dense else None}})
         setups[name] = results.study(changed, recording).setup.loaded()
     return setups

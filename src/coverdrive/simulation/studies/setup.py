@@ -27,7 +27,7 @@ from coverdrive.simulation.roads.initial import VEHICLES, InitialSettings
 from coverdrive.simulation.traffic.model import Traffic
 from coverdrive.simulation.traffic.reactive_replay import ReactiveReplaySettings
 from coverdrive.simulation.traffic.registry import TrafficSettings, make_traffic, usual
-from coverdrive.simulation.traffic.replay import ReplaySettings, Scenario
+from coverdrive.simulation.traffic.replay import ReplaySettings, Scenario, hash_of_scenarios
 
 MOST_VEHICLES = 100
 """uncontrolled vehicles at the start of a drive"""
@@ -38,6 +38,7 @@ AnyTraffic = str | TrafficSettings | Traffic | Callable[[], Traffic]
 """the name of a traffic, settings of one, a model of your own, or what makes one"""
 
 _PLAIN = (bool, int, float, str)
+_TOLD = (*_PLAIN, tuple, Settings)
 
 Participants = tuple[Belief, Planner, Traffic]
 """who takes part in an episode; built once per process, because solvers cannot move between processes"""
@@ -135,7 +136,7 @@ class Setup:
             "sampled": getattr(self.sampled, "fingerprint", None),
             "planner": described(self.planner),
             "traffic": described(self.traffic),
-            "scenarios": fingerprint(*(each.states for each in self._read())) if self.replays else None,
+            "scenarios": hash_of_scenarios(self._read()) if self.replays else None,
         }
 
     def _read(self) -> Sequence[Scenario]:
@@ -180,14 +181,21 @@ def _is_made(part: Any, kind: type) -> bool:
 
 
 def described(part: Any) -> Any:
-    """Settings as JSON values; of anything else its name, with its settings if it has some, and of what is not of this
-    package what tells whether it was changed: a hash of its source, and its attributes of the names of what it is made
-    with, where these are plain values.
+    """Settings, numbers and text as JSON values; of anything else its name, with its settings if it has some, and of
+    what is not of this package what tells whether it was changed: a hash of its source, and such values of its
+    attributes that have the names of what it is made with, also after an underscore, or of the variables around a
+    function.
     """
     if isinstance(part, Settings):
         return part.model_dump(mode="json")
+    if part is None or isinstance(part, _PLAIN):
+        return part
+    if isinstance(part, tuple):
+        return [described(each) for each in part]
     if isinstance(part, partial):
-        return {"made by": described(part.func), "with": [described(each) for each in part.args]}
+        named = {name: described(each) for name, each in part.keywords.items()}
+        with_all = [*(described(each) for each in part.args), *([named] if named else [])]
+        return {"made by": described(part.func), "with": with_all}
     settings = getattr(part, "settings", None)
     if isinstance(part, MpcPlanner):
         return described(settings)
@@ -197,6 +205,23 @@ def described(part: Any) -> Any:
         with suppress(OSError, TypeError):  # there is no file with its source
             about["code"] = fingerprint(np.frombuffer(inspect.getsource(made).encode(), np.uint8))
         with suppress(ValueError, TypeError):  # it is not written in Python
-            asked = () if made is part else inspect.signature(made).parameters
-            about |= {name: each for name in asked if isinstance(each := getattr(part, name, None), _PLAIN)}
+            about |= _around(part) if made is part else _attributes(part)
     return {"name": name_of(part), **about} if about else name_of(part)
+
+
+def _attributes(part: Any) -> dict[str, Any]:
+    """Those of the names of what an object is made with that can be described by their values."""
+    found = {
+        name: getattr(part, name, getattr(part, f"_{name}", None)) for name in inspect.signature(type(part)).parameters
+    }
+    return {name: described(each) for name, each in found.items() if isinstance(each, _TOLD) and name != "settings"}
+
+
+def _around(made: Any) -> dict[str, Any]:
+    """What a function takes from where it was defined, as far as it can be described by its values."""
+    if not inspect.isfunction(made):
+        return {}
+    around = inspect.getclosurevars(made).nonlocals
+    told = {name: described(each) for name, each in around.items() if isinstance(each, _TOLD)}
+    given = [described(each) for each in made.__defaults__ or () if isinstance(each, _TOLD)]
+    return ({"around": told} if told else {}) | ({"usually": given} if given else {})

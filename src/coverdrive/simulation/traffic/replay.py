@@ -7,15 +7,17 @@ the time in which it would appear on the ego. Use scenes that neither trained no
 (`coverdrive.prediction.data.held_out`). F moments, A vehicles.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
+import jax
 import numpy as np
 import polars as pl
 from jaxtyping import Bool, Float
 from pydantic import Field
 
+from coverdrive.certificates.certificate import fingerprint
 from coverdrive.errors import DataError, StartError
 from coverdrive.recordings.recording import MEASURES, SEEN, Recording
 from coverdrive.road import Road
@@ -61,6 +63,16 @@ class Scenario:
     dt: float
     """[s] between two moments"""
     road: Road
+
+
+def hash_of_scenarios(scenarios: Sequence[Scenario]) -> str:
+    """A short hash of who drove where, and on which roads."""
+    return fingerprint(*(array for each in scenarios for array in _arrays(each)))
+
+
+def _arrays(scenario: Scenario) -> Iterator[np.ndarray]:
+    yield from (scenario.states, scenario.sizes, scenario.valid, np.array(scenario.dt), np.array(scenario.road.side))
+    yield from map(np.asarray, jax.tree.leaves(scenario.road))
 
 
 def cut_scenarios(recordings: Sequence[Recording]) -> tuple[Scenario, ...]:

@@ -1,0 +1,68 @@
+"""What tells studies apart: who takes part, and what is replayed."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pytest
+from simulation_fakes import ConstantPlanner, FakeBasis, FakePredictor
+
+from coverdrive.planning.planner import MpcPlanner, PlannerSettings
+from coverdrive.road import Road
+from coverdrive.simulation.studies.setup import Setup, described
+from coverdrive.simulation.traffic.replay import Scenario
+
+
+class Mine(ConstantPlanner):
+    """Of a user's, who keeps to himself what it is made with."""
+
+    def __init__(self, gain: float):
+        self._gain, self.driven = gain, 0
+
+
+def around(gain: float) -> Callable[[], Mine]:
+    return lambda: Mine(gain)
+
+
+def given(gain: float) -> Callable[[], Mine]:
+    return lambda gain=gain: Mine(gain)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda value: partial(MpcPlanner, settings=PlannerSettings(lane_change=value)),
+        lambda value: partial(Mine, value),
+        Mine,
+        around,
+        given,
+    ],
+    ids=["settings by name", "a value", "a private attribute", "a variable around", "what is usual"],
+)
+def test_what_is_made_with_other_values_is_another_one(make: Callable[[float], Any]) -> None:
+    one, same, other = (described(make(value)) for value in (1.0, 1.0, 2.0))
+    assert one == same != other
+
+
+def test_who_has_driven_is_the_same() -> None:
+    mine = Mine(1.0)
+    before, mine.driven = described(mine), 7
+    assert described(mine) == before
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"sizes": np.full((2, 2), 3.0)},
+        {"valid": np.eye(3, 2, dtype=bool)},
+        {"dt": 0.2},
+        {"road": Road.straight(lanes=2)},
+    ],
+)
+def test_other_replays_are_of_another_study(changes: dict[str, Any]) -> None:
+    scenario = Scenario(np.zeros((3, 2, 4)), np.full((2, 2), 2.0), np.ones((3, 2), bool), 0.1, Road.straight())
+    setup = Setup(FakePredictor(FakeBasis.make()), traffic="replay", scenarios=(scenario,))
+    other = replace(setup, scenarios=(replace(scenario, **changes),))
+    assert setup.description() == replace(setup, scenarios=(replace(scenario),)).description() != other.description()
