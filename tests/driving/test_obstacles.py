@@ -46,18 +46,6 @@ def test_a_wall_is_told_in_pieces(length: float, tmp_path: Path) -> None:
     assert min(length, 140.0) <= lengths.sum() <= min(length, 220.0)
 
 
-def test_a_body_beside_its_position_or_turned_is_told_where_it_is(tmp_path: Path) -> None:
-    """Its road frame is that of the middle of the road, nearly straight here."""
-    ((lon, lat, *_),) = bodies(tmp_path, standing(rectangle(10.0, 2.5), 90.0, 0.5))
-    beside = rectangle(10.0, 2.5).replace("</rectangle>", "<center><x>4.0</x><y>-1.0</y></center></rectangle>")
-    ((moved_lon, moved_lat, *_, length, width),) = bodies(tmp_path, standing(beside, 90.0, 0.5))
-    assert (moved_lon - lon, moved_lat - lat) == pytest.approx((4.0, -1.0), abs=0.5)
-    assert (length, width) == pytest.approx((10.0, 2.5))
-    turned = rectangle(10.0, 2.5).replace("</width>", f"</width><orientation>{np.pi / 2}</orientation>")
-    ((*place, _, length, width),) = bodies(tmp_path, standing(turned, 90.0, 0.5))
-    assert place == pytest.approx([lon, lat]) and (length, width) == pytest.approx((2.5, 10.0))
-
-
 def test_what_ends_on_the_road_is_told_wherever_its_middle_is(tmp_path: Path) -> None:
     lon, *_, lengths, _ = bodies(tmp_path, standing(rectangle(300.0, 0.3), 250.0, -5.0)).T
     assert (lon - lengths / 2).min() == pytest.approx(100.0, abs=2.0)

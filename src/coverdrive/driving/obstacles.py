@@ -17,7 +17,7 @@ from shapely.ops import unary_union
 from coverdrive.driving.perception import Told
 from coverdrive.errors import DataError
 from coverdrive.geometry import boxes_overlap
-from coverdrive.recordings.files.scenario import is_centred, is_vehicle, numbers_of, states_of
+from coverdrive.recordings.files.scenario import is_vehicle, numbers_of, states_of
 from coverdrive.recordings.tracks.repair import VERGE
 from coverdrive.road import Road
 
@@ -53,7 +53,6 @@ def told(state: Any, shape: Any) -> Told:
             raise DataError(f"an obstacle has no {name} at time step {state.time_step}; give it one, or leave it out")
     speed, heading = (float(np.mean(numbers_of(getattr(state, name)))) for name in ("velocity", "orientation"))
     place, exact = state.position, isinstance(state.position, np.ndarray) and not hasattr(state.orientation, "start")
-    exact = exact and is_centred(shape)
     if exact and hasattr(shape, "radius"):
         size = (2 * shape.radius, 2 * shape.radius)
     elif exact and hasattr(shape, "width"):

@@ -122,11 +122,18 @@ def test_stated_speeds_are_kept_to_find_the_same_vehicles(bend: Path):
             ),
             "obstacle 100 has the shape Circle.*; expected a rectangle",
         ),
-        (
-            scenario(three_lanes(), driving(100, 20.0, -1.75, 20.0, 5)).replace(
-                "</width></rectangle>", "</width><center><x>1.4</x><y>0.0</y></center></rectangle>"
-            ),
-            "obstacle 100 has a body beside its position",
+        *(
+            (
+                scenario(three_lanes(), driving(100, 20.0, -1.75, 20.0, 5)).replace(
+                    "</width></rectangle>", f"</width>{shift}</rectangle>"
+                ),
+                r"row \d+: the body of a dynamicObstacle is beside its position, or turned against it",
+            )
+            for shift in (
+                "<center><x>1.4</x><y>0.0</y></center>",
+                "<orientation>1.5708</orientation><center><x>0.0</x><y>0.0</y></center>",
+                "<originXShift>-1.4</originXShift>",
+            )
         ),
         (
             scenario(three_lanes(), driving(100, 20.0, -1.75, 20.0, 5)).replace(

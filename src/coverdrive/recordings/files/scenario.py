@@ -4,6 +4,7 @@ import logging
 import re
 import warnings
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from traceback import walk_tb
 from typing import Any
@@ -32,6 +33,9 @@ _PARTS = (
     "occupancies",
 )  # fmt: skip
 """of shapes, by their names in all versions of commonroad-io"""
+
+_TURNS = ("orientation", "originXShift")
+"""of rectangles, besides their centre"""
 
 STATED = {"time", "position", "orientation"}
 """of every initial state, and of those that move the velocity, too; commonroad-io takes 0 for what is missing"""
@@ -97,9 +101,10 @@ def _part(error: Exception) -> tuple[str, str]:
 def _checked(file: Path) -> tuple[str, dict[str, int]]:
     """Name of the root element of a well-formed file whose initial states are stated, and the line of each number.
 
-    Without entities, which could make a small file huge.
+    Without entities, which could make a small file huge, and without bodies that are beside the positions of their
+    obstacles or turned against them, which some versions of commonroad-io read as if they were not.
     """
-    names, inside, stated, lines = list[str](), list[str](), set[str](), dict[str, int]()
+    names, inside, stated, lines, text = list[str](), list[str](), set[str](), dict[str, int](), list[str]()
     parser = expat.ParserCreate()
 
     def refuse(*_: Any) -> None:
@@ -114,9 +119,18 @@ def _checked(file: Path) -> tuple[str, dict[str, int]]:
         elif name == "initialState":
             stated.clear()
         inside.append(name)
+        text.clear()
+        if name == "shape" and inside[-2:-1] != ["occupancy"]:
+            parser.CharacterDataHandler = text.append
 
     def closed(name: str) -> None:
         inside.pop()
+        shifts = name in _TURNS or inside[-1:] == ["center"]
+        if parser.CharacterDataHandler and shifts and _number("".join(text)):
+            problem = f"the body of a {inside[inside.index('shape') - 1]} is beside its position, or turned against it"
+            raise RecordingError(file, f"{problem}; expected its position in its middle", parser.CurrentLineNumber)
+        if name == "shape":
+            parser.CharacterDataHandler = None
         moves = {"velocity"} if inside[-1:] != ["staticObstacle"] else set[str]()
         if name == "initialState" and (missing := sorted(STATED.union(moves) - stated)):
             problem = f"the initial state of a {inside[-1]} has no {missing[0]}; expected one, or leave it out"
@@ -133,6 +147,13 @@ def _checked(file: Path) -> tuple[str, dict[str, int]]:
     except (LookupError, ValueError) as error:  # of encodings
         raise RecordingError(file, f"not a CommonRoad file: {error}; expected UTF-8, save it so", 1) from None
     return names[0], lines
+
+
+def _number(text: str) -> float:
+    """What a text says, 0 if that is no number, which commonroad-io complains of."""
+    with suppress(ValueError):
+        return float(text)
+    return 0.0
 
 
 def _check_lanelets(file: Path, network: Any) -> None:
@@ -155,11 +176,6 @@ def states_of(obstacle: Any) -> Iterator[Any]:
 def is_vehicle(obstacle: Any) -> bool:
     """Whether an obstacle is one of the vehicles of a motorway, and no other road user."""
     return obstacle.obstacle_type.value not in OTHERS
-
-
-def is_centred(shape: Any) -> bool:
-    """Whether a rectangle or a circle is around the position of its obstacle, and not turned against it."""
-    return not np.any(getattr(shape, "center", 0.0)) and not getattr(shape, "orientation", 0.0)
 
 
 def _check_obstacle(file: Path, obstacle: Any) -> None:

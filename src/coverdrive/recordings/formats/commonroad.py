@@ -18,7 +18,7 @@ import polars as pl
 
 from coverdrive.errors import NoVehiclesError, RecordingError
 from coverdrive.recordings.files.kinds import NUMBER_OF
-from coverdrive.recordings.files.scenario import is_centred, is_vehicle, open_scenario, states_of
+from coverdrive.recordings.files.scenario import is_vehicle, open_scenario, states_of
 from coverdrive.recordings.formats.reader import AS_USUAL, How
 from coverdrive.recordings.roads.driven_road import driven_road, roads_of
 from coverdrive.recordings.tracks.reading import MOST_BESIDE, Reading, make_reading, name_of
@@ -142,8 +142,6 @@ def _rows(file: Path, obstacles: list[Any], repairs: Counter[str]) -> pl.DataFra
             continue
         if not hasattr(shape, "width"):
             raise RecordingError(file, f"{name} has the shape {type(shape).__name__}; expected a rectangle")
-        if not is_centred(shape):
-            raise RecordingError(file, f"{name} has a body beside its position; expected one around it, not turned")
         for state in states:
             if not _is_exact(state):
                 raise RecordingError(file, f"{name} has uncertain states; expected exact, recorded ones")
