@@ -30,7 +30,7 @@ def test_every_method_at_every_target() -> None:
     reported: list[float] = []
     task, test = task_of(2000), drawn(4000, seed=2, first_vehicle=50_000)
     with heard_by(lambda _, share: reported.append(share)), stage("methods"):
-        compared = compare(task.calibration, task.claim, lambda *_: test, [0.05, 0.1])
+        compared = compare(task.calibration, task.claim, test, [0.05, 0.1])
     assert len(compared) == 2 * len(Method) - 2  # post-bloating and svm take no target
     assert reported[-1] == 1 and reported == sorted(reported)
     for each in compared:
@@ -45,8 +45,7 @@ def test_every_method_at_every_target() -> None:
 
 def test_too_few_samples_are_refused_one_by_one() -> None:
     task = task_of(30)
-    test = drawn(100, seed=2, first_vehicle=50_000)
-    compared = compare(task.calibration, task.claim, lambda *_: test, [0.01])
+    compared = compare(task.calibration, task.claim, drawn(100, seed=2, first_vehicle=50_000), [0.01])
     refused = {each.method: each for each in compared if each.refusal}
     assert Method.PAC_POOLED in refused and Method.POST_BLOATING not in refused
     for each in refused.values():

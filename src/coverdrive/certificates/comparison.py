@@ -41,10 +41,13 @@ TestOf = Callable[[Method, Claim, Rule], ScoredSamples]
 """Samples to test what a method calibrated for a claim, or a `CertificateError`"""
 
 
-def compare(calibration: Calibration, claim: Claim, test_of: TestOf, targets: Sequence[float]) -> list[Compared]:
+def compare(
+    calibration: Calibration, claim: Claim, test: ScoredSamples | TestOf, targets: Sequence[float]
+) -> list[Compared]:
     """Calibrate by every method for every ε of ``targets``, and test on samples that neither trained nor calibrated.
 
-    The ε of the claim is ignored; a target that is not in (0, 1) is a `CertificateError`.
+    These may be others for each method. The ε of the claim is ignored; a target that is not in (0, 1) is a
+    `CertificateError`.
     """
     asked = {None: replace(claim, epsilon=None)} | {target: replace(claim, epsilon=target) for target in targets}
     runs = [(method, each) for method in Method for each in ([None] if method.computes_epsilon else targets)]
@@ -55,7 +58,8 @@ def compare(calibration: Calibration, claim: Claim, test_of: TestOf, targets: Se
         try:
             rule, certificate = certify(method, calibration, asked[target])
             seconds = time.perf_counter() - begin
-            found = evaluate(rule, test_of(method, asked[target], rule))
+            samples = test if isinstance(test, ScoredSamples) else test(method, asked[target], rule)
+            found = evaluate(rule, samples)
         except (CertificateError, MissingExtraError) as error:
             certificate, refusal = None, str(error)
         compared.append(Compared(method, target, certificate, found, refusal, seconds))
