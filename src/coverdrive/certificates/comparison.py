@@ -53,15 +53,17 @@ def compare(
     runs = [(method, each) for method in Method for each in ([None] if method.computes_epsilon else targets)]
     compared: list[Compared] = []
     for method, target in runs:
-        certificate, found, refusal, begin = None, None, "", time.perf_counter()
-        seconds = 0.0
+        rule, certificate, found, refusal, begin = None, None, None, "", time.perf_counter()
         try:
             rule, certificate = certify(method, calibration, asked[target])
-            seconds = time.perf_counter() - begin
-            samples = test if isinstance(test, ScoredSamples) else test(method, asked[target], rule)
-            found = evaluate(rule, samples)
         except (CertificateError, MissingExtraError) as error:
-            certificate, refusal = None, str(error)
+            refusal = str(error)
+        seconds = time.perf_counter() - begin
+        if rule is not None:
+            try:
+                found = evaluate(rule, test if isinstance(test, ScoredSamples) else test(method, asked[target], rule))
+            except CertificateError as error:
+                certificate, refusal = None, str(error)
         compared.append(Compared(method, target, certificate, found, refusal, seconds))
         done(len(compared), len(runs))
     return compared
