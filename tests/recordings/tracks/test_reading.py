@@ -51,6 +51,21 @@ def test_the_order_of_rows_changes_nothing(rows: list[tuple[int, int]]):
     assert (repairs["split tracks"], repairs["interpolated rows"]) == (2, 2)
 
 
+@pytest.mark.parametrize("late", [0.2, 0.5, 0.8])
+def test_a_first_row_of_a_later_moment_makes_no_vehicle_slow(late: float):
+    """As of converters that keep every n-th row of a recording, and the first one of every vehicle."""
+    raw = raw_of([(vehicle, moment) for vehicle in range(4) for moment in range(vehicle, 30)])
+    starts, repairs = np.flatnonzero(np.diff(raw.moment, prepend=99) < 0), Counter[str]()
+    raw.lon[starts[:3]] += late
+    raw.lon[starts[3] :] = 3 + 0.05 * (raw.moment[starts[3] :] - 3) ** 2  # drives off
+    raw.speed[starts[3] :] = raw.moment[starts[3] :] - 3.0
+    raw.speed[starts[2] : starts[3]] = np.nan  # of which nothing is stated
+    table = regular_table(raw, 0.1, SmoothingSettings(), repairs, ROAD)
+    assert repairs == {"late first rows": 2}
+    assert table.filter(pl.col("vehicle") < 2)["speed"].to_numpy() == pytest.approx(10.0)
+    assert table["vehicle"].value_counts(sort=True)["count"].to_list() == [28 - 1, 27 - 1, 26, 25]
+
+
 def test_the_first_of_conflicting_rows_is_kept():
     raw = raw_of([(1, 0), (1, 1), (1, 2), (1, 2), (1, 3)])
     raw.lon[3] = 50.0

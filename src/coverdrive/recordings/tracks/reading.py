@@ -18,6 +18,8 @@ from coverdrive.recordings.recording import KIND, SCHEMA, SEEN, STATED_SPEED, Re
 from coverdrive.recordings.tracks.filtering import least_moments, seen
 from coverdrive.recordings.tracks.repair import (
     LONGEST_GAP,
+    MOVING,
+    STATED,
     RawTracks,
     counted,
     drop_off_road,
@@ -34,9 +36,8 @@ FASTEST = 60.0
 MOST_BESIDE = 0.5
 """Share of the rows that may be left out because they are off the road"""
 
-STATED, MOVING, ENOUGH = (0.9, 1.1), 3.0, 20
-"""Median ratio of the speed of the positions to the one that a file states, of vehicles that move at more than so many
-m/s by one of them, in as many rows at the least"""
+ENOUGH = 20
+"""rows of vehicles that move, at the least, in which the median ratio of their speeds to the stated ones is looked at"""
 
 
 class Reading(NamedTuple):

@@ -15,6 +15,9 @@ LONGEST_GAP = 1.0
 QUICKEST, SLACK = 60.0, 5.0
 """[m/s] and [m]: positions that are farther apart are not of one motion"""
 
+STATED, MOVING = (0.9, 1.1), 3.0
+"""Ratio of a speed of positions to the one that a file states, of vehicles that move at more than so many m/s"""
+
 MOST_OUTLIERS = 0.2
 """Share of the rows from which on they are no outliers, but in another unit"""
 
@@ -61,11 +64,12 @@ class RawTracks:
 
 
 def tidy(raw: RawTracks, dt: float, repairs: Counter[str]) -> RawTracks:
-    """Rows by vehicle and moment, each moment once, and none far from its neighbours on both sides.
+    """Rows by vehicle and moment, each moment once, none far from its neighbours on both sides, no first one too late.
 
-    ``repairs`` gains ``rows out of order``, ``duplicated rows``, ``conflicting rows`` and ``lone outliers``.
+    ``repairs`` gains ``rows out of order``, ``duplicated rows``, ``conflicting rows``, ``lone outliers`` and ``late first
+    rows``.
     """
-    return _drop_outliers(_drop_duplicates(_sort(raw, repairs), repairs), dt, repairs)
+    return _drop_late(_drop_outliers(_drop_duplicates(_sort(raw, repairs), repairs), dt, repairs), dt, repairs)
 
 
 def drop_off_road(raw: RawTracks, road: Road, repairs: Counter[str]) -> RawTracks:
@@ -125,6 +129,23 @@ def _drop_outliers(raw: RawTracks, dt: float, repairs: Counter[str]) -> RawTrack
         return raw
     counted(repairs, "lone outliers", int(lone.sum()))
     return raw.take(~lone)
+
+
+def _drop_late(raw: RawTracks, dt: float, repairs: Counter[str]) -> RawTracks:
+    """Without first rows that are of a moment after the one that they are said to be of.
+
+    Where every n-th row of a recording was taken, and the first one of every vehicle, that is nearer to its next one
+    than it should be by the stated speeds, with which the step after that agrees.
+    """
+    way, taken = np.hypot(np.diff(raw.lon), np.diff(raw.lat)), dt * np.diff(raw.moment)
+    stated = np.abs(raw.speed[1:] + raw.speed[:-1]) / 2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = way / taken / stated
+    first = np.append(True, np.diff(raw.vehicle) != 0)[:-2]
+    late = first & (raw.vehicle[2:] == raw.vehicle[:-2]) & (np.minimum(stated[1:], stated[:-1]) > MOVING)
+    late &= (ratio[:-1] < STATED[0]) & (ratio[1:] >= STATED[0]) & (ratio[1:] <= STATED[1])
+    counted(repairs, "late first rows", int(late.sum()))
+    return raw.take(~np.append(late, np.zeros(len(raw.vehicle) - len(late), dtype=bool)))
 
 
 def fill_gaps(raw: RawTracks, dt: float, repairs: Counter[str]) -> RawTracks:
