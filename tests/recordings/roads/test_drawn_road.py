@@ -65,6 +65,21 @@ def test_a_lane_narrows_until_it_is_gone():
     assert road.edges_at(np.array([150.0]))[0, -1] == pytest.approx(7 + 1.75, abs=0.1)
 
 
+def test_usual_widths_where_a_lane_in_the_middle_is_short():
+    middle = DrawnLane(bound(200, 280, -3.5), bound(200, 280, -3.5, -7.0, -7.0, -3.5))
+    aside = bound(0, 300, *[-3.5] * 8, -7.0, -7.0, -3.5)
+    road = drawn_road([MAIN[0], middle, DrawnLane(aside, aside + bound(0, 300, -3.5) - bound(0, 300, 0.0))])
+    assert np.mean(road.has_lane(LON)[:, 1]) < 0.2
+    assert np.diff(road.edges) == pytest.approx([3.5, 3.5, 3.5], abs=0.05)
+    assert road.edges_at(np.array([50.0]))[0, -1] == pytest.approx(road.edges[-1], abs=0.05)
+
+
+def test_usual_widths_where_a_lane_is_wider_beside_a_ramp():
+    wide = DrawnLane(MAIN[1].left, bound(0, 300, -7.0, -7.0, -7.0, -7.0, -8.0, -8.0))
+    road = drawn_road([MAIN[0], wide, lane(250, 300, -8.0)])
+    assert np.diff(road.edges) == pytest.approx([3.5, 3.5, 3.5], abs=0.1)
+
+
 def test_one_lane_after_another_lies_in_one_column():
     road = drawn_road([*MAIN, lane(0, 85, 3.5), lane(155, 300, 3.5)])
     assert road.lanes == 3

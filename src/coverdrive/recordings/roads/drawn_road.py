@@ -76,7 +76,7 @@ def drawn_road(lanes: Sequence[DrawnLane], touching: float = TOUCHING) -> Road:
     left = _outwards(inner[1], bounds, touching)
     right = _outwards(-inner[0], [-bound[::-1] for bound in bounds], touching)
     edges = np.stack([*(-edge for edge in reversed(right)), *left], axis=-1)
-    usual = _usual(edges)
+    usual = _usual(edges, len(right))
     road = Road(edges=usual - usual[0], length=line.length, line=replace(line, lat=float(-usual[0])))
     if np.abs(edges - usual).max() <= EVEN:
         return road
@@ -146,13 +146,9 @@ def _outwards(
     return edges
 
 
-def _usual(edges: Float[np.ndarray, "S E"]) -> Float[np.ndarray, " E"]:
-    """Median of every edge [m] where the lanes on both of its sides are there, no lane narrower than `NARROWEST`."""
-    there = np.diff(edges, axis=-1) >= NARROWEST
-    right = np.concatenate([there[:, :1], there], axis=-1)
-    left = np.concatenate([there, there[:, -1:]], axis=-1)
-    usual = list[float]()
-    for edge, both, either in zip(edges.T, (right & left).T, (right | left).T, strict=True):
-        median = float(np.median(edge[both if both.any() else either]))
-        usual.append(max(median, usual[-1] + NARROWEST) if usual else median)
-    return np.array(usual)
+def _usual(edges: Float[np.ndarray, "S E"], known: int) -> Float[np.ndarray, " E"]:
+    """Edges [m] of lanes of the median width where each is at least `NARROWEST`, beside the median of a known edge."""
+    widths = np.diff(edges, axis=-1)
+    usual = np.nanmedian(np.where(widths >= NARROWEST, widths, np.nan), axis=0)
+    across = np.concatenate([[0.0], np.cumsum(usual)])
+    return across - across[known] + np.median(edges[:, known])
