@@ -172,6 +172,54 @@ def test_heads_that_are_no_road(head: dict[str, Any], problem: str, tmp_path: Pa
         read([parquet(tmp_path / "own.parquet", traffic(), **head)])
 
 
+WIDE = [0.0, 3.6, 7.2, 10.8]
+
+
+@pytest.mark.parametrize(
+    ("lon", "lat", "problem"),
+    [
+        (
+            [0, 500],
+            [WIDE, [float("nan"), *WIDE[1:]]],
+            r"\[nan, 3\.6, 7\.2, 10\.8\] at lon = 500 m, number 1; .*coincide",
+        ),
+        ([0, float("inf")], [WIDE, WIDE], r"at lon = inf m, number 1; expected numbers"),
+        ([500, 0], [WIDE, WIDE], "at lon = 500 m and then at 0 m; expected ascending positions: sort them"),
+        ([0, 0], [WIDE, WIDE], "at lon = 0 m and then at 0 m; expected ascending positions"),
+        ([0, 5e6], [WIDE, WIDE], r"are given at lon = 5e\+06 m; expected −200000 to 200000 m: check the unit"),
+        ([0, 500], [WIDE, [0, 7.2, 3.6, 10.8]], r"lane 1 cross at lon = 500 m, the left one at 3\.6 m; .* 7\.2 m or"),
+        (
+            [0, 500],
+            [[0, 12, 24, 36]] * 2,
+            "lane 0, where it is there, is 12 m wide; expected 2 to 7.5 m; are these feet",
+        ),
+        ([0, 9, 500], [WIDE, WIDE, [0, 3.6, 7.2, 30]], r"lane 2 is 22\.8 m wide at lon = 500 m; expected up to 15 m"),
+        (
+            [0, 500],
+            [[2.6, *WIDE[1:]]] * 2,
+            "lane 0 is nowhere there, up to 1 m wide; expected 2 m or more.*leave it out",
+        ),
+        (
+            [0, 500],
+            [WIDE, WIDE[1:]],
+            r"0 changing: .*expected a row .* got 2 rows of \[3, 4\] edges at 2 positions\); write the",
+        ),
+        ([0, 500], [WIDE[1:], WIDE[1:]], r"shape \(2,\) and lat of shape \(2, 3\); expected \(P,\) and \(P, 4\)"),
+        ([0, 9, 500], [WIDE, WIDE], r"got 2 rows of \[4\] edges at 3 positions"),
+        ([], [], r"got 0 rows of \[\] edges at 0 positions"),
+    ],
+)
+def test_edges_that_no_road_has_along_it(lon: list[float], lat: list[list[float]], problem: str, tmp_path: Path):
+    with pytest.raises(RecordingError, match=problem):
+        read([parquet(tmp_path / "own.parquet", traffic(), changing={"lon": lon, "lat": lat})])
+
+
+def test_lanes_that_begin_narrow_and_end_beyond_the_road_are_read(tmp_path: Path):
+    changing = {"lon": [-50, 0, 300, 1500], "lat": [WIDE, WIDE, [2.0, *WIDE[1:]], [3.6, *WIDE[1:]]]}
+    road = read([parquet(tmp_path / "own.parquet", traffic(), changing=changing)])[0].road
+    assert road.has_lane(np.array([0.0, 300.0])).tolist() == [[True, True, True], [False, True, True]]
+
+
 @pytest.mark.parametrize("text", ["", "[]", "{}", "[1]", "null", "{", '[{"name": "a"}]'])
 def test_damaged_heads(text: str, tmp_path: Path):
     path = tmp_path / "own.parquet"

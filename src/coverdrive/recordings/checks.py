@@ -14,7 +14,7 @@ import polars as pl
 from jaxtyping import Bool, Float, Int, Num
 
 from coverdrive.errors import DataError
-from coverdrive.road import Road
+from coverdrive.road import NARROWEST, LaneEdges, Road, lanes_there
 
 TIME_STEPS = (0.02, 1.0)
 """[s] between two rows of a vehicle: cameras and drones give 10 to 30 Hz; at less than 1 Hz a lane change is a few
@@ -35,6 +35,9 @@ USUAL_SIZES = {"length": (2.5, 20.0), "width": (1.0, 3.0)}
 
 LANE_WIDTHS = (2.0, 7.5)
 """[m] lanes are 2.7 to 3.6 m wide on roads (AASHTO Green Book), narrower in road works, wider on ramps"""
+
+WIDEST_PLACE, CROSSED = 15.0, 1e-3
+"""[m] a lane is at most where it splits, or another one joins it; and edges that coincide cross by less"""
 
 LONGEST_ROAD = 200_000.0
 """[m]"""
@@ -265,15 +268,52 @@ def _road(rows: Rows) -> Iterator[str]:
     if abs(edges[0]) > 0.01:
         yield f"the right edge of the road is at lat = {edges[0]:g} m; expected 0: subtract it from edges and lat"
     for lane, width in enumerate(np.diff(edges)):
-        if not LANE_WIDTHS[0] <= width <= LANE_WIDTHS[1]:
-            hint = "; are these feet? multiply by 0.3048" if 8 <= width <= 25 else "; check the unit of the edges"
-            yield f"lane {lane} is {width:g} m wide; expected {LANE_WIDTHS[0]:g} to {LANE_WIDTHS[1]:g} m{hint}"
+        yield from _width(f"lane {lane}", width)
+    if rows.road.changing is not None:
+        yield from _changing(rows.road.changing, len(edges))
     limit = rows.road.speed_limit
     if limit is not None and not 0 < limit <= FASTEST:
         hint = "divide km/h by 3.6" if limit > 0 else "leave it out if there is none"
         yield f"the speed limit is {limit:g} m/s; expected more than 0 and up to {FASTEST:g} m/s: {hint}"
     if not 0 < float(rows.road.length) <= LONGEST_ROAD:
         yield f"the road is {float(rows.road.length):g} m long; expected more than 0 and up to {LONGEST_ROAD:g} m"
+
+
+def _width(lane: str, width: float) -> Iterator[str]:
+    if not LANE_WIDTHS[0] <= width <= LANE_WIDTHS[1]:
+        hint = "; are these feet? multiply by 0.3048" if 8 <= width <= 25 else "; check the unit of the edges"
+        yield f"{lane} is {width:g} m wide; expected {LANE_WIDTHS[0]:g} to {LANE_WIDTHS[1]:g} m{hint}"
+
+
+def _changing(changing: LaneEdges, edges: int) -> Iterator[str]:
+    """Lane edges that change along the road."""
+    lon, lat = (np.asarray(values, dtype=np.float64) for values in (changing.lon, changing.lat))
+    what = "the lane edges that change along the road"
+    if lon.ndim != 1 or len(lon) == 0 or lat.shape != (len(lon), edges):
+        found = f"{what} have positions of shape {lon.shape} and lat of shape {lat.shape}"
+        yield f"{found}; expected (P,) and (P, {edges}), as the road has {edges} edges: give each at every position"
+    for row in np.flatnonzero(~np.isfinite(lon) | ~np.isfinite(lat).all(axis=1)):
+        found = f"{what} are {lat[row].tolist()} at lon = {lon[row]:g} m, number {row}"
+        yield f"{found}; expected numbers: let two edges coincide where there is no lane between them"
+    for row in np.flatnonzero(np.abs(lon) > LONGEST_ROAD):
+        found = f"{what} are given at lon = {lon[row]:g} m"
+        yield f"{found}; expected −{LONGEST_ROAD:g} to {LONGEST_ROAD:g} m: check the unit, and count from its beginning"
+    for row in np.flatnonzero(np.diff(lon) <= 0):
+        found = f"{what} are given at lon = {lon[row]:g} m and then at {lon[row + 1]:g} m"
+        yield f"{found}; expected ascending positions: sort them, and give each once"
+    widths, there = np.diff(lat, axis=1), lanes_there(lat)
+    for row, lane in np.argwhere(widths < -CROSSED):
+        found = f"the edges of lane {lane} cross at lon = {lon[row]:g} m, the left one at {lat[row, lane + 1]:g} m"
+        expected = f"expected it at {lat[row, lane]:g} m or farther to the left"
+        yield f"{found}; {expected}: sort the edges from right to left, and let them coincide where there is no lane"
+    for lane, (width, own) in enumerate(zip(widths.T, there.T, strict=True)):
+        if not own.any():
+            found = f"lane {lane} is nowhere there, up to {width.max():g} m wide"
+            yield f"{found}; expected {NARROWEST:g} m or more somewhere: leave it out, or check the unit of the edges"
+        yield from _width(f"lane {lane}, where it is there,", float(np.median(width[own])))
+        if width.max() > WIDEST_PLACE:
+            found = f"lane {lane} is {width.max():g} m wide at lon = {lon[width.argmax()]:g} m"
+            yield f"{found}; expected up to {WIDEST_PLACE:g} m: check the edges there"
 
 
 def _cells(rows: Rows) -> Iterator[str]:

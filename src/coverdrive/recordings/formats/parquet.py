@@ -6,7 +6,7 @@ from typing import Annotated, BinaryIO, Literal
 
 import numpy as np
 import polars as pl
-from pydantic import BaseModel, BeforeValidator, TypeAdapter, ValidationError
+from pydantic import BaseModel, BeforeValidator, TypeAdapter, ValidationError, model_validator
 
 from coverdrive.errors import DataError, RecordingError
 from coverdrive.files import write_atomically
@@ -34,6 +34,14 @@ class _Line(BaseModel, from_attributes=True):
 class _Changing(BaseModel, from_attributes=True):
     lon: Annotated[list[float], Numbers]
     lat: Annotated[list[list[float]], Numbers]
+
+    @model_validator(mode="after")
+    def _even(self) -> "_Changing":
+        edges = {len(row) for row in self.lat}
+        if not len(self.lon) == len(self.lat) > 0 or len(edges) > 1:
+            found = f"got {len(self.lat)} rows of {sorted(edges)} edges at {len(self.lon)} positions"
+            raise ValueError(f"expected a row of as many edges at every position, {found}")
+        return self
 
 
 class _Head(BaseModel):
