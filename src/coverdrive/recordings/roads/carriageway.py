@@ -36,15 +36,16 @@ FEW = 0.1
 STRETCH = 20.0
 """[m] of the road over which the direction of every vehicle is taken"""
 
+SHORTEST_WAVE, FINER_WAVES = 200.0, (100.0, 50.0, 50.0)
+"""[m] wave lengths below which bends that only vehicles show are smoothed out: lane changes, not motorways; and those
+with which the line goes on, one after the other, where the road bends more"""
+
 FOLLOWINGS = 2
-"""How often the line is put along the vehicles' directions, from a straight one on"""
+"""How often the line is put along the vehicles' directions with a wave length, from a straight one on"""
 
-SHORTEST_WAVE = 200.0
-"""[m] wave length below which bends that only vehicles show are smoothed out: lane changes, not motorways"""
-
-SHARPLY, ENOUGH = 5.0, 5
-"""[degrees] from a line that is put along their directions, in which so many vehicles or more may drive in the median;
-in curves of 100 m radius it is 3°, of 60 m 7°"""
+BENT, ENOUGH = 1.5, 3
+"""[degrees] from the line in which so many vehicles or more may drive in the median; where it is more, the road bends
+more. With 200 m it is up to 1.2° on US-101, 1.3° in curves of 300 m radius, 3° of 150 m; at last 1° in those of 80 m"""
 
 
 def split_directions(file: Path, table: pl.DataFrame, repairs: Counter[str]) -> list[pl.DataFrame]:
@@ -117,10 +118,17 @@ def line_along(file: Path, table: pl.DataFrame, known: tuple[Line, ...]) -> Refe
     if (points[-1] - points[0]) @ travel < 0:
         points = points[::-1]
     line = fit_line(points)
-    for _ in range(0 if known else FOLLOWINGS):
-        line = _followed(table, line)
-    if not known:
-        _check_followed(file, table, line)
+    if known:
+        return line
+    line = _followed(table, line, SHORTEST_WAVE)
+    if _turned(table, line) <= BENT:
+        return line
+    for wave in FINER_WAVES:
+        line = _followed(table, line, wave)
+    turned = _turned(table, line)
+    if turned > BENT:
+        problem = f"the vehicles' way bends by {turned:.0f}° more than a road whose bends are estimated from tracks can"
+        raise RecordingError(file, f"{problem}, as in curves below about 60 m radius; name its map, or leave it out")
     return line
 
 
@@ -132,25 +140,25 @@ def _chord(table: pl.DataFrame, travel: Float[np.ndarray, " 2"]) -> Line:
     return middle + (np.array([way.min(), way.max()]) - middle @ along)[:, None] * along
 
 
-def _followed(table: pl.DataFrame, line: ReferenceLine) -> ReferenceLine:
+def _followed(table: pl.DataFrame, line: ReferenceLine, wave: float) -> ReferenceLine:
     """A line in the median direction of those who drive from one stretch to the next, all measured along a rough line.
 
     It drifts off lanes by little, which `centred` puts right.
     """
-    lon, lat = line.to_road(table["x"], table["y"])
-    slope = _smooth(*_slopes(table["vehicle"], lon, lat))
-    grid = np.arange(lon.min(), lon.max() + STRETCH, STRETCH)
-    offset = np.concatenate([[0.0], np.cumsum(slope((grid[1:] + grid[:-1]) / 2) * STRETCH)])
-    return _moved(line, grid, offset + float(lat.mean() - offset.mean()))
+    for _ in range(FOLLOWINGS):
+        lon, lat = line.to_road(table["x"], table["y"])
+        slope = _smooth(*_slopes(table["vehicle"], lon, lat), wave)
+        grid = np.arange(lon.min(), lon.max() + STRETCH, STRETCH)
+        offset = np.concatenate([[0.0], np.cumsum(slope((grid[1:] + grid[:-1]) / 2) * STRETCH)])
+        line = _moved(line, grid, offset + float(lat.mean() - offset.mean()))
+    return line
 
 
-def _check_followed(file: Path, table: pl.DataFrame, line: ReferenceLine) -> None:
-    """Refuse tracks that turn more sharply than the line along them can."""
-    _, slope, rows = _medians(*_slopes(table["vehicle"], *line.to_road(table["x"], table["y"])))
-    turned = np.degrees(np.arctan(np.abs(slope[rows >= ENOUGH]).max(initial=0.0)))
-    if turned > SHARPLY:
-        problem = f"the vehicles' way bends by {turned:.0f}° more than a road whose bends are estimated from tracks can"
-        raise RecordingError(file, f"{problem}, as in curves below about 60 m radius; name its map, or leave it out")
+def _turned(table: pl.DataFrame, line: ReferenceLine) -> float:
+    """[degrees] from the line in which vehicles drive from a stretch to the next in the median, where most."""
+    at, slope = _slopes(table["vehicle"], *line.to_road(table["x"], table["y"]))
+    _, slope, rows = _medians(at + STRETCH / 2, slope)  # one group between any two stretches
+    return float(np.degrees(np.arctan(np.abs(slope[rows >= ENOUGH]).max(initial=0.0))))
 
 
 def _slopes(
@@ -171,7 +179,7 @@ def _slopes(
 def centred(line: ReferenceLine, lon: Float[np.ndarray, " R"], beside: Float[np.ndarray, " R"]) -> ReferenceLine:
     """The line moved to the left by what most vehicles at each place ``lon`` [m] are to the left of their lanes [m]."""
     at = np.linspace(0.0, line.length, max(2, round(line.length / STRETCH) + 1))
-    return _moved(line, at, _smooth(lon, beside)(at))
+    return _moved(line, at, _smooth(lon, beside, SHORTEST_WAVE)(at))
 
 
 def _moved(line: ReferenceLine, lon: Float[np.ndarray, " G"], left: Float[np.ndarray, " G"]) -> ReferenceLine:
@@ -196,13 +204,15 @@ def _medians(at: Float[np.ndarray, " N"], values: Float[np.ndarray, " N"]) -> tu
     return tuple(medians[name].to_numpy().astype(np.float64) for name in ("at", "value", "rows"))
 
 
-def _smooth(at: Float[np.ndarray, " N"], values: Float[np.ndarray, " N"]) -> Callable[[np.ndarray], np.ndarray]:
-    """A smooth curve through the medians of values over stretches of places [m], straight on beyond its ends."""
+def _smooth(
+    at: Float[np.ndarray, " N"], values: Float[np.ndarray, " N"], wave: float
+) -> Callable[[np.ndarray], np.ndarray]:
+    """A curve of waves [m] no shorter, through medians of values over stretches of places [m], straight on beyond."""
     place, value, rows = _medians(at, values)
     if len(place) < 5:  # too few for a spline
         constant = float(np.average(value, weights=rows)) if len(place) else 0.0
         return lambda places: np.full_like(places, constant)
-    stiffness = (SHORTEST_WAVE / (2 * np.pi)) ** 4 / STRETCH
+    stiffness = (wave / (2 * np.pi)) ** 4 / STRETCH
     curve = make_smoothing_spline(place, value, w=rows / rows.mean(), lam=stiffness)
 
     def straight_on(places: np.ndarray) -> np.ndarray:
