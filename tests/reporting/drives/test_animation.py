@@ -14,6 +14,7 @@ from coverdrive.errors import SettingError
 from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.progress import heard_by
 from coverdrive.reporting.drives.animation import animate
+from coverdrive.reporting.drives.reasons import Reason
 from coverdrive.reporting.plotting import style
 from coverdrive.simulation.drives.outcome import Kind
 
@@ -92,6 +93,23 @@ def test_the_worst_moment_is_named_for_a_second(tmp_path, monkeypatch):
     titles = [words for words in said if " s, ego " in words]
     assert [", clear plan lost 0.9 s" in title for title in titles] == [moment >= LOST for moment in range(len(titles))]
     assert titles[-1].endswith(": side collision")
+
+
+def test_no_reason_is_cut_off_or_covered(tmp_path, monkeypatch):
+    why = "would meet 21 of 360 predicted paths, hardest that of the vehicle ahead partly in the same lane, in 2.9 s, "
+    why += "at 12.3 m/s and would get 0.04 m off the road"
+    places, draw = [], Text.draw
+
+    def drawn(text, renderer):
+        draw(text, renderer)
+        if text.get_text().endswith("off the road"):
+            place, legends = text.get_window_extent(renderer), text.figure.legends
+            places.append((place.x1 < text.figure.bbox.x1, place.y1 < legends[0].get_window_extent(renderer).y0))
+
+    monkeypatch.setattr(Text, "draw", drawn)
+    monkeypatch.setattr("coverdrive.reporting.drives.animation.reason_of", lambda trace, step: Reason(why))
+    animate(make_trace(2), tmp_path / "drive.gif")
+    assert places and all(map(all, places))
 
 
 def test_a_failure_leaves_no_file(trace, tmp_path):

@@ -5,12 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from report_fakes import LEAVES, make_stray, make_trace
 
 from coverdrive.errors import DataError
 from coverdrive.plan import Status
 from coverdrive.reference_line import ReferenceLine
-from coverdrive.reporting.drives.road_drawing import VERGE
+from coverdrive.reporting.drives.reasons import Reason
+from coverdrive.reporting.drives.road_drawing import VERGE, height_of
 from coverdrive.reporting.drives.snapshots import Moment, interesting_moments, snapshots
 from coverdrive.reporting.plotting.drawing import save
 from coverdrive.road import Road
@@ -66,6 +68,24 @@ def test_moments_are_in_order_and_spread(steps, count):
     assert (np.diff(chosen) >= max(1, steps // count // 2)).all()
     assert chosen[0] >= 0
     assert chosen[-1] < steps
+
+
+LONG = (
+    "would meet 21 of 360 predicted paths, hardest that of the vehicle ahead partly in the same lane, in 2.9 s, at "
+    "12.3 m/s and would get 0.04 m off the road"
+)
+"""a reason"""
+
+
+def test_no_title_is_cut_off(trace, monkeypatch):
+    monkeypatch.setattr("coverdrive.reporting.drives.snapshots.reason_of", lambda trace, step: Reason(LONG))
+    figure = snapshots(trace)
+    FigureCanvasAgg(figure).draw()
+    for axes in figure.axes:
+        title = axes._left_title  # pyright: ignore[reportAttributeAccessIssue]
+        assert " ".join(title.get_text().split()).endswith(LONG)
+        assert figure.bbox.containsx(title.get_window_extent().x1)
+        assert axes.bbox.height > 0.9 * height_of(trace.road, axes.bbox.width)
 
 
 def test_one_panel_for_each_moment(trace, tmp_path):

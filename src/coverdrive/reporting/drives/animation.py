@@ -30,9 +30,9 @@ from coverdrive.files import write_atomically
 from coverdrive.plan import Status
 from coverdrive.planning.problem.settings import ProblemSettings
 from coverdrive.progress import done, stage
-from coverdrive.reporting.drives.reasons import reason_of
+from coverdrive.reporting.drives.reasons import Reason, reason_of
 from coverdrive.reporting.drives.road_drawing import RoadDrawing, height_of
-from coverdrive.reporting.drives.snapshots import add_legend
+from coverdrive.reporting.drives.snapshots import LINE, add_legend, in_lines
 from coverdrive.reporting.drives.worst_moment import worst_moment
 from coverdrive.reporting.plotting import style
 from coverdrive.road_markings import ahead_label
@@ -92,12 +92,15 @@ def _write_mp4(path: Path, frames: Iterator[memoryview], rate: float) -> None:
 
 def _frames(trace: Trace, moments: list[int], problem: ProblemSettings | None) -> Iterator[memoryview]:
     """The picture of every moment as RGBA pixels, valid until the next one is asked for."""
+    reasons = [reason_of(trace, step) for step in range(len(trace))]
+    reasons = [reason._replace(text=in_lines(reason.text)) for reason in reasons]
     road = height_of(trace.road, _WIDTH / _DPI - _BESIDE)
-    height = _MULTIPLE * math.ceil((_ABOUT + road + _BELOW) * _DPI / _MULTIPLE)
+    above = _ABOUT + LINE * _more_lines(reasons)
+    height = _MULTIPLE * math.ceil((above + road + _BELOW) * _DPI / _MULTIPLE)
     figure = style.new_figure(_WIDTH / _DPI, height / _DPI)
     figure.set_dpi(_DPI)
     canvas = FigureCanvasAgg(figure)
-    picture = _Picture(figure, trace, problem, road)
+    picture = _Picture(figure, trace, problem, road, reasons)
     canvas.draw()
     still = canvas.copy_from_bbox(figure.bbox)  # pyright: ignore[reportAttributeAccessIssue]
     for count, moment in enumerate(moments, start=1):
@@ -109,20 +112,27 @@ def _frames(trace: Trace, moments: list[int], problem: ProblemSettings | None) -
         done(count, len(moments))
 
 
+def _more_lines(reasons: list[Reason]) -> int:
+    """Lines after the first that the longest reason needs."""
+    return max(reason.text.count("\n") for reason in reasons)
+
+
 class _Picture:
     """The artists of the video's frames."""
 
-    def __init__(self, figure: Figure, trace: Trace, problem: ProblemSettings | None, height: float):
+    def __init__(
+        self, figure: Figure, trace: Trace, problem: ProblemSettings | None, height: float, reasons: list[Reason]
+    ):
         windows = find_windows(trace)
         self._trace, self._problem, self._left = trace, problem, left_recently(trace, windows)
         self._worst = worst_moment(trace, windows)
         self._speed = np.asarray(trace.scene.speed[:, EGO])
         self._milliseconds = 1000 * trace.planning_seconds
-        self._reasons = [reason_of(trace, step) for step in range(len(trace))]
+        self._reasons = reasons
         grid = figure.add_gridspec(2, 4, height_ratios=(height, _BELOW))
         road = figure.add_subplot(grid[0, :])
         road.set_xlabel(ahead_label(trace.road))
-        road.set_title(" \n ", loc="left")
+        road.set_title(" \n " + "\n " * _more_lines(reasons), loc="left")
         self._drawing = RoadDrawing(road, trace.road, trace.scene.vehicles)
         self._title = road.text(0, 1.04, "", transform=road.transAxes, fontsize=8)
         met = any(reason.path >= 0 for reason in self._reasons)

@@ -1,6 +1,7 @@
 """Moments of one drive, one above the other (paper, Fig. 3)."""
 
 from collections.abc import Sequence
+from textwrap import fill
 from typing import NamedTuple
 
 import numpy as np
@@ -26,8 +27,12 @@ from coverdrive.simulation.roads.initial import EGO
 NEAR = 20.0
 """[m] along the road: vehicles nearer than this surround the ego"""
 
-_ABOVE, _ABOUT, _BESIDE, _LINE = 0.75, 0.32, 0.55, 0.13
-"""[inch] legend and label of the axis, title of a panel, labels of the lanes, one more line of a title or the legend"""
+_ABOVE, _ABOUT, _BESIDE = 0.75, 0.32, 0.55
+"""[inch] legend and label of the axis, title of a panel, labels of the lanes"""
+LINE = 0.13
+"""[inch] one more line of a title or the legend"""
+_LETTERS = 100
+"""that find room in a line over the road"""
 
 
 class Moment(NamedTuple):
@@ -54,22 +59,29 @@ def snapshots(
     left = left_recently(trace, windows)
     with style.style():
         reasons = [reason_of(trace, moment.step) for moment in moments]
+        said = [
+            f"\n{in_lines(f'{trace.plans[moment.step].status.value}: {reason.text}')}" * bool(reason.text)
+            for moment, reason in zip(moments, reasons, strict=True)
+        ]
         height = _ABOUT + height_of(trace.road, TWO_COLUMNS - _BESIDE)
-        lines = sum(bool(reason.text) for reason in reasons)
-        figure = style.new_figure(TWO_COLUMNS, _ABOVE + height * len(moments) + _LINE * (lines + bool(lines)))
+        lines = sum(text.count("\n") for text in said)
+        figure = style.new_figure(TWO_COLUMNS, _ABOVE + height * len(moments) + LINE * (lines + bool(lines)))
         panels = figure.subplots(len(moments), 1, sharex=True, squeeze=False)[:, 0]
-        for letter, (axes, moment, reason) in enumerate(zip(panels, moments, reasons, strict=True), start=ord("a")):
+        for letter, (axes, moment, why) in enumerate(zip(panels, moments, said, strict=True), start=ord("a")):
             drawing = RoadDrawing(axes, trace.road, trace.scene.vehicles)
             scene = drawing.show_moment(trace, moment.step, problem, left)
             title = f"({chr(letter)})  {trace.time[moment.step]:.1f} s, ego {scene.speed[EGO]:.1f} m/s"
-            title += f":  {moment.remark}" * bool(moment.remark)
-            title += f"\n{trace.plans[moment.step].status.value}: {reason.text}" * bool(reason.text)
-            axes.set_title(title, loc="left")
+            axes.set_title(title + f":  {moment.remark}" * bool(moment.remark) + why, loc="left")
         panels[-1].set_xlabel(ahead_label(trace.road))
         met = any(reason.path >= 0 for reason in reasons)
         marked = bool(left[[moment.step for moment in moments]].any())
         add_legend(figure, trace.horizon, problem is not None, marked, met)
     return figure
+
+
+def in_lines(text: str) -> str:
+    """Words over a drawing of the road, in as many lines as they need."""
+    return fill(text, _LETTERS)
 
 
 def add_legend(figure: Figure, horizon: float, active: bool, left: bool, met: bool) -> None:
