@@ -15,6 +15,7 @@ from coverdrive.certificates.drives import limit_of
 from coverdrive.errors import SettingError
 from coverdrive.league.entrants import Known, seated
 from coverdrive.simulation.measures.notable import COLLIDED, OWN_FAULT
+from coverdrive.simulation.measures.statistics import median_headway
 from coverdrive.simulation.measures.trial import STARTED
 from coverdrive.simulation.predictor import Scalable
 from coverdrive.simulation.studies.comparison import mean_interval
@@ -96,7 +97,7 @@ def frontier(
                 "speed_low": slow,
                 "speed_high": fast,
                 "share_unsafe": float(table["share_unsafe"].to_numpy().mean()),
-                "headway": float(np.median(table["usual_headway"].to_numpy())),
+                "headway": median_headway(table),
             }
         )
     return pl.DataFrame(lines, infer_schema_length=None)

@@ -82,7 +82,7 @@ def test_no_title_is_cut_off(trace, monkeypatch):
     figure = snapshots(trace)
     FigureCanvasAgg(figure).draw()
     for axes in figure.axes:
-        title = axes._left_title  # pyright: ignore[reportAttributeAccessIssue]
+        title = axes._left_title
         assert " ".join(title.get_text().split()).endswith(LONG)
         assert figure.bbox.containsx(title.get_window_extent().x1)
         assert axes.bbox.height > 0.9 * height_of(trace.road, axes.bbox.width)

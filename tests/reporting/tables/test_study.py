@@ -1,12 +1,16 @@
 """Tables of studies: what they say."""
 
 import re
+from dataclasses import replace
 
 import polars as pl
 import pytest
-from report_fakes import printed
+from report_fakes import make_contents, printed
 
 from coverdrive.certificates.certificate import Certificate
+from coverdrive.dialling.frontier import frontier
+from coverdrive.reporting.figures.frontier import frontier_table
+from coverdrive.reporting.page.summary import tiles
 from coverdrive.reporting.tables.study import (
     collisions_table,
     comparison_table,
@@ -118,6 +122,22 @@ def test_drives_weigh_statuses_by_time_and_count_departures() -> None:
         "least 1.50 m", "least inf s",
     ):  # fmt: skip
         assert part in text
+
+
+@pytest.mark.parametrize(("alone", "said"), [(2, "1.50, 3.00 s"), (3, "inf, inf s")])
+def test_headways_are_those_of_drives_behind_somebody_in_terminal_page_and_frontier(alone: int, said: str) -> None:
+    infinite = [float("inf")] * alone
+    table = trials(
+        trial=list(range(2 * (alone == 2) + alone)),
+        usual_headway=[*infinite, *[1.0, 2.0] * (alone == 2)],
+        median_headway=[*infinite, *[3.0, 3.0] * (alone == 2)],
+    )
+    usual = said.split(",")[0]
+    assert f"{said} in the median trial" in printed(drives_table(table), 160)
+    line = frontier({("pilot", "somebody", None): table}, make_contents().predictor)
+    assert f" {usual} s" in printed(frontier_table(line), 160)
+    tile = tiles(replace(make_contents(), trials=table))[1]
+    assert tile.value == ("–" if usual == "inf" else f"{usual} s")
 
 
 def test_how_hard_those_behind_braked_is_said_where_it_was_measured() -> None:

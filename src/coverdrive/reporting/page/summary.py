@@ -16,6 +16,7 @@ from coverdrive.simulation.measures.notable import COLLIDED, NEAR_GAP, NEAR_TIME
 from coverdrive.simulation.measures.statistics import (
     DEPENDENT,
     braking_behind,
+    median_headway,
     miss_rate,
     misses_by_manoeuvre,
     plan_share,
@@ -108,8 +109,7 @@ def tiles(contents: Contents) -> list[Tile]:
                 "mean size of the predicted set",
             ),
         ]
-    near, headway = trials.filter(NEARLY).height, trials["usual_headway"].to_numpy()
-    usual = float(np.median(headway[np.isfinite(headway)])) if np.isfinite(headway).any() else None
+    near, usual = trials.filter(NEARLY).height, median_headway(trials)
     gap, time = (_least(trials, name) for name in ("minimum_gap", "minimum_time_to_collision"))
     plans = round(float(trials["time"].to_numpy().sum()) / contents.period)
     missed = _missed_in_drives(certificate.unit, trials, contents.replayed)
@@ -127,7 +127,7 @@ def tiles(contents: Contents) -> list[Tile]:
              f"drives of this study are near misses: nearer than {NEAR_GAP:g} m, or {NEAR_TIME:g} s from a collision",
              f"least gap {gap} m, least time to collision {time} s; {exposure(trials)}{_recorded_near(contents)}",
              main=True),
-        Tile("–" if usual is None else f"{usual:.2f} s", "of headway, kept in 9 of 10 moments of the median drive",
+        Tile(f"{usual:.2f} s" if np.isfinite(usual) else "–", "of headway, kept in 9 of 10 moments of the median drive",
              "" if contents.kept is None else f"recorded drivers: {contents.kept:.2f} s"),
         Tile(f"{_mean(trials, 'jerk_longitudinal'):.1f} m/s³", "jerk along the road, root mean square", braking),
         Tile(percent(plan_share(trials, "solved", "fallback")),

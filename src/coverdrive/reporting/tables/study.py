@@ -26,6 +26,7 @@ from coverdrive.simulation.measures.statistics import (
     PAPER_TRIALS,
     braking_behind,
     collision_table,
+    median_headway,
     miss_rate,
     misses_by_manoeuvre,
     plan_share,
@@ -98,9 +99,6 @@ def drives_table(trials: pl.DataFrame) -> Table:
     def mean(name: str) -> float:
         return values(name).mean()
 
-    def median(name: str) -> float:
-        return float(np.median(values(name)))
-
     def least(name: str, unit: str) -> str:
         smallest, tenth = np.quantile(values(name), [0, 0.1], method="lower")
         return f"least {smallest:.2f} {unit}, 1 of 10 trials at most {tenth:.2f} {unit}"
@@ -112,7 +110,7 @@ def drives_table(trials: pl.DataFrame) -> Table:
         ("gap to another vehicle", least("minimum_gap", "m")),
         ("time to collision", least("minimum_time_to_collision", "s")),
         ("time headway in 9 of 10 moments behind somebody, in half of them",
-         f"{median('usual_headway'):.2f}, {median('median_headway'):.2f} s in the median trial"),
+         f"{median_headway(trials):.2f}, {median_headway(trials, 'median_headway'):.2f} s in the median trial"),
         ("time headway", least("minimum_headway", "s")),
         ("time headway left to the one behind", least("minimum_left", "s")),
         ("distance to one alongside", least("minimum_beside", "m")),

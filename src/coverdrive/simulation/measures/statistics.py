@@ -95,6 +95,13 @@ def plan_share(results: pl.DataFrame, *ways: str) -> float:
     return float(np.average(shares, weights=results["time"].to_numpy()))
 
 
+def median_headway(results: pl.DataFrame, name: str = "usual_headway") -> float:
+    """The median [s] of a headway of all drives that came behind somebody; infinite if none did."""
+    headway = results[name].to_numpy()
+    known = headway[np.isfinite(headway)]
+    return float(np.median(known)) if len(known) else np.inf
+
+
 def braking_behind(results: pl.DataFrame) -> tuple[float, float] | None:
     """Hardest braking behind the ego [m/s²] in the median trial, and what one trial in 20 exceeds; None: not measured.
 
