@@ -105,8 +105,6 @@ class Contents(Fitted):
     """on which they were driven, in a sentence"""
     period: float = 0.1
     """[s] between two plans"""
-    kept: float | None = None
-    """[s] time headway that people keep in nine of ten moments, which the planner knows; none if it has no manners"""
     problem: ProblemSettings | None = None
     """that the planner solves, which tells what is active in a plan; none if the planner is not ours"""
     traces: Mapping[int, Trace] = field(default_factory=dict[int, Trace])

@@ -12,7 +12,6 @@ from coverdrive.arguments import of_kind
 from coverdrive.dialling.dial import said_of_dial
 from coverdrive.errors import DataError
 from coverdrive.files import write_text
-from coverdrive.planning.planner import MpcPlanner
 from coverdrive.prediction.fit import Fit
 from coverdrive.progress import done, stage
 from coverdrive.reporting.claim import proved_by
@@ -111,7 +110,7 @@ def contents_of(fitted: Fit | Fitted, study: Study | None, replayed: Sequence[in
     known = vars(Fitted.of(fitted) if isinstance(fitted, Fit) else fitted)
     if study is None:
         return Contents(**known)
-    planner, other = study.setup.planner, "" if study.folder.name == "study" else f", {study.folder.name}"
+    other = "" if study.folder.name == "study" else f", {study.folder.name}"
     return Contents(
         **known | {"name": known["name"] + other},
         trials=study.files.table() if study.files.finished else None,
@@ -121,7 +120,6 @@ def contents_of(fitted: Fit | Fitted, study: Study | None, replayed: Sequence[in
         unlike="".join(said_of_dial(known["dialled"], study.setup)[1:]),
         road=driven_on(study.setup),
         period=study.setup.episode.step,
-        kept=planner.settings.manners.headway if isinstance(planner, MpcPlanner) else None,
         problem=problem_of(study),
         traces=study.traces(replayed),
     )

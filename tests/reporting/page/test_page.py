@@ -13,6 +13,8 @@ from simulation_fakes import fakes
 from coverdrive.certificates.bounds import rate_limit
 from coverdrive.certificates.drives import anytime_limit
 from coverdrive.percentages import at_most
+from coverdrive.planning.planner import MpcPlanner, PlannerSettings
+from coverdrive.planning.rules.manners import MannersSettings
 from coverdrive.progress import heard_by
 from coverdrive.reporting.contents import Fitted
 from coverdrive.reporting.page.page import _script_json, page
@@ -21,6 +23,7 @@ from coverdrive.reporting.page.trials import COLUMNS, trial_rows
 from coverdrive.reporting.report import contents_of
 from coverdrive.simulation.drives.outcome import Kind
 from coverdrive.simulation.measures.trial import measure
+from coverdrive.simulation.roads.places import Place
 from coverdrive.simulation.studies.setup import Setup
 from coverdrive.simulation.studies.study import Study
 
@@ -128,14 +131,11 @@ def test_the_frontier_of_such_drives_stands_beside_the_numbers() -> None:
 
 
 def test_the_numbers_say_how_close_it_was_and_how_mannered() -> None:
-    contents = replace(make_contents(), kept=0.72)
+    contents = make_contents()
     near, headway, jerk, plans, _ = tiles(contents)
     assert near.value == "1 of 2" and near.main and near.note.endswith("2.4 s, 0.0576 km")
     assert near.note.startswith(f"least gap {contents.trials['minimum_gap'].min():.2f} m, least time to collision ")
-    assert (
-        headway.value == f"{contents.trials['usual_headway'].median():.2f} s"
-        and headway.note == "recorded drivers: 0.72 s"
-    )
+    assert (headway.value, headway.note) == (f"{contents.trials['usual_headway'].median():.2f} s", "")
     behind = "; of those behind up to 0.0 in half of the drives, more than 0.0 in 1 of 20"
     assert jerk.note.startswith("hardest braking") and jerk.note.endswith(behind)
     people = contents.run | {"recorded_near_misses": {"share": 0.237, "seconds": 5.9}}
@@ -162,6 +162,17 @@ def test_the_numbers_say_how_close_it_was_and_how_mannered() -> None:
     sets = tiles(replace(counted, certified=by_share))[-1]
     assert sets.value == "25 %" and sets.label.startswith("of what others do in ")
     assert len(tiles(replace(contents, trials=None))) == 2
+
+
+def test_what_recorded_drivers_keep_is_what_was_recorded(tmp_path: Path) -> None:
+    """Not what the planner is told to keep, nor what people keep elsewhere, where nobody was recorded."""
+    contents, told = make_contents(), MpcPlanner(PlannerSettings(manners=MannersSettings(headway=2.5)))
+    fitted = Fitted(**{each.name: getattr(contents, each.name) for each in fields(Fitted)})
+    study = Study(fakes(told), tmp_path)
+    like = contents.run | {"recorded_place": Place(manners=MannersSettings(headway=1.54)).model_dump(mode="json")}
+    for run, said in ((contents.run, ""), (like, "recorded drivers: 1.54 s")):
+        found = replace(contents_of(replace(fitted, run=run), study, []), trials=contents.trials)
+        assert tiles(found)[1].note == said
 
 
 def test_replays_are_counted_without_intervals() -> None:

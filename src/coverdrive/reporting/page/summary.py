@@ -128,7 +128,7 @@ def tiles(contents: Contents) -> list[Tile]:
              f"least gap {gap} m, least time to collision {time} s; {exposure(trials)}{_recorded_near(contents)}",
              main=True),
         Tile(f"{usual:.2f} s" if np.isfinite(usual) else "–", "of headway, kept in 9 of 10 moments of the median drive",
-             "" if contents.kept is None else f"recorded drivers: {contents.kept:.2f} s"),
+             _recorded_headway(contents)),
         Tile(f"{_mean(trials, 'jerk_longitudinal'):.1f} m/s³", "jerk along the road, root mean square", braking),
         Tile(percent(plan_share(trials, "solved", "fallback")),
              f"of {plans:,} plans clear of all predicted paths",
@@ -147,6 +147,12 @@ def _recorded_near(contents: Contents) -> str:
         if near
         else ""
     )
+
+
+def _recorded_headway(contents: Contents) -> str:
+    """What headway recorded drivers keep, if any were recorded."""
+    manners = (contents.run.get("recorded_place") or {}).get("manners")
+    return f"recorded drivers: {manners['headway']:.2f} s" if manners else ""
 
 
 def _least(trials: pl.DataFrame, column: str) -> str:
