@@ -693,6 +693,17 @@ def test_the_table_opens_sorts_and_filters(page) -> None:
     assert page.locator("#trials tbody tr:visible").count() == 2
 
 
+@pytest.mark.parametrize("name", ["unsafe plans", "least gap [m]"])
+def test_what_is_unknown_is_at_the_end_of_the_table_however_it_is_sorted(page, name: str) -> None:
+    head = page.locator("#trials th", has_text=name)
+    cell = "document.querySelector('#trials tbody tr:{}-child').cells[{}].dataset.value"
+    first, last = (cell.format(end, head.evaluate("head => head.cellIndex")) for end in ("first", "last"))
+    page.evaluate(f"{first} = 'nan'")
+    for _ in range(2):
+        head.locator("button").click()
+        assert page.evaluate(last) == "nan"
+
+
 @pytest.mark.parametrize(("scheme", "size"), [("light", (390, 844)), ("dark", (1280, 900))])
 def test_light_and_dark_wide_and_narrow(opened: Opened, tmp_path, scheme: str, size: tuple[int, int]) -> None:
     page = opened(size, color_scheme=scheme)

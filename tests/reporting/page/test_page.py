@@ -1,6 +1,7 @@
 """The page holds everything, and says what is missing and how to make it."""
 
 import json
+import math
 import re
 from dataclasses import fields, replace
 from pathlib import Path
@@ -194,7 +195,7 @@ def test_trials_that_could_not_start_are_rows_and_counted_apart() -> None:
     assert ends(some).startswith("1 of 2 drives (2.4 s, 0.0576 km) ended") and "1 more could not start" in ends(some)
     row = trial_rows(some)[-1]
     assert (row.kind, row.mark, row.remark, row.replay) == (IDLE, "", "no room", False)
-    assert {text for _, text in row.numbers[1:]} == {"–"}
+    assert {text for _, text in row.numbers[1:]} == {"–"} and all(math.isnan(value) for value, _ in row.numbers[1:])
     text = page(some)
     assert IDLE in text and 'id="figure-collisions"' in text
     none = replace(contents, trials=more.tail(1), traces={})

@@ -73,8 +73,8 @@ def trial_rows(contents: Contents) -> list[Row]:
 
 
 def _number(row: Mapping[str, Any], name: str, form: str) -> tuple[float, str]:
-    """What a cell is sorted by, and its text; what is unknown goes to the end."""
+    """What a cell is sorted by, and its text; what is unknown, not a number, goes to the end."""
     value = row[name]
     if value is None or not math.isfinite(value):
-        return (math.inf if value is None else float(value)), "–"
+        return (math.nan if value is None else float(value)), "–"
     return float(value), form.format(value, **row).replace("%", " %")

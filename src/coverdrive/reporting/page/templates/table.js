@@ -6,7 +6,7 @@
   const body = table.tBodies[0], heads = [...table.tHead.rows[0].cells];
   const value = (row, column) => {
     const text = row.cells[column].dataset.value;
-    return text === "inf" ? Infinity : isNaN(text) ? text : Number(text);
+    return text === "inf" ? Infinity : text === "nan" ? NaN : isNaN(text) ? text : Number(text);
   };
   heads.forEach((head, column) => head.querySelector("button").addEventListener("click", () => {
     const before = head.getAttribute("aria-sort");
@@ -16,7 +16,7 @@
     head.setAttribute("aria-sort", order);
     const rows = [...body.rows].sort((one, other) => {
       const a = value(one, column), b = value(other, column);
-      return a < b ? -sign : a > b ? sign : 0;
+      return Number.isNaN(a) - Number.isNaN(b) || (a < b ? -sign : a > b ? sign : 0);
     });
     body.append(...rows);
   }));
