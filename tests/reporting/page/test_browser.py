@@ -671,6 +671,20 @@ def test_a_pointer_over_the_course_tells_the_values_there(page) -> None:
     assert page.evaluate("window.pointed")[1] is None
 
 
+def test_facts_about_another_fact_stand_further_right(page) -> None:
+    starts = page.evaluate(
+        """[...document.querySelectorAll(".facts dt")].map((each) => {
+            const text = each.textContent, letter = document.createRange();
+            const spaces = text.length - text.trimStart().length;
+            letter.setStart(each.firstChild, spaces);
+            letter.setEnd(each.firstChild, spaces + 1);
+            return [spaces, letter.getBoundingClientRect().left];
+        })"""
+    )
+    (plain,), (within,) = ({left for spaces, left in starts if (spaces > 0) == indented} for indented in (False, True))
+    assert within > plain
+
+
 def test_the_table_opens_sorts_and_filters(page) -> None:
     page.click("#trials a[data-trial='7']")
     page.wait_for_selector("#player[data-loaded='7']")

@@ -137,7 +137,7 @@ def test_the_numbers_say_how_close_it_was_and_how_mannered() -> None:
     assert near.value == "1 of 2" and near.main and near.note.endswith("2.4 s, 0.0576 km")
     assert near.note.startswith(f"least gap {contents.trials['minimum_gap'].min():.2f} m, least time to collision ")
     assert (headway.value, headway.note) == (f"{contents.trials['usual_headway'].median():.2f} s", "")
-    behind = "; of those behind up to 0.0 in half of the drives, more than 0.0 in 1 of 20"
+    behind = "; of those behind up to 0.0 in half of the drives, at least 0.0 in 1 of 20"
     assert jerk.note.startswith("hardest braking") and jerk.note.endswith(behind)
     people = contents.run | {"recorded_near_misses": {"share": 0.237, "seconds": 5.9}}
     near = tiles(replace(contents, run=people))[0].note
@@ -162,6 +162,8 @@ def test_the_numbers_say_how_close_it_was_and_how_mannered() -> None:
     by_share = replace(contents.certified, driven=(shares, contents.certified.driven[1]))
     sets = tiles(replace(counted, certified=by_share))[-1]
     assert sets.value == "25 %" and sets.label.startswith("of what others do in ")
+    unseen = replace(contents, trials=contents.trials.with_columns(vehicles_missed=0, vehicles_seen=0))
+    assert tiles(unseen)[-1].value == "–"  # not 0 %, which would be good
     assert len(tiles(replace(contents, trials=None))) == 2
 
 

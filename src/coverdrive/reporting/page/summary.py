@@ -117,9 +117,7 @@ def tiles(contents: Contents) -> list[Tile]:
     braking = f"hardest braking {float(trials['hardest_braking'].to_numpy().max()):.1f} m/s²"
     behind = None if contents.replayed else braking_behind(trials)  # who is replayed does not brake for the ego
     if behind is not None:
-        braking += (
-            f"; of those behind up to {behind[0]:.1f} in half of the drives, more than {behind[1]:.1f} in 1 of 20"
-        )
+        braking += f"; of those behind up to {behind[0]:.1f} in half of the drives, at least {behind[1]:.1f} in 1 of 20"
     like_these = contents.replayed and not _generated(contents)
     taught = "that which taught them" if like_these else "that which taught them, not this"
     return [
@@ -133,7 +131,7 @@ def tiles(contents: Contents) -> list[Tile]:
         Tile(percent(plan_share(trials, "solved", "fallback")),
              f"of {plans:,} plans clear of all predicted paths",
              f"{percent(plan_share(trials, 'unsafe'))} unsafe; clear plans lost: {int(trials['lost_clear'].sum())}"),
-        Tile(percent(missed.value),
+        Tile(percent(missed.value) if missed.total else "–",
              f"of {_counted(contents)} left their sets here: less is better ({here})",
              f"{scale}; certified in traffic like {taught}: {bound} {strength(certificate)}; there {seen}"),
     ]  # fmt: skip
