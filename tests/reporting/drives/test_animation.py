@@ -1,5 +1,6 @@
 """Videos have the right frames, play in real time, and are complete or absent."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import av
@@ -137,3 +138,11 @@ def test_gif_plays_in_real_time_with_the_colours_of_the_figures(tmp_path):
     for colour in (style.EGO, style.OTHER):
         near = np.abs(np.array(frames) - (255 * np.array(to_rgb(colour)))).max(-1) < 8
         assert near.any(axis=(1, 2)).all()
+
+
+def test_a_gif_whose_frames_are_no_hundredths_of_a_second_plays_in_real_time(tmp_path):
+    trace, period = make_trace(4), 0.125
+    animate(replace(trace, time=period * np.arange(5)), tmp_path / "drive.gif")
+    with Image.open(tmp_path / "drive.gif") as gif:
+        seconds = sum(frame.info["duration"] for frame in ImageSequence.Iterator(gif)) / 1000
+    assert seconds == pytest.approx((4 + 1 + 8) * period, abs=0.006)  # 8 of them held

@@ -15,7 +15,7 @@ from typing import Any
 
 import av
 import numpy as np
-from jaxtyping import UInt8
+from jaxtyping import Float, UInt8
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -69,17 +69,17 @@ def animate(trace: Trace, path: Path, problem: ProblemSettings | None = None) ->
     write = _WRITERS.get(path.suffix)
     if write is None:
         raise SettingError(f"a video is MP4 or GIF, got the file name {path.name!r}; let it end in .mp4 or .gif")
-    rate = 1 / float(trace.time[1] - trace.time[0])
-    moments = [*range(len(trace) + 1), *[len(trace)] * round(HOLD * rate)]
+    period = float(trace.time[1] - trace.time[0])
+    moments = [*range(len(trace) + 1), *[len(trace)] * round(HOLD / period)]
     with stage("video"), style.style():
-        frames = _frames(trace, moments, problem)
-        write_atomically(path, lambda temporary: write(temporary, frames, rate))
+        frames, ends = _frames(trace, moments, problem), period * np.arange(1, len(moments) + 1)
+        write_atomically(path, lambda temporary: write(temporary, frames, ends))
 
 
-def _write_mp4(path: Path, frames: Iterator[memoryview], rate: float) -> None:
-    """H.264 in the pixel format that every player knows, with the index in front."""
+def _write_mp4(path: Path, frames: Iterator[memoryview], ends: Float[np.ndarray, " _"]) -> None:
+    """H.264 in the pixel format that every player knows, with the index in front; frames end [s] after equal times."""
     with av.open(path, "w", format="mp4", options={"movflags": "+faststart"}) as video:
-        stream = video.add_stream("libx264", Fraction(rate).limit_denominator(1000))
+        stream = video.add_stream("libx264", Fraction(1 / float(ends[0])).limit_denominator(1000))
         stream.pix_fmt = "yuv420p"
         stream.options = {"preset": "fast", "crf": "21"}
         for pixels in frames:
@@ -199,15 +199,17 @@ def _planning_panel(axes: Axes, trace: Trace, milliseconds: np.ndarray) -> dict[
     }
 
 
-def _write_gif(path: Path, frames: Iterator[memoryview], rate: float) -> None:
-    """A GIF that plays for ever."""
+def _write_gif(path: Path, frames: Iterator[memoryview], ends: Float[np.ndarray, " _"]) -> None:
+    """A GIF that plays for ever; its frames last whole hundredths of a second, and end [s] as near as can be."""
+    milliseconds = 10 * np.diff(np.rint(100 * ends).astype(int), prepend=0)
     palette = Image.new("P", (1, 1))
     palette.putpalette(_palette().ravel().tolist())
     pictures = (_small(frame).quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames)
     first = next(pictures)
     first.save(
-        path, format="GIF", save_all=True, append_images=pictures, duration=round(1000 / rate), loop=0, optimize=False
-    )
+        path, format="GIF", save_all=True, append_images=pictures, duration=milliseconds.tolist(), loop=0,
+        optimize=False,
+    )  # fmt: skip
 
 
 def _small(frame: memoryview) -> Image.Image:
