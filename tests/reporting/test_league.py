@@ -7,11 +7,13 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from report_fakes import make_contents
 
 from coverdrive.league.table import SCHEMA
 from coverdrive.reporting.figures.league import league_figure
 from coverdrive.reporting.page.page import page
+from coverdrive.reporting.plotting.drawing import draw
 from coverdrive.reporting.plotting.figure import Line, Points
 from coverdrive.reporting.report import write_league
 from coverdrive.reporting.tables.league import COLUMNS, ON_PROBLEMS, worlds_of
@@ -62,6 +64,17 @@ def test_replays_have_no_intervals() -> None:
     assert figure is not None
     (mark,) = (each for each in figure.panels[0].marks if isinstance(each, Points))
     assert (mark.low, mark.high, mark.hover) == (None, None, ["default\n4 of 40 collided at fault\n25.00 m/s"])
+
+
+def test_long_names_of_worlds_do_not_cover_each_other() -> None:
+    worlds = [f"commonroad:scenarios/USA_US101-{k}_1_T-1.xml,scenarios/USA_US101-{k}_2_T-1.xml" for k in range(3)]
+    figure = league_figure(pl.DataFrame([line(world, "default", 0, 25.0) for world in worlds], schema=SCHEMA))
+    assert figure is not None and all(panel.title.endswith("_2_T-1.xml (40 drives)") for panel in figure.panels)
+    drawn = draw(figure)
+    FigureCanvasAgg(drawn).draw()
+    places = [axes._left_title.get_window_extent() for axes in drawn.axes]
+    ends = [*(place.x0 for place in places[1:]), drawn.bbox.x1]
+    assert all(place.x1 < end for place, end in zip(places, ends, strict=True))
 
 
 def posed(planner: str, solved: int, minus: float | None = None) -> dict:

@@ -5,6 +5,7 @@ import struct
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import same_color
 
 from coverdrive.reporting.plotting import style
@@ -53,6 +54,16 @@ def test_limits_ticks_and_legend_are_those_of_the_specification():
         assert [text.get_text() for text in axes.get_xticklabels()] == [text for _, text in x.ticks]
     (legend,) = drawn.subfigs[0].legends
     assert [text.get_text() for text in legend.get_texts()] == ["curve", "points", "shape"] == list(figure.named)
+
+
+@pytest.mark.parametrize(("letters", "columns"), [(5, 4), (38, 2), (90, 1)])
+def test_a_legend_has_as_many_columns_as_its_names_leave_room_for(letters, columns):
+    points = [Points(x=[k], y=[k], name=str(k) * letters) for k in range(5)]
+    drawn = draw(Figure([[Panel(points, Axis(""), Axis(""))]], 3.0, legend_columns=4))
+    FigureCanvasAgg(drawn).draw()
+    (legend,) = drawn.subfigs[0].legends
+    place = legend.get_window_extent()
+    assert legend._ncols == columns and place.x0 >= 0 and place.x1 <= drawn.bbox.x1
 
 
 def test_files_are_as_wide_as_both_columns_of_a_paper(tmp_path):

@@ -9,6 +9,8 @@ from coverdrive.reporting.plotting.figure import Axis, Figure, Line, Mark, Panel
 
 _ACROSS = 3
 """panels in a row"""
+_LETTERS = 16
+"""of the name of a world that find room above a panel"""
 _CAPTION = (
     "Collisions at the ego's fault against its mean speed, or against the planning problems solved: up and left is "
     "better. Horizontal: 95 % Clopper–Pearson intervals; vertical: 95 % intervals of the mean, or Clopper–Pearson's of "
@@ -35,7 +37,9 @@ def _panel(world: pl.DataFrame, planners: list[str]) -> Panel:
         marks += _marks(row, planners.index(row["planner"]))
     x = Axis("collisions at fault [%]")
     y = Axis("solved [%]" if rows[0]["solved"] is not None else "mean speed [m/s]")
-    return Panel(marks, x, y, title=f"{rows[0]['world']} ({rows[0]['drives']} drives)")
+    name = rows[0]["world"]
+    short = name if len(name) <= _LETTERS else f"…{name[1 - _LETTERS :]}"  # the table has all of it
+    return Panel(marks, x, y, title=f"{short} ({rows[0]['drives']} drives)")
 
 
 def _risk(row: dict[str, Any]) -> float:

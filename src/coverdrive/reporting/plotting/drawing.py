@@ -22,6 +22,9 @@ from coverdrive.reporting.plotting.figure import Band, Bars, Figure, Line, Mark,
 _FILLING = 0.16
 """opacity of what is inside a shape"""
 
+_ROOM = 0.98
+"""of the width of a figure for its legend"""
+
 
 def draw(figure: Figure) -> Drawn:
     """Draw a figure."""
@@ -33,7 +36,11 @@ def draw(figure: Figure) -> Drawn:
                 _draw_panel(axes, panel)
         if figure.named:
             handles = [_handle(mark) for mark in figure.named.values()]
-            rows[0].legend(handles, list(figure.named), loc="outside upper left", ncols=figure.legend_columns)
+            for columns in range(figure.legend_columns, 0, -1):
+                legend = rows[0].legend(handles, list(figure.named), loc="outside upper left", ncols=columns)
+                if legend.get_window_extent().width < _ROOM * drawn.bbox.width or columns == 1:
+                    break
+                legend.remove()
     return drawn
 
 

@@ -203,6 +203,7 @@ class Figure:
     heights: Sequence[float] = ()
     """of the rows, relative to each other; equal if left out"""
     legend_columns: int = 3
+    """at most; fewer where names are long"""
 
     @property
     def panels(self) -> list[Panel]:
