@@ -259,6 +259,13 @@ def test_the_table_of_trials_counts_missed_windows_and_vehicles() -> None:
     assert texts["vehicles_missed"] == "1 of 2"
 
 
+def test_one_unsafe_plan_of_a_drive_is_not_none() -> None:
+    """Of 20 s, with a plan every 0.1 s."""
+    contents = make_contents()
+    (row, _) = trial_rows(replace(contents, trials=contents.trials.with_columns(share_unsafe=1 / 200)))
+    assert row.numbers[[name for name, *_ in COLUMNS].index("share_unsafe")] == (0.005, "0.5 %")
+
+
 def test_a_replay_that_ends_otherwise_is_said_to() -> None:
     contents = make_contents()
     swapped = {0: contents.traces[7], 7: contents.traces[0]}

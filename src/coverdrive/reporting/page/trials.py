@@ -39,7 +39,7 @@ COLUMNS = (
     ("jerk_longitudinal", "jerk along [m/s³]", "{:.1f}"),
     ("hardest_braking_behind", "hardest braking behind [m/s²]", "{:.1f}"),
     ("maximum_slack", "largest slack", "{:.2f}"),
-    ("share_unsafe", "unsafe plans", "{:.0%}"),
+    ("share_unsafe", "unsafe plans", "{:.1%}"),
     ("prediction_misses", "windows missed", "{:d} of {windows}"),
     ("vehicles_missed", "vehicles missed", "{:d} of {vehicles_seen}"),
     ("planning_p99", "planning, 99 % [ms]", "{:.0f}"),
