@@ -37,7 +37,7 @@ MOST_BESIDE = 0.5
 """Share of the rows that may be left out because they are off the road"""
 
 ENOUGH = 20
-"""rows of vehicles that move, at the least, in which the median ratio of their speeds to the stated ones is looked at"""
+"""rows of vehicles that move, at the least, in which the median ratio of their speeds to the stated ones is told"""
 
 
 class Reading(NamedTuple):

@@ -66,8 +66,8 @@ class RawTracks:
 def tidy(raw: RawTracks, dt: float, repairs: Counter[str]) -> RawTracks:
     """Rows by vehicle and moment, each moment once, none far from its neighbours on both sides, no first one too late.
 
-    ``repairs`` gains ``rows out of order``, ``duplicated rows``, ``conflicting rows``, ``lone outliers`` and ``late first
-    rows``.
+    ``repairs`` gains ``rows out of order``, ``duplicated rows``, ``conflicting rows``, ``lone outliers`` and ``late
+    first rows``.
     """
     return _drop_late(_drop_outliers(_drop_duplicates(_sort(raw, repairs), repairs), dt, repairs), dt, repairs)
 

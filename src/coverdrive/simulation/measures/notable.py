@@ -4,10 +4,14 @@ from collections.abc import Sequence
 
 import numpy as np
 import polars as pl
+from jaxtyping import Int
 
-from coverdrive.distances import STANDING, Kept, kept
+from coverdrive.distances import kept
+from coverdrive.geometry import body_distance
 from coverdrive.recordings.recording import Recording
-from coverdrive.simulation.drives.outcome import Fault, Kind
+from coverdrive.road import Road
+from coverdrive.scene import Scene
+from coverdrive.simulation.drives.outcome import Fault, Kind, bodies_of
 from coverdrive.simulation.measures.trial import STARTED
 
 NEAR_GAP = 1.0
@@ -28,22 +32,31 @@ NEARLY = ~COLLIDED & ((pl.col("minimum_gap") < NEAR_GAP) | (pl.col("minimum_time
 def recorded_near_misses(recordings: Sequence[Recording]) -> dict[str, float]:
     """Of recorded vehicles the ``share`` that came as near to another, and for how many ``seconds`` each was seen.
 
-    Half-seconds are looked at, with bodies that lie along the road. A vehicle that several recordings show counts once,
-    as in that which shows it longest.
+    Half-seconds are looked at, with bodies in the map. A vehicle that several recordings show counts once, as in that
+    which shows it longest.
     """
     shown = list[pl.DataFrame]()
     for each in recordings:
         frames, came = each.frames(), list[np.ndarray]()
         for frame in range(0, len(frames.time), max(1, round(_LOOK / each.dt))):
             scene, there = frames.scene.at(frame), np.flatnonzero(frames.vehicle[frame] >= 0)
-            found = Kept(*(values[0] for values in kept(scene, each.road, there)))
-            gap = np.minimum(found.headway * np.maximum(np.abs(scene.speed[0, there]), STANDING), found.beside)
-            came.append(frames.vehicle[frame, there[(gap < NEAR_GAP) | (found.time_to_collision < NEAR_TIME)]])
+            soon = kept(scene, each.road, there).time_to_collision[0] < NEAR_TIME
+            came.append(frames.vehicle[frame, np.union1d(there[soon], _close(scene, each.road, there))])
         near = pl.col("vehicle").is_in(pl.Series(np.concatenate(came))).any().alias("share")
         shown.append(each.table.group_by("identity", maintain_order=True).agg(near, seconds=pl.len() * each.dt))
     longest = pl.concat(shown).sort("seconds", descending=True, maintain_order=True)
     once = longest.unique("identity", keep="first", maintain_order=True)
     return once.select(pl.col("share", "seconds").mean()).row(0, named=True)
+
+
+def _close(scene: Scene, road: Road, slots: Int[np.ndarray, " n"]) -> Int[np.ndarray, " m"]:
+    """Those of some slots, of a scene with a leading axis of 1, whose bodies are nearer to one another than that."""
+    (centre, heading), half_sizes = bodies_of(scene, road), scene.half_sizes[0]
+    reach = np.hypot(*half_sizes.T)[slots]
+    apart = np.hypot(*np.moveaxis(centre[0, slots] - centre[0, slots, None], -1, 0)) - reach - reach[:, None]
+    pairs = slots[np.array(np.nonzero(np.triu(apart < NEAR_GAP, k=1)))]
+    bodies = [(centre[0, each], heading[0, each], half_sizes[each]) for each in pairs]
+    return np.unique(pairs[:, body_distance(*bodies[0], *bodies[1]) < NEAR_GAP])
 
 
 def liveliest(trials: pl.DataFrame) -> int:
