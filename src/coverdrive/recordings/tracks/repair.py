@@ -18,6 +18,10 @@ QUICKEST, SLACK = 60.0, 5.0
 STATED, MOVING = (0.9, 1.1), 3.0
 """Ratio of a speed of positions to the one that a file states, of vehicles that move at more than so many m/s"""
 
+MISSING, OFTEN = 0.3, 0.1
+"""[m] of the way of a first step, which measured positions may miss by noise, and share of tracks: a converter's first
+rows are late in more of them than chance makes so"""
+
 MOST_OUTLIERS = 0.2
 """Share of the rows from which on they are no outliers, but in another unit"""
 
@@ -134,18 +138,21 @@ def _drop_outliers(raw: RawTracks, dt: float, repairs: Counter[str]) -> RawTrack
 def _drop_late(raw: RawTracks, dt: float, repairs: Counter[str]) -> RawTracks:
     """Without first rows that are of a moment after the one that they are said to be of.
 
-    Where every n-th row of a recording was taken, and the first one of every vehicle, that is nearer to its next one
-    than it should be by the stated speeds, with which the step after that agrees.
+    Where a converter takes every n-th row of a recording, and the first one of every vehicle, that is nearer to its
+    next one than it should be by the stated speeds, with which the step after that agrees.
     """
-    way, taken = np.hypot(np.diff(raw.lon), np.diff(raw.lat)), dt * np.diff(raw.moment)
-    stated = np.abs(raw.speed[1:] + raw.speed[:-1]) / 2
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = way / taken / stated
-    first = np.append(True, np.diff(raw.vehicle) != 0)[:-2]
-    late = first & (raw.vehicle[2:] == raw.vehicle[:-2]) & (np.minimum(stated[1:], stated[:-1]) > MOVING)
-    late &= (ratio[:-1] < STATED[0]) & (ratio[1:] >= STATED[0]) & (ratio[1:] <= STATED[1])
-    counted(repairs, "late first rows", int(late.sum()))
-    return raw.take(~np.append(late, np.zeros(len(raw.vehicle) - len(late), dtype=bool)))
+    starts = np.flatnonzero(np.diff(raw.vehicle, prepend=raw.vehicle[:1] - 1))
+    longer = starts[np.diff(np.append(starts, len(raw.vehicle))) > 2]
+    rows = longer[:, None] + np.arange(3)
+    way = np.hypot(np.diff(raw.lon[rows]), np.diff(raw.lat[rows]))
+    speed, taken = np.abs(raw.speed[rows]), dt * np.diff(raw.moment[rows])
+    stated = taken * (speed[:, 1:] + speed[:, :-1]) / 2
+    agrees = (way >= STATED[0] * stated) & (way <= STATED[1] * stated) & (stated > MOVING * taken)
+    late = longer[agrees[:, 1] & (way[:, 0] < np.minimum(STATED[0] * stated[:, 0], stated[:, 0] - MISSING))]
+    if len(late) < OFTEN * len(starts):
+        return raw
+    counted(repairs, "late first rows", len(late))
+    return raw.take(~np.isin(np.arange(len(raw.vehicle)), late))
 
 
 def fill_gaps(raw: RawTracks, dt: float, repairs: Counter[str]) -> RawTracks:
