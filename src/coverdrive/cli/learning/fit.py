@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from coverdrive.prediction.fit import Fit
     from coverdrive.recordings.recording import Recording
     from coverdrive.results import Results
+    from coverdrive.simulation.roads.places import Place
 
 
 @Parameter(name="*")
@@ -90,7 +91,7 @@ def _folds_and_print(learning: Learning, folds: int) -> dict[str, Any]:
         from coverdrive.prediction.fits.folds import fit_folds
         from coverdrive.reporting.tables.summaries import folds_table
     with stages():
-        experiment, recordings = _recorded(learning)
+        experiment, recordings, _ = _recorded(learning)
         found = fit_folds(recordings, experiment.prediction, experiment.seed, folds)
     console.print(folds_table(found))
     for refused in dict.fromkeys(each.refusal for each in found if each.refusal):
@@ -98,8 +99,10 @@ def _folds_and_print(learning: Learning, folds: int) -> dict[str, Any]:
     return {"folds": [asdict(each) for each in found]}
 
 
-def _recorded(learning: Learning, **parts: Any) -> "tuple[Experiment, Sequence[Recording]]":
-    """The settings, and what is learned from: recordings, or traffic that is generated on the road of a name."""
+def _recorded(learning: Learning, **parts: Any) -> "tuple[Experiment, Sequence[Recording], Place | None]":
+    """The settings, and what is learned from: recordings, or traffic that is generated on the road of a name; and the
+    place of that name, if one is given.
+    """
     from coverdrive.simulation.roads.places import PLACES, place_of
 
     paths, named = learning.recording or [], PLACES.get(learning.road or "")
@@ -107,7 +110,7 @@ def _recorded(learning: Learning, **parts: Any) -> "tuple[Experiment, Sequence[R
         place_of(learning.asked_road, None)  # refuses a recorded one before traffic is generated
     generated = None if paths else named and {**named.parts, "generated": named.road}
     experiment = learning.experiment(road=generated, **parts)
-    return experiment, experiment.recordings(paths)
+    return experiment, experiment.recordings(paths), named
 
 
 def fit_and_print(learning: Learning, results: "Results", **parts: Any) -> "Fit":
@@ -117,15 +120,14 @@ def fit_and_print(learning: Learning, results: "Results", **parts: Any) -> "Fit"
         from coverdrive.reporting.contents import Certified
         from coverdrive.reporting.tables.summaries import fit_table
         from coverdrive.simulation.measures.notable import recorded_near_misses
-        from coverdrive.simulation.roads.places import PLACES, place_of, recorded_place
+        from coverdrive.simulation.roads.places import place_of, recorded_place
     with stages():
-        experiment, recordings = _recorded(learning, **parts)
+        experiment, recordings, named = _recorded(learning, **parts)
         like = recorded_place(recordings) if learning.recording else None
         name, place = place_of(learning.asked_road, like)
         if like:
             manners = like.manners.model_dump(exclude={"like"}) if like.manners else {}
             usual = place.parts if name == "recorded" else {"planner": {"manners": manners}}
-            named = PLACES.get(learning.road or "")
             experiment = learning.experiment(road=named and named.parts, usual=usual, **parts)
         result = fit(recordings, experiment.prediction, experiment.seed)
         results.save_fit(experiment, result, name, like, recorded_near_misses(recordings) if like else None)
