@@ -42,7 +42,7 @@ from coverdrive.prediction.predictor import AnyPredictor, Predictor
 from coverdrive.reporting.contents import Certified, Fitted
 from coverdrive.sealed import SealedFolder, read_made
 from coverdrive.simulation.drivers.generated import is_generated
-from coverdrive.simulation.roads.places import Place, check_replayed_road, place_of
+from coverdrive.simulation.roads.places import Place, check_replayed_road, is_replayed_on, place_of
 from coverdrive.simulation.studies.folder import StudyFolder
 from coverdrive.simulation.studies.setup import Setup
 from coverdrive.simulation.studies.study import Study
@@ -366,9 +366,11 @@ class Results:
         named = theirs.predictor if paper or theirs.holds_fit else None
         return known_of(self.predictor, self.settings, self.seed, read, named, planner)
 
-    def can_replay(self, recordings: Sequence[Path]) -> bool:
-        """Whether there is what the fit was made from, or something else to replay; generated traffic is made again."""
-        return bool(recordings) or not self._run.recorded_place
+    def can_replay(self, recordings: Sequence[Path], road: str | None = None) -> bool:
+        """Whether there is what the fit was made from, or something else, to replay on its road, and not on another
+        one that is asked for; generated traffic is made again.
+        """
+        return is_replayed_on(road, self._run.road) and (bool(recordings) or not self._run.recorded_place)
 
     # the dial
 

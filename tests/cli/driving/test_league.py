@@ -13,6 +13,7 @@ from coverdrive.errors import SettingError
 from coverdrive.league import problems
 from coverdrive.simulation.roads.initial import VEHICLES
 from coverdrive.simulation.studies.setup import Setup
+from coverdrive.simulation.traffic.replay import REPLAYS
 
 PAGE = Path(__file__).parents[3] / "docs" / "tutorials" / "planner.md"
 
@@ -65,6 +66,24 @@ def test_names_of_nobody_are_refused(quick_fit: Path, tmp_path: Path) -> None:
     assert "no planner is called 'best'; choose default" in coverdrive(*called, status=2)
     called = "league", quick_fit, "--planners", "default", "--worlds", "moon", "--out", tmp_path / "league"
     assert "no world is called 'moon'; choose set-sampling, drivers" in coverdrive(*called, status=2)
+
+
+def test_nobody_replays_on_another_road(quick_fit: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = list[list[str]]()
+
+    def drive(*_: object, worlds: list[str], **__: object) -> None:
+        asked.append(worlds)
+        raise SettingError("nobody drives")
+
+    monkeypatch.setattr("coverdrive.league.league.league", drive)
+    called = "league", quick_fit, "--planners", "keep-velocity", "--out", tmp_path / "league", "--road"
+    for name in REPLAYS:
+        assert "got the road 'curved'" in coverdrive(*called, "curved", "--worlds", "drivers", name, status=2)
+    assert not asked
+    for road in ("curved", "paper"):
+        assert "nobody drives" in coverdrive(*called, road, status=2)
+    elsewhere, usual = asked
+    assert [name for name in usual if name not in REPLAYS] == elsewhere and set(REPLAYS) < set(usual)
 
 
 def test_numbers_of_vehicles_that_are_said_hold_even_if_they_are_the_usual_ones(

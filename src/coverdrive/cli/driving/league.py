@@ -44,7 +44,7 @@ def league(
             "`coverdrive study`, highway-env-1, highway-env-1.5, highway-env-2 (densities), sumo-1500 and sumo-2000 "
             "(vehicles/h on each lane), and planning problems as commonroad:scenarios/ (commonroad-st: for the dynamic "
             "vehicle model), with commas between several files, folders or patterns.",
-            show_default=lambda _: "all traffics of `coverdrive study`",
+            show_default=lambda _: "all traffics of `coverdrive study`, on another road but those that replay",
         ),
     ] = None,
     trials: Annotated[
@@ -109,12 +109,13 @@ def league(
         from coverdrive.simulation.traffic.replay import REPLAYS
     results = Results(fit)
     recording = recording or []
-    worlds = worlds or [name for name in NAMES if results.can_replay(recording) or name not in REPLAYS]
+    worlds = worlds or [name for name in NAMES if results.can_replay(recording, road) or name not in REPLAYS]
     posed = [name for name in worlds if is_problems(name)]
     planners = planners or list(
         dict.fromkeys([*(USUAL if len(posed) < len(worlds) else []), *(ON_PROBLEMS if posed else [])])
     )
     check_names(planners, worlds)
+    results.check_replay(worlds, [], road)
     problems = {name: problems_of(name) for name in posed}
     size = {"workers": workers, "vehicles": vehicles}
     experiment = experiment_in(results, road, seed=seed, study=size, episode={"duration": duration})

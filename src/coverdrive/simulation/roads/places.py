@@ -94,9 +94,14 @@ def place_of(road: str | None, like: Place | None) -> tuple[str, Place]:
     return name, place
 
 
+def is_replayed_on(road: str | None, made_on: str = "recorded") -> bool:
+    """Whether a road that is asked for, if any is, is that on which was recorded."""
+    return road in (None, "recorded", made_on)
+
+
 def check_replayed_road(road: str | None, made_on: str = "recorded") -> None:
     """Refuse, with a SettingError, to replay on a road of another name than that on which was recorded."""
-    if road not in (None, "recorded", made_on):
+    if not is_replayed_on(road, made_on):
         raise SettingError(
             f"replayed traffic drives on the road on which it was recorded, got the road {road!r}; leave the road out, "
             "or choose another traffic; another wanted speed is planner.problem.cost.reference_speed"
