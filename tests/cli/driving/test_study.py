@@ -4,14 +4,35 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import pytest
 from simulation_fakes import fakes
 
+from command import coverdrive
 from coverdrive.certificates.bounds import rate_limit
 from coverdrive.certificates.drives import anytime_limit
 from coverdrive.cli.driving.study import study_and_print
-from coverdrive.config import StudySettings
+from coverdrive.config import Experiment, StudySettings
+from coverdrive.errors import SettingError
 from coverdrive.percentages import at_most
+from coverdrive.results import Results
 from coverdrive.simulation.studies.study import Study
+
+
+@pytest.mark.parametrize(("traffic", "width"), [("replay", None), ("reactive-replay", None), ("drivers", 0.3)])
+def test_the_width_of_a_folder_does_not_end_replays(
+    quick_fit: Path, monkeypatch: pytest.MonkeyPatch, traffic: str, width: float | None
+) -> None:
+    fitted, asked = Experiment.load(quick_fit / "config.toml"), list[float | None]()
+
+    def run(_: Study, trials: int, *, until_width: float | None, **__: object) -> None:
+        asked.append(until_width)
+        raise SettingError("nobody drives")
+
+    monkeypatch.setattr(Results, "experiment", fitted.updated({"study": {"until_width": 0.3}}))
+    monkeypatch.setattr(Study, "run", run)
+    for said in ((), ("--until-width", "0.2")):
+        assert "nobody drives" in coverdrive("study", quick_fit, "--traffic", traffic, *said, status=2)
+    assert asked == [width, 0.2]
 
 
 def test_a_study_that_went_on_proves_what_holds_at_any_time(tmp_path: Path) -> None:

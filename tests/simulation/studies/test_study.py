@@ -329,7 +329,9 @@ def test_a_study_stops_after_the_batch_that_makes_its_intervals_narrow_enough(tm
 
 def test_replays_have_no_interval_that_could_be_narrow_enough(tmp_path):
     study = Study(fakes(**REPLAYED), tmp_path)
-    with pytest.raises(SettingError, match=r"until_width: replays of recorded scenes depend on each other"):
+    with pytest.raises(
+        SettingError, match=r"until_width: replays .* no interval whose width .* leave it out, and say by"
+    ):
         study.run(3, until_width=0.9)
     total = study.run(3).collisions.row(-1, named=True)
     assert (total["trials"], total["rear_end_low"], total["rear_end_high"]) == (3, None, None)

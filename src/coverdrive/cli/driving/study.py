@@ -63,7 +63,7 @@ def study(
         Parameter(
             validator=between(0, 1),
             help="Stop early once both 95 % intervals of the collision rates are this narrow, "
-            "as in `--until-width 0.02`.",
+            "as in `--until-width 0.02`; not for replays, which have no intervals.",
         ),
     ] = None,
     settings: Annotated[
@@ -90,11 +90,15 @@ def study(
     """
     with waiting():
         from coverdrive.results import Results
+        from coverdrive.simulation.traffic.replay import REPLAYS
     results = Results(folder)
     experiment = driven.experiment(results, trials=trials, workers=workers, until_width=until_width)
     if settings:
         return _sweep(results, experiment, settings, driven.recording or [], driven.road, cluster)
-    return study_and_print(driven.study(results, experiment), results, experiment.study, cluster)
+    size, usual = experiment.study, results.experiment.study.until_width
+    if until_width is None and experiment.traffic.kind in REPLAYS and size.until_width == usual:
+        size = size.model_copy(update={"until_width": None})  # of the folder's own traffic, which may have intervals
+    return study_and_print(driven.study(results, experiment), results, size, cluster)
 
 
 def study_and_print(

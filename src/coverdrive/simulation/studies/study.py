@@ -105,7 +105,10 @@ class Study:
         if until_width is not None and not 0 < finite("until_width", until_width) < 1:
             raise SettingError(f"until_width: expected a number between 0 and 1, got {until_width!r}")
         if until_width is not None and self.setup.replays:
-            raise SettingError(f"until_width: {DEPENDENT}, got {until_width!r}; leave it out")
+            raise SettingError(
+                f"until_width: {DEPENDENT} whose width could end a study, got {until_width!r}; leave it out, and say "
+                "by trials how many to drive"
+            )
         setup = self._loaded
         self.files.go_on(trials, early=until_width is not None)
         ends = [*range(batch, trials, batch), trials] if until_width else [trials]
@@ -186,7 +189,8 @@ def study(
         workers: number of processes, each on one thread; with 1, trials run in this process.
         cluster: address of a Dask scheduler whose workers drive instead, as in ``tcp://host:8786``.
         until_width: stop early, once both 95 % intervals of `collision_table` are at most this wide. This is decided
-            after whole batches in the order of trials, so that it does not depend on the workers.
+            after whole batches in the order of trials, so that it does not depend on the workers. Replays have no
+            intervals, and refuse it.
 
     Raises:
         SettingError: a number makes no sense, replays are to end early, there is no such traffic or road, or no cluster
