@@ -36,6 +36,9 @@ def test_settings_of_the_planner_are_those_of_the_fit_and_what_is_said(
     polite = {"planner": {"manners": {"like": "regulation"}}}
     wanted = usual, usual.updated(polite), stored, stored.updated(polite)
     assert planners == [each.planner for each in wanted]
+    for name in ("generated.lanes", "prediction.scale"):
+        complaint = coverdrive(*called, "--predictor", tmp_path, "--set", f"{name}=2", status=2)
+        assert f"{name} made the predictor in {tmp_path}" in complaint.replace("\n", "")
 
 
 def test_scenarios_are_not_solved_by_what_learned_from_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

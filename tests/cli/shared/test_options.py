@@ -21,6 +21,16 @@ def test_a_file_changes_what_it_names_of_the_settings_of_a_folder(tmp_path: Path
     assert experiment_in(results, None).episode.duration == 7.0
 
 
+@pytest.mark.parametrize("said", ["dt=0.2", "location=here", "smoothing.window=2.5", "generated.lanes=2"])
+def test_what_the_predictor_was_made_from_cannot_be_set_for_its_drives(tmp_path: Path, said: str) -> None:
+    results: Any = SimpleNamespace(experiment=Experiment(), folder=tmp_path, place=lambda _: SimpleNamespace(parts={}))
+    with pytest.raises(SettingError, match=rf"^{said.partition('=')[0]} made the predictor in .*; fit anew"):
+        experiment_in(results, None, None, [said])
+    mine = Experiment().updated({"seed": 3, "study": {"trials": 5}, "traffic": {"kind": "drivers"}})
+    mine.save(tmp_path / "mine.toml")
+    assert experiment_in(results, None, tmp_path / "mine.toml") == mine
+
+
 @pytest.mark.parametrize("by", ["file", "set"])
 def test_what_made_the_predictor_cannot_be_set_for_its_drives(tmp_path: Path, by: str) -> None:
     results: Any = SimpleNamespace(experiment=Experiment(), folder=tmp_path, place=lambda _: SimpleNamespace(parts={}))

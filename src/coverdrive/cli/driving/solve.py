@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 from coverdrive.cli.shared import options
 from coverdrive.cli.shared.bars import stages, waiting
-from coverdrive.cli.shared.options import console, experiment_of, processes
+from coverdrive.cli.shared.options import console, experiment_in, experiment_of, processes
 from coverdrive.errors import DataError, SettingError
 from coverdrive.progress import stage
 
@@ -53,8 +53,8 @@ def solve(
         options.Set,
         Parameter(
             help="Settings of the planner, and of the fit where one is made, by their names in config.toml, as in "
-            "`--set planner.manners.like=regulation`. All others have no effect, nor have those of the ego's size and "
-            "wanted speed, which are as the car and the problem say."
+            "`--set planner.manners.like=regulation`. Those of episodes, traffic and studies have no effect, nor have "
+            "those of the ego's size and wanted speed, which are as the car and the problem say."
         ),
     ] = None,
 ) -> dict[str, Any]:
@@ -86,8 +86,8 @@ def solve(
         from coverdrive.reporting.tables.summaries import solved_table
         from coverdrive.results import Results
     fitted = None if predictor is None else Results(predictor)
-    base = fitted and fitted.experiment
-    experiment = experiment_of(config, settings=settings, base=base, seed=seed, study={"workers": workers})
+    given: dict[str, Any] = {"config": config, "settings": settings, "seed": seed, "study": {"workers": workers}}
+    experiment = experiment_in(fitted, None, **given) if fitted else experiment_of(**given)
     workers = processes(experiment.study)
     with stages(kept="solutions"):
         predictor_of = _predictors(files, fitted, recording or [], leave_one_out, experiment, out)

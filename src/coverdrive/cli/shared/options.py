@@ -78,8 +78,8 @@ Set = Annotated[
     Parameter(
         name="--set",
         consume_multiple=True,
-        help="Settings of config.toml by their names, as in `--set planner.manners.like=regulation generated.lanes=4`; "
-        "they hold over everything else.",
+        help="Settings of config.toml by their names, as in `--set planner.manners.like=regulation "
+        "episode.duration=10`; they hold over everything else.",
     ),
 ]
 Epsilon = Annotated[
@@ -224,12 +224,12 @@ def experiment_of(
     return experiment.updated(merged(merged(road or {}, options), changes_of(settings or [])))
 
 
-def _differing(one: "Experiment", other: "Experiment", part: str = "") -> list[str]:
-    """The names of settings, of a part, that differ between two experiments."""
+def _differing(one: "Experiment", other: "Experiment") -> list[str]:
+    """The names of settings that differ between two experiments."""
     from coverdrive.simulation.studies.folder import flat
 
     before, after = (flat(each.model_dump(mode="json")) for each in (one, other))
-    return [name for name in before | after if name.startswith(part) and before.get(name) != after.get(name)]
+    return [name for name in before | after if before.get(name) != after.get(name)]
 
 
 def _say_replaced(config: Path, experiment: "Experiment", road: dict[str, Any]) -> None:
@@ -250,15 +250,18 @@ def experiment_in(
     """`experiment_of` the settings of a results folder, for drives on its road or on the one that is asked for.
 
     Raises:
-        SettingError: as of `experiment_of`, or a setting is of the predictor, which is made already.
+        SettingError: as of `experiment_of`, or a setting is of what the predictor was made from and with.
     """
+    from coverdrive.sweep import PARTS
+
     parts = results.place(road).parts if road else None
     experiment = experiment_of(config, settings=settings, base=results.experiment, road=parts, **said)
-    if changed := _differing(results.experiment, experiment, "prediction."):
-        raise SettingError(
-            f"{changed[0]} made the predictor in {results.folder}, and cannot change what drives with it; fit anew, "
-            "with another --out, or leave it out"
-        )
+    for name in _differing(results.experiment, experiment):
+        if name.partition(".")[0] not in (*PARTS, "study", "seed"):
+            raise SettingError(
+                f"{name} made the predictor in {results.folder}, and cannot change what drives with it; fit anew, "
+                "with another --out, or leave it out"
+            )
     return experiment
 
 
